@@ -1,0 +1,1 @@
+"""Engines behind one contract; each external engine is imported in its own adapter only."""

@@ -1,0 +1,101 @@
+"""Engines by name: strings, imported only when they are used."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, entry_points, version
+from typing import TYPE_CHECKING
+
+from scenarios import nearest
+
+if TYPE_CHECKING:
+    from adapters.engine import Engine
+
+ENTRY_POINT_GROUP = "barchain.engines"  # third parties register here; ours are in the dict below
+
+
+class UnknownEngineError(KeyError):
+    """No engine of that name is registered."""
+
+    def __str__(self) -> str:
+        """Give the message without KeyError's quotes."""
+        return str(self.args[0])
+
+
+@dataclass(frozen=True)
+class Registration:
+    """Where an engine's class is, and what it needs."""
+
+    target: str
+    """``module:Class``"""
+    requires: str = ""
+    """Distribution that brings the external engine; empty if there is none."""
+    install: str = ""
+    """What to type where it is missing."""
+
+    def load(self) -> type[Engine]:
+        """Import the class."""
+        module, _, name = self.target.partition(":")
+        found: type[Engine] = getattr(importlib.import_module(module), name)
+        return found
+
+    @property
+    def missing(self) -> str | None:
+        """Why the engine can't be used here, and how to get it; None if it can."""
+        if not self.requires:
+            return None
+        try:
+            importlib.import_module(self.requires)
+        except Exception as error:
+            return f"{self.requires} does not import ({type(error).__name__}: {error}); try: {self.install}"
+        return None
+
+    @property
+    def version(self) -> str:
+        """Installed version of the external engine; our own for the reference."""
+        try:
+            return version(self.requires or "barchain")
+        except PackageNotFoundError:
+            return "not installed"
+
+
+def _ours(module: str, name: str, requires: str = "") -> Registration:
+    return Registration(f"adapters.{module}:{name}", requires, f"pip install {requires}" if requires else "")
+
+
+ENGINES: dict[str, Registration] = {
+    "reference": _ours("reference_adapter", "Reference"),
+    "reference-absolute": _ours("reference_adapter", "ReferenceAbsolute"),
+    "exudyn": _ours("exudyn_adapter", "Exudyn", "exudyn"),
+    "exudyn-index3": _ours("exudyn_adapter", "ExudynIndex3", "exudyn"),
+    "exudyn-absolute": _ours("exudyn_adapter", "ExudynAbsolute", "exudyn"),
+    "exudyn-tree": _ours("exudyn_adapter", "ExudynTree", "exudyn"),
+    "rebound": _ours("rebound_adapter", "Rebound", "rebound"),
+    "pymunk": _ours("pymunk_adapter", "Pymunk", "pymunk"),
+    "pymunk-absolute": _ours("pymunk_adapter", "PymunkAbsolute", "pymunk"),
+}
+
+
+def engines() -> dict[str, Registration]:
+    """All registered engines: ours, then those of installed third parties."""
+    third_party = {
+        e.name: Registration(e.value, install=f"reinstall {e.dist.name if e.dist else e.value}")
+        for e in entry_points(group=ENTRY_POINT_GROUP)
+    }
+    return ENGINES | third_party
+
+
+def find_engine(name: str) -> Registration:
+    """Registration of the engine called `name`.
+
+    Raises
+    ------
+    UnknownEngineError
+        If there is none; the message names the nearest and all there are.
+    """
+    known = engines()
+    if name not in known:
+        raise UnknownEngineError(f"{name}: no such engine{nearest(name, known)}; there are: {', '.join(known)}")
+    return known[name]

@@ -1,0 +1,65 @@
+"""A trajectory as a table of named columns, and back."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pandas as pd
+
+from adapters.engine import Array, Trajectory
+
+
+def to_frame(trajectory: Trajectory) -> pd.DataFrame:
+    """One row per sample; a quantity that the engine lacks has no column.
+
+    Columns: ``t_s, com_x_m, com_y_m, com_vx_m_s, com_vy_m_s``, ``angle_j_rad``, ``rate_j_rad_s`` (j = 1..N),
+    ``reaction_j_x_N, reaction_j_y_N, gap_j_m`` (j = 1..N-1), ``torque_p_N_m``, ``identity_m``, ``condition``.
+    """
+    columns: dict[str, Array] = {
+        "t_s": trajectory.t_s,
+        "com_x_m": trajectory.com_m[:, 0],
+        "com_y_m": trajectory.com_m[:, 1],
+        "com_vx_m_s": trajectory.com_velocity_m_s[:, 0],
+        "com_vy_m_s": trajectory.com_velocity_m_s[:, 1],
+    }
+    for pattern, values in (("angle_{}_rad", trajectory.angle_rad), ("rate_{}_rad_s", trajectory.rate_rad_s)):
+        if values is not None:
+            columns |= {pattern.format(j + 1): values[:, j] for j in range(values.shape[1])}
+    if trajectory.reaction_N is not None:
+        for j in range(trajectory.reaction_N.shape[1]):
+            columns[f"reaction_{j + 1}_x_N"] = trajectory.reaction_N[:, j, 0]
+            columns[f"reaction_{j + 1}_y_N"] = trajectory.reaction_N[:, j, 1]
+    for pattern, values in (("gap_{}_m", trajectory.gap_m), ("torque_{}_N_m", trajectory.torque_N_m)):
+        if values is not None:
+            columns |= {pattern.format(j + 1): values[:, j] for j in range(values.shape[1])}
+    for name, single in (("identity_m", trajectory.identity_m), ("condition", trajectory.condition)):
+        if single is not None:
+            columns[name] = single
+    return pd.DataFrame(columns)
+
+
+def from_frame(frame: pd.DataFrame, *, ended: str = "") -> Trajectory:
+    """Trajectory of a table made by :func:`to_frame`."""
+
+    def numbered(pattern: str) -> Array | None:
+        found = {int(m[1]): c for c in frame.columns if (m := re.fullmatch(pattern, c))}
+        return frame[[found[j] for j in sorted(found)]].to_numpy(float) if found else None
+
+    def pair(x: str, y: str) -> Array:
+        return frame[[x, y]].to_numpy(float)
+
+    rx, ry = numbered(r"reaction_(\d+)_x_N"), numbered(r"reaction_(\d+)_y_N")
+    return Trajectory(
+        t_s=frame["t_s"].to_numpy(float),
+        com_m=pair("com_x_m", "com_y_m"),
+        com_velocity_m_s=pair("com_vx_m_s", "com_vy_m_s"),
+        angle_rad=numbered(r"angle_(\d+)_rad"),
+        rate_rad_s=numbered(r"rate_(\d+)_rad_s"),
+        reaction_N=None if rx is None or ry is None else np.stack([rx, ry], axis=-1),
+        gap_m=numbered(r"gap_(\d+)_m"),
+        torque_N_m=numbered(r"torque_(\d+)_N_m"),
+        identity_m=frame["identity_m"].to_numpy(float) if "identity_m" in frame else None,
+        condition=frame["condition"].to_numpy(float) if "condition" in frame else None,
+        ended=ended,
+    )

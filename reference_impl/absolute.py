@@ -1,0 +1,48 @@
+"""The same chain in absolute inertial coordinates: what the paper warns against.
+
+Bars' centres are counted from the centre of the body, so gravity's differences between bars and the
+joints' gaps are differences of large numbers. Everything else is as in the relative formulation, so
+that a comparison of the two shows the coordinates and nothing else.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reference_impl.chain import Accelerations, Array, ChainModel, State
+from reference_impl.gravity import gradient_torques, point_field
+from reference_impl.kinematics import directions
+from reference_impl.relative import Turning, prescribed_torques
+
+
+def accelerations(
+    model: ChainModel, t_s: float, place_m: Array, velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array
+) -> Accelerations:
+    """Accelerations, reactions and torques of a state in absolute coordinates, eqs. (8), (15), (19).
+
+    Parameters
+    ----------
+    model : ChainModel
+    t_s : float
+    place_m, velocity_m_s : ndarray, shape (N, 2)
+        Z_j and its rate.
+    angle_rad, rate_rad_s : ndarray, shape (N,)
+
+    Returns
+    -------
+    Accelerations
+        `position_m_s2` holds Z_j'' here, and `com_m_s2` their weighted mean.
+    """
+    along, _ = directions(angle_rad)
+    field, spin = np.zeros_like(place_m), np.zeros(model.bars)
+    if model.gravity != "none":
+        field = point_field(model.mu_m3_s2, place_m)
+    if model.gravity == "gradient":
+        spin = gradient_torques(model, place_m, along) / model.inertia_kg_m2
+    origin = np.zeros(2)
+    state = State(origin, origin, angle_rad, rate_rad_s, place_m, velocity_m_s)
+    turning = Turning(model, state, field, spin)
+    torque = prescribed_torques(model, t_s, state, turning) if model.prescriptions else np.empty(0)
+    reaction = turning.reaction(torque)
+    place = field + turning.pull(reaction)
+    return Accelerations(model.weight @ place, turning.angular(reaction, torque), place, reaction, torque)

@@ -1,0 +1,73 @@
+"""Kinematics of the chain: from angles to the positions of its bars relative to its centre of mass."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reference_impl.chain import Array, ChainModel, State
+
+
+def directions(angle_rad: Array) -> tuple[Array, Array]:
+    """Unit vectors u_j along each bar and n_j across it (u_j turned by +90 degrees), each (N, 2)."""
+    c, s = np.cos(angle_rad), np.sin(angle_rad)
+    return np.stack([c, s], axis=-1), np.stack([-s, c], axis=-1)
+
+
+def hang_together(model: ChainModel, reach: Array) -> Array:
+    """Vectors of the bars' centres from their common centre, given those from each centre to its right end.
+
+    The joints of eq. (7') put neighbouring centres `reach_j + reach_{j+1}` apart; eq. (6) puts the
+    weighted mean at zero. Linear in `reach`, so it serves positions and velocities.
+
+    Parameters
+    ----------
+    model : ChainModel
+    reach : ndarray, shape (..., N, 2)
+        (l_j/2) u_j, or its time derivative.
+
+    Returns
+    -------
+    ndarray, shape (..., N, 2)
+    """
+    from_first = np.zeros_like(reach)
+    np.cumsum(reach[..., :-1, :] + reach[..., 1:, :], axis=-2, out=from_first[..., 1:, :])
+    centred: Array = from_first - np.einsum("j,...jk->...k", model.weight, from_first)[..., None, :]
+    return centred
+
+
+def relative_positions(model: ChainModel, angle_rad: Array) -> Array:
+    """d_j = Z_j - Z0 of a joined chain, shape (N, 2), m."""
+    u, _ = directions(angle_rad)
+    return hang_together(model, model.half_m[:, None] * u)
+
+
+def relative_velocities(model: ChainModel, angle_rad: Array, rate_rad_s: Array) -> Array:
+    """Time derivative of :func:`relative_positions`, shape (N, 2), m/s."""
+    _, n = directions(angle_rad)
+    return hang_together(model, (model.half_m * rate_rad_s)[:, None] * n)
+
+
+def joined_state(model: ChainModel, com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array) -> State:
+    """Complete state of a chain whose joints are closed."""
+    return State(
+        com_m,
+        com_velocity_m_s,
+        angle_rad,
+        rate_rad_s,
+        relative_positions(model, angle_rad),
+        relative_velocities(model, angle_rad, rate_rad_s),
+    )
+
+
+def gap_vectors(model: ChainModel, position_m: Array, angle_rad: Array) -> Array:
+    """Left end of bar j+1 minus right end of bar j, shape (N-1, 2), m: eq. (19), zero where a joint holds."""
+    u, _ = directions(angle_rad)
+    reach = model.half_m[:, None] * u
+    gap: Array = (position_m[1:] - position_m[:-1]) - (reach[1:] + reach[:-1])
+    return gap
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Third component of the plane vectors' cross product, over the last axis."""
+    product: Array = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return product

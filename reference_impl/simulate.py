@@ -1,0 +1,274 @@
+"""Integrate the chain in a chosen set of coordinates, and look at it at every sample."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from reference_impl import absolute, relative
+from reference_impl.chain import Accelerations, Array, ChainModel, State
+from reference_impl.joints import condition_number, joint_matrix
+from reference_impl.kinematics import directions, gap_vectors, joined_state
+from reference_impl.stepper import Walk, walk
+
+CoordinateSet = Literal["minimal", "redundant", "projected", "absolute"]
+
+
+@dataclass(frozen=True)
+class History:
+    """The motion at n samples, and how it was come by."""
+
+    t_s: Array
+    """(n,)"""
+    com_m: Array
+    """(n, 2)"""
+    com_velocity_m_s: Array
+    """(n, 2)"""
+    angle_rad: Array
+    """(n, N)"""
+    rate_rad_s: Array
+    """(n, N)"""
+    reaction_N: Array
+    """(n, N-1, 2) force on bar j from bar j+1"""
+    gap_m: Array
+    """(n, N-1)"""
+    identity_m: Array
+    """(n,) |sum mu_j d_j|, eq. (6)"""
+    torque_N_m: Array
+    """(n, P)"""
+    condition: Array | None
+    """(n,) of the joint system, if asked for"""
+    steps: int
+    evaluations: int
+    landed_s: float | None
+    """Instant at which a bar reached the surface; None if none did"""
+
+
+class Packing(ABC):
+    """How a state is laid out in the integrator's vector; see design/coordinates.md."""
+
+    def __init__(self, model: ChainModel) -> None:
+        self.model = model
+
+    @abstractmethod
+    def pack(self, state: State) -> Array:
+        """Vector of a state."""
+
+    @abstractmethod
+    def unpack(self, y: Array) -> State:
+        """State of a vector."""
+
+    @abstractmethod
+    def rhs(self, t_s: float, y: Array) -> Array:
+        """Time derivative of the vector."""
+
+    @abstractmethod
+    def scales(self, radius_m: float, rate_rad_s: float) -> Array:
+        """What counts as 1 in each component: the unit of the requested tolerance."""
+
+    def accelerations(self, t_s: float, y: Array) -> Accelerations:
+        """Accelerations, reactions and torques at a vector."""
+        return relative.accelerations(self.model, t_s, self.unpack(y))
+
+    def project(self, y: Array) -> Array:
+        """Nearest vector allowed; the same one where nothing can drift."""
+        return y
+
+    def gaps(self, y: Array) -> Array:
+        """Joint gaps (N-1,), m, in these coordinates' own arithmetic."""
+        state = self.unpack(y)
+        return np.linalg.norm(gap_vectors(self.model, state.position_m, state.angle_rad), axis=-1)
+
+
+class Minimal(Packing):
+    """Centre of mass and angles: [Z0, Z0', theta, theta']; relative positions follow from the angles."""
+
+    def pack(self, state: State) -> Array:
+        """Vector of 4 + 2N."""
+        return np.concatenate([state.com_m, state.com_velocity_m_s, state.angle_rad, state.rate_rad_s])
+
+    def unpack(self, y: Array) -> State:
+        """State with its joints closed by construction."""
+        n = self.model.bars
+        return joined_state(self.model, y[0:2], y[2:4], y[4 : 4 + n], y[4 + n :])
+
+    def rhs(self, t_s: float, y: Array) -> Array:
+        """Eq. (24) without its redundant rows."""
+        a = self.accelerations(t_s, y)
+        return np.concatenate([y[2:4], a.com_m_s2, y[4 + self.model.bars :], a.angle_rad_s2])
+
+    def scales(self, radius_m: float, rate_rad_s: float) -> Array:
+        """Radius, its rate, one radian, its rate."""
+        n = self.model.bars
+        return np.repeat([radius_m, radius_m * rate_rad_s, 1.0, rate_rad_s], [2, 2, n, n])
+
+
+class Redundant(Packing):
+    """The paper's unknowns in inertial angles: [Z0, Z0', d, d', theta, theta']; joints may drift."""
+
+    def pack(self, state: State) -> Array:
+        """Vector of 4 + 6N."""
+        parts = [state.com_m, state.com_velocity_m_s, state.position_m, state.velocity_m_s]
+        return np.concatenate([*map(np.ravel, parts), state.angle_rad, state.rate_rad_s])
+
+    def unpack(self, y: Array) -> State:
+        """State as it is, drift and all."""
+        n = self.model.bars
+        d, v = y[4 : 4 + 2 * n].reshape(n, 2), y[4 + 2 * n : 4 + 4 * n].reshape(n, 2)
+        return State(y[0:2], y[2:4], y[4 + 4 * n : 4 + 5 * n], y[4 + 5 * n :], d, v)
+
+    def rhs(self, t_s: float, y: Array) -> Array:
+        """Eq. (24)."""
+        a, n = self.accelerations(t_s, y), self.model.bars
+        return np.concatenate(
+            [y[2:4], a.com_m_s2, y[4 + 2 * n : 4 + 4 * n], a.position_m_s2.ravel(), y[4 + 5 * n :], a.angle_rad_s2]
+        )
+
+    def scales(self, radius_m: float, rate_rad_s: float) -> Array:
+        """Radius, bar length and radian, each with its rate."""
+        n, length = self.model.bars, float(self.model.length_m.max())
+        units = [radius_m, radius_m * rate_rad_s, length, length * rate_rad_s, 1.0, rate_rad_s]
+        return np.repeat(units, [2, 2, 2 * n, 2 * n, n, n])
+
+
+class Projected(Redundant):
+    """Redundant, with positions and velocities set right from the angles after every step."""
+
+    def project(self, y: Array) -> Array:
+        """Vector with its joints closed."""
+        s = self.unpack(y)
+        return self.pack(joined_state(self.model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s))
+
+
+class Absolute(Packing):
+    """Distances from the centre of the body: [Z, Z', theta, theta']."""
+
+    def pack(self, state: State) -> Array:
+        """Vector of 6N."""
+        place, velocity = state.com_m + state.position_m, state.com_velocity_m_s + state.velocity_m_s
+        return np.concatenate([place.ravel(), velocity.ravel(), state.angle_rad, state.rate_rad_s])
+
+    def split(self, y: Array) -> tuple[Array, Array, Array, Array]:
+        """Z, Z', theta, theta' of a vector."""
+        n = self.model.bars
+        return y[: 2 * n].reshape(n, 2), y[2 * n : 4 * n].reshape(n, 2), y[4 * n : 5 * n], y[5 * n :]
+
+    def unpack(self, y: Array) -> State:
+        """State with the relative part got by the subtraction that the relative formulation avoids."""
+        place, velocity, angle, rate = self.split(y)
+        com, drift = self.model.weight @ place, self.model.weight @ velocity
+        return State(com, drift, angle, rate, place - com, velocity - drift)
+
+    def accelerations(self, t_s: float, y: Array) -> Accelerations:
+        """Accelerations from absolute coordinates."""
+        return absolute.accelerations(self.model, t_s, *self.split(y))
+
+    def rhs(self, t_s: float, y: Array) -> Array:
+        """Eqs. (8) and (15) with the reactions eliminated."""
+        a, n = self.accelerations(t_s, y), self.model.bars
+        return np.concatenate([y[2 * n : 4 * n], a.position_m_s2.ravel(), y[5 * n :], a.angle_rad_s2])
+
+    def scales(self, radius_m: float, rate_rad_s: float) -> Array:
+        """Bar length and radian, each with its rate: joints need positions to a bar's accuracy."""
+        n, length = self.model.bars, float(self.model.length_m.max())
+        del radius_m
+        return np.repeat([length, length * rate_rad_s, 1.0, rate_rad_s], [2 * n, 2 * n, n, n])
+
+    def gaps(self, y: Array) -> Array:
+        """Joint gaps (N-1,), m, by subtracting absolute positions."""
+        place, _, angle, _ = self.split(y)
+        return np.linalg.norm(gap_vectors(self.model, place, angle), axis=-1)
+
+
+PACKINGS: dict[CoordinateSet, type[Packing]] = {
+    "minimal": Minimal,
+    "redundant": Redundant,
+    "projected": Projected,
+    "absolute": Absolute,
+}
+
+
+class Simulation:
+    """One run: made, walked, then looked at."""
+
+    def __init__(
+        self,
+        model: ChainModel,
+        com_m: Array,
+        com_velocity_m_s: Array,
+        angle_rad: Array,
+        rate_rad_s: Array,
+        *,
+        rtol: float,
+        coordinates: CoordinateSet = "minimal",
+    ) -> None:
+        """Set up a run.
+
+        Parameters
+        ----------
+        model : ChainModel
+        com_m, com_velocity_m_s : ndarray, shape (2,)
+        angle_rad, rate_rad_s : ndarray, shape (N,)
+            Initial state; relative positions follow from the angles.
+        rtol : float
+            Error allowed in one step, in units of each block's own scale: radius, bar length, radian,
+            and each of these times the larger of the orbital and the bars' own initial rate.
+        coordinates : {"minimal", "redundant", "projected", "absolute"}
+        """
+        self.model = model
+        self.packing = PACKINGS[coordinates](model)
+        start = joined_state(model, com_m, com_velocity_m_s, angle_rad, rate_rad_s)
+        self.y0 = self.packing.pack(start)
+        radius = float(np.linalg.norm(com_m))
+        rate = max(np.sqrt(model.mu_m3_s2 / radius**3), float(np.abs(rate_rad_s).max()))
+        self.atol = rtol * self.packing.scales(radius, rate)
+
+    def walk(self, t_s: Array) -> Walk:
+        """Integrate over the sample instants; stop where a bar reaches the surface."""
+        return walk(
+            self.packing.rhs,
+            self.y0,
+            t_s,
+            self.atol,
+            breaks_s=tuple(t for p in self.model.prescriptions for t in p.breaks_s),
+            project=self.packing.project if isinstance(self.packing, Projected) else None,
+            height=self.height if self.model.body_radius_m > 0.0 else None,
+        )
+
+    def height(self, y: Array) -> float:
+        """Least distance of any point of any bar from the surface, m."""
+        s = self.packing.unpack(y)
+        u, _ = directions(s.angle_rad)
+        place, half = s.com_m + s.position_m, self.model.half_m
+        foot = np.clip(-np.sum(place * u, axis=-1), -half, half)  # nearest point of the bar, from its centre
+        return float(np.linalg.norm(place + foot[:, None] * u, axis=-1).min() - self.model.body_radius_m)
+
+    def history(self, seen: Walk, *, condition: bool = False) -> History:
+        """Observables at the samples of a walk."""
+        packing = self.packing
+        states = [packing.unpack(y) for y in seen.y]
+        found = [packing.accelerations(t, y) for t, y in zip(seen.t_s, seen.y, strict=True)]
+        weight = self.model.weight
+        return History(
+            t_s=seen.t_s,
+            com_m=np.array([s.com_m for s in states]),
+            com_velocity_m_s=np.array([s.com_velocity_m_s for s in states]),
+            angle_rad=np.array([s.angle_rad for s in states]),
+            rate_rad_s=np.array([s.rate_rad_s for s in states]),
+            reaction_N=np.array([a.reaction_N for a in found]),
+            gap_m=np.array([packing.gaps(y) for y in seen.y]),
+            identity_m=np.array([np.linalg.norm(weight @ s.position_m) for s in states]),
+            torque_N_m=np.array([a.torque_N_m for a in found]),
+            condition=np.array([self.condition(s) for s in states]) if condition else None,
+            steps=seen.steps,
+            evaluations=seen.evaluations,
+            landed_s=seen.stopped_s,
+        )
+
+    def condition(self, state: State) -> float:
+        """Condition number of the joint system at a state."""
+        return condition_number(joint_matrix(self.model, directions(state.angle_rad)[1]))
+

@@ -1,0 +1,108 @@
+"""SciPy's DOP853, walked step by step: samples by dense output, breaks, projection and a stopping event."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import DOP853
+from scipy.optimize import brentq
+
+from reference_impl.chain import Array
+
+RTOL_FLOOR = 100.0 * np.finfo(float).eps  # the least SciPy takes; accuracy is asked for through atol, block by block
+BREAK_SLACK = 1e-12  # of the duration: breaks nearer than this to each other are one
+
+
+@dataclass(frozen=True)
+class Walk:
+    """What an integration saw."""
+
+    t_s: Array
+    """(n,) sample instants reached"""
+    y: Array
+    """(n, size)"""
+    steps: int
+    evaluations: int
+    stopped_s: float | None
+    """Instant at which the event stopped it; None if it went to the end"""
+
+
+def walk(
+    rhs: Callable[[float, Array], Array],
+    y0: Array,
+    t_s: Array,
+    atol: Array,
+    *,
+    breaks_s: tuple[float, ...] = (),
+    project: Callable[[Array], Array] | None = None,
+    height: Callable[[Array], float] | None = None,
+) -> Walk:
+    """Integrate ``y' = rhs(t, y)`` from ``t_s[0]`` and sample it.
+
+    Parameters
+    ----------
+    rhs : callable
+    y0 : ndarray, shape (size,)
+    t_s : ndarray, shape (n,)
+        Increasing sample instants.
+    atol : ndarray, shape (size,)
+        Error allowed in one step, per component.
+    breaks_s : tuple of float
+        Instants at which `rhs` is not smooth; no step straddles one.
+    project : callable, optional
+        Applied to the state after every step.
+    height : callable, optional
+        The walk stops where this falls to zero.
+
+    Returns
+    -------
+    Walk
+
+    Raises
+    ------
+    ArithmeticError
+        If the step size collapses or the state is no longer finite.
+    """
+    ends = [t for t in sorted(breaks_s) if t_s[0] < t < t_s[-1]]
+    marks = [t_s[0], *ends, t_s[-1]]
+    slack = BREAK_SLACK * (t_s[-1] - t_s[0])
+    rows, y, steps, evaluations, taken = [np.array(y0)], np.array(y0), 0, 0, 1
+    for start, end in itertools.pairwise(marks):
+        if end - start <= slack:
+            continue
+        solver = DOP853(rhs, start, y, end, rtol=RTOL_FLOOR, atol=atol)
+        while solver.status == "running":
+            before = height(solver.y) if height else 1.0
+            message = solver.step()
+            if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
+                raise ArithmeticError(f"DOP853 gave up at t = {solver.t:.6g} s: {message or 'state not finite'}")
+            steps += 1
+            dense = solver.dense_output()
+            stop = landing(dense, height, solver.t_old, solver.t, before) if height else None
+            until = solver.t if stop is None else stop
+            while taken < len(t_s) and t_s[taken] <= until:
+                rows.append(solver.y.copy() if t_s[taken] == solver.t else dense(t_s[taken]))
+                taken += 1
+            if stop is not None:
+                return Walk(t_s[:taken], np.array(rows), steps, evaluations + solver.nfev, float(stop))
+            if project:
+                solver.y = project(solver.y)
+                solver.f = rhs(solver.t, solver.y)
+        y = solver.y
+        evaluations += solver.nfev
+    return Walk(t_s[:taken], np.array(rows), steps, evaluations, None)
+
+
+def landing(
+    dense: Callable[[float], Array], height: Callable[[Array], float], start: float, end: float, before: float
+) -> float | None:
+    """Instant inside a step at which `height` reaches zero, or None."""
+    if before <= 0.0:
+        return start
+    if height(dense(end)) > 0.0:
+        return None
+    found: float = brentq(lambda t: height(dense(t)), start, end, xtol=1e-9 * max(end - start, 1e-3))
+    return found

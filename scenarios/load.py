@@ -1,0 +1,204 @@
+"""From a scene's name or file to a :class:`~scenarios.scene.Scene`, with errors people can act on."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel, ValidationError
+
+from scenarios.scene import (
+    Actuator,
+    CentralBody,
+    Chain,
+    Effects,
+    Frame,
+    Gravity,
+    Orbit,
+    PrescribedRotation,
+    Run,
+    Scene,
+)
+from scenarios.schema import ChainTable, PrescribedRotationTable, SceneFile
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from pydantic_core import ErrorDetails
+
+SHIPPED = Path(__file__).parent
+
+
+class SceneError(ValueError):
+    """A scene that can't be used: names the file, the key, what was given and what is allowed."""
+
+
+def scene_names(folders: Sequence[Path] = (SHIPPED,)) -> list[str]:
+    """Names of all scenes below `folders`, e.g. ``paper/fig05``, sorted."""
+    return sorted(
+        {p.relative_to(folder).with_suffix("").as_posix() for folder in folders for p in folder.rglob("*.toml")}
+    )
+
+
+def load_scene(scene: str | Path, folders: Sequence[Path] = (SHIPPED,)) -> Scene:
+    """Load and validate a scene.
+
+    Parameters
+    ----------
+    scene : str or Path
+        The name of a scene below `folders` (``paper/fig05``), or the path of a TOML file.
+    folders : sequence of Path, optional
+        Where names are looked up, first match wins; the shipped scenes by default.
+
+    Returns
+    -------
+    Scene
+        Complete and frozen, in SI units and radians.
+
+    Raises
+    ------
+    SceneError
+        If there is no such scene, or its file is not valid; the message is one line for each fault.
+    """
+    for folder in folders:
+        named = folder / f"{scene}.toml"
+        if not Path(scene).suffix and named.is_file():
+            return parse_scene(read_text(named), name=str(scene), file=f"{scene}.toml")
+    path = Path(scene)
+    if path.is_file():
+        return parse_scene(read_text(path), name=path.stem, file=str(path))
+    names = scene_names(folders)
+    if path.suffix == ".toml":
+        raise SceneError(f"{scene}: no such file")
+    raise SceneError(f"{scene}: no such scene{nearest(str(scene), names)}; there are: {', '.join(names)}, or a file's path")
+
+
+def read_text(path: Path) -> str:
+    """Text of a scene file; a file that can't be read is a :class:`SceneError`."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise SceneError(f"{path}: can't be read: {error}") from error
+
+
+def parse_scene(text: str, *, name: str, file: str) -> Scene:
+    """Validate the TOML `text` of a scene; `file` is how errors call it.
+
+    Raises
+    ------
+    SceneError
+        As :func:`load_scene`.
+    """
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(f"{file}: not valid TOML: {error}") from error
+    try:
+        return resolve(SceneFile.model_validate(data), name)
+    except ValidationError as error:
+        raise SceneError("\n".join(dict.fromkeys(f"{file}: {line}" for line in map(explain, error.errors())))) from None
+
+
+def resolve(file: SceneFile, name: str) -> Scene:
+    """Complete scene of a valid file: one value per bar, radians, defaults filled in."""
+    scene = Scene(
+        name=name,
+        title=file.title,
+        source=file.source,
+        description=" ".join(file.description.split()),
+        tags=tuple(file.tags),
+        central_body=CentralBody(file.central_body.mu_m3_s2, file.central_body.radius_m),
+        orbit=Orbit(file.orbit.altitude_m, file.orbit.speed_factor, math.radians(file.orbit.longitude_deg)),
+        chain=resolve_chain(file.chain),
+        effects=Effects(
+            Gravity(file.effects.gravity), tuple(resolve_rotation(p) for p in file.effects.prescribed_rotation)
+        ),
+        run=Run(file.run.duration_s or 0.0, file.run.samples),
+    )
+    if file.run.orbits is None:
+        return scene
+    return scene.__class__(**{**vars(scene), "run": Run(file.run.orbits * scene.period_s, file.run.samples)})
+
+
+def resolve_chain(table: ChainTable) -> Chain:
+    """Chain with one value per bar."""
+
+    def each(value: float | list[float]) -> tuple[float, ...]:
+        return tuple(map(float, value)) if isinstance(value, list) else (float(value),) * table.bars
+
+    mass, length = each(table.mass_kg), each(table.length_m)
+    slender = tuple(m * l * l / 12.0 for m, l in zip(mass, length, strict=True))
+    return Chain(
+        mass_kg=mass,
+        length_m=length,
+        inertia_kg_m2=slender if table.inertia_kg_m2 is None else each(table.inertia_kg_m2),
+        angle_rad=tuple(map(math.radians, each(table.angle_deg))),
+        angle_from=table.angle_from,
+        rate_factor=each(table.rate_factor),
+    )
+
+
+def resolve_rotation(p: PrescribedRotationTable) -> PrescribedRotation:
+    """Prescribed rotation in radians."""
+    return PrescribedRotation(
+        p.bar, math.radians(p.amplitude_deg), p.duration_s, p.start_s, Frame(p.frame), Actuator(p.actuator)
+    )
+
+
+def nearest(given: str, allowed: Iterable[str]) -> str:
+    """`` (did you mean X?)`` for the allowed name nearest to `given`; empty if none is near."""
+    match = difflib.get_close_matches(given, list(allowed), n=1, cutoff=0.6)
+    return f" (did you mean {match[0]}?)" if match else ""
+
+
+def explain(error: ErrorDetails) -> str:
+    """One line for one fault: the key, what was given, what is allowed, the nearest match."""
+    loc = [part for part in error["loc"] if not is_union_branch(part)]
+    key, given, kind = key_path(loc), error["input"], error["type"]
+    if kind == "extra_forbidden":
+        allowed = keys_of_table(loc[:-1])
+        return f"{key}: unknown key{nearest(str(loc[-1]), allowed)}; allowed here: {', '.join(allowed)}"
+    if kind == "missing":
+        return f"{key}: missing"
+    message = error["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+    if kind == "value_error":
+        if not loc:
+            return message
+        return f"{key}: {shorten(given)} given, {message}" if not isinstance(given, dict) else f"{key}: {message}"
+    if kind == "literal_error":
+        options = [option.strip("' ") for option in message.replace(" or ", ",").split(",")]
+        return f"{key}: {shorten(given)} given, allowed: {message}{nearest(str(given), options)}"
+    return f"{key}: {shorten(given)} given, allowed: {message}"
+
+
+def is_union_branch(part: int | str) -> bool:
+    """Whether a part of pydantic's location names a branch of a union rather than a key."""
+    return isinstance(part, str) and (part.startswith(("constrained-", "list[", "float", "function-")))
+
+
+def key_path(loc: Sequence[int | str]) -> str:
+    """``chain.mass_kg[2]`` from pydantic's location; lists count from 0 as in the file."""
+    text = ""
+    for part in loc:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}"
+    return text.lstrip(".") or "scene"
+
+
+def keys_of_table(loc: Sequence[int | str]) -> list[str]:
+    """Keys that the table at `loc` may hold."""
+    model: type[BaseModel] = SceneFile
+    for part in loc:
+        if isinstance(part, str):
+            annotation: Any = model.model_fields[part].annotation
+            inner = getattr(annotation, "__args__", (annotation,))
+            model = next(a for a in inner if isinstance(a, type) and issubclass(a, BaseModel))
+    return list(model.model_fields)
+
+
+def shorten(value: object, most: int = 60) -> str:
+    """Text of a given value, cut where it would fill the screen."""
+    text = repr(value)
+    return text if len(text) <= most else text[: most - 3] + "..."
