@@ -1,0 +1,50 @@
+"""How a comparison can end: a closed set, each with a sentence of advice."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class Outcome(StrEnum):
+    """Outcome of one row of the metrics table."""
+
+    PASS = "pass"
+    REPORTED = "reported"
+    UNSUPPORTED = "unsupported"
+    INCONSISTENT = "inconsistent"
+    OUT_OF_BAND = "out_of_band"
+    NOTHING_COMPARED = "nothing_compared"
+    INCOMPLETE = "incomplete"
+    NOT_FINITE = "not_finite"
+    JOINTS_IGNORED = "joints_ignored"
+    TIMED_OUT = "timed_out"
+    FAILED = "failed"
+    MISSING = "missing"
+
+    @property
+    def ok(self) -> bool:
+        """Whether a run with this outcome may still exit with 0."""
+        return self in {Outcome.PASS, Outcome.REPORTED, Outcome.UNSUPPORTED}
+
+    @property
+    def advice(self) -> str:
+        """What it means, and what to do about it."""
+        return ADVICE[self]
+
+
+ADVICE = {
+    Outcome.PASS: "The difference is explained by the errors of both, and inside the engine's band.",
+    Outcome.REPORTED: "A measured value that is not judged.",
+    Outcome.UNSUPPORTED: "The engine can't carry this scene exactly, says why, and is left out.",
+    Outcome.INCONSISTENT: "The two differ by more than both errors, round-off and the declared model difference: "
+    "look for different physics, a wrong sign, or an error estimate that is too small.",
+    Outcome.OUT_OF_BAND: "The error is larger than this engine at this setting should make: "
+    "look for a lost order, a loosened tolerance or wrong options.",
+    Outcome.NOTHING_COMPARED: "Two settings of the engine part too early for a comparison: refine the setting.",
+    Outcome.INCOMPLETE: "The run stopped early or lacks a quantity that the engine declares.",
+    Outcome.NOT_FINITE: "The engine returned NaN or infinity.",
+    Outcome.JOINTS_IGNORED: "Bars that a joint ties drift apart like free bodies: the joints did not act.",
+    Outcome.TIMED_OUT: "The worker was ended at its time limit; raise it with --time-limit or use a coarser setting.",
+    Outcome.FAILED: "The engine or its process failed; the reason is its own last word.",
+    Outcome.MISSING: "The engine is not installed here; the reason says how to get it.",
+}

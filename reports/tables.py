@@ -1,0 +1,92 @@
+"""The stored tables of a comparison: what a report is rendered from, and nothing else is needed.
+
+A result folder holds
+
+``metrics.csv``
+    tidy, one value a row, columns :data:`METRIC_COLUMNS`;
+``run.json``
+    what ran where, see :class:`RunRecord`;
+``trajectories/<scene>/<engine>.parquet``
+    one row per sample; ``truth.parquet`` is the reference at its tightest;
+``differences/<scene>/<engine>.parquet``
+    ``t_s`` and, for each compared quantity q: ``q_difference``, ``q_tolerance`` (what both errors explain) and
+    ``q_band`` (what the engine's setting should reach), each the largest over the quantity's components;
+    for each drift d: ``d_drift``, ``d_band``;
+``differences/<scene>/growth.parquet``
+    ``t_s, growth``: how many times a small perturbation of the attitude has grown.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+METRIC_COLUMNS = (
+    "scene",
+    "engine",
+    "setting",
+    "quantity",
+    "metric",
+    "value",
+    "unit",
+    "tolerance",
+    "outcome",
+    "reason",
+    "horizon_s",
+)
+QUANTITY_UNITS = {
+    "com": "m",
+    "com_velocity": "m/s",
+    "attitude": "rad",
+    "rate": "rad/s",
+    "reaction": "N",
+    "torque": "N m",
+    "gap": "m",
+    "identity": "m",
+    "energy": "1",
+    "angular_momentum": "1",
+    "run": "",
+}
+TRUTH, GROWTH = "truth", "growth"
+
+
+@dataclass(frozen=True)
+class Results:
+    """A result folder, read."""
+
+    folder: Path
+    metrics: pd.DataFrame
+    record: dict[str, Any]
+    """Contents of run.json"""
+
+    def trajectory(self, scene: str, engine: str) -> pd.DataFrame | None:
+        """Samples of one run, or None if it left none."""
+        return read_parquet(self.folder / "trajectories" / scene / f"{engine}.parquet")
+
+    def differences(self, scene: str, engine: str) -> pd.DataFrame | None:
+        """Differences from the truth over time, or None if there are none."""
+        return read_parquet(self.folder / "differences" / scene / f"{engine}.parquet")
+
+
+def read_parquet(path: Path) -> pd.DataFrame | None:
+    """Table at `path`, or None if there is none."""
+    return pd.read_parquet(path) if path.is_file() else None
+
+
+def read_results(folder: Path) -> Results:
+    """Read a result folder.
+
+    Raises
+    ------
+    FileNotFoundError
+        If it holds no ``metrics.csv`` or no ``run.json``.
+    """
+    for name in ("metrics.csv", "run.json"):
+        if not (folder / name).is_file():
+            raise FileNotFoundError(f"{folder}: no {name} there; give a folder that compare or crossval wrote")
+    metrics = pd.read_csv(folder / "metrics.csv", keep_default_na=False, na_values={"value": [""], "tolerance": [""], "horizon_s": [""]})
+    return Results(folder, metrics, json.loads((folder / "run.json").read_text(encoding="utf-8")))
