@@ -39,7 +39,9 @@ class Coordinates(StrEnum):
     RELATIVE = "relative"
     """The centre of mass apart from what is relative to it."""
     MOVING_FRAME = "moving frame"
-    """Relative to a frame that follows the centre of mass."""
+    """Relative to a frame that follows the centre of mass along its orbit, its axes fixed in direction."""
+    ROTATING_FRAME = "rotating frame"
+    """Relative to a frame that follows the centre of mass and turns with its longitude."""
     ABSOLUTE = "absolute"
     """Distances from the centre of the body."""
 
@@ -180,6 +182,17 @@ class Engine(ABC):
         if not lacking:
             return None
         return "; ".join(cls.why_not.get(name, f"does not carry {name}") for name in lacking)
+
+    @classmethod
+    def noise(cls, scene: Scene, setting: Setting) -> dict[str, float]:
+        """Errors that do not shrink with the step, beyond the rounding of coordinates; none by default.
+
+        The tolerance at which an engine's iterations stop, the noise of multipliers that are differences
+        over a step. Keys ``attitude`` (rad), ``reaction`` (N), ``torque`` (N m), ``rate`` (rad/s), ``com`` (m),
+        and ``gap`` (m for each step); an adapter that declares one derives it in its docstring.
+        """
+        del scene, setting
+        return {}
 
     @abstractmethod
     def build(self, scene: Scene, setting: Setting) -> None:

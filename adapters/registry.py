@@ -46,11 +46,9 @@ class Registration:
         """Why the engine can't be used here, and how to get it; None if it can."""
         if not self.requires:
             return None
-        try:
-            importlib.import_module(self.requires)
-        except Exception as error:
-            return f"{self.requires} does not import ({type(error).__name__}: {error}); try: {self.install}"
-        return None
+        if importlib.util.find_spec(self.requires) is None:
+            return f"{self.requires} is not installed; try: {self.install}"
+        return None  # one that is there but does not import is found out in its worker
 
     @property
     def version(self) -> str:

@@ -40,7 +40,11 @@ def to_frame(trajectory: Trajectory) -> pd.DataFrame:
 
 
 def from_frame(frame: pd.DataFrame, *, ended: str = "") -> Trajectory:
-    """Trajectory of a table made by :func:`to_frame`."""
+    """Trajectory of a table made by :func:`to_frame`.
+
+    Quantities that have no columns because there is nothing of them (the joints of a single bar) come
+    back empty where there is an attitude, as they were.
+    """
 
     def numbered(pattern: str) -> Array | None:
         found = {int(m[1]): c for c in frame.columns if (m := re.fullmatch(pattern, c))}
@@ -49,6 +53,10 @@ def from_frame(frame: pd.DataFrame, *, ended: str = "") -> Trajectory:
     def pair(x: str, y: str) -> Array:
         return frame[[x, y]].to_numpy(float)
 
+    def or_empty(values: Array | None, *shape: int) -> Array | None:
+        single_bar = "angle_1_rad" in frame and "angle_2_rad" not in frame
+        return np.empty((len(frame), 0, *shape)) if values is None and single_bar else values
+
     rx, ry = numbered(r"reaction_(\d+)_x_N"), numbered(r"reaction_(\d+)_y_N")
     return Trajectory(
         t_s=frame["t_s"].to_numpy(float),
@@ -56,8 +64,8 @@ def from_frame(frame: pd.DataFrame, *, ended: str = "") -> Trajectory:
         com_velocity_m_s=pair("com_vx_m_s", "com_vy_m_s"),
         angle_rad=numbered(r"angle_(\d+)_rad"),
         rate_rad_s=numbered(r"rate_(\d+)_rad_s"),
-        reaction_N=None if rx is None or ry is None else np.stack([rx, ry], axis=-1),
-        gap_m=numbered(r"gap_(\d+)_m"),
+        reaction_N=or_empty(None if rx is None or ry is None else np.stack([rx, ry], axis=-1), 2),
+        gap_m=or_empty(numbered(r"gap_(\d+)_m")),
         torque_N_m=numbered(r"torque_(\d+)_N_m"),
         identity_m=frame["identity_m"].to_numpy(float) if "identity_m" in frame else None,
         condition=frame["condition"].to_numpy(float) if "condition" in frame else None,

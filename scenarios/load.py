@@ -22,7 +22,7 @@ from scenarios.scene import (
     Run,
     Scene,
 )
-from scenarios.schema import ChainTable, PrescribedRotationTable, SceneFile
+from scenarios.schema import LIST, NUMBER, ChainTable, PrescribedRotationTable, SceneFile
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 SHIPPED = Path(__file__).parent
+LIKE_ENOUGH = 0.6  # difflib's own default: below it a suggestion is a guess
 
 
 class SceneError(ValueError):
@@ -99,7 +100,7 @@ def parse_scene(text: str, *, name: str, file: str) -> Scene:
     try:
         return resolve(SceneFile.model_validate(data), name)
     except ValidationError as error:
-        raise SceneError("\n".join(dict.fromkeys(f"{file}: {line}" for line in map(explain, error.errors())))) from None
+        raise SceneError("\n".join(f"{file}: {explain(e)}" for e in without_echoes(error.errors()))) from None
 
 
 def resolve(file: SceneFile, name: str) -> Scene:
@@ -150,13 +151,33 @@ def resolve_rotation(p: PrescribedRotationTable) -> PrescribedRotation:
 
 def nearest(given: str, allowed: Iterable[str]) -> str:
     """`` (did you mean X?)`` for the allowed name nearest to `given`; empty if none is near."""
-    match = difflib.get_close_matches(given, list(allowed), n=1, cutoff=0.6)
-    return f" (did you mean {match[0]}?)" if match else ""
+    match = nearest_name(given, allowed)
+    return f" (did you mean {match}?)" if match else ""
+
+
+def nearest_name(given: str, allowed: Iterable[str]) -> str | None:
+    """Allowed name nearest to `given`, the first of equals, or None if none is near."""
+
+    def likeness(name: str) -> float:
+        return difflib.SequenceMatcher(None, given, name).ratio()
+
+    best = max(sorted(allowed), key=likeness, default=None)
+    return best if best is not None and likeness(best) >= LIKE_ENOUGH else None
+
+
+def without_echoes(errors: list[ErrorDetails]) -> list[ErrorDetails]:
+    """Faults without the "missing" that a misspelt key brings along: it is the same fault."""
+    meant = {
+        (*e["loc"][:-1], nearest_name(str(e["loc"][-1]), keys_of_table(keys_only(e["loc"][:-1]))))
+        for e in errors
+        if e["type"] == "extra_forbidden"
+    }
+    return [e for e in errors if not (e["type"] == "missing" and e["loc"] in meant)]
 
 
 def explain(error: ErrorDetails) -> str:
     """One line for one fault: the key, what was given, what is allowed, the nearest match."""
-    loc = [part for part in error["loc"] if not is_union_branch(part)]
+    loc = keys_only(error["loc"])
     key, given, kind = key_path(loc), error["input"], error["type"]
     if kind == "extra_forbidden":
         allowed = keys_of_table(loc[:-1])
@@ -174,9 +195,9 @@ def explain(error: ErrorDetails) -> str:
     return f"{key}: {shorten(given)} given, allowed: {message}"
 
 
-def is_union_branch(part: int | str) -> bool:
-    """Whether a part of pydantic's location names a branch of a union rather than a key."""
-    return isinstance(part, str) and (part.startswith(("constrained-", "list[", "float", "function-")))
+def keys_only(loc: Sequence[int | str]) -> list[int | str]:
+    """Pydantic's location without the tag that says whether a number or a list was given."""
+    return [part for i, part in enumerate(loc) if i == 0 or part not in (NUMBER, LIST)]
 
 
 def key_path(loc: Sequence[int | str]) -> str:

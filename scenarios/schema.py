@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
 
 EARTH_MU_M3_S2 = 3.986004418e14  # EGM2008 / IAU value
 EARTH_RADIUS_M = 6378e3  # the paper's R_eq
@@ -13,6 +13,11 @@ EARTH_RADIUS_M = 6378e3  # the paper's R_eq
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+NUMBER, LIST = "number", "list"
+PER_BAR = Discriminator(lambda value: LIST if isinstance(value, list) else NUMBER)  # so that an error speaks of one of them
+FinitePerBar = Annotated[Annotated[Finite, Tag(NUMBER)] | Annotated[list[Finite], Tag(LIST)], PER_BAR]
+PositivePerBar = Annotated[Annotated[Positive, Tag(NUMBER)] | Annotated[list[Positive], Tag(LIST)], PER_BAR]
 
 
 class Table(BaseModel):
@@ -40,18 +45,18 @@ class ChainTable(Table):
     """The bars. A number is repeated for every bar, a list gives one value per bar."""
 
     bars: int = Field(ge=1, description="number of bars N")
-    mass_kg: Positive | list[Positive] = Field(description="mass of each bar, kg")
-    length_m: Positive | list[Positive] = Field(description="length of each bar, m")
-    inertia_kg_m2: Positive | list[Positive] | None = Field(
+    mass_kg: PositivePerBar = Field(description="mass of each bar, kg")
+    length_m: PositivePerBar = Field(description="length of each bar, m")
+    inertia_kg_m2: PositivePerBar | None = Field(
         None, description="moment of inertia about the bar's own centre of mass, kg m^2; slender uniform bar by default"
     )
-    angle_deg: Finite | list[Finite] = Field(0.0, description="angle of each bar from the horizontal at t = 0, degrees")
+    angle_deg: FinitePerBar = Field(0.0, description="angle of each bar from the horizontal at t = 0, degrees")
     angle_from: Literal["chain", "bar"] = Field(
         "chain",
         description="whose horizontal the angles start from: the one through the chain's centre of mass, "
         "or the one through each bar's own (the paper's phi_j)",
     )
-    rate_factor: Finite | list[Finite] = Field(
+    rate_factor: FinitePerBar = Field(
         1.0, description="alpha: initial inertial rate of each bar over v0/r0; a prescribed bar takes its law's rate instead"
     )
 

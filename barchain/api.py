@@ -1,0 +1,204 @@
+"""What notebooks and scripts use: load a scene, simulate it, compare engines on it."""
+
+from __future__ import annotations
+
+import dataclasses
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from adapters.engine import EngineError, Knob, Setting, Trajectory
+from adapters.registry import Registration, engines, find_engine
+from barchain.job import Job, Role
+from barchain.pool import run_jobs
+from barchain.record import new_record
+from barchain.store import Store
+from barchain.suite import ANY_EXTERNAL, Plan, Suite
+from reports.outcome import Outcome
+from scenarios import Scene, load_scene, nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+    import pandas as pd
+
+TIME_LIMIT_S = 120.0  # the slowest run of the core suite takes a tenth of it on two cores
+
+
+class SettingError(ValueError):
+    """A setting that the engine does not have."""
+
+
+@dataclass(frozen=True)
+class ComparisonResult:
+    """What :func:`compare` found."""
+
+    metrics: pd.DataFrame
+    """Tidy: scene, engine, setting, quantity, metric, value, unit, tolerance, outcome, reason, horizon_s"""
+    outcomes: dict[tuple[str, str], Outcome]
+    """By (scene, engine)"""
+
+    @property
+    def passed(self) -> bool:
+        """Whether every comparison passed or was declared unsupported, and at least one passed."""
+        found = self.outcomes.values()
+        return all(o.ok for o in found) and Outcome.PASS in found
+
+
+def simulate(
+    scene: Scene | str | Path,
+    engine: str = "reference",
+    *,
+    time_limit_s: float = TIME_LIMIT_S,
+    **setting: float,
+) -> Trajectory:
+    """Run one scene in one engine, in a worker process.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        A scene, its name, or the path of its file.
+    engine : str
+        A registered name.
+    time_limit_s : float
+        Wall time after which the worker is ended.
+    **setting : float
+        The engine's knob, e.g. ``rtol=1e-12`` or ``steps_per_orbit=4000``; its default otherwise.
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    SceneError, UnknownEngineError, SettingError
+        For a scene, an engine or a setting that does not exist.
+    ValueError
+        If the engine can't do this scene, with its reason.
+    EngineError
+        If the run fails, hangs, or returns what can't be a trajectory.
+
+    Notes
+    -----
+    In a script, call it below ``if __name__ == "__main__":``: workers import the script.
+    """
+    found = scene if isinstance(scene, Scene) else load_scene(scene)
+    registration = find_engine(engine)
+    if registration.missing:
+        raise EngineError(f"{engine}: {registration.missing}")
+    loaded = registration.load()
+    reason = loaded.unsupported(found)
+    if reason:
+        raise ValueError(f"{engine} can't do {found.name}: {reason}")
+    chosen = choose_setting(engine, setting)
+    job = Job(found, engine, registration, chosen, Role.MAIN)
+    _, result = next(iter(run_jobs([job], time_limit_s=time_limit_s, workers=1)))
+    if result.outcome is not Outcome.PASS or result.trajectory is None:
+        raise EngineError(f"{engine} on {found.name}: {result.reason or result.outcome.advice}")
+    return result.trajectory
+
+
+def choose_setting(engine: str, given: Mapping[str, float]) -> Setting:
+    """Setting of `engine` from what a user gave; the default one from nothing.
+
+    Raises
+    ------
+    SettingError
+        If the engine has another knob, or the value is out of its range.
+    """
+    ladder = find_engine(engine).load().ladder
+    for name, value in given.items():
+        if name != ladder.knob:
+            raise SettingError(
+                f"{engine} has no setting {name}{nearest(name, [ladder.knob])}; allowed: {ladder.knob}"
+            )
+        least, most = (1e-15, 1.0) if ladder.knob is Knob.RTOL else (1.0, 1e9)
+        if not least <= value <= most:
+            raise SettingError(f"{engine}: {name}={value:g} given, allowed: {least:g} to {most:g}")
+        return Setting(ladder.knob, float(value))
+    return ladder.setting()
+
+
+def compare(
+    scenes: Iterable[Scene | str | Path],
+    engine_names: Iterable[str] | None = None,
+    out: Path | str | None = None,
+    *,
+    time_limit_s: float = TIME_LIMIT_S,
+    workers: int | None = None,
+    settings: Mapping[str, Mapping[str, float]] | None = None,
+    resume: bool = False,
+    need_external: bool = False,
+    command: str = "",
+    progress: Callable[[str, str, str], None] | None = None,
+    registered: Mapping[str, Registration] | None = None,
+) -> ComparisonResult:
+    """Run scenes in engines, compare each with the truth, and write tables as results come.
+
+    Parameters
+    ----------
+    scenes : iterable of Scene, str or Path
+    engine_names : iterable of str, optional
+        All registered engines by default.
+    out : Path or str, optional
+        Folder for tables and trajectories (see :mod:`reports.tables`); none are kept by default.
+    time_limit_s : float
+        Wall time after which one run is ended.
+    workers : int, optional
+        Processes side by side; all cores by default.
+    settings : mapping, optional
+        ``{"exudyn": {"steps_per_orbit": 2000}}``
+    resume : bool
+        Take over the runs that an earlier session left in `out`.
+    need_external : bool
+        Count a scene that no external engine passes as a failure.
+    command : str
+        What was typed, for the record.
+    progress : callable, optional
+        Told (scene, engine, outcome) after each verdict.
+    registered : mapping, optional
+        Engines by name, instead of the registry's.
+
+    Returns
+    -------
+    ComparisonResult
+
+    Raises
+    ------
+    SceneError, UnknownEngineError, SettingError
+        Before anything is run.
+    """
+    loaded = [s if isinstance(s, Scene) else load_scene(s) for s in scenes]
+    chosen = dict(registered) if registered is not None else chosen_engines(engine_names)
+    plan = Plan(
+        unique_names(loaded),
+        chosen,
+        time_limit_s,
+        workers,
+        {name: choose_setting(name, values) for name, values in (settings or {}).items()},
+        resume,
+        need_external,
+    )
+    with tempfile.TemporaryDirectory() as scratch:
+        order = [(s.name, e) for s in plan.scenes for e in [*chosen, ANY_EXTERNAL]]
+        store = Store(Path(out) if out is not None else Path(scratch), new_record(plan, command), order)
+        verdicts = Suite(plan, store, progress or (lambda *_: None)).run()
+        return ComparisonResult(store.metrics(), {pair: v.outcome for pair, v in verdicts.items()})
+
+
+def chosen_engines(names: Iterable[str] | None) -> dict[str, Registration]:
+    """Registrations by name, in the order given; all without names."""
+    return engines() if names is None else {name: find_engine(name) for name in dict.fromkeys(names)}
+
+
+def unique_names(scenes: list[Scene]) -> list[Scene]:
+    """Scenes with different names, so that none overwrites another's files; the same scene twice is one."""
+    kept: dict[str, Scene] = {}
+    for scene in scenes:
+        name, count = scene.name, 1
+        while name in kept and kept[name].digest != scene.digest:
+            count += 1
+            name = f"{scene.name}-{count}"
+        kept[name] = dataclasses.replace(scene, name=name)
+    return list(kept.values())

@@ -1,0 +1,70 @@
+"""One run of one engine: what is asked, and what came back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+from reports.outcome import Outcome
+
+if TYPE_CHECKING:
+    from adapters.engine import Setting, Trajectory
+    from adapters.registry import Registration
+    from scenarios import Scene
+
+
+class Role(StrEnum):
+    """What a run is for."""
+
+    MAIN = "main"
+    """An engine at the setting it is judged at."""
+    FINER = "finer"
+    """The same, one setting finer: their difference estimates the engine's own error."""
+    TRUTH = "truth"
+    """The reference at its tightest."""
+    TRUTH_CHECK = "truth-check"
+    """The reference ten times looser: the truth's error bar."""
+    TWIN = "twin"
+    """The truth from a slightly perturbed start: how the scene amplifies errors."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run to be made."""
+
+    scene: Scene
+    engine: str
+    registration: Registration
+    setting: Setting
+    role: Role
+
+    @property
+    def file_stem(self) -> str:
+        """Name of its trajectory's file inside the scene's folder."""
+        if self.role is Role.MAIN:
+            return self.engine
+        return f"{self.engine}.finer" if self.role is Role.FINER else str(self.role)
+
+    @property
+    def key(self) -> str:
+        """Equal for runs that must give the same trajectory on the same machine."""
+        return "|".join(
+            [self.scene.digest, self.registration.target, self.registration.version, str(self.setting), self.role]
+        )
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What a run gave. Its outcome is PASS for a complete, finite trajectory, whatever its accuracy."""
+
+    outcome: Outcome
+    reason: str = ""
+    trajectory: Trajectory | None = None
+    seconds: dict[str, float] = field(default_factory=dict)
+    """Wall time of `build`, `simulate`, `read`"""
+
+
+def failure(outcome: Outcome, reason: str) -> RunResult:
+    """Result of a run that gave nothing; the reason is kept to one line."""
+    return RunResult(outcome, " ".join(reason.split())[:500])

@@ -1,0 +1,46 @@
+"""Progress of a comparison: a bar on a terminal, plain lines elsewhere."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import time
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+
+@contextlib.contextmanager
+def verdicts_shown(total: int) -> Iterator[Callable[[str, str, str], None]]:
+    """Callback that shows each verdict as it comes, of `total` expected."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield plain_lines(total)
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("comparing", total=total)
+
+        def show(scene: str, engine: str, outcome: str) -> None:
+            bar.update(task, advance=1, description=f"{scene} · {engine}")
+            if outcome not in {"pass", "unsupported"}:
+                bar.console.print(f"{scene}  {engine}  [bold]{outcome}[/bold]")
+
+        yield show
+
+
+def plain_lines(total: int) -> Callable[[str, str, str], None]:
+    """One line a verdict, for logs."""
+    start, done = time.monotonic(), 0
+
+    def show(scene: str, engine: str, outcome: str) -> None:
+        nonlocal done
+        done += 1
+        elapsed = time.monotonic() - start
+        print(f"[{done:>3}/{total}] {elapsed:6.1f} s  {scene}  {engine}  {outcome}", file=sys.stderr, flush=True)
+
+    return show

@@ -1,0 +1,114 @@
+"""What is compared: differences of two trajectories, quantity by quantity, and drifts of one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adapters.initial_state import chain_model
+from reference_impl import invariants
+from scenarios import Actuator, Gravity
+
+if TYPE_CHECKING:
+    from adapters.engine import Array, Trajectory
+    from scenarios import Scene
+
+POINTWISE = ("com", "attitude", "rate", "reaction", "torque")
+
+
+def differences(a: Trajectory, b: Trajectory) -> dict[str, Array]:
+    """Largest difference over bars or joints at each common sample, for each quantity that both have.
+
+    Returns
+    -------
+    dict
+        ``com`` (m), ``attitude`` (rad), ``rate`` (rad/s), ``reaction`` (N), ``torque`` (N m), each (n,).
+        Quantities without components (reactions of a single bar) are left out.
+    """
+    n = min(len(a.t_s), len(b.t_s))
+    pairs = {
+        "com": (a.com_m[:, None, :], b.com_m[:, None, :]),
+        "attitude": (scalars(a.angle_rad), scalars(b.angle_rad)),
+        "rate": (scalars(a.rate_rad_s), scalars(b.rate_rad_s)),
+        "reaction": (a.reaction_N, b.reaction_N),
+        "torque": (scalars(a.torque_N_m), scalars(b.torque_N_m)),
+    }
+    return {
+        name: np.linalg.norm(x[:n] - y[:n], axis=-1).max(axis=-1)
+        for name, (x, y) in pairs.items()
+        if x is not None and y is not None and x.shape[1] and y.shape[1]
+    }
+
+
+def scalars(values: Array | None) -> Array | None:
+    """(n, k) as (n, k, 1), so that a norm over the last axis is an absolute value."""
+    return None if values is None else values[:, :, None]
+
+
+@dataclass(frozen=True)
+class Conserved:
+    """Which invariants a scene has."""
+
+    energy: bool
+    angular_momentum: bool
+    relative: bool
+    """Whether the relative motion conserves them by itself (no gravity)."""
+
+
+def conserved(scene: Scene) -> Conserved:
+    """Invariants that the scene's effects leave.
+
+    The paper's gravity gradient conserves neither: its torque has no counterpart in the force. A
+    prescribed rotation does work; its torque changes the angular momentum unless it acts inside.
+    """
+    laws = scene.effects.prescribed_rotation
+    field = scene.effects.gravity is not Gravity.GRADIENT
+    inside = all(p.actuator is Actuator.JOINT for p in laws)
+    return Conserved(field and not laws, field and inside, scene.effects.gravity is Gravity.NONE)
+
+
+def drifts(scene: Scene, seen: Trajectory) -> dict[str, Array]:
+    """Drift of what should stay, at each sample: ``gap``, ``identity`` (m), ``energy``, ``angular_momentum`` (1).
+
+    Energy and angular momentum are rebuilt from the centre of mass and the attitude in the same way for
+    every engine, and divided by their kinetic part at t = 0.
+    """
+    found: dict[str, Array] = {}
+    if seen.gap_m is not None and scene.bars > 1:
+        found["gap"] = seen.gap_m.max(axis=1)
+    if seen.identity_m is not None and scene.bars > 1:
+        found["identity"] = seen.identity_m
+    if seen.angle_rad is None or seen.rate_rad_s is None:
+        return found
+    keeps = conserved(scene)
+    if keeps.energy:
+        found["energy"] = energy_drift(scene, seen, keeps.relative)
+    if keeps.angular_momentum:
+        found["angular_momentum"] = angular_momentum_drift(scene, seen, keeps.relative)
+    return found
+
+
+def energy_drift(scene: Scene, seen: Trajectory, relative: bool) -> Array:
+    """Change of energy over its initial kinetic part, (n,)."""
+    assert seen.angle_rad is not None and seen.rate_rad_s is not None
+    model = chain_model(scene)
+    energy = kinetic = invariants.relative_kinetic_energy(model, seen.angle_rad, seen.rate_rad_s)
+    if not relative:
+        kinetic = energy + 0.5 * scene.mass_kg * np.sum(seen.com_velocity_m_s**2, axis=-1)
+        energy = energy + invariants.com_energy(model, seen.com_m, seen.com_velocity_m_s)
+        energy = energy + invariants.tidal_energy(model, seen.com_m, seen.angle_rad)
+    return np.abs(energy - energy[0]) / kinetic[0]
+
+
+def angular_momentum_drift(scene: Scene, seen: Trajectory, relative: bool) -> Array:
+    """Change of angular momentum over its initial size, (n,)."""
+    assert seen.angle_rad is not None and seen.rate_rad_s is not None
+    model = chain_model(scene)
+    momentum = invariants.relative_angular_momentum(model, seen.angle_rad, seen.rate_rad_s)
+    size = np.abs(seen.rate_rad_s[0]) @ model.inertia_kg_m2 + np.abs(momentum[0])
+    if not relative:
+        momentum = momentum + invariants.com_angular_momentum(model, seen.com_m, seen.com_velocity_m_s)
+        size = size + np.abs(momentum[0])
+    return np.abs(momentum - momentum[0]) / size

@@ -1,0 +1,217 @@
+"""Scenes × engines: plan the runs, judge each as soon as it can be, keep everything as it comes."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from adapters.engine import Knob, Setting
+from adapters.registry import ENGINES, Registration
+from barchain.comparison import Verdict, judge, no_verdict
+from barchain.job import Job, Role, RunResult
+from barchain.model_difference import com_displacement
+from barchain.pool import run_jobs
+from barchain.truth import TRUTH_CHECK_RTOL, TRUTH_RTOL, Truth, establish, twin
+from reports.outcome import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from adapters.engine import Engine
+    from barchain.store import Store
+    from scenarios import Scene
+
+ANY_EXTERNAL = "(any external)"
+TRUTH_ENGINE = "reference"
+OURS = frozenset({"reference", "reference-absolute", "reference-fast"})
+
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be compared."""
+
+    scenes: list[Scene]
+    engines: dict[str, Registration]
+    time_limit_s: float = 120.0
+    workers: int | None = None
+    settings: dict[str, Setting] = field(default_factory=dict)
+    """Setting of an engine other than its default"""
+    resume: bool = False
+    need_external: bool = False
+    """Whether a scene that no external engine passes is a failure"""
+
+    def setting(self, name: str, engine: type[Engine]) -> Setting:
+        """Setting at which an engine is judged."""
+        return self.settings.get(name, engine.ladder.setting())
+
+
+@dataclass
+class SceneProgress:
+    """Results of one scene as they come."""
+
+    scene: Scene
+    truths: dict[Role, RunResult] = field(default_factory=dict)
+    runs: dict[str, dict[Role, RunResult]] = field(default_factory=dict)
+    verdicts: dict[str, Verdict] = field(default_factory=dict)
+    truth: Truth | None = None
+    truth_failed: str = ""
+
+
+class Suite:
+    """One comparison of many scenes and engines."""
+
+    def __init__(self, plan: Plan, store: Store, report: Callable[[str, str, str], None]) -> None:
+        """Prepare; `report` is told (scene, engine, outcome) after each verdict."""
+        self.plan, self.store, self.report = plan, store, report
+        self.progress = {scene.name: SceneProgress(scene) for scene in plan.scenes}
+        self.classes: dict[str, type[Engine]] = {}
+
+    def run(self) -> dict[tuple[str, str], Verdict]:
+        """Make all runs and judge them; verdicts by (scene, engine)."""
+        start = time.perf_counter()
+        earlier = self.store.earlier_runs() if self.plan.resume else {}
+        self.store.write_record()
+        waiting = []
+        for job in self.jobs():
+            recalled = self.store.recall(job, earlier)
+            if recalled is None:
+                waiting.append(job)
+            else:
+                self.take(job, recalled)
+        for job, result in run_jobs(waiting, time_limit_s=self.plan.time_limit_s, workers=self.plan.workers):
+            self.take(job, result)
+            self.store.record["seconds"] = time.perf_counter() - start
+        self.require_external()
+        self.store.record.update(finished=True, seconds=time.perf_counter() - start)
+        self.store.write_record()
+        return {(name, e): v for name, p in self.progress.items() for e, v in p.verdicts.items()}
+
+    def jobs(self) -> list[Job]:
+        """All runs to make; engines that can't do a scene get their verdict at once."""
+        jobs = []
+        for name, progress in self.progress.items():
+            scene = progress.scene
+            jobs += truth_jobs(scene)
+            for engine, registration in self.plan.engines.items():
+                reason = self.cannot(engine, registration, scene)
+                if reason is not None:
+                    self.settle(name, engine, no_verdict(name, engine, None, *reason))
+                else:
+                    jobs += self.engine_jobs(scene, engine, registration)
+        return jobs
+
+    def cannot(self, engine: str, registration: Registration, scene: Scene) -> tuple[Outcome, str] | None:
+        """Why an engine is not run on a scene, or None."""
+        if registration.missing:
+            return Outcome.MISSING, registration.missing
+        try:
+            self.classes[engine] = registration.load()
+        except Exception as error:
+            return Outcome.FAILED, f"its adapter does not load: {type(error).__name__}: {error}"
+        reason = self.classes[engine].unsupported(scene)
+        return None if reason is None else (Outcome.UNSUPPORTED, reason)
+
+    def engine_jobs(self, scene: Scene, engine: str, registration: Registration) -> list[Job]:
+        """The two runs of one engine on one scene."""
+        setting = self.plan.setting(engine, self.classes[engine])
+        finer = self.classes[engine].ladder.finer(setting)
+        return [
+            Job(scene, engine, registration, setting, Role.MAIN),
+            Job(scene, engine, registration, finer, Role.FINER),
+        ]
+
+    def take(self, job: Job, result: RunResult) -> None:
+        """Note a result, and judge whatever it completes."""
+        self.store.keep_run(job, result)
+        progress = self.progress[job.scene.name]
+        if job.role in (Role.TRUTH, Role.TRUTH_CHECK, Role.TWIN):
+            progress.truths[job.role] = result
+            self.found_truth(progress)
+            ready = list(progress.runs)
+        else:
+            progress.runs.setdefault(job.engine, {})[job.role] = result
+            ready = [job.engine]
+        for engine in ready:
+            self.judge_if_ready(progress, engine)
+
+    def found_truth(self, progress: SceneProgress) -> None:
+        """Establish the truth once its three runs are there."""
+        if len(progress.truths) < 3:
+            return
+        failed = [f"{role}: {r.reason}" for role, r in progress.truths.items() if r.outcome is not Outcome.PASS]
+        if failed:
+            progress.truth_failed = f"the truth could not be run ({'; '.join(failed)})"
+            return
+        seen = {role: r.trajectory for role, r in progress.truths.items() if r.trajectory is not None}
+        truth = establish(progress.scene, seen[Role.TRUTH], seen[Role.TRUTH_CHECK], seen[Role.TWIN])
+        progress.truth = truth
+        self.store.record["scenes"][progress.scene.name] |= truth_facts(truth)
+        t = truth.trajectory.t_s[: len(truth.growth)]
+        self.store.keep_growth(progress.scene.name, pd.DataFrame({"t_s": t, "growth": truth.growth}))
+
+    def judge_if_ready(self, progress: SceneProgress, engine: str) -> None:
+        """Judge an engine once its two runs and the truth are there."""
+        runs, name = progress.runs[engine], progress.scene.name
+        if len(runs) < 2 or engine in progress.verdicts:
+            return
+        setting = self.plan.setting(engine, self.classes[engine])
+        if progress.truth_failed:
+            self.settle(name, engine, no_verdict(name, engine, setting, Outcome.FAILED, progress.truth_failed))
+        elif progress.truth is not None:
+            verdict = judge(
+                engine, self.classes[engine], setting, runs[Role.MAIN], runs[Role.FINER], progress.truth
+            )
+            self.settle(name, engine, verdict)
+
+    def settle(self, scene: str, engine: str, verdict: Verdict) -> None:
+        """Keep a verdict and tell of it."""
+        self.progress[scene].verdicts[engine] = verdict
+        self.store.keep_rows(scene, engine, verdict.rows, verdict.series)
+        self.report(scene, engine, verdict.outcome)
+
+    def require_external(self) -> None:
+        """A scene that no external engine passes has not been cross-validated."""
+        if not self.plan.need_external:
+            return
+        for name, progress in self.progress.items():
+            outside = {e: v.outcome for e, v in progress.verdicts.items() if e not in OURS}
+            if Outcome.PASS not in outside.values():
+                reason = "no external engine was compared and passed on this scene"
+                self.settle(
+                    name, ANY_EXTERNAL, no_verdict(name, ANY_EXTERNAL, None, Outcome.NOTHING_COMPARED, reason)
+                )
+
+
+def truth_jobs(scene: Scene) -> list[Job]:
+    """The three runs of the reference that a scene's truth is made of."""
+
+    def job(of: Scene, rtol: float, role: Role) -> Job:
+        return Job(of, TRUTH_ENGINE, ENGINES[TRUTH_ENGINE], Setting(Knob.RTOL, rtol), role)
+
+    return [
+        job(scene, TRUTH_RTOL, Role.TRUTH),
+        job(scene, TRUTH_CHECK_RTOL, Role.TRUTH_CHECK),
+        job(twin(scene), TRUTH_RTOL, Role.TWIN),
+    ]
+
+
+def truth_facts(truth: Truth) -> dict[str, Any]:
+    """What run.json says of a scene's truth."""
+    displacement = com_displacement(truth.scene, truth.trajectory)
+    inside = truth.trajectory.t_s[: len(truth.growth)] <= truth.horizon_s
+    return {
+        "truth_setting": f"rtol={TRUTH_RTOL:g}",
+        "truth_error_rad": float(truth.error["attitude"][: len(inside)][inside].max()),
+        "truth_horizon_s": truth.horizon_s,
+        "growth_per_orbit": truth.growth_per_orbit,
+        "growth_total": float(truth.growth[-1]),
+        "model_difference": {
+            "com_m": float(abs(displacement.vector_m).max()),
+            "note": "departure of the chain's centre of mass from a particle's track, O((L/r)^2), "
+            "predicted along the truth's attitude and taken out before engines without attitude are judged",
+        },
+    }

@@ -1,0 +1,84 @@
+"""The truth of a scene, its error bar, and how the scene amplifies a small error.
+
+Truth: the reference at its tightest. Error bar: its difference from a run ten times looser, which
+bounds it. Amplification: a twin of the truth started a little aside.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from barchain.quantities import differences
+
+if TYPE_CHECKING:
+    from adapters.engine import Array, Trajectory
+    from scenarios import Scene
+
+TRUTH_RTOL = 1e-13
+TRUTH_CHECK_RTOL = 1e-12
+TWIN_ASIDE = 1e-10  # rad: a thousand times the truth's own error, yet linear until it has grown 1e8 times
+PARTED_RAD = 1e-2  # two runs whose attitudes differ by more have parted: nothing later is compared point by point
+
+
+def twin(scene: Scene) -> Scene:
+    """`scene` with every bar's angle and rate moved aside by :data:`TWIN_ASIDE`, in fixed arbitrary proportions."""
+    chain = scene.chain
+    rng = np.random.default_rng(20020812)  # any fixed numbers do; the same in every run
+    aside = TWIN_ASIDE * rng.choice([-1.0, 1.0], (2, chain.bars)) * rng.uniform(0.5, 1.0, (2, chain.bars))
+    unit = max(1.0, max(abs(a) for a in chain.rate_factor))
+    moved = dataclasses.replace(
+        chain,
+        angle_rad=tuple(a + float(d) for a, d in zip(chain.angle_rad, aside[0], strict=True)),
+        rate_factor=tuple(a + unit * float(d) for a, d in zip(chain.rate_factor, aside[1], strict=True)),
+    )
+    return dataclasses.replace(scene, chain=moved)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The truth of one scene and what limits it; n samples."""
+
+    scene: Scene
+    trajectory: Trajectory
+    error: dict[str, Array]
+    """Estimate for each quantity, (n,), never falling"""
+    growth: Array
+    """(n,) how many times a small perturbation of the attitude has grown by then, never falling"""
+    response: dict[str, Array]
+    """Change of each quantity per change of attitude, (n,), never falling: from the twin, SI units per rad"""
+    horizon_s: float
+    """Until when the truth itself is one"""
+
+    @property
+    def growth_per_orbit(self) -> float:
+        """Growth of a perturbation over the first orbit (or the run, if shorter)."""
+        t = self.trajectory.t_s
+        return float(self.growth[np.searchsorted(t, min(self.scene.period_s, t[-1]) * (1 - 1e-12))])
+
+
+def establish(scene: Scene, truth: Trajectory, check: Trajectory, aside: Trajectory) -> Truth:
+    """Truth of a scene from its three runs of the reference."""
+    error = {name: np.maximum.accumulate(d) for name, d in differences(truth, check).items()}
+    parted = differences(truth, aside)
+    n = min(len(truth.t_s), len(check.t_s), len(aside.t_s))
+    attitude = np.maximum.accumulate(parted["attitude"])[:n]
+    growth = attitude / attitude[0]
+    response = {name: np.maximum.accumulate(d[:n] / attitude) for name, d in parted.items()}
+    # without a difference at t = 0 (reactions of a chain at rest) the first samples say too little
+    return Truth(scene, truth, error, growth, response, horizon(truth, check))
+
+
+def horizon(a: Trajectory, b: Trajectory) -> float:
+    """Last common instant before two runs part by :data:`PARTED_RAD` in attitude, s.
+
+    Runs without attitude (centre of mass only) part when they end: orbits are not chaotic.
+    """
+    n = min(len(a.t_s), len(b.t_s))
+    apart = differences(a, b).get("attitude", np.zeros(n))
+    parted = np.nonzero(apart > PARTED_RAD)[0]
+    last = int(parted[0]) - 1 if len(parted) else n - 1
+    return float(a.t_s[max(last, 0)])

@@ -1,0 +1,83 @@
+"""What a worker process does: one run, quietly, in a folder of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+from adapters.engine import EngineError
+from barchain.checks import fault
+from barchain.job import Job, RunResult, failure
+from reports.outcome import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from adapters.engine import Engine
+
+T = TypeVar("T")
+
+
+def run_job(job: Job, log: Path) -> RunResult:
+    """Run `job`; whatever the engine prints goes to `log`, and no exception leaves.
+
+    Parameters
+    ----------
+    job : Job
+    log : Path
+        File for the engine's output; it outlives a crash of the process.
+    """
+    with quietly(log), tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        try:
+            return run_phases(job, job.registration.load())
+        except ImportError as error:
+            return failure(Outcome.MISSING, f"does not import ({error}); try: {job.registration.install}")
+        except EngineError as error:
+            return failure(Outcome.FAILED, str(error))
+        except Exception as error:
+            return failure(Outcome.FAILED, f"{type(error).__name__}: {error}")
+
+
+def run_phases(job: Job, engine_class: type[Engine]) -> RunResult:
+    """Build, simulate and read, each timed, then check what came out."""
+    engine = engine_class()
+    seconds: dict[str, float] = {}
+    timed(seconds, "build", lambda: engine.build(job.scene, job.setting))
+    timed(seconds, "simulate", engine.simulate)
+    seen = timed(seconds, "read", engine.read)
+    found = fault(job.scene, engine_class, seen)
+    if found:
+        return RunResult(found[0], found[1], seen, seconds)
+    return RunResult(Outcome.PASS, seen.ended, seen, seconds)
+
+
+def timed(seconds: dict[str, float], phase: str, call: Callable[[], T]) -> T:
+    """Result of `call`, its wall time noted."""
+    start = time.perf_counter()
+    result = call()
+    seconds[phase] = time.perf_counter() - start
+    return result
+
+
+@contextlib.contextmanager
+def quietly(log: Path) -> Iterator[None]:
+    """Send what this process and its libraries print, C code included, to `log`."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    kept = os.dup(1), os.dup(2)
+    with log.open("wb") as sink:
+        os.dup2(sink.fileno(), 1)
+        os.dup2(sink.fileno(), 2)
+        try:
+            yield
+        finally:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            for target, copy in zip((1, 2), kept, strict=True):
+                os.dup2(copy, target)
+                os.close(copy)

@@ -1,0 +1,138 @@
+"""Engines that go wrong in one way each: the reference, with a fault put in."""
+
+import ctypes
+import dataclasses
+import os
+import time
+from typing import ClassVar
+
+import numpy as np
+
+from adapters.engine import Engine, EngineError, Observable
+from adapters.reference_adapter import Reference
+
+
+class Faulty(Engine):
+    """The reference behind the contract, to be spoiled."""
+
+    title = "the reference with a fault"
+    coordinates = Reference.coordinates
+    order = None
+    ladder = Reference.ladder
+    effects = Reference.effects
+    observables: ClassVar = Reference.observables
+
+    def build(self, scene, setting):
+        self.inner = Reference()
+        self.inner.build(scene, setting)
+
+    def simulate(self):
+        self.inner.simulate()
+
+    def read(self):
+        return self.spoil(self.inner.read())
+
+    def spoil(self, seen):
+        return seen
+
+
+class Sound(Faulty):
+    """No fault."""
+
+
+class Segfault(Faulty):
+    def simulate(self):
+        print("about to go", flush=True)
+        ctypes.string_at(0)
+
+
+class Aborts(Faulty):
+    def simulate(self):
+        os.abort()
+
+
+class Hangs(Faulty):
+    def simulate(self):
+        time.sleep(3600)
+
+
+class GivesUp(Faulty):
+    def simulate(self):
+        raise EngineError("step size became zero")
+
+
+class Raises(Faulty):
+    def simulate(self):
+        raise ZeroDivisionError("inside\nthe engine")
+
+
+class DoesNotImport(Faulty):
+    def build(self, scene, setting):
+        raise ImportError("libmissing.so: cannot open shared object file")
+
+
+class ReturnsNan(Faulty):
+    def spoil(self, seen):
+        angle = seen.angle_rad.copy()
+        angle[7, 1] = np.nan
+        return seen.replace(angle_rad=angle)
+
+
+class StopsEarly(Faulty):
+    def spoil(self, seen):
+        half = len(seen.t_s) // 2
+        arrays = {k: v[:half] for k, v in vars(seen).items() if isinstance(v, np.ndarray)}
+        return dataclasses.replace(seen, **arrays)
+
+
+class DropsChannel(Faulty):
+    def spoil(self, seen):
+        return dataclasses.replace(seen, reaction_N=None)
+
+
+class WrongShape(Faulty):
+    def spoil(self, seen):
+        return seen.replace(rate_rad_s=seen.rate_rad_s[:, :1])
+
+
+class LateClock(Faulty):
+    def spoil(self, seen):
+        return seen.replace(t_s=seen.t_s * (1 + 1e-6))
+
+
+class IgnoresJoints(Faulty):
+    def spoil(self, seen):
+        return seen.replace(gap_m=seen.gap_m + 0.3 * seen.t_s[:, None])
+
+
+class IgnoresJointsInSilence(Faulty):
+    """Free bars, and no gap to tell of it."""
+
+    observables: ClassVar = Reference.observables - {Observable.GAP}
+
+    def spoil(self, seen):
+        straight = seen.angle_rad[0] + np.outer(seen.t_s, seen.rate_rad_s[0])
+        rate = np.broadcast_to(seen.rate_rad_s[0], seen.rate_rad_s.shape)
+        zero = np.zeros_like(seen.reaction_N)
+        return seen.replace(angle_rad=straight, rate_rad_s=rate, reaction_N=zero, gap_m=None)
+
+
+class SwapsSign(Faulty):
+    def spoil(self, seen):
+        return seen.replace(reaction_N=-seen.reaction_N)
+
+
+class IsSloppy(Faulty):
+    """A tolerance loosened on the quiet: both settings run at 1e-3."""
+
+    def build(self, scene, setting):
+        super().build(scene, dataclasses.replace(setting, value=setting.value * 1e6))
+
+
+class Chatters(Faulty):
+    def simulate(self):
+        os.write(1, b"hello from C\n")
+        print("hello from Python")
+        with open("stray.txt", "w") as stray:  # noqa: PTH123
+            stray.write("left behind")
+        self.inner.simulate()

@@ -1,0 +1,148 @@
+"""Scene files: what is shipped is valid, what is wrong is refused in one readable line."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from adapters.initial_state import initial_state
+from barchain.cli import run
+from scenarios import SceneError, SceneFile, load_scene, parse_scene, scene_names
+
+GOOD = """
+title = "t"
+source = "s"
+[orbit]
+altitude_m = 350e3
+[chain]
+bars = 3
+mass_kg = 100.0
+length_m = [10.0, 20.0, 30.0]
+[run]
+orbits = 1.0
+"""
+
+
+def refuse(text: str) -> str:
+    with pytest.raises(SceneError) as caught:
+        parse_scene(text, name="x", file="x.toml")
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_every_shipped_scene_loads_and_closes_its_joints(name):
+    scene = load_scene(name)
+    start = initial_state(scene)
+    assert np.allclose(np.array(scene.chain.mass_kg) @ start.position_m, 0.0, atol=1e-12 * scene.mass_kg * scene.size_m)
+    assert scene.tags and scene.source and scene.description
+
+
+def test_the_papers_scenes_are_all_there():
+    wanted = {f"paper/fig{n}" for n in ("05", "09", "13", "15", "17", "05_bar_horizontal", "17_inertial")}
+    assert wanted <= set(scene_names())
+
+
+def test_scalars_are_repeated_and_lists_taken_bar_by_bar():
+    chain = parse_scene(GOOD, name="x", file="x.toml").chain
+    assert chain.mass_kg == (100.0,) * 3
+    assert chain.length_m == (10.0, 20.0, 30.0)
+    assert chain.inertia_kg_m2 == tuple(100.0 * length**2 / 12 for length in chain.length_m)
+
+
+def test_orbits_count_periods_of_the_osculating_ellipse():
+    scene = parse_scene(GOOD.replace("altitude_m = 350e3", "altitude_m = 350e3\nspeed_factor = 1.1"), name="x", file="x")
+    semi_major = scene.radius0_m / (2 - 1.1**2)
+    period = 2 * math.pi * math.sqrt(semi_major**3 / scene.central_body.mu_m3_s2)
+    assert scene.run.duration_s == pytest.approx(period, rel=1e-15)
+
+
+def test_a_horizontal_bar_is_perpendicular_to_its_own_radius():
+    scene = parse_scene(GOOD.replace("[run]", 'angle_from = "bar"\n[run]'), name="x", file="x")
+    start = initial_state(scene)
+    place = start.com_m + start.position_m
+    along = np.stack([np.cos(start.angle_rad), np.sin(start.angle_rad)], axis=-1)
+    assert np.abs(np.sum(place * along, axis=-1)).max() < 4 * np.spacing(scene.radius0_m)
+
+
+def test_a_bar_held_to_its_local_horizontal_starts_at_the_rate_of_its_own_longitude():
+    scene = load_scene("paper/fig17")
+    start = initial_state(scene)
+    place = (start.com_m + start.position_m)[4]
+    motion = (start.com_velocity_m_s + start.velocity_m_s)[4]
+    longitude_rate = (place[0] * motion[1] - place[1] * motion[0]) / (place @ place)
+    assert start.rate_rad_s[4] == pytest.approx(longitude_rate, rel=1e-14)
+    assert start.rate_rad_s[4] == pytest.approx(scene.orbital_rate_rad_s, rel=1e-5)  # alpha = 1 to first order
+    assert initial_state(load_scene("paper/fig17_inertial")).rate_rad_s[4] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("bars = 3", "bars = 0"), ["x.toml", "chain.bars", "0 given", "greater than or equal to 1"]),
+        (("mass_kg = 100.0", "mass_kg = -1.0"), ["chain.mass_kg", "-1.0 given", "greater than 0"]),
+        (("mass_kg = 100.0", "mass_kg = [1.0, 2.0]"), ["chain.mass_kg", "one value per bar: 3"]),
+        (("mass_kg = 100.0", "mass_kg = [1.0, nan, 1.0]"), ["chain.mass_kg[1]", "nan given", "finite"]),
+        (("mass_kg = 100.0", 'mass_kg = "heavy"'), ["chain.mass_kg", "'heavy' given", "valid number"]),
+        (("mass_kg = 100.0", "mas_kg = 100.0"), ["chain.mas_kg", "unknown key", "did you mean mass_kg?"]),
+        (("altitude_m = 350e3", "altitude_m = -7e6"), ["orbit.altitude_m", "-7000000.0 given", "greater than 0"]),
+        (("altitude_m = 350e3", "altitude_m = 50.0"), ["orbit.altitude_m", "chain of 60 m", "surface"]),
+        (("altitude_m = 350e3", "altitude_m = nan"), ["orbit.altitude_m", "nan given", "finite"]),
+        (("[orbit]", "[orbits]"), ["orbits", "unknown key", "did you mean orbit?"]),
+        (("orbits = 1.0", "orbits = 1.0\nduration_s = 5.0"), ["run", "exactly one of orbits, duration_s"]),
+        (("orbits = 1.0", "samples = 11"), ["run", "exactly one of orbits, duration_s"]),
+        (("orbits = 1.0", "orbits = 1.0\nsamples = 1"), ["run.samples", "1 given", "2"]),
+        (("altitude_m = 350e3", "altitude_m = 350e3\nspeed_factor = 1.5"), ["run.orbits", "not bound", "sqrt(2)"]),
+        (("[run]", '[effects]\ngravity = "gradiant"\n[run]'), ["effects.gravity", "'gradiant'", "did you mean gradient?"]),
+        (("[run]", "[effects]\ndrag = true\n[run]"), ["effects.drag", "unknown key", "allowed here: gravity"]),
+        (("[run]", '[effects]\ngravity = "none"\n[run]'), ["run.orbits", "without gravity"]),
+        (('title = "t"', ""), ["title", "missing"]),
+        (("bars = 3", "bars ="), ["not valid TOML"]),
+    ],
+)
+def test_a_wrong_scene_is_refused_with_the_key_what_was_given_and_what_is_allowed(change, words):
+    message = refuse(GOOD.replace(*change))
+    assert all(word in message for word in words), message
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("rotations", "words"),
+    [
+        (["bar = 4"], ["bar: 4 given, allowed: 1 to 3"]),
+        (["bar = 1", "bar = 1"], ["bar 1 already has a prescribed rotation"]),
+        (['bar = 1\nactuator = "joint"', 'bar = 2\nactuator = "joint"'], ["joint 1 would carry two motors"]),
+        (['bar = 1\nframe = "local"'], ["frame", "'local' given", "local_horizontal"]),
+    ],
+)
+def test_prescriptions_that_conflict_are_refused(rotations, words):
+    tables = "".join(
+        f"[[effects.prescribed_rotation]]\namplitude_deg = 10.0\nduration_s = 60.0\n{r}\n" for r in rotations
+    )
+    message = refuse(GOOD + tables)
+    assert all(word in message for word in words), message
+
+
+def test_a_misspelt_scene_name_suggests_the_nearest():
+    with pytest.raises(SceneError, match=r"did you mean paper/fig05\?"):
+        load_scene("paper/fig5")
+
+
+def test_the_command_line_refuses_a_wrong_scene_in_one_line_with_exit_code_2(tmp_path, capsys):
+    path = tmp_path / "mine.toml"
+    path.write_text(GOOD.replace("mass_kg = 100.0", "mass_kg = -1.0"))
+    assert run(["simulate", str(path), "--out", str(tmp_path / "x.csv")]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "mine.toml" in error
+    assert "-1.0" in error
+
+
+def test_the_schema_is_a_json_schema_that_describes_every_key(capsys):
+    assert run(["schema"]) == 0
+    schema = json.loads(capsys.readouterr().out)
+    assert schema == SceneFile.model_json_schema()
+    tables = [schema, *schema["$defs"].values()]
+    keys = [(name, key) for table in tables for name, key in table["properties"].items() if "$ref" not in key]
+    undescribed = [name for name, key in keys if "description" not in key and "default" not in key]
+    assert undescribed == []
