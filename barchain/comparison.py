@@ -107,7 +107,7 @@ class Comparison:
         model = self.remove_model_difference() if self.com_only else {}
         own, floor = differences(main, finer), floors(engine, self.scene, setting, main, truth)
         self.model = model
-        self.explained = explained(own, truth, floor, {}, self.n)
+        self.explained = explained(own, setting, truth, floor)
         self.band = {k: b[: self.n] for k, b in bands(engine, self.scene, setting, main, truth).items()}
 
     @property
@@ -169,8 +169,8 @@ class Comparison:
     def tolerance(self, quantity: str) -> Array:
         """What explains a residual, (n,)."""
         if quantity == "com" and self.model:
-            return self.explained[quantity] + self.model["uncertainty"]
-        return self.explained[quantity]
+            return self.explained[quantity][: self.n] + self.model["uncertainty"]
+        return self.explained[quantity][: self.n]
 
     def pointwise(self, quantity: str) -> list[Row]:
         """Size of the difference up to the horizon; is it explained, and is it good enough?"""

@@ -132,7 +132,9 @@ def prescribed_torques(model: ChainModel, t_s: float, state: State, turning: Tur
         for p, reaction in zip(laws, turning.by_torque, strict=True)
     ]
     gained = [[followed(state, p, *response) for response in by_torque] for p in laws]
-    found: Array = np.linalg.solve(np.array(gained), np.array(lacking))
+    # without units of inertia, or pivots picked across bars of very different size lose the light bars' laws
+    unit = np.sqrt(model.inertia_kg_m2[[p.bar for p in laws]])
+    found: Array = unit * np.linalg.solve(unit[:, None] * np.array(gained) * unit, unit * np.array(lacking))
     return found
 
 

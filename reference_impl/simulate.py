@@ -227,16 +227,32 @@ class Simulation:
         self.atol = rtol * self.packing.scales(radius, rate)
 
     def walk(self, t_s: Array) -> Walk:
-        """Integrate over the sample instants; stop where a bar reaches the surface."""
-        return walk(
-            self.packing.rhs,
-            self.y0,
-            t_s,
-            self.atol,
-            breaks_s=tuple(t for p in self.model.prescriptions for t in p.breaks_s),
-            project=self.packing.project if isinstance(self.packing, Projected) else None,
-            height=self.height if self.model.body_radius_m > 0.0 else None,
-        )
+        """Integrate over the sample instants; stop where a bar reaches the surface.
+
+        Raises
+        ------
+        ArithmeticError
+            As :func:`reference_impl.stepper.walk`.
+        """
+        try:
+            return walk(
+                self.packing.rhs,
+                self.y0,
+                t_s,
+                self.atol,
+                breaks_s=tuple(t for p in self.model.prescriptions for t in p.breaks_s),
+                project=self.packing.project if isinstance(self.packing, Projected) else None,
+                height=self.height if self.model.body_radius_m > 0.0 else None,
+            )
+        except ArithmeticError as error:
+            raise ArithmeticError(f"{error}{self.suspicion}") from error
+
+    @property
+    def suspicion(self) -> str:
+        """What is most likely behind a run that broke down, if anything is known."""
+        if all(p.reacts_on is None for p in self.model.prescriptions):
+            return ""
+        return " A joint motor can lose its grip: where its effect on its bar's angle passes through zero, no torque holds the law."
 
     def height(self, y: Array) -> float:
         """Least distance of any point of any bar from the surface, m."""

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import DOP853
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from reference_impl.chain import Array
 
-RTOL_FLOOR = 100.0 * np.finfo(float).eps  # the least SciPy takes; accuracy is asked for through atol, block by block
-BREAK_SLACK = 1e-12  # of the duration: breaks nearer than this to each other are one
+RTOL_FLOOR = 100.0 * np.finfo(float).eps  # the least SciPy takes; accuracy is asked for block by block, by atol
+BREAK_SLACK = 1e-12  # of the duration: breaks nearer than this to each other or to the ends are one
+DIP_MARGIN = 0.5  # of the lower end's height: a parabola's dip below this is looked at closely
 
 
 @dataclass(frozen=True)
@@ -64,12 +65,13 @@ def walk(
     Raises
     ------
     ArithmeticError
-        If the step size collapses or the state is no longer finite.
+        If the step size collapses, or the state or its rate is not finite.
     """
-    ends = [t for t in sorted(breaks_s) if t_s[0] < t < t_s[-1]]
-    marks = [t_s[0], *ends, t_s[-1]]
+    if not np.all(np.isfinite([y0, rhs(t_s[0], y0)])):
+        raise ArithmeticError("the initial state or its rate is not finite")  # SciPy would look for a step for ever
     slack = BREAK_SLACK * (t_s[-1] - t_s[0])
-    rows, y, steps, evaluations, taken = [np.array(y0)], np.array(y0), 0, 0, 1
+    marks = [t_s[0], *(t for t in sorted(breaks_s) if t_s[0] + slack < t < t_s[-1] - slack), t_s[-1]]
+    rows, y, steps, evaluations, taken = [np.array(y0)], np.array(y0), 0, 1, 1
     for start, end in itertools.pairwise(marks):
         if end - start <= slack:
             continue
@@ -91,6 +93,7 @@ def walk(
             if project:
                 solver.y = project(solver.y)
                 solver.f = rhs(solver.t, solver.y)
+                evaluations += 1
         y = solver.y
         evaluations += solver.nfev
     return Walk(t_s[:taken], np.array(rows), steps, evaluations, None)
@@ -99,10 +102,31 @@ def walk(
 def landing(
     dense: Callable[[float], Array], height: Callable[[Array], float], start: float, end: float, before: float
 ) -> float | None:
-    """Instant inside a step at which `height` reaches zero, or None."""
+    """Instant inside a step at which `height` first reaches zero, or None."""
     if before <= 0.0:
         return start
-    if height(dense(end)) > 0.0:
+
+    def at(t: float) -> float:
+        return height(dense(t))
+
+    below = end if at(end) <= 0.0 else dip(at, start, end, before)
+    if below is None:
         return None
-    found: float = brentq(lambda t: height(dense(t)), start, end, xtol=1e-9 * max(end - start, 1e-3))
+    found: float = brentq(at, start, below, xtol=1e-9 * max(end - start, 1e-3))
     return found
+
+
+def dip(at: Callable[[float], float], start: float, end: float, before: float) -> float | None:
+    """Instant inside a step at which `at` is below zero though both ends are above, or None.
+
+    A perigee just under the surface is passed within one step: the parabola through the ends and the
+    middle tells whether the lowest point is worth searching for.
+    """
+    middle, after = at(0.5 * (start + end)), at(end)
+    slope, bend = 4.0 * middle - 3.0 * before - after, 2.0 * (before + after - 2.0 * middle)
+    if bend <= 0.0 or not 0.0 < -slope < 2.0 * bend:
+        return None  # no lowest point between the ends
+    if before - slope * slope / (4.0 * bend) > DIP_MARGIN * min(before, after):
+        return None
+    lowest = minimize_scalar(at, bounds=(start, end), method="bounded", options={"xatol": 1e-9 * (end - start)})
+    return float(lowest.x) if lowest.fun <= 0.0 else None

@@ -1,0 +1,197 @@
+"""pymunk behind the engines' contract: impulses and joints of a game physics engine, made second order.
+
+The engine gives no reaction's direction, so reactions are the momentum balance along the chain: what
+each bar's velocity gained in the step that is centred on the sample, less gravity there. Rates and the
+centre of mass' velocity are the mean of the two half steps around the sample.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from typing import TYPE_CHECKING, ClassVar, final
+
+import numpy as np
+
+from adapters.engine import (
+    Array,
+    Coordinates,
+    Engine,
+    EngineError,
+    Knob,
+    Ladder,
+    Observable,
+    Setting,
+    Trajectory,
+)
+from adapters.initial_state import InitialState, initial_state
+from adapters.kepler import propagate
+from adapters.pymunk_loads import AbsoluteLoads, LandedError, Loads, MovingLoads
+from adapters.pymunk_sweeps import SETTLED_STEPS, sweeps
+from reference_impl.kinematics import directions
+from scenarios import Gravity
+
+if TYPE_CHECKING:
+    from adapters.pymunk_space import Glimpse
+    from scenarios import Scene
+
+MOST_SWEEPS = 1000  # of a step: about 57 equal bars, at a millisecond or two for each step
+WHOLE_STEPS_SLACK = 1e-9  # a step count this near to a whole one is that one
+
+NO_MOTOR = "pymunk's motors hold a rate with a limited impulse, they do not follow a law of angle"
+
+
+class PymunkEngine(Engine):
+    """What both coordinate sets share."""
+
+    order = 2.0
+    ladder = Ladder(
+        Knob.STEPS_PER_ORBIT, (500, 1000, 2000, 5000, 10000, 20000, 50000, 100000, 200000), default=20000
+    )
+    effects = frozenset({"gravity.none", "gravity.point", "gravity.gradient"})
+    observables = frozenset(
+        {Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION, Observable.GAP}
+    )
+    why_not: ClassVar[dict[str, str]] = {
+        f"prescribed_rotation.{what}": NO_MOTOR
+        for what in ("inertial", "local_horizontal", "external", "joint")
+    }
+
+    @classmethod
+    def unsupported(cls, scene: Scene) -> str | None:
+        """Also refuse chains whose joints take the engine too many sweeps to settle."""
+        needed = sweeps(scene.chain)
+        if needed > MOST_SWEEPS:
+            return (
+                f"{scene.bars} bars of these masses: pymunk's iterative joints would need {needed} sweeps "
+                f"in each step to hold, allowed: {MOST_SWEEPS} "
+                "(about 57 equal bars, fewer with light bars between heavy ones)"
+            )
+        return super().unsupported(scene)
+
+    @abstractmethod
+    def frame(self, scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
+        """Origin of the coordinates and its velocity at `t_s`, each (n, 2), m and m/s."""
+
+    @abstractmethod
+    def loads(self, scene: Scene) -> Loads:
+        """Gravity in these coordinates."""
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        """Make the space; the frame's track is part of the run and is computed there."""
+        from adapters.pymunk_space import ChainSpace
+
+        intervals = scene.run.samples - 1
+        wanted = setting.value * scene.run.duration_s / scene.period_s / intervals
+        self.every = max(1, math.ceil(wanted - WHOLE_STEPS_SLACK))
+        self.dt_s = scene.run.duration_s / (intervals * self.every)
+        self.scene, self.start = scene, initial_state(scene)
+        origin, drift = self.frame(scene, self.start, np.zeros(1))
+        self.chain = ChainSpace(scene.chain, self.start, origin[0], drift[0], self.dt_s)
+        self.gravity = self.loads(scene)
+        if scene.effects.gravity is not Gravity.NONE:
+            self.chain.install(self.gravity)
+        self.seen: list[Glimpse] = []
+        self.ended = ""
+
+    def simulate(self) -> None:
+        """Step from sample to sample."""
+        t_s = np.linspace(0.0, self.scene.run.duration_s, (self.scene.run.samples - 1) * self.every + 1)
+        self.origin_m, self.drift_m_s = self.frame(self.scene, self.start, t_s)
+        chain, gravity, dt, step = self.chain, self.gravity, self.dt_s, 0
+        try:
+            for step, (x, y) in enumerate(self.origin_m.tolist()):
+                gravity.move_to(x, y)
+                if step == SETTLED_STEPS:
+                    chain.settle()
+                if step % self.every:
+                    chain.step(dt)
+                else:
+                    self.seen.append(chain.look(first=step == 0))
+            chain.check_joints()
+        except LandedError:
+            self.ended = f"a bar reached the surface at t = {t_s[step]:.6f} s"
+        except (ArithmeticError, ValueError) as error:
+            raise EngineError(f"the chain was lost at t = {t_s[step]:.6g} s: {error}") from error
+
+    def read(self) -> Trajectory:
+        """Observables at the samples, from what was seen around each."""
+        n, dt = len(self.seen), self.dt_s
+        place, before, after = (np.array(values) for values in zip(*self.seen, strict=True))
+        origin, drift = self.origin_m[:: self.every][:n], self.drift_m_s[:: self.every][:n]
+        gain, mean = (after - before) / dt, 0.5 * (before + after)
+        gain[0], mean[0] = (
+            2.0 * gain[0],
+            before[0],
+        )  # the first one is half a step, from the initial instant on
+        mass = np.array(self.scene.chain.mass_kg)
+        share = mass / mass.sum()
+        pull = mass[:, None] * (gain[..., :2] - self.field(origin, place))
+        return Trajectory(
+            self.scene.times_s[:n],
+            origin + np.einsum("j,njk->nk", share, place[..., :2]),
+            drift + np.einsum("j,njk->nk", share, mean[..., :2]),
+            place[..., 2],
+            mean[..., 2],
+            np.cumsum(pull, axis=1)[:, :-1],
+            self.gaps(place),
+            ended=self.ended,
+            info={
+                "steps": n * self.every if self.ended else (n - 1) * self.every,
+                "dt_s": dt,
+                "sweeps": self.chain.sweeps,
+            },
+        )
+
+    def field(self, origin_m: Array, place: Array) -> Array:
+        """Gravity's acceleration of each bar at the samples, (n, N, 2) m/s², by the loads of the run."""
+        found = np.zeros((*place.shape[:2], 2))
+        if self.scene.effects.gravity is Gravity.NONE:
+            return found
+        half = self.chain.half_m
+        for i, bars in enumerate(place.tolist()):
+            self.gravity.move_to(*origin_m[i].tolist())
+            found[i] = [self.gravity.load(x, y, a, h)[:2] for (x, y, a), h in zip(bars, half, strict=True)]
+        return found
+
+    def gaps(self, place: Array) -> Array:
+        """Distance of the ends that each joint ties, (n, N-1) m."""
+        along, _ = directions(place[..., 2])
+        reach = np.array(self.chain.half_m)[:, None] * along
+        gap = np.diff(place[..., :2], axis=1) - (reach[:, 1:] + reach[:, :-1])
+        return np.hypot(gap[..., 0], gap[..., 1])
+
+
+@final
+class Pymunk(PymunkEngine):
+    """In a frame that falls freely with the chain's centre of mass at first: exact, by Kepler."""
+
+    title = "pymunk, impulses and joints in a freely falling frame"
+    coordinates = Coordinates.MOVING_FRAME
+
+    def frame(self, scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
+        """Kepler's orbit of a particle started as the centre of mass is; uniform motion without gravity."""
+        if scene.effects.gravity is Gravity.NONE:
+            drift = np.tile(start.com_velocity_m_s, (len(t_s), 1))
+            return start.com_m + t_s[:, None] * drift, drift
+        return propagate(scene.central_body.mu_m3_s2, start.com_m, start.com_velocity_m_s, t_s)
+
+    def loads(self, scene: Scene) -> Loads:
+        """Gravity less that at the origin."""
+        return MovingLoads(scene)
+
+
+@final
+class PymunkAbsolute(PymunkEngine):
+    """From the centre of the body: joints and gravity out of differences of large numbers."""
+
+    title = "pymunk, impulses and joints in inertial coordinates"
+    coordinates = Coordinates.ABSOLUTE
+
+    def frame(self, scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:  # noqa: ARG002
+        """Return the centre of the body, at rest."""
+        return np.zeros((len(t_s), 2)), np.zeros((len(t_s), 2))
+
+    def loads(self, scene: Scene) -> Loads:
+        """Gravity as it is."""
+        return AbsoluteLoads(scene)

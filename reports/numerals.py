@@ -1,0 +1,121 @@
+"""Numbers as people read them: significant digits, powers of ten, SI prefixes."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from markupsafe import Markup, escape
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+SMALLEST_PLAIN = 1e-3  # below it, zeros after the point take longer to count than a power of ten to read
+LARGEST_COUNT = 1e9  # whole numbers below it are counts, and written out
+PREFIXES = (
+    (1e9, "G"),
+    (1e6, "M"),
+    (1e3, "k"),
+    (1.0, ""),
+    (1e-3, "m"),
+    (1e-6, "µ"),
+    (1e-9, "n"),
+    (1e-12, "p"),
+)
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def number(value: object) -> float | None:
+    """Return `value` as a float if it is one; None for what is not a number (NaN is one)."""
+    if isinstance(value, bool) or value is None:
+        return None
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return None
+
+
+def significant(value: float | None, digits: int = 3) -> str:
+    """``0.0112``, ``5.40e-07``, ``NaN``; empty for None."""
+    if value is None:
+        return ""
+    if not math.isfinite(value):
+        return "NaN" if math.isnan(value) else "inf" if value > 0 else "-inf"
+    if value == 0.0:
+        return "0"
+    text = (
+        f"{value:#.{digits}g}"  # the one rounding: 999.6 becomes 1.00e+03 here, never 1000 and 999 by turns
+    )
+    if "e" in text or abs(value) < SMALLEST_PLAIN:
+        return f"{value:.{digits - 1}e}"
+    return text.rstrip(".")
+
+
+def typeset(value: float | None, digits: int = 3) -> Markup:
+    """Give the same for HTML: a true minus, and powers of ten set as such."""
+    return powers(significant(value, digits))
+
+
+def powers(text: str) -> Markup:
+    """Set a plain number as HTML."""
+    mantissa, e, exponent = text.partition("e")
+    if not e:
+        return escape(text.replace("-", "−").replace("inf", "∞"))
+    power = str(int(exponent)).replace("-", "−")
+    return Markup("{}&#8202;×&#8202;10<sup>{}</sup>").format(mantissa.replace("-", "−"), power)
+
+
+def power_of_ten(exponent: int) -> str:
+    """``10⁻⁷``, for ticks, where no markup can go."""
+    return "10" + str(exponent).translate(SUPERSCRIPTS)
+
+
+def prefixed(largest: float, unit: str) -> tuple[float, str]:
+    """Factor and unit with an SI prefix, so that `largest` reads between 1 and 1000."""
+    if not math.isfinite(largest) or largest <= 0.0 or not unit or unit == "1":
+        return 1.0, unit
+    size, letter = next(((s, p) for s, p in PREFIXES if largest >= 0.9995 * s), PREFIXES[-1])
+    return 1.0 / size, letter + unit
+
+
+def each(values: Sequence[object], unit: str) -> str:
+    """``5 × 100 m`` for equal values, ``100, 60, 30 kg`` otherwise."""
+    found = [v for v in map(number, values) if v is not None]
+    if not found:
+        return ""
+    if len(set(found)) == 1:
+        return f"{len(found)} × {found[0]:g} {unit}" if len(found) > 1 else f"{found[0]:g} {unit}"
+    shown = ", ".join(f"{v:g}" for v in found[:12])
+    return f"{shown}{', …' if len(found) > 12 else ''} {unit}"
+
+
+def span(seconds: float | None) -> str:
+    """``1 h 31 min 32 s`` for a duration."""
+    if seconds is None or not math.isfinite(seconds):
+        return ""
+    if seconds < 60:
+        return f"{seconds:.3g} s"
+    minutes, s = divmod(round(seconds), 60)
+    hours, m = divmod(minutes, 60)
+    return " ".join(f"{n} {unit}" for n, unit in ((hours, "h"), (m, "min"), (s, "s")) if n)
+
+
+def as_given(value: object) -> str:
+    """Return a stored setting or count as it was given: whole numbers whole, words as words."""
+    found = number(value)
+    if found is None:
+        return "" if value is None else str(value)
+    if math.isfinite(found) and found == int(found) and abs(found) < LARGEST_COUNT:
+        return f"{found:.0f}"
+    digits = next((d for d in (1, 2) if float(f"{found:.{d - 1}e}") == found), 3)
+    return significant(found, digits)
+
+
+def given_markup(value: object) -> Markup:
+    """Give the same for HTML."""
+    text, found = as_given(value), number(value)
+    if found is None:
+        return escape(text)
+    if text.lstrip("-").isdigit():
+        return escape(f"{found:,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}"))
+    return powers(text)

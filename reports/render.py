@@ -1,0 +1,150 @@
+"""From a result folder to its two reports."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+from markupsafe import Markup
+
+from reports.markdown import cell_text, escape_text, table_row
+from reports.numerals import as_given, given_markup, number, significant, span, typeset
+from reports.outcome import Outcome
+from reports.palette import PAPER, engine_pen, variables
+from reports.record import mapping, rows
+from reports.scene_view import anchor, facts, view_scene
+from reports.summary import WORDS, Cell, Summary, summarise
+from reports.tables import Results, read_results
+from reports.verdict import failure_words, judge
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+SYMBOLS = {
+    Outcome.PASS: "✓",
+    Outcome.REPORTED: "·",
+    Outcome.UNSUPPORTED: "–",
+    Outcome.INCONSISTENT: "≠",
+    Outcome.OUT_OF_BAND: "▲",
+    Outcome.NOTHING_COMPARED: "○",
+    Outcome.INCOMPLETE: "◐",
+    Outcome.NOT_FINITE: "?",
+    Outcome.JOINTS_IGNORED: "¦",
+    Outcome.TIMED_OUT: "◷",
+    Outcome.FAILED: "✗",
+    Outcome.MISSING: "∅",
+}
+
+
+def render(folder: Path) -> tuple[Path, Path]:
+    """Write ``index.html`` and ``report.md`` into a result folder, from its stored tables alone.
+
+    Parameters
+    ----------
+    folder : Path
+        As described in :mod:`reports.tables`.
+
+    Returns
+    -------
+    tuple of Path
+        The HTML file and the Markdown file.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder holds no ``metrics.csv`` or no ``run.json``.
+    """
+    results = read_results(folder)
+    summary = summarise(results)
+    shared = context(results, summary)
+    views = [view_scene(results, summary, s) for s in summary.scenes]
+    environment = templates()
+    page, text = folder / "index.html", folder / "report.md"
+    page.write_text(environment.get_template("index.html.j2").render(shared, views=views), encoding="utf-8")
+    text.write_text(environment.get_template("report.md.j2").render(shared), encoding="utf-8")
+    return page, text
+
+
+def templates() -> Environment:
+    """Templates with escaping on for HTML, and the filters they use."""
+    made = Environment(
+        loader=PackageLoader("reports"),
+        autoescape=select_autoescape(("html.j2",)),
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=StrictUndefined,
+    )
+    made.filters |= {
+        "typeset": lambda v, digits=3: typeset(number(v), digits),
+        "significant": lambda v: significant(number(v)),
+        "md": escape_text,
+        "row": table_row,
+        "number": number,
+        "value": as_given,
+        "nice": given_markup,
+        "span": span,
+        "cell_text": cell_text,
+        "anchor": anchor,
+        "why": failure_words,
+        "facts": facts,
+    }
+    return made
+
+
+def context(results: Results, summary: Summary) -> dict[str, Any]:
+    """Gather what both templates see."""
+    record = results.record
+    return {
+        "summary": summary,
+        "verdict": judge(summary),
+        "hint": str(record.get("verdict_hint") or ""),
+        "record": {k: str(record.get(k) or "") for k in ("barchain", "created", "command")},
+        "seconds": number(record.get("seconds")),
+        "environment": mapping(record.get("environment")),
+        "packages": dict(sorted(mapping(record.get("packages")).items())),
+        "engines": {e: mapping(mapping(record.get("engines")).get(e)) for e in summary.engines},
+        "runs": in_order(rows(record.get("runs"))),
+        "misprints": rows(record.get("misprints")),
+        "tolerances": rows(record.get("tolerances")),
+        "limitations": [str(t) for t in record.get("limitations") or []],
+        "Outcome": Outcome,
+        "words": WORDS,
+        "symbols": SYMBOLS,
+        "kind": kind,
+        "mapping": mapping,
+        "engine_pen": engine_pen,
+        "orbits": orbits,
+        "light": Markup(variables(0)),
+        "dark": Markup(variables(1)),
+        "paper": PAPER,
+    }
+
+
+RUN_KEYS = ("scene", "engine", "role", "setting")
+
+
+def in_order(runs: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the runs with every key that a table shows, in an order that does not tell when they came."""
+    whole = [{**dict.fromkeys((*RUN_KEYS, "outcome"), ""), **r} for r in runs]
+    return sorted(whole, key=lambda r: [str(r[k]) for k in RUN_KEYS])
+
+
+def kind(outcome: Outcome) -> str:
+    """Class of an outcome's colour."""
+    if outcome is Outcome.PASS:
+        return "pass"
+    if outcome in (Outcome.REPORTED, Outcome.UNSUPPORTED):
+        return "aside"
+    if outcome in (Outcome.MISSING, Outcome.NOTHING_COMPARED, Outcome.TIMED_OUT, Outcome.INCOMPLETE):
+        return "gone"
+    return "fail"
+
+
+def orbits(summary: Summary, cell: Cell) -> str:
+    """Horizon of a cell in words; empty where the whole run is compared."""
+    scene = next((s for s in summary.scenes if s.name == cell.scene), None)
+    if cell.horizon_s is None or scene is None:
+        return ""
+    if not scene.closed:
+        return f"to {cell.horizon_s:.3g} s"
+    return f"to {cell.horizon_s / scene.period_s:.2f} orbits"

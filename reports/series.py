@@ -1,0 +1,80 @@
+"""From columns of a table to curves: thinning that keeps spikes, log axes that tell the truth."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Array = NDArray[np.float64]
+MOST_POINTS = 400  # more than the pixels a panel is wide
+MOST_DECADES = 18  # of a log axis: below that lies double precision's noise about anything
+
+
+def numbered(frame: pd.DataFrame, pattern: str) -> Array | None:
+    """Columns `pattern` (with one number in it), in order of the number; None if there are none.
+
+    Returns
+    -------
+    ndarray, shape (samples, columns), or None
+    """
+    found = {int(m[1]): str(c) for c in frame.columns if (m := re.fullmatch(pattern, str(c)))}
+    return frame[[found[j] for j in sorted(found)]].to_numpy(float) if found else None
+
+
+def column(frame: pd.DataFrame, name: str) -> Array | None:
+    """One column as floats; None if it is not there or holds no number at all."""
+    if name not in frame:
+        return None
+    values = frame[name].to_numpy(float)
+    return values if np.isfinite(values).any() else None
+
+
+def thin(x: Array, y: Array, most: int = MOST_POINTS) -> tuple[Array, Array]:
+    """At most `most` points that keep the least and the largest of every stretch.
+
+    A stretch without a single number becomes one NaN, so the line stays broken there.
+    """
+    if len(x) <= most:
+        return x, y
+    keep: list[int] = [0]
+    for block in np.array_split(np.arange(len(x)), (most - 2) // 2):
+        values = y[block]
+        if np.isfinite(values).any():
+            keep += sorted({int(block[np.nanargmin(values)]), int(block[np.nanargmax(values)])})
+        else:
+            keep.append(int(block[0]))
+    kept = np.unique([*keep, len(x) - 1])
+    return x[kept], y[kept]
+
+
+@dataclass(frozen=True)
+class Floor:
+    """Lower and upper edge of a log axis."""
+
+    low: float
+    high: float
+
+    def lift(self, y: Array) -> tuple[Array, int]:
+        """Draw what is positive and below the edge on it, and count how many that were; NaN stays NaN."""
+        below = (y > 0.0) & (y < self.low * (1.0 - 1e-6))
+        return np.where(below, self.low, y), int(below.sum())
+
+
+def floor_of(curves: list[Array]) -> Floor | None:
+    """Whole decades around all positive values of `curves`; None if there are none."""
+    positive = [c[np.isfinite(c) & (c > 0.0)] for c in curves]
+    values = np.concatenate(positive) if positive else np.empty(0)
+    if not values.size:
+        return None
+    high = int(np.ceil(np.log10(values.max()) - 1e-9))
+    low = max(int(np.floor(np.log10(values.min()) + 1e-9)), high - MOST_DECADES)
+    if high - low < 2:
+        low -= 1
+    return Floor(10.0**low, 10.0**high)

@@ -1,0 +1,228 @@
+"""The metrics table, gathered: one row per scene, engine and quantity, one cell per scene and engine."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from reports.numerals import number
+from reports.outcome import Outcome
+from reports.record import SceneRecord, mapping
+from reports.tables import QUANTITY_UNITS, Results
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+# From what may stand to what nothing can be made of: the gravest outcome of its rows is a cell's own.
+GRAVITY = (
+    Outcome.REPORTED,
+    Outcome.PASS,
+    Outcome.UNSUPPORTED,
+    Outcome.OUT_OF_BAND,
+    Outcome.INCONSISTENT,
+    Outcome.NOTHING_COMPARED,
+    Outcome.INCOMPLETE,
+    Outcome.NOT_FINITE,
+    Outcome.JOINTS_IGNORED,
+    Outcome.TIMED_OUT,
+    Outcome.FAILED,
+    Outcome.MISSING,
+)
+WORDS = {outcome: outcome.value.replace("_", " ") for outcome in Outcome}
+SHORT_OF_THE_RUN = 0.999  # a horizon of more than this share of the run is the whole run
+
+
+def gravest(outcomes: Iterable[Outcome]) -> Outcome:
+    """Return the worst of some outcomes; of none, that nothing was compared."""
+    return max(outcomes, key=GRAVITY.index, default=Outcome.NOTHING_COMPARED)
+
+
+def read_outcome(text: str) -> Outcome:
+    """Outcome of a stored word; an unknown word counts as a failure rather than as nothing."""
+    try:
+        return Outcome(text)
+    except ValueError:
+        return Outcome.FAILED
+
+
+@dataclass(frozen=True)
+class QuantityRow:
+    """All metrics of one quantity in one run."""
+
+    quantity: str
+    unit: str
+    largest: float | None
+    """Of the difference, or of the drift"""
+    rms: float | None
+    final: float | None
+    band: float | None
+    ratio: float | None
+    """Largest ratio of the difference to what the errors of both explain"""
+    horizon_s: float | None
+    outcome: Outcome
+    reason: str
+
+    @property
+    def name(self) -> str:
+        """Name for people."""
+        return QUANTITY_NAMES.get(self.quantity, self.quantity.replace("_", " "))
+
+
+QUANTITY_NAMES = {
+    "com": "CM track",
+    "com_velocity": "CM velocity",
+    "gap": "joint gap",
+    "identity": "identity (6)",
+}
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One engine's run of one scene."""
+
+    scene: str
+    engine: str
+    setting: str
+    outcome: Outcome
+    reason: str
+    rows: tuple[QuantityRow, ...]
+    duration_s: float | None
+
+    def row(self, quantity: str) -> QuantityRow | None:
+        """Row of a quantity."""
+        return next((r for r in self.rows if r.quantity == quantity), None)
+
+    @property
+    def word(self) -> str:
+        """Outcome in words."""
+        return WORDS[self.outcome]
+
+    @property
+    def shown(self) -> list[QuantityRow]:
+        """What a small cell has room for: attitude and reactions, or else the CM track."""
+        found = [r for q in ("attitude", "reaction") if (r := self.row(q)) and r.largest is not None]
+        return found or [r for r in (self.row("com"),) if r and r.largest is not None]
+
+    @property
+    def horizon_s(self) -> float | None:
+        """Earliest end of a pointwise comparison, if before the end of the run."""
+        found = [r.horizon_s for r in self.rows if r.horizon_s is not None]
+        if not found or (self.duration_s and min(found) > SHORT_OF_THE_RUN * self.duration_s):
+            return None
+        return min(found)
+
+    @property
+    def worst_ratio(self) -> QuantityRow | None:
+        """Row that differs most beyond what is explained."""
+        found = [r for r in self.rows if r.ratio is not None]
+        return max(found, key=lambda r: r.ratio or 0.0, default=None)
+
+    @property
+    def compared(self) -> bool:
+        """Whether a difference of this run was judged."""
+        return any(r.quantity != "run" and r.outcome is not Outcome.REPORTED for r in self.rows) or (
+            self.outcome is Outcome.PASS
+        )
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Everything the verdict and the matrix are made from."""
+
+    scenes: tuple[SceneRecord, ...]
+    engines: tuple[str, ...]
+    cells: dict[tuple[str, str], Cell]
+    finished: bool
+
+    def cell(self, scene: str, engine: str) -> Cell | None:
+        """Cell of a run; None if there was none."""
+        return self.cells.get((scene, engine))
+
+    def of_scene(self, scene: str) -> list[Cell]:
+        """Cells of a scene, in the engines' order."""
+        return [c for e in self.engines if (c := self.cell(scene, e))]
+
+    @cached_property
+    def all(self) -> list[Cell]:
+        """All cells, scene by scene."""
+        return [c for s in self.scenes for c in self.of_scene(s.name)]
+
+    def with_outcome(self, *outcomes: Outcome) -> list[Cell]:
+        """Cells that ended so."""
+        return [c for c in self.all if c.outcome in outcomes]
+
+
+def summarise(results: Results) -> Summary:
+    """Gather the metrics of a result folder."""
+    metrics, record = results.metrics, results.record
+    known = mapping(record.get("scenes"))
+    names = list(dict.fromkeys([*known, *metrics["scene"].astype(str)]))
+    scenes = sorted((SceneRecord(n, mapping(known.get(n))) for n in names), key=paper_first)
+    engines = list(
+        dict.fromkeys([*mapping(record.get("engines")), *sorted(set(metrics["engine"].astype(str)))])
+    )
+    durations = {s.name: s.value("duration_s") for s in scenes}
+    cells = {
+        (str(scene), str(engine)): make_cell(str(scene), str(engine), group, durations.get(str(scene)))
+        for (scene, engine), group in metrics.groupby(["scene", "engine"], sort=True)
+    }
+    return Summary(tuple(scenes), tuple(e for e in engines if e), cells, record.get("finished") is not False)
+
+
+def paper_first(scene: SceneRecord) -> tuple[bool, str]:
+    """Sort key: the paper's scenes, then the others, each by name."""
+    return "paper" not in scene.tags and not scene.name.startswith("paper/"), scene.name
+
+
+def make_cell(scene: str, engine: str, group: pd.DataFrame, duration_s: float | None) -> Cell:
+    """Cell from all metric rows of one run."""
+    found = [make_row(str(q), g) for q, g in group.groupby("quantity", sort=False)]
+    order = list(QUANTITY_UNITS)
+    found.sort(key=lambda r: (order.index(r.quantity) if r.quantity in order else len(order), r.quantity))
+    worst = gravest(r.outcome for r in found)
+    reason = "; ".join(
+        r.reason if r.quantity == "run" else f"{r.name}: {r.reason}"
+        for r in found
+        if r.outcome is worst and r.reason
+    )
+    return Cell(scene, engine, str(group["setting"].iloc[0]), worst, reason, tuple(found), duration_s)
+
+
+def make_row(quantity: str, group: pd.DataFrame) -> QuantityRow:
+    """Row from all metric rows of one quantity of one run."""
+    by_metric = {str(r["metric"]): r for r in group.to_dict("records")}
+    largest = by_metric.get("max", by_metric.get("drift", {}))
+    outcomes = [read_outcome(str(o)) for o in group["outcome"]]
+    worst = gravest(outcomes)
+    reasons = [str(t) for t, o in zip(group["reason"], outcomes, strict=True) if o is worst and str(t)]
+    unit = next((str(u) for u in group["unit"] if str(u)), QUANTITY_UNITS.get(quantity, ""))
+    horizons = pd.to_numeric(group["horizon_s"], errors="coerce").dropna()
+    return QuantityRow(
+        quantity=quantity,
+        unit=largest.get("unit") or unit,
+        largest=stored(largest, "value"),
+        rms=stored(by_metric.get("rms", {}), "value"),
+        final=stored(by_metric.get("final", {}), "value"),
+        band=finite(stored(largest, "tolerance")),
+        ratio=stored(by_metric.get("consistency", {}), "value"),
+        horizon_s=None if horizons.empty else float(horizons.min()),
+        outcome=worst,
+        reason="; ".join(dict.fromkeys(reasons)),
+    )
+
+
+def stored(row: dict[Any, Any], key: str) -> float | None:
+    """Return the number of a stored row: NaN if the row is there without one, None if there is no row."""
+    if not row or row.get("metric") == "outcome":
+        return None
+    value = number(row.get(key))
+    return math.nan if value is None else value
+
+
+def finite(value: float | None) -> float | None:
+    """Return a number, or None for NaN: a tolerance that is not given."""
+    return None if value is None or not math.isfinite(value) else value

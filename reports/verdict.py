@@ -1,0 +1,119 @@
+"""The verdict in words, made from the numbers of the table and from nothing else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from reports.numerals import significant
+from reports.outcome import Outcome
+
+if TYPE_CHECKING:
+    from reports.summary import Cell, QuantityRow, Summary
+
+ALLOWED = (Outcome.PASS, Outcome.REPORTED, Outcome.UNSUPPORTED)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What stands at the top of a report."""
+
+    good: bool
+    headline: str
+    sentences: tuple[str, ...]
+    failures: tuple[Cell, ...]
+
+
+def judge(summary: Summary) -> Verdict:
+    """Put the summary into words."""
+    failures = tuple(c for c in summary.all if not c.outcome.ok)
+    idle = scenes_without_comparison(summary)
+    good = not failures and not idle and summary.finished and bool(summary.with_outcome(Outcome.PASS))
+    sentences = [counts(summary, failures), worst(summary), *idle]
+    return Verdict(good, headline(summary, failures, idle), tuple(s for s in sentences if s), failures)
+
+
+def headline(summary: Summary, failures: tuple[Cell, ...], idle: list[str]) -> str:
+    """One line that can be read alone."""
+    judged = [c for c in summary.all if c.outcome not in (Outcome.REPORTED, Outcome.UNSUPPORTED)]
+    if not judged:
+        return "Nothing was compared."
+    so_far = "" if summary.finished else " so far"
+    if failures:
+        return f"{len(failures)} of {count(len(judged), 'comparison')} failed{so_far}."
+    if idle:
+        return f"All {count(len(judged), 'comparison')} passed{so_far}, but a scene has none."
+    if len(judged) == 1:
+        return f"The one comparison passed{so_far}."
+    return f"All {count(len(judged), 'comparison')} passed{so_far}."
+
+
+def counts(summary: Summary, failures: tuple[Cell, ...]) -> str:
+    """How many runs there were, and how they ended."""
+    passed, left_out = summary.with_outcome(Outcome.PASS), summary.with_outcome(Outcome.UNSUPPORTED)
+    reported = summary.with_outcome(Outcome.REPORTED)
+    cells = len(summary.scenes) * len(summary.engines)
+    parts = [
+        f"{len(passed)} passed",
+        f"{len(failures)} failed",
+        f"{len(left_out)} {be(left_out)} unsupported",
+    ]
+    parts += [f"{len(reported)} {be(reported)} reported without being judged"] if reported else []
+    not_run = cells - len(summary.all)
+    parts += [f"{not_run} {'was' if not_run == 1 else 'were'} not run"] if not_run else []
+    scenes, engines = count(len(summary.scenes), "scene"), count(len(summary.engines), "engine")
+    return f"Of {scenes} times {engines} ({count(cells, 'run')}), {', '.join(parts[:-1])} and {parts[-1]}."
+
+
+def worst(summary: Summary) -> str:
+    """Largest ratio of a difference to what is explained, among the comparisons that passed and in all."""
+    rated = [(c, r) for c in summary.all if (r := c.worst_ratio)]
+    if not rated:
+        return ""
+    cell, row = max(rated, key=lambda pair: pair[1].ratio or 0.0)
+    if (row.ratio or 0.0) > 1.0:
+        return f"The worst difference is {ratio_words(cell, row)}: more than 1 is not explained."
+    return f"The largest difference is {ratio_words(cell, row)}."
+
+
+def ratio_words(cell: Cell, row: QuantityRow) -> str:
+    """``0.83 of what the errors ... explain (attitude, exudyn on paper/fig05)``."""
+    times = significant(row.ratio)
+    return f"{times} times what the errors of both sides explain ({row.name}, {cell.engine} on {cell.scene})"
+
+
+def scenes_without_comparison(summary: Summary) -> list[str]:
+    """Scenes that no engine was compared on: a hole in the suite."""
+    holes = [
+        s.name
+        for s in summary.scenes
+        if summary.of_scene(s.name)
+        and not any(c.outcome is not Outcome.UNSUPPORTED for c in summary.of_scene(s.name))
+    ]
+    return [f"No engine was compared on {', '.join(holes)}."] if holes else []
+
+
+def failure_words(cell: Cell) -> str:
+    """Why a run failed, from its rows: the reason stored, or the numbers."""
+    if cell.reason:
+        return cell.reason
+    row = next((r for r in cell.rows if r.outcome is cell.outcome), None)
+    if row is None:
+        return cell.outcome.advice
+    if cell.outcome is Outcome.INCONSISTENT and row.ratio is not None:
+        return f"{row.name}: {significant(row.ratio)} times what is explained"
+    if cell.outcome is Outcome.OUT_OF_BAND and row.band is not None:
+        return (
+            f"{row.name}: {significant(row.largest)} {row.unit}, allowed {significant(row.band)} {row.unit}"
+        )
+    return cell.outcome.advice
+
+
+def count(n: int, noun: str) -> str:
+    """``1 scene``, ``2 scenes``."""
+    return f"{n} {noun}{'' if n == 1 else 's'}"
+
+
+def be(cells: list[Cell]) -> str:
+    """``is`` or ``are``."""
+    return "is" if len(cells) == 1 else "are"

@@ -1,0 +1,92 @@
+"""The command line: what it writes, and how it fails."""
+
+import json
+
+import pandas as pd
+import pytest
+
+from barchain.cli import run
+from scenarios import load_scene
+
+QUICK = "basics/libration"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["simulate", "paper/fig5", "--out", "x.csv"], ["no such scene", "did you mean paper/fig05?"]),
+        (["simulate", QUICK, "--engine", "exudin", "--out", "x.csv"], ["no such engine", "did you mean exudyn?"]),
+        (["simulate", QUICK, "--out", "x.xlsx"], ["'.xlsx' given", ".parquet, .csv"]),
+        (["simulate", QUICK, "--out", "nowhere/x.csv"], ["no folder nowhere"]),
+        (["simulate", QUICK, "--set", "rtol", "--out", "x.csv"], ["no value", "KNOB=NUMBER"]),
+        (["simulate", QUICK, "--set", "rtl=1e-9", "--out", "x.csv"], ["no setting rtl", "did you mean rtol?"]),
+        (["simulate", QUICK, "--set", "rtol=-1", "--out", "x.csv"], ["rtol=-1 given", "allowed"]),
+        (["simulate", QUICK, "--set", "rtol=nan", "--out", "x.csv"], ["rtol=nan given", "allowed"]),
+        (["simulate", "paper/fig17", "--engine", "pymunk", "--out", "x.csv"], ["pymunk can't do paper/fig17"]),
+        (["simulate", QUICK], ["--out"]),
+        (["compare", "--out", "x"], ["SCENE"]),
+        (["compare", QUICK, "--out", "x", "--set", "rtol=1"], ["ENGINE:KNOB=NUMBER"]),
+        (["crossval", "--tag", "papr"], ["--tag papr", "did you mean paper?"]),
+        (["report", "nowhere"], ["metrics.csv"]),
+        (["nonsense"], ["nonsense"]),
+    ],
+)
+def test_bad_usage_gives_one_readable_line_and_exit_code_2(arguments, words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert run(arguments) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert all(word in error for word in words), error
+    assert "Traceback" not in error
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("ending", [".csv", ".parquet"])
+def test_simulate_writes_one_row_a_sample_in_named_columns(tmp_path, ending):
+    out = tmp_path / f"run{ending}"
+    assert run(["simulate", "basics/two_bars_free", "--set", "rtol=1e-8", "--out", str(out)]) == 0
+    table = pd.read_csv(out) if ending == ".csv" else pd.read_parquet(out)
+    assert len(table) == load_scene("basics/two_bars_free").run.samples
+    wanted = "t_s com_x_m com_y_m com_vx_m_s com_vy_m_s angle_1_rad angle_2_rad rate_1_rad_s rate_2_rad_s reaction_1_x_N reaction_1_y_N gap_1_m"
+    assert set(wanted.split()) <= set(table.columns)
+    assert "torque_1_N_m" not in table
+
+
+def test_what_an_engine_lacks_is_absent_not_zero(tmp_path):
+    out = tmp_path / "run.csv"
+    assert run(["simulate", QUICK, "--engine", "rebound", "--out", str(out)]) == 0
+    assert not [c for c in pd.read_csv(out).columns if c.startswith(("angle", "rate", "reaction", "gap"))]
+
+
+def test_a_users_own_scene_is_compared_and_its_report_rendered_again_from_tables(tmp_path, capsys):
+    scene = tmp_path / "mine.toml"
+    scene.write_text(
+        'title = "mine"\nsource = "me"\n[orbit]\naltitude_m = 5e5\n[chain]\nbars = 2\nmass_kg = 10.0\nlength_m = 5.0\n'
+        "angle_deg = 80.0\n[run]\norbits = 0.2\nsamples = 21\n"
+    )
+    out = tmp_path / "out"
+    code = run(["compare", str(scene), "--engine", "reference", "--engine", "exudyn-tree", "--out", str(out)])
+    shown = capsys.readouterr()
+    assert code == 0, shown
+    assert {p.name for p in out.iterdir()} >= {"index.html", "report.md", "metrics.csv", "run.json", "trajectories"}
+    record = json.loads((out / "run.json").read_text())
+    assert record["finished"]
+    assert {r["role"] for r in record["runs"]} == {"truth", "truth-check", "twin", "main", "finer"}
+    first = (out / "report.md").read_bytes()
+    for made in ("index.html", "report.md"):
+        (out / made).unlink()
+    assert run(["report", str(out)]) == 0
+    assert (out / "report.md").read_bytes() == first
+
+
+def test_a_failed_comparison_exits_with_1(tmp_path, capsys):
+    code = run(["compare", QUICK, "--engine", "exudyn", "--time-limit", "0.01", "--out", str(tmp_path)])
+    assert code == 1
+    assert "failed" in capsys.readouterr().out
+
+
+def test_lists_name_every_scene_and_engine(capsys):
+    assert run(["scenes"]) == 0
+    assert "paper/fig05_bar_horizontal" in capsys.readouterr().out
+    assert run(["engines"]) == 0
+    assert "exudyn-index3" in capsys.readouterr().out

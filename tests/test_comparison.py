@@ -1,0 +1,149 @@
+"""The comparison itself: it explains what it should, and nothing else."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from adapters.engine import Knob, Setting, Trajectory
+from adapters.reference_adapter import Reference
+from barchain.comparison import judge, worst
+from barchain.job import RunResult
+from barchain.model_difference import com_displacement
+from barchain.quantities import conserved, differences, drifts
+from barchain.truth import PARTED_RAD, TWIN_ASIDE, establish, horizon, twin
+from reports.outcome import Outcome
+from scenarios import Actuator, load_scene
+
+
+def run(scene, rtol):
+    return Reference().run(scene, Setting(Knob.RTOL, rtol))
+
+
+def lasting(scene, share, samples=101):
+    return dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=share * scene.period_s, samples=samples))
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return lasting(load_scene("paper/fig15"), 1.0)
+
+
+@pytest.fixture(scope="module")
+def truth(scene):
+    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(twin(scene), 1e-13))
+
+
+@pytest.fixture(scope="module")
+def honest(scene):
+    return run(scene, 1e-8), run(scene, 1e-9)
+
+
+def outcomes(truth, main, finer):
+    setting = Setting(Knob.RTOL, 1e-8)
+    verdict = judge("x", Reference, setting, RunResult(Outcome.PASS, trajectory=main), RunResult(Outcome.PASS, trajectory=finer), truth)
+    return verdict, {(r["quantity"], r["metric"]): Outcome(r["outcome"]) for r in verdict.rows}
+
+
+def test_an_honest_engine_passes_in_every_quantity(truth, honest):
+    verdict, found = outcomes(truth, *honest)
+    assert verdict.outcome is Outcome.PASS
+    assert {q for q, _ in found} == {"com", "attitude", "rate", "reaction", "gap", "identity"}
+
+
+@pytest.mark.parametrize("quantity", ["angle_rad", "rate_rad_s", "reaction_N", "com_m"])
+def test_a_shift_common_to_both_settings_is_inconsistent(truth, honest, quantity):
+    """Different physics does not shrink with the step: the two error estimates can't explain it."""
+    main, finer = (seen.replace(**{quantity: getattr(seen, quantity) * (1 + 1e-4)}) for seen in honest)
+    _, found = outcomes(truth, main, finer)
+    name = {"angle_rad": "attitude", "rate_rad_s": "rate", "reaction_N": "reaction", "com_m": "com"}[quantity]
+    assert found[name, "consistency"] is Outcome.INCONSISTENT
+
+
+def test_an_engine_worse_than_its_setting_promises_is_out_of_band_though_consistent(scene, truth):
+    main, finer = run(scene, 1e-4), run(scene, 1e-5)
+    _, found = outcomes(truth, main, finer)
+    assert found["attitude", "consistency"] is Outcome.PASS
+    assert found["attitude", "max"] is Outcome.OUT_OF_BAND
+
+
+def test_reactions_one_sample_late_are_caught(truth, honest):
+    main, finer = (s.replace(reaction_N=np.roll(s.reaction_N, 1, axis=0)) for s in honest)
+    _, found = outcomes(truth, main, finer)
+    assert found["reaction", "consistency"] is Outcome.INCONSISTENT
+
+
+def test_not_a_number_never_equals_anything():
+    nan = np.array([0.0, np.nan])
+    assert worst(nan, np.ones(2), np.ones(2, bool))[0] == np.inf
+    assert worst(np.ones(2), nan, np.ones(2, bool))[0] == np.inf
+    assert worst(np.ones(2), np.zeros(2), np.ones(2, bool))[0] == np.inf
+    assert worst(np.zeros(2), np.zeros(2), np.ones(2, bool))[0] == 0.0
+
+
+def test_the_horizon_is_the_last_instant_before_two_runs_part():
+    t = np.linspace(0.0, 9.0, 10)
+    com = np.zeros((10, 2))
+    a = Trajectory(t, com, com, angle_rad=np.zeros((10, 1)))
+    apart = np.zeros((10, 1))
+    apart[6:] = 2 * PARTED_RAD
+    assert horizon(a, a) == 9.0
+    assert horizon(a, a.replace(angle_rad=apart)) == 5.0
+
+
+def test_two_settings_that_part_at_once_leave_nothing_to_compare(truth, honest):
+    main, finer = honest
+    verdict, _ = outcomes(truth, main, finer.replace(angle_rad=finer.angle_rad + np.linspace(0, 1, 101)[:, None]))
+    assert verdict.outcome is Outcome.NOTHING_COMPARED
+
+
+def test_a_twin_starts_aside_by_what_it_says_and_shows_the_growth_of_the_horizontal_chain():
+    scene = lasting(load_scene("paper/fig05"), 1.0)
+    apart = differences(run(scene, 1e-12), run(twin(scene), 1e-12))["attitude"]
+    assert 0.5 * TWIN_ASIDE <= apart[0] <= TWIN_ASIDE
+    # the slowest unstable mode of a horizontal chain, the rigid one, grows as exp(sqrt(3) n t): 5.3e4 an orbit
+    assert apart[-1] / apart[0] > np.exp(np.sqrt(3) * 2 * np.pi) / 10
+
+
+@pytest.mark.parametrize(("name", "factor"), [("paper/fig05", 12 * np.pi), ("steep", 74.963)])
+def test_the_chains_centre_of_mass_leaves_keplers_orbit_as_the_square_of_its_length(name, factor):
+    """Known in the limit of short bars: 12 pi r (l/r)² an orbit for the horizontal chain, 74.963 at 80 degrees."""
+    base = load_scene("paper/fig05")
+    angle = np.deg2rad(0.0 if name == "paper/fig05" else 80.0)
+    lengths, sizes = np.array([25.0, 50.0, 100.0]), []
+    for length in lengths:
+        chain = dataclasses.replace(
+            base.chain, length_m=(length,) * 5, inertia_kg_m2=(100 * length**2 / 12,) * 5, angle_rad=(angle,) * 5
+        )
+        scene = lasting(dataclasses.replace(base, chain=chain), 1.0)
+        seen, looser = run(scene, 1e-13), run(scene, 1e-12)
+        own_error = np.linalg.norm(seen.com_m - looser.com_m, axis=1).max()
+        predicted = com_displacement(scene, seen)
+        kepler = scene.radius0_m * np.stack([np.cos(scene.mean_motion_rad_s * seen.t_s), np.sin(scene.mean_motion_rad_s * seen.t_s)], axis=1)
+        found = np.linalg.norm(seen.com_m - kepler, axis=1)
+        assert np.abs(found - np.linalg.norm(predicted.vector_m, axis=1)).max() < predicted.uncertainty_m[-1] + own_error
+        sizes.append(found[-1])
+    assert np.polyfit(np.log(lengths), np.log(sizes), 1)[0] == pytest.approx(2.0, abs=0.02)
+    assert sizes[0] == pytest.approx(factor * base.radius0_m * (25.0 / base.radius0_m) ** 2, rel=5e-3)
+
+
+def test_invariants_are_claimed_only_where_the_effects_conserve_them():
+    keeps = {name: conserved(load_scene(name)) for name in ("paper/fig05", "basics/free_rotation", "basics/kepler_elliptic")}
+    assert not keeps["paper/fig05"].energy  # the paper's gradient torque has no counterpart in the force
+    assert keeps["basics/free_rotation"].relative
+    assert keeps["basics/kepler_elliptic"].angular_momentum
+    slew = load_scene("paper/fig17")
+    motor = dataclasses.replace(slew.effects.prescribed_rotation[0], actuator=Actuator.JOINT)
+    free = dataclasses.replace(slew.effects, gravity=load_scene("basics/free_rotation").effects.gravity, prescribed_rotation=(motor,))
+    inside = conserved(dataclasses.replace(slew, effects=free))
+    assert inside.angular_momentum
+    assert not inside.energy
+
+
+def test_energy_and_angular_momentum_of_a_free_chain_drift_by_no_more_than_the_request():
+    scene = load_scene("basics/two_bars_free")
+    seen = run(scene, 1e-10)
+    found = drifts(scene, seen)
+    steps = seen.info["steps"]
+    assert found["energy"].max() < 1e-10 * steps
+    assert found["angular_momentum"].max() < 1e-10 * steps

@@ -1,0 +1,248 @@
+"""Exudyn's four engines against the reference, their order, their frames and their silence."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+
+import numpy as np
+import pytest
+
+import adapters.exudyn_solver as solver_module
+from adapters.engine import Engine, EngineError, Knob, Observable, Setting, Trajectory
+from adapters.exudyn_adapter import Exudyn, ExudynAbsolute, ExudynIndex3, ExudynTree
+from adapters.exudyn_clock import NAMES, Steps, coefficients
+from adapters.exudyn_frames import turned
+from adapters.exudyn_orbit import KeplerOrbit
+from adapters.reference_adapter import Reference
+from scenarios import Actuator, Frame, Scene, load_scene, scene_names
+
+ENGINES = (Exudyn, ExudynIndex3, ExudynAbsolute, ExudynTree)
+REFERENCE_RAD = 1e-10  # the reference's own error over an orbit of an unstable chain at rtol 1e-13
+MU = 3.986004418e14
+
+
+def shortened(name: str, orbits: float, samples: int) -> Scene:
+    scene = load_scene(name)
+    return dataclasses.replace(
+        scene, run=dataclasses.replace(scene.run, duration_s=orbits * scene.period_s, samples=samples)
+    )
+
+
+@functools.cache
+def truth(scene: Scene) -> Trajectory:
+    return Reference().run(scene, Setting(Knob.RTOL, 1e-13))
+
+
+def run(engine: type[Engine], scene: Scene, steps: float | None = None) -> Trajectory:
+    return engine().run(scene, engine.ladder.setting(steps))
+
+
+def error(found: Trajectory, scene: Scene, name: str) -> float:
+    difference = getattr(found, name) - getattr(truth(scene), name)
+    return float(np.abs(difference).max(initial=0.0))
+
+
+def scale(scene: Scene, name: str) -> float:
+    return float(np.abs(getattr(truth(scene), name)).max(initial=0.0))
+
+
+def observed_ratio(engine: type[Engine], scene: Scene, steps: float, name: str) -> float:
+    return error(run(engine, scene, steps), scene, name) / error(run(engine, scene, 2 * steps), scene, name)
+
+
+def explained(coarse: Trajectory, fine: Trajectory, scene: Scene, name: str, *, floor: float) -> bool:
+    """Whether the fine run's error is the third of its change from the coarse one that order 2 allows."""
+    ratio = (float(fine.info["steps"]) / float(coarse.info["steps"])) ** 2
+    change = float(np.abs(getattr(fine, name) - getattr(coarse, name)).max(initial=0.0))
+    return error(fine, scene, name) <= 1.3 * change / (ratio - 1.0) + floor
+
+
+def test_the_first_orbit_of_fig05_agrees_to_a_microradian_and_a_tenth_of_a_micronewton() -> None:
+    scene = shortened("paper/fig05", 1.0, 11)
+    found = run(Exudyn, scene, 10000)
+    assert error(found, scene, "angle_rad") < 1e-6
+    assert error(found, scene, "reaction_N") < 1e-7
+
+
+def test_the_tree_agrees_on_fig05_to_the_references_own_accuracy() -> None:
+    scene = shortened("paper/fig05", 1.0, 11)
+    found = run(ExudynTree, scene)
+    assert error(found, scene, "angle_rad") < REFERENCE_RAD
+    assert (
+        error(found, scene, "reaction_N") < 1e-11
+    )  # 1e-10 rad of a chain whose 0.04 N follow from some radians
+    assert found.gap_m is None
+    assert Observable.GAP not in ExudynTree.observables
+
+
+@pytest.mark.parametrize("engine", [Exudyn, ExudynIndex3, ExudynAbsolute])
+@pytest.mark.parametrize("scene", ["paper/fig09", "paper/fig13"])
+def test_halving_the_step_quarters_the_error(engine: type[Engine], scene: str) -> None:
+    short = shortened(scene, 0.5, 6)
+    # index 3 starts with a transient in its multipliers that dies by 0.9 a step: 5e-10 at the first sample
+    steps = 2000 if engine is ExudynIndex3 else 500
+    assert 3.6 < observed_ratio(engine, short, steps, "angle_rad") < 4.4
+    assert 3.6 < observed_ratio(engine, short, steps, "reaction_N") < 4.4
+
+
+def test_the_tree_is_of_sixth_order() -> None:
+    short = shortened("paper/fig13", 1.0, 6)
+    assert 5.0 < math.log2(observed_ratio(ExudynTree, short, 50, "angle_rad")) < 7.5
+
+
+@pytest.mark.parametrize("name", ["paper/fig13", "paper/fig15"])
+def test_eccentric_orbits_are_carried_exactly(name: str) -> None:
+    scene = shortened(name, 1.0, 21)
+    coarse, fine = run(Exudyn, scene, 1000), run(Exudyn, scene, 2000)
+    for quantity in ("angle_rad", "rate_rad_s", "reaction_N"):
+        assert explained(coarse, fine, scene, quantity, floor=1e-9 * scale(scene, quantity))
+    tree = run(ExudynTree, scene)
+    assert error(tree, scene, "angle_rad") < 1e-8
+    assert error(tree, scene, "reaction_N") < 1e-8 * scale(scene, "reaction_N")
+    assert error(tree, scene, "com_m") < 1e-12 * scale(scene, "com_m")  # 7 micrometres
+
+
+@pytest.mark.parametrize("name", ["paper/fig17", "paper/fig17_inertial"])
+def test_the_slews_torque_and_reactions_agree_to_1e_4_of_their_maxima(name: str) -> None:
+    scene = shortened(name, 1 / 60, 13)  # 92 s, of which the slew takes 60
+    found = run(Exudyn, scene, 30000)
+    assert error(found, scene, "torque_N_m") < 1e-4 * scale(scene, "torque_N_m")
+    assert error(found, scene, "reaction_N") < 1e-4 * scale(scene, "reaction_N")
+
+
+@pytest.mark.parametrize("engine", [Exudyn, ExudynIndex3])
+@pytest.mark.parametrize("frame", list(Frame))
+@pytest.mark.parametrize("actuator", list(Actuator))
+@pytest.mark.parametrize("bar", [1, 3])
+def test_every_way_of_prescribing_a_rotation(
+    engine: type[Engine], frame: Frame, actuator: Actuator, bar: int
+) -> None:
+    scene = shortened("paper/fig17", 1 / 80, 4)
+    law = dataclasses.replace(scene.effects.prescribed_rotation[0], bar=bar, frame=frame, actuator=actuator)
+    scene = dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, prescribed_rotation=(law,)))
+    coarse, fine = run(engine, scene, 10000), run(engine, scene, 20000)
+    for quantity in ("angle_rad", "torque_N_m"):
+        floor = 5e-5 * scale(scene, quantity) if quantity == "torque_N_m" else 1e-10  # what rings from t = 0
+        assert explained(coarse, fine, scene, quantity, floor=floor)
+
+
+@pytest.mark.parametrize("name", [n for n in scene_names() if n.startswith("basics/")])
+def test_every_basic_scene_is_within_its_own_error_estimate(name: str) -> None:
+    scene = load_scene(name)
+    for engine in (Exudyn, ExudynIndex3):
+        coarse, fine = run(engine, scene, 1500), run(engine, scene, 3000)
+        assert explained(coarse, fine, scene, "angle_rad", floor=1e-10)
+        assert error(fine, scene, "com_m") < 1e-11 * scale(scene, "com_m")
+    tree = run(ExudynTree, scene)
+    assert error(tree, scene, "angle_rad") < 1e-6
+    assert error(tree, scene, "com_m") < 1e-11 * scale(scene, "com_m")
+    coarse, fine = run(ExudynAbsolute, scene, 1500), run(ExudynAbsolute, scene, 3000)
+    assert explained(coarse, fine, scene, "com_m", floor=1e-11 * scale(scene, "com_m"))
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_one_bar_has_no_joints_and_says_so_by_shape(engine: type[Engine]) -> None:
+    scene = load_scene("basics/libration")
+    found = run(engine, scene, 500)
+    n = scene.run.samples
+    assert found.reaction_N is not None
+    assert found.reaction_N.shape == (n, 0, 2)
+    if found.gap_m is not None:
+        assert found.gap_m.shape == (n, 0)
+    assert found.observables == engine.observables
+
+
+@pytest.mark.parametrize("engine", [Exudyn, ExudynTree])
+def test_the_longitude_only_turns_everything(engine: type[Engine]) -> None:
+    scene = shortened("paper/fig13", 0.6, 7)
+    by = 2.3
+    orbit = dataclasses.replace(scene.orbit, longitude_rad=by)
+    here, there = run(engine, scene, 400), run(engine, dataclasses.replace(scene, orbit=orbit), 400)
+    assert here.angle_rad is not None
+    assert here.reaction_N is not None
+    np.testing.assert_allclose(there.angle_rad, here.angle_rad + by, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(there.com_m, turned(here.com_m, np.array(by)), rtol=0, atol=1e-12 * 7e6)
+    np.testing.assert_allclose(there.reaction_N, turned(here.reaction_N, np.array(by)), rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("speed_factor", [0.0, 0.5])
+def test_a_bar_below_the_surface_ends_the_run(engine: type[Engine], speed_factor: float) -> None:
+    scene = load_scene("paper/fig05")
+    scene = dataclasses.replace(
+        scene,
+        orbit=dataclasses.replace(scene.orbit, speed_factor=speed_factor),
+        run=dataclasses.replace(scene.run, duration_s=900.0, samples=46),
+    )
+    found = run(engine, scene, 1000)
+    assert "surface" in found.ended
+    assert len(found.t_s) == len(truth(scene).t_s) < 46
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_no_engine_prints_or_leaves_files(
+    engine: type[Engine], capfd: pytest.CaptureFixture[str], tmp_path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    name = "paper/fig13" if engine is ExudynTree else "paper/fig17"
+    run(engine, shortened(name, 0.01, 3), 500)
+    out, err = capfd.readouterr()
+    assert (out, err) == ("", "")
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_engine_that_gives_up_says_so_in_one_line(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(solver_module, "FLOOR", 0.0)
+    monkeypatch.setattr(solver_module, "RESIDUAL_FRACTION", 0.0)
+    with pytest.raises(EngineError, match=r"^Exudyn: the solver gave up after t = .* s$"):
+        run(Exudyn, shortened("paper/fig05", 0.1, 3), 100)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_the_tree_refuses_prescribed_rotations_with_a_reason() -> None:
+    assert "constraint" in (ExudynTree.unsupported(load_scene("paper/fig17")) or "")
+    assert all(engine.unsupported(load_scene("paper/fig17")) is None for engine in ENGINES[:3])
+
+
+@pytest.mark.parametrize("beta", [0.4, 0.9, 1.0, 1.00001, 1.2, 1.41421, math.sqrt(2.0), 1.41422, 1.6, 3.0])
+def test_the_frames_orbit_conserves_what_kepler_conserves(beta: float) -> None:
+    radius = 6.728e6
+    unit_s = math.sqrt(radius**3 / MU)
+    track = KeplerOrbit(MU, radius, beta, 0.4).at(np.linspace(0.0, 20.0 * unit_s, 400))
+    r = track.radius_m / radius
+    momentum = r**2 * track.rate_rad_s * unit_s
+    speed2 = (track.climb_m_s * unit_s / radius) ** 2 + (r * track.rate_rad_s * unit_s) ** 2
+    np.testing.assert_allclose(momentum, beta, rtol=1e-14)
+    np.testing.assert_allclose(
+        0.5 * speed2 - 1.0 / r, 0.5 * beta**2 - 1.0, rtol=0, atol=2e-14 * (1 + 1 / r.min())
+    )
+    np.testing.assert_allclose(track.shape, track.rate_rad_s**2 / track.pull_s2 - 1.0, rtol=0, atol=1e-13)
+    assert np.all(np.diff(track.longitude_rad) > 0.0)
+
+
+@pytest.mark.parametrize("beta", [0.9, 1.1, math.sqrt(2.0), 1.6])
+def test_the_frames_orbit_keeps_time(beta: float) -> None:
+    radius = 6.728e6
+    unit_s = math.sqrt(radius**3 / MU)
+    orbit = KeplerOrbit(MU, radius, beta, 0.4)
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    end = 2.5 * unit_s
+    track = orbit.at(0.5 * end * (nodes + 1.0))
+    swept = orbit.at(np.array([0.0, end])).longitude_rad
+    np.testing.assert_allclose(0.5 * end * weights @ track.rate_rad_s, swept[1] - swept[0], rtol=1e-13)
+
+
+def test_the_orbits_numbers_hold_inside_a_step() -> None:
+    orbit = KeplerOrbit(MU, 6.728e6, 1.2, 0.0)
+    steps = Steps(9000.0 / 50, 50)
+    table = coefficients(orbit, steps, 7).reshape(51, len(NAMES), 8)
+    u = -0.37
+    exact = orbit.at(steps.ends_s + u * steps.size_s)
+    for i, name in enumerate(NAMES):
+        number = getattr(exact, name)
+        fitted = table[:, i] @ u ** np.arange(8)
+        np.testing.assert_allclose(fitted, number, rtol=0, atol=1e-9 * np.abs(number).max())

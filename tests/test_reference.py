@@ -1,0 +1,314 @@
+"""The reference's runs: known values of the paper's scenes, coordinate sets, drift, events, breaks, the stepper."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from adapters.initial_state import chain_model, initial_state
+from adapters.reference_adapter import Reference
+from reference_impl.chain import ChainModel, Prescription
+from reference_impl.invariants import com_energy, relative_kinetic_energy, tidal_energy
+from reference_impl.simulate import History, Simulation
+from reference_impl.stepper import walk
+from scenarios import Gravity, Scene, load_scene
+
+MU, RADIUS = 3.986004418e14, 6378e3
+TIGHT = 1e-13
+
+
+def one_orbit(name: str, samples: int = 101) -> Scene:
+    scene = load_scene(name)
+    return replace(scene, run=replace(scene.run, duration_s=scene.period_s, samples=samples))
+
+
+def simulate(scene: Scene, rtol: float, coordinates: str = "minimal") -> History:
+    s = initial_state(scene)
+    run = Simulation(
+        chain_model(scene), s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=rtol, coordinates=coordinates
+    )
+    return run.history(run.walk(scene.times_s), condition=True)
+
+
+# known values, to the digits in which they are known
+
+
+def test_fig05_after_one_orbit() -> None:
+    h = simulate(one_orbit("paper/fig05"), TIGHT)
+    turned = h.angle_rad[-1] - h.angle_rad[0] - 2.0 * math.pi
+    assert turned == pytest.approx([-0.77351466, -0.28699644, 0.11854976, 0.41158638, 0.59243057], abs=0.5e-8)
+    size = np.linalg.norm(h.reaction_N, axis=-1)
+    assert size[-1] == pytest.approx([0.01128, 0.02417, 0.03735, 0.03434], abs=0.5e-5)
+    assert size.max() == size[-1].max()
+    assert size[0].max() < 1e-10  # first-order forces cancel: about 4e-11 N are left
+
+
+def test_fig09_after_one_orbit() -> None:
+    h = simulate(one_orbit("paper/fig09", 2001), TIGHT)
+    turned = h.angle_rad[-1] - h.angle_rad[0]
+    assert turned == pytest.approx([-2.95193, -2.94966, -2.95199, -2.95435, -2.95207], abs=0.5e-5)
+    size = np.linalg.norm(h.reaction_N, axis=-1)
+    assert size.max() == pytest.approx(0.1178, abs=0.5e-4)
+    assert size[0] == pytest.approx([0.0262, 0.0393, 0.0393, 0.0262], abs=0.5e-4)
+    along = np.array([np.cos(h.angle_rad[0, 0]), np.sin(h.angle_rad[0, 0])])
+    assert np.abs(np.abs(h.reaction_N[0] @ along) - size[0]).max() < 1e-9 * size[0].max()  # along the chain
+
+
+def test_fig05_from_each_bars_own_horizontal_ends_elsewhere() -> None:
+    """The convention of the start moves the chaotic scene by 0.77 rad in one orbit."""
+    chain, bar = (
+        simulate(one_orbit(name), 1e-11).angle_rad for name in ("paper/fig05", "paper/fig05_bar_horizontal")
+    )
+    assert np.abs(chain[-1] - bar[-1]).max() == pytest.approx(0.77, abs=0.01)
+
+
+# coordinate sets
+
+
+@pytest.fixture(scope="module")
+def four_sets() -> dict[str, History]:
+    scene = one_orbit("paper/fig13", 51)
+    return {name: simulate(scene, 1e-11, name) for name in ("minimal", "redundant", "projected", "absolute")}
+
+
+@pytest.mark.parametrize("name", ["redundant", "projected", "absolute"])
+def test_coordinate_sets_agree(four_sets: dict[str, History], name: str) -> None:
+    """Steps x rtol x growth of the rotating chain's errors (1 + n t), in bar lengths and radians for all of them.
+
+    Absolute coordinates add the round-off of places, u r per step, which is u r/l in units of a bar.
+    """
+    minimal, other = four_sets["minimal"], four_sets[name]
+    turn = 1.0 + 2.0 * math.pi
+    noise = 2.0**-53 * np.linalg.norm(minimal.com_m[0]) / 100.0 if name == "absolute" else 0.0
+    allowed = turn**2 * (other.steps + minimal.steps) * (1e-11 + noise)
+    assert np.abs(other.angle_rad - minimal.angle_rad).max() <= allowed
+    stiffest = 2.1**2 * 100.0 * 100.0 * (MU / RADIUS**3)  # N per rad: m l times the square of the fastest mode
+    assert np.abs(other.reaction_N - minimal.reaction_N).max() <= 10.0 * allowed * stiffest + 8.0 * noise * stiffest * 100.0
+
+
+def test_minimal_coordinates_have_no_drift_and_redundant_ones_do(four_sets: dict[str, History]) -> None:
+    round_off = 64.0 * 2.0**-53 * 500.0  # of a 500 m chain rebuilt from its angles
+    assert four_sets["minimal"].gap_m.max() <= round_off
+    assert four_sets["minimal"].identity_m.max() <= round_off
+    assert four_sets["redundant"].gap_m[-1].max() > 100.0 * round_off
+    assert four_sets["redundant"].gap_m[-1].max() > 3.0 * four_sets["redundant"].gap_m[len(four_sets["redundant"].t_s) // 4].max()
+    # what is left of a projected run is the step under way: one step's error in a bar's length
+    assert four_sets["projected"].gap_m.max() <= 10.0 * 1e-11 * 100.0
+    # absolute places are rounded to u r each
+    assert four_sets["absolute"].gap_m.max() >= 2.0**-53 * RADIUS
+
+
+def test_redundant_drift_shrinks_with_the_tolerance() -> None:
+    scene = one_orbit("paper/fig13", 3)
+    coarse, fine = (simulate(scene, rtol, "redundant").gap_m[-1].max() for rtol in (1e-7, 1e-10))
+    assert fine < 1e-2 * coarse
+
+
+# invariants
+
+
+@pytest.mark.parametrize("rtol", [1e-8, 1e-11])
+def test_energy_drifts_no_more_than_steps_times_rtol(rtol: float) -> None:
+    scene = one_orbit("paper/fig15", 51)
+    scene = replace(scene, effects=replace(scene.effects, gravity=Gravity.POINT))
+    h, model = simulate(scene, rtol), chain_model(scene)
+    energy = com_energy(model, h.com_m, h.com_velocity_m_s)
+    inner = relative_kinetic_energy(model, h.angle_rad, h.rate_rad_s) + tidal_energy(model, h.com_m, h.angle_rad)
+    total = energy + inner
+    # in units of M v²: position and velocity blocks, two components each
+    unit = model.mass_kg.sum() * np.linalg.norm(h.com_velocity_m_s[0]) ** 2
+    assert np.abs(total - total[0]).max() <= 4.0 * h.steps * rtol * unit
+
+
+def test_the_ladder_of_tolerances_converges() -> None:
+    scene = one_orbit("paper/fig13", 11)
+    truth = simulate(scene, TIGHT).angle_rad
+    errors = [np.abs(simulate(scene, rtol).angle_rad - truth).max() for rtol in (1e-5, 1e-7, 1e-9, 1e-11)]
+    assert all(fine < 0.1 * coarse for coarse, fine in zip(errors, errors[1:], strict=False))
+
+
+# surface
+
+
+def falling(angle_rad: float, length_m: float = 100.0) -> tuple[Simulation, float]:
+    """One bar let go at rest from 350 km, and its fall's closed form to a centre's radius of R + reach."""
+    mass, length = np.array([100.0]), np.array([length_m])
+    model = ChainModel(MU, mass, length, mass * length**2 / 12.0, "point", RADIUS)
+    start = RADIUS + 350e3
+    run = Simulation(model, np.array([start, 0.0]), np.zeros(2), np.array([angle_rad]), np.zeros(1), rtol=1e-11)
+    x = (RADIUS + 0.5 * length_m * abs(math.cos(angle_rad))) / start
+    return run, math.sqrt(start**3 / (2.0 * MU)) * (math.acos(math.sqrt(x)) + math.sqrt(x * (1.0 - x)))
+
+
+@pytest.mark.parametrize("angle_deg", [0.0, 60.0, 90.0])
+def test_a_falling_bar_lands_at_the_closed_forms_instant(angle_deg: float) -> None:
+    run, instant = falling(math.radians(angle_deg))
+    times = np.linspace(0.0, 400.0, 401)
+    seen = run.walk(times)
+    speed = 2500.0  # m/s at the surface, about: an error of rtol x radius per step is rtol r/v in time
+    sideways = 100.0**2 / RADIUS / speed  # a slanted bar's end is nearest to the centre's own vertical, within l²/r
+    slant = sideways if angle_deg == 60.0 else 0.0
+    assert abs(seen.stopped_s - instant) <= seen.steps * 1e-11 * RADIUS / speed + 1e-9 * 100.0 + slant
+    assert len(seen.t_s) == np.count_nonzero(times <= seen.stopped_s)
+    assert run.history(seen).landed_s == seen.stopped_s
+
+
+def test_a_scene_dropped_from_rest_ends_at_the_surface_and_says_so() -> None:
+    scene = load_scene("basics/kepler_circular")
+    scene = replace(scene, orbit=replace(scene.orbit, speed_factor=0.0))
+    seen = Reference().run(scene)
+    assert seen.ended.startswith("a bar reached the surface at t = 27")
+    assert len(seen.t_s) < scene.run.samples
+    assert len(seen.t_s) == len(seen.com_m) == len(seen.angle_rad)
+
+
+def test_a_perigee_just_below_the_surface_is_not_stepped_over() -> None:
+    """The centre dips 10 m under for 25 s, less than a step; a metre above, the run goes on."""
+    mass = np.array([100.0])
+    model = ChainModel(MU, mass, np.array([1.0]), mass / 12.0, "point", RADIUS)
+    for depth, lands in ((10.0, True), (-10.0, False)):
+        apogee, perigee = RADIUS + 350e3, RADIUS - depth
+        speed = math.sqrt(2.0 * MU * perigee / (apogee * (apogee + perigee)))
+        run = Simulation(model, np.array([apogee, 0.0]), np.array([0.0, speed]), np.zeros(1), np.zeros(1), rtol=1e-8)
+        seen = run.walk(np.linspace(0.0, 5400.0, 3))
+        assert (seen.stopped_s is not None) == lands
+
+
+# manoeuvres
+
+
+@pytest.mark.parametrize("frame", ["local", "inertial"])
+@pytest.mark.parametrize("actuator", ["external", "joint"])
+def test_the_prescribed_bar_follows_its_law(frame: str, actuator: str) -> None:
+    """Through the start and the end of the slew, to steps x rtol; a step across an end would leave far more."""
+    scene = load_scene("paper/fig17" if frame == "local" else "paper/fig17_inertial")
+    model, s, rtol = chain_model(scene), initial_state(scene), 1e-11
+    law = replace(model.prescriptions[0], start_s=37.0, reacts_on=3 if actuator == "joint" else None)
+    model = replace(model, prescriptions=(law,))
+    run = Simulation(model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=rtol)
+    h = run.history(run.walk(np.linspace(0.0, 300.0, 61)))
+    angle = h.angle_rad[:, law.bar]
+    if frame == "local":
+        place = np.array([run.packing.unpack(y).position_m[law.bar] for y in run.walk(h.t_s).y]) + h.com_m
+        angle = angle - np.unwrap(np.arctan2(place[:, 1], place[:, 0]))
+    wanted = np.array([law.angle_rad(t) for t in h.t_s])
+    rate = float(np.abs(h.rate_rad_s).max())
+    # an error of a rate, in units of the rates at the start, shifts the angle by itself times the time
+    initial = float(np.abs(s.rate_rad_s).max())
+    assert np.abs(angle - angle[0] - wanted).max() <= h.steps * rtol * (1.0 + initial * 300.0) + 64 * 2.0**-53 * rate * 300.0
+    assert np.abs(h.torque_N_m).max() > 0.1
+
+
+def test_no_step_straddles_an_end_of_a_manoeuvre() -> None:
+    """The law's third derivative jumps there: DOP853 takes every break as the end of a step."""
+    stops: list[float] = []
+
+    def rhs(t: float, y: np.ndarray) -> np.ndarray:
+        stops.append(t)
+        return np.array([1.0 if t < 0.3 else 2.0])
+
+    seen = walk(rhs, np.zeros(1), np.array([0.0, 0.25, 0.5, 1.0]), np.array([1e-12]), breaks_s=(0.3,))
+    assert 0.3 in stops
+    # the kink is at the break itself, so each side is a straight line; the break's own evaluation sees the far side
+    assert seen.y[:, 0] == pytest.approx([0.0, 0.25, 0.7, 1.7], abs=1e-9)
+
+
+# the stepper
+
+
+def decay(t: float, y: np.ndarray) -> np.ndarray:
+    return -y
+
+
+TIMES = np.linspace(0.0, 1.0, 11)
+
+
+@pytest.mark.parametrize("at", [0.5, 0.3, 0.3 + 1e-14, 1e-13, 1.0 - 1e-13, 0.0, 1.0, -3.0, 7.0])
+def test_every_sample_is_taken_once_wherever_a_break_falls(at: float) -> None:
+    seen = walk(decay, np.ones(2), TIMES, np.full(2, 1e-10), breaks_s=(at,))
+    assert np.array_equal(seen.t_s, TIMES)
+    assert np.abs(seen.y[:, 0] - np.exp(-TIMES)).max() < 10.0 * 1e-10
+    assert seen.stopped_s is None
+
+
+def test_breaks_may_coincide_and_come_in_any_order() -> None:
+    seen = walk(decay, np.ones(1), TIMES, np.full(1, 1e-10), breaks_s=(0.7, 0.2, 0.7, 0.2 + 1e-15))
+    assert np.array_equal(seen.t_s, TIMES)
+
+
+def test_a_sample_at_a_steps_end_is_the_steps_own_result() -> None:
+    exact_end = walk(decay, np.ones(1), np.array([0.0, 0.4, 1.0]), np.full(1, 1e-10), breaks_s=(0.4,))
+    alone = walk(decay, np.ones(1), np.array([0.0, 0.4]), np.full(1, 1e-10))
+    assert exact_end.y[1, 0] == alone.y[1, 0]
+
+
+def test_projection_acts_after_every_step_and_its_evaluations_are_counted() -> None:
+    calls = []
+
+    def project(y: np.ndarray) -> np.ndarray:
+        calls.append(y)
+        return y / np.linalg.norm(y)
+
+    def turn(t: float, y: np.ndarray) -> np.ndarray:
+        return np.array([-y[1], y[0]])
+
+    free, held = (
+        walk(turn, np.array([1.0, 0.0]), np.array([0.0, 20.0]), np.full(2, 1e-5), project=p) for p in (None, project)
+    )
+    assert len(calls) == held.steps
+    assert held.evaluations > free.evaluations + held.steps // 2
+    assert abs(np.linalg.norm(held.y[-1]) - 1.0) < abs(np.linalg.norm(free.y[-1]) - 1.0)
+
+
+def test_a_dip_within_one_step_is_found_and_a_near_miss_is_not() -> None:
+    def parabola(t: float, y: np.ndarray) -> np.ndarray:
+        return np.array([y[1], 1.0])
+
+    for depth in (1e-2, 1e-4):
+        lowest = walk(parabola, np.array([0.125 - depth, -0.5]), TIMES, np.full(2, 1e-10), height=lambda y: y[0])
+        assert lowest.stopped_s == pytest.approx(0.5 - math.sqrt(2.0 * depth), abs=1e-8)
+    miss = walk(parabola, np.array([0.125 + 1e-4, -0.5]), TIMES, np.full(2, 1e-10), height=lambda y: y[0])
+    assert miss.stopped_s is None
+
+
+def test_a_start_below_the_surface_stops_at_once() -> None:
+    seen = walk(decay, np.array([-1.0]), TIMES, np.full(1, 1e-10), height=lambda y: y[0])
+    assert seen.stopped_s == 0.0
+    assert len(seen.t_s) == 1
+
+
+@pytest.mark.parametrize("where", ["state", "rate", "later"])
+def test_what_is_not_finite_raises_and_does_not_hang(where: str) -> None:
+    def rhs(t: float, y: np.ndarray) -> np.ndarray:
+        return -y * (np.nan if where == "rate" or (where == "later" and t > 0.5) else 1.0)
+
+    start = np.array([np.nan if where == "state" else 1.0])
+    with pytest.raises(ArithmeticError, match="not finite|gave up"):
+        walk(rhs, start, TIMES, np.full(1, 1e-10))
+
+
+@pytest.mark.parametrize("field", ["com_m", "angle_rad", "rate_rad_s"])
+def test_a_nan_in_a_chains_state_raises(field: str) -> None:
+    scene = load_scene("paper/fig13")
+    s, model = initial_state(scene), chain_model(scene)
+    parts = {name: getattr(s, name).copy() for name in ("com_m", "com_velocity_m_s", "angle_rad", "rate_rad_s")}
+    parts[field][0] = np.nan
+    with pytest.raises(ArithmeticError, match="not finite"):
+        Simulation(model, **parts, rtol=1e-8).walk(np.linspace(0.0, 100.0, 3))
+
+
+def test_the_law_is_continuous_to_its_second_derivative() -> None:
+    law = Prescription(0, 0.8, 60.0, 10.0, local_horizontal=False, reacts_on=None)
+    assert [law.angle_rad(t) for t in (0.0, 10.0, 70.0, 99.0)] == pytest.approx([0.0, 0.0, 0.8, 0.8], abs=1e-15)
+    for t in (10.0, 70.0):
+        assert law.rate_rad_s(t) == pytest.approx(0.0, abs=1e-16)
+        assert law.acceleration_rad_s2(t) == pytest.approx(0.0, abs=1e-17)
+    h = 1e-4
+    for t in (15.0, 40.0, 66.0):  # differences of second order: h² times the fourth derivative at most
+        slope = (law.angle_rad(t + h) - law.angle_rad(t - h)) / (2 * h)
+        assert law.rate_rad_s(t) == pytest.approx(slope, abs=1e-10)
+        bend = (law.rate_rad_s(t + h) - law.rate_rad_s(t - h)) / (2 * h)
+        assert law.acceleration_rad_s2(t) == pytest.approx(bend, abs=1e-10)

@@ -1,0 +1,349 @@
+"""The reports: true to the tables, whole in one file, and readable whatever the tables hold."""
+
+from __future__ import annotations
+
+import html
+import json
+import math
+import re
+import shutil
+from html.parser import HTMLParser
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import reports
+from reports.charts import Frame, Line, log_panel
+from reports.numerals import as_given, powers, prefixed, significant, typeset
+from reports.orbit_chart import Geometry, joints
+from reports.outcome import Outcome
+from reports.palette import PAPER, SERIES, engine_pen
+from reports.series import floor_of, thin
+from reports.summary import GRAVITY, WORDS, summarise
+from reports.tables import METRIC_COLUMNS, read_results
+from reports.verdict import judge
+from tests.report_fixture import build
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+SCENES = ["paper/fig13", "paper/fig17", "basics/kepler_hyperbolic", "basics/two_bars_free"]
+LEAST_CONTRAST = 3.0  # WCAG 2 for graphical objects
+MOST_BYTES_PER_SCENE = 8e6 / 14  # the core suite in one mail attachment
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = build(tmp_path_factory.mktemp("results"), SCENES, samples=161)
+    reports.render(folder)
+    return folder
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    """A folder with one scene whose tables a test may spoil."""
+    return build(tmp_path, ["basics/radial_equilibrium"], faults=False, samples=41)
+
+
+def change_record(folder: Path, **changes: object) -> None:
+    path = folder / "run.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | changes))
+
+
+def one_row(outcome: str, **changes: object) -> dict[str, object]:
+    row: dict[str, object] = dict.fromkeys(METRIC_COLUMNS, "")
+    row |= {"scene": "s", "engine": f"engine-{outcome}", "setting": "rtol=1e-10", "quantity": "run"}
+    return row | {"metric": "outcome", "outcome": outcome} | changes
+
+
+def write_tables(
+    folder: Path, rows: list[dict[str, object]], record: dict[str, object] | None = None
+) -> Path:
+    pd.DataFrame(rows, columns=list(METRIC_COLUMNS)).to_csv(folder / "metrics.csv", index=False)
+    (folder / "run.json").write_text(json.dumps(record or {}))
+    return folder
+
+
+class Page(HTMLParser):
+    """What a browser would load, and whether the ids and links hold together."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.ids: list[str] = []
+        self.references: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        for name, value in attrs:
+            if name == "id":
+                self.ids.append(value or "")
+            if name in {"href", "src", "xlink:href", "srcset", "data", "action"}:
+                self.references.append(value or "")
+
+
+def test_the_page_loads_nothing_from_anywhere(made: Path) -> None:
+    text = (made / "index.html").read_text()
+    page = Page(text)
+    assert page.references
+    assert all(r.startswith("#") for r in page.references)
+    assert not {"script", "link", "img", "iframe", "object"} & set(page.tags)
+    assert "http:" not in text
+    assert "https:" not in text
+    assert "@import" not in text
+    assert set(re.findall(r"url\((.)", text)) <= {"#"}
+
+
+def test_ids_are_unique_and_every_link_inside_the_page_leads_somewhere(made: Path) -> None:
+    text = (made / "index.html").read_text()
+    page = Page(text)
+    assert len(page.ids) == len(set(page.ids))
+    used = {r[1:] for r in page.references} | set(re.findall(r"url\(#([^)]+)\)", text))
+    assert used <= set(page.ids)
+
+
+def test_charts_take_their_colours_and_font_from_the_page(made: Path) -> None:
+    charts = re.findall(r"<svg role.*?</svg>", (made / "index.html").read_text(), flags=re.S)
+    assert len(charts) > 8 * len(SCENES)
+    for chart in charts:
+        assert "font-family" not in chart
+        assert not re.search(r"#[0-9a-f]{6}\b", chart.replace("url(#", ""))
+        assert "NaN" not in chart
+
+
+def test_the_file_is_small_enough_to_mail(made: Path) -> None:
+    assert (made / "index.html").stat().st_size < MOST_BYTES_PER_SCENE * len(SCENES)
+
+
+def test_a_second_render_from_the_stored_tables_alone_is_the_same_to_the_byte(
+    made: Path, tmp_path: Path
+) -> None:
+    copy = tmp_path / "elsewhere"
+    shutil.copytree(made, copy, ignore=shutil.ignore_patterns("index.html", "report.md"))
+    for path in reports.render(copy):
+        assert path.read_bytes() == (made / path.name).read_bytes()
+
+
+def test_only_the_last_section_of_the_markdown_knows_the_clock(small: Path) -> None:
+    before = reports.render(small)[1].read_text()
+    runs = json.loads((small / "run.json").read_text())["runs"]
+    for run in runs:
+        run["seconds"]["simulate"] = 7.77
+    change_record(small, created="2031-12-31T00:00:00+00:00", seconds=9.0, runs=runs)
+    after = reports.render(small)[1].read_text()
+    mark = "## Environment, date and timings"
+    assert after.split(mark)[0] == before.split(mark)[0]
+    assert after.split(mark)[1] != before.split(mark)[1]
+
+
+def test_a_report_does_not_depend_on_the_order_in_which_results_came(small: Path) -> None:
+    before = reports.render(small)[1].read_bytes()
+    metrics = pd.read_csv(small / "metrics.csv", keep_default_na=False)
+    metrics.iloc[::-1].to_csv(small / "metrics.csv", index=False)
+    assert reports.render(small)[1].read_bytes() == before
+
+
+@pytest.mark.parametrize("outcome", Outcome)
+def test_every_outcome_is_shown_with_its_word_and_its_reason(outcome: Outcome, tmp_path: Path) -> None:
+    folder = write_tables(tmp_path, [one_row(outcome, reason="because of the weather")])
+    page, text = (path.read_text() for path in reports.render(folder))
+    for shown in (page, text):
+        assert WORDS[outcome] in shown
+        assert "because of the weather" in shown
+    assert outcome.advice in html.unescape(page)
+    assert judge(summarise(read_results(folder))).good is (outcome is Outcome.PASS)
+
+
+def test_outcomes_are_all_ranked_and_an_unknown_one_is_a_failure(tmp_path: Path) -> None:
+    assert set(GRAVITY) == set(Outcome)
+    folder = write_tables(tmp_path, [one_row("splendid")])
+    assert summarise(read_results(folder)).all[0].outcome is Outcome.FAILED
+
+
+def test_a_run_cut_off_says_so_at_the_top(tmp_path: Path) -> None:
+    rows = [one_row("pass"), one_row("pass", scene="t", engine="engine-pass")]
+    record = {"finished": False, "scenes": {"s": {}, "t": {}, "never": {}}, "engines": {"engine-pass": {}}}
+    page, text = (path.read_text() for path in reports.render(write_tables(tmp_path, rows, record)))
+    assert page.index("cut off before its end") < page.index('id="verdict"')
+    assert text.index("cut off before its end") < text.index("## Verdict")
+    assert "so far" in page
+    assert "1 was not run" in text
+    assert "not run" in text.split("## Matrix")[1]
+
+
+@pytest.mark.parametrize(
+    "record", [{}, {"scenes": {"s": {}}, "engines": None, "runs": [{}], "misprints": [{}]}]
+)
+def test_missing_keys_do_not_stop_a_render(record: dict[str, object], tmp_path: Path) -> None:
+    folder = write_tables(tmp_path, [one_row("pass")], record)
+    assert all(path.stat().st_size for path in reports.render(folder))
+
+
+def test_an_empty_table_is_not_a_success(tmp_path: Path) -> None:
+    page, text = (path.read_text() for path in reports.render(write_tables(tmp_path, [])))
+    assert "Nothing was compared." in page
+    assert "Nothing was compared." in text
+
+
+def test_a_hostile_title_is_only_text(small: Path) -> None:
+    hostile = '<script>alert(1)</script><img src=x onerror="alert(2)"> | $x$ & `co'
+    record = json.loads((small / "run.json").read_text())
+    scene = record["scenes"]["basics/radial_equilibrium"]
+    record["scenes"]["basics/radial_equilibrium"] = scene | {
+        "title": hostile,
+        "description": hostile,
+        "source": hostile,
+    }
+    (small / "run.json").write_text(json.dumps(record | {"command": hostile, "limitations": [hostile]}))
+    metrics = pd.read_csv(small / "metrics.csv", keep_default_na=False)
+    metrics["engine"] = metrics["engine"].replace({"exudyn": hostile})
+    metrics["reason"] = hostile
+    metrics.to_csv(small / "metrics.csv", index=False)
+    page, text = (path.read_text() for path in reports.render(small))
+    assert not {"script", "img"} & set(Page(page).tags)
+    assert html.escape(hostile, quote=False).split(" onerror")[0] in page
+    assert not re.search(r"(?<!\\)<(script|img)", text)
+    matrix = text.split("## Matrix")[1].split("| outcome | meaning |")[0]
+    rows = [line for line in matrix.splitlines() if line.startswith("|")]
+    assert len({len(re.findall(r"(?<!\\)\|", line)) for line in rows}) == 1
+
+
+def test_the_words_of_the_verdict_are_those_of_the_table(made: Path) -> None:
+    summary = summarise(read_results(made))
+    verdict = judge(summary)
+    metrics = pd.read_csv(made / "metrics.csv", keep_default_na=False)
+    runs = metrics.groupby(["scene", "engine"])["outcome"].agg(set)
+    failed = sum(not outcomes <= {"pass", "reported", "unsupported"} for outcomes in runs)
+    left_out = sum(outcomes == {"unsupported"} for outcomes in runs)
+    assert failed == 3
+    assert verdict.headline == f"{failed} of {len(runs) - left_out} comparisons failed."
+    passed = len(runs) - failed - left_out
+    assert f"{passed} passed, {failed} failed and {left_out} are unsupported" in verdict.sentences[0]
+    ratios = metrics[metrics["metric"] == "consistency"].assign(value=lambda m: m["value"].astype(float))
+    worst = ratios.loc[ratios["value"].idxmax()]
+    assert f"{significant(worst['value'])} times" in verdict.sentences[1]
+    assert f"{worst['engine']} on {worst['scene']}" in verdict.sentences[1]
+    page = (made / "index.html").read_text()
+    assert all(c.reason in html.unescape(page) for c in verdict.failures)
+    assert page.index(verdict.headline) < page.index("<table")
+
+
+def test_a_pass_needs_band_and_consistency(tmp_path: Path) -> None:
+    both = {"engine": "e", "quantity": "attitude", "unit": "rad"}
+    rows = [
+        one_row("pass", **both | {"metric": "max", "value": 2e-7, "tolerance": 1e-6}),
+        one_row("inconsistent", **both | {"metric": "consistency", "value": 41.0, "tolerance": 1.0}),
+    ]
+    folder = write_tables(tmp_path, rows)
+    verdict = judge(summarise(read_results(folder)))
+    assert not verdict.good
+    assert verdict.headline == "1 of 1 comparison failed."
+    assert "41.0 times what is explained" in reports.render(folder)[1].read_text()
+
+
+def test_a_scene_that_no_engine_could_do_spoils_the_verdict(tmp_path: Path) -> None:
+    rows = [one_row("pass", engine="e"), one_row("unsupported", engine="e", scene="lonely")]
+    verdict = judge(summarise(read_results(write_tables(tmp_path, rows))))
+    assert not verdict.good
+    assert any("lonely" in s for s in verdict.sentences)
+
+
+def test_nan_is_shown_as_nan_and_an_absent_value_as_nothing(tmp_path: Path) -> None:
+    row = one_row("not_finite", engine="e", quantity="attitude", metric="max", value="nan", unit="rad")
+    folder = write_tables(tmp_path, [row])
+    line = next(t for t in reports.render(folder)[1].read_text().splitlines() if "| attitude |" in t)
+    assert line.split(" | ")[4:7] == ["NaN", "", ""]
+
+
+def test_nan_breaks_a_line_and_is_never_drawn_as_zero() -> None:
+    x = np.linspace(0.0, 1.0, 5000)
+    y = np.where((x > 0.4) & (x < 0.6), np.nan, 1.0)
+    _, thinned = thin(x, y)
+    assert np.isnan(thinned).any()
+    assert np.nanmin(thinned) == 1.0
+    assert floor_of([np.array([np.nan, 0.0, -1.0])]) is None
+    line = Line(x, np.full_like(x, np.nan), engine_pen(0))
+    assert log_panel(Frame("n", "t", "x", "y", (0.0, 1.0), [line])) is None
+
+
+def test_thinning_keeps_every_spike() -> None:
+    x = np.arange(20000.0)
+    y = np.ones_like(x)
+    y[[777, 13131]] = 5.0, -3.0
+    tx, ty = thin(x, y)
+    assert len(tx) <= 400
+    assert ty.max() == 5.0
+    assert ty.min() == -3.0
+    assert (np.diff(tx) > 0).all()
+
+
+def test_a_log_panel_says_what_it_leaves_out() -> None:
+    y = np.array([0.0, 1e-3, 0.0, 1e-2, 1e-30, 1.0])
+    panel = log_panel(Frame("n", "t", "x", "y", (0.0, 5.0), [Line(np.arange(6.0), y, engine_pen(0))]))
+    assert panel is not None
+    assert "1 samples that are exactly zero" in panel.note
+    assert "1 samples below" in panel.note
+
+
+def test_the_chain_is_rebuilt_with_joints_in_line_about_its_centre_of_mass() -> None:
+    length, mass = np.array([10.0, 20.0, 5.0]), np.array([1.0, 7.0, 2.0])
+    ends = joints(Geometry(length, mass, 0.0, 1.0, True), np.array([[0.3, 1.1, -2.0]]))[0]
+    np.testing.assert_allclose(np.linalg.norm(np.diff(ends, axis=0), axis=1), length)
+    centres = 0.5 * (ends[1:] + ends[:-1])
+    np.testing.assert_allclose(mass @ centres, 0.0, atol=1e-12 * length.sum() * mass.sum())
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance of WCAG 2."""
+    parts = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+    linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+@pytest.mark.parametrize("theme", [0, 1])
+def test_lines_stand_out_from_the_page_in_both_themes(theme: int) -> None:
+    paper = luminance(PAPER[theme])
+    for colour in SERIES:
+        shown = luminance((colour.light, colour.dark)[theme])
+        low, high = sorted((paper, shown))
+        assert (high + 0.05) / (low + 0.05) >= LEAST_CONTRAST, colour.name
+
+
+def test_engines_are_told_apart_without_colour() -> None:
+    assert len({engine_pen(k).marker for k in range(9)}) == 9
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (None, ""),
+        (math.nan, "NaN"),
+        (0.0, "0"),
+        (5.4e-07, "5.40e-07"),
+        (0.0112, "0.0112"),
+        (123.4, "123"),
+        (999.6, "1.00e+03"),
+        (-2.0, "-2.00"),
+        (math.inf, "inf"),
+        (0.00099999, "1.00e-03"),
+    ],
+)
+def test_numbers_have_three_significant_digits(value: float | None, shown: str) -> None:
+    assert significant(value) == shown
+
+
+def test_numbers_are_typeset() -> None:
+    assert typeset(5.4e-7, 2) == powers("5.4e-07")
+    assert "10<sup>−7</sup>" in typeset(5.4e-7, 2)
+    assert typeset(-1.5) == "−1.50"
+    assert as_given(10000.0) == "10000"
+    assert as_given(1e-10) == "1e-10"
+    assert prefixed(0.036, "N") == (1000.0, "mN")
+
+
+def test_a_folder_without_tables_says_what_is_missing(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"no metrics\.csv there"):
+        reports.render(tmp_path)
