@@ -27,7 +27,7 @@ class MisprintEffect:
     printed: str
     right: str
     effect_on_reactions: float | None
-    """Largest change of a reaction's component over the largest component; None where nothing can be computed"""
+    """Largest change of a reaction's component over the largest; None where nothing can be computed"""
     effect_on_angular_acceleration: float | None
     """The same for phi_j'', the paper's own unknown"""
     note: str
@@ -43,7 +43,10 @@ def generic_state(model: ChainModel) -> State:
     """Random angles and rates, on an orbit that climbs."""
     random = np.random.default_rng(SEED)
     longitude = random.uniform(-np.pi, np.pi)
-    radial, across = np.array([np.cos(longitude), np.sin(longitude)]), np.array([-np.sin(longitude), np.cos(longitude)])
+    radial, across = (
+        np.array([np.cos(longitude), np.sin(longitude)]),
+        np.array([-np.sin(longitude), np.cos(longitude)]),
+    )
     radius = 1.2 * EARTH_RADIUS_M
     speed = np.sqrt(EARTH_MU_M3_S2 / radius)
     angle = random.uniform(-np.pi, np.pi, model.bars)
@@ -72,13 +75,13 @@ def measured(misprint: Misprint) -> MisprintEffect:
 
 
 def solved(model: ChainModel, as_printed: frozenset[Misprint]) -> PaperSolution:
-    """The generic state of a model, by the paper's form."""
+    """Solve the generic state of a model by the paper's form."""
     state = generic_state(model)
     return solve(model, 0.0, state, units_of(model, state.com_m), as_printed)
 
 
 def refusal(misprint: Misprint) -> str:
-    """What the paper's form says to a prescribed rotation with this misprint."""
+    """Say what the paper's form answers to a prescribed rotation with this misprint."""
     slewed = Prescription(4, np.pi / 4, 60.0, 0.0, local_horizontal=True, reacts_on=None)
     try:
         solved(replace(generic_model(), prescriptions=(slewed,)), frozenset({misprint}))

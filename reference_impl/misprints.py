@@ -38,7 +38,7 @@ class Erratum:
     right: str
     effect: Effect
     expected: float | None
-    """Order of magnitude of the relative error of the reactions in a generic state; None: not a matter of size"""
+    """Order of the relative error of the reactions in a generic state; None: not a matter of size"""
     reason: str
 
 
@@ -57,7 +57,7 @@ ERRATA: dict[Misprint, Erratum] = {
         "(Y_j1^2 + Y_j2^2) below; gamma_j keeps its square",
         Effect.WRONG_LOCAL_ANGLES,
         0.0,
-        "the joints see theta'' = phi'' + omega'', in which beta_j cancels; the longitude's acceleration is wrong",
+        "the joints see theta'' = phi'' + omega'', in which beta_j cancels; omega'' alone is wrong",
     ),
     Misprint.W_THIRD_ROW: Erratum(
         "table of W (B), third row",
@@ -65,7 +65,7 @@ ERRATA: dict[Misprint, Erratum] = {
         "(lambda_j/mu_j) alpha_j",
         Effect.WRONG_REACTIONS,
         1e-5,
-        "the row is (B.5) times lambda_j, with the reactions' part of T_j'' over mu_j; alpha_j is of order epsilon",
+        "lambda_j times (B.5), where T_j'' holds the reactions over mu_j; alpha_j is of order epsilon",
     ),
     Misprint.S2_SIGN: Erratum(
         "(C.5), second component of S",

@@ -1,4 +1,4 @@
-"""The paper's own form, equation by equation: reactions by (23), accelerations by (24), prescribed rotations by (27).
+"""The paper's own form, equation by equation: reactions (23), accelerations (24), prescribed rotations (27).
 
 It is here to be compared with :mod:`reference_impl.relative`, which says the same in O(N), and to show
 what each of the paper's misprints does. Dense, O(N³).
@@ -6,8 +6,8 @@ what each of the paper's misprints does. Dense, O(N³).
 
 from __future__ import annotations
 
-from collections.abc import Set
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from reference_impl.chain import Accelerations, Array, ChainModel, Prescription,
 from reference_impl.misprints import Misprint
 from reference_impl.paper_matrices import ROWS, Longitudes, Matrices, matrices
 from reference_impl.paper_state import Units, paper_state, units_of
+
+if TYPE_CHECKING:
+    from collections.abc import Set
 
 
 class NotSquareError(ValueError):
@@ -85,7 +88,9 @@ def paper_accelerations(
     )
 
 
-def solve(model: ChainModel, t_s: float, state: State, units: Units, as_printed: Set[Misprint]) -> PaperSolution:
+def solve(
+    model: ChainModel, t_s: float, state: State, units: Units, as_printed: Set[Misprint]
+) -> PaperSolution:
     """Solution in the paper's units; see :func:`paper_accelerations`."""
     if model.gravity != "gradient":
         raise ValueError(f'the paper\'s form has gravity "gradient" only, not "{model.gravity}"')
@@ -93,7 +98,9 @@ def solve(model: ChainModel, t_s: float, state: State, units: Units, as_printed:
     H, G = prescribed_rows(model, t_s, units, m.longitudes)
     if not len(G):
         reaction = np.linalg.solve(m.A @ (m.W / m.E[:, None]), m.B - m.A @ m.F)  # (23)
-        return PaperSolution(m.F + m.W @ reaction / m.E, reaction.reshape(-1, 2), np.empty(0), m.longitudes)  # (24)
+        return PaperSolution(
+            m.F + m.W @ reaction / m.E, reaction.reshape(-1, 2), np.empty(0), m.longitudes
+        )  # (24)
     return controlled(m, H, G, control_columns(model, as_printed), m.longitudes)
 
 
@@ -109,10 +116,14 @@ def controlled(m: Matrices, H: Array, G: Array, D: Array, longitudes: Longitudes
         )
     unknown = np.linalg.solve(left, np.concatenate([m.B, G]) - asked @ m.F)
     joints = m.W.shape[1]
-    return PaperSolution(m.F + pushed @ unknown, unknown[:joints].reshape(-1, 2), unknown[joints:], longitudes)
+    return PaperSolution(
+        m.F + pushed @ unknown, unknown[:joints].reshape(-1, 2), unknown[joints:], longitudes
+    )
 
 
-def prescribed_rows(model: ChainModel, t_s: float, units: Units, longitudes: Longitudes) -> tuple[Array, Array]:
+def prescribed_rows(
+    model: ChainModel, t_s: float, units: Units, longitudes: Longitudes
+) -> tuple[Array, Array]:
     """H (P, NX) and G (P,) of eq. (25): phi_p'' itself, or phi_p'' + omega_p'' for an inertial angle."""
     laws = model.prescriptions
     H, G = np.zeros((len(laws), ROWS * model.bars + 2)), np.zeros(len(laws))

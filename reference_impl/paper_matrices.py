@@ -1,4 +1,4 @@
-"""The matrices E, F, W, A, B of the paper's appendices, entry by entry, with its misprints put right or left in.
+"""The matrices E, F, W, A, B of the paper's appendices, entry by entry, misprints put right or left in.
 
 Bars and joints count from 0 here; bar j fills rows and columns 3j, 3j+1, 3j+2 of X, and the joint after
 it components 2j, 2j+1 of the reactions.
@@ -6,15 +6,19 @@ it components 2j, 2j+1 of the reactions.
 
 from __future__ import annotations
 
-from collections.abc import Set
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.chain import Array
 from reference_impl.kinematics import cross
 from reference_impl.misprints import Misprint
-from reference_impl.paper_state import PaperState
+
+if TYPE_CHECKING:
+    from collections.abc import Set
+
+    from reference_impl.chain import Array
+    from reference_impl.paper_state import PaperState
 
 ROWS = 3  # of X for each bar: T_j1, T_j2, phi_j
 
@@ -59,7 +63,14 @@ def matrices(x: PaperState, as_printed: Set[Misprint]) -> Matrices:
     turned = longitudes(x, as_printed)
     E = np.concatenate([np.stack([x.share, x.share, x.inertia], axis=-1).ravel(), [1.0, 1.0]])  # (B.2)
     A, B = compatibility(x, half, turned, as_printed)
-    return Matrices(E, free_accelerations(x, turned, as_printed), reach_of_reactions(x, half, turned, as_printed), A, B, turned)
+    return Matrices(
+        E,
+        free_accelerations(x, turned, as_printed),
+        reach_of_reactions(x, half, turned, as_printed),
+        A,
+        B,
+        turned,
+    )
 
 
 def longitudes(x: PaperState, as_printed: Set[Misprint]) -> Longitudes:
@@ -108,11 +119,16 @@ def reach_of_reactions(x: PaperState, half: Array, turned: Longitudes, as_printe
     return W
 
 
-def compatibility(x: PaperState, half: Array, turned: Longitudes, as_printed: Set[Misprint]) -> tuple[Array, Array]:
-    """A (NR, NX) and B (NR,) of (C.8) and (C.9)."""
+def compatibility(
+    x: PaperState, half: Array, turned: Longitudes, as_printed: Set[Misprint]
+) -> tuple[Array, Array]:
+    """Assemble A (NR, NX) and B (NR,) of (C.8) and (C.9)."""
     joints = x.bars - 1
     A, B = np.zeros((2 * joints, ROWS * x.bars + 2)), np.zeros((joints, 2))
-    left, right = end_accelerations(x, half, turned, -1.0, as_printed), end_accelerations(x, half, turned, 1.0, as_printed)
+    left, right = (
+        end_accelerations(x, half, turned, -1.0, as_printed),
+        end_accelerations(x, half, turned, 1.0, as_printed),
+    )
     for j in range(joints):
         rows = slice(2 * j, 2 * j + 2)
         A[rows, ROWS * j : ROWS * (j + 1)] = -right.C[j]
@@ -147,4 +163,6 @@ def end_accelerations(
     lag = turned.gamma[:, None] * across
     if Misprint.S2_SIGN in as_printed:
         lag[:, 1] = -lag[:, 1]
-    return EndAccelerations(C, across[:, :, None] * turned.beta[:, None, :], lag - (x.theta_rate**2)[:, None] * along)
+    return EndAccelerations(
+        C, across[:, :, None] * turned.beta[:, None, :], lag - (x.theta_rate**2)[:, None] * along
+    )

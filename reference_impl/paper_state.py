@@ -1,14 +1,17 @@
-"""A state in the paper's unknowns and units: lengths in l within the chain and R_eq beyond it, time in sqrt(R_eq³/mu)."""
+"""A state in the paper's unknowns and units: l within the chain, R_eq beyond it, time in sqrt(R_eq³/mu)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.chain import Array, ChainModel, State
 from reference_impl.kinematics import cross
+
+if TYPE_CHECKING:
+    from reference_impl.chain import Array, ChainModel, State
 
 
 @dataclass(frozen=True)
@@ -121,7 +124,7 @@ def longitude_rate(place: Array, motion: Array) -> Array:
 
 
 def paper_state(model: ChainModel, state: State, units: Units) -> PaperState:
-    """A state in SI units and inertial angles, in the paper's unknowns."""
+    """Turn a state in SI units and inertial angles into the paper's unknowns."""
     speed = units.length_m / units.time_s
     place = (state.com_m + state.position_m) / units.radius_m
     motion = (state.com_velocity_m_s + state.velocity_m_s) * (units.time_s / units.radius_m)

@@ -252,7 +252,10 @@ class Simulation:
         """What is most likely behind a run that broke down, if anything is known."""
         if all(p.reacts_on is None for p in self.model.prescriptions):
             return ""
-        return " A joint motor can lose its grip: where its effect on its bar's angle passes through zero, no torque holds the law."
+        return (
+            " A joint motor can lose its grip: where its effect on its bar's angle passes through zero, "
+            "no torque holds the law."
+        )
 
     def height(self, y: Array) -> float:
         """Least distance of any point of any bar from the surface, m."""

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.integrate import DOP853
 from scipy.optimize import brentq, minimize_scalar
 
-from reference_impl.chain import Array
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
-RTOL_FLOOR = 100.0 * np.finfo(float).eps  # the least SciPy takes; accuracy is asked for block by block, by atol
+    from reference_impl.chain import Array
+
+RTOL_FLOOR = (
+    100.0 * np.finfo(float).eps
+)  # the least SciPy takes; accuracy is asked for block by block, by atol
 BREAK_SLACK = 1e-12  # of the duration: breaks nearer than this to each other or to the ends are one
 DIP_MARGIN = 0.5  # of the lower end's height: a parabola's dip below this is looked at closely
 
@@ -68,7 +73,9 @@ def walk(
         If the step size collapses, or the state or its rate is not finite.
     """
     if not np.all(np.isfinite([y0, rhs(t_s[0], y0)])):
-        raise ArithmeticError("the initial state or its rate is not finite")  # SciPy would look for a step for ever
+        raise ArithmeticError(
+            "the initial state or its rate is not finite"
+        )  # SciPy would look for a step for ever
     slack = BREAK_SLACK * (t_s[-1] - t_s[0])
     marks = [t_s[0], *(t for t in sorted(breaks_s) if t_s[0] + slack < t < t_s[-1] - slack), t_s[-1]]
     rows, y, steps, evaluations, taken = [np.array(y0)], np.array(y0), 0, 1, 1
@@ -80,7 +87,9 @@ def walk(
             before = height(solver.y) if height else 1.0
             message = solver.step()
             if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
-                raise ArithmeticError(f"DOP853 gave up at t = {solver.t:.6g} s: {message or 'state not finite'}")
+                raise ArithmeticError(
+                    f"DOP853 gave up at t = {solver.t:.6g} s: {message or 'state not finite'}"
+                )
             steps += 1
             dense = solver.dense_output()
             stop = landing(dense, height, solver.t_old, solver.t, before) if height else None
@@ -128,5 +137,7 @@ def dip(at: Callable[[float], float], start: float, end: float, before: float) -
         return None  # no lowest point between the ends
     if before - slope * slope / (4.0 * bend) > DIP_MARGIN * min(before, after):
         return None
-    lowest = minimize_scalar(at, bounds=(start, end), method="bounded", options={"xatol": 1e-9 * (end - start)})
+    lowest = minimize_scalar(
+        at, bounds=(start, end), method="bounded", options={"xatol": 1e-9 * (end - start)}
+    )
     return float(lowest.x) if lowest.fun <= 0.0 else None

@@ -7,13 +7,16 @@ everything in Python's own decimal arithmetic, in which nothing cancels.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal, getcontext
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.chain import Array, ChainModel, Prescription, State
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from reference_impl.chain import Array, ChainModel, Prescription, State
 
 DIGITS = 50
 getcontext().prec = DIGITS
@@ -85,7 +88,7 @@ def gravity(mu: Decimal, place: Vector) -> Vector:
 
 
 def gravity_torque(mu: Decimal, inertia: Decimal, place: Vector, along: Vector) -> Decimal:
-    """Torque of the field's gradient on an inertia, from the two masses at equal arms that have it, arms to zero.
+    """Torque of the field's gradient on an inertia: of two masses at equal arms that have it, arms to zero.
 
     A mass J/(2 a²) at each of +-a u is pulled with the field's derivative +-a (u·grad) g, so that the torque
     is J u x (u·grad) g = J u x (-mu u/r³ + 3 mu (u·Z) Z/r⁵) = 3 mu J (u·Z)(u x Z)/r⁵.
@@ -124,7 +127,10 @@ def judge(model: ChainModel, t_s: float, state: State) -> Verdict:
     half, mass, inertia = ([exact(v) for v in a] for a in (model.half_m, model.mass_kg, model.inertia_kg_m2))
     rate, mu = [exact(v) for v in state.rate_rad_s], exact(model.mu_m3_s2)
     trig = [sine_cosine(exact(a)) for a in state.angle_rad]
-    place, motion = absolute(state.com_m, state.position_m), absolute(state.com_velocity_m_s, state.velocity_m_s)
+    place, motion = (
+        absolute(state.com_m, state.position_m),
+        absolute(state.com_velocity_m_s, state.velocity_m_s),
+    )
     left, right = [[Decimal(0)] * size for _ in range(size)], [Decimal(0)] * size
     for j in range(n):
         sine, cosine = trig[j]

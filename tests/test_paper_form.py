@@ -1,7 +1,7 @@
 """The paper's own form: equal to the production form, equal to an independent derivation, misprints as told.
 
-A block (all reactions, all angular accelerations, ...) is compared relative to its scale: the larger of its own
-largest magnitude and of what goes into it, tide and centrifugal terms of size (n² + rate²) l. A reaction may
+A block (all reactions, all angular accelerations, ...) is compared relative to its scale: the larger of its
+own largest magnitude and of what goes into it, tide and centrifugal terms of size (n² + rate²) l. A reaction may
 cancel to nothing while the terms it is made of do not, and round-off is of these terms' size.
 
 A joint motor's effect on its bar's angle can pass through zero (it turns the neighbour too, and the joint
@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from arbiter import judge
+from tests.arbiter import judge
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -28,7 +28,9 @@ from reference_impl.paper_matrices import matrices
 from reference_impl.paper_state import paper_state, units_of
 
 MU, RADIUS = 3.986004418e14, 6378e3
-AGREEMENT = 1e-13  # asked for: 450 units of round-off, for systems whose condition number stays below about 1e4
+AGREEMENT = (
+    1e-13  # asked for: 450 units of round-off, for systems whose condition number stays below about 1e4
+)
 BLOCKS = ("com_m_s2", "angle_rad_s2", "position_m_s2", "reaction_N", "torque_N_m")
 LAWS = {
     "none": (),
@@ -64,7 +66,9 @@ def chain(seed: int, bars: int, *, equal: bool, laws: str) -> tuple[ChainModel, 
     longitude, radius = random.uniform(-np.pi, np.pi), RADIUS * random.uniform(1.05, 3.0)
     radial = np.array([np.cos(longitude), np.sin(longitude)])
     speed = np.sqrt(MU / radius)
-    velocity = speed * (random.uniform(0.5, 1.4) * np.array([-radial[1], radial[0]]) + random.uniform(-0.5, 0.5) * radial)
+    velocity = speed * (
+        random.uniform(0.5, 1.4) * np.array([-radial[1], radial[0]]) + random.uniform(-0.5, 0.5) * radial
+    )
     angle, rate = random.uniform(-np.pi, np.pi, bars), speed / radius * random.uniform(-2.0, 3.0, bars)
     return model, joined_state(model, radius * radial, velocity, angle, rate)
 
@@ -89,7 +93,7 @@ def disagreement(model: ChainModel, state: State, one: Accelerations, other: Acc
 
 
 def grip(model: ChainModel, state: State) -> float:
-    """How well the torques hold their angles: least singular value of theta'' by torque, in units of 1/J; at most 1."""
+    """Grip of the torques on their angles: least singular value of theta'' by torque, in 1/J; at most 1."""
     if not model.prescriptions:
         return 1.0
     nothing = np.zeros((model.bars, 2)), np.zeros(model.bars)
@@ -132,7 +136,7 @@ def test_both_forms_equal_an_independent_derivation_in_fifty_digits(form, bars: 
 
 
 def test_gravity_torque_is_that_of_a_bar_cut_into_pieces() -> None:
-    """The sign and size of (17): pull on a short bar's pieces, by Gauss's rule, within the O((l/r)²) left out."""
+    """The sign and size of (17): a short bar's pieces by Gauss's rule, within the O((l/r)²) left out."""
     place, length, mass = np.array([RADIUS * 1.1, RADIUS * 0.3]), 1e4, 100.0
     nodes, weights = np.polynomial.legendre.leggauss(8)
     for angle in np.linspace(0.1, 6.0, 7):
@@ -141,7 +145,9 @@ def test_gravity_torque_is_that_of_a_bar_cut_into_pieces() -> None:
         pull = -MU * pieces / np.linalg.norm(pieces, axis=1)[:, None] ** 3 * (0.5 * mass * weights)[:, None]
         arm = 0.5 * length * nodes[:, None] * along
         torque = np.sum(arm[:, 0] * pull[:, 1] - arm[:, 1] * pull[:, 0])
-        model = ChainModel(MU, np.array([mass]), np.array([length]), np.array([mass * length**2 / 12]), "gradient", RADIUS)
+        model = ChainModel(
+            MU, np.array([mass]), np.array([length]), np.array([mass * length**2 / 12]), "gradient", RADIUS
+        )
         state = joined_state(model, place, np.zeros(2), np.array([angle]), np.zeros(1))
         size = 3.0 * MU / np.linalg.norm(place) ** 3 * model.inertia_kg_m2[0]
         found = paper_accelerations(model, 0.0, state).angle_rad_s2[0] * model.inertia_kg_m2[0]
@@ -157,7 +163,9 @@ def test_matrices_have_the_shapes_and_the_block_structure_of_the_appendices() ->
     assert (m.A.shape, m.B.shape) == ((reactions, bars), (reactions,))
     assert not m.W[-2:].any()  # no internal force moves the centre of mass
     joint = m.A @ (m.W / m.E[:, None])
-    assert np.abs(joint - joint.T).max() < 1e-13 * np.abs(joint).max()  # symmetric once the misprints are put right
+    assert (
+        np.abs(joint - joint.T).max() < 1e-13 * np.abs(joint).max()
+    )  # symmetric once the misprints are put right
     assert np.linalg.eigvalsh(-joint).min() > 0.0  # and definite, in the sign that (C.8) gives it
 
 
@@ -211,15 +219,21 @@ def test_half_length_does_nothing_to_equal_bars() -> None:
 
 
 def test_w_third_row_is_of_first_order_in_the_size_ratio() -> None:
-    large, small = (change(Misprint.W_THIRD_ROW, generic_model((length,) * 5))[0] for length in (1000.0, 100.0))
-    assert large / small == pytest.approx(10.0, rel=1e-2)  # next order: l/r = 1e-4 times the chain's length in bars
+    large, small = (
+        change(Misprint.W_THIRD_ROW, generic_model((length,) * 5))[0] for length in (1000.0, 100.0)
+    )
+    assert large / small == pytest.approx(
+        10.0, rel=1e-2
+    )  # next order: l/r = 1e-4 times the chain's length in bars
 
 
 def test_s2_sign_needs_an_orbit_that_climbs() -> None:
     model = generic_model()
     state = generic_state(model)
     radial = state.com_m / np.linalg.norm(state.com_m)
-    level = replace(state, com_velocity_m_s=state.com_velocity_m_s - (state.com_velocity_m_s @ radial) * radial)
+    level = replace(
+        state, com_velocity_m_s=state.com_velocity_m_s - (state.com_velocity_m_s @ radial) * radial
+    )
     wrong = paper_accelerations(model, 0.0, level, {Misprint.S2_SIGN})
     right = paper_accelerations(model, 0.0, level)
     # gamma is left with the bars' own radial velocities: of the order of the size ratio, 1e-5
@@ -237,7 +251,7 @@ def test_misprints_add_up_in_one_set() -> None:
 
 def test_equation_27_as_printed_says_that_it_is_not_square() -> None:
     model, state = chain(5, 5, equal=True, laws="local, external")
-    with pytest.raises(NotSquareError, match="9 equations .* for 25 unknowns"):
+    with pytest.raises(NotSquareError, match=r"9 equations .* for 25 unknowns"):
         paper_accelerations(model, 0.0, state, {Misprint.CONTROL_IDENTITY})
 
 

@@ -1,14 +1,14 @@
-"""Laws that the reference's accelerations must obey, on random chains: N 1-40, masses and lengths over 6 decades.
+"""Laws that the reference's accelerations must obey, on random chains: N 1-40, masses, lengths over 6 decades.
 
 Every tolerance is a bound on round-off, of the form C u S: u = 2^-53, S the sum of the magnitudes that
 enter, C the number of roundings on the way. What is asked of a solution is a small *residual* wherever a
 law is checked (no conditioning in it: a banded Cholesky is backward stable), and the residual taken through
 the inverse of the joint system where two *answers* are compared (`forward`).
 
-Roundings counted: a dot product of two 2-vectors 3, a unit vector 2, the tide 20 (q 6, log1p and expm1 2 each,
-the two products and the sum 6, the mean over bars with N more), one entry of the joint matrix 8. Cholesky of a band
-of four and its two substitutions: |dA| <= 3 (4+1) u |L||L'| (Higham, Accuracy and Stability, 10.4), with
-(|L||L'|)_ik <= sqrt(a_ii a_kk). Together below 32 for a residual.
+Roundings counted: a dot product of two 2-vectors 3, a unit vector 2, the tide 20 (q 6, log1p and expm1 2
+each, the two products and the sum 6, the mean over bars with N more), one entry of the joint matrix 8.
+Cholesky of a band of four and its two substitutions: |dA| <= 3 (4+1) u |L||L'| (Higham, Accuracy and
+Stability, 10.4), with (|L||L'|)_ik <= sqrt(a_ii a_kk). Together below 32 for a residual.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from arbiter import field as exact_field
+from tests.arbiter import field as exact_field
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -30,7 +30,7 @@ from reference_impl.invariants import (
     relative_kinetic_energy,
     tidal_energy,
 )
-from reference_impl.kinematics import cross, directions, gap_vectors, joined_state
+from reference_impl.kinematics import cross, directions, joined_state
 from reference_impl.simulate import Simulation
 
 MU, RADIUS = 3.986004418e14, 6378e3
@@ -48,7 +48,12 @@ class Case:
 
 
 def case(
-    seed: int, bars: int, gravity: str, decades: float, laws: tuple[Prescription, ...] = (), turning: float = 3.0
+    seed: int,
+    bars: int,
+    gravity: str,
+    decades: float,
+    laws: tuple[Prescription, ...] = (),
+    turning: float = 3.0,
 ) -> Case:
     """Masses and lengths spread over `decades`, inertias around a slender bar's, any attitude, any orbit."""
     random = np.random.default_rng(seed)
@@ -59,8 +64,13 @@ def case(
     radius, longitude = RADIUS * random.uniform(1.1, 6.0), random.uniform(-np.pi, np.pi)
     radial = np.array([np.cos(longitude), np.sin(longitude)])
     speed = np.sqrt(MU / radius)
-    velocity = speed * (random.uniform(0.5, 1.4) * np.array([-radial[1], radial[0]]) + random.uniform(-0.5, 0.5) * radial)
-    angle, rate = random.uniform(-np.pi, np.pi, bars), speed / radius * random.uniform(-turning, turning, bars)
+    velocity = speed * (
+        random.uniform(0.5, 1.4) * np.array([-radial[1], radial[0]]) + random.uniform(-0.5, 0.5) * radial
+    )
+    angle, rate = (
+        random.uniform(-np.pi, np.pi, bars),
+        speed / radius * random.uniform(-turning, turning, bars),
+    )
     return Case(model, joined_state(model, radius * radial, velocity, angle, rate))
 
 
@@ -119,7 +129,7 @@ def joint_bound(c: Case, a: Accelerations) -> Array:
 
 
 def forward(c: Case, opening: Array) -> Array:
-    """Change of the reactions (N-1,), N, that changes of the joints' right-hand sides (N-1,) can cause: |A^-1| b."""
+    """Change of the reactions (N-1,), N, that changes b of the right-hand sides (N-1,) can cause: |A^-1| b."""
     m = c.model
     _, across = directions(c.state.angle_rad)
     blocks, joints = m.compliance[:, None, None] * across[:, :, None] * across[:, None, :], m.bars - 1
@@ -157,7 +167,9 @@ def test_newton_holds_bar_by_bar(c: Case) -> None:
     """m d'' = tide + reactions, with the tide subtracted in fifty digits."""
     a, size = accelerations(c), magnitudes(c, accelerations(c))
     _, tide = exact_field(c.model, c.state)
-    residual = np.linalg.norm(a.position_m_s2 - tide - sums(a.reaction_N)[1] / c.model.mass_kg[:, None], axis=1)
+    residual = np.linalg.norm(
+        a.position_m_s2 - tide - sums(a.reaction_N)[1] / c.model.mass_kg[:, None], axis=1
+    )
     decimals = 1e-45 * MU / RADIUS**2  # the judge's own rounding, where a lone bar's tide is nothing
     assert np.all(residual <= U * ((C + c.model.bars) * size.tide + 4.0 * size.pull) + decimals)
 
@@ -170,7 +182,11 @@ def test_euler_holds_bar_by_bar(c: Case) -> None:
     m, (along, across) = c.model, directions(c.state.angle_rad)
     place = c.state.com_m + c.state.position_m
     r = np.linalg.norm(place, axis=1)
-    torque = 3.0 * MU / r**5 * np.sum(place * along, axis=1) * cross(along, place) if m.gravity == "gradient" else 0.0
+    torque = (
+        3.0 * MU / r**5 * np.sum(place * along, axis=1) * cross(along, place)
+        if m.gravity == "gradient"
+        else 0.0
+    )
     lever = m.half_m / m.inertia_kg_m2 * np.sum(across * sums(a.reaction_N)[0], axis=1)
     assert np.all(np.abs(a.angle_rad_s2 - torque - lever) <= C * U * size.angular)
 
@@ -215,7 +231,7 @@ def test_relative_and_absolute_formulations_agree(c: Case) -> None:
 
 
 def power_and_torque(c: Case, a: Accelerations) -> tuple[float, float, float, float]:
-    """Rates of the relative energy and angular momentum beyond gravity's own, and the round-off allowed in each."""
+    """Rates of relative energy and angular momentum beyond gravity's own, and the round-off allowed in each."""
     m, s, size = c.model, c.state, magnitudes(c, a)
     _, tide = exact_field(m, s)
     beyond = m.mass_kg[:, None] * (a.position_m_s2 - tide)
@@ -261,13 +277,22 @@ def test_turning_everything_turns_the_answer(c: Case, turn: float) -> None:
     """To the round-off of turned inputs: angles u |theta|, places u d, taken through the joints."""
     a, s, m = accelerations(c), c.state, c.model
     spin = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])  # acts on rows
-    turned = State(s.com_m @ spin, s.com_velocity_m_s @ spin, s.angle_rad + turn, s.rate_rad_s, s.position_m @ spin, s.velocity_m_s @ spin)
+    turned = State(
+        s.com_m @ spin,
+        s.com_velocity_m_s @ spin,
+        s.angle_rad + turn,
+        s.rate_rad_s,
+        s.position_m @ spin,
+        s.velocity_m_s @ spin,
+    )
     other = relative.accelerations(m, 25.0, turned)
-    # an angle off by 2 ulp(2 pi) = 8 u turns every unit vector by that much: entries of the system and of its right side
+    # an angle off by 2 ulp(2 pi) = 8 u turns every unit vector by that much, on both sides of the system
     allowed = forward(c, 2.0 * 8.0 * joint_bound(c, a)) if m.bars > 1 else np.zeros(0)
     assert np.all(np.linalg.norm(other.reaction_N - a.reaction_N @ spin, axis=1) <= allowed)
     levers = sums(np.repeat(allowed[:, None], 2, axis=1))[0][:, 0] * m.half_m / m.inertia_kg_m2
-    assert np.all(np.abs(other.angle_rad_s2 - a.angle_rad_s2) <= levers + 8.0 * C * U * magnitudes(c, a).angular)
+    assert np.all(
+        np.abs(other.angle_rad_s2 - a.angle_rad_s2) <= levers + 8.0 * C * U * magnitudes(c, a).angular
+    )
     assert np.linalg.norm(other.com_m_s2 - a.com_m_s2 @ spin) <= C * U * np.linalg.norm(a.com_m_s2)
 
 
@@ -289,7 +314,9 @@ def driven(name: str, seed: int, bars: int, gravity: str, decades: float) -> Cas
     laws = LAWS[name]
     if laws == "all":
         laws = tuple(
-            Prescription(j, 0.1 * (j + 1), 60.0, 5.0, local_horizontal=j % 3 == 0, reacts_on=j - 1 if j % 2 else None)
+            Prescription(
+                j, 0.1 * (j + 1), 60.0, 5.0, local_horizontal=j % 3 == 0, reacts_on=j - 1 if j % 2 else None
+            )
             for j in range(min(bars, 8))
         )
     return case(seed, bars, gravity, decades, laws)
@@ -341,7 +368,9 @@ def test_prescribed_bars_follow_their_laws(name: str, data: st.DataObject) -> No
 @pytest.mark.parametrize("name", LAWS)
 @settings(max_examples=30, deadline=None)
 @given(data=st.data())
-def test_torques_from_outside_change_angular_momentum_by_themselves_and_motors_do_not(name: str, data) -> None:
+def test_torques_from_outside_change_angular_momentum_by_themselves_and_motors_do_not(
+    name: str, data
+) -> None:
     """dL/dt is the sum of the outside torques; dE/dt the torques' work at their bars' (relative) rates."""
     c = data.draw(driven_cases(name).filter(lambda c: c.model.gravity != "gradient"))
     a, rate = accelerations(c), c.state.rate_rad_s
@@ -359,7 +388,7 @@ def test_torques_from_outside_change_angular_momentum_by_themselves_and_motors_d
 @pytest.mark.parametrize("gravity", ["none", "point"])
 @pytest.mark.parametrize("name", ["free", "joint, inertial", "joint, local"])
 def test_runs_keep_angular_momentum_and_free_runs_energy(gravity: str, name: str) -> None:
-    """Each step may err by rtol in every block: steps x rtol x the invariant's gradient along the blocks' units."""
+    """Each step may err by rtol in every block: steps x rtol x the invariant's gradient along the units."""
     laws, rtol = () if name == "free" else LAWS[name], 1e-11
     c = case(12, 5, gravity, 0.5, laws, turning=2.0)
     m, s = c.model, c.state
@@ -371,18 +400,23 @@ def test_runs_keep_angular_momentum_and_free_runs_energy(gravity: str, name: str
     turn = np.sqrt(MU / np.linalg.norm(s.com_m) ** 3) + np.abs(h.rate_rad_s).max()
     # position and velocity blocks, two components each: four terms of size M r² turn and M L² turn
     inner_allowed = h.steps * rtol * 4.0 * mass * size**2 * turn
-    assert np.abs(inner + outer - inner[0] - outer[0]).max() <= inner_allowed + h.steps * rtol * 4.0 * mass * radius**2 * turn
+    assert (
+        np.abs(inner + outer - inner[0] - outer[0]).max()
+        <= inner_allowed + h.steps * rtol * 4.0 * mass * radius**2 * turn
+    )
     if gravity == "none":  # then it is constant by itself, on its own small scale
         assert np.abs(inner - inner[0]).max() <= inner_allowed
     if name == "free":
-        energy = relative_kinetic_energy(m, h.angle_rad, h.rate_rad_s) + com_energy(m, h.com_m, h.com_velocity_m_s)
+        energy = relative_kinetic_energy(m, h.angle_rad, h.rate_rad_s) + com_energy(
+            m, h.com_m, h.com_velocity_m_s
+        )
         energy = energy + (tidal_energy(m, h.com_m, h.angle_rad) if gravity == "point" else 0.0)
         speed = np.linalg.norm(h.com_velocity_m_s, axis=1).max() + turn * radius
         assert np.abs(energy - energy[0]).max() <= h.steps * rtol * 4.0 * mass * speed**2
 
 
 def test_a_motor_that_loses_its_grip_stops_the_run_with_a_reason() -> None:
-    """A joint motor's effect on its bar's inertial angle can vanish: the law then asks for an infinite torque."""
+    """A motor's effect on its bar's inertial angle can vanish: the law then asks for an infinite torque."""
     c = case(11, 5, "none", 0.5, LAWS["joint, inertial"], turning=2.0)
     s = c.state
     run = Simulation(c.model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=1e-9)
@@ -395,7 +429,9 @@ def test_a_single_bar_has_no_reactions_and_a_driven_one_is_turned_by_its_torque_
     c = case(5, 1, "none", 0.0, law)
     a = accelerations(c)
     assert a.reaction_N.shape == (0, 2)
-    assert a.torque_N_m[0] == pytest.approx(c.model.inertia_kg_m2[0] * law[0].acceleration_rad_s2(25.0), rel=4 * U)
+    assert a.torque_N_m[0] == pytest.approx(
+        c.model.inertia_kg_m2[0] * law[0].acceleration_rad_s2(25.0), rel=4 * U
+    )
     assert a.angle_rad_s2[0] == pytest.approx(law[0].acceleration_rad_s2(25.0), rel=4 * U)
 
 
