@@ -72,7 +72,7 @@ class Exudyn(ExudynRedundant):
     """Multipliers, index 2, in the moving frame."""
 
     title = "Exudyn, redundant coordinates in a frame on the Kepler orbit, trapezoidal index 2"
-    coordinates = Coordinates.MOVING_FRAME
+    coordinates = Coordinates.ROTATING_FRAME
     ladder = Ladder(Knob.STEPS_PER_ORBIT, (100, 300, 1000, 3000, 10000, 30000, 100000), default=10000)
 
 
@@ -81,7 +81,7 @@ class ExudynIndex3(ExudynRedundant):
     """Multipliers, index 3, in the moving frame."""
 
     title = "Exudyn, redundant coordinates in a frame on the Kepler orbit, generalized-alpha index 3"
-    coordinates = Coordinates.MOVING_FRAME
+    coordinates = Coordinates.ROTATING_FRAME
     ladder = Ladder(Knob.STEPS_PER_ORBIT, (100, 300, 1000, 3000, 10000, 30000, 100000), default=10000)
     index3 = True
 
@@ -101,7 +101,7 @@ class ExudynTree(ExudynEngine):
     """Kinematic tree, explicit, in the moving frame."""
 
     title = "Exudyn, kinematic tree in a frame on the Kepler orbit, RK67"
-    coordinates = Coordinates.MOVING_FRAME
+    coordinates = Coordinates.ROTATING_FRAME
     order = 6.0
     ladder = Ladder(Knob.STEPS_PER_ORBIT, (50, 100, 200, 400, 800, 1600), default=400)
     effects = GRAVITY

@@ -79,22 +79,33 @@ class Clock:
             value.SetValue(number)
 
     def _polynomial(self, which: int, t_s: Any) -> Any:
-        """Horner's rule in (t - end)/h."""
+        """Horner's rule in s = 2 (t - end)/h + 1."""
         own = self.values[which * (self.degree + 1) : (which + 1) * (self.degree + 1)]
         total = own[-1]
         for value in reversed(own[:-1]):
-            total = value + (t_s - self.end) * (1.0 / self.steps.size_s) * total
+            total = value + ((t_s - self.end) * (2.0 / self.steps.size_s) + 1.0) * total
         return total
 
 
 def coefficients(orbit: KeplerOrbit, steps: Steps, degree: int) -> Array:
-    """Fit each number in u = (t - end)/h over -1 <= u <= 0: (count + 1, 5 (degree + 1)), ascending powers.
+    """Fit each number in s = 2 (t - end)/h + 1 over -1 <= s <= 1: (count + 1, 5 (degree + 1)), ascending powers.
 
-    Row i belongs to the step that ends at i h; row 0 to the instant 0.
+    Row i belongs to the step that ends at i h; row 0 to the instant 0. What is fitted is the departure
+    from the step's mean value, so that rounding in the fit is relative to how little changes in a step.
     """
-    u = -0.5 - 0.5 * np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)) if degree else np.zeros(1)
-    t = steps.ends_s[:, None] + steps.size_s * u
-    track = orbit.at(t.ravel())
-    inverse = np.linalg.inv(np.vander(u, increasing=True))
-    columns = [getattr(track, name).reshape(t.shape) @ inverse.T for name in NAMES]
+    if degree == 0:
+        track = orbit.at(steps.ends_s)
+        return np.stack([getattr(track, name) for name in NAMES], axis=1)
+    s = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+    track = orbit.at((steps.ends_s[:, None] + 0.5 * steps.size_s * (s - 1.0)).ravel())
+    inverse = np.linalg.inv(np.vander(s, increasing=True))
+    columns = [fitted(getattr(track, name).reshape(-1, degree + 1), inverse) for name in NAMES]
     return np.concatenate(columns, axis=1)
+
+
+def fitted(values: Array, inverse: Array) -> Array:
+    """Coefficients (steps, degree + 1) of the polynomials through `values` at the nodes."""
+    mean = values.mean(axis=1, keepdims=True)
+    found: Array = (values - mean) @ inverse.T
+    found[:, :1] += mean
+    return found

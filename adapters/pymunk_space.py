@@ -9,7 +9,9 @@ in one step,
     gap = (dt²/2) (h_j w_j² u_j + h_{j+1} w_{j+1}² u_{j+1}),   h half length, w rate,
 
 and that is where this method's joints live. The chain is started there, half of it taken out in the
-first half step, so that the reactions are right from the first instant on.
+first half step, so that the reactions are right from the first instant on. (But for the one step after
+that: the gap there follows the rates half a step earlier, and the reaction, m gap/dt², is right to first
+order only. It is seen if a sample falls on it, that is, with one step from sample to sample.)
 """
 
 from __future__ import annotations

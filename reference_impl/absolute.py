@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from reference_impl.chain import Accelerations, Array, ChainModel, State
-from reference_impl.gravity import gradient_torques, point_field
-from reference_impl.kinematics import directions
+from reference_impl.gravity import gradient_spins, point_field
+from reference_impl.plane import along, as_complex, as_vectors
 from reference_impl.relative import Turning, prescribed_torques
 
 
@@ -33,16 +33,17 @@ def accelerations(
     Accelerations
         `position_m_s2` holds Z_j'' here, and `com_m_s2` their weighted mean.
     """
-    along, _ = directions(angle_rad)
-    field, spin = np.zeros_like(place_m), np.zeros(model.bars)
+    unit = along(angle_rad)
+    field, spin = np.zeros(model.bars, complex), np.zeros(model.bars)
     if model.gravity != "none":
-        field = point_field(model.mu_m3_s2, place_m)
+        field = as_complex(point_field(model.mu_m3_s2, place_m))
     if model.gravity == "gradient":
-        spin = gradient_torques(model, place_m, along) / model.inertia_kg_m2
+        spin = gradient_spins(model, as_complex(place_m), unit)
     origin = np.zeros(2)
     state = State(origin, origin, angle_rad, rate_rad_s, place_m, velocity_m_s)
-    turning = Turning(model, state, field, spin)
+    turning = Turning(model, state, unit, field, spin)
     torque = prescribed_torques(model, t_s, state, turning) if model.prescriptions else np.empty(0)
     reaction = turning.reaction(torque)
-    place = field + turning.pull(reaction)
-    return Accelerations(model.weight @ place, turning.angular(reaction, torque), place, reaction, torque)
+    place = as_vectors(field + turning.pull(reaction))
+    angular = turning.angular(reaction, torque)
+    return Accelerations(model.weight @ place, angular, place, as_vectors(reaction), torque)

@@ -91,6 +91,12 @@ class ChainModel:
         return gives
 
     @cached_property
+    def lever(self) -> Array:
+        """(N,) l_j/(2 J_j), 1/(kg m): angular acceleration of a bar by a force across its end."""
+        lever: Array = self.half_m / self.inertia_kg_m2
+        return lever
+
+    @cached_property
     def inverse_mass(self) -> Array:
         """(N,) 1/m_j, 1/kg."""
         inverse: Array = 1.0 / self.mass_kg

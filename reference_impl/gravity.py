@@ -10,40 +10,46 @@ from __future__ import annotations
 import numpy as np
 
 from reference_impl.chain import Array, ChainModel
+from reference_impl.plane import ComplexArray, as_complex, as_vectors, squared
 
 
 def point_field(mu_m3_s2: float, position_m: Array) -> Array:
     """Acceleration -mu Z/|Z|³ at `position_m`, shape (..., 2), m/s²: eq. (8)."""
-    r2 = np.sum(position_m * position_m, axis=-1, keepdims=True)
-    field: Array = -mu_m3_s2 * position_m / (r2 * np.sqrt(r2))
+    r2 = squared(as_complex(position_m))
+    field: Array = (-mu_m3_s2 / (r2 * np.sqrt(r2)))[..., None] * position_m
     return field
 
 
 def field_differences(mu_m3_s2: float, com_m: Array, position_m: Array) -> Array:
     """g(Z0 + d_j) - g(Z0) for each relative position d_j, shape (N, 2), m/s²."""
-    r2 = com_m @ com_m
-    q = np.sum((2.0 * com_m + position_m) * position_m, axis=-1, keepdims=True) / r2
+    return as_vectors(differences(mu_m3_s2, as_complex(com_m), as_complex(position_m)))
+
+
+def differences(mu_m3_s2: float, com_m: ComplexArray, position_m: ComplexArray) -> ComplexArray:
+    """:func:`field_differences` for plane vectors as complex numbers."""
+    r2 = squared(com_m)
+    twice = 2.0 * com_m + position_m
+    q = (twice.real * position_m.real + twice.imag * position_m.imag) / r2
     change = np.expm1(-1.5 * np.log1p(q))
-    difference: Array = -mu_m3_s2 / (r2 * np.sqrt(r2)) * (position_m * (1.0 + change) + com_m * change)
+    difference: ComplexArray = -mu_m3_s2 / (r2 * np.sqrt(r2)) * (position_m * (1.0 + change) + com_m * change)
     return difference
 
 
-def gradient_torques(model: ChainModel, place_m: Array, along: Array) -> Array:
-    """Gravity-gradient torque on each bar, K_j = +3 mu J_j sin(phi) cos(phi)/r³, shape (N,), N m.
+def gradient_spins(model: ChainModel, place_m: ComplexArray, along: ComplexArray) -> Array:
+    """Angular acceleration K_j/J_j = +3 mu sin(phi) cos(phi)/r³ of each bar, shape (N,), rad/s².
 
-    Eq. (17) prints it with a minus; phi is measured from the horizontal, so that plus turns a bar
-    towards the radial.
+    Eq. (17) prints it with a minus; phi is measured from the horizontal (the radial direction turned by
+    -90 degrees), so that plus turns a bar towards the radial.
 
     Parameters
     ----------
     model : ChainModel
-    place_m : ndarray, shape (N, 2)
+    place_m : ndarray of complex, shape (N,)
         Bars' centres of mass from the centre of the body.
-    along : ndarray, shape (N, 2)
+    along : ndarray of complex, shape (N,)
         Unit vectors u_j.
     """
-    r2 = np.sum(place_m * place_m, axis=-1)
-    sine = np.sum(along * place_m, axis=-1)  # r sin(phi)
-    cosine = along[:, 0] * place_m[:, 1] - along[:, 1] * place_m[:, 0]  # r cos(phi); horizontal = radial turned by -90°
-    torque: Array = 3.0 * model.mu_m3_s2 * model.inertia_kg_m2 * sine * cosine / (r2 * r2 * np.sqrt(r2))
-    return torque
+    r2 = squared(place_m)
+    seen = along.conj() * place_m  # r sin(phi) + i r cos(phi)
+    spin: Array = 3.0 * model.mu_m3_s2 * seen.real * seen.imag / (r2 * r2 * np.sqrt(r2))
+    return spin

@@ -9,11 +9,12 @@ import numpy as np
 from scipy.linalg.lapack import dpbsv
 
 from reference_impl.chain import Array, ChainModel
+from reference_impl.plane import ComplexArray
 
 BAND = 4  # a diagonal and three below it hold 2x2 blocks and their neighbours
 
 
-def joint_matrix(model: ChainModel, across: Array) -> Array:
+def joint_matrix(model: ChainModel, across: ComplexArray) -> Array:
     """Lower band of the joint system, shape (4, 2(N-1)), 1/kg.
 
     Row i, column k holds the entry (k+i, k) of the matrix with blocks
@@ -24,14 +25,16 @@ def joint_matrix(model: ChainModel, across: Array) -> Array:
     Parameters
     ----------
     model : ChainModel
-    across : ndarray, shape (N, 2)
+    across : ndarray of complex, shape (N,)
         Unit vectors n_j.
     """
-    c, w = model.compliance, model.inverse_mass
-    xx, xy, yy = c * across[:, 0] ** 2, c * across[:, 0] * across[:, 1], c * across[:, 1] ** 2
+    x, y = across.real, across.imag
+    cx, w = model.compliance * x, model.inverse_mass
+    xx, xy, yy = cx * x, cx * y, model.compliance * y * y
     band = np.zeros((BAND, 2 * (model.bars - 1)))
-    band[0, 0::2] = w[:-1] + w[1:] + xx[:-1] + xx[1:]
-    band[0, 1::2] = w[:-1] + w[1:] + yy[:-1] + yy[1:]
+    neighbours = w[:-1] + w[1:]
+    band[0, 0::2] = neighbours + xx[:-1] + xx[1:]
+    band[0, 1::2] = neighbours + yy[:-1] + yy[1:]
     band[1, 0::2] = xy[:-1] + xy[1:]
     band[2, 0:-2:2] = xx[1:-1] - w[1:-1]
     band[3, 0:-2:2] = xy[1:-1]

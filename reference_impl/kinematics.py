@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from reference_impl.chain import Array, ChainModel, State
+from reference_impl.plane import ComplexArray, along, as_complex, as_vectors
 
 
 def directions(angle_rad: Array) -> tuple[Array, Array]:
     """Unit vectors u_j along each bar and n_j across it (u_j turned by +90 degrees), each (N, 2)."""
-    c, s = np.cos(angle_rad), np.sin(angle_rad)
-    return np.stack([c, s], axis=-1), np.stack([-s, c], axis=-1)
+    u = along(angle_rad)
+    return as_vectors(u), as_vectors(1j * u)
 
 
 def hang_together(model: ChainModel, reach: Array) -> Array:
@@ -29,34 +30,32 @@ def hang_together(model: ChainModel, reach: Array) -> Array:
     -------
     ndarray, shape (..., N, 2)
     """
+    return as_vectors(hung(model, as_complex(reach)))
+
+
+def hung(model: ChainModel, reach: ComplexArray) -> ComplexArray:
+    """:func:`hang_together` for plane vectors as complex numbers, shape (..., N)."""
     from_first = np.zeros_like(reach)
-    np.cumsum(reach[..., :-1, :] + reach[..., 1:, :], axis=-2, out=from_first[..., 1:, :])
-    centred: Array = from_first - np.einsum("j,...jk->...k", model.weight, from_first)[..., None, :]
+    np.cumsum(reach[..., :-1] + reach[..., 1:], axis=-1, out=from_first[..., 1:])
+    centred: ComplexArray = from_first - (from_first @ model.weight)[..., None]
     return centred
 
 
 def relative_positions(model: ChainModel, angle_rad: Array) -> Array:
     """d_j = Z_j - Z0 of a joined chain, shape (N, 2), m."""
-    u, _ = directions(angle_rad)
-    return hang_together(model, model.half_m[:, None] * u)
+    return as_vectors(hung(model, model.half_m * along(angle_rad)))
 
 
 def relative_velocities(model: ChainModel, angle_rad: Array, rate_rad_s: Array) -> Array:
     """Time derivative of :func:`relative_positions`, shape (N, 2), m/s."""
-    _, n = directions(angle_rad)
-    return hang_together(model, (model.half_m * rate_rad_s)[:, None] * n)
+    return as_vectors(hung(model, 1j * model.half_m * rate_rad_s * along(angle_rad)))
 
 
 def joined_state(model: ChainModel, com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array) -> State:
     """Complete state of a chain whose joints are closed."""
-    return State(
-        com_m,
-        com_velocity_m_s,
-        angle_rad,
-        rate_rad_s,
-        relative_positions(model, angle_rad),
-        relative_velocities(model, angle_rad, rate_rad_s),
-    )
+    reach = model.half_m * along(angle_rad)
+    position, velocity = hung(model, np.stack([reach, 1j * rate_rad_s * reach]))
+    return State(com_m, com_velocity_m_s, angle_rad, rate_rad_s, as_vectors(position), as_vectors(velocity))
 
 
 def gap_vectors(model: ChainModel, position_m: Array, angle_rad: Array) -> Array:

@@ -97,7 +97,7 @@ def solve(
     m = matrices(paper_state(model, state, units), as_printed)
     H, G = prescribed_rows(model, t_s, units, m.longitudes)
     if not len(G):
-        reaction = np.linalg.solve(m.A @ (m.W / m.E[:, None]), m.B - m.A @ m.F)  # (23)
+        reaction = solve_dense(m.A @ (m.W / m.E[:, None]), m.B - m.A @ m.F)  # (23)
         return PaperSolution(
             m.F + m.W @ reaction / m.E, reaction.reshape(-1, 2), np.empty(0), m.longitudes
         )  # (24)
@@ -114,11 +114,17 @@ def controlled(m: Matrices, H: Array, G: Array, D: Array, longitudes: Longitudes
             f"(27) as printed is not square: {left.shape[0]} equations (joints and prescribed motions) "
             f"for {left.shape[1]} unknowns (reactions and an identity of full width for the control forces)"
         )
-    unknown = np.linalg.solve(left, np.concatenate([m.B, G]) - asked @ m.F)
+    unknown = solve_dense(left, np.concatenate([m.B, G]) - asked @ m.F)
     joints = m.W.shape[1]
     return PaperSolution(
         m.F + pushed @ unknown, unknown[:joints].reshape(-1, 2), unknown[joints:], longitudes
     )
+
+
+def solve_dense(matrix: Array, right: Array) -> Array:
+    """Solve a square system, in double precision."""
+    found: Array = np.linalg.solve(matrix, right).astype(np.float64, copy=False)
+    return found
 
 
 def prescribed_rows(

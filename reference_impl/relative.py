@@ -11,9 +11,10 @@ from __future__ import annotations
 import numpy as np
 
 from reference_impl.chain import Accelerations, Array, ChainModel, Prescription, State
-from reference_impl.gravity import field_differences, gradient_torques, point_field
+from reference_impl.gravity import differences, gradient_spins, point_field
 from reference_impl.joints import joint_matrix, solve_joints
-from reference_impl.kinematics import cross, directions
+from reference_impl.kinematics import cross
+from reference_impl.plane import ComplexArray, along, as_complex, as_vectors
 
 
 def accelerations(model: ChainModel, t_s: float, state: State) -> Accelerations:
@@ -36,42 +37,67 @@ def accelerations(model: ChainModel, t_s: float, state: State) -> Accelerations:
     numpy.linalg.LinAlgError
         If the joint system is not positive definite in double precision.
     """
-    field, tide, spin = external(model, state)
-    turning = Turning(model, state, tide, spin)
+    unit = along(state.angle_rad)
+    field, tide, spin = external(model, state, unit)
+    turning = Turning(model, state, unit, tide, spin)
     torque = prescribed_torques(model, t_s, state, turning) if model.prescriptions else np.empty(0)
     reaction = turning.reaction(torque)
-    angular = turning.angular(reaction, torque)
-    return Accelerations(field, angular, tide + turning.pull(reaction), reaction, torque)
+    return Accelerations(
+        field,
+        turning.angular(reaction, torque),
+        as_vectors(tide + turning.pull(reaction)),
+        as_vectors(reaction),
+        torque,
+    )
 
 
-def external(model: ChainModel, state: State) -> tuple[Array, Array, Array]:
-    """Acceleration of the centre of mass (2,), that of each bar relative to it (N, 2), and K_j/J_j (N,)."""
+def external(model: ChainModel, state: State, unit: ComplexArray) -> tuple[Array, ComplexArray, Array]:
+    """Acceleration of the centre of mass (2,), that of each bar relative to it (N,), and K_j/J_j (N,)."""
     bars = model.bars
     if model.gravity == "none":
-        return np.zeros(2), np.zeros((bars, 2)), np.zeros(bars)
-    difference = field_differences(model.mu_m3_s2, state.com_m, state.position_m)
-    mean = model.weight @ difference
-    field = point_field(model.mu_m3_s2, state.com_m) + mean
+        return np.zeros(2), np.zeros(bars, complex), np.zeros(bars)
+    com, position = as_complex(state.com_m), as_complex(state.position_m)
+    difference = differences(model.mu_m3_s2, com, position)
+    mean = difference @ model.weight
+    field = point_field(model.mu_m3_s2, state.com_m) + [mean.real, mean.imag]
     if model.gravity == "point":
         return field, difference - mean, np.zeros(bars)
-    along, _ = directions(state.angle_rad)
-    torque = gradient_torques(model, state.com_m + state.position_m, along)
-    return field, difference - mean, torque / model.inertia_kg_m2
+    return field, difference - mean, gradient_spins(model, com + position, unit)
 
 
 class Turning:
-    """Reactions and angular accelerations of one state, as affine functions of the prescribed torques."""
+    """Reactions and angular accelerations of one state, as affine functions of the prescribed torques.
 
-    def __init__(self, model: ChainModel, state: State, tide: Array, spin: Array) -> None:
-        along, across = directions(state.angle_rad)
-        self.model, self.across, self.spin = model, across, spin
-        # what the ends would do without reactions, from each bar's centre to its right end
-        end = model.half_m[:, None] * (spin[:, None] * across - (state.rate_rad_s**2)[:, None] * along)
-        right = [(tide[1:] - tide[:-1] - end[:-1] - end[1:]).ravel()]
-        right += [self.opening(self.unit_torque(p)).ravel() for p in model.prescriptions]
-        solved = solve_joints(joint_matrix(model, across), np.stack(right, axis=-1))
-        self.free = solved[:, 0].reshape(-1, 2)
-        self.by_torque = np.moveaxis(solved[:, 1:], -1, 0).reshape(len(model.prescriptions), model.bars - 1, 2)
+    Plane vectors are complex numbers here, one for each bar or joint.
+    """
+
+    def __init__(
+        self, model: ChainModel, state: State, unit: ComplexArray, field: ComplexArray, spin: Array
+    ) -> None:
+        """Solve the joints for no torque and for a unit of each prescribed one.
+
+        Parameters
+        ----------
+        model : ChainModel
+        state : State
+        unit : ndarray of complex, shape (N,)
+            Unit vectors u_j along the bars.
+        field : ndarray of complex, shape (N,)
+            Accelerations of the bars' centres without reactions; any part common to all drops out.
+        spin : ndarray, shape (N,)
+            K_j/J_j.
+        """
+        self.model, self.unit, self.spin = model, unit, spin
+        # how the ends would leave the centres without reactions
+        end = model.half_m * unit * (1j * spin - state.rate_rad_s**2)
+        right = np.empty((model.bars - 1, 1 + len(model.prescriptions)), complex)
+        right[:, 0] = (field[1:] - field[:-1]) - (end[:-1] + end[1:])
+        for k, p in enumerate(model.prescriptions, start=1):
+            turned = 1j * model.half_m * self.unit_torque(p) * unit
+            right[:, k] = -(turned[:-1] + turned[1:])
+        columns = np.ascontiguousarray(right.T).view(float).T
+        solved = as_joints(solve_joints(joint_matrix(model, 1j * unit), columns))
+        self.free, self.by_torque = solved[0], solved[1:]
 
     def unit_torque(self, p: Prescription) -> Array:
         """Angular acceleration (N,) that a unit torque of `p` gives its bar and, through a motor, the neighbour."""
@@ -81,45 +107,37 @@ class Turning:
             turned[p.reacts_on] = -1.0 / self.model.inertia_kg_m2[p.reacts_on]
         return turned
 
-    def opening(self, angular: Array) -> Array:
-        """Acceleration (N-1, 2) at which angular accelerations would close the joints."""
-        end = (self.model.half_m * angular)[:, None] * self.across
-        return -(end[:-1] + end[1:])
+    def reaction(self, torque: Array) -> ComplexArray:
+        """Reactions (N-1,) under the prescribed torques (P,)."""
+        return self.free + torque @ self.by_torque if len(torque) else self.free
 
-    def reaction(self, torque: Array) -> Array:
-        """Reactions (N-1, 2) under the prescribed torques (P,)."""
-        if not len(torque):
-            return self.free
-        total: Array = self.free + np.tensordot(torque, self.by_torque, axes=1)
-        return total
-
-    def angular(self, reaction: Array, torque: Array) -> Array:
+    def angular(self, reaction: ComplexArray, torque: Array) -> Array:
         """Angular accelerations (N,) under reactions and prescribed torques, eq. (15)."""
         total: Array = self.spin + self.levered(reaction)
         for p, value in zip(self.model.prescriptions, torque, strict=True):
             total = total + value * self.unit_torque(p)
         return total
 
-    def levered(self, reaction: Array) -> Array:
-        """Angular accelerations (N,) from the reactions alone."""
-        sums = both_ends(reaction)
-        turned: Array = self.model.half_m / self.model.inertia_kg_m2 * np.sum(self.across * sums, axis=-1)
+    def levered(self, reaction: ComplexArray) -> Array:
+        """Angular accelerations (N,) from the reactions alone: (l_j/2J_j) n_j·(R_j + R_{j-1})."""
+        sums = np.zeros(self.model.bars, complex)
+        sums[:-1] += reaction
+        sums[1:] += reaction
+        turned: Array = self.model.lever * (self.unit.conj() * sums).imag
         return turned
 
-    def pull(self, reaction: Array) -> Array:
-        """Accelerations (N, 2) of the bars' centres from the reactions: (R_j - R_{j-1})/m_j."""
-        net = np.zeros((self.model.bars, 2))
+    def pull(self, reaction: ComplexArray) -> ComplexArray:
+        """Accelerations (N,) of the bars' centres from the reactions: (R_j - R_{j-1})/m_j."""
+        net = np.zeros(self.model.bars, complex)
         net[:-1] += reaction
         net[1:] -= reaction
-        return net * self.model.inverse_mass[:, None]
+        pulled: ComplexArray = net * self.model.inverse_mass
+        return pulled
 
 
-def both_ends(reaction: Array) -> Array:
-    """R_j + R_{j-1} for each bar, shape (N, 2), N; R_0 = R_N = 0."""
-    sums = np.zeros((len(reaction) + 1, 2))
-    sums[:-1] += reaction
-    sums[1:] += reaction
-    return sums
+def as_joints(solved: Array) -> ComplexArray:
+    """Solutions (2(N-1), k) of the joint system as k rows of complex reactions (N-1,)."""
+    return np.ascontiguousarray(solved.T).view(np.complex128)
 
 
 def prescribed_torques(model: ChainModel, t_s: float, state: State, turning: Turning) -> Array:
@@ -138,7 +156,7 @@ def prescribed_torques(model: ChainModel, t_s: float, state: State, turning: Tur
     return found
 
 
-def followed(state: State, p: Prescription, angular: Array, pull: Array) -> float:
+def followed(state: State, p: Prescription, angular: Array, pull: ComplexArray) -> float:
     """Acceleration of the angle that `p` prescribes, from its bar's and (local horizontal) its longitude's.
 
     Gravity is central, so of the bar's acceleration only the reactions' share turns its longitude:
@@ -147,7 +165,7 @@ def followed(state: State, p: Prescription, angular: Array, pull: Array) -> floa
     if not p.local_horizontal:
         return float(angular[p.bar])
     place = state.com_m + state.position_m[p.bar]
-    return float(angular[p.bar] - cross(place, pull[p.bar]) / (place @ place))
+    return float(angular[p.bar] - (as_complex(place).conj() * pull[p.bar]).imag / (place @ place))
 
 
 def wanted(t_s: float, state: State, p: Prescription) -> float:

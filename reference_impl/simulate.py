@@ -11,7 +11,8 @@ import numpy as np
 from reference_impl import absolute, relative
 from reference_impl.chain import Accelerations, Array, ChainModel, State
 from reference_impl.joints import condition_number, joint_matrix
-from reference_impl.kinematics import directions, gap_vectors, joined_state
+from reference_impl.kinematics import gap_vectors, joined_state
+from reference_impl.plane import along, as_complex
 from reference_impl.stepper import Walk, walk
 
 CoordinateSet = Literal["minimal", "redundant", "projected", "absolute"]
@@ -260,10 +261,9 @@ class Simulation:
     def height(self, y: Array) -> float:
         """Least distance of any point of any bar from the surface, m."""
         s = self.packing.unpack(y)
-        u, _ = directions(s.angle_rad)
-        place, half = s.com_m + s.position_m, self.model.half_m
-        foot = np.clip(-np.sum(place * u, axis=-1), -half, half)  # nearest point of the bar, from its centre
-        return float(np.linalg.norm(place + foot[:, None] * u, axis=-1).min() - self.model.body_radius_m)
+        unit, place, half = along(s.angle_rad), as_complex(s.com_m + s.position_m), self.model.half_m
+        foot = np.clip(-(unit.conj() * place).real, -half, half)  # nearest point of the bar, from its centre
+        return float(np.abs(place + foot * unit).min() - self.model.body_radius_m)
 
     def history(self, seen: Walk, *, condition: bool = False) -> History:
         """Observables at the samples of a walk."""
@@ -289,5 +289,5 @@ class Simulation:
 
     def condition(self, state: State) -> float:
         """Condition number of the joint system at a state."""
-        return condition_number(joint_matrix(self.model, directions(state.angle_rad)[1]))
+        return condition_number(joint_matrix(self.model, 1j * along(state.angle_rad)))
 

@@ -73,9 +73,8 @@ def walk(
         If the step size collapses, or the state or its rate is not finite.
     """
     if not np.all(np.isfinite([y0, rhs(t_s[0], y0)])):
-        raise ArithmeticError(
-            "the initial state or its rate is not finite"
-        )  # SciPy would look for a step for ever
+        # SciPy would look for a first step for ever
+        raise ArithmeticError("the initial state or its rate is not finite")
     slack = BREAK_SLACK * (t_s[-1] - t_s[0])
     marks = [t_s[0], *(t for t in sorted(breaks_s) if t_s[0] + slack < t < t_s[-1] - slack), t_s[-1]]
     rows, y, steps, evaluations, taken = [np.array(y0)], np.array(y0), 0, 1, 1

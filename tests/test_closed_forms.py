@@ -137,11 +137,11 @@ def test_radial_tension_is_three_n2_times_the_first_moment_up_to_the_tides_next_
 
 
 def test_radial_chain_stays_at_rest_up_to_the_square_of_its_size_over_the_radius() -> None:
-    """The circular speed at r0 is a particle's: a long chain's orbit is eccentric by O((L/r)²), and it swings too.
+    """The circular speed at r0 is a particle's: a long chain's orbit is eccentric by O((L/r)²).
 
-    The chain's mean field exceeds a particle's by e = 3 <d²>/r² = L²/4r² (uniform), which is the eccentricity.
-    The radius varies by 2e, so the tide's two thirds of the tension by 6e, that is 4e of it; the orbital rate by
-    4e and the swing's rate by at most 2e, so the centrifugal third, being quadratic, by 12e, 4e of it: 8e in all.
+    The chain's mean field exceeds a particle's by e = 3 <d²>/r² = L²/4r², which is the eccentricity. The
+    radius varies by 2e, so the tide's two thirds of the tension by 6e, that is 4e of it; the orbital rate
+    by 4e and the swing's by at most 2e, so the centrifugal third, being quadratic, by 12e, 4e of it: 8e.
     """
     ratios = []
     for factor in (1.0, 10.0):

@@ -1,8 +1,8 @@
 """The paper's own form: equal to the production form, equal to an independent derivation, misprints as told.
 
-A block (all reactions, all angular accelerations, ...) is compared relative to its scale: the larger of its
-own largest magnitude and of what goes into it, tide and centrifugal terms of size (n² + rate²) l. A reaction may
-cancel to nothing while the terms it is made of do not, and round-off is of these terms' size.
+A block (all reactions, all angular accelerations, ...) is compared relative to its scale: the larger of
+its own largest magnitude and of what goes into it, tide and centrifugal terms of size (n² + rate²) l. A
+reaction may cancel to nothing while the terms it is made of do not, and round-off is of these terms' size.
 
 A joint motor's effect on its bar's angle can pass through zero (it turns the neighbour too, and the joint
 pulls back); near there the torque, and all round-off with it, grows like 1/`grip`.
@@ -14,7 +14,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.arbiter import judge
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -26,6 +25,8 @@ from reference_impl.misprints import ERRATA, Effect, Misprint
 from reference_impl.paper_form import NotSquareError, paper_accelerations, solve
 from reference_impl.paper_matrices import matrices
 from reference_impl.paper_state import paper_state, units_of
+from reference_impl.plane import along
+from tests.arbiter import judge
 
 MU, RADIUS = 3.986004418e14, 6378e3
 AGREEMENT = (
@@ -96,8 +97,8 @@ def grip(model: ChainModel, state: State) -> float:
     """Grip of the torques on their angles: least singular value of theta'' by torque, in 1/J; at most 1."""
     if not model.prescriptions:
         return 1.0
-    nothing = np.zeros((model.bars, 2)), np.zeros(model.bars)
-    turning = relative.Turning(model, state, *nothing)
+    nothing = np.zeros(model.bars, complex), np.zeros(model.bars)
+    turning = relative.Turning(model, state, along(state.angle_rad), *nothing)
     response = [
         turning.levered(reaction) + turning.unit_torque(p)
         for p, reaction in zip(model.prescriptions, turning.by_torque, strict=True)

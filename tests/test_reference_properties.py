@@ -1,28 +1,20 @@
-"""Laws that the reference's accelerations must obey, on random chains: N 1-40, masses, lengths over 6 decades.
+"""Laws that the reference's accelerations must obey, on random chains: 40 bars, 6 decades of mass, length.
 
-Every tolerance is a bound on round-off, of the form C u S: u = 2^-53, S the sum of the magnitudes that
-enter, C the number of roundings on the way. What is asked of a solution is a small *residual* wherever a
-law is checked (no conditioning in it: a banded Cholesky is backward stable), and the residual taken through
-the inverse of the joint system where two *answers* are compared (`forward`).
-
-Roundings counted: a dot product of two 2-vectors 3, a unit vector 2, the tide 20 (q 6, log1p and expm1 2
-each, the two products and the sum 6, the mean over bars with N more), one entry of the joint matrix 8.
-Cholesky of a band of four and its two substitutions: |dA| <= 3 (4+1) u |L||L'| (Higham, Accuracy and
-Stability, 10.4), with (|L||L'|)_ik <= sqrt(a_ii a_kk). Together below 32 for a residual.
+What is asked of a law is a small residual, and of two answers that their difference fits through the joints;
+`roundoff` derives both bounds.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.arbiter import field as exact_field
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reference_impl import absolute, relative
-from reference_impl.chain import Accelerations, Array, ChainModel, Prescription, State
+from reference_impl.chain import Accelerations, Array, Prescription, State
 from reference_impl.invariants import (
     com_angular_momentum,
     com_energy,
@@ -30,120 +22,11 @@ from reference_impl.invariants import (
     relative_kinetic_energy,
     tidal_energy,
 )
-from reference_impl.kinematics import cross, directions, joined_state
+from reference_impl.kinematics import cross, directions
+from reference_impl.plane import along, as_vectors
 from reference_impl.simulate import Simulation
-
-MU, RADIUS = 3.986004418e14, 6378e3
-U = 2.0**-53
-C = 32  # roundings on the way to one residual, see above
-LONGEST_M = 1e4
-
-
-@dataclass(frozen=True)
-class Case:
-    """A chain and its state."""
-
-    model: ChainModel
-    state: State
-
-
-def case(
-    seed: int,
-    bars: int,
-    gravity: str,
-    decades: float,
-    laws: tuple[Prescription, ...] = (),
-    turning: float = 3.0,
-) -> Case:
-    """Masses and lengths spread over `decades`, inertias around a slender bar's, any attitude, any orbit."""
-    random = np.random.default_rng(seed)
-    mass = 10.0 ** random.uniform(-decades / 2, decades / 2, bars) * 100.0
-    length = LONGEST_M * 10.0 ** -random.uniform(0.0, decades, bars)
-    inertia = mass * length**2 / 12.0 * random.uniform(0.5, 2.0, bars)
-    model = ChainModel(MU, mass, length, inertia, gravity, RADIUS, laws)
-    radius, longitude = RADIUS * random.uniform(1.1, 6.0), random.uniform(-np.pi, np.pi)
-    radial = np.array([np.cos(longitude), np.sin(longitude)])
-    speed = np.sqrt(MU / radius)
-    velocity = speed * (
-        random.uniform(0.5, 1.4) * np.array([-radial[1], radial[0]]) + random.uniform(-0.5, 0.5) * radial
-    )
-    angle, rate = (
-        random.uniform(-np.pi, np.pi, bars),
-        speed / radius * random.uniform(-turning, turning, bars),
-    )
-    return Case(model, joined_state(model, radius * radial, velocity, angle, rate))
-
-
-def sums(reaction: Array) -> tuple[Array, Array]:
-    """Reactions on either end of every bar: R_j + R_{j-1} and R_j - R_{j-1}, each (N, 2)."""
-    ends = np.zeros((len(reaction) + 2, 2))
-    ends[1:-1] = reaction
-    return ends[1:] + ends[:-1], ends[1:] - ends[:-1]
-
-
-@dataclass(frozen=True)
-class Magnitudes:
-    """What enters one bar's equations, in absolute values."""
-
-    tide: float
-    """of the tidal acceleration of any bar, m/s²"""
-    end: Array
-    """(N,) of the ends' accelerations about the centre: spin, centrifugal and reactions' lever, m/s²"""
-    pull: Array
-    """(N,) of the reactions over the mass, m/s²"""
-    angular: Array
-    """(N,) rad/s²"""
-
-
-def magnitudes(c: Case, a: Accelerations) -> Magnitudes:
-    m, s = c.model, c.state
-    n2 = MU / np.linalg.norm(s.com_m) ** 3 if m.gravity != "none" else 0.0
-    ends = sums(np.abs(a.reaction_N))[0].sum(axis=1)
-    spin = 3.0 * n2 * np.ones(m.bars) if m.gravity == "gradient" else np.zeros(m.bars)
-    for p, value in zip(m.prescriptions, a.torque_N_m, strict=True):
-        spin[p.bar] += abs(value) / m.inertia_kg_m2[p.bar]
-        if p.reacts_on is not None:
-            spin[p.reacts_on] += abs(value) / m.inertia_kg_m2[p.reacts_on]
-    angular = spin + m.half_m / m.inertia_kg_m2 * ends
-    # 6 n² d bounds (power of 1/r) of any bar; the mean is no larger
-    return Magnitudes(
-        6.0 * n2 * float(np.linalg.norm(s.position_m, axis=1).max()),
-        m.half_m * (angular + s.rate_rad_s**2),
-        ends / m.mass_kg,
-        angular,
-    )
-
-
-def joint_bound(c: Case, a: Accelerations) -> Array:
-    """Round-off allowed in a joint's relative acceleration, (N-1,), m/s²: see the module's docstring."""
-    m, size = c.model, magnitudes(c, a)
-    diagonal = m.inverse_mass[:-1] + m.inverse_mass[1:] + m.compliance[:-1] + m.compliance[1:]
-    strength = np.linalg.norm(a.reaction_N, axis=1)
-    root = np.sqrt(diagonal)
-    reach = root * strength
-    near = reach.copy()
-    near[1:] += reach[:-1]
-    near[:-1] += reach[1:]
-    terms = size.end[:-1] + size.end[1:] + size.pull[:-1] + size.pull[1:] + 2.0 * size.tide
-    return C * U * (2.0 * root * near + terms) + m.bars * U * size.tide
-
-
-def forward(c: Case, opening: Array) -> Array:
-    """Change of the reactions (N-1,), N, that changes b of the right-hand sides (N-1,) can cause: |A^-1| b."""
-    m = c.model
-    _, across = directions(c.state.angle_rad)
-    blocks, joints = m.compliance[:, None, None] * across[:, :, None] * across[:, None, :], m.bars - 1
-    full = np.zeros((2 * joints, 2 * joints))
-    for j in range(joints):
-        full[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] = (m.inverse_mass[j] + m.inverse_mass[j + 1]) * np.eye(2)
-        full[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] += blocks[j] + blocks[j + 1]
-        if j + 1 < joints:
-            off = blocks[j + 1] - m.inverse_mass[j + 1] * np.eye(2)
-            full[2 * j : 2 * j + 2, 2 * j + 2 : 2 * j + 4] = off
-            full[2 * j + 2 : 2 * j + 4, 2 * j : 2 * j + 2] = off
-    scale = 1.0 / np.sqrt(np.diag(full))  # scaled, the inverse is computed well however unequal the bars are
-    inverse = np.abs(np.linalg.inv(full * scale[:, None] * scale[None, :])) * scale[:, None] * scale[None, :]
-    return (inverse @ np.repeat(opening, 2)).reshape(-1, 2).sum(axis=1)
+from tests.arbiter import field as exact_field
+from tests.roundoff import MU, RADIUS, C, Case, U, case, forward, joint_bound, magnitudes, sums
 
 
 def cases(laws: tuple[Prescription, ...] = ()) -> st.SearchStrategy[Case]:
@@ -231,7 +114,7 @@ def test_relative_and_absolute_formulations_agree(c: Case) -> None:
 
 
 def power_and_torque(c: Case, a: Accelerations) -> tuple[float, float, float, float]:
-    """Rates of relative energy and angular momentum beyond gravity's own, and the round-off allowed in each."""
+    """Rates of relative energy and angular momentum beyond gravity's own, and the round-off allowed."""
     m, s, size = c.model, c.state, magnitudes(c, a)
     _, tide = exact_field(m, s)
     beyond = m.mass_kg[:, None] * (a.position_m_s2 - tide)
@@ -339,10 +222,12 @@ def torque_terms(c: Case, a: Accelerations) -> Array:
     The reactions to several torques may cancel each other, so their sum says too little.
     """
     m = c.model
-    _, tide, spin = relative.external(m, c.state)
-    turning = relative.Turning(m, c.state, tide, spin)
+    unit = along(c.state.angle_rad)
+    _, tide, spin = relative.external(m, c.state, unit)
+    turning = relative.Turning(m, c.state, unit, tide, spin)
     torque = np.abs(a.torque_N_m)
-    reaction = np.abs(turning.free) + np.tensordot(torque, np.abs(turning.by_torque), axes=1)
+    free, by_torque = as_vectors(turning.free), as_vectors(turning.by_torque)
+    reaction = np.abs(free) + np.tensordot(torque, np.abs(by_torque), axes=1)
     direct = sum(t * np.abs(turning.unit_torque(p)) for t, p in zip(torque, m.prescriptions, strict=True))
     return np.abs(spin) + direct + m.half_m / m.inertia_kg_m2 * sums(reaction)[0].sum(axis=1)
 
