@@ -42,6 +42,8 @@ class Coordinates(StrEnum):
     """Relative to a frame that follows the centre of mass along its orbit, its axes fixed in direction."""
     ROTATING_FRAME = "rotating frame"
     """Relative to a frame that follows the centre of mass and turns with its longitude."""
+    JOINT = "joint coordinates"
+    """In a frame that follows the centre of mass: one bar's end, and each bar's angle against the one before."""
     ABSOLUTE = "absolute"
     """Distances from the centre of the body."""
 
@@ -181,17 +183,29 @@ class Engine(ABC):
         lacking = sorted(scene.effects.names - cls.effects)
         if not lacking:
             return None
-        return "; ".join(cls.why_not.get(name, f"does not carry {name}") for name in lacking)
+        return "; ".join(dict.fromkeys(cls.why_not.get(name, f"does not carry {name}") for name in lacking))
 
     @classmethod
-    def noise(cls, scene: Scene, setting: Setting) -> dict[str, float]:
+    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
         """Errors that do not shrink with the step, beyond the rounding of coordinates; none by default.
 
-        The tolerance at which an engine's iterations stop, the noise of multipliers that are differences
-        over a step. Keys ``attitude`` (rad), ``reaction`` (N), ``torque`` (N m), ``rate`` (rad/s), ``com`` (m),
-        and ``gap`` (m for each step); an adapter that declares one derives it in its docstring.
+        The tolerance at which an engine's iterations stop, multipliers that are differences over a step,
+        a start-up transient. An adapter that declares one derives it in its docstring.
+
+        Parameters
+        ----------
+        scene : Scene
+        setting : Setting
+        t_s : ndarray, shape (n,)
+            Instants it is wanted at.
+
+        Returns
+        -------
+        dict
+            ``attitude`` (rad), ``rate`` (rad/s), ``reaction`` (N), ``torque`` (N m), ``com`` (m), ``gap`` (m for
+            each step): numbers, or arrays of shape (n,).
         """
-        del scene, setting
+        del scene, setting, t_s
         return {}
 
     @abstractmethod

@@ -11,8 +11,9 @@ from adapters.engine import Coordinates, EngineError, Knob, Ladder, Observable, 
 from adapters.exudyn_bodies import RedundantModel
 from adapters.exudyn_engine import SHOWN, ExudynEngine
 from adapters.exudyn_frames import OrbitFrame
+from adapters.exudyn_noise import multiplier_noise
 from adapters.exudyn_readout import Seen
-from adapters.exudyn_solver import settings_of, solver_of
+from adapters.exudyn_solver import method_for, settings_of, solver_of, steps_of
 from adapters.exudyn_start import StartForces, offset_follows_motion, start_forces, supply
 from adapters.exudyn_tree import TreeModel, seen_tree
 
@@ -36,6 +37,12 @@ class ExudynRedundant(ExudynEngine):
     observables = SHOWN | {Observable.GAP, Observable.TORQUE}
     order = 2.0
     model: RedundantModel
+
+    @classmethod
+    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
+        """See :func:`adapters.exudyn_noise.multiplier_noise`."""
+        method = method_for(scene, explicit=False, index3=cls.index3, absolute=cls.absolute)
+        return {"reaction": multiplier_noise(scene, steps_of(scene, setting.value).size_s, method, t_s)}
 
     def build(self, scene: Scene, setting: Setting) -> None:
         """Assemble, with accelerations at t = 0 where Exudyn's would be wrong."""
@@ -101,7 +108,7 @@ class ExudynTree(ExudynEngine):
     """Kinematic tree, explicit, in the moving frame."""
 
     title = "Exudyn, kinematic tree in a frame on the Kepler orbit, RK67"
-    coordinates = Coordinates.ROTATING_FRAME
+    coordinates = Coordinates.JOINT
     order = 6.0
     ladder = Ladder(Knob.STEPS_PER_ORBIT, (50, 100, 200, 400, 800, 1600), default=400)
     effects = GRAVITY

@@ -86,13 +86,14 @@ class PymunkEngine(Engine):
         """Gravity in these coordinates."""
 
     @classmethod
-    def noise(cls, scene: Scene, setting: Setting) -> dict[str, float]:
+    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
         """Tell what the rounding of places does to the joints: it grows as the step shrinks.
 
         A joint's gap is a difference of places, each rounded by a grain, the spacing of floats at the
         farthest of them. The engine closes it in one step: impulses are off by m grain/dt, reactions
         by m grain/dt², rates by grain/(l dt), each a few times over.
         """
+        del t_s
         dt_s = scene.run.duration_s / (scene.run.samples - 1) / steps_between_samples(scene, setting)
         grains = NOISE_GRAINS * float(np.spacing(cls.farthest_m(scene)))
         return {

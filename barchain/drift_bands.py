@@ -55,7 +55,7 @@ def gap_band(engine: type[Engine], scene: Scene, setting: Setting, seen: Traject
     steps = steps_taken(scene, setting, seen)
     place = scene.radius0_m if engine.coordinates is Coordinates.ABSOLUTE else scene.size_m
     rounding = UNIT_ROUNDOFF * place * ROUNDINGS * np.sqrt(steps) * kepler_growth(scene, seen.t_s)
-    left = engine.noise(scene, setting).get("gap", 0.0) * steps
+    left = engine.noise(scene, setting, seen.t_s).get("gap", 0.0) * steps
     if setting.knob is Knob.RTOL:
         return NORM_SLACK * setting.value * length * steps * kepler_growth(scene, seen.t_s) + rounding
     second, third = end_derivatives(engine, seen)

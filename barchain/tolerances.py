@@ -90,7 +90,7 @@ def floors(engine: type[Engine], scene: Scene, setting: Setting, seen: Trajector
     """
     n = common_samples(seen, truth)
     walk = ROUNDINGS * np.sqrt(steps_taken(scene, setting, seen)[:n])
-    noise = engine.noise(scene, setting)
+    noise = engine.noise(scene, setting, truth.trajectory.t_s[:n])
     angle = (roundoff_unit(engine, scene) * walk + noise.get("attitude", 0.0)) * truth.growth[:n]
     angle = np.minimum(angle, RICHARDSON * PARTED_RAD)  # up to the horizon no attitude is off by more
     found = {
@@ -192,6 +192,8 @@ def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, trut
     else:
         track *= (scene.size_m / scene.radius0_m) ** 2
     turn, jerk = end_derivatives(engine, seen)
+    if engine.coordinates is Coordinates.JOINT:  # the centre of mass is not a coordinate: it shares the angles' errors
+        track += power * float(jerk.max()) * scene.size_m
     immediate = {"attitude": power * turn[:n]}
     for name, values in (("rate", seen.rate_rad_s), ("reaction", seen.reaction_N), ("torque", seen.torque_N_m)):
         if values is not None and values.size:

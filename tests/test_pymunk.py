@@ -203,8 +203,8 @@ def test_reactions_in_inertial_coordinates_are_as_noisy_as_places_are_rounded():
     unit = np.spacing(scene.radius0_m) * 100.0 / run.info["dt_s"] ** 2  # ulp(r) m/dt²
     error = run.reaction_N - truth(scene).reaction_N
     setting = Setting(Knob.STEPS_PER_ORBIT, 200000)
-    assert np.abs(error).max() < PymunkAbsolute.noise(scene, setting)["reaction"]
-    assert worst(run.rate_rad_s, truth(scene).rate_rad_s) < PymunkAbsolute.noise(scene, setting)["rate"]
+    assert np.abs(error).max() < PymunkAbsolute.noise(scene, setting, run.t_s)["reaction"]
+    assert worst(run.rate_rad_s, truth(scene).rate_rad_s) < PymunkAbsolute.noise(scene, setting, run.t_s)["rate"]
     assert 0.7 < error.std() / unit < 2.0  # measured 1.2 to 1.4 from dt = 0.27 to 0.005 s
     moving = seen(Pymunk, scene, 200000).reaction_N - truth(scene).reaction_N
     assert moving.std() < 1e-3 * unit
