@@ -11,11 +11,11 @@ from adapters.engine import Coordinates, EngineError, Knob, Ladder, Observable, 
 from adapters.exudyn_bodies import RedundantModel
 from adapters.exudyn_engine import SHOWN, ExudynEngine
 from adapters.exudyn_frames import OrbitFrame
-from adapters.exudyn_noise import multiplier_noise
+from adapters.exudyn_noise import engine_noise
 from adapters.exudyn_readout import Seen
 from adapters.exudyn_solver import method_for, settings_of, solver_of, steps_of
 from adapters.exudyn_start import StartForces, offset_follows_motion, start_forces, supply
-from adapters.exudyn_tree import TreeModel, seen_tree
+from adapters.exudyn_tree import StandingTreeModel, TreeModel, seen_tree
 
 if TYPE_CHECKING:
     from adapters.engine import Array
@@ -40,9 +40,9 @@ class ExudynRedundant(ExudynEngine):
 
     @classmethod
     def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
-        """See :func:`adapters.exudyn_noise.multiplier_noise`."""
+        """See :func:`adapters.exudyn_noise.engine_noise`."""
         method = method_for(scene, explicit=False, index3=cls.index3, absolute=cls.absolute)
-        return {"reaction": multiplier_noise(scene, steps_of(scene, setting.value).size_s, method, t_s)}
+        return engine_noise(scene, steps_of(scene, setting.value).size_s, method, t_s)
 
     def build(self, scene: Scene, setting: Setting) -> None:
         """Assemble, with accelerations at t = 0 where Exudyn's would be wrong."""
@@ -80,7 +80,7 @@ class Exudyn(ExudynRedundant):
 
     title = "Exudyn, redundant coordinates in a frame on the Kepler orbit, trapezoidal index 2"
     coordinates = Coordinates.ROTATING_FRAME
-    ladder = Ladder(Knob.STEPS_PER_ORBIT, (100, 300, 1000, 3000, 10000, 30000, 100000), default=10000)
+    ladder = Ladder(Knob.STEPS_PER_ORBIT, (100, 500, 1000, 5000, 10000, 50000, 100000), default=5000)
 
 
 @final
@@ -89,7 +89,7 @@ class ExudynIndex3(ExudynRedundant):
 
     title = "Exudyn, redundant coordinates in a frame on the Kepler orbit, generalized-alpha index 3"
     coordinates = Coordinates.ROTATING_FRAME
-    ladder = Ladder(Knob.STEPS_PER_ORBIT, (100, 300, 1000, 3000, 10000, 30000, 100000), default=10000)
+    ladder = Ladder(Knob.STEPS_PER_ORBIT, (100, 500, 1000, 5000, 10000, 50000, 100000), default=5000)
     index3 = True
 
 
@@ -99,7 +99,7 @@ class ExudynAbsolute(ExudynRedundant):
 
     title = "Exudyn, redundant absolute inertial coordinates, trapezoidal index 2"
     coordinates = Coordinates.ABSOLUTE
-    ladder = Ladder(Knob.STEPS_PER_ORBIT, (1000, 3000, 10000, 30000, 100000), default=10000)
+    ladder = Ladder(Knob.STEPS_PER_ORBIT, (1000, 5000, 10000, 50000, 100000), default=5000)
     absolute = True
 
 
@@ -136,7 +136,7 @@ class ExudynTree(ExudynEngine):
     def _first_accelerations(self) -> Array:
         """Get accelerations at t = 0, where an explicit run has zeros, from a very short run of the model."""
         brief = dataclasses.replace(self.steps, size_s=BRIEF * self.steps.size_s, count=1)
-        model = TreeModel(self.scene, brief, absolute=False)
+        model = StandingTreeModel(self.scene, brief, absolute=False)
         try:
             if not solver_of(self.method).SolveSystem(model.mbs, settings_of(brief, 2, self.method)):
                 raise EngineError("Exudyn: no accelerations at t = 0")

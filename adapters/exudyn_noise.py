@@ -12,18 +12,19 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 DIFFERENCING = 1e-8  # Exudyn's relative step in (C_q q')_q, of `minimumCoordinateSize` or of the coordinate
-TRANSIENT = 0.1  # of the chain's inertia forces: first multipliers of index 3, measured up to 0.07 on eccentric scenes
+TRANSIENT = 2.0  # of h w times the chain's inertia forces: first multipliers of index 3, measured up to 1.6
 PILES_UP = 4.0  # of a residual's noise: successive steps' add up while they are being damped
 
 
-def multiplier_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> Array:
-    """Error of the multipliers beyond the method's own, (n,), N.
+def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dict[str, float | Array]:
+    """Errors beyond the method's own: ``reaction`` (n,), ``torque`` (n,) and ``rate``.
 
     Index 2 asks for (C_q q')_q, which Exudyn differences forward: half the second derivative times the
     step, DIFFERENCING min(coordinate size) of m l w². Newton stops at a residual, a velocity there, so that
-    accelerations are off by residual/h. At index 3 the residual is a place, over h², and generalized-alpha
-    damps it by rho a step only: 1/(1 - rho) of them add up. It also starts with multipliers that do not
-    shrink with the step and dies away by rho a step.
+    accelerations are off by residual/h. At index 3 the residual is a place: over h for velocities, over h²
+    for forces, and generalized-alpha damps it by rho a step only, so that 1/(1 - rho) of them add up. It
+    also starts with multipliers of first order in the step. Its three stiff roots are all rho: that
+    transient dies away as (1 + n (1 - rho))² rho^n in n steps.
 
     Parameters
     ----------
@@ -32,13 +33,23 @@ def multiplier_noise(scene: Scene, step_s: float, method: Method, t_s: Array) ->
     method : Method
     t_s : ndarray, shape (n,)
     """
-    chain, mass = scene.chain, max(scene.chain.mass_kg)
+    chain, mass, length = scene.chain, max(scene.chain.mass_kg), max(scene.chain.length_m)
     rate = scene.orbital_rate_rad_s * max(1.0, *map(abs, chain.rate_factor))
-    differenced = DIFFERENCING * max(method.difference_m, 1.0) * mass * max(chain.length_m) * rate**2
+    force = np.full(len(t_s), DIFFERENCING * max(method.difference_m, 1.0) * mass * length * rate**2)
     if not method.index3:
-        return np.full(len(t_s), differenced + mass * method.residual_N / step_s)
-    damped = 1.0 - method.spectral_radius
-    rough = PILES_UP * mass * method.residual_N / step_s**2 / damped
-    transient = TRANSIENT * mass * scene.size_m * rate**2 * method.spectral_radius ** (t_s / step_s)
-    noise: Array = differenced + rough + transient
-    return noise
+        force += mass * method.residual_N / step_s
+        return {"reaction": force, "torque": force * length, "rate": method.residual_N / min(chain.length_m)}
+    force += PILES_UP * mass * method.residual_N / step_s**2 / (1.0 - method.spectral_radius)
+    force += start_transient(mass * scene.size_m * rate**2, rate, step_s, method, t_s)
+    return {
+        "reaction": force,
+        "torque": force * length,
+        "rate": PILES_UP * method.residual_N / (min(chain.length_m) * step_s),
+    }
+
+
+def start_transient(force_N: float, rate_rad_s: float, step_s: float, method: Method, t_s: Array) -> Array:
+    """Bound of index 3's first multipliers' error, dying away, (n,), N."""
+    n, rho = t_s / step_s, method.spectral_radius
+    bound: Array = TRANSIENT * step_s * rate_rad_s * force_N * (1.0 + n * (1.0 - rho)) ** 2 * rho**n
+    return bound

@@ -71,6 +71,12 @@ class TreeModel(Model):
         self.sensors = [self.sense_node(self.node, what) for what in kinds]
 
 
+class StandingTreeModel(TreeModel):
+    """For a run so brief that the orbit stands still: a polynomial through equal numbers would fit their rounding."""
+
+    inside_degree = 0
+
+
 def tree_coordinates(model: Model) -> tuple[Array, Array]:
     """Turn the initial state into tree coordinates and rates, each (N + 2,)."""
     s = model.start

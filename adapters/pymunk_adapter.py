@@ -54,7 +54,7 @@ class PymunkEngine(Engine):
 
     order = 2.0
     ladder = Ladder(
-        Knob.STEPS_PER_ORBIT, (500, 1000, 2000, 5000, 10000, 20000, 50000, 100000, 200000), default=20000
+        Knob.STEPS_PER_ORBIT, (500, 1000, 2000, 5000, 10000, 20000, 50000, 100000, 200000), default=10000
     )
     effects = frozenset({"gravity.none", "gravity.point", "gravity.gradient"})
     observables = frozenset(

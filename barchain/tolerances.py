@@ -123,7 +123,9 @@ def bands(engine: type[Engine], scene: Scene, setting: Setting, seen: Trajectory
     n = common_samples(seen, truth)
     t, growth = truth.trajectory.t_s[:n], truth.growth[:n]
     local = local_errors(engine, scene, setting, truth)
-    attitude = growth * cumulative_trapezoid(local.attitude_rate[:n] / growth, t, initial=0.0)
+    # carried on: the error of the start (half a step aside), and all that are made on the way
+    made = local.immediate["attitude"][0] + cumulative_trapezoid(local.attitude_rate[:n] / growth, t, initial=0.0)
+    attitude = growth * made
     floor = floors(engine, scene, setting, seen, truth)
     parted = RICHARDSON * PARTED_RAD  # up to the horizon no attitude is off by more
     found = {}
@@ -200,6 +202,9 @@ def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, trut
             immediate[name] = power * second_derivative(t, values[:n])
     if "rate" in immediate:
         immediate["rate"] = immediate["rate"] + power * jerk[:n]
+    if "reaction" in immediate:  # forces that cancel in the exact motion do not in the discrete one
+        force = max(scene.chain.mass_kg) * max(scene.chain.length_m) * turn[:n]
+        immediate["reaction"] = immediate["reaction"] + power * force * turn[:n]
     return LocalErrors(power * jerk[:n] + turned, np.full(n, track), immediate)
 
 

@@ -78,6 +78,10 @@ class Packing(ABC):
         """Nearest vector allowed; the same one where nothing can drift."""
         return y
 
+    def centre(self, y: Array) -> Array:
+        """Centre of mass (2,) of a vector."""
+        return y[0:2]
+
     def gaps(self, y: Array) -> Array:
         """Joint gaps (N-1,), m, in these coordinates' own arithmetic."""
         state = self.unpack(y)
@@ -178,6 +182,11 @@ class Absolute(Packing):
         del radius_m
         return np.repeat([length, length * rate_rad_s, 1.0, rate_rad_s], [2 * n, 2 * n, n, n])
 
+    def centre(self, y: Array) -> Array:
+        """Weighted mean of the bars' places."""
+        place: Array = self.model.weight @ self.split(y)[0]
+        return place
+
     def gaps(self, y: Array) -> Array:
         """Joint gaps (N-1,), m, by subtracting absolute positions."""
         place, _, angle, _ = self.split(y)
@@ -259,7 +268,11 @@ class Simulation:
         )
 
     def height(self, y: Array) -> float:
-        """Least distance of any point of any bar from the surface, m."""
+        """Least distance of any point of any bar from the surface, m; of a chain far up, a lower bound of it."""
+        reach = float(self.model.length_m.sum())
+        clear = float(np.linalg.norm(self.packing.centre(y))) - self.model.body_radius_m - reach
+        if clear > reach:
+            return clear  # no point can be nearer, and that is all that is asked of a chain far up
         s = self.packing.unpack(y)
         unit, place, half = along(s.angle_rad), as_complex(s.com_m + s.position_m), self.model.half_m
         foot = np.clip(-(unit.conj() * place).real, -half, half)  # nearest point of the bar, from its centre
