@@ -11,7 +11,7 @@ from adapters.engine import Coordinates, EngineError, Knob, Ladder, Observable, 
 from adapters.exudyn_bodies import RedundantModel
 from adapters.exudyn_engine import SHOWN, ExudynEngine
 from adapters.exudyn_frames import OrbitFrame
-from adapters.exudyn_noise import engine_noise
+from adapters.exudyn_noise import engine_noise, tree_noise
 from adapters.exudyn_readout import Seen
 from adapters.exudyn_solver import method_for, settings_of, solver_of, steps_of
 from adapters.exudyn_start import StartForces, offset_follows_motion, start_forces, supply
@@ -24,9 +24,7 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 GRAVITY = frozenset({"gravity.none", "gravity.point", "gravity.gradient"})
-PRESCRIBED = frozenset(
-    f"prescribed_rotation.{w}" for w in ("inertial", "local_horizontal", "external", "joint")
-)
+PRESCRIBED = frozenset(f"prescribed_rotation.{w}" for w in ("inertial", "local_horizontal", "external", "joint"))
 BRIEF = 1e-12  # of a step: a run so short that the state stays where it was to the last digit
 
 
@@ -119,6 +117,12 @@ class ExudynTree(ExudynEngine):
         "prescribed rotation: Exudyn's explicit solvers take no constraints beside a kinematic tree",
     )
 
+    @classmethod
+    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
+        """See :func:`adapters.exudyn_noise.tree_noise`."""
+        del setting, t_s
+        return {"reaction": tree_noise(scene)}
+
     def make(self, steps: Steps) -> TreeModel:
         """Kinematic tree."""
         return TreeModel(self.scene, steps, absolute=False)
@@ -128,9 +132,7 @@ class ExudynTree(ExudynEngine):
         q, q_t, q_tt = (self.model.history(s)[:, 1:] for s in self.model.sensors)
         q_tt[0] = self._first_accelerations()
         frame = self.model.frame
-        seen, left_over = seen_tree(
-            self.scene, frame.orbit if isinstance(frame, OrbitFrame) else None, q, q_t, q_tt
-        )
+        seen, left_over = seen_tree(self.scene, frame.orbit if isinstance(frame, OrbitFrame) else None, q, q_t, q_tt)
         return seen, {"free_end_N": float(left_over.max())}
 
     def _first_accelerations(self) -> Array:

@@ -44,9 +44,7 @@ class RedundantModel(Model):
     def _add_joint(self, j: int) -> Any:
         half = [0.5 * length for length in self.scene.chain.length_m]
         right = items().MarkerBodyPosition(bodyNumber=self.bodies[j], localPosition=[half[j], 0.0, 0.0])
-        left = items().MarkerBodyPosition(
-            bodyNumber=self.bodies[j + 1], localPosition=[-half[j + 1], 0.0, 0.0]
-        )
+        left = items().MarkerBodyPosition(bodyNumber=self.bodies[j + 1], localPosition=[-half[j + 1], 0.0, 0.0])
         ends = [self.mbs.AddMarker(right), self.mbs.AddMarker(left)]
         return self.mbs.AddObject(items().ObjectJointRevolute2D(markerNumbers=ends))
 
@@ -63,7 +61,5 @@ class RedundantModel(Model):
 
     def _sense_object(self, thing: Any, what: Any) -> Any:
         return self.mbs.AddSensor(
-            items().SensorObject(
-                objectNumber=thing, outputVariableType=what, storeInternal=True, writeToFile=False
-            )
+            items().SensorObject(objectNumber=thing, outputVariableType=what, storeInternal=True, writeToFile=False)
         )

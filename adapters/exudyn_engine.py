@@ -84,8 +84,6 @@ class ExudynEngine(Engine):
         if whole and (not self.finished or used != self.scene.run.samples):
             raise EngineError(f"Exudyn: the solver gave up after t = {t[used - 1]:.6g} s of {t[-1]:.6g} s")
         start = self.model.start
-        off = np.abs(seen.position_m[0] - start.position_m).max() / (
-            np.abs(start.position_m).max() + self.scene.size_m
-        )
+        off = np.abs(seen.position_m[0] - start.position_m).max() / (np.abs(start.position_m).max() + self.scene.size_m)
         if max(off, np.abs(seen.angle_rad[0] - start.angle_rad).max()) > START_TOLERANCE:
             raise EngineError("Exudyn: the first sample is not the initial state")

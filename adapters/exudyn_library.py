@@ -5,9 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
-os.environ["EXUDYN_NO_USER_SETTINGS"] = (
-    "1"  # read when exudyn is imported; a user's defaults must not steer a run
-)
+os.environ["EXUDYN_NO_USER_SETTINGS"] = "1"  # read when exudyn is imported; a user's defaults must not steer a run
 
 
 def exu() -> Any:

@@ -67,13 +67,9 @@ def orbit_load(bar: Bar, orbit: OrbitNumbers, m: Motion, sqrt: Callable[[Number]
     c = -1.0 * q * (3.0 + q * (3.0 + q)) / (cube * (1.0 + cube))
     ax = 2.0 * w * m.vy_m_s + orbit.spin_up_rad_s2 * m.y_m + k * (orbit.shape * m.x_m - c * (r + m.x_m))
     ay = -2.0 * w * m.vx_m_s - orbit.spin_up_rad_s2 * m.x_m + k * (orbit.shape - c) * m.y_m
-    torque = (
-        -bar.inertia_kg_m2 * orbit.spin_up_rad_s2 + 0.0 * m.x_m
-    )  # the frame turns faster: the bar falls behind
+    torque = -bar.inertia_kg_m2 * orbit.spin_up_rad_s2 + 0.0 * m.x_m  # the frame turns faster: the bar falls behind
     if bar.gradient:
-        torque = torque + gradient_torque(
-            3.0 * bar.inertia_kg_m2 * k / (r * r), r + m.x_m, m, (1.0 + q) * cube
-        )
+        torque = torque + gradient_torque(3.0 * bar.inertia_kg_m2 * k / (r * r), r + m.x_m, m, (1.0 + q) * cube)
     return bar.mass_kg * ax, bar.mass_kg * ay, torque
 
 

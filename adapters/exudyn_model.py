@@ -137,9 +137,7 @@ class Model(ABC):
     def sense_node(self, node: Any, what: Any) -> Any:
         """Add a sensor on a node; it keeps its samples in memory."""
         return self.mbs.AddSensor(
-            items().SensorNode(
-                nodeNumber=node, outputVariableType=what, storeInternal=True, writeToFile=False
-            )
+            items().SensorNode(nodeNumber=node, outputVariableType=what, storeInternal=True, writeToFile=False)
         )
 
     def _add_clock(self) -> None:

@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 DIFFERENCING = 1e-8  # Exudyn's relative step in (C_q q')_q, of `minimumCoordinateSize` or of the coordinate
-TRANSIENT = 2.0  # of h w times the chain's inertia forces: first multipliers of index 3, measured up to 1.6
+TRANSIENT = 4.0  # of h w times the chain's inertia forces: first multipliers of index 3, measured up to 2
+TREE_ROUNDINGS = 16.0  # a handful for each entry of the tree's mass matrix
 PILES_UP = 4.0  # of a residual's noise: successive steps' add up while they are being damped
 
 
@@ -40,11 +41,12 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
         force += mass * method.residual_N / step_s
         return {"reaction": force, "torque": force * length, "rate": method.residual_N / min(chain.length_m)}
     force += PILES_UP * mass * method.residual_N / step_s**2 / (1.0 - method.spectral_radius)
-    force += start_transient(mass * scene.size_m * rate**2, rate, step_s, method, t_s)
+    transient = start_transient(mass * scene.size_m * rate**2, rate, step_s, method, t_s)
+    residual = PILES_UP * method.residual_N / (min(chain.length_m) * step_s)
     return {
-        "reaction": force,
-        "torque": force * length,
-        "rate": PILES_UP * method.residual_N / (min(chain.length_m) * step_s),
+        "reaction": force + transient,
+        "torque": (force + transient) * length,
+        "rate": residual + transient * step_s / (mass * scene.size_m),  # what one step of it gives to the chain
     }
 
 
@@ -53,3 +55,13 @@ def start_transient(force_N: float, rate_rad_s: float, step_s: float, method: Me
     n, rho = t_s / step_s, method.spectral_radius
     bound: Array = TRANSIENT * step_s * rate_rad_s * force_N * (1.0 + n * (1.0 - rho)) ** 2 * rho**n
     return bound
+
+
+def tree_noise(scene: Scene) -> float:
+    """Error of the reactions recovered from a tree's accelerations, N.
+
+    They come from a dense mass matrix in joint coordinates, whose condition number grows as N³ at least.
+    """
+    rate = scene.orbital_rate_rad_s * max(1.0, *map(abs, scene.chain.rate_factor))
+    force = max(scene.chain.mass_kg) * scene.size_m * rate**2
+    return float(np.finfo(float).eps) * TREE_ROUNDINGS * scene.bars**3 * force

@@ -142,8 +142,6 @@ def solve_kepler(tau: Array, kappa: float, alpha: float) -> Array:
         chi = chi - step
         if np.all(np.abs(step) <= CONVERGED * np.maximum(np.abs(chi), 1.0)):
             return chi
-    if np.all(
-        np.abs(step) <= 1e3 * CONVERGED * np.maximum(np.abs(chi), 1.0)
-    ):  # round-off juggles the last digits
+    if np.all(np.abs(step) <= 1e3 * CONVERGED * np.maximum(np.abs(chi), 1.0)):  # round-off juggles the last digits
         return chi
     raise EngineError("Kepler's equation of the moving frame did not converge")

@@ -71,9 +71,7 @@ def track_of(axes: Axes) -> Track:
 class PrescribedAngle:
     """Offset of one prescribed bar's constraint, and its rate."""
 
-    def __init__(
-        self, p: PrescribedRotation, steps: Steps, track: Track, start: list[State], nodes: list[Any]
-    ) -> None:
+    def __init__(self, p: PrescribedRotation, steps: Steps, track: Track, start: list[State], nodes: list[Any]) -> None:
         """Tabulate the law over the steps.
 
         Parameters
@@ -98,9 +96,7 @@ class PrescribedAngle:
     def offset(self, mbs: Any, t_s: float, _item: int, _offset: float) -> float:
         """Angle that the constraint asks for, less the neighbour's: offsetUserFunction."""
         i = self.steps.index(t_s)
-        wanted = (
-            self.start + self.law[i] + self._reference(i, self._of(mbs, self.node) if self.local else None)
-        )
+        wanted = self.start + self.law[i] + self._reference(i, self._of(mbs, self.node) if self.local else None)
         return wanted - (self._of(mbs, self.other)[2] if self.other is not None else 0.0)
 
     def offset_rate(self, mbs: Any, t_s: float, _item: int, _offset: float) -> float:

@@ -49,9 +49,7 @@ def landing(scene: Scene, axes: Axes, seen: Seen) -> int | None:
 
     Exudyn does not stop there, and the samples after it mean nothing.
     """
-    with np.errstate(
-        invalid="ignore", over="ignore"
-    ):  # what a run does below the surface is nobody's concern
+    with np.errstate(invalid="ignore", over="ignore"):  # what a run does below the surface is nobody's concern
         below = np.flatnonzero(least_distance(scene, axes, seen) <= scene.central_body.radius_m)
     return int(below[0]) if len(below) else None
 
@@ -79,9 +77,7 @@ def gaps(scene: Scene, seen: Seen) -> Array:
     return distance
 
 
-def trajectory(
-    scene: Scene, axes: Axes, seen: Seen, *, ended: str, info: dict[str, float | str]
-) -> Trajectory:
+def trajectory(scene: Scene, axes: Axes, seen: Seen, *, ended: str, info: dict[str, float | str]) -> Trajectory:
     """Trajectory of the samples in `seen`; the gap is left to engines whose joints can open."""
     weight = np.array(scene.chain.mass_kg) / scene.mass_kg
     place = axes.to_inertial(seen.position_m)

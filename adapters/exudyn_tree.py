@@ -51,12 +51,8 @@ class TreeModel(Model):
                 linkParents=list(range(-1, n + 1)),
                 jointTransformations=exu().Matrix3DList([np.eye(3)] * (n + 2)),
                 jointOffsets=exu().Vector3DList(offsets),
-                linkInertiasCOM=exu().Matrix3DList(
-                    [zero, zero] + [np.diag([j, j, j]) for j in chain.inertia_kg_m2]
-                ),
-                linkCOMs=exu().Vector3DList(
-                    [[0.0] * 3] * 2 + [[0.5 * length, 0.0, 0.0] for length in chain.length_m]
-                ),
+                linkInertiasCOM=exu().Matrix3DList([zero, zero] + [np.diag([j, j, j]) for j in chain.inertia_kg_m2]),
+                linkCOMs=exu().Vector3DList([[0.0] * 3] * 2 + [[0.5 * length, 0.0, 0.0] for length in chain.length_m]),
                 linkMasses=[0.0, 0.0, *chain.mass_kg],
             )
         )
@@ -116,9 +112,7 @@ def unfold(length_m: Array, q: Array, q_t: Array, q_tt: Array) -> tuple[Array, A
     )
 
 
-def seen_tree(
-    scene: Scene, orbit: KeplerOrbit | None, q: Array, q_t: Array, q_tt: Array
-) -> tuple[Seen, Array]:
+def seen_tree(scene: Scene, orbit: KeplerOrbit | None, q: Array, q_t: Array, q_tt: Array) -> tuple[Seen, Array]:
     """Return what a tree's sensors saw, and the reaction left at the free end, (n,) N: round-off."""
     place, motion, acceleration, angle, rate = unfold(np.array(scene.chain.length_m), q, q_t, q_tt)
     mass = np.array(scene.chain.mass_kg)[:, None]

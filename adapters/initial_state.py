@@ -13,7 +13,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from reference_impl.chain import Array, ChainModel, GravityModel, Prescription
-from reference_impl.kinematics import cross, directions, hang_together, relative_positions, relative_velocities
+from reference_impl.kinematics import (
+    cross,
+    directions,
+    hang_together,
+    relative_positions,
+    relative_velocities,
+)
 from scenarios import Actuator, Frame, PrescribedRotation
 
 if TYPE_CHECKING:
@@ -50,7 +56,12 @@ def initial_state(scene: Scene) -> InitialState:
     angle = initial_angles(scene, model, com)
     rate = initial_rates(scene, model, com, com_velocity, angle)
     return InitialState(
-        com, com_velocity, angle, rate, relative_positions(model, angle), relative_velocities(model, angle, rate)
+        com,
+        com_velocity,
+        angle,
+        rate,
+        relative_positions(model, angle),
+        relative_velocities(model, angle, rate),
     )
 
 

@@ -94,12 +94,8 @@ def universal_anomaly(mu_m3_s2: float, r0_m: float, eta_m2_s: float, beta_m2_s2:
 def open_bracket(mu_m3_s2: float, r0_m: float, eta_m2_s: float, beta_m2_s2: float, t_s: Array) -> Array:
     """Anomaly (n,) whose time is beyond `|t_s|` in both directions, on an orbit that never returns."""
     target, rate = np.abs(t_s), math.sqrt(-beta_m2_s2)
-    most = (
-        target / r0_m
-    )  # where eta = 0 each term alone stays below the time: r0 G1, here, and mu G3 >= mu s³/6
-    most = np.minimum(
-        most if rate == 0.0 else np.arcsinh(rate * most) / rate, np.cbrt(6.0 * target / mu_m3_s2)
-    )
+    most = target / r0_m  # where eta = 0 each term alone stays below the time: r0 G1, here, and mu G3 >= mu s³/6
+    most = np.minimum(most if rate == 0.0 else np.arcsinh(rate * most) / rate, np.cbrt(6.0 * target / mu_m3_s2))
     while True:
         short = np.zeros(t_s.shape, dtype=bool)
         for sign in (-1.0, 1.0):

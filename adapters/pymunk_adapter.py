@@ -53,16 +53,11 @@ class PymunkEngine(Engine):
     """What both coordinate sets share."""
 
     order = 2.0
-    ladder = Ladder(
-        Knob.STEPS_PER_ORBIT, (500, 1000, 2000, 5000, 10000, 20000, 50000, 100000, 200000), default=10000
-    )
+    ladder = Ladder(Knob.STEPS_PER_ORBIT, (500, 1000, 2000, 5000, 10000, 20000, 50000, 100000, 200000), default=10000)
     effects = frozenset({"gravity.none", "gravity.point", "gravity.gradient"})
-    observables = frozenset(
-        {Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION, Observable.GAP}
-    )
+    observables = frozenset({Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION, Observable.GAP})
     why_not: ClassVar[dict[str, str]] = {
-        f"prescribed_rotation.{what}": NO_MOTOR
-        for what in ("inertial", "local_horizontal", "external", "joint")
+        f"prescribed_rotation.{what}": NO_MOTOR for what in ("inertial", "local_horizontal", "external", "joint")
     }
 
     @classmethod

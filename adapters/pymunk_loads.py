@@ -29,9 +29,7 @@ class Loads(ABC):
         self.mu = scene.central_body.mu_m3_s2
         self.radius = scene.central_body.radius_m
         self.gradient = scene.effects.gravity is Gravity.GRADIENT
-        self.alarm2 = (
-            self.radius + 0.5 * max(scene.chain.length_m)
-        ) ** 2  # m²: above it no bar reaches the surface
+        self.alarm2 = (self.radius + 0.5 * max(scene.chain.length_m)) ** 2  # m²: above it no bar reaches the surface
 
     @abstractmethod
     def move_to(self, x: float, y: float) -> None:

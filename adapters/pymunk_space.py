@@ -34,20 +34,14 @@ if TYPE_CHECKING:
     from scenarios.scene import Chain
 
 Rows = list[tuple[float, float, float]]
-Glimpse = tuple[
-    Rows, Rows, Rows
-]  # each bar's x, y, angle at a sample; their rates half a step before, and after
-WIDEST_GAP = (
-    0.1  # of the shortest bar; wider, either the joints burst or a bar turns by half a radian in a step
-)
+Glimpse = tuple[Rows, Rows, Rows]  # each bar's x, y, angle at a sample; their rates half a step before, and after
+WIDEST_GAP = 0.1  # of the shortest bar; wider, either the joints burst or a bar turns by half a radian in a step
 
 
 class ChainSpace:
     """The engine's space, its bars and its joints."""
 
-    def __init__(
-        self, chain: Chain, start: InitialState, origin_m: Array, drift_m_s: Array, dt_s: float
-    ) -> None:
+    def __init__(self, chain: Chain, start: InitialState, origin_m: Array, drift_m_s: Array, dt_s: float) -> None:
         """Set the chain up.
 
         Parameters
@@ -86,9 +80,7 @@ class ChainSpace:
         for bar, half in zip(self.bars, self.half_m, strict=True):
             bar.velocity_func = self.velocity_function(loads.load, half)
 
-    def velocity_function(
-        self, load: Callable[..., tuple[float, float, float]], half_m: float
-    ) -> Callable[..., None]:
+    def velocity_function(self, load: Callable[..., tuple[float, float, float]], half_m: float) -> Callable[..., None]:
         """Engine's callback that changes a bar's velocities, at its new place."""
         integrate = pymunk.Body.update_velocity
 
@@ -110,9 +102,7 @@ class ChainSpace:
         for bar in self.bars:
             bar.position_func = stay
         for joint in self.joints:
-            joint.error_bias = 0.5 ** (
-                2.0 / self.dt_s
-            )  # the fraction left after 1 s: half the gap in half a step
+            joint.error_bias = 0.5 ** (2.0 / self.dt_s)  # the fraction left after 1 s: half the gap in half a step
         self.space.iterations = COLD_START_FACTOR * self.sweeps
         self.step(0.5 * self.dt_s)
         for bar in self.bars:

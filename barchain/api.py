@@ -110,9 +110,7 @@ def choose_setting(engine: str, given: Mapping[str, float]) -> Setting:
     ladder = find_engine(engine).load().ladder
     for name, value in given.items():
         if name != ladder.knob:
-            raise SettingError(
-                f"{engine} has no setting {name}{nearest(name, [ladder.knob])}; allowed: {ladder.knob}"
-            )
+            raise SettingError(f"{engine} has no setting {name}{nearest(name, [ladder.knob])}; allowed: {ladder.knob}")
         least, most = (1e-15, 1.0) if ladder.knob is Knob.RTOL else (1.0, 1e9)
         if not least <= value <= most:
             raise SettingError(f"{engine}: {name}={value:g} given, allowed: {least:g} to {most:g}")

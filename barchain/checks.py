@@ -1,4 +1,4 @@
-"""Is a trajectory what its engine promised: complete, finite, joined?"""
+"""Whether a trajectory is what its engine promised: complete, finite, joined."""
 
 from __future__ import annotations
 
@@ -28,8 +28,7 @@ def fault(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome
 
 def arrays(seen: Trajectory) -> dict[str, Array]:
     """Arrays that a trajectory holds, by name."""
-    named = {name: value for name, value in vars(seen).items() if isinstance(value, np.ndarray)}
-    return named
+    return {name: value for name, value in vars(seen).items() if isinstance(value, np.ndarray)}
 
 
 def missing_channel(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:
@@ -66,7 +65,10 @@ def not_finite(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Ou
         bad = ~np.isfinite(value.reshape(len(value), -1)).all(axis=1)
         if bad.any():
             first = int(np.argmax(bad))
-            return Outcome.NOT_FINITE, f"{name} is not finite from sample {first} (t = {seen.t_s[first]:.6g} s) on"
+            return (
+                Outcome.NOT_FINITE,
+                f"{name} is not finite from sample {first} (t = {seen.t_s[first]:.6g} s) on",
+            )
     return None
 
 

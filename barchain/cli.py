@@ -117,7 +117,9 @@ def parse_settings(texts: tuple[str, ...]) -> dict[str, dict[str, float]]:
     for text in texts:
         engine, colon, setting = text.partition(":")
         if not colon:
-            raise click.UsageError(f"--set: {text!r} given, allowed: ENGINE:KNOB=NUMBER, e.g. exudyn:steps_per_orbit=2000")
+            raise click.UsageError(
+                f"--set: {text!r} given, allowed: ENGINE:KNOB=NUMBER, e.g. exudyn:steps_per_orbit=2000"
+            )
         found[engine] = parse_setting(setting)
     return found
 
@@ -125,8 +127,19 @@ def parse_settings(texts: tuple[str, ...]) -> dict[str, dict[str, float]]:
 def run_options(command: Callable[..., None]) -> Callable[..., None]:
     """Options that compare and crossval share."""
     for option in (
-        click.option("--set", "settings", multiple=True, metavar="ENGINE:KNOB=VALUE", help="Judge an engine at another setting."),
-        click.option("--time-limit", default=api.TIME_LIMIT_S, show_default=True, help="Wall time allowed to one run, s."),
+        click.option(
+            "--set",
+            "settings",
+            multiple=True,
+            metavar="ENGINE:KNOB=VALUE",
+            help="Judge an engine at another setting.",
+        ),
+        click.option(
+            "--time-limit",
+            default=api.TIME_LIMIT_S,
+            show_default=True,
+            help="Wall time allowed to one run, s.",
+        ),
         click.option("--workers", type=click.IntRange(min=1), help="Processes side by side; all cores by default."),
         click.option("--resume", is_flag=True, help="Go on from what an earlier, cut-off run left in the folder."),
     ):
@@ -136,8 +149,19 @@ def run_options(command: Callable[..., None]) -> Callable[..., None]:
 
 @cli.command()
 @click.argument("scenes", metavar="SCENE...", nargs=-1, required=True)
-@click.option("--engine", "names", multiple=True, metavar="NAME", help="Engine to compare; may be repeated; all by default.")
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder for report and tables.")
+@click.option(
+    "--engine",
+    "names",
+    multiple=True,
+    metavar="NAME",
+    help="Engine to compare; may be repeated; all by default.",
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    required=True,
+    help="Folder for report and tables.",
+)
 @run_options
 def compare(
     scenes: tuple[str, ...], names: tuple[str, ...], out: Path, settings: tuple[str, ...], time_limit: float,
@@ -150,8 +174,13 @@ def compare(
 
 @cli.command()
 @click.option("--tag", help="Only scenes of the core suite with this tag.")
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path("report"), show_default=True,
-              help="Folder for report and tables.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("report"),
+    show_default=True,
+    help="Folder for report and tables.",
+)
 @run_options
 def crossval(
     tag: str | None, out: Path, settings: tuple[str, ...], time_limit: float, workers: int | None, resume: bool
@@ -167,7 +196,9 @@ def tagged(found: list[Scene], tag: str) -> list[Scene]:
     """Scenes that carry `tag`; none is bad usage."""
     tags = sorted({t for s in found for t in s.tags})
     if tag not in tags:
-        raise click.UsageError(f"--tag {tag}: no scene of the core suite has it{nearest(tag, tags)}; there are: {', '.join(tags)}")
+        raise click.UsageError(
+            f"--tag {tag}: no scene of the core suite has it{nearest(tag, tags)}; there are: {', '.join(tags)}"
+        )
     return [s for s in found if tag in s.tags]
 
 

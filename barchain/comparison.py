@@ -18,6 +18,8 @@ from reports.outcome import Outcome
 from reports.tables import QUANTITY_UNITS
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from adapters.engine import Array, Engine, Setting, Trajectory
     from barchain.job import RunResult
     from barchain.truth import Truth
@@ -86,7 +88,8 @@ def judge(
     for role, result in (("", main), (" (at its finer setting)", finer)):
         if result.outcome is not Outcome.PASS or result.trajectory is None:
             return no_verdict(scene.name, name, setting, result.outcome, result.reason + role)
-    assert main.trajectory is not None and finer.trajectory is not None
+    assert main.trajectory is not None
+    assert finer.trajectory is not None
     return Comparison(name, engine, setting, main.trajectory, finer.trajectory, truth).verdict()
 
 
@@ -94,9 +97,21 @@ class Comparison:
     """One engine, one scene: what is needed to judge it, computed once."""
 
     def __init__(
-        self, name: str, engine: type[Engine], setting: Setting, main: Trajectory, finer: Trajectory, truth: Truth
+        self,
+        name: str,
+        engine: type[Engine],
+        setting: Setting,
+        main: Trajectory,
+        finer: Trajectory,
+        truth: Truth,
     ) -> None:
-        self.name, self.engine, self.setting, self.truth, self.scene = name, engine, setting, truth, truth.scene
+        self.name, self.engine, self.setting, self.truth, self.scene = (
+            name,
+            engine,
+            setting,
+            truth,
+            truth.scene,
+        )
         self.main, self.finer = main, finer
         self.n = min(common_samples(main, truth), len(finer.t_s))
         self.t = main.t_s[: self.n]
@@ -159,11 +174,26 @@ class Comparison:
         return self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, reason)
 
     def row(
-        self, quantity: str, metric: str, value: float | None, tolerance: float | None, outcome: Outcome, reason: str = ""
+        self,
+        quantity: str,
+        metric: str,
+        value: float | None,
+        tolerance: float | None,
+        outcome: Outcome,
+        reason: str = "",
     ) -> Row:
         """One row of the metrics table for this engine and scene."""
         return row(
-            self.scene.name, self.name, self.setting, quantity, metric, value, tolerance, outcome, reason, self.horizon_s
+            self.scene.name,
+            self.name,
+            self.setting,
+            quantity,
+            metric,
+            value,
+            tolerance,
+            outcome,
+            reason,
+            self.horizon_s,
         )
 
     def tolerance(self, quantity: str) -> Array:
@@ -173,7 +203,7 @@ class Comparison:
         return self.explained[quantity][: self.n]
 
     def pointwise(self, quantity: str) -> list[Row]:
-        """Size of the difference up to the horizon; is it explained, and is it good enough?"""
+        """Size of the difference up to the horizon, whether it is explained, and whether it is good enough."""
         size = self.found[quantity][self.inside]
         ratio, when = worst(self.residual[quantity], self.tolerance(quantity), self.inside)
         margin = self.band[quantity] + 2.0 * self.truth.error[quantity][: self.n]
@@ -202,7 +232,16 @@ class Comparison:
             used, at = worst(drift[:n], band[quantity][:n], np.ones(n, bool))
             good = Outcome.PASS if used <= 1.0 else Outcome.OUT_OF_BAND
             reason = "" if used <= 1.0 else f"{used:.3g} times the band at t = {self.main.t_s[at]:.6g} s"
-            rows.append(self.row(quantity, "drift", float(drift.max()), float(band[quantity][int(np.argmax(drift[:n]))]), good, reason))
+            rows.append(
+                self.row(
+                    quantity,
+                    "drift",
+                    float(drift.max()),
+                    float(band[quantity][int(np.argmax(drift[:n]))]),
+                    good,
+                    reason,
+                )
+            )
         return rows
 
     def series(self) -> pd.DataFrame:
@@ -227,7 +266,7 @@ def padded(values: Array, like: Trajectory) -> Array:
     return np.concatenate([values[:n], np.full(n - min(len(values), n), np.nan)])
 
 
-def worst(found: Array, allowed: Array, inside: Array) -> tuple[float, int]:
+def worst(found: Array, allowed: Array, inside: NDArray[np.bool_]) -> tuple[float, int]:
     """Largest ratio of what is found to what is allowed, and where; infinite where nothing is allowed.
 
     A difference of exactly zero needs no allowance. Not-a-number is never inside.

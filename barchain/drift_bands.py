@@ -11,7 +11,7 @@ from adapters.engine import Coordinates, Knob
 from barchain.tolerances import (
     NORM_SLACK,
     ROUNDINGS,
-    TRAPEZOIDAL_CONSTANT,
+    SECOND_ORDER_CONSTANT,
     UNIT_ROUNDOFF,
     bands,
     end_derivatives,
@@ -60,7 +60,7 @@ def gap_band(engine: type[Engine], scene: Scene, setting: Setting, seen: Traject
         return NORM_SLACK * setting.value * length * steps * kepler_growth(scene, seen.t_s) + rounding
     second, third = end_derivatives(engine, seen)
     h2 = 0.5 * length * step_s(scene, setting) ** 2
-    opened = TRAPEZOIDAL_CONSTANT * h2 * cumulative_trapezoid(third, seen.t_s, initial=0.0)
+    opened = SECOND_ORDER_CONSTANT * h2 * cumulative_trapezoid(third, seen.t_s, initial=0)
     held = 0.5 * h2 * np.maximum.accumulate(second)
     band: Array = NORM_SLACK * (opened + held) + rounding + left
     return band

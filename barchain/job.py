@@ -6,11 +6,10 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from reports.outcome import Outcome
-
 if TYPE_CHECKING:
     from adapters.engine import Setting, Trajectory
     from adapters.registry import Registration
+    from reports.outcome import Outcome
     from scenarios import Scene
 
 
@@ -50,7 +49,13 @@ class Job:
     def key(self) -> str:
         """Equal for runs that must give the same trajectory on the same machine."""
         return "|".join(
-            [self.scene.digest, self.registration.target, self.registration.version, str(self.setting), self.role]
+            [
+                self.scene.digest,
+                self.registration.target,
+                self.registration.version,
+                str(self.setting),
+                self.role,
+            ]
         )
 
 

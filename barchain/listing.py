@@ -68,5 +68,7 @@ def show_verdict(result: ComparisonResult, html: Path) -> None:
     for (scene, engine), outcome in result.outcomes.items():
         if not outcome.ok:
             rows = result.metrics.query("scene == @scene and engine == @engine and outcome == @outcome.value")
-            print(f"  {scene}  {engine}  {outcome}: {'; '.join(f'{r.quantity}: {r.reason}' for r in rows.itertuples())}")
+            print(
+                f"  {scene}  {engine}  {outcome}: {'; '.join(f'{r.quantity}: {r.reason}' for r in rows.itertuples())}"
+            )
     print(f"report: {html}")

@@ -60,7 +60,8 @@ def com_displacement(scene: Scene, truth: Trajectory) -> Displacement:
 
 def integrate(scene: Scene, truth: Trajectory, every: int) -> Array:
     """Displacement (n, 2) with the attitude interpolated through every `every`-th sample."""
-    assert truth.angle_rad is not None and truth.rate_rad_s is not None
+    assert truth.angle_rad is not None
+    assert truth.rate_rad_s is not None
     model, mu, t = chain_model(scene), scene.central_body.mu_m3_s2, truth.t_s
     knots = np.unique(np.append(np.arange(0, len(t), every), len(t) - 1))
     angle = CubicHermiteSpline(t[knots], truth.angle_rad[knots], truth.rate_rad_s[knots])
@@ -76,7 +77,13 @@ def integrate(scene: Scene, truth: Trajectory, every: int) -> Array:
     length_unit = scene.size_m**2 / scene.radius0_m
     scales = np.array([1.0, 1.0, scene.mean_motion_rad_s, scene.mean_motion_rad_s]) * length_unit
     found = solve_ivp(
-        rhs, (t[0], t[-1]), np.zeros(4), method="DOP853", t_eval=t, rtol=QUADRATURE_RTOL, atol=QUADRATURE_RTOL * scales
+        rhs,
+        (t[0], t[-1]),
+        np.zeros(4),
+        method="DOP853",
+        t_eval=t,
+        rtol=QUADRATURE_RTOL,
+        atol=QUADRATURE_RTOL * scales,
     )
     displacement: Array = found.y[:2].T
     return displacement

@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import queue
+import signal
 import tempfile
 from concurrent.futures import CancelledError
 from concurrent.futures import TimeoutError as FutureTimeoutError
@@ -25,7 +26,9 @@ if TYPE_CHECKING:
 RUNS_PER_WORKER = 40  # some engines leak a little with every model
 
 
-def run_jobs(jobs: Iterable[Job], *, time_limit_s: float, workers: int | None = None) -> Iterator[tuple[Job, RunResult]]:
+def run_jobs(
+    jobs: Iterable[Job], *, time_limit_s: float, workers: int | None = None
+) -> Iterator[tuple[Job, RunResult]]:
     """Run jobs in worker processes and yield each result as it comes.
 
     Parameters
@@ -42,7 +45,7 @@ def run_jobs(jobs: Iterable[Job], *, time_limit_s: float, workers: int | None = 
         pool = ProcessPool(workers or os.cpu_count() or 1, max_tasks=RUNS_PER_WORKER, context=context)
         try:
             waiting = 0
-            for waiting, job in enumerate(jobs, start=1):  # noqa: B007
+            for waiting, job in enumerate(jobs, start=1):
                 log = Path(logs) / f"{waiting}.log"
                 future = pool.schedule(run_job, (job, log), timeout=time_limit_s)
                 future.add_done_callback(lambda f, job=job, log=log: done.put((job, log, f)))
@@ -69,8 +72,6 @@ def collect(future: ProcessFuture, log: Path, time_limit_s: float) -> RunResult:
 
 def describe_exit(code: int | None) -> str:
     """``signal 11, SIGSEGV`` or ``exit code 3``."""
-    import signal
-
     if code is not None and code < 0:
         return f"signal {-code}, {signal.Signals(-code).name}"
     return f"exit code {code}"

@@ -92,23 +92,27 @@ def drifts(scene: Scene, seen: Trajectory) -> dict[str, Array]:
 
 def energy_drift(scene: Scene, seen: Trajectory, relative: bool) -> Array:
     """Change of energy over its initial kinetic part, (n,)."""
-    assert seen.angle_rad is not None and seen.rate_rad_s is not None
+    assert seen.angle_rad is not None
+    assert seen.rate_rad_s is not None
     model = chain_model(scene)
     energy = kinetic = invariants.relative_kinetic_energy(model, seen.angle_rad, seen.rate_rad_s)
     if not relative:
         kinetic = energy + 0.5 * scene.mass_kg * np.sum(seen.com_velocity_m_s**2, axis=-1)
         energy = energy + invariants.com_energy(model, seen.com_m, seen.com_velocity_m_s)
         energy = energy + invariants.tidal_energy(model, seen.com_m, seen.angle_rad)
-    return np.abs(energy - energy[0]) / kinetic[0]
+    drift: Array = np.abs(energy - energy[0]) / kinetic[0]
+    return drift
 
 
 def angular_momentum_drift(scene: Scene, seen: Trajectory, relative: bool) -> Array:
     """Change of angular momentum over its initial size, (n,)."""
-    assert seen.angle_rad is not None and seen.rate_rad_s is not None
+    assert seen.angle_rad is not None
+    assert seen.rate_rad_s is not None
     model = chain_model(scene)
     momentum = invariants.relative_angular_momentum(model, seen.angle_rad, seen.rate_rad_s)
     size = np.abs(seen.rate_rad_s[0]) @ model.inertia_kg_m2 + np.abs(momentum[0])
     if not relative:
         momentum = momentum + invariants.com_angular_momentum(model, seen.com_m, seen.com_velocity_m_s)
         size = size + np.abs(momentum[0])
-    return np.abs(momentum - momentum[0]) / size
+    drift: Array = np.abs(momentum - momentum[0]) / size
+    return drift

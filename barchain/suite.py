@@ -29,7 +29,6 @@ TRUTH_ENGINE = "reference"
 OURS = frozenset({"reference", "reference-absolute", "reference-fast"})
 
 
-
 @dataclass(frozen=True)
 class Plan:
     """What is to be compared."""
@@ -162,9 +161,7 @@ class Suite:
         if progress.truth_failed:
             self.settle(name, engine, no_verdict(name, engine, setting, Outcome.FAILED, progress.truth_failed))
         elif progress.truth is not None:
-            verdict = judge(
-                engine, self.classes[engine], setting, runs[Role.MAIN], runs[Role.FINER], progress.truth
-            )
+            verdict = judge(engine, self.classes[engine], setting, runs[Role.MAIN], runs[Role.FINER], progress.truth)
             self.settle(name, engine, verdict)
 
     def settle(self, scene: str, engine: str, verdict: Verdict) -> None:
@@ -181,9 +178,7 @@ class Suite:
             outside = {e: v.outcome for e, v in progress.verdicts.items() if e not in OURS}
             if Outcome.PASS not in outside.values():
                 reason = "no external engine was compared and passed on this scene"
-                self.settle(
-                    name, ANY_EXTERNAL, no_verdict(name, ANY_EXTERNAL, None, Outcome.NOTHING_COMPARED, reason)
-                )
+                self.settle(name, ANY_EXTERNAL, no_verdict(name, ANY_EXTERNAL, None, Outcome.NOTHING_COMPARED, reason))
 
 
 def truth_jobs(scene: Scene) -> list[Job]:

@@ -29,7 +29,7 @@ def twin(scene: Scene) -> Scene:
     chain = scene.chain
     rng = np.random.default_rng(20020812)  # any fixed numbers do; the same in every run
     aside = TWIN_ASIDE * rng.choice([-1.0, 1.0], (2, chain.bars)) * rng.uniform(0.5, 1.0, (2, chain.bars))
-    unit = max(1.0, max(abs(a) for a in chain.rate_factor))
+    unit = max(1.0, *(abs(a) for a in chain.rate_factor))
     moved = dataclasses.replace(
         chain,
         angle_rad=tuple(a + float(d) for a, d in zip(chain.angle_rad, aside[0], strict=True)),

@@ -7,7 +7,6 @@ import os
 import sys
 import tempfile
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from adapters.engine import EngineError
@@ -17,6 +16,7 @@ from reports.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
+    from pathlib import Path
 
     from adapters.engine import Engine
 

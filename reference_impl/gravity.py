@@ -7,10 +7,14 @@ small d is. It replaces the paper's O(N²) sums (A.1)-(A.6) at the same freedom 
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from reference_impl.chain import Array, ChainModel
 from reference_impl.plane import ComplexArray, as_complex, as_vectors, squared
+
+if TYPE_CHECKING:
+    from reference_impl.chain import Array, ChainModel
 
 
 def point_field(mu_m3_s2: float, position_m: Array) -> Array:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from reference_impl.chain import Array, ChainModel
 from reference_impl.kinematics import cross, directions, hang_together
+
+if TYPE_CHECKING:
+    from reference_impl.chain import Array, ChainModel
 
 
 def relative_kinetic_energy(model: ChainModel, angle_rad: Array, rate_rad_s: Array) -> Array:
@@ -32,7 +36,7 @@ def relative_angular_momentum(model: ChainModel, angle_rad: Array, rate_rad_s: A
 def com_energy(model: ChainModel, com_m: Array, com_velocity_m_s: Array) -> Array:
     """Energy of the whole mass moving as a particle at the centre of mass, shape (n,), J."""
     mass = model.mass_kg.sum()
-    kinetic = 0.5 * mass * np.sum(com_velocity_m_s**2, axis=-1)
+    kinetic: Array = 0.5 * mass * np.sum(com_velocity_m_s**2, axis=-1)
     if model.gravity == "none":
         return kinetic
     energy: Array = kinetic - mass * model.mu_m3_s2 / np.linalg.norm(com_m, axis=-1)

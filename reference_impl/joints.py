@@ -5,11 +5,14 @@ It is the paper's A E^-1 W of eq. (23), in SI units and with the inertial angles
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from scipy.linalg.lapack import dpbsv
 
-from reference_impl.chain import Array, ChainModel
-from reference_impl.plane import ComplexArray
+if TYPE_CHECKING:
+    from reference_impl.chain import Array, ChainModel
+    from reference_impl.plane import ComplexArray
 
 BAND = 4  # a diagonal and three below it hold 2x2 blocks and their neighbours
 
@@ -81,5 +84,3 @@ def condition_number(band: Array) -> float:
         rows = np.arange(size - i)
         full[rows + i, rows] = full[rows, rows + i] = band[i, : size - i]
     return float(np.linalg.cond(full))
-
-

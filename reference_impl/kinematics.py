@@ -51,7 +51,9 @@ def relative_velocities(model: ChainModel, angle_rad: Array, rate_rad_s: Array) 
     return as_vectors(hung(model, 1j * model.half_m * rate_rad_s * along(angle_rad)))
 
 
-def joined_state(model: ChainModel, com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array) -> State:
+def joined_state(
+    model: ChainModel, com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array
+) -> State:
     """Complete state of a chain whose joints are closed."""
     reach = model.half_m * along(angle_rad)
     position, velocity = hung(model, np.stack([reach, 1j * rate_rad_s * reach]))

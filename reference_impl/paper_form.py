@@ -88,9 +88,7 @@ def paper_accelerations(
     )
 
 
-def solve(
-    model: ChainModel, t_s: float, state: State, units: Units, as_printed: Set[Misprint]
-) -> PaperSolution:
+def solve(model: ChainModel, t_s: float, state: State, units: Units, as_printed: Set[Misprint]) -> PaperSolution:
     """Solution in the paper's units; see :func:`paper_accelerations`."""
     if model.gravity != "gradient":
         raise ValueError(f'the paper\'s form has gravity "gradient" only, not "{model.gravity}"')
@@ -98,9 +96,7 @@ def solve(
     H, G = prescribed_rows(model, t_s, units, m.longitudes)
     if not len(G):
         reaction = solve_dense(m.A @ (m.W / m.E[:, None]), m.B - m.A @ m.F)  # (23)
-        return PaperSolution(
-            m.F + m.W @ reaction / m.E, reaction.reshape(-1, 2), np.empty(0), m.longitudes
-        )  # (24)
+        return PaperSolution(m.F + m.W @ reaction / m.E, reaction.reshape(-1, 2), np.empty(0), m.longitudes)  # (24)
     return controlled(m, H, G, control_columns(model, as_printed), m.longitudes)
 
 
@@ -116,9 +112,7 @@ def controlled(m: Matrices, H: Array, G: Array, D: Array, longitudes: Longitudes
         )
     unknown = solve_dense(left, np.concatenate([m.B, G]) - asked @ m.F)
     joints = m.W.shape[1]
-    return PaperSolution(
-        m.F + pushed @ unknown, unknown[:joints].reshape(-1, 2), unknown[joints:], longitudes
-    )
+    return PaperSolution(m.F + pushed @ unknown, unknown[:joints].reshape(-1, 2), unknown[joints:], longitudes)
 
 
 def solve_dense(matrix: Array, right: Array) -> Array:
@@ -127,9 +121,7 @@ def solve_dense(matrix: Array, right: Array) -> Array:
     return found
 
 
-def prescribed_rows(
-    model: ChainModel, t_s: float, units: Units, longitudes: Longitudes
-) -> tuple[Array, Array]:
+def prescribed_rows(model: ChainModel, t_s: float, units: Units, longitudes: Longitudes) -> tuple[Array, Array]:
     """H (P, NX) and G (P,) of eq. (25): phi_p'' itself, or phi_p'' + omega_p'' for an inertial angle."""
     laws = model.prescriptions
     H, G = np.zeros((len(laws), ROWS * model.bars + 2)), np.zeros(len(laws))

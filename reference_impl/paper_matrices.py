@@ -119,9 +119,7 @@ def reach_of_reactions(x: PaperState, half: Array, turned: Longitudes, as_printe
     return W
 
 
-def compatibility(
-    x: PaperState, half: Array, turned: Longitudes, as_printed: Set[Misprint]
-) -> tuple[Array, Array]:
+def compatibility(x: PaperState, half: Array, turned: Longitudes, as_printed: Set[Misprint]) -> tuple[Array, Array]:
     """Assemble A (NR, NX) and B (NR,) of (C.8) and (C.9)."""
     joints = x.bars - 1
     A, B = np.zeros((2 * joints, ROWS * x.bars + 2)), np.zeros((joints, 2))
@@ -163,6 +161,4 @@ def end_accelerations(
     lag = turned.gamma[:, None] * across
     if Misprint.S2_SIGN in as_printed:
         lag[:, 1] = -lag[:, 1]
-    return EndAccelerations(
-        C, across[:, :, None] * turned.beta[:, None, :], lag - (x.theta_rate**2)[:, None] * along
-    )
+    return EndAccelerations(C, across[:, :, None] * turned.beta[:, None, :], lag - (x.theta_rate**2)[:, None] * along)

@@ -6,10 +6,13 @@ With conj(a) b = a·b + i (a × b), dot and cross product come from one multipli
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_impl.chain import Array
+if TYPE_CHECKING:
+    from reference_impl.chain import Array
 
 ComplexArray = NDArray[np.complex128]
 

@@ -59,7 +59,7 @@ def external(model: ChainModel, state: State, unit: ComplexArray) -> tuple[Array
     com, position = as_complex(state.com_m), as_complex(state.position_m)
     difference = differences(model.mu_m3_s2, com, position)
     mean = difference @ model.weight
-    field = point_field(model.mu_m3_s2, state.com_m) + [mean.real, mean.imag]
+    field: Array = point_field(model.mu_m3_s2, state.com_m) + np.array([mean.real, mean.imag])
     if model.gravity == "point":
         return field, difference - mean, np.zeros(bars)
     return field, difference - mean, gradient_spins(model, com + position, unit)
@@ -71,9 +71,7 @@ class Turning:
     Plane vectors are complex numbers here, one for each bar or joint.
     """
 
-    def __init__(
-        self, model: ChainModel, state: State, unit: ComplexArray, field: ComplexArray, spin: Array
-    ) -> None:
+    def __init__(self, model: ChainModel, state: State, unit: ComplexArray, field: ComplexArray, spin: Array) -> None:
         """Solve the joints for no torque and for a unit of each prescribed one.
 
         Parameters
@@ -97,7 +95,8 @@ class Turning:
             right[:, k] = -(turned[:-1] + turned[1:])
         columns = np.ascontiguousarray(right.T).view(float).T
         solved = as_joints(solve_joints(joint_matrix(model, 1j * unit), columns))
-        self.free, self.by_torque = solved[0], solved[1:]
+        self.free: ComplexArray = solved[0]
+        self.by_torque: ComplexArray = solved[1:]
 
     def unit_torque(self, p: Prescription) -> Array:
         """Angular acceleration (N,) that a unit torque of `p` gives its bar and, through a motor, the neighbour."""
@@ -109,7 +108,10 @@ class Turning:
 
     def reaction(self, torque: Array) -> ComplexArray:
         """Reactions (N-1,) under the prescribed torques (P,)."""
-        return self.free + torque @ self.by_torque if len(torque) else self.free
+        if not len(torque):
+            return self.free
+        total: ComplexArray = self.free + torque @ self.by_torque
+        return total
 
     def angular(self, reaction: ComplexArray, torque: Array) -> Array:
         """Angular accelerations (N,) under reactions and prescribed torques, eq. (15)."""
@@ -128,7 +130,7 @@ class Turning:
 
     def pull(self, reaction: ComplexArray) -> ComplexArray:
         """Accelerations (N,) of the bars' centres from the reactions: (R_j - R_{j-1})/m_j."""
-        net = np.zeros(self.model.bars, complex)
+        net: ComplexArray = np.zeros(self.model.bars, complex)
         net[:-1] += reaction
         net[1:] -= reaction
         pulled: ComplexArray = net * self.model.inverse_mass

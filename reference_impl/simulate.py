@@ -85,7 +85,8 @@ class Packing(ABC):
     def gaps(self, y: Array) -> Array:
         """Joint gaps (N-1,), m, in these coordinates' own arithmetic."""
         state = self.unpack(y)
-        return np.linalg.norm(gap_vectors(self.model, state.position_m, state.angle_rad), axis=-1)
+        opened: Array = np.linalg.norm(gap_vectors(self.model, state.position_m, state.angle_rad), axis=-1)
+        return opened
 
 
 class Minimal(Packing):
@@ -129,7 +130,14 @@ class Redundant(Packing):
         """Eq. (24)."""
         a, n = self.accelerations(t_s, y), self.model.bars
         return np.concatenate(
-            [y[2:4], a.com_m_s2, y[4 + 2 * n : 4 + 4 * n], a.position_m_s2.ravel(), y[4 + 5 * n :], a.angle_rad_s2]
+            [
+                y[2:4],
+                a.com_m_s2,
+                y[4 + 2 * n : 4 + 4 * n],
+                a.position_m_s2.ravel(),
+                y[4 + 5 * n :],
+                a.angle_rad_s2,
+            ]
         )
 
     def scales(self, radius_m: float, rate_rad_s: float) -> Array:
@@ -190,7 +198,8 @@ class Absolute(Packing):
     def gaps(self, y: Array) -> Array:
         """Joint gaps (N-1,), m, by subtracting absolute positions."""
         place, _, angle, _ = self.split(y)
-        return np.linalg.norm(gap_vectors(self.model, place, angle), axis=-1)
+        opened: Array = np.linalg.norm(gap_vectors(self.model, place, angle), axis=-1)
+        return opened
 
 
 PACKINGS: dict[CoordinateSet, type[Packing]] = {
@@ -303,4 +312,3 @@ class Simulation:
     def condition(self, state: State) -> float:
         """Condition number of the joint system at a state."""
         return condition_number(joint_matrix(self.model, 1j * along(state.angle_rad)))
-

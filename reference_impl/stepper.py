@@ -15,9 +15,7 @@ if TYPE_CHECKING:
 
     from reference_impl.chain import Array
 
-RTOL_FLOOR = (
-    100.0 * np.finfo(float).eps
-)  # the least SciPy takes; accuracy is asked for block by block, by atol
+RTOL_FLOOR = 100.0 * np.finfo(float).eps  # the least SciPy takes; accuracy is asked for block by block, by atol
 BREAK_SLACK = 1e-12  # of the duration: breaks nearer than this to each other or to the ends are one
 DIP_MARGIN = 0.5  # of the lower end's height: a parabola's dip below this is looked at closely
 
@@ -81,14 +79,12 @@ def walk(
     for start, end in itertools.pairwise(marks):
         if end - start <= slack:
             continue
-        solver = DOP853(rhs, start, y, end, rtol=RTOL_FLOOR, atol=atol)
+        solver = DOP853(rhs, start, y, end, rtol=RTOL_FLOOR, atol=atol)  # type: ignore[arg-type]  # the stubs know scalars only
         while solver.status == "running":
             before = height(solver.y) if height else 1.0
-            message = solver.step()
-            if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
-                raise ArithmeticError(
-                    f"DOP853 gave up at t = {solver.t:.6g} s: {message or 'state not finite'}"
-                )
+            message = solver.step()  # a word only where it failed
+            if message or not np.all(np.isfinite(solver.y)):
+                raise ArithmeticError(f"DOP853 gave up at t = {solver.t:.6g} s: {message or 'state not finite'}")
             steps += 1
             dense = solver.dense_output()
             stop = landing(dense, height, solver.t_old, solver.t, before) if height else None
@@ -136,7 +132,5 @@ def dip(at: Callable[[float], float], start: float, end: float, before: float) -
         return None  # no lowest point between the ends
     if before - slope * slope / (4.0 * bend) > DIP_MARGIN * min(before, after):
         return None
-    lowest = minimize_scalar(
-        at, bounds=(start, end), method="bounded", options={"xatol": 1e-9 * (end - start)}
-    )
+    lowest = minimize_scalar(at, bounds=(start, end), method="bounded", options={"xatol": 1e-9 * (end - start)})
     return float(lowest.x) if lowest.fun <= 0.0 else None

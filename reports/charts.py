@@ -88,9 +88,7 @@ def dress(ax: Axes) -> None:
     for side in ("top", "right", "left"):
         ax.spines[side].set_visible(False)
     ax.spines["bottom"].set_color(COLOURS["rule"].stand_in)
-    ax.tick_params(
-        axis="x", color=COLOURS["rule"].stand_in, labelcolor=COLOURS["muted"].stand_in, labelsize=TEXT_SIZE
-    )
+    ax.tick_params(axis="x", color=COLOURS["rule"].stand_in, labelcolor=COLOURS["muted"].stand_in, labelsize=TEXT_SIZE)
     ax.tick_params(axis="y", length=0, labelcolor=COLOURS["muted"].stand_in, labelsize=TEXT_SIZE)
     ax.grid(axis="y", color=COLOURS["grid"].stand_in, linewidth=0.8)
 
@@ -180,9 +178,7 @@ def draw(ax: Axes, line: Line, x: Array, y: Array) -> None:
     if not finite.size:
         return
     if line.pen.marker:
-        shift = (
-            sum(map(ord, line.pen.marker + line.pen.colour.name)) % 7 / 7
-        )  # so that markers of lines do not pile up
+        shift = sum(map(ord, line.pen.marker + line.pen.colour.name)) % 7 / 7  # so that markers of lines do not pile up
         at = finite[((np.arange(5) + 0.2 + 0.6 * shift) / 5 * len(finite)).astype(int)]
         ax.plot(x[at], y[at], line.pen.marker, color=colour, markersize=5.6, markeredgewidth=0)
     if line.cut:
@@ -194,6 +190,4 @@ def finish(ax: Axes, frame: Frame) -> Markup:
     """SVG of the axes' figure."""
     found = ax.get_figure(root=True)
     assert found is not None
-    return inline(
-        found, frame.name, f"{frame.title}; horizontal axis: {frame.x_label}; vertical axis: {frame.y_label}"
-    )
+    return inline(found, frame.name, f"{frame.title}; horizontal axis: {frame.x_label}; vertical axis: {frame.y_label}")

@@ -43,9 +43,7 @@ def significant(value: float | None, digits: int = 3) -> str:
         return "NaN" if math.isnan(value) else "inf" if value > 0 else "-inf"
     if value == 0.0:
         return "0"
-    text = (
-        f"{value:#.{digits}g}"  # the one rounding: 999.6 becomes 1.00e+03 here, never 1000 and 999 by turns
-    )
+    text = f"{value:#.{digits}g}"  # the one rounding: 999.6 becomes 1.00e+03 here, never 1000 and 999 by turns
     if "e" in text or abs(value) < SMALLEST_PLAIN:
         return f"{value:.{digits - 1}e}"
     return text.rstrip(".")

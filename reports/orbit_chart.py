@@ -84,9 +84,7 @@ def orbit_panels(name: str, geometry: Geometry, motion: Motion) -> list[Panel]:
         return []
     end = float(motion.t_s[-1])
     if not geometry.closed:
-        return [
-            orbit_panel(f"{name}-way", "Chain along its way", geometry, motion, (float(motion.t_s[0]), end))
-        ]
+        return [orbit_panel(f"{name}-way", "Chain along its way", geometry, motion, (float(motion.t_s[0]), end))]
     panels = []
     for k, word in enumerate(("first", "second")):
         start = k * geometry.period_s
@@ -98,9 +96,7 @@ def orbit_panels(name: str, geometry: Geometry, motion: Motion) -> list[Panel]:
     return panels
 
 
-def orbit_panel(
-    name: str, title: str, geometry: Geometry, motion: Motion, window_s: tuple[float, float]
-) -> Panel:
+def orbit_panel(name: str, title: str, geometry: Geometry, motion: Motion, window_s: tuple[float, float]) -> Panel:
     """Draw one window of time."""
     start, end = window_s
     instants = np.linspace(start, end, INSTANTS + 1)

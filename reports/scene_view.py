@@ -94,9 +94,7 @@ class SceneCharts:
 
     def frame(self, name: str, title: str, y_label: str, lines: list[Line]) -> Frame:
         """Frame over the whole run."""
-        return Frame(
-            f"{self.id}-{name}", title, self.x_label, y_label, (0.0, self.end_s / self.unit_s), lines
-        )
+        return Frame(f"{self.id}-{name}", title, self.x_label, y_label, (0.0, self.end_s / self.unit_s), lines)
 
     def orbits(self) -> list[Panel]:
         """Chain along its orbit."""
@@ -150,9 +148,7 @@ class SceneCharts:
         seen = (t >= start) & (t <= end)
         factor, unit = prefixed(float(np.nanmax(np.abs(values[seen]), initial=0.0)), "N")
         unit_s = self.unit_s if window_s is None else 1.0
-        lines = [
-            Line(t[seen] / unit_s, factor * values[seen, k], joint_pen(k)) for k in range(values.shape[1])
-        ]
+        lines = [Line(t[seen] / unit_s, factor * values[seen, k], joint_pen(k)) for k in range(values.shape[1])]
         label = self.x_label if window_s is None else "time, s"
         span_shown = (start / unit_s, end / unit_s)
         return linear_panel(Frame(f"{self.id}-reaction-{name}", title, label, unit, span_shown, lines))
@@ -167,9 +163,7 @@ class SceneCharts:
             factor, unit = prefixed(largest, "N m")
             scaled = [Line(li.x, factor * li.y, li.pen, width=li.width) for li in lines]
             name = f"Torque on bar {law.get('bar', '?')}"
-            panels.append(
-                linear_panel(Frame(f"{self.id}-torque-{p}", name, "time, s", unit, (start, end), scaled))
-            )
+            panels.append(linear_panel(Frame(f"{self.id}-torque-{p}", name, "time, s", unit, (start, end), scaled)))
             used += [e for e in engines if e not in used]
         panels.append(self.difference_panel("torque", "Difference from the truth")[0])
         legend = (*(Legend(e, self.pens[e]) for e in used), Legend("truth", TRUTH_PEN))
@@ -317,9 +311,7 @@ def duration(scene: SceneRecord) -> str:
     if seconds is None:
         return ""
     orbits = seconds / scene.period_s if scene.closed else 0.0
-    length = (
-        f"{orbits:.4g} orbit{'' if f'{orbits:.4g}' == '1' else 's'}" if scene.closed else f"{seconds:g} s"
-    )
+    length = f"{orbits:.4g} orbit{'' if f'{orbits:.4g}' == '1' else 's'}" if scene.closed else f"{seconds:g} s"
     return length + (f" in {samples:.0f} samples" if samples else "")
 
 

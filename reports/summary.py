@@ -162,9 +162,7 @@ def summarise(results: Results) -> Summary:
     known = mapping(record.get("scenes"))
     names = list(dict.fromkeys([*known, *metrics["scene"].astype(str)]))
     scenes = sorted((SceneRecord(n, mapping(known.get(n))) for n in names), key=paper_first)
-    engines = list(
-        dict.fromkeys([*mapping(record.get("engines")), *sorted(set(metrics["engine"].astype(str)))])
-    )
+    engines = list(dict.fromkeys([*mapping(record.get("engines")), *sorted(set(metrics["engine"].astype(str)))]))
     durations = {s.name: s.value("duration_s") for s in scenes}
     cells = {
         (str(scene), str(engine)): make_cell(str(scene), str(engine), group, durations.get(str(scene)))
@@ -185,9 +183,7 @@ def make_cell(scene: str, engine: str, group: pd.DataFrame, duration_s: float | 
     found.sort(key=lambda r: (order.index(r.quantity) if r.quantity in order else len(order), r.quantity))
     worst = gravest(r.outcome for r in found)
     reason = "; ".join(
-        r.reason if r.quantity == "run" else f"{r.name}: {r.reason}"
-        for r in found
-        if r.outcome is worst and r.reason
+        r.reason if r.quantity == "run" else f"{r.name}: {r.reason}" for r in found if r.outcome is worst and r.reason
     )
     return Cell(scene, engine, str(group["setting"].iloc[0]), worst, reason, tuple(found), duration_s)
 

@@ -20,10 +20,12 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 METRIC_COLUMNS = (
     "scene",
@@ -88,5 +90,9 @@ def read_results(folder: Path) -> Results:
     for name in ("metrics.csv", "run.json"):
         if not (folder / name).is_file():
             raise FileNotFoundError(f"{folder}: no {name} there; give a folder that compare or crossval wrote")
-    metrics = pd.read_csv(folder / "metrics.csv", keep_default_na=False, na_values={"value": [""], "tolerance": [""], "horizon_s": [""]})
+    metrics = pd.read_csv(
+        folder / "metrics.csv",
+        keep_default_na=False,
+        na_values={"value": [""], "tolerance": [""], "horizon_s": [""]},
+    )
     return Results(folder, metrics, json.loads((folder / "run.json").read_text(encoding="utf-8")))

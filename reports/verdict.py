@@ -87,8 +87,7 @@ def scenes_without_comparison(summary: Summary) -> list[str]:
     holes = [
         s.name
         for s in summary.scenes
-        if summary.of_scene(s.name)
-        and not any(c.outcome is not Outcome.UNSUPPORTED for c in summary.of_scene(s.name))
+        if summary.of_scene(s.name) and not any(c.outcome is not Outcome.UNSUPPORTED for c in summary.of_scene(s.name))
     ]
     return [f"No engine was compared on {', '.join(holes)}."] if holes else []
 
@@ -103,9 +102,7 @@ def failure_words(cell: Cell) -> str:
     if cell.outcome is Outcome.INCONSISTENT and row.ratio is not None:
         return f"{row.name}: {significant(row.ratio)} times what is explained"
     if cell.outcome is Outcome.OUT_OF_BAND and row.band is not None:
-        return (
-            f"{row.name}: {significant(row.largest)} {row.unit}, allowed {significant(row.band)} {row.unit}"
-        )
+        return f"{row.name}: {significant(row.largest)} {row.unit}, allowed {significant(row.band)} {row.unit}"
     return cell.outcome.advice
 
 

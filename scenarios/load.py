@@ -74,7 +74,9 @@ def load_scene(scene: str | Path, folders: Sequence[Path] = (SHIPPED,)) -> Scene
     names = scene_names(folders)
     if path.suffix == ".toml":
         raise SceneError(f"{scene}: no such file")
-    raise SceneError(f"{scene}: no such scene{nearest(str(scene), names)}; there are: {', '.join(names)}, or a file's path")
+    raise SceneError(
+        f"{scene}: no such scene{nearest(str(scene), names)}; there are: {', '.join(names)}, or a file's path"
+    )
 
 
 def read_text(path: Path) -> str:
@@ -115,7 +117,8 @@ def resolve(file: SceneFile, name: str) -> Scene:
         orbit=Orbit(file.orbit.altitude_m, file.orbit.speed_factor, math.radians(file.orbit.longitude_deg)),
         chain=resolve_chain(file.chain),
         effects=Effects(
-            Gravity(file.effects.gravity), tuple(resolve_rotation(p) for p in file.effects.prescribed_rotation)
+            Gravity(file.effects.gravity),
+            tuple(resolve_rotation(p) for p in file.effects.prescribed_rotation),
         ),
         run=Run(file.run.duration_s or 0.0, file.run.samples),
     )
@@ -131,7 +134,7 @@ def resolve_chain(table: ChainTable) -> Chain:
         return tuple(map(float, value)) if isinstance(value, list) else (float(value),) * table.bars
 
     mass, length = each(table.mass_kg), each(table.length_m)
-    slender = tuple(m * l * l / 12.0 for m, l in zip(mass, length, strict=True))
+    slender = tuple(m * size * size / 12.0 for m, size in zip(mass, length, strict=True))
     return Chain(
         mass_kg=mass,
         length_m=length,

@@ -5,7 +5,16 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 EARTH_MU_M3_S2 = 3.986004418e14  # EGM2008 / IAU value
 EARTH_RADIUS_M = 6378e3  # the paper's R_eq
@@ -15,7 +24,9 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
 NUMBER, LIST = "number", "list"
-PER_BAR = Discriminator(lambda value: LIST if isinstance(value, list) else NUMBER)  # so that an error speaks of one of them
+PER_BAR = Discriminator(
+    lambda value: LIST if isinstance(value, list) else NUMBER
+)  # so that an error speaks of one of them
 FinitePerBar = Annotated[Annotated[Finite, Tag(NUMBER)] | Annotated[list[Finite], Tag(LIST)], PER_BAR]
 PositivePerBar = Annotated[Annotated[Positive, Tag(NUMBER)] | Annotated[list[Positive], Tag(LIST)], PER_BAR]
 
@@ -30,14 +41,18 @@ class CentralBodyTable(Table):
     """The body orbited; Earth by default."""
 
     mu_m3_s2: Positive = Field(EARTH_MU_M3_S2, description="gravitational parameter, m^3/s^2")
-    radius_m: Positive = Field(EARTH_RADIUS_M, description="radius of its surface, m; a bar that reaches it ends the run")
+    radius_m: Positive = Field(
+        EARTH_RADIUS_M, description="radius of its surface, m; a bar that reaches it ends the run"
+    )
 
 
 class OrbitTable(Table):
     """Injection of the chain's centre of mass; velocity horizontal, counter-clockwise."""
 
     altitude_m: Positive = Field(description="height of the chain's centre of mass above the surface at t = 0, m")
-    speed_factor: NotNegative = Field(1.0, description="beta: speed over the local circular speed; sqrt(2) is parabolic")
+    speed_factor: NotNegative = Field(
+        1.0, description="beta: speed over the local circular speed; sqrt(2) is parabolic"
+    )
     longitude_deg: Finite = Field(0.0, description="angle of the centre of mass from the z1 axis at t = 0, degrees")
 
 
@@ -48,7 +63,8 @@ class ChainTable(Table):
     mass_kg: PositivePerBar = Field(description="mass of each bar, kg")
     length_m: PositivePerBar = Field(description="length of each bar, m")
     inertia_kg_m2: PositivePerBar | None = Field(
-        None, description="moment of inertia about the bar's own centre of mass, kg m^2; slender uniform bar by default"
+        None,
+        description="moment of inertia about the bar's own centre of mass, kg m^2; slender uniform bar by default",
     )
     angle_deg: FinitePerBar = Field(0.0, description="angle of each bar from the horizontal at t = 0, degrees")
     angle_from: Literal["chain", "bar"] = Field(
@@ -57,7 +73,8 @@ class ChainTable(Table):
         "or the one through each bar's own (the paper's phi_j)",
     )
     rate_factor: FinitePerBar = Field(
-        1.0, description="alpha: initial inertial rate of each bar over v0/r0; a prescribed bar takes its law's rate instead"
+        1.0,
+        description="alpha: initial inertial rate of each bar over v0/r0; a prescribed bar takes its law's rate",
     )
 
     @field_validator("mass_kg", "length_m", "inertia_kg_m2", "angle_deg", "rate_factor")
@@ -91,7 +108,8 @@ class EffectsTable(Table):
     """The physical effects that act; nothing else does."""
 
     gravity: Literal["none", "point", "gradient"] = Field(
-        "gradient", description="none; point mass at each bar's centre; or that with the gravity-gradient torque (the paper's)"
+        "gradient",
+        description="none; point mass at each bar's centre; or that with the gravity-gradient torque (the paper's)",
     )
     prescribed_rotation: list[PrescribedRotationTable] = Field(
         default_factory=list, description="bars whose rotation is given, and the torque wanted"
@@ -101,7 +119,9 @@ class EffectsTable(Table):
 class RunTable(Table):
     """How long and how often the motion is seen."""
 
-    orbits: Positive | None = Field(None, description="duration in periods of the initial osculating orbit (bound ones only)")
+    orbits: Positive | None = Field(
+        None, description="duration in periods of the initial osculating orbit (bound ones only)"
+    )
     duration_s: Positive | None = Field(None, description="duration in seconds, instead of `orbits`")
     samples: int = Field(501, ge=2, le=1_000_000, description="equally spaced instants, both ends included")
 
@@ -120,7 +140,9 @@ class SceneFile(Table):
     source: str = Field(min_length=1, description="where the scene or its expected answer comes from")
     description: str = Field("", description="what is to be seen, for people")
     tags: list[str] = Field(default_factory=list, description="for choosing scenes: paper, basics, chaotic, ...")
-    central_body: CentralBodyTable = Field(default_factory=lambda: CentralBodyTable(mu_m3_s2=EARTH_MU_M3_S2, radius_m=EARTH_RADIUS_M))
+    central_body: CentralBodyTable = Field(
+        default_factory=lambda: CentralBodyTable(mu_m3_s2=EARTH_MU_M3_S2, radius_m=EARTH_RADIUS_M)
+    )
     orbit: OrbitTable
     chain: ChainTable
     effects: EffectsTable = Field(default_factory=lambda: EffectsTable(gravity="gradient"))
@@ -140,7 +162,7 @@ def check_run_is_bound(scene: SceneFile) -> None:
     if scene.run.orbits is None:
         return
     if scene.effects.gravity == "none":
-        raise ValueError('run.orbits: without gravity there is no period to count in; give duration_s')
+        raise ValueError("run.orbits: without gravity there is no period to count in; give duration_s")
     if scene.orbit.speed_factor**2 >= 2.0:
         raise ValueError(
             f"run.orbits: the orbit is not bound (speed_factor = {scene.orbit.speed_factor:g}, allowed below sqrt(2)); "

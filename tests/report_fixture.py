@@ -113,11 +113,7 @@ def write_scene(
 
 def rate(scene: Scene) -> float:
     """Rate at which errors grow, 1/s."""
-    return (
-        math.sqrt(3.0) * scene.orbital_rate_rad_s
-        if "chaotic" in scene.tags
-        else 0.4 * scene.orbital_rate_rad_s
-    )
+    return math.sqrt(3.0) * scene.orbital_rate_rad_s if "chaotic" in scene.tags else 0.4 * scene.orbital_rate_rad_s
 
 
 def unsupported(scene: Scene, engine: str) -> str:
@@ -156,9 +152,7 @@ def differences(
             table[f"{quantity}_tolerance"] = scale * (2.2 * np.maximum.accumulate(curve) + 1e-13)
             table[f"{quantity}_band"] = np.full_like(t, scale * 4 * curve.max())
     if bars and scene.bars > 1 and engine != "exudyn-tree":
-        table["gap_drift"] = np.where(
-            rng.random(len(t)) < 0.05, 0.0, size * base * (t / t[-1]) ** 2 * 0.1 + 1e-16
-        )
+        table["gap_drift"] = np.where(rng.random(len(t)) < 0.05, 0.0, size * base * (t / t[-1]) ** 2 * 0.1 + 1e-16)
         table["identity_drift"] = size * 1e-15 * (1 + rng.random(len(t)))
     if scene.effects.gravity != "gradient":
         table["energy_drift"] = base * 1e-3 * t / t[-1] + 1e-16 * rng.random(len(t))
@@ -184,9 +178,7 @@ def rows_of(scene: Scene, engine: str, table: pd.DataFrame) -> list[dict[str, An
     for column in [c for c in table if c.endswith("_difference")]:
         q, values = column.removesuffix("_difference"), seen[column]
         ratio = float((values / seen[f"{q}_tolerance"]).max()) * (3.7 if wrong else 1.0)
-        band = float(seen[f"{q}_band"].max()) * (
-            0.1 if engine == "pymunk" and scene.name == "paper/fig05" else 1.0
-        )
+        band = float(seen[f"{q}_band"].max()) * (0.1 if engine == "pymunk" and scene.name == "paper/fig05" else 1.0)
         judged = "pass" if values.max() <= band else "out_of_band"
         explained = "inconsistent" if ratio > 1 else "pass"
         rms = float(np.sqrt((values**2).mean()))

@@ -151,9 +151,7 @@ def test_radial_chain_stays_at_rest_up_to_the_square_of_its_size_over_the_radius
         e = (scene.size_m / scene.radius0_m) ** 2 / 4.0
         assert moved <= 8.0 * e + budget(seen, scene.mean_motion_rad_s)
         ratios.append(moved / e)
-    assert ratios[0] == pytest.approx(
-        ratios[1], rel=0.05
-    )  # it is that order: ten times longer, a hundred times more
+    assert ratios[0] == pytest.approx(ratios[1], rel=0.05)  # it is that order: ten times longer, a hundred times more
 
 
 # no gravity
@@ -206,9 +204,7 @@ class TwoBars:
     def turned(self, start: float, end: float) -> float:
         """Angle theta1 turns by meanwhile."""
         return float(
-            quad(lambda g: self.first_rate(g) / self.opening_rate(g), start, end, epsabs=1e-13, epsrel=1e-13)[
-                0
-            ]
+            quad(lambda g: self.first_rate(g) / self.opening_rate(g), start, end, epsabs=1e-13, epsrel=1e-13)[0]
         )
 
     def reaction(self, angle: np.ndarray) -> np.ndarray:
@@ -251,9 +247,7 @@ def kepler(scene: Scene, t_s: float) -> np.ndarray:
     e, a = abs(b2 - 1.0), r0 / abs(2.0 - b2)
     n = math.sqrt(mu / a**3)
     if b2 < 2.0:  # perigee at t = 0, as b2 >= 1 in these scenes
-        x = brentq(
-            lambda x: x - e * math.sin(x) - n * t_s, n * t_s - 1.0, n * t_s + 1.0, xtol=1e-15, rtol=4 * EPS
-        )
+        x = brentq(lambda x: x - e * math.sin(x) - n * t_s, n * t_s - 1.0, n * t_s + 1.0, xtol=1e-15, rtol=4 * EPS)
         return np.array([a * (math.cos(x) - e), a * math.sqrt(1.0 - e * e) * math.sin(x)])
     x = brentq(lambda x: e * math.sinh(x) - x - n * t_s, 0.0, 20.0, xtol=1e-15, rtol=4 * EPS)
     return np.array([a * (e - math.cosh(x)), a * math.sqrt(e * e - 1.0) * math.sinh(x)])

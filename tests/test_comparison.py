@@ -21,7 +21,9 @@ def run(scene, rtol):
 
 
 def lasting(scene, share, samples=101):
-    return dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=share * scene.period_s, samples=samples))
+    return dataclasses.replace(
+        scene, run=dataclasses.replace(scene.run, duration_s=share * scene.period_s, samples=samples)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +43,14 @@ def honest(scene):
 
 def outcomes(truth, main, finer):
     setting = Setting(Knob.RTOL, 1e-8)
-    verdict = judge("x", Reference, setting, RunResult(Outcome.PASS, trajectory=main), RunResult(Outcome.PASS, trajectory=finer), truth)
+    verdict = judge(
+        "x",
+        Reference,
+        setting,
+        RunResult(Outcome.PASS, trajectory=main),
+        RunResult(Outcome.PASS, trajectory=finer),
+        truth,
+    )
     return verdict, {(r["quantity"], r["metric"]): Outcome(r["outcome"]) for r in verdict.rows}
 
 
@@ -113,28 +122,39 @@ def test_the_chains_centre_of_mass_leaves_keplers_orbit_as_the_square_of_its_len
     lengths, sizes = np.array([25.0, 50.0, 100.0]), []
     for length in lengths:
         chain = dataclasses.replace(
-            base.chain, length_m=(length,) * 5, inertia_kg_m2=(100 * length**2 / 12,) * 5, angle_rad=(angle,) * 5
+            base.chain,
+            length_m=(length,) * 5,
+            inertia_kg_m2=(100 * length**2 / 12,) * 5,
+            angle_rad=(angle,) * 5,
         )
         scene = lasting(dataclasses.replace(base, chain=chain), 1.0)
         seen, looser = run(scene, 1e-13), run(scene, 1e-12)
         own_error = np.linalg.norm(seen.com_m - looser.com_m, axis=1).max()
         predicted = com_displacement(scene, seen)
-        kepler = scene.radius0_m * np.stack([np.cos(scene.mean_motion_rad_s * seen.t_s), np.sin(scene.mean_motion_rad_s * seen.t_s)], axis=1)
+        kepler = scene.radius0_m * np.stack(
+            [np.cos(scene.mean_motion_rad_s * seen.t_s), np.sin(scene.mean_motion_rad_s * seen.t_s)], axis=1
+        )
         found = np.linalg.norm(seen.com_m - kepler, axis=1)
-        assert np.abs(found - np.linalg.norm(predicted.vector_m, axis=1)).max() < predicted.uncertainty_m[-1] + own_error
+        assert (
+            np.abs(found - np.linalg.norm(predicted.vector_m, axis=1)).max() < predicted.uncertainty_m[-1] + own_error
+        )
         sizes.append(found[-1])
     assert np.polyfit(np.log(lengths), np.log(sizes), 1)[0] == pytest.approx(2.0, abs=0.02)
     assert sizes[0] == pytest.approx(factor * base.radius0_m * (25.0 / base.radius0_m) ** 2, rel=5e-3)
 
 
 def test_invariants_are_claimed_only_where_the_effects_conserve_them():
-    keeps = {name: conserved(load_scene(name)) for name in ("paper/fig05", "basics/free_rotation", "basics/kepler_elliptic")}
+    keeps = {
+        name: conserved(load_scene(name)) for name in ("paper/fig05", "basics/free_rotation", "basics/kepler_elliptic")
+    }
     assert not keeps["paper/fig05"].energy  # the paper's gradient torque has no counterpart in the force
     assert keeps["basics/free_rotation"].relative
     assert keeps["basics/kepler_elliptic"].angular_momentum
     slew = load_scene("paper/fig17")
     motor = dataclasses.replace(slew.effects.prescribed_rotation[0], actuator=Actuator.JOINT)
-    free = dataclasses.replace(slew.effects, gravity=load_scene("basics/free_rotation").effects.gravity, prescribed_rotation=(motor,))
+    free = dataclasses.replace(
+        slew.effects, gravity=load_scene("basics/free_rotation").effects.gravity, prescribed_rotation=(motor,)
+    )
     inside = conserved(dataclasses.replace(slew, effects=free))
     assert inside.angular_momentum
     assert not inside.energy

@@ -21,7 +21,9 @@ EXTERNAL = [name for name in ENGINES if not name.startswith("reference")]
 
 def shortened(name):
     scene = load_scene(name)
-    return dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=SHARE * scene.run.duration_s, samples=SAMPLES))
+    return dataclasses.replace(
+        scene, run=dataclasses.replace(scene.run, duration_s=SHARE * scene.run.duration_s, samples=SAMPLES)
+    )
 
 
 PAIRS = [
@@ -44,7 +46,9 @@ def truth_of(truths, name):
 
 
 @pytest.mark.parametrize(("engine", "name"), PAIRS)
-def test_an_engine_returns_what_it_declares_in_the_common_units_axes_and_signs(engine, name, truths, tmp_path, monkeypatch, capfd):
+def test_an_engine_returns_what_it_declares_in_the_common_units_axes_and_signs(
+    engine, name, truths, tmp_path, monkeypatch, capfd
+):
     monkeypatch.chdir(tmp_path)
     scene, loaded = shortened(name), ENGINES[engine].load()
     seen = loaded().run(scene)
@@ -63,7 +67,9 @@ def starts_at_the_initial_state(scene, seen):
     assert np.abs(seen.com_velocity_m_s[0] - start.com_velocity_m_s).max() <= 1e-9 * max(scene.speed0_m_s, 1.0)
     if seen.angle_rad is not None:
         # an angle got back from absolute positions carries their rounding
-        assert np.abs(seen.angle_rad[0] - start.angle_rad).max() <= 4 * np.spacing(scene.radius0_m) / min(scene.chain.length_m)
+        assert np.abs(seen.angle_rad[0] - start.angle_rad).max() <= 4 * np.spacing(scene.radius0_m) / min(
+            scene.chain.length_m
+        )
 
 
 def means_the_same(scene, seen, truth):
@@ -73,7 +79,9 @@ def means_the_same(scene, seen, truth):
     for mine, theirs in ((seen.angle_rad, truth.angle_rad), (seen.rate_rad_s, truth.rate_rad_s)):
         if mine is not None:
             assert np.abs(mine - theirs).max() <= tenth_percent * max(np.abs(theirs - theirs[0]).max(), 1e-3)
-    scale = scene.mass_kg * max(scene.chain.length_m) * scene.mean_motion_rad_s**2  # m n² l: the horizontal chain's own vanish
+    scale = (
+        scene.mass_kg * max(scene.chain.length_m) * scene.mean_motion_rad_s**2
+    )  # m n² l: the horizontal chain's own vanish
     for mine, theirs in ((seen.reaction_N, truth.reaction_N), (seen.torque_N_m, truth.torque_N_m)):
         if mine is not None and mine.size:
             # index 3 starts its multipliers with an error of first order in the step and damps it in some 50 steps

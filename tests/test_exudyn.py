@@ -70,9 +70,7 @@ def test_the_tree_agrees_on_fig05_to_the_references_own_accuracy() -> None:
     scene = shortened("paper/fig05", 1.0, 11)
     found = run(ExudynTree, scene)
     assert error(found, scene, "angle_rad") < REFERENCE_RAD
-    assert (
-        error(found, scene, "reaction_N") < 1e-11
-    )  # 1e-10 rad of a chain whose 0.04 N follow from some radians
+    assert error(found, scene, "reaction_N") < 1e-11  # 1e-10 rad of a chain whose 0.04 N follow from some radians
     assert found.gap_m is None
     assert Observable.GAP not in ExudynTree.observables
 
@@ -116,9 +114,7 @@ def test_the_slews_torque_and_reactions_agree_to_1e_4_of_their_maxima(name: str)
 @pytest.mark.parametrize("frame", list(Frame))
 @pytest.mark.parametrize("actuator", list(Actuator))
 @pytest.mark.parametrize("bar", [1, 3])
-def test_every_way_of_prescribing_a_rotation(
-    engine: type[Engine], frame: Frame, actuator: Actuator, bar: int
-) -> None:
+def test_every_way_of_prescribing_a_rotation(engine: type[Engine], frame: Frame, actuator: Actuator, bar: int) -> None:
     scene = shortened("paper/fig17", 1 / 80, 4)
     law = dataclasses.replace(scene.effects.prescribed_rotation[0], bar=bar, frame=frame, actuator=actuator)
     scene = dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, prescribed_rotation=(law,)))
@@ -217,9 +213,7 @@ def test_the_frames_orbit_conserves_what_kepler_conserves(beta: float) -> None:
     momentum = r**2 * track.rate_rad_s * unit_s
     speed2 = (track.climb_m_s * unit_s / radius) ** 2 + (r * track.rate_rad_s * unit_s) ** 2
     np.testing.assert_allclose(momentum, beta, rtol=1e-14)
-    np.testing.assert_allclose(
-        0.5 * speed2 - 1.0 / r, 0.5 * beta**2 - 1.0, rtol=0, atol=2e-14 * (1 + 1 / r.min())
-    )
+    np.testing.assert_allclose(0.5 * speed2 - 1.0 / r, 0.5 * beta**2 - 1.0, rtol=0, atol=2e-14 * (1 + 1 / r.min()))
     np.testing.assert_allclose(track.shape, track.rate_rad_s**2 / track.pull_s2 - 1.0, rtol=0, atol=1e-13)
     assert np.all(np.diff(track.longitude_rad) > 0.0)
 

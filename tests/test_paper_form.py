@@ -29,9 +29,7 @@ from reference_impl.plane import along
 from tests.arbiter import judge
 
 MU, RADIUS = 3.986004418e14, 6378e3
-AGREEMENT = (
-    1e-13  # asked for: 450 units of round-off, for systems whose condition number stays below about 1e4
-)
+AGREEMENT = 1e-13  # asked for: 450 units of round-off, for systems whose condition number stays below about 1e4
 BLOCKS = ("com_m_s2", "angle_rad_s2", "position_m_s2", "reaction_N", "torque_N_m")
 LAWS = {
     "none": (),
@@ -78,18 +76,14 @@ def scales(model: ChainModel, state: State, found: Accelerations) -> dict[str, f
     """What counts as 1 in each block, see the module's docstring."""
     turn2 = MU / np.linalg.norm(state.com_m) ** 3 + float(np.abs(state.rate_rad_s).max()) ** 2
     length, mass, inertia = model.length_m.max(), model.mass_kg.max(), model.inertia_kg_m2.max()
-    natural = dict(
-        zip(BLOCKS, (0.0, turn2, turn2 * length, mass * turn2 * length, inertia * turn2), strict=True)
-    )
+    natural = dict(zip(BLOCKS, (0.0, turn2, turn2 * length, mass * turn2 * length, inertia * turn2), strict=True))
     return {name: max(natural[name], *np.abs(getattr(found, name)).ravel(), 0.0) for name in BLOCKS}
 
 
 def disagreement(model: ChainModel, state: State, one: Accelerations, other: Accelerations) -> float:
     """Largest difference over all blocks, in their scales."""
     scale = scales(model, state, other)
-    differences = [
-        np.abs(getattr(one, name) - getattr(other, name)).max(initial=0.0) / scale[name] for name in BLOCKS
-    ]
+    differences = [np.abs(getattr(one, name) - getattr(other, name)).max(initial=0.0) / scale[name] for name in BLOCKS]
     return float(max(differences))
 
 
@@ -164,9 +158,7 @@ def test_matrices_have_the_shapes_and_the_block_structure_of_the_appendices() ->
     assert (m.A.shape, m.B.shape) == ((reactions, bars), (reactions,))
     assert not m.W[-2:].any()  # no internal force moves the centre of mass
     joint = m.A @ (m.W / m.E[:, None])
-    assert (
-        np.abs(joint - joint.T).max() < 1e-13 * np.abs(joint).max()
-    )  # symmetric once the misprints are put right
+    assert np.abs(joint - joint.T).max() < 1e-13 * np.abs(joint).max()  # symmetric once the misprints are put right
     assert np.linalg.eigvalsh(-joint).min() > 0.0  # and definite, in the sign that (C.8) gives it
 
 
@@ -220,21 +212,15 @@ def test_half_length_does_nothing_to_equal_bars() -> None:
 
 
 def test_w_third_row_is_of_first_order_in_the_size_ratio() -> None:
-    large, small = (
-        change(Misprint.W_THIRD_ROW, generic_model((length,) * 5))[0] for length in (1000.0, 100.0)
-    )
-    assert large / small == pytest.approx(
-        10.0, rel=1e-2
-    )  # next order: l/r = 1e-4 times the chain's length in bars
+    large, small = (change(Misprint.W_THIRD_ROW, generic_model((length,) * 5))[0] for length in (1000.0, 100.0))
+    assert large / small == pytest.approx(10.0, rel=1e-2)  # next order: l/r = 1e-4 times the chain's length in bars
 
 
 def test_s2_sign_needs_an_orbit_that_climbs() -> None:
     model = generic_model()
     state = generic_state(model)
     radial = state.com_m / np.linalg.norm(state.com_m)
-    level = replace(
-        state, com_velocity_m_s=state.com_velocity_m_s - (state.com_velocity_m_s @ radial) * radial
-    )
+    level = replace(state, com_velocity_m_s=state.com_velocity_m_s - (state.com_velocity_m_s @ radial) * radial)
     wrong = paper_accelerations(model, 0.0, level, {Misprint.S2_SIGN})
     right = paper_accelerations(model, 0.0, level)
     # gamma is left with the bars' own radial velocities: of the order of the size ratio, 1e-5

@@ -99,9 +99,7 @@ def test_eccentric_and_hyperbolic_orbits_agree_with_the_reference(engine, channe
 @pytest.mark.parametrize("channel", ["angle_rad", "rate_rad_s", "reaction_N", "com_m"])
 def test_unequal_bars_agree_with_the_reference(channel):
     scene = of_masses(steep(orbits=0.25), 100.0, 10.0, 100.0, 1.0, 50.0)
-    own = (
-        1e-12 * scene.radius0_m if channel == "com_m" else 0.0
-    )  # the reference's track, 3e-6 m at its tightest
+    own = 1e-12 * scene.radius0_m if channel == "com_m" else 0.0  # the reference's track, 3e-6 m at its tightest
     found = getattr(seen(Pymunk, scene, 2000), channel)
     assert worst(found, getattr(truth(scene), channel)) < allowed(Pymunk, scene, 2000, channel) + own
 
@@ -277,9 +275,7 @@ def test_steps_are_rounded_up_to_a_multiple_of_the_samples():
 @BOTH
 def test_nothing_is_printed_or_written(engine, capfd, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    scene = dataclasses.replace(
-        steep(orbits=0.1), effects=dataclasses.replace(steep().effects, gravity=Gravity.POINT)
-    )
+    scene = dataclasses.replace(steep(orbits=0.1), effects=dataclasses.replace(steep().effects, gravity=Gravity.POINT))
     engine().run(scene, Setting(Knob.STEPS_PER_ORBIT, 500))
     assert capfd.readouterr() == ("", "")
     assert not list(tmp_path.iterdir())

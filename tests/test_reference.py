@@ -66,9 +66,7 @@ def test_fig09_after_one_orbit() -> None:
 
 def test_fig05_from_each_bars_own_horizontal_ends_elsewhere() -> None:
     """The convention of the start moves the chaotic scene by 0.77 rad in one orbit."""
-    chain, bar = (
-        simulate(one_orbit(name), 1e-11).angle_rad for name in ("paper/fig05", "paper/fig05_bar_horizontal")
-    )
+    chain, bar = (simulate(one_orbit(name), 1e-11).angle_rad for name in ("paper/fig05", "paper/fig05_bar_horizontal"))
     assert np.abs(chain[-1] - bar[-1]).max() == pytest.approx(0.77, abs=0.01)
 
 
@@ -92,9 +90,7 @@ def test_coordinate_sets_agree(four_sets: dict[str, History], name: str) -> None
     noise = 2.0**-53 * np.linalg.norm(minimal.com_m[0]) / 100.0 if name == "absolute" else 0.0
     allowed = turn**2 * (other.steps + minimal.steps) * (1e-11 + noise)
     assert np.abs(other.angle_rad - minimal.angle_rad).max() <= allowed
-    stiffest = (
-        2.1**2 * 100.0 * 100.0 * (MU / RADIUS**3)
-    )  # N per rad: m l times the square of the fastest mode
+    stiffest = 2.1**2 * 100.0 * 100.0 * (MU / RADIUS**3)  # N per rad: m l times the square of the fastest mode
     assert (
         np.abs(other.reaction_N - minimal.reaction_N).max()
         <= 10.0 * allowed * stiffest + 8.0 * noise * stiffest * 100.0
@@ -131,9 +127,7 @@ def test_energy_drifts_no_more_than_steps_times_rtol(rtol: float) -> None:
     scene = replace(scene, effects=replace(scene.effects, gravity=Gravity.POINT))
     h, model = simulate(scene, rtol), chain_model(scene)
     energy = com_energy(model, h.com_m, h.com_velocity_m_s)
-    inner = relative_kinetic_energy(model, h.angle_rad, h.rate_rad_s) + tidal_energy(
-        model, h.com_m, h.angle_rad
-    )
+    inner = relative_kinetic_energy(model, h.angle_rad, h.rate_rad_s) + tidal_energy(model, h.com_m, h.angle_rad)
     total = energy + inner
     # in units of M v²: position and velocity blocks, two components each
     unit = model.mass_kg.sum() * np.linalg.norm(h.com_velocity_m_s[0]) ** 2
@@ -155,9 +149,7 @@ def falling(angle_rad: float, length_m: float = 100.0) -> tuple[Simulation, floa
     mass, length = np.array([100.0]), np.array([length_m])
     model = ChainModel(MU, mass, length, mass * length**2 / 12.0, "point", RADIUS)
     start = RADIUS + 350e3
-    run = Simulation(
-        model, np.array([start, 0.0]), np.zeros(2), np.array([angle_rad]), np.zeros(1), rtol=1e-11
-    )
+    run = Simulation(model, np.array([start, 0.0]), np.zeros(2), np.array([angle_rad]), np.zeros(1), rtol=1e-11)
     x = (RADIUS + 0.5 * length_m * abs(math.cos(angle_rad))) / start
     return run, math.sqrt(start**3 / (2.0 * MU)) * (math.acos(math.sqrt(x)) + math.sqrt(x * (1.0 - x)))
 
@@ -168,9 +160,7 @@ def test_a_falling_bar_lands_at_the_closed_forms_instant(angle_deg: float) -> No
     times = np.linspace(0.0, 400.0, 401)
     seen = run.walk(times)
     speed = 2500.0  # m/s at the surface, about: an error of rtol x radius per step is rtol r/v in time
-    sideways = (
-        100.0**2 / RADIUS / speed
-    )  # a slanted bar's end is nearest to the centre's own vertical, within l²/r
+    sideways = 100.0**2 / RADIUS / speed  # a slanted bar's end is nearest to the centre's own vertical, within l²/r
     slant = sideways if angle_deg == 60.0 else 0.0
     assert abs(seen.stopped_s - instant) <= seen.steps * 1e-11 * RADIUS / speed + 1e-9 * 100.0 + slant
     assert len(seen.t_s) == np.count_nonzero(times <= seen.stopped_s)
@@ -193,9 +183,7 @@ def test_a_perigee_just_below_the_surface_is_not_stepped_over() -> None:
     for depth, lands in ((10.0, True), (-10.0, False)):
         apogee, perigee = RADIUS + 350e3, RADIUS - depth
         speed = math.sqrt(2.0 * MU * perigee / (apogee * (apogee + perigee)))
-        run = Simulation(
-            model, np.array([apogee, 0.0]), np.array([0.0, speed]), np.zeros(1), np.zeros(1), rtol=1e-8
-        )
+        run = Simulation(model, np.array([apogee, 0.0]), np.array([0.0, speed]), np.zeros(1), np.zeros(1), rtol=1e-8)
         seen = run.walk(np.linspace(0.0, 5400.0, 3))
         assert (seen.stopped_s is not None) == lands
 
@@ -282,8 +270,7 @@ def test_projection_acts_after_every_step_and_its_evaluations_are_counted() -> N
         return np.array([-y[1], y[0]])
 
     free, held = (
-        walk(turn, np.array([1.0, 0.0]), np.array([0.0, 20.0]), np.full(2, 1e-5), project=p)
-        for p in (None, project)
+        walk(turn, np.array([1.0, 0.0]), np.array([0.0, 20.0]), np.full(2, 1e-5), project=p) for p in (None, project)
     )
     assert len(calls) == held.steps
     assert held.evaluations > free.evaluations + held.steps // 2
@@ -295,9 +282,7 @@ def test_a_dip_within_one_step_is_found_and_a_near_miss_is_not() -> None:
         return np.array([y[1], 1.0])
 
     for depth in (1e-2, 1e-4):
-        lowest = walk(
-            parabola, np.array([0.125 - depth, -0.5]), TIMES, np.full(2, 1e-10), height=lambda y: y[0]
-        )
+        lowest = walk(parabola, np.array([0.125 - depth, -0.5]), TIMES, np.full(2, 1e-10), height=lambda y: y[0])
         assert lowest.stopped_s == pytest.approx(0.5 - math.sqrt(2.0 * depth), abs=1e-8)
     miss = walk(parabola, np.array([0.125 + 1e-4, -0.5]), TIMES, np.full(2, 1e-10), height=lambda y: y[0])
     assert miss.stopped_s is None
@@ -323,9 +308,7 @@ def test_what_is_not_finite_raises_and_does_not_hang(where: str) -> None:
 def test_a_nan_in_a_chains_state_raises(field: str) -> None:
     scene = load_scene("paper/fig13")
     s, model = initial_state(scene), chain_model(scene)
-    parts = {
-        name: getattr(s, name).copy() for name in ("com_m", "com_velocity_m_s", "angle_rad", "rate_rad_s")
-    }
+    parts = {name: getattr(s, name).copy() for name in ("com_m", "com_velocity_m_s", "angle_rad", "rate_rad_s")}
     parts[field][0] = np.nan
     with pytest.raises(ArithmeticError, match="not finite"):
         Simulation(model, **parts, rtol=1e-8).walk(np.linspace(0.0, 100.0, 3))
@@ -333,9 +316,7 @@ def test_a_nan_in_a_chains_state_raises(field: str) -> None:
 
 def test_the_law_is_continuous_to_its_second_derivative() -> None:
     law = Prescription(0, 0.8, 60.0, 10.0, local_horizontal=False, reacts_on=None)
-    assert [law.angle_rad(t) for t in (0.0, 10.0, 70.0, 99.0)] == pytest.approx(
-        [0.0, 0.0, 0.8, 0.8], abs=1e-15
-    )
+    assert [law.angle_rad(t) for t in (0.0, 10.0, 70.0, 99.0)] == pytest.approx([0.0, 0.0, 0.8, 0.8], abs=1e-15)
     for t in (10.0, 70.0):
         assert law.rate_rad_s(t) == pytest.approx(0.0, abs=1e-16)
         assert law.acceleration_rad_s2(t) == pytest.approx(0.0, abs=1e-17)

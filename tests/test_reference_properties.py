@@ -50,9 +50,7 @@ def test_newton_holds_bar_by_bar(c: Case) -> None:
     """m d'' = tide + reactions, with the tide subtracted in fifty digits."""
     a, size = accelerations(c), magnitudes(c, accelerations(c))
     _, tide = exact_field(c.model, c.state)
-    residual = np.linalg.norm(
-        a.position_m_s2 - tide - sums(a.reaction_N)[1] / c.model.mass_kg[:, None], axis=1
-    )
+    residual = np.linalg.norm(a.position_m_s2 - tide - sums(a.reaction_N)[1] / c.model.mass_kg[:, None], axis=1)
     decimals = 1e-45 * MU / RADIUS**2  # the judge's own rounding, where a lone bar's tide is nothing
     assert np.all(residual <= U * ((C + c.model.bars) * size.tide + 4.0 * size.pull) + decimals)
 
@@ -65,11 +63,7 @@ def test_euler_holds_bar_by_bar(c: Case) -> None:
     m, (along, across) = c.model, directions(c.state.angle_rad)
     place = c.state.com_m + c.state.position_m
     r = np.linalg.norm(place, axis=1)
-    torque = (
-        3.0 * MU / r**5 * np.sum(place * along, axis=1) * cross(along, place)
-        if m.gravity == "gradient"
-        else 0.0
-    )
+    torque = 3.0 * MU / r**5 * np.sum(place * along, axis=1) * cross(along, place) if m.gravity == "gradient" else 0.0
     lever = m.half_m / m.inertia_kg_m2 * np.sum(across * sums(a.reaction_N)[0], axis=1)
     assert np.all(np.abs(a.angle_rad_s2 - torque - lever) <= C * U * size.angular)
 
@@ -173,9 +167,7 @@ def test_turning_everything_turns_the_answer(c: Case, turn: float) -> None:
     allowed = forward(c, 2.0 * 8.0 * joint_bound(c, a)) if m.bars > 1 else np.zeros(0)
     assert np.all(np.linalg.norm(other.reaction_N - a.reaction_N @ spin, axis=1) <= allowed)
     levers = sums(np.repeat(allowed[:, None], 2, axis=1))[0][:, 0] * m.half_m / m.inertia_kg_m2
-    assert np.all(
-        np.abs(other.angle_rad_s2 - a.angle_rad_s2) <= levers + 8.0 * C * U * magnitudes(c, a).angular
-    )
+    assert np.all(np.abs(other.angle_rad_s2 - a.angle_rad_s2) <= levers + 8.0 * C * U * magnitudes(c, a).angular)
     assert np.linalg.norm(other.com_m_s2 - a.com_m_s2 @ spin) <= C * U * np.linalg.norm(a.com_m_s2)
 
 
@@ -197,9 +189,7 @@ def driven(name: str, seed: int, bars: int, gravity: str, decades: float) -> Cas
     laws = LAWS[name]
     if laws == "all":
         laws = tuple(
-            Prescription(
-                j, 0.1 * (j + 1), 60.0, 5.0, local_horizontal=j % 3 == 0, reacts_on=j - 1 if j % 2 else None
-            )
+            Prescription(j, 0.1 * (j + 1), 60.0, 5.0, local_horizontal=j % 3 == 0, reacts_on=j - 1 if j % 2 else None)
             for j in range(min(bars, 8))
         )
     return case(seed, bars, gravity, decades, laws)
@@ -253,9 +243,7 @@ def test_prescribed_bars_follow_their_laws(name: str, data: st.DataObject) -> No
 @pytest.mark.parametrize("name", LAWS)
 @settings(max_examples=30, deadline=None)
 @given(data=st.data())
-def test_torques_from_outside_change_angular_momentum_by_themselves_and_motors_do_not(
-    name: str, data
-) -> None:
+def test_torques_from_outside_change_angular_momentum_by_themselves_and_motors_do_not(name: str, data) -> None:
     """dL/dt is the sum of the outside torques; dE/dt the torques' work at their bars' (relative) rates."""
     c = data.draw(driven_cases(name).filter(lambda c: c.model.gravity != "gradient"))
     a, rate = accelerations(c), c.state.rate_rad_s
@@ -292,9 +280,7 @@ def test_runs_keep_angular_momentum_and_free_runs_energy(gravity: str, name: str
     if gravity == "none":  # then it is constant by itself, on its own small scale
         assert np.abs(inner - inner[0]).max() <= inner_allowed
     if name == "free":
-        energy = relative_kinetic_energy(m, h.angle_rad, h.rate_rad_s) + com_energy(
-            m, h.com_m, h.com_velocity_m_s
-        )
+        energy = relative_kinetic_energy(m, h.angle_rad, h.rate_rad_s) + com_energy(m, h.com_m, h.com_velocity_m_s)
         energy = energy + (tidal_energy(m, h.com_m, h.angle_rad) if gravity == "point" else 0.0)
         speed = np.linalg.norm(h.com_velocity_m_s, axis=1).max() + turn * radius
         assert np.abs(energy - energy[0]).max() <= h.steps * rtol * 4.0 * mass * speed**2
@@ -314,9 +300,7 @@ def test_a_single_bar_has_no_reactions_and_a_driven_one_is_turned_by_its_torque_
     c = case(5, 1, "none", 0.0, law)
     a = accelerations(c)
     assert a.reaction_N.shape == (0, 2)
-    assert a.torque_N_m[0] == pytest.approx(
-        c.model.inertia_kg_m2[0] * law[0].acceleration_rad_s2(25.0), rel=4 * U
-    )
+    assert a.torque_N_m[0] == pytest.approx(c.model.inertia_kg_m2[0] * law[0].acceleration_rad_s2(25.0), rel=4 * U)
     assert a.angle_rad_s2[0] == pytest.approx(law[0].acceleration_rad_s2(25.0), rel=4 * U)
 
 

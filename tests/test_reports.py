@@ -58,9 +58,7 @@ def one_row(outcome: str, **changes: object) -> dict[str, object]:
     return row | {"metric": "outcome", "outcome": outcome} | changes
 
 
-def write_tables(
-    folder: Path, rows: list[dict[str, object]], record: dict[str, object] | None = None
-) -> Path:
+def write_tables(folder: Path, rows: list[dict[str, object]], record: dict[str, object] | None = None) -> Path:
     pd.DataFrame(rows, columns=list(METRIC_COLUMNS)).to_csv(folder / "metrics.csv", index=False)
     (folder / "run.json").write_text(json.dumps(record or {}))
     return folder
@@ -118,9 +116,7 @@ def test_the_file_is_small_enough_to_mail(made: Path) -> None:
     assert (made / "index.html").stat().st_size < MOST_BYTES_PER_SCENE * len(SCENES)
 
 
-def test_a_second_render_from_the_stored_tables_alone_is_the_same_to_the_byte(
-    made: Path, tmp_path: Path
-) -> None:
+def test_a_second_render_from_the_stored_tables_alone_is_the_same_to_the_byte(made: Path, tmp_path: Path) -> None:
     copy = tmp_path / "elsewhere"
     shutil.copytree(made, copy, ignore=shutil.ignore_patterns("index.html", "report.md"))
     for path in reports.render(copy):
@@ -174,9 +170,7 @@ def test_a_run_cut_off_says_so_at_the_top(tmp_path: Path) -> None:
     assert "not run" in text.split("## Matrix")[1]
 
 
-@pytest.mark.parametrize(
-    "record", [{}, {"scenes": {"s": {}}, "engines": None, "runs": [{}], "misprints": [{}]}]
-)
+@pytest.mark.parametrize("record", [{}, {"scenes": {"s": {}}, "engines": None, "runs": [{}], "misprints": [{}]}])
 def test_missing_keys_do_not_stop_a_render(record: dict[str, object], tmp_path: Path) -> None:
     folder = write_tables(tmp_path, [one_row("pass")], record)
     assert all(path.stat().st_size for path in reports.render(folder))

@@ -35,7 +35,7 @@ def test_every_shipped_scene_loads_and_closes_its_joints(name):
     scene = load_scene(name)
     start = initial_state(scene)
     assert np.allclose(np.array(scene.chain.mass_kg) @ start.position_m, 0.0, atol=1e-12 * scene.mass_kg * scene.size_m)
-    assert scene.tags and scene.source and scene.description
+    assert all([scene.tags, scene.source, scene.description])
 
 
 def test_the_papers_scenes_are_all_there():
@@ -51,7 +51,9 @@ def test_scalars_are_repeated_and_lists_taken_bar_by_bar():
 
 
 def test_orbits_count_periods_of_the_osculating_ellipse():
-    scene = parse_scene(GOOD.replace("altitude_m = 350e3", "altitude_m = 350e3\nspeed_factor = 1.1"), name="x", file="x")
+    scene = parse_scene(
+        GOOD.replace("altitude_m = 350e3", "altitude_m = 350e3\nspeed_factor = 1.1"), name="x", file="x"
+    )
     semi_major = scene.radius0_m / (2 - 1.1**2)
     period = 2 * math.pi * math.sqrt(semi_major**3 / scene.central_body.mu_m3_s2)
     assert scene.run.duration_s == pytest.approx(period, rel=1e-15)
@@ -85,16 +87,28 @@ def test_a_bar_held_to_its_local_horizontal_starts_at_the_rate_of_its_own_longit
         (("mass_kg = 100.0", "mass_kg = [1.0, nan, 1.0]"), ["chain.mass_kg[1]", "nan given", "finite"]),
         (("mass_kg = 100.0", 'mass_kg = "heavy"'), ["chain.mass_kg", "'heavy' given", "valid number"]),
         (("mass_kg = 100.0", "mas_kg = 100.0"), ["chain.mas_kg", "unknown key", "did you mean mass_kg?"]),
-        (("altitude_m = 350e3", "altitude_m = -7e6"), ["orbit.altitude_m", "-7000000.0 given", "greater than 0"]),
+        (
+            ("altitude_m = 350e3", "altitude_m = -7e6"),
+            ["orbit.altitude_m", "-7000000.0 given", "greater than 0"],
+        ),
         (("altitude_m = 350e3", "altitude_m = 50.0"), ["orbit.altitude_m", "chain of 60 m", "surface"]),
         (("altitude_m = 350e3", "altitude_m = nan"), ["orbit.altitude_m", "nan given", "finite"]),
         (("[orbit]", "[orbits]"), ["orbits", "unknown key", "did you mean orbit?"]),
         (("orbits = 1.0", "orbits = 1.0\nduration_s = 5.0"), ["run", "exactly one of orbits, duration_s"]),
         (("orbits = 1.0", "samples = 11"), ["run", "exactly one of orbits, duration_s"]),
         (("orbits = 1.0", "orbits = 1.0\nsamples = 1"), ["run.samples", "1 given", "2"]),
-        (("altitude_m = 350e3", "altitude_m = 350e3\nspeed_factor = 1.5"), ["run.orbits", "not bound", "sqrt(2)"]),
-        (("[run]", '[effects]\ngravity = "gradiant"\n[run]'), ["effects.gravity", "'gradiant'", "did you mean gradient?"]),
-        (("[run]", "[effects]\ndrag = true\n[run]"), ["effects.drag", "unknown key", "allowed here: gravity"]),
+        (
+            ("altitude_m = 350e3", "altitude_m = 350e3\nspeed_factor = 1.5"),
+            ["run.orbits", "not bound", "sqrt(2)"],
+        ),
+        (
+            ("[run]", '[effects]\ngravity = "gradiant"\n[run]'),
+            ["effects.gravity", "'gradiant'", "did you mean gradient?"],
+        ),
+        (
+            ("[run]", "[effects]\ndrag = true\n[run]"),
+            ["effects.drag", "unknown key", "allowed here: gravity"],
+        ),
         (("[run]", '[effects]\ngravity = "none"\n[run]'), ["run.orbits", "without gravity"]),
         (('title = "t"', ""), ["title", "missing"]),
         (("bars = 3", "bars ="), ["not valid TOML"]),
