@@ -15,6 +15,7 @@ from barchain.quantities import differences, drifts
 from barchain.tolerances import bands, common_samples, explained, floors
 from barchain.truth import horizon
 from reports.outcome import Outcome
+from reports.summary import gravest
 from reports.tables import QUANTITY_UNITS
 
 if TYPE_CHECKING:
@@ -41,9 +42,8 @@ class Verdict:
 
     @property
     def outcome(self) -> Outcome:
-        """First outcome that is not a pass; pass if all are."""
-        judged = [Outcome(row["outcome"]) for row in self.rows if row["outcome"] != Outcome.REPORTED]
-        return next((o for o in judged if o is not Outcome.PASS), Outcome.PASS)
+        """Gravest outcome of all rows."""
+        return gravest(Outcome(row["outcome"]) for row in self.rows)
 
 
 def no_verdict(scene: str, engine: str, setting: Setting | None, outcome: Outcome, reason: str) -> Verdict:

@@ -238,5 +238,5 @@ def test_the_orbits_numbers_hold_inside_a_step() -> None:
     exact = orbit.at(steps.ends_s + u * steps.size_s)
     for i, name in enumerate(NAMES):
         number = getattr(exact, name)
-        fitted = table[:, i] @ u ** np.arange(8)
+        fitted = table[:, i] @ (2 * u + 1) ** np.arange(8)
         np.testing.assert_allclose(fitted, number, rtol=0, atol=1e-9 * np.abs(number).max())
