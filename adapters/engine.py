@@ -171,6 +171,8 @@ class Engine(ABC):
     effects: ClassVar[frozenset[str]]
     """What it carries exactly, in the words of `Effects.names`."""
     observables: ClassVar[frozenset[Observable]]
+    options: ClassVar[frozenset[str]] = frozenset()
+    """Names of extras that its constructor takes as ``name=True``: observables that cost time"""
     why_not: ClassVar[dict[str, str]] = {}
     """Reason for each effect it can't carry, where there is more to say than that."""
 

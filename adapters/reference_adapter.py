@@ -24,7 +24,12 @@ class ReferenceEngine(Engine):
     ladder = Ladder(Knob.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13), default=1e-10)
     effects = EVERYTHING
     observables = frozenset(Observable)
+    options = frozenset({"condition"})
     coordinate_set: ClassVar[CoordinateSet]
+
+    def __init__(self, *, condition: bool = False) -> None:
+        """Prepare a run; `condition` asks for the joint system's condition number at every sample."""
+        self.condition = condition
 
     def build(self, scene: Scene, setting: Setting) -> None:
         """Set up the integrator."""
@@ -49,7 +54,7 @@ class ReferenceEngine(Engine):
 
     def read(self) -> Trajectory:
         """Observables at the samples."""
-        h = self.simulation.history(self.seen)
+        h = self.simulation.history(self.seen, condition=self.condition)
         landed = "" if h.landed_s is None else f"a bar reached the surface at t = {h.landed_s:.6f} s"
         return Trajectory(
             h.t_s,
@@ -61,6 +66,7 @@ class ReferenceEngine(Engine):
             h.gap_m,
             h.identity_m,
             h.torque_N_m,
+            h.condition,
             ended=landed,
             info={"steps": h.steps, "evaluations": h.evaluations},
         )

@@ -51,6 +51,7 @@ def simulate(
     engine: str = "reference",
     *,
     time_limit_s: float = TIME_LIMIT_S,
+    condition: bool = False,
     **setting: float,
 ) -> Trajectory:
     """Run one scene in one engine, in a worker process.
@@ -63,6 +64,8 @@ def simulate(
         A registered name.
     time_limit_s : float
         Wall time after which the worker is ended.
+    condition : bool
+        Ask for the joint system's condition number at every sample (the reference has it).
     **setting : float
         The engine's knob, e.g. ``rtol=1e-12`` or ``steps_per_orbit=4000``; its default otherwise.
 
@@ -75,7 +78,7 @@ def simulate(
     SceneError, UnknownEngineError, SettingError
         For a scene, an engine or a setting that does not exist.
     ValueError
-        If the engine can't do this scene, with its reason.
+        If the engine can't do this scene or has no condition number, with the reason.
     EngineError
         If the run fails, hangs, or returns what can't be a trajectory.
 
@@ -91,8 +94,10 @@ def simulate(
     reason = loaded.unsupported(found)
     if reason:
         raise ValueError(f"{engine} can't do {found.name}: {reason}")
-    chosen = choose_setting(engine, setting)
-    job = Job(found, engine, registration, chosen, Role.MAIN)
+    if condition and "condition" not in loaded.options:
+        raise ValueError(f"{engine} has no condition number to show; the reference has")
+    options = frozenset({"condition"} if condition else ())
+    job = Job(found, engine, registration, choose_setting(engine, setting), Role.MAIN, options)
     _, result = next(iter(run_jobs([job], time_limit_s=time_limit_s, workers=1)))
     if result.outcome is not Outcome.PASS or result.trajectory is None:
         raise EngineError(f"{engine} on {found.name}: {result.reason or result.outcome.advice}")

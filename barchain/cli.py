@@ -83,14 +83,15 @@ def schema() -> None:
 @click.option("--set", "setting", metavar="KNOB=VALUE", help="Accuracy, e.g. rtol=1e-12 or steps_per_orbit=4000.")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Table to write: .parquet or .csv.")
 @click.option("--time-limit", default=api.TIME_LIMIT_S, show_default=True, help="Wall time allowed, s.")
-def simulate(scene: str, engine: str, setting: str | None, out: Path, time_limit: float) -> None:
+@click.option("--condition", is_flag=True, help="Add the joint system's condition number (reference).")
+def simulate(scene: str, engine: str, setting: str | None, out: Path, time_limit: float, condition: bool) -> None:
     """Run SCENE (a name or a file) in one engine and write its samples."""
     if out.suffix not in listing.TABLE_WRITERS:
         raise click.UsageError(f"--out {out}: ending {out.suffix!r} given, allowed: .parquet, .csv")
     if not out.parent.is_dir():
         raise click.UsageError(f"--out {out}: there is no folder {out.parent}")
     try:
-        seen = api.simulate(scene, engine, time_limit_s=time_limit, **parse_setting(setting))
+        seen = api.simulate(scene, engine, time_limit_s=time_limit, condition=condition, **parse_setting(setting))
     except (SceneError, api.SettingError):
         raise
     except ValueError as error:  # the engine can't carry this scene

@@ -56,6 +56,8 @@ def gap_band(engine: type[Engine], scene: Scene, setting: Setting, seen: Traject
     place = scene.radius0_m if engine.coordinates is Coordinates.ABSOLUTE else scene.size_m
     rounding = UNIT_ROUNDOFF * place * ROUNDINGS * np.sqrt(steps) * kepler_growth(scene, seen.t_s)
     left = engine.noise(scene, setting, seen.t_s).get("gap", 0.0) * steps
+    if engine.coordinates is Coordinates.RELATIVE:
+        return rounding  # relative positions follow from the angles: there is nothing to drift
     if setting.knob is Knob.RTOL:
         return NORM_SLACK * setting.value * length * steps * kepler_growth(scene, seen.t_s) + rounding
     second, third = end_derivatives(engine, seen)

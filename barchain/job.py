@@ -37,6 +37,8 @@ class Job:
     registration: Registration
     setting: Setting
     role: Role
+    options: frozenset[str] = frozenset()
+    """Extras asked of the engine, see `Engine.options`"""
 
     @property
     def file_stem(self) -> str:

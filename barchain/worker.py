@@ -45,7 +45,7 @@ def run_job(job: Job, log: Path) -> RunResult:
 
 def run_phases(job: Job, engine_class: type[Engine]) -> RunResult:
     """Build, simulate and read, each timed, then check what came out."""
-    engine = engine_class()
+    engine = engine_class(**dict.fromkeys(job.options, True))
     seconds: dict[str, float] = {}
     timed(seconds, "build", lambda: engine.build(job.scene, job.setting))
     timed(seconds, "simulate", engine.simulate)

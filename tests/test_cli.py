@@ -62,6 +62,13 @@ def test_simulate_writes_one_row_a_sample_in_named_columns(tmp_path, ending):
     assert "torque_1_N_m" not in table
 
 
+def test_the_condition_number_of_the_joints_comes_on_request(tmp_path):
+    out = tmp_path / "run.csv"
+    assert run(["simulate", "basics/two_bars_free", "--condition", "--out", str(out)]) == 0
+    assert pd.read_csv(out).condition.between(1.0, 100.0).all()
+    assert run(["simulate", "basics/two_bars_free", "--engine", "exudyn", "--condition", "--out", str(out)]) == 2
+
+
 def test_what_an_engine_lacks_is_absent_not_zero(tmp_path):
     out = tmp_path / "run.csv"
     assert run(["simulate", QUICK, "--engine", "rebound", "--out", str(out)]) == 0
