@@ -35,6 +35,11 @@ class Registration:
     install: str = ""
     """What to type where it is missing."""
 
+    @property
+    def external(self) -> bool:
+        """Whether the engine is somebody else's work, and so a check on the reference."""
+        return bool(self.requires)
+
     def load(self) -> type[Engine]:
         """Import the class."""
         module, _, name = self.target.partition(":")

@@ -35,7 +35,11 @@ def new_record(plan: Plan, command: str) -> dict[str, Any]:
 
 def engine_facts(registration: Registration) -> dict[str, Any]:
     """What run.json says of an engine."""
-    facts: dict[str, Any] = {"version": registration.version, "missing": registration.missing}
+    facts: dict[str, Any] = {
+        "external": registration.external,
+        "version": registration.version,
+        "missing": registration.missing,
+    }
     try:
         loaded = registration.load()
     except Exception as error:

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 ANY_EXTERNAL = "(any external)"
 TRUTH_ENGINE = "reference"
-OURS = frozenset({"reference", "reference-absolute", "reference-fast"})
 
 
 @dataclass(frozen=True)
@@ -175,8 +174,8 @@ class Suite:
         if not self.plan.need_external:
             return
         for name, progress in self.progress.items():
-            outside = {e: v.outcome for e, v in progress.verdicts.items() if e not in OURS}
-            if Outcome.PASS not in outside.values():
+            outside = [v.outcome for e, v in progress.verdicts.items() if self.plan.engines[e].external]
+            if Outcome.PASS not in outside:
                 reason = "no external engine was compared and passed on this scene"
                 self.settle(name, ANY_EXTERNAL, no_verdict(name, ANY_EXTERNAL, None, Outcome.NOTHING_COMPARED, reason))
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 WIDTH, HEIGHT = 400.0, 250.0  # about a phone's width, so that letters are not shrunk on it
 LEFT, RIGHT, TOP, BOTTOM = 50.0, 10.0, 24.0, 34.0
 MOST_TICKS = 6
+FAINT = 0.4
 TOLERANCE_POINTS = 120  # tolerances are smooth
 TOLERANCE_DASH = (0.0, (3.0, 2.5))
 
@@ -36,6 +37,8 @@ class Line:
     cut: bool = False
     """Whether it ends before the run does: a tick stands at its end"""
     width: float = 1.4
+    faint: bool = False
+    """Whether it is drawn as something not to be relied on"""
 
 
 @dataclass(frozen=True)
@@ -172,6 +175,7 @@ def draw(ax: Axes, line: Line, x: Array, y: Array) -> None:
         y,
         color=colour,
         linewidth=line.width,
+        alpha=FAINT if line.faint else None,
         linestyle=(0.0, line.pen.dash) if line.pen.dash else "-",
         solid_joinstyle="round",
     )

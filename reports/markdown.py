@@ -29,5 +29,5 @@ def cell_text(cell: Cell | None, horizon: str = "") -> str:
     """One cell of the matrix: outcome, errors, horizon."""
     if cell is None:
         return "not run"
-    errors = [f"{'CM ' * (r.quantity == 'com')}{significant(r.largest)} {r.unit}" for r in cell.shown]
+    errors = [f"{'CM ' * (r.quantity == 'com')}{significant(cell.shown_value(r))} {r.unit}" for r in cell.shown]
     return "; ".join([cell.word, *errors, *([horizon] if horizon else [])])

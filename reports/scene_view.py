@@ -14,6 +14,7 @@ from reports.orbit_chart import Geometry, Motion, orbit_panels
 from reports.palette import COLOURS, DASHES, Pen, engine_pen, joint_pen
 from reports.record import SceneRecord
 from reports.series import Array, column, numbered
+from reports.summary import SHORT_OF_THE_RUN
 from reports.tables import GROWTH, QUANTITY_UNITS, TRUTH, Results
 
 if TYPE_CHECKING:
@@ -122,7 +123,16 @@ class SceneCharts:
             for letter, axis, values in (("x", 1, x), ("y", 2, y))
         ]
         legend = tuple(Legend(f"joint {j + 1}", joint_pen(k)) for k, j in enumerate(shown))
-        return group("Reactions", "Force on bar j from bar j+1, inertial axes; the truth.", legend, panels)
+        text = "Force on bar j from bar j+1, inertial axes; the truth."
+        if self.truth_end_s < self.end_s:
+            text += f" Faint after its own horizon ({truth_holds(self.scene)}): one of many motions possible there."
+        return group("Reactions", text, legend, panels)
+
+    @property
+    def truth_end_s(self) -> float:
+        """Instant after which the truth is no longer one, s; infinite where it holds."""
+        horizon = self.scene.value("truth_horizon_s")
+        return np.inf if horizon is None or horizon > SHORT_OF_THE_RUN * self.end_s else horizon
 
     def windows(self) -> list[tuple[str, tuple[float, float] | None]]:
         """Give the whole run, and the first manoeuvre where it would not be seen in the whole."""
@@ -148,7 +158,13 @@ class SceneCharts:
         seen = (t >= start) & (t <= end)
         factor, unit = prefixed(float(np.nanmax(np.abs(values[seen]), initial=0.0)), "N")
         unit_s = self.unit_s if window_s is None else 1.0
-        lines = [Line(t[seen] / unit_s, factor * values[seen, k], joint_pen(k)) for k in range(values.shape[1])]
+        sure, unsure = seen & (t <= self.truth_end_s), seen & (t >= self.truth_end_s)
+        lines = [
+            Line(t[part] / unit_s, factor * values[part, k], joint_pen(k), faint=part is unsure)
+            for part in (unsure, sure)
+            if part.any()
+            for k in range(values.shape[1])
+        ]
         label = self.x_label if window_s is None else "time, s"
         span_shown = (start / unit_s, end / unit_s)
         return linear_panel(Frame(f"{self.id}-reaction-{name}", title, label, unit, span_shown, lines))
@@ -278,6 +294,7 @@ def facts(scene: SceneRecord) -> list[tuple[str, Fact]]:
         ("Duration", duration(scene)),
         *((f"Bar {p.get('bar', '?')} turned", prescription_words(p)) for p in scene.prescribed),
         ("Truth", scene.text("truth_setting")),
+        ("Truth holds", truth_holds(scene)),
         ("The truth's error", (scene.value("truth_error_rad"), "rad")),
         ("Growth per orbit", (scene.value("growth_per_orbit"), "times")),
         ("Growth in all", (scene.value("growth_total"), "times")),
@@ -290,6 +307,14 @@ def facts(scene: SceneRecord) -> list[tuple[str, Fact]]:
         elif value[0] is not None:
             kept.append((name, (value[0], value[1])))
     return kept
+
+
+def truth_holds(scene: SceneRecord) -> str:
+    """Until when the truth is one, where that is before the end of the run."""
+    horizon, end = scene.value("truth_horizon_s"), scene.value("duration_s")
+    if horizon is None or end is None or horizon > SHORT_OF_THE_RUN * end:
+        return "to the end of the run"
+    return f"to {horizon / scene.period_s:.2f} orbits" if scene.closed else f"to {horizon:.4g} s"
 
 
 GRAVITY_WORDS = {

@@ -62,6 +62,8 @@ class QuantityRow:
     band: float | None
     ratio: float | None
     """Largest ratio of the difference to what the errors of both explain"""
+    first_orbit: float | None
+    """Largest difference up to one orbit, where the run is longer"""
     horizon_s: float | None
     outcome: Outcome
     reason: str
@@ -108,6 +110,15 @@ class Cell:
         return found or [r for r in (self.row("com"),) if r and r.largest is not None]
 
     @property
+    def shows_first_orbit(self) -> bool:
+        """Whether the first orbit's errors say more: those at the horizon are what two runs part by."""
+        return self.horizon_s is not None and all(r.first_orbit is not None for r in self.shown)
+
+    def shown_value(self, row: QuantityRow) -> float | None:
+        """Error that a small cell shows of a row."""
+        return row.first_orbit if self.shows_first_orbit else row.largest
+
+    @property
     def horizon_s(self) -> float | None:
         """Earliest end of a pointwise comparison, if before the end of the run."""
         found = [r.horizon_s for r in self.rows if r.horizon_s is not None]
@@ -137,6 +148,12 @@ class Summary:
     engines: tuple[str, ...]
     cells: dict[tuple[str, str], Cell]
     finished: bool
+    outside: frozenset[str] = frozenset()
+    """Engines that are somebody else's work"""
+
+    def external(self, engine: str) -> bool:
+        """Whether an engine is somebody else's work."""
+        return engine in self.outside
 
     def cell(self, scene: str, engine: str) -> Cell | None:
         """Cell of a run; None if there was none."""
@@ -168,7 +185,8 @@ def summarise(results: Results) -> Summary:
         (str(scene), str(engine)): make_cell(str(scene), str(engine), group, durations.get(str(scene)))
         for (scene, engine), group in metrics.groupby(["scene", "engine"], sort=True)
     }
-    return Summary(tuple(scenes), tuple(e for e in engines if e), cells, record.get("finished") is not False)
+    outside = frozenset(e for e, facts in mapping(record.get("engines")).items() if mapping(facts).get("external"))
+    return Summary(tuple(scenes), tuple(e for e in engines if e), cells, record.get("finished") is not False, outside)
 
 
 def paper_first(scene: SceneRecord) -> tuple[bool, str]:
@@ -205,6 +223,7 @@ def make_row(quantity: str, group: pd.DataFrame) -> QuantityRow:
         final=stored(by_metric.get("final", {}), "value"),
         band=finite(stored(largest, "tolerance")),
         ratio=stored(by_metric.get("consistency", {}), "value"),
+        first_orbit=stored(by_metric.get("first_orbit", {}), "value"),
         horizon_s=None if horizons.empty else float(horizons.min()),
         outcome=worst,
         reason="; ".join(dict.fromkeys(reasons)),

@@ -53,8 +53,9 @@ def counts(summary: Summary, failures: tuple[Cell, ...]) -> str:
     passed, left_out = summary.with_outcome(Outcome.PASS), summary.with_outcome(Outcome.UNSUPPORTED)
     reported = summary.with_outcome(Outcome.REPORTED)
     cells = len(summary.scenes) * len(summary.engines)
+    outside = sum(summary.external(c.engine) for c in passed)
     parts = [
-        f"{len(passed)} passed",
+        f"{len(passed)} passed" + (f" ({outside} of them with external engines)" if outside else ""),
         f"{len(failures)} failed",
         f"{len(left_out)} {be(left_out)} unsupported",
     ]
@@ -89,7 +90,17 @@ def scenes_without_comparison(summary: Summary) -> list[str]:
         for s in summary.scenes
         if summary.of_scene(s.name) and not any(c.outcome is not Outcome.UNSUPPORTED for c in summary.of_scene(s.name))
     ]
-    return [f"No engine was compared on {', '.join(holes)}."] if holes else []
+    ours = [
+        s.name
+        for s in summary.scenes
+        if any(map(summary.external, summary.engines))
+        and s.name not in holes
+        and not any(c.outcome is Outcome.PASS and summary.external(c.engine) for c in summary.of_scene(s.name))
+    ]
+    return [
+        *([f"No engine was compared on {', '.join(holes)}."] if holes else []),
+        *([f"No external engine passed on {', '.join(ours)}."] if ours else []),
+    ]
 
 
 def failure_words(cell: Cell) -> str:
