@@ -22,10 +22,11 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
 
     Index 2 asks for (C_q q')_q, which Exudyn differences forward: half the second derivative times the
     step, DIFFERENCING min(coordinate size) of m l w². Newton stops at a residual, a velocity there, so that
-    accelerations are off by residual/h. At index 3 the residual is a place: over h for velocities, over h²
-    for forces, and generalized-alpha damps it by rho a step only, so that 1/(1 - rho) of them add up. It
-    also starts with multipliers of first order in the step. Its three stiff roots are all rho: that
-    transient dies away as (1 + n (1 - rho))² rho^n in n steps.
+    accelerations are off by residual/h, a few at a time, as the trapezoidal rule damps nothing. At index 3
+    the residual is a place: over h for velocities, over h² for forces, and generalized-alpha damps it by
+    rho a step only, so that 1/(1 - rho) of them add up. It also starts with multipliers of first order in
+    the step. Its three stiff roots are all rho: that transient dies away as (1 + n (1 - rho))² rho^n in n
+    steps.
 
     Parameters
     ----------
@@ -38,7 +39,7 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
     rate = scene.orbital_rate_rad_s * max(1.0, *map(abs, chain.rate_factor))
     force = np.full(len(t_s), DIFFERENCING * max(method.difference_m, 1.0) * mass * length * rate**2)
     if not method.index3:
-        force += mass * method.residual_N / step_s
+        force += PILES_UP * mass * method.residual_N / step_s
         return {"reaction": force, "torque": force * length, "rate": method.residual_N / min(chain.length_m)}
     force += PILES_UP * mass * method.residual_N / step_s**2 / (1.0 - method.spectral_radius)
     transient = start_transient(mass * scene.size_m * rate**2, rate, step_s, method, t_s)

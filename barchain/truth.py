@@ -49,7 +49,8 @@ class Truth:
     growth: Array
     """(n,) how many times a small perturbation of the attitude has grown by then, never falling"""
     response: dict[str, Array]
-    """Change of each quantity per change of attitude, (n,), never falling: from the twin, SI units per rad"""
+    """Change of each quantity per change of attitude, (n,), never falling, SI units per rad: the larger of what
+    the twin and the looser run show"""
     horizon_s: float
     """Until when the truth itself is one"""
 
@@ -66,7 +67,9 @@ def establish(scene: Scene, truth: Trajectory, check: Trajectory, aside: Traject
     n = min(len(truth.t_s), len(check.t_s), len(aside.t_s))
     attitude = np.maximum.accumulate(parted["attitude"])[:n]
     growth = attitude / attitude[0]
-    response = {name: np.maximum.accumulate(d[:n] / attitude) for name, d in parted.items()}
+    response = answers(parted, n, 0.0)
+    for name, other in answers(differences(truth, check), n, TWIN_ASIDE).items():
+        response[name] = np.maximum(response[name], other)  # another direction, once it stands out of round-off
     # between two runs that choose their steps a single sample says little: one step's request is allowed besides
     error = {
         name: np.maximum.accumulate(d)[:n] + TRUTH_RTOL * response[name]
@@ -74,6 +77,16 @@ def establish(scene: Scene, truth: Trajectory, check: Trajectory, aside: Traject
     }
     error["com"] += TRUTH_RTOL * scene.radius0_m
     return Truth(scene, truth, error, growth, response, horizon(truth, check))
+
+
+def answers(apart: dict[str, Array], n: int, least_rad: float) -> dict[str, Array]:
+    """Change of each quantity per change of attitude between two runs, (n,), never falling; 0 below `least_rad`."""
+    attitude = np.maximum.accumulate(apart["attitude"][:n])
+    known = attitude > least_rad
+    return {
+        name: np.maximum.accumulate(np.divide(d[:n], attitude, out=np.zeros(n), where=known))
+        for name, d in apart.items()
+    }
 
 
 def horizon(a: Trajectory, b: Trajectory) -> float:
