@@ -30,7 +30,7 @@ class Knob(StrEnum):
     RTOL = "rtol"
     """Requested accuracy of one step, in each quantity's own scale."""
     STEPS_PER_ORBIT = "steps_per_orbit"
-    """Equal steps in one `Scene.period_s`; an engine may round it up to a multiple of the samples."""
+    """Equal steps in one `Scene.step_period_s`, rounded up to an even number from sample to sample."""
 
 
 class Coordinates(StrEnum):

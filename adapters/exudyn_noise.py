@@ -26,7 +26,7 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
     the residual is a place: over h for velocities, over h² for forces, and generalized-alpha damps it by
     rho a step only, so that 1/(1 - rho) of them add up. It also starts with multipliers of first order in
     the step. Its three stiff roots are all rho: that transient dies away as (1 + n (1 - rho))² rho^n in n
-    steps.
+    steps, and stirs again where a manoeuvre starts or ends.
 
     Parameters
     ----------
@@ -36,13 +36,16 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
     t_s : ndarray, shape (n,)
     """
     chain, mass, length = scene.chain, max(scene.chain.mass_kg), max(scene.chain.length_m)
-    rate = scene.orbital_rate_rad_s * max(1.0, *map(abs, chain.rate_factor))
+    rate = scene.fastest_rate_rad_s
     force = np.full(len(t_s), DIFFERENCING * max(method.difference_m, 1.0) * mass * length * rate**2)
     if not method.index3:
         force += PILES_UP * mass * method.residual_N / step_s
-        return {"reaction": force, "torque": force * length, "rate": method.residual_N / min(chain.length_m)}
+        rate_noise = PILES_UP * method.residual_N / min(chain.length_m)
+        return {"reaction": force, "torque": force * length, "rate": rate_noise}
     force += PILES_UP * mass * method.residual_N / step_s**2 / (1.0 - method.spectral_radius)
-    transient = start_transient(mass * scene.size_m * rate**2, rate, step_s, method, t_s)
+    starts = [0.0, *(t for p in scene.effects.prescribed_rotation for t in p.breaks_s)]
+    force_N = mass * scene.size_m * rate**2
+    transient = np.max([start_transient(force_N, rate, step_s, method, t_s - start) for start in starts], axis=0)
     residual = PILES_UP * method.residual_N / (min(chain.length_m) * step_s)
     return {
         "reaction": force + transient,
@@ -52,10 +55,10 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
 
 
 def start_transient(force_N: float, rate_rad_s: float, step_s: float, method: Method, t_s: Array) -> Array:
-    """Bound of index 3's first multipliers' error, dying away, (n,), N."""
-    n, rho = t_s / step_s, method.spectral_radius
-    bound: Array = TRANSIENT * step_s * rate_rad_s * force_N * (1.0 + n * (1.0 - rho)) ** 2 * rho**n
-    return bound
+    """Bound of index 3's first multipliers' error, dying away, (n,), N; none before the start."""
+    n, rho = np.maximum(t_s / step_s, 0.0), method.spectral_radius
+    bound = TRANSIENT * step_s * rate_rad_s * force_N * (1.0 + n * (1.0 - rho)) ** 2 * rho**n
+    return np.where(t_s < -step_s, 0.0, bound)
 
 
 def tree_noise(scene: Scene) -> float:
@@ -63,6 +66,6 @@ def tree_noise(scene: Scene) -> float:
 
     They come from a dense mass matrix in joint coordinates, whose condition number grows as N³ at least.
     """
-    rate = scene.orbital_rate_rad_s * max(1.0, *map(abs, scene.chain.rate_factor))
+    rate = scene.fastest_rate_rad_s
     force = max(scene.chain.mass_kg) * scene.size_m * rate**2
     return float(np.finfo(float).eps) * TREE_ROUNDINGS * scene.bars**3 * force

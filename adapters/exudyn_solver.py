@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.exudyn_clock import Steps
 from adapters.exudyn_library import exu
+from adapters.steps import steps_between_samples
 
 if TYPE_CHECKING:
     from scenarios import Scene
@@ -21,15 +22,14 @@ RESIDUAL_FRACTION = 1e-10
 FLOOR = 1e-14
 POSITION_FLOOR = 1e-15  # of a position, for joints held at position level
 DIFFERENCE_FRACTION = 1e-2  # of a bar: least coordinate by which Exudyn's numerical derivatives step
+LARGEST_DIFFERENCE = 100.0  # in absolute coordinates; larger ones turn angles so far that it shows in multipliers
 ITERATIONS = 200  # joint motors converge linearly
 
 
 def steps_of(scene: Scene, steps_per_orbit: float) -> Steps:
     """Choose at least as many steps as asked for, a whole number of them between samples."""
-    intervals = scene.run.samples - 1
-    wanted = steps_per_orbit * scene.run.duration_s / scene.period_s / intervals
-    each = max(1, math.ceil(wanted * (1.0 - 1e-12)))
-    return Steps(scene.run.duration_s / (each * intervals), each * intervals)
+    count = steps_between_samples(scene, steps_per_orbit) * (scene.run.samples - 1)
+    return Steps(scene.run.duration_s / count, count)
 
 
 @dataclass(frozen=True)
@@ -117,5 +117,5 @@ def method_for(scene: Scene, *, explicit: bool, index3: bool, absolute: bool) ->
         explicit=explicit,
         index3=index3,
         residual_N=residual_N(scales_of(scene, absolute=absolute), scene.bars, index3=index3),
-        difference_m=bar if absolute else DIFFERENCE_FRACTION * bar,
+        difference_m=min(bar, LARGEST_DIFFERENCE) if absolute else DIFFERENCE_FRACTION * bar,
     )

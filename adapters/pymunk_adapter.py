@@ -7,7 +7,6 @@ centre of mass' velocity are the mean of the two half steps around the sample.
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from typing import TYPE_CHECKING, ClassVar, final
 
@@ -28,6 +27,7 @@ from adapters.initial_state import InitialState, initial_state
 from adapters.kepler import propagate
 from adapters.pymunk_loads import AbsoluteLoads, LandedError, Loads, MovingLoads
 from adapters.pymunk_sweeps import SETTLED_STEPS, sweeps
+from adapters.steps import step_s, steps_between_samples
 from reference_impl.kinematics import directions
 from scenarios import Gravity
 
@@ -36,17 +36,9 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 MOST_SWEEPS = 1000  # of a step: about 57 equal bars, at a millisecond or two for each step
-WHOLE_STEPS_SLACK = 1e-9  # a step count this near to a whole one is that one
-
 NOISE_GRAINS = 8.0  # measured: at most 6.3 in reactions (1.4 rms), less in rates, dt 0.005 to 0.3 s
 
 NO_MOTOR = "pymunk's motors hold a rate with a limited impulse, they do not follow a law of angle"
-
-
-def steps_between_samples(scene: Scene, setting: Setting) -> int:
-    """Count the steps asked for from one sample to the next, rounded up."""
-    wanted = setting.value * scene.run.duration_s / scene.period_s / (scene.run.samples - 1)
-    return max(1, math.ceil(wanted - WHOLE_STEPS_SLACK))
 
 
 class PymunkEngine(Engine):
@@ -89,7 +81,7 @@ class PymunkEngine(Engine):
         by m grain/dt², rates by grain/(l dt), each a few times over.
         """
         del t_s
-        dt_s = scene.run.duration_s / (scene.run.samples - 1) / steps_between_samples(scene, setting)
+        dt_s = step_s(scene, setting.value)
         grains = NOISE_GRAINS * float(np.spacing(cls.farthest_m(scene)))
         return {
             "reaction": grains * max(scene.chain.mass_kg) / dt_s**2,
@@ -106,7 +98,7 @@ class PymunkEngine(Engine):
         from adapters.pymunk_space import ChainSpace
 
         intervals = scene.run.samples - 1
-        self.every = steps_between_samples(scene, setting)
+        self.every = steps_between_samples(scene, setting.value)
         self.dt_s = scene.run.duration_s / (intervals * self.every)
         self.scene, self.start = scene, initial_state(scene)
         origin, drift = self.frame(scene, self.start, np.zeros(1))

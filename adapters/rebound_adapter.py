@@ -90,7 +90,7 @@ class Rebound(Engine):
         self.times_s = scene.times_s.tolist()
         self.seen: list[State] = []
         self.ended = ""
-        dt = scene.period_s / WHFAST_STEPS_PER_ORBIT if self.whfast else scene.period_s * FIRST_STEP
+        dt = scene.step_period_s / WHFAST_STEPS_PER_ORBIT if self.whfast else scene.step_period_s * FIRST_STEP
         self.track = self.simulation(self.start, dt)
 
     def simulation(self, state: State, dt_s: float) -> Any:

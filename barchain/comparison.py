@@ -10,6 +10,7 @@ import pandas as pd
 
 from adapters.engine import Observable
 from barchain.drift_bands import drift_bands
+from barchain.local_errors import kinks
 from barchain.model_difference import com_displacement
 from barchain.quantities import differences, drifts
 from barchain.tolerances import bands, common_samples, explained, floors
@@ -121,8 +122,9 @@ class Comparison:
         self.residual = dict(self.found)
         model = self.remove_model_difference() if self.com_only else {}
         own, floor = differences(main, finer), floors(engine, self.scene, setting, main, truth)
+        missed = kinks(engine, self.scene, setting, truth)
         self.model = model
-        self.explained = explained(own, setting, truth, floor)
+        self.explained = explained(own, setting, truth, [floor, missed])
         self.band = {k: b[: self.n] for k, b in bands(engine, self.scene, setting, main, truth).items()}
 
     @property

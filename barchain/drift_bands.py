@@ -8,17 +8,8 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from adapters.engine import Coordinates, Knob
-from barchain.tolerances import (
-    NORM_SLACK,
-    ROUNDINGS,
-    SECOND_ORDER_CONSTANT,
-    UNIT_ROUNDOFF,
-    bands,
-    end_derivatives,
-    kepler_growth,
-    step_s,
-    steps_taken,
-)
+from barchain.local_errors import SECOND_ORDER_CONSTANT, end_derivatives, kepler_growth, step_s
+from barchain.tolerances import NORM_SLACK, ROUNDINGS, UNIT_ROUNDOFF, bands, steps_taken
 
 if TYPE_CHECKING:
     from adapters.engine import Array, Engine, Setting, Trajectory

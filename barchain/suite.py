@@ -10,6 +10,7 @@ import pandas as pd
 
 from adapters.engine import Knob, Setting
 from adapters.registry import ENGINES, Registration
+from adapters.steps import finer_setting
 from barchain.comparison import Verdict, judge, no_verdict
 from barchain.job import Job, Role, RunResult
 from barchain.model_difference import com_displacement
@@ -116,7 +117,7 @@ class Suite:
     def engine_jobs(self, scene: Scene, engine: str, registration: Registration) -> list[Job]:
         """The two runs of one engine on one scene."""
         setting = self.plan.setting(engine, self.classes[engine])
-        finer = self.classes[engine].ladder.finer(setting)
+        finer = finer_setting(scene, self.classes[engine].ladder, setting)
         return [
             Job(scene, engine, registration, setting, Role.MAIN),
             Job(scene, engine, registration, finer, Role.FINER),

@@ -76,6 +76,7 @@ def establish(scene: Scene, truth: Trajectory, check: Trajectory, aside: Traject
         for name, d in differences(truth, check).items()
     }
     error["com"] += TRUTH_RTOL * scene.radius0_m
+    error["rate"] += TRUTH_RTOL * scene.fastest_rate_rad_s
     return Truth(scene, truth, error, growth, response, horizon(truth, check))
 
 

@@ -15,6 +15,7 @@ from reference_impl.kinematics import gap_vectors, joined_state
 from reference_impl.plane import along, as_complex
 from reference_impl.stepper import Walk, walk
 
+GRAINS = 4.0  # roundings of a stage that an absolute coordinate keeps
 CoordinateSet = Literal["minimal", "redundant", "projected", "absolute"]
 
 
@@ -69,6 +70,11 @@ class Packing(ABC):
     @abstractmethod
     def scales(self, radius_m: float, rate_rad_s: float) -> Array:
         """What counts as 1 in each component: the unit of the requested tolerance."""
+
+    def grain(self, radius_m: float, rate_rad_s: float) -> Array | float:
+        """Error that rounding makes in each component anyway: to ask for less makes the steps collapse."""
+        del radius_m, rate_rad_s
+        return 0.0
 
     def accelerations(self, t_s: float, y: Array) -> Accelerations:
         """Accelerations, reactions and torques at a vector."""
@@ -190,6 +196,12 @@ class Absolute(Packing):
         del radius_m
         return np.repeat([length, length * rate_rad_s, 1.0, rate_rad_s], [2 * n, 2 * n, n, n])
 
+    def grain(self, radius_m: float, rate_rad_s: float) -> Array:
+        """Units in the last place of the radius, and of what an angle makes of it over the shortest bar."""
+        n, place = self.model.bars, GRAINS * np.finfo(float).eps * radius_m
+        turn = place / float(self.model.length_m.min())
+        return np.repeat([place, place * rate_rad_s, turn, turn * rate_rad_s], [2 * n, 2 * n, n, n])
+
     def centre(self, y: Array) -> Array:
         """Weighted mean of the bars' places."""
         place: Array = self.model.weight @ self.split(y)[0]
@@ -243,7 +255,7 @@ class Simulation:
         self.y0 = self.packing.pack(start)
         radius = float(np.linalg.norm(com_m))
         rate = max(np.sqrt(model.mu_m3_s2 / radius**3), float(np.abs(rate_rad_s).max()))
-        self.atol = rtol * self.packing.scales(radius, rate)
+        self.atol = np.maximum(rtol * self.packing.scales(radius, rate), self.packing.grain(radius, rate))
 
     def walk(self, t_s: Array) -> Walk:
         """Integrate over the sample instants; stop where a bar reaches the surface.

@@ -99,6 +99,11 @@ class PrescribedRotation:
     frame: Frame
     actuator: Actuator
 
+    @property
+    def breaks_s(self) -> tuple[float, float]:
+        """Start and end: a high derivative jumps there."""
+        return self.start_s, self.start_s + self.duration_s
+
     def law(self, t_s: float) -> tuple[float, float, float]:
         """Angle gained since the start (rad), its rate (rad/s) and acceleration (rad/s²), eq. (28)."""
         s = (t_s - self.start_s) / self.duration_s
@@ -197,11 +202,27 @@ class Scene:
     def period_s(self) -> float:
         """Period of the osculating orbit at t = 0; of the circular orbit at r0 where that is not bound.
 
-        It is the unit in which `steps_per_orbit` and plots count time.
+        It is the unit in which plots count time.
         """
         r0 = self.radius0_m
         semi_major_m = r0 / (2.0 - self.orbit.speed_factor**2) if self.bound else r0
         return 2.0 * math.pi * math.sqrt(semi_major_m**3 / self.central_body.mu_m3_s2)
+
+    @property
+    def step_period_s(self) -> float:
+        """Unit in which `steps_per_orbit` counts: the period, or that of the circular orbit at r0 if shorter.
+
+        On an eccentric orbit perigee needs the steps, and a nearly parabolic one has next to no period.
+        """
+        circular_s = 2.0 * math.pi * math.sqrt(self.radius0_m**3 / self.central_body.mu_m3_s2)
+        return min(self.period_s, circular_s)
+
+    @property
+    def fastest_rate_rad_s(self) -> float:
+        """Largest of the orbital, the circular and the bars' initial rates, and of the manoeuvres' own."""
+        turning = max(1.0, *(abs(a) for a in self.chain.rate_factor)) * self.orbital_rate_rad_s
+        slews = [math.pi / p.duration_s for p in self.effects.prescribed_rotation]
+        return max(2.0 * math.pi / self.step_period_s, turning, *slews)
 
     @property
     def times_s(self) -> Array:

@@ -1,0 +1,40 @@
+"""Equal steps: how many of them a setting asks for, and which setting is really finer."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from adapters.engine import Knob, Ladder, Setting
+
+if TYPE_CHECKING:
+    from scenarios import Scene
+
+WHOLE = 1e-9  # a step count this near to a whole one is that one
+
+
+def steps_between_samples(scene: Scene, steps_per_orbit: float) -> int:
+    """Count the steps from one sample to the next, rounded up to an even number.
+
+    Multipliers held at velocity level ring from step to step, by h² and undamped; after an odd number of steps a
+    sample would see the other side of it, and two settings could not be compared.
+    """
+    intervals = scene.run.samples - 1
+    wanted = steps_per_orbit * scene.run.duration_s / scene.step_period_s / intervals
+    return 2 * max(1, math.ceil(0.5 * (wanted - WHOLE)))
+
+
+def step_s(scene: Scene, steps_per_orbit: float) -> float:
+    """Step that results, s."""
+    return scene.run.duration_s / ((scene.run.samples - 1) * steps_between_samples(scene, steps_per_orbit))
+
+
+def finer_setting(scene: Scene, ladder: Ladder, setting: Setting) -> Setting:
+    """Setting with half the step really taken, or a tenth of the requested error.
+
+    Samples may lie so close together that twice the steps asked for are no more steps at all: two equal
+    runs would then be taken for an error of zero.
+    """
+    if setting.knob is Knob.RTOL:
+        return ladder.finer(setting)
+    return Setting(setting.knob, 2.0 * scene.step_period_s / step_s(scene, setting.value))
