@@ -34,11 +34,13 @@ class Registration:
     """Distribution that brings the external engine; empty if there is none."""
     install: str = ""
     """What to type where it is missing."""
+    ours: bool = False
+    """Whether it is the reference in some form, and so no check on it"""
 
     @property
     def external(self) -> bool:
         """Whether the engine is somebody else's work, and so a check on the reference."""
-        return bool(self.requires)
+        return not self.ours
 
     def load(self) -> type[Engine]:
         """Import the class."""
@@ -65,7 +67,8 @@ class Registration:
 
 
 def _ours(module: str, name: str, requires: str = "") -> Registration:
-    return Registration(f"adapters.{module}:{name}", requires, f"pip install {requires}" if requires else "")
+    install = f"pip install {requires}" if requires else ""
+    return Registration(f"adapters.{module}:{name}", requires, install, ours=not requires)
 
 
 ENGINES: dict[str, Registration] = {

@@ -229,7 +229,7 @@ class Comparison:
     def first_orbit(self, quantity: str) -> list[Row]:
         """Largest difference up to one orbit: on a chaotic scene that at the horizon says little."""
         early = self.inside & (self.t <= self.scene.period_s * (1.0 + END_SLACK))
-        if not early.any() or early.sum() == self.n:
+        if early.sum() == self.n or self.horizon_s < self.scene.period_s * (1.0 - END_SLACK):
             return []
         return [self.row(quantity, "first_orbit", float(self.found[quantity][early].max()), None, Outcome.REPORTED)]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,6 +40,18 @@ class Line:
     faint: bool = False
     """Whether it is drawn as something not to be relied on"""
 
+    def scaled(self, x: float, y: float) -> Line:
+        """The same in other units; for lines without a tolerance."""
+        return replace(self, x=self.x * x, y=self.y * y)
+
+
+@dataclass(frozen=True)
+class Legend:
+    """One entry of a legend set beside the charts."""
+
+    label: str
+    pen: Pen
+
 
 @dataclass(frozen=True)
 class Panel:
@@ -48,6 +60,8 @@ class Panel:
     title: str
     svg: Markup
     note: str = ""
+    legend: tuple[Legend, ...] = ()
+    """Of this chart alone"""
 
 
 @dataclass
@@ -60,6 +74,9 @@ class Frame:
     y_label: str
     x_span: tuple[float, float]
     lines: list[Line] = field(default_factory=list)
+    mark: float | None = None
+    """Where a thin vertical line stands"""
+    mark_label: str = ""
 
 
 def blank_axes(frame: Frame) -> Axes:
@@ -106,7 +123,26 @@ def linear_panel(frame: Frame) -> Panel | None:
     for line in frame.lines:
         draw(ax, line, *thin(line.x, line.y))
     widen_flat(ax, frame)
+    if frame.mark is not None:
+        draw_mark(ax, frame, frame.mark)
     return Panel(frame.title, finish(ax, frame))
+
+
+def draw_mark(ax: Axes, frame: Frame, at: float) -> None:
+    """Thin vertical line, labelled above the plot on whichever side of it has more room."""
+    left, right = frame.x_span
+    late = at > 0.5 * (left + right)
+    ax.axvline(at, color=COLOURS["muted"].stand_in, linewidth=0.9)
+    ax.annotate(
+        frame.mark_label,
+        (at, 1.0),
+        xycoords=("data", "axes fraction"),
+        xytext=(0, 4),
+        textcoords="offset points",
+        ha="right" if late else "left",
+        fontsize=TEXT_SIZE,
+        color=COLOURS["muted"].stand_in,
+    )
 
 
 def widen_flat(ax: Axes, frame: Frame) -> None:
@@ -134,8 +170,13 @@ def log_panel(frame: Frame) -> Panel | None:
     log_axis(ax, floor)
     lifted = sum(draw_log(ax, line, floor) for line in lines)
     exponent = round(np.log10(floor.low))
-    notes = [f"{lifted} samples below {power_of_ten(exponent)} lie on the lower edge."] if lifted else []
-    notes += [f"{zeros} samples that are exactly zero are left out."] if zeros else []
+    notes = []
+    if lifted:
+        below = power_of_ten(exponent)
+        notes.append(f"{lifted} sample{'s'[: lifted > 1]} below {below} lie{'s'[: lifted == 1]} on the lower edge.")
+    if zeros:
+        words = "sample that is exactly zero is" if zeros == 1 else "samples that are exactly zero are"
+        notes.append(f"{zeros} {words} left out.")
     return Panel(frame.title, finish(ax, frame), " ".join(notes))
 
 
@@ -143,7 +184,7 @@ def without_zeros(line: Line) -> Line:
     """Line without the samples that are exactly zero."""
     kept = line.y != 0.0
     tolerance = None if line.tolerance is None else line.tolerance[kept]
-    return Line(line.x[kept], line.y[kept], line.pen, tolerance, line.cut, line.width)
+    return replace(line, x=line.x[kept], y=line.y[kept], tolerance=tolerance)
 
 
 def log_axis(ax: Axes, floor: Floor) -> None:
@@ -170,6 +211,9 @@ def draw_log(ax: Axes, line: Line, floor: Floor) -> int:
 def draw(ax: Axes, line: Line, x: Array, y: Array) -> None:
     """One thinned curve with a few markers, and a tick where it is cut."""
     colour, finite = line.pen.colour.stand_in, np.flatnonzero(np.isfinite(y))
+    if line.pen.hollow:
+        ax.plot(x, y, line.pen.marker, color=colour, markersize=5.2, markeredgewidth=0.9, fillstyle="none")
+        return
     ax.plot(
         x,
         y,

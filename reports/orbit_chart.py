@@ -50,6 +50,8 @@ class Motion:
     """(n, 2)"""
     angle_rad: Array
     """(n, N)"""
+    horizon_s: float = np.inf
+    """Until when it is the only motion that the start allows"""
 
     @property
     def drawable(self) -> bool:
@@ -115,7 +117,16 @@ def orbit_panel(name: str, title: str, geometry: Geometry, motion: Motion, windo
     draw_chains(ax, chain)
     label_instants(ax, geometry, instants, place, chain)
     size = f"{float(f'{factor:.2g}'):,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
-    return Panel(title, finish(ax, name, title), f"Chain enlarged {size} times; bar 1 in colour.")
+    note = f"Chain enlarged {size} times; bar 1 in colour.{beyond(geometry, motion, end)}"
+    return Panel(title, finish(ax, name, title), note)
+
+
+def beyond(geometry: Geometry, motion: Motion, end_s: float) -> str:
+    """Say which configurations of a panel that ends at `end_s` are only some of many possible ones."""
+    if motion.horizon_s >= end_s:
+        return ""
+    horizon = f"{motion.horizon_s / geometry.period_s:.2f} orbits" if geometry.closed else f"{motion.horizon_s:.0f} s"
+    return f" After {horizon} beyond the truth's horizon."
 
 
 def along(at_s: Array, t_s: Array, values: Array) -> Array:

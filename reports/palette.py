@@ -6,7 +6,7 @@ Matplotlib knows no CSS variables, so a chart is drawn in stand-in colours that 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 PAPER = ("#fdfdfb", "#15171b")
 """Background of the page, light and dark."""
@@ -76,6 +76,8 @@ class Pen:
     colour: Colour
     marker: str = ""
     dash: tuple[float, ...] = ()
+    hollow: bool = False
+    """Whether it draws outlined markers alone, without a line"""
 
     @property
     def marker_path(self) -> str:
@@ -91,6 +93,11 @@ class Pen:
 def engine_pen(k: int) -> Pen:
     """Pen of the k-th engine: dashes are kept for tolerances, so markers tell engines apart."""
     return Pen(SERIES[k % len(SERIES)], MARKERS[k % len(MARKERS)])
+
+
+def hollow(pen: Pen) -> Pen:
+    """Pen that only sets outlined markers of `pen`."""
+    return replace(pen, hollow=True)
 
 
 def joint_pen(k: int) -> Pen:

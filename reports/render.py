@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 
+from reports.facts import facts
 from reports.markdown import cell_text, escape_text, table_row
 from reports.numerals import as_given, given_markup, number, significant, span, typeset
 from reports.outcome import Outcome
 from reports.palette import PAPER, engine_pen, variables
 from reports.record import mapping, rows
-from reports.scene_view import anchor, facts, view_scene
+from reports.scene_data import anchor
+from reports.scene_view import view_scene
 from reports.summary import WORDS, Cell, Summary, summarise
 from reports.tables import Results, read_results
 from reports.verdict import failure_words, judge
@@ -85,6 +88,7 @@ def templates() -> Environment:
         "span": span,
         "cell_text": cell_text,
         "anchor": anchor,
+        "breakable": breakable,
         "why": failure_words,
         "facts": facts,
     }
@@ -140,11 +144,26 @@ def kind(outcome: Outcome) -> str:
     return "fail"
 
 
+def breakable(name: str) -> Markup:
+    """Name that a narrow column breaks after a slash or an underscore rather than anywhere."""
+    return Markup("").join(Markup("{}<wbr>").format(part) for part in re.findall(r"[^/_]*[/_]|[^/_]+", name))
+
+
 def orbits(summary: Summary, cell: Cell) -> str:
-    """Horizon of a cell in words; empty where the whole run is compared."""
+    """What a cell's errors are of, in words; empty where it is the whole run."""
     scene = next((s for s in summary.scenes if s.name == cell.scene), None)
-    if cell.horizon_s is None or scene is None:
+    if scene is None:
+        return ""
+    end_s = cell.horizon_s or cell.duration_s
+    if cell.shows_first_orbit and scene.closed and end_s:
+        return f"first of {orbit_count(end_s / scene.period_s)} orbits"
+    if cell.horizon_s is None:
         return ""
     if not scene.closed:
         return f"to {cell.horizon_s:.3g} s"
     return f"to {cell.horizon_s / scene.period_s:.2f} orbits"
+
+
+def orbit_count(orbits: float) -> str:
+    """``2.76``, but ``5`` for a whole number."""
+    return f"{orbits:.2f}".removesuffix(".00")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,7 @@ import pandas as pd
 from reports.numerals import number
 from reports.outcome import Outcome
 from reports.record import SceneRecord, mapping
-from reports.tables import QUANTITY_UNITS, Results
+from reports.tables import QUANTITY_UNITS, Results, is_engine
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -93,6 +93,8 @@ class Cell:
     reason: str
     rows: tuple[QuantityRow, ...]
     duration_s: float | None
+    shows_first_orbit: bool = False
+    """Whether small tables show the first orbit's errors: those at the horizon are what two runs part by"""
 
     def row(self, quantity: str) -> QuantityRow | None:
         """Row of a quantity."""
@@ -108,11 +110,6 @@ class Cell:
         """What a small cell has room for: attitude and reactions, or else the CM track."""
         found = [r for q in ("attitude", "reaction") if (r := self.row(q)) and r.largest is not None]
         return found or [r for r in (self.row("com"),) if r and r.largest is not None]
-
-    @property
-    def shows_first_orbit(self) -> bool:
-        """Whether the first orbit's errors say more: those at the horizon are what two runs part by."""
-        return self.horizon_s is not None and all(r.first_orbit is not None for r in self.shown)
 
     def shown_value(self, row: QuantityRow) -> float | None:
         """Error that a small cell shows of a row."""
@@ -150,6 +147,8 @@ class Summary:
     finished: bool
     outside: frozenset[str] = frozenset()
     """Engines that are somebody else's work"""
+    outside_known: bool = False
+    """Whether the record tells"""
 
     def external(self, engine: str) -> bool:
         """Whether an engine is somebody else's work."""
@@ -162,6 +161,10 @@ class Summary:
     def of_scene(self, scene: str) -> list[Cell]:
         """Cells of a scene, in the engines' order."""
         return [c for e in self.engines if (c := self.cell(scene, e))]
+
+    def of_several(self, scene: str) -> list[Cell]:
+        """Cells about several engines of a scene together."""
+        return [c for (name, engine), c in self.cells.items() if name == scene and not is_engine(engine)]
 
     @cached_property
     def all(self) -> list[Cell]:
@@ -185,8 +188,31 @@ def summarise(results: Results) -> Summary:
         (str(scene), str(engine)): make_cell(str(scene), str(engine), group, durations.get(str(scene)))
         for (scene, engine), group in metrics.groupby(["scene", "engine"], sort=True)
     }
-    outside = frozenset(e for e, facts in mapping(record.get("engines")).items() if mapping(facts).get("external"))
-    return Summary(tuple(scenes), tuple(e for e in engines if e), cells, record.get("finished") is not False, outside)
+    for scene in scenes:
+        show_first_orbit(cells, scene)
+    facts = {e: mapping(f) for e, f in mapping(record.get("engines")).items()}
+    return Summary(
+        tuple(scenes),
+        tuple(e for e in engines if is_engine(e)),
+        cells,
+        finished=record.get("finished") is not False,
+        outside=frozenset(e for e, f in facts.items() if f.get("external")),
+        outside_known=any("external" in f for f in facts.values()),
+    )
+
+
+def show_first_orbit(cells: dict[tuple[str, str], Cell], scene: SceneRecord) -> None:
+    """Have all engines of a scene show the errors of its first orbit, if any comparison stops before the run does.
+
+    One that stops inside the first orbit has no such error and shows its largest.
+    """
+    own = {key: cell for key, cell in cells.items() if cell.scene == scene.name}
+    if all(cell.horizon_s is None for cell in own.values()):
+        return
+    for key, cell in own.items():
+        whole = cell.horizon_s is None or cell.horizon_s >= scene.period_s
+        if whole and cell.shown and all(r.first_orbit is not None for r in cell.shown):
+            cells[key] = replace(cell, shows_first_orbit=True)
 
 
 def paper_first(scene: SceneRecord) -> tuple[bool, str]:

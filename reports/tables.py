@@ -3,7 +3,8 @@
 A result folder holds
 
 ``metrics.csv``
-    tidy, one value a row, columns :data:`METRIC_COLUMNS`;
+    tidy, one value a row, columns :data:`METRIC_COLUMNS`; an engine in parentheses stands for what was asked of
+    several together, which the report works out itself;
 ``run.json``
     what ran where, see :class:`RunRecord`;
 ``trajectories/<scene>/<engine>.parquet``
@@ -72,6 +73,11 @@ class Results:
     def differences(self, scene: str, engine: str) -> pd.DataFrame | None:
         """Differences from the truth over time, or None if there are none."""
         return read_parquet(self.folder / "differences" / scene / f"{engine}.parquet")
+
+
+def is_engine(name: str) -> bool:
+    """Whether a name in the engine column is that of one engine."""
+    return bool(name) and not name.startswith("(")
 
 
 def read_parquet(path: Path) -> pd.DataFrame | None:

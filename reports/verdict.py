@@ -27,13 +27,20 @@ class Verdict:
 def judge(summary: Summary) -> Verdict:
     """Put the summary into words."""
     failures = tuple(c for c in summary.all if not c.outcome.ok)
-    idle = scenes_without_comparison(summary)
-    good = not failures and not idle and summary.finished and bool(summary.with_outcome(Outcome.PASS))
-    sentences = [counts(summary, failures), worst(summary), *idle]
-    return Verdict(good, headline(summary, failures, idle), tuple(s for s in sentences if s), failures)
+    holes = scenes_without_comparison(summary)
+    unchecked = [s for s in scenes_without_external(summary) if s not in holes]
+    spoilt = "a scene has none" if holes else "a scene passed in no external engine" if unchecked else ""
+    good = not failures and not spoilt and summary.finished and bool(summary.with_outcome(Outcome.PASS))
+    sentences = [
+        counts(summary, failures),
+        worst(summary),
+        f"No engine was compared on {', '.join(holes)}." if holes else "",
+        f"No external engine passed on {named(unchecked, len(summary.scenes))}." if unchecked else "",
+    ]
+    return Verdict(good, headline(summary, failures, spoilt), tuple(s for s in sentences if s), failures)
 
 
-def headline(summary: Summary, failures: tuple[Cell, ...], idle: list[str]) -> str:
+def headline(summary: Summary, failures: tuple[Cell, ...], spoilt: str) -> str:
     """One line that can be read alone."""
     judged = [c for c in summary.all if c.outcome not in (Outcome.REPORTED, Outcome.UNSUPPORTED)]
     if not judged:
@@ -41,11 +48,10 @@ def headline(summary: Summary, failures: tuple[Cell, ...], idle: list[str]) -> s
     so_far = "" if summary.finished else " so far"
     if failures:
         return f"{len(failures)} of {count(len(judged), 'comparison')} failed{so_far}."
-    if idle:
-        return f"All {count(len(judged), 'comparison')} passed{so_far}, but a scene has none."
+    but = f", but {spoilt}" if spoilt else ""
     if len(judged) == 1:
-        return f"The one comparison passed{so_far}."
-    return f"All {count(len(judged), 'comparison')} passed{so_far}."
+        return f"The one comparison passed{so_far}{but}."
+    return f"All {count(len(judged), 'comparison')} passed{so_far}{but}."
 
 
 def counts(summary: Summary, failures: tuple[Cell, ...]) -> str:
@@ -55,7 +61,8 @@ def counts(summary: Summary, failures: tuple[Cell, ...]) -> str:
     cells = len(summary.scenes) * len(summary.engines)
     outside = sum(summary.external(c.engine) for c in passed)
     parts = [
-        f"{len(passed)} passed" + (f" ({outside} of them with external engines)" if outside else ""),
+        f"{len(passed)} passed"
+        + (f" ({outside} of them with external engines)" if summary.outside_known and passed else ""),
         f"{len(failures)} failed",
         f"{len(left_out)} {be(left_out)} unsupported",
     ]
@@ -85,22 +92,30 @@ def ratio_words(cell: Cell, row: QuantityRow) -> str:
 
 def scenes_without_comparison(summary: Summary) -> list[str]:
     """Scenes that no engine was compared on: a hole in the suite."""
-    holes = [
+    return [
         s.name
         for s in summary.scenes
         if summary.of_scene(s.name) and not any(c.outcome is not Outcome.UNSUPPORTED for c in summary.of_scene(s.name))
     ]
-    ours = [
+
+
+def scenes_without_external(summary: Summary) -> list[str]:
+    """Scenes that passed in no engine of somebody else: they were only checked against ourselves.
+
+    Where the record does not tell whose work the engines are, those of which the tables say so.
+    """
+    return [
         s.name
         for s in summary.scenes
-        if any(map(summary.external, summary.engines))
-        and s.name not in holes
+        if summary.of_scene(s.name)
         and not any(c.outcome is Outcome.PASS and summary.external(c.engine) for c in summary.of_scene(s.name))
+        and (summary.outside_known or any(not c.outcome.ok for c in summary.of_several(s.name)))
     ]
-    return [
-        *([f"No engine was compared on {', '.join(holes)}."] if holes else []),
-        *([f"No external engine passed on {', '.join(ours)}."] if ours else []),
-    ]
+
+
+def named(scenes: list[str], of: int) -> str:
+    """Names of some scenes; ``any scene`` for all of several."""
+    return "any scene" if len(scenes) == of > 1 else ", ".join(scenes)
 
 
 def failure_words(cell: Cell) -> str:

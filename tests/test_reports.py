@@ -20,11 +20,13 @@ from reports.numerals import as_given, powers, prefixed, significant, typeset
 from reports.orbit_chart import Geometry, joints
 from reports.outcome import Outcome
 from reports.palette import PAPER, SERIES, engine_pen
+from reports.reaction_charts import Reactions, nearest, spread
+from reports.render import breakable
 from reports.series import floor_of, thin
 from reports.summary import GRAVITY, WORDS, summarise
 from reports.tables import METRIC_COLUMNS, read_results
 from reports.verdict import judge
-from tests.report_fixture import build
+from tests.report_fixture import ENGINES, build
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -215,7 +217,9 @@ def test_the_words_of_the_verdict_are_those_of_the_table(made: Path) -> None:
     assert failed == 3
     assert verdict.headline == f"{failed} of {len(runs) - left_out} comparisons failed."
     passed = len(runs) - failed - left_out
-    assert f"{passed} passed, {failed} failed and {left_out} are unsupported" in verdict.sentences[0]
+    outside = sum(o == {"pass", "reported"} and not e.startswith("reference") for (_, e), o in runs.items())
+    assert f"{passed} passed ({outside} of them with external engines)" in verdict.sentences[0]
+    assert f", {failed} failed and {left_out} are unsupported" in verdict.sentences[0]
     ratios = metrics[metrics["metric"] == "consistency"].assign(value=lambda m: m["value"].astype(float))
     worst = ratios.loc[ratios["value"].idxmax()]
     assert f"{significant(worst['value'])} times" in verdict.sentences[1]
@@ -278,8 +282,8 @@ def test_a_log_panel_says_what_it_leaves_out() -> None:
     y = np.array([0.0, 1e-3, 0.0, 1e-2, 1e-30, 1.0])
     panel = log_panel(Frame("n", "t", "x", "y", (0.0, 5.0), [Line(np.arange(6.0), y, engine_pen(0))]))
     assert panel is not None
-    assert "1 samples that are exactly zero" in panel.note
-    assert "1 samples below" in panel.note
+    assert "1 sample that is exactly zero is left out" in panel.note
+    assert "1 sample below" in panel.note
 
 
 def test_the_chain_is_rebuilt_with_joints_in_line_about_its_centre_of_mass() -> None:
@@ -288,6 +292,94 @@ def test_the_chain_is_rebuilt_with_joints_in_line_about_its_centre_of_mass() -> 
     np.testing.assert_allclose(np.linalg.norm(np.diff(ends, axis=0), axis=1), length)
     centres = 0.5 * (ends[1:] + ends[:-1])
     np.testing.assert_allclose(mass @ centres, 0.0, atol=1e-12 * length.sum() * mass.sum())
+
+
+def test_what_lies_beyond_the_truths_own_horizon_is_said_to(small: Path) -> None:
+    page, text = (path.read_text() for path in reports.render(small))
+    assert "truth's horizon" not in html.unescape(page)
+    assert "Truth holds: to the end of the run" in text
+    record = json.loads((small / "run.json").read_text())
+    scene = record["scenes"]["basics/radial_equilibrium"]
+    scene["truth_horizon_s"] = 0.4 * scene["duration_s"]
+    change_record(small, scenes=record["scenes"])
+    page, text = (html.unescape(path.read_text()) for path in reports.render(small))
+    assert "Truth holds: to 0.40 of 1 orbits" in text
+    assert "to 0.40 of 1 orbits" in page
+    assert "After 0.40 orbits beyond the truth's horizon" in page
+    assert page.count(">truth's horizon<") == 2  # in both components of the reactions, over the whole run
+    del scene["truth_horizon_s"]
+    change_record(small, scenes=record["scenes"])
+    assert "Truth holds" not in reports.render(small)[1].read_text()
+
+
+def test_the_chart_of_external_engines_shows_them_alone_and_only_as_far_as_compared(small: Path) -> None:
+    page = reports.render(small)[0].read_text()
+    figures = re.findall(r"<figure>.*?</figure>", page, flags=re.S)
+    shown = [f for f in figures if "external engines</figcaption>" in f]
+    assert len(shown) == 1
+    labels = re.findall(r"</svg>([^<]+)</li>", shown[0])
+    assert labels == ["truth", *(e for e in ENGINES if not e.startswith("reference") and e != "rebound")]
+    own = {"engines": {e: {"external": False} for e in ENGINES}}
+    change_record(small, **own)
+    assert "external engines</figcaption>" not in reports.render(small)[0].read_text()
+
+
+def test_marks_reach_a_peak_and_stop_at_the_horizon() -> None:
+    t = np.linspace(0.0, 100.0, 1001)
+    y = np.exp(-((t - 50.0) ** 2))
+    instants = spread(t, y, 0.5)
+    assert (np.diff(instants) > 0).all()
+    assert np.interp(instants, t, y).max() > 0.5
+    run = Reactions(t, {}, horizon_s=50.5)
+    assert t[nearest(run, instants)].max() <= 50.5
+    assert not len(nearest(Reactions(t, {}, horizon_s=-1.0), instants))
+
+
+def test_where_a_comparison_stops_early_the_whole_row_shows_the_first_orbit(tmp_path: Path) -> None:
+    def rows(engine: str, horizon_s: float, first: float | None) -> list[dict[str, object]]:
+        both = {"engine": engine, "quantity": "attitude", "unit": "rad", "horizon_s": horizon_s}
+        made = [one_row("pass", **both | {"metric": "max", "value": 0.01, "tolerance": 1.0})]
+        return made + ([one_row("reported", **both | {"metric": "first_orbit", "value": first})] if first else [])
+
+    record = {"scenes": {"s": {"period_s": 100.0, "duration_s": 500.0, "gravity": "point", "speed_factor": 1.0}}}
+    table = [*rows("whole", 500.0, 1e-9), *rows("early", 276.0, 1e-5), *rows("sooner", 62.0, 0.009)]
+    text = reports.render(write_tables(tmp_path, table, record))[1].read_text()
+    assert "| s | pass; 1.00e-05 rad; first of 2.76 orbits |" in text
+    assert "| pass; 0.0100 rad; to 0.62 orbits |" in text
+    assert "| pass; 1.00e-09 rad; first of 5 orbits |" in text
+    text = reports.render(write_tables(tmp_path, rows("whole", 500.0, 1e-9), record))[1].read_text()
+    assert "| s | pass; 0.0100 rad |" in text
+
+
+def test_a_scene_checked_by_nobody_else_spoils_the_verdict(tmp_path: Path) -> None:
+    rows = [one_row("pass", scene=s, engine=e) for s, e in (("s", "ours"), ("s", "theirs"), ("t", "ours"))]
+    rows.append(one_row("unsupported", scene="t", engine="theirs"))
+    record = {"engines": {"ours": {"external": False}, "theirs": {"external": True}}}
+    verdict = judge(summarise(read_results(write_tables(tmp_path, rows, record))))
+    assert not verdict.good
+    assert verdict.headline == "All 3 comparisons passed, but a scene passed in no external engine."
+    assert "3 passed (1 of them with external engines)" in verdict.sentences[0]
+    assert "No external engine passed on t." in verdict.sentences
+    alone = {"engines": {"ours": {"external": False}, "theirs": {"external": False}}}
+    verdict = judge(summarise(read_results(write_tables(tmp_path, rows, alone))))
+    assert "No external engine passed on any scene." in verdict.sentences
+    verdict = judge(summarise(read_results(write_tables(tmp_path, rows))))
+    assert verdict.good, "a record that does not tell whose work the engines are is no ground for a failure"
+
+
+def test_what_is_said_of_several_engines_is_no_engine(tmp_path: Path) -> None:
+    rows = [one_row("pass", engine="ours"), one_row("nothing_compared", engine="(any external)")]
+    folder = write_tables(tmp_path, rows)
+    summary = summarise(read_results(folder))
+    assert summary.engines == ("ours",)
+    verdict = judge(summary)
+    assert not verdict.good
+    assert "No external engine passed on s." in verdict.sentences
+
+
+def test_a_long_name_breaks_where_its_words_do() -> None:
+    assert breakable("paper/fig05_bar") == "paper/<wbr>fig05_<wbr>bar<wbr>"
+    assert breakable("<b>/_x") == "&lt;b&gt;/<wbr>_<wbr>x<wbr>"
 
 
 def luminance(colour: str) -> float:
