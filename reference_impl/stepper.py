@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -71,36 +71,52 @@ def walk(
         If the step size collapses, or the state or its rate is not finite.
     """
     if not np.all(np.isfinite([y0, rhs(t_s[0], y0)])):
-        # SciPy would look for a first step for ever
-        raise ArithmeticError("the initial state or its rate is not finite")
+        raise ArithmeticError("the initial state or its rate is not finite")  # SciPy would look for a step for ever
     slack = BREAK_SLACK * (t_s[-1] - t_s[0])
     marks = [t_s[0], *(t for t in sorted(breaks_s) if t_s[0] + slack < t < t_s[-1] - slack), t_s[-1]]
-    rows, y, steps, evaluations, taken = [np.array(y0)], np.array(y0), 0, 1, 1
+    log, y = Log(t_s, [np.array(y0)]), np.array(y0)
     for start, end in itertools.pairwise(marks):
         if end - start <= slack:
             continue
-        solver = DOP853(rhs, start, y, end, rtol=RTOL_FLOOR, atol=atol)  # type: ignore[arg-type]  # the stubs know scalars only
-        while solver.status == "running":
-            before = height(solver.y) if height else 1.0
-            message = solver.step()  # a word only where it failed
-            if message or not np.all(np.isfinite(solver.y)):
-                raise ArithmeticError(f"DOP853 gave up at t = {solver.t:.6g} s: {message or 'state not finite'}")
-            steps += 1
-            dense = solver.dense_output()
-            stop = landing(dense, height, solver.t_old, solver.t, before) if height else None
-            until = solver.t if stop is None else stop
-            while taken < len(t_s) and t_s[taken] <= until:
-                rows.append(solver.y.copy() if t_s[taken] == solver.t else dense(t_s[taken]))
-                taken += 1
-            if stop is not None:
-                return Walk(t_s[:taken], np.array(rows), steps, evaluations + solver.nfev, float(stop))
+        solver = DOP853(rhs, start, y, end, rtol=RTOL_FLOOR, atol=atol)  # type: ignore[arg-type]  # stubs know scalars only
+        while solver.status == "running" and log.stopped_s is None:
+            log.step(solver, height)
             if project:
                 solver.y = project(solver.y)
                 solver.f = rhs(solver.t, solver.y)
-                evaluations += 1
+                log.evaluations += 1
         y = solver.y
-        evaluations += solver.nfev
-    return Walk(t_s[:taken], np.array(rows), steps, evaluations, None)
+        log.evaluations += solver.nfev
+        if log.stopped_s is not None:
+            break
+    return Walk(t_s[: len(log.rows)], np.array(log.rows), log.steps, log.evaluations, log.stopped_s)
+
+
+@dataclass
+class Log:
+    """What has been seen so far."""
+
+    t_s: Array
+    """(n,) instants wanted"""
+    rows: list[Array]
+    """States at the instants reached"""
+    steps: int = 0
+    evaluations: int = 1
+    stopped_s: float | None = None
+
+    def step(self, solver: DOP853[Any], height: Callable[[Array], float] | None) -> None:
+        """Take one step, its samples, and the stop if it holds one."""
+        before = height(solver.y) if height else 1.0
+        message = solver.step()  # a word only where it failed
+        if message or not np.all(np.isfinite(solver.y)):
+            raise ArithmeticError(f"DOP853 gave up at t = {solver.t:.6g} s: {message or 'state not finite'}")
+        self.steps += 1
+        dense = solver.dense_output()
+        self.stopped_s = landing(dense, height, solver.t_old, solver.t, before) if height else None
+        until = solver.t if self.stopped_s is None else self.stopped_s
+        while len(self.rows) < len(self.t_s) and self.t_s[len(self.rows)] <= until:
+            t = self.t_s[len(self.rows)]
+            self.rows.append(solver.y.copy() if t == solver.t else dense(t))
 
 
 def landing(

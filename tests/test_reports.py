@@ -4,25 +4,17 @@ from __future__ import annotations
 
 import html
 import json
-import math
 import re
 import shutil
 from html.parser import HTMLParser
 from typing import TYPE_CHECKING
 
-import numpy as np
 import pandas as pd
 import pytest
 
 import reports
-from reports.charts import Frame, Line, log_panel
-from reports.numerals import as_given, powers, prefixed, significant, typeset
-from reports.orbit_chart import Geometry, joints
+from reports.numerals import significant
 from reports.outcome import Outcome
-from reports.palette import PAPER, SERIES, engine_pen
-from reports.reaction_charts import Reactions, nearest, spread
-from reports.render import breakable
-from reports.series import floor_of, thin
 from reports.summary import GRAVITY, WORDS, summarise
 from reports.tables import METRIC_COLUMNS, read_results
 from reports.verdict import judge
@@ -32,7 +24,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 SCENES = ["paper/fig13", "paper/fig17", "basics/kepler_hyperbolic", "basics/two_bars_free"]
-LEAST_CONTRAST = 3.0  # WCAG 2 for graphical objects
 MOST_BYTES_PER_SCENE = 8e6 / 14  # the core suite in one mail attachment
 
 
@@ -256,44 +247,6 @@ def test_nan_is_shown_as_nan_and_an_absent_value_as_nothing(tmp_path: Path) -> N
     assert line.split(" | ")[4:7] == ["NaN", "", ""]
 
 
-def test_nan_breaks_a_line_and_is_never_drawn_as_zero() -> None:
-    x = np.linspace(0.0, 1.0, 5000)
-    y = np.where((x > 0.4) & (x < 0.6), np.nan, 1.0)
-    _, thinned = thin(x, y)
-    assert np.isnan(thinned).any()
-    assert np.nanmin(thinned) == 1.0
-    assert floor_of([np.array([np.nan, 0.0, -1.0])]) is None
-    line = Line(x, np.full_like(x, np.nan), engine_pen(0))
-    assert log_panel(Frame("n", "t", "x", "y", (0.0, 1.0), [line])) is None
-
-
-def test_thinning_keeps_every_spike() -> None:
-    x = np.arange(20000.0)
-    y = np.ones_like(x)
-    y[[777, 13131]] = 5.0, -3.0
-    tx, ty = thin(x, y)
-    assert len(tx) <= 400
-    assert ty.max() == 5.0
-    assert ty.min() == -3.0
-    assert (np.diff(tx) > 0).all()
-
-
-def test_a_log_panel_says_what_it_leaves_out() -> None:
-    y = np.array([0.0, 1e-3, 0.0, 1e-2, 1e-30, 1.0])
-    panel = log_panel(Frame("n", "t", "x", "y", (0.0, 5.0), [Line(np.arange(6.0), y, engine_pen(0))]))
-    assert panel is not None
-    assert "1 sample that is exactly zero is left out" in panel.note
-    assert "1 sample below" in panel.note
-
-
-def test_the_chain_is_rebuilt_with_joints_in_line_about_its_centre_of_mass() -> None:
-    length, mass = np.array([10.0, 20.0, 5.0]), np.array([1.0, 7.0, 2.0])
-    ends = joints(Geometry(length, mass, 0.0, 1.0, True), np.array([[0.3, 1.1, -2.0]]))[0]
-    np.testing.assert_allclose(np.linalg.norm(np.diff(ends, axis=0), axis=1), length)
-    centres = 0.5 * (ends[1:] + ends[:-1])
-    np.testing.assert_allclose(mass @ centres, 0.0, atol=1e-12 * length.sum() * mass.sum())
-
-
 def test_what_lies_beyond_the_truths_own_horizon_is_said_to(small: Path) -> None:
     page, text = (path.read_text() for path in reports.render(small))
     assert "truth's horizon" not in html.unescape(page)
@@ -322,17 +275,6 @@ def test_the_chart_of_external_engines_shows_them_alone_and_only_as_far_as_compa
     own = {"engines": {e: {"external": False} for e in ENGINES}}
     change_record(small, **own)
     assert "external engines</figcaption>" not in reports.render(small)[0].read_text()
-
-
-def test_marks_reach_a_peak_and_stop_at_the_horizon() -> None:
-    t = np.linspace(0.0, 100.0, 1001)
-    y = np.exp(-((t - 50.0) ** 2))
-    instants = spread(t, y, 0.5)
-    assert (np.diff(instants) > 0).all()
-    assert np.interp(instants, t, y).max() > 0.5
-    run = Reactions(t, {}, horizon_s=50.5)
-    assert t[nearest(run, instants)].max() <= 50.5
-    assert not len(nearest(Reactions(t, {}, horizon_s=-1.0), instants))
 
 
 def test_where_a_comparison_stops_early_the_whole_row_shows_the_first_orbit(tmp_path: Path) -> None:
@@ -375,59 +317,6 @@ def test_what_is_said_of_several_engines_is_no_engine(tmp_path: Path) -> None:
     verdict = judge(summary)
     assert not verdict.good
     assert "No external engine passed on s." in verdict.sentences
-
-
-def test_a_long_name_breaks_where_its_words_do() -> None:
-    assert breakable("paper/fig05_bar") == "paper/<wbr>fig05_<wbr>bar<wbr>"
-    assert breakable("<b>/_x") == "&lt;b&gt;/<wbr>_<wbr>x<wbr>"
-
-
-def luminance(colour: str) -> float:
-    """Relative luminance of WCAG 2."""
-    parts = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
-    linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-
-
-@pytest.mark.parametrize("theme", [0, 1])
-def test_lines_stand_out_from_the_page_in_both_themes(theme: int) -> None:
-    paper = luminance(PAPER[theme])
-    for colour in SERIES:
-        shown = luminance((colour.light, colour.dark)[theme])
-        low, high = sorted((paper, shown))
-        assert (high + 0.05) / (low + 0.05) >= LEAST_CONTRAST, colour.name
-
-
-def test_engines_are_told_apart_without_colour() -> None:
-    assert len({engine_pen(k).marker for k in range(9)}) == 9
-
-
-@pytest.mark.parametrize(
-    ("value", "shown"),
-    [
-        (None, ""),
-        (math.nan, "NaN"),
-        (0.0, "0"),
-        (5.4e-07, "5.40e-07"),
-        (0.0112, "0.0112"),
-        (123.4, "123"),
-        (999.6, "1.00e+03"),
-        (-2.0, "-2.00"),
-        (math.inf, "inf"),
-        (0.00099999, "1.00e-03"),
-    ],
-)
-def test_numbers_have_three_significant_digits(value: float | None, shown: str) -> None:
-    assert significant(value) == shown
-
-
-def test_numbers_are_typeset() -> None:
-    assert typeset(5.4e-7, 2) == powers("5.4e-07")
-    assert "10<sup>−7</sup>" in typeset(5.4e-7, 2)
-    assert typeset(-1.5) == "−1.50"
-    assert as_given(10000.0) == "10000"
-    assert as_given(1e-10) == "1e-10"
-    assert prefixed(0.036, "N") == (1000.0, "mN")
 
 
 def test_a_folder_without_tables_says_what_is_missing(tmp_path: Path) -> None:
