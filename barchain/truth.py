@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 TRUTH_RTOL = 1e-13
 TRUTH_CHECK_RTOL = 1e-12
 TWIN_ASIDE = 1e-10  # rad: a thousand times the truth's own error, yet linear until it has grown 1e8 times
+RICHARDSON = 2.0  # two runs of which one is finer: their difference, doubled, bounds the error of either
 PARTED_RAD = 1e-2  # two runs whose attitudes differ by more have parted: nothing later is compared point by point
 
 
@@ -67,14 +68,14 @@ def establish(scene: Scene, truth: Trajectory, check: Trajectory, aside: Traject
     n = min(len(truth.t_s), len(check.t_s), len(aside.t_s))
     attitude = np.maximum.accumulate(parted["attitude"])[:n]
     growth = attitude / attitude[0]
-    response = answers(parted, n, 0.0)
-    for name, other in answers(differences(truth, check), n, TWIN_ASIDE).items():
+    looser = differences(truth, check)
+    track_m = np.maximum.accumulate(looser["com"][:n]) + TRUTH_RTOL * scene.radius0_m
+    # the track's own error is no answer to an attitude 1e-10 rad aside: only what stands out of it is
+    response = answers(parted | {"com": np.maximum(parted["com"][:n] - RICHARDSON * track_m, 0.0)}, n, 0.0)
+    for name, other in answers({k: d for k, d in looser.items() if k != "com"}, n, TWIN_ASIDE).items():
         response[name] = np.maximum(response[name], other)  # another direction, once it stands out of round-off
     # between two runs that choose their steps a single sample says little: one step's request is allowed besides
-    error = {
-        name: np.maximum.accumulate(d)[:n] + TRUTH_RTOL * response[name]
-        for name, d in differences(truth, check).items()
-    }
+    error = {name: np.maximum.accumulate(d)[:n] + TRUTH_RTOL * response[name] for name, d in looser.items()}
     error["com"] += TRUTH_RTOL * scene.radius0_m
     error["rate"] += TRUTH_RTOL * scene.fastest_rate_rad_s
     return Truth(scene, truth, error, growth, response, horizon(truth, check))
