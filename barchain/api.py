@@ -153,7 +153,7 @@ def compare(
     settings : mapping, optional
         ``{"exudyn": {"steps_per_orbit": 2000}}``
     resume : bool
-        Take over the runs that an earlier session left in `out`.
+        Take over the runs that an earlier comparison left in `out`.
     need_external : bool
         Count a scene that no external engine passes as a failure.
     command : str

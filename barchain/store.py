@@ -30,7 +30,7 @@ class Store:
         folder.mkdir(parents=True, exist_ok=True)
 
     def earlier_runs(self) -> dict[str, dict[str, Any]]:
-        """Runs that an earlier, cut-off session of the same folder recorded, by key."""
+        """Runs that an earlier, cut-off comparison in the same folder recorded, by key."""
         path = self.folder / "run.json"
         if not path.is_file():
             return {}
@@ -38,7 +38,7 @@ class Store:
         return {run["key"]: run for run in runs if run["outcome"] == Outcome.PASS}
 
     def recall(self, job: Job, earlier: dict[str, dict[str, Any]]) -> RunResult | None:
-        """Result of `job` as an earlier session stored it, or None."""
+        """Result of `job` as an earlier comparison stored it, or None."""
         run, path = earlier.get(job.key), self.path(job)
         if run is None or not path.is_file():
             return None
