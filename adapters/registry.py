@@ -32,10 +32,14 @@ class Registration:
     """``module:Class``"""
     requires: str = ""
     """Distribution that brings the external engine; empty if there is none."""
+    module: str = ""
+    """What to import of it, where that is called otherwise."""
     install: str = ""
     """What to type where it is missing."""
     ours: bool = False
     """Whether it is the reference in some form, and so no check on it"""
+    everyday: bool = True
+    """Whether it takes part where no engine is named; those that only a study needs do not"""
 
     @property
     def external(self) -> bool:
@@ -53,7 +57,7 @@ class Registration:
         """Why the engine can't be used here, and how to get it; None if it can."""
         if not self.requires:
             return None
-        if importlib.util.find_spec(self.requires) is None:
+        if importlib.util.find_spec(self.module or self.requires) is None:
             return f"{self.requires} is not installed; try: {self.install}"
         return None  # one that is there but does not import is found out in its worker
 
@@ -66,21 +70,24 @@ class Registration:
             return "not installed"
 
 
-def _ours(module: str, name: str, requires: str = "") -> Registration:
-    install = f"pip install {requires}" if requires else ""
-    return Registration(f"adapters.{module}:{name}", requires, install, ours=not requires)
+def _ours(module: str, name: str) -> Registration:
+    return Registration(f"adapters.{module}:{name}", ours=True)
+
+
+def _external(module: str, name: str, requires: str) -> Registration:
+    return Registration(f"adapters.{module}:{name}", requires, f"pip install {requires}")
 
 
 ENGINES: dict[str, Registration] = {
     "reference": _ours("reference_adapter", "Reference"),
     "reference-absolute": _ours("reference_adapter", "ReferenceAbsolute"),
-    "exudyn": _ours("exudyn_adapter", "Exudyn", "exudyn"),
-    "exudyn-index3": _ours("exudyn_adapter", "ExudynIndex3", "exudyn"),
-    "exudyn-absolute": _ours("exudyn_adapter", "ExudynAbsolute", "exudyn"),
-    "exudyn-tree": _ours("exudyn_adapter", "ExudynTree", "exudyn"),
-    "rebound": _ours("rebound_adapter", "Rebound", "rebound"),
-    "pymunk": _ours("pymunk_adapter", "Pymunk", "pymunk"),
-    "pymunk-absolute": _ours("pymunk_adapter", "PymunkAbsolute", "pymunk"),
+    "exudyn": _external("exudyn_adapter", "Exudyn", "exudyn"),
+    "exudyn-index3": _external("exudyn_adapter", "ExudynIndex3", "exudyn"),
+    "exudyn-absolute": _external("exudyn_adapter", "ExudynAbsolute", "exudyn"),
+    "exudyn-tree": _external("exudyn_adapter", "ExudynTree", "exudyn"),
+    "rebound": _external("rebound_adapter", "Rebound", "rebound"),
+    "pymunk": _external("pymunk_adapter", "Pymunk", "pymunk"),
+    "pymunk-absolute": _external("pymunk_adapter", "PymunkAbsolute", "pymunk"),
 }
 
 

@@ -191,8 +191,10 @@ def compare(
 
 
 def chosen_engines(names: Iterable[str] | None) -> dict[str, Registration]:
-    """Registrations by name, in the order given; all without names."""
-    return engines() if names is None else {name: find_engine(name) for name in dict.fromkeys(names)}
+    """Registrations by name, in the order given; all everyday ones without names."""
+    if names is None:
+        return {name: r for name, r in engines().items() if r.everyday}
+    return {name: find_engine(name) for name in dict.fromkeys(names)}
 
 
 def unique_names(scenes: list[Scene]) -> list[Scene]:
