@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, final
+from abc import abstractmethod
+from typing import TYPE_CHECKING, ClassVar, Protocol, final
+
+import numpy as np
 
 from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Observable, Setting, Trajectory
 from adapters.initial_state import chain_model, initial_state
 from reference_impl.simulate import CoordinateSet, Simulation
 
 if TYPE_CHECKING:
+    from adapters.initial_state import InitialState
+    from reference_impl.chain import Array, ChainModel
+    from reference_impl.simulate import History
+    from reference_impl.stepper import Walk
     from scenarios import Scene
 
 EVERYTHING = frozenset(
@@ -17,44 +24,48 @@ EVERYTHING = frozenset(
 )
 
 
+class Run(Protocol):
+    """One simulation, of either kind."""
+
+    def walk(self, t_s: Array) -> Walk:
+        """Integrate over the samples."""
+
+    def history(self, seen: Walk, *, condition: bool = False) -> History:
+        """Observables at the samples."""
+
+
 class ReferenceEngine(Engine):
-    """What both coordinate sets of the reference share."""
+    """What all forms of the reference share."""
 
     order = None
     ladder = Ladder(Knob.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13), default=1e-10)
     effects = EVERYTHING
     observables = frozenset(Observable)
     options = frozenset({"condition"})
-    coordinate_set: ClassVar[CoordinateSet]
 
     def __init__(self, *, condition: bool = False) -> None:
         """Prepare a run; `condition` asks for the joint system's condition number at every sample."""
         self.condition = condition
 
+    @abstractmethod
+    def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> Run:
+        """Set up the integrator."""
+
     def build(self, scene: Scene, setting: Setting) -> None:
         """Set up the integrator."""
-        start = initial_state(scene)
         self.times_s = scene.times_s
-        self.simulation = Simulation(
-            chain_model(scene),
-            start.com_m,
-            start.com_velocity_m_s,
-            start.angle_rad,
-            start.rate_rad_s,
-            rtol=setting.value,
-            coordinates=self.coordinate_set,
-        )
+        self.prepared = self.prepare(chain_model(scene), initial_state(scene), setting.value)
 
     def simulate(self) -> None:
         """Integrate."""
         try:
-            self.seen = self.simulation.walk(self.times_s)
-        except ArithmeticError as error:
+            self.seen = self.prepared.walk(self.times_s)
+        except (ArithmeticError, np.linalg.LinAlgError) as error:
             raise EngineError(str(error)) from error
 
     def read(self) -> Trajectory:
         """Observables at the samples."""
-        h = self.simulation.history(self.seen, condition=self.condition)
+        h = self.prepared.history(self.seen, condition=self.condition)
         landed = "" if h.landed_s is None else f"a bar reached the surface at t = {h.landed_s:.6f} s"
         return Trajectory(
             h.t_s,
@@ -72,8 +83,19 @@ class ReferenceEngine(Engine):
         )
 
 
+class ReferenceNumPy(ReferenceEngine):
+    """What both coordinate sets of the NumPy reference share."""
+
+    coordinate_set: ClassVar[CoordinateSet]
+
+    def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> Run:
+        """SciPy's stepper on NumPy's right-hand side."""
+        state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
+        return Simulation(model, *state, rtol=rtol, coordinates=self.coordinate_set)
+
+
 @final
-class Reference(ReferenceEngine):
+class Reference(ReferenceNumPy):
     """Relative formulation, minimal coordinates."""
 
     title = "NumPy reference, relative formulation, DOP853"
@@ -82,7 +104,7 @@ class Reference(ReferenceEngine):
 
 
 @final
-class ReferenceAbsolute(ReferenceEngine):
+class ReferenceAbsolute(ReferenceNumPy):
     """Absolute inertial coordinates."""
 
     title = "NumPy reference in absolute inertial coordinates, DOP853"

@@ -88,6 +88,10 @@ class Packing(ABC):
         """Centre of mass (2,) of a vector."""
         return y[0:2]
 
+    def drift(self, y: Array) -> Array:
+        """Velocity of the centre of mass (2,) of a vector."""
+        return y[2:4]
+
     def gaps(self, y: Array) -> Array:
         """Joint gaps (N-1,), m, in these coordinates' own arithmetic."""
         state = self.unpack(y)
@@ -207,6 +211,11 @@ class Absolute(Packing):
         place: Array = self.model.weight @ self.split(y)[0]
         return place
 
+    def drift(self, y: Array) -> Array:
+        """Weighted mean of the bars' velocities."""
+        velocity: Array = self.model.weight @ self.split(y)[1]
+        return velocity
+
     def gaps(self, y: Array) -> Array:
         """Joint gaps (N-1,), m, by subtracting absolute positions."""
         place, _, angle, _ = self.split(y)
@@ -273,7 +282,7 @@ class Simulation:
                 self.atol,
                 breaks_s=tuple(t for p in self.model.prescriptions for t in p.breaks_s),
                 project=self.packing.project if isinstance(self.packing, Projected) else None,
-                height=self.height if self.model.body_radius_m > 0.0 else None,
+                surface=self if self.model.body_radius_m > 0.0 else None,
             )
         except ArithmeticError as error:
             raise ArithmeticError(f"{error}{self.suspicion}") from error
@@ -288,12 +297,29 @@ class Simulation:
             "no torque holds the law."
         )
 
+    @property
+    def floor_m(self) -> float:
+        """Distance of the centre of mass from the body's centre above which no bar can touch the surface."""
+        return self.model.body_radius_m + float(self.model.length_m.sum())
+
+    def clear(self, before: Array, after: Array, step_s: float) -> bool:
+        """Whether no bar can have touched the surface in a step between these two states.
+
+        Above it gravity pulls at most with mu/R²: from either end of the step, for half of it, the centre of mass
+        falls at most by a parabola.
+        """
+        half, pull = 0.5 * step_s, self.model.mu_m3_s2 / self.floor_m**2
+        if self.model.gravity == "none":
+            pull = 0.0
+        lowest = []
+        for y, way in ((before, 1.0), (after, -1.0)):
+            place, velocity = self.packing.centre(y), self.packing.drift(y)
+            r = float(np.linalg.norm(place))
+            lowest.append(r + min(0.0, way * float(place @ velocity) / r) * half - 0.5 * pull * half * half)
+        return min(lowest) > self.floor_m
+
     def height(self, y: Array) -> float:
-        """Least distance of any point of any bar from the surface, m; of a chain far up, a lower bound of it."""
-        reach = float(self.model.length_m.sum())
-        clear = float(np.linalg.norm(self.packing.centre(y))) - self.model.body_radius_m - reach
-        if clear > reach:
-            return clear  # no point can be nearer, and that is all that is asked of a chain far up
+        """Least distance of any point of any bar from the surface, m."""
         s = self.packing.unpack(y)
         unit, place, half = along(s.angle_rad), as_complex(s.com_m + s.position_m), self.model.half_m
         foot = np.clip(-(unit.conj() * place).real, -half, half)  # nearest point of the bar, from its centre

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from functools import cache
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -42,7 +43,7 @@ def walk(
     *,
     breaks_s: tuple[float, ...] = (),
     project: Callable[[Array], Array] | None = None,
-    height: Callable[[Array], float] | None = None,
+    surface: Surface | None = None,
 ) -> Walk:
     """Integrate ``y' = rhs(t, y)`` from ``t_s[0]`` and sample it.
 
@@ -58,8 +59,8 @@ def walk(
         Instants at which `rhs` is not smooth; no step straddles one.
     project : callable, optional
         Applied to the state after every step.
-    height : callable, optional
-        The walk stops where this falls to zero.
+    surface : Surface, optional
+        The walk stops where its height falls to zero.
 
     Returns
     -------
@@ -72,15 +73,11 @@ def walk(
     """
     if not np.all(np.isfinite([y0, rhs(t_s[0], y0)])):
         raise ArithmeticError("the initial state or its rate is not finite")  # SciPy would look for a step for ever
-    slack = BREAK_SLACK * (t_s[-1] - t_s[0])
-    marks = [t_s[0], *(t for t in sorted(breaks_s) if t_s[0] + slack < t < t_s[-1] - slack), t_s[-1]]
     log, y = Log(t_s, [np.array(y0)]), np.array(y0)
-    for start, end in itertools.pairwise(marks):
-        if end - start <= slack:
-            continue
+    for start, end in stretches(t_s, breaks_s):
         solver = DOP853(rhs, start, y, end, rtol=RTOL_FLOOR, atol=atol)  # type: ignore[arg-type]  # stubs know scalars only
         while solver.status == "running" and log.stopped_s is None:
-            log.step(solver, height)
+            log.step(solver, surface)
             if project:
                 solver.y = project(solver.y)
                 solver.f = rhs(solver.t, solver.y)
@@ -90,6 +87,23 @@ def walk(
         if log.stopped_s is not None:
             break
     return Walk(t_s[: len(log.rows)], np.array(log.rows), log.steps, log.evaluations, log.stopped_s)
+
+
+def stretches(t_s: Array, breaks_s: tuple[float, ...]) -> list[tuple[float, float]]:
+    """Parts of the walk from break to break."""
+    slack = BREAK_SLACK * (t_s[-1] - t_s[0])
+    marks = [t_s[0], *(t for t in sorted(breaks_s) if t_s[0] + slack < t < t_s[-1] - slack), t_s[-1]]
+    return [(float(a), float(b)) for a, b in itertools.pairwise(marks) if b - a > slack]
+
+
+class Surface(Protocol):
+    """What a walk may run into."""
+
+    def height(self, y: Array) -> float:
+        """Least distance of the chain from it, m."""
+
+    def clear(self, before: Array, after: Array, step_s: float) -> bool:
+        """Whether nothing between these two states, a step apart, can have touched it."""
 
 
 @dataclass
@@ -104,19 +118,20 @@ class Log:
     evaluations: int = 1
     stopped_s: float | None = None
 
-    def step(self, solver: DOP853[Any], height: Callable[[Array], float] | None) -> None:
+    def step(self, solver: DOP853[Any], surface: Surface | None) -> None:
         """Take one step, its samples, and the stop if it holds one."""
-        before = height(solver.y) if height else 1.0
+        before = solver.y
         message = solver.step()  # a word only where it failed
         if message or not np.all(np.isfinite(solver.y)):
             raise ArithmeticError(f"DOP853 gave up at t = {solver.t:.6g} s: {message or 'state not finite'}")
         self.steps += 1
-        dense = solver.dense_output()
-        self.stopped_s = landing(dense, height, solver.t_old, solver.t, before) if height else None
+        dense = cache(solver.dense_output)  # three evaluations, where they are wanted
+        if surface and not surface.clear(before, solver.y, solver.t - solver.t_old):
+            self.stopped_s = landing(dense(), surface.height, solver.t_old, solver.t, surface.height(before))
         until = solver.t if self.stopped_s is None else self.stopped_s
         while len(self.rows) < len(self.t_s) and self.t_s[len(self.rows)] <= until:
             t = self.t_s[len(self.rows)]
-            self.rows.append(solver.y.copy() if t == solver.t else dense(t))
+            self.rows.append(solver.y.copy() if t == solver.t else dense()(t))
 
 
 def landing(

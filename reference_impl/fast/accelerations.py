@@ -1,0 +1,81 @@
+"""One evaluation of the relative formulation: rates of the state, reactions and torques."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from reference_impl.fast.field import ends, forces
+from reference_impl.fast.jit import compiled, inlined
+from reference_impl.fast.joints import reactions
+from reference_impl.fast.laws import respond, torques, unit_torque
+from reference_impl.fast.layout import GX, GY, LEVER, NO_GRAVITY, RX, RY, SPIN, UX, UY, WEIGHT, Chain, Work
+from reference_impl.fast.trigonometry import unit_vectors
+
+if TYPE_CHECKING:
+    from reference_impl.chain import Array
+
+
+@compiled
+def evaluate(t_s: float, y: Array, rates: Array, chain: Chain, work: Work) -> bool:
+    """Time derivative of a state into `rates`; reactions and torques stay in `work`.
+
+    Parameters
+    ----------
+    t_s : float
+        Time, for the prescribed laws.
+    y, rates : ndarray, shape (2N+4,)
+        See :mod:`reference_impl.fast.layout`.
+    chain : Chain
+    work : Work
+
+    Returns
+    -------
+    bool
+        False where the joint system is not positive definite in double precision.
+    """
+    n, rows, well = chain.bars.shape[1], work.bars, True
+    unit_vectors(n, y, rows)
+    forces(n, chain, y, rows)
+    if len(chain.laws):
+        well = respond(n, chain, work)
+        ends(n, chain, y, rows)
+    well = reactions(n, chain.bars, rows) and well
+    if len(chain.laws):
+        torques(n, t_s, y, chain, work)
+    for i in range(n + 2):
+        rates[i] = y[n + 2 + i]
+    turn(n, chain, rows, rates)
+    for k in range(len(chain.laws)):
+        for i in range(n):
+            rates[n + 2 + i] += work.torque_N_m[k] * unit_torque(chain.laws[k], i, chain.bars)
+    rates[2 * n + 2], rates[2 * n + 3] = com_acceleration(n, chain, y, rows)
+    return well
+
+
+@inlined
+def turn(n: int, chain: Chain, rows: Array, rates: Array) -> None:
+    """Angular accelerations under field and reactions, eq. (15), into `rates`."""
+    before_x = before_y = 0.0
+    for i in range(n - 1):
+        x, y = rows[RX, i], rows[RY, i]
+        turned = rows[UX, i] * (y + before_y) - rows[UY, i] * (x + before_x)
+        rates[n + 2 + i] = rows[SPIN, i] + chain.bars[LEVER, i] * turned
+        before_x, before_y = x, y
+    i = n - 1
+    turned = rows[UX, i] * before_y - rows[UY, i] * before_x
+    rates[n + 2 + i] = rows[SPIN, i] + chain.bars[LEVER, i] * turned
+
+
+@inlined
+def com_acceleration(n: int, chain: Chain, y: Array, rows: Array) -> tuple[float, float]:
+    """Z0'' = g(Z0) + the mean of what differs from it, eqs. (9), (11)."""
+    if chain.gravity == NO_GRAVITY:
+        return 0.0, 0.0
+    mean_x = mean_y = 0.0
+    for i in range(n):
+        mean_x += chain.bars[WEIGHT, i] * rows[GX, i]
+        mean_y += chain.bars[WEIGHT, i] * rows[GY, i]
+    r2 = y[n] * y[n] + y[n + 1] * y[n + 1]
+    pull = -chain.mu_m3_s2 / (r2 * math.sqrt(r2))
+    return pull * y[n] + mean_x, pull * y[n + 1] + mean_y

@@ -1,0 +1,106 @@
+"""Places of the bars and gravity on them, as in :mod:`reference_impl.gravity`, in closed form.
+
+With s = 1 + q, Encke's change s^(-3/2) - 1 is -q (3 + 3q + q²)/(s^(3/2) (1 + s^(3/2))): no digits are lost however
+small q is, and one root and one division serve field and gradient torque of a bar.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from reference_impl.fast.jit import inlined
+from reference_impl.fast.layout import (
+    COMPLIANCE,
+    DX,
+    DY,
+    GRADIENT,
+    GX,
+    GY,
+    HALF,
+    KXX,
+    KXY,
+    KYY,
+    LEFT,
+    LEFT_Y,
+    NO_GRAVITY,
+    RIGHT,
+    RIGHT_Y,
+    SPIN,
+    UX,
+    UY,
+    WEIGHT,
+    Chain,
+)  # fmt: skip
+
+if TYPE_CHECKING:
+    from reference_impl.chain import Array
+
+
+@inlined
+def hang_from_first(n: int, bars: Array, rows: Array) -> tuple[float, float]:
+    """Rows DX, DY: centres of the bars from the first bar's, eq. (7'); returns the centre of mass from there."""
+    x = y = mean_x = mean_y = 0.0
+    left_x, left_y = bars[HALF, 0] * rows[UX, 0], bars[HALF, 0] * rows[UY, 0]
+    rows[DX, 0] = rows[DY, 0] = 0.0
+    for i in range(1, n):
+        right_x, right_y = bars[HALF, i] * rows[UX, i], bars[HALF, i] * rows[UY, i]
+        x += left_x + right_x
+        y += left_y + right_y
+        rows[DX, i], rows[DY, i] = x, y
+        mean_x += bars[WEIGHT, i] * x
+        mean_y += bars[WEIGHT, i] * y
+        left_x, left_y = right_x, right_y
+    return mean_x, mean_y
+
+
+@inlined
+def gravity(n: int, chain: Chain, com_x: float, com_y: float, mean_x: float, mean_y: float, rows: Array) -> None:
+    """Rows GX, GY: g(Z0 + d_j) - g(Z0), m/s²; row SPIN: K_j/J_j, rad/s², eq. (17)."""
+    inverse2 = 1.0 / (com_x * com_x + com_y * com_y)
+    pull = chain.mu_m3_s2 * inverse2 * math.sqrt(inverse2)
+    torque = 3.0 * pull * inverse2 if chain.gravity == GRADIENT else 0.0
+    for i in range(n):
+        x, y = rows[DX, i] - mean_x, rows[DY, i] - mean_y
+        q = ((2.0 * com_x + x) * x + (2.0 * com_y + y) * y) * inverse2
+        s = 1.0 + q
+        cube = s * math.sqrt(s)  # (r_j/r)³
+        inverse = 1.0 / (s * cube * (1.0 + cube))
+        nearer = q * (3.0 + q * (3.0 + q)) * inverse * s  # 1 - (r/r_j)³
+        faded = inverse * s * (1.0 + cube)  # (r/r_j)³
+        rows[GX, i] = pull * (com_x * nearer - x * faded)
+        rows[GY, i] = pull * (com_y * nearer - y * faded)
+        up = rows[UX, i] * (com_x + x) + rows[UY, i] * (com_y + y)  # r_j sin(phi)
+        level = rows[UX, i] * (com_y + y) - rows[UY, i] * (com_x + x)  # r_j cos(phi)
+        rows[SPIN, i] = torque * up * level * (inverse * (1.0 + cube))
+
+
+@inlined
+def no_gravity(n: int, rows: Array) -> None:
+    """Rows GX, GY, SPIN of free motion."""
+    for i in range(n):
+        rows[GX, i] = rows[GY, i] = rows[SPIN, i] = 0.0
+
+
+@inlined
+def forces(n: int, chain: Chain, y: Array, rows: Array) -> None:
+    """All that acts on the bars but reactions and prescribed torques: rows U, D, G, SPIN, LEFT, RIGHT and K."""
+    if chain.gravity == NO_GRAVITY:
+        no_gravity(n, rows)
+    else:
+        mean_x, mean_y = hang_from_first(n, chain.bars, rows)
+        gravity(n, chain, y[n], y[n + 1], mean_x, mean_y, rows)
+    ends(n, chain, y, rows)
+
+
+@inlined
+def ends(n: int, chain: Chain, y: Array, rows: Array) -> None:
+    """Rows LEFT and RIGHT: accelerations of the bars' ends without reactions; rows K: c n nᵀ."""
+    for i in range(n):
+        ux, uy, half, spin = rows[UX, i], rows[UY, i], chain.bars[HALF, i], rows[SPIN, i]
+        centripetal = y[n + 2 + i] * y[n + 2 + i]
+        ex, ey = -half * (uy * spin + ux * centripetal), half * (ux * spin - uy * centripetal)
+        rows[LEFT, i], rows[LEFT_Y, i] = rows[GX, i] - ex, rows[GY, i] - ey
+        rows[RIGHT, i], rows[RIGHT_Y, i] = rows[GX, i] + ex, rows[GY, i] + ey
+        cx, cy = -chain.bars[COMPLIANCE, i] * uy, chain.bars[COMPLIANCE, i] * ux
+        rows[KXX, i], rows[KXY, i], rows[KYY, i] = -cx * uy, cx * ux, cy * ux

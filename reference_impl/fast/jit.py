@@ -1,0 +1,56 @@
+"""How the fast reference is compiled: on first use, for this processor, and kept on disk for the next process.
+
+Of the liberties that a compiler may take with floating point only one is allowed: a product and a sum become one
+operation with one rounding. Sums keep their order, so that nothing that was written free of cancellation loses it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+import numba
+from platformdirs import user_cache_path
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+F = TypeVar("F", bound="Callable[..., object]")
+OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
+
+
+def compiled(function: F) -> F:
+    """Compile `function` to machine code on first use; it holds no interpreter lock while it runs.
+
+    It may take views of arrays but not make new ones: nothing in compiled code counts references, which would take
+    half of the time of a short chain.
+    """
+    return with_cache(function, OPTIONS)
+
+
+def inlined(function: F) -> F:
+    """Compile `function` into its callers' loops: for the few that are called once a bar or a component."""
+    return with_cache(function, OPTIONS | {"forceinline": True})
+
+
+def with_cache(function: F, options: dict[str, object]) -> F:
+    """Compile with the cache in a folder of this very source: a function's own file does not tell of its callees'."""
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(cache_folder())
+    try:
+        made: F = numba.njit(**options)(function)
+    finally:
+        numba.config.CACHE_DIR = before
+    return made
+
+
+@cache
+def cache_folder() -> Path:
+    """Folder for compiled code: numba's own if one is set, else the user's, by the hash of all that is compiled."""
+    digest = hashlib.sha256(numba.__version__.encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.read_bytes())
+    root = Path(numba.config.CACHE_DIR) if numba.config.CACHE_DIR else user_cache_path("barchain") / "compiled"
+    return root / digest.hexdigest()[:16]

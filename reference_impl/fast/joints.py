@@ -1,0 +1,120 @@
+"""Joint reactions in O(N): both ends of the chain are swept towards its middle at the same time.
+
+The part of a chain up to the right end of one of its bars answers a force F there with the acceleration a + Y F;
+Y (2x2) is its mobility. Joining the next bar, whose own ends have
+
+    A = w I + c n nᵀ (an end and a force on it),  X = w I - c n nᵀ (an end and a force on the other),
+
+gives the reaction in between as R = S⁻¹ (g_left - a) + S⁻¹ X R_next with S = Y + A, and a mobility of the longer part
+
+    Y' = A - X S⁻¹ X = 4wc/(w+c) n nᵀ + B Y S⁻¹ X,  B = X A⁻¹ = I - 2c/(w+c) n nᵀ.
+
+The second form has no difference of large terms, and so stands any ratio of masses along the chain; and its division
+runs beside the products. Sweeping from both ends halves the chain of operations that wait for each other.
+Notation: w = 1/m, c = l²/(4J), n the unit vector across the bar. It solves the system of :mod:`reference_impl.joints`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from reference_impl.fast.jit import inlined
+from reference_impl.fast.layout import (
+    FREED,
+    HXX,
+    HXY,
+    HYX,
+    HYY,
+    INVERSE_MASS,
+    KXX,
+    KXY,
+    KYY,
+    LEFT,
+    PASSED,
+    PX,
+    PY,
+    RIGHT,
+    RX,
+    RY,
+)  # fmt: skip
+
+if TYPE_CHECKING:
+    from reference_impl.chain import Array
+
+Sub = tuple[float, float, float, float, float, bool]
+"""Mobility (xx, xy, yy) and free acceleration (x, y) of a part's end, and whether all went well."""
+
+
+@inlined
+def first(i: int, far: int, bars: Array, rows: Array) -> Sub:
+    """Bar `i` alone, seen at the end whose rows begin with `far`: LEFT or RIGHT."""
+    w = bars[INVERSE_MASS, i]
+    return w + rows[KXX, i], rows[KXY, i], w + rows[KYY, i], rows[far, i], rows[far + 1, i], True
+
+
+@inlined
+def join(sub: Sub, i: int, joint: int, near: int, far: int, bars: Array, rows: Array) -> Sub:
+    """Join bar `i` by its end `near` to a part; seen at its end `far`. Leaves P and H of the joint."""
+    yxx, yxy, yyy, free_x, free_y, well = sub
+    w, kxx, kxy, kyy = bars[INVERSE_MASS, i], rows[KXX, i], rows[KXY, i], rows[KYY, i]
+    sxx, sxy, syy = yxx + (w + kxx), yxy + kxy, yyy + (w + kyy)
+    determinant = sxx * syy - sxy * sxy
+    inverse = 1.0 / determinant
+    xxx, xyy = w - kxx, w - kyy  # X, whose xy is -kxy
+    hxx, hxy = (syy * xxx + sxy * kxy) * inverse, -(syy * kxy + sxy * xyy) * inverse
+    hyx, hyy = -(sxx * kxy + sxy * xxx) * inverse, (sxx * xyy + sxy * kxy) * inverse
+    apart_x, apart_y = rows[near, i] - free_x, rows[near + 1, i] - free_y
+    px, py = (syy * apart_x - sxy * apart_y) * inverse, (sxx * apart_y - sxy * apart_x) * inverse
+    rows[PX, joint], rows[PY, joint] = px, py
+    rows[HXX, joint], rows[HXY, joint], rows[HYX, joint], rows[HYY, joint] = hxx, hxy, hyx, hyy
+    passed, freed = bars[PASSED, i], bars[FREED, i]
+    bxx, bxy = yxx - passed * (kxx * yxx + kxy * yxy), yxy - passed * (kxx * yxy + kxy * yyy)
+    byx, byy = yxy - passed * (kxy * yxx + kyy * yxy), yyy - passed * (kxy * yxy + kyy * yyy)
+    return (
+        freed * kxx + (bxx * hxx + bxy * hyx),
+        freed * kxy + (bxx * hxy + bxy * hyy),
+        freed * kyy + (byx * hxy + byy * hyy),
+        rows[far, i] - (xxx * px - kxy * py),
+        rows[far + 1, i] - (xyy * py - kxy * px),
+        well and determinant > 0.0,
+    )
+
+
+@inlined
+def back(joint: int, x: float, y: float, side: float, rows: Array) -> tuple[float, float]:
+    """Reaction in `joint` from that in its neighbour nearer to the middle."""
+    return (
+        side * rows[PX, joint] + (rows[HXX, joint] * x + rows[HXY, joint] * y),
+        side * rows[PY, joint] + (rows[HYX, joint] * x + rows[HYY, joint] * y),
+    )
+
+
+@inlined
+def reactions(n: int, bars: Array, rows: Array) -> bool:
+    """Rows RX, RY: force on bar j from bar j+1, by rows LEFT, RIGHT and K; False if a joint is lost in round-off."""
+    if n == 1:
+        return True
+    last, middle = n - 1, (n - 1) // 2
+    both = last - 1 - middle  # joints that each sweep takes beside the other
+    left, right = first(0, RIGHT, bars, rows), first(last, LEFT, bars, rows)
+    for k in range(both):
+        left = join(left, k + 1, k, LEFT, RIGHT, bars, rows)
+        right = join(right, last - 1 - k, last - 1 - k, RIGHT, LEFT, bars, rows)
+    if middle > both:
+        left = join(left, middle, middle - 1, LEFT, RIGHT, bars, rows)
+    sxx, sxy, syy = left[0] + right[0], left[1] + right[1], left[2] + right[2]
+    determinant = sxx * syy - sxy * sxy
+    apart_x, apart_y = right[3] - left[3], right[4] - left[4]
+    x, y = (syy * apart_x - sxy * apart_y) / determinant, (sxx * apart_y - sxy * apart_x) / determinant
+    rows[RX, middle], rows[RY, middle] = x, y
+    right_x, right_y = x, y
+    if middle > both:
+        x, y = back(middle - 1, x, y, 1.0, rows)
+        rows[RX, middle - 1], rows[RY, middle - 1] = x, y
+    for k in range(both):
+        j, i = both - 1 - k, middle + 1 + k
+        x, y = back(j, x, y, 1.0, rows)
+        right_x, right_y = back(i, right_x, right_y, -1.0, rows)
+        rows[RX, j], rows[RY, j] = x, y
+        rows[RX, i], rows[RY, i] = right_x, right_y
+    return left[5] and right[5] and determinant > 0.0

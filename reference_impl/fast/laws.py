@@ -1,0 +1,175 @@
+"""Prescribed rotations: the torques that make bars follow their laws, eqs. (25)-(28), as in the reference."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from reference_impl.fast.jit import compiled
+from reference_impl.fast.joints import reactions
+from reference_impl.fast.layout import (
+    AMPLITUDE,
+    BAR,
+    DURATION,
+    HALF,
+    INVERSE_INERTIA,
+    INVERSE_MASS,
+    LEFT,
+    LEFT_Y,
+    LEVER,
+    LOCAL,
+    REACTS_ON,
+    RIGHT,
+    RIGHT_Y,
+    RX,
+    RY,
+    SPIN,
+    START,
+    UNIT,
+    UX,
+    UY,
+    WEIGHT,
+    Chain,
+    Work,
+)  # fmt: skip
+
+if TYPE_CHECKING:
+    from reference_impl.chain import Array
+
+
+@compiled
+def law_acceleration(law: Array, t_s: float) -> float:
+    """Second derivative of eq. (28), rad/s²."""
+    progress = min(max((t_s - law[START]) / law[DURATION], 0.0), 1.0)
+    x, w = math.pi * progress, math.pi / law[DURATION]
+    return law[AMPLITUDE] / 16.0 * w * w * 9.0 * (math.cos(x) - math.cos(3.0 * x))
+
+
+@compiled
+def unit_torque(law: Array, bar: int, bars: Array) -> float:
+    """Angular acceleration that a unit torque of `law` gives `bar` without reactions, 1/(kg m²)."""
+    if bar == int(law[BAR]):
+        return bars[INVERSE_INERTIA, bar]
+    if bar == int(law[REACTS_ON]):
+        return -bars[INVERSE_INERTIA, bar]
+    return 0.0
+
+
+@compiled
+def respond(n: int, chain: Chain, work: Work) -> bool:
+    """`Work.responses`: reactions to a unit of each prescribed torque, by the same sweeps."""
+    rows, well = work.bars, True
+    for k in range(len(chain.laws)):
+        for i in range(n):
+            turned = chain.bars[HALF, i] * unit_torque(chain.laws[k], i, chain.bars)
+            rows[RIGHT, i], rows[RIGHT_Y, i] = -turned * rows[UY, i], turned * rows[UX, i]
+            rows[LEFT, i], rows[LEFT_Y, i] = turned * rows[UY, i], -turned * rows[UX, i]
+        well = reactions(n, chain.bars, rows) and well
+        for j in range(n - 1):
+            work.responses[k, 0, j], work.responses[k, 1, j] = rows[RX, j], rows[RY, j]
+    return well
+
+
+@compiled
+def levered(n: int, bar: int, x: Array, y: Array, chain: Chain, rows: Array) -> float:
+    """Angular acceleration of `bar` from reactions (x, y): (l/2J) n·(R_j + R_{j-1})."""
+    sum_x = (x[bar] if bar < n - 1 else 0.0) + (x[bar - 1] if bar > 0 else 0.0)
+    sum_y = (y[bar] if bar < n - 1 else 0.0) + (y[bar - 1] if bar > 0 else 0.0)
+    return chain.bars[LEVER, bar] * (rows[UX, bar] * sum_y - rows[UY, bar] * sum_x)
+
+
+@compiled
+def followed(
+    n: int, law: Array, angular: float, x: Array, y: Array, place_x: float, place_y: float, chain: Chain
+) -> float:
+    """Acceleration of the angle that `law` prescribes, from its bar's and (local horizontal) its longitude's.
+
+    Gravity is central: of the bar's acceleration only the reactions' share turns its longitude.
+    """
+    if law[LOCAL] == 0.0:
+        return angular
+    bar = int(law[BAR])
+    pull_x = (x[bar] if bar < n - 1 else 0.0) - (x[bar - 1] if bar > 0 else 0.0)
+    pull_y = (y[bar] if bar < n - 1 else 0.0) - (y[bar - 1] if bar > 0 else 0.0)
+    turned = chain.bars[INVERSE_MASS, bar] * (place_x * pull_y - place_y * pull_x)
+    return angular - turned / (place_x * place_x + place_y * place_y)
+
+
+@compiled
+def place_and_motion(n: int, bar: int, y: Array, chain: Chain, rows: Array) -> tuple[float, float, float, float]:
+    """Place and velocity of a bar's centre from the centre of the body."""
+    place_x = place_y = motion_x = motion_y = 0.0
+    centre_x = centre_y = drift_x = drift_y = 0.0
+    x = z = vx = vz = 0.0
+    for i in range(n):
+        half, rate = chain.bars[HALF, i], y[n + 2 + i]
+        rx, rz = half * rows[UX, i], half * rows[UY, i]
+        if i > 0:
+            x, z, vx, vz = x + rx, z + rz, vx - rate * rz, vz + rate * rx
+        if i == bar:
+            place_x, place_y, motion_x, motion_y = x, z, vx, vz
+        share = chain.bars[WEIGHT, i]
+        centre_x, centre_y = centre_x + share * x, centre_y + share * z
+        drift_x, drift_y = drift_x + share * vx, drift_y + share * vz
+        x, z, vx, vz = x + rx, z + rz, vx - rate * rz, vz + rate * rx
+    return (
+        y[n] + (place_x - centre_x), y[n + 1] + (place_y - centre_y),
+        y[2 * n + 2] + (motion_x - drift_x), y[2 * n + 3] + (motion_y - drift_y),
+    )  # fmt: skip
+
+
+@compiled
+def wanted(law: Array, t_s: float, x: float, y: float, vx: float, vy: float) -> float:
+    """Value that :func:`followed` must take: the law's, and the longitude's share -2 (Z·Z')(Z×Z')/r⁴."""
+    law_s2 = law_acceleration(law, t_s)
+    if law[LOCAL] == 0.0:
+        return law_s2
+    r2 = x * x + y * y
+    return law_s2 - 2.0 * (x * vx + y * vy) * (x * vy - y * vx) / (r2 * r2)
+
+
+@compiled
+def solve(matrix: Array, found: Array) -> None:
+    """Solve the small dense system [A | b] by Gaussian elimination with row pivots, in place."""
+    size = len(found)
+    for k in range(size):
+        pivot = k
+        for i in range(k + 1, size):
+            if abs(matrix[i, k]) > abs(matrix[pivot, k]):
+                pivot = i
+        for j in range(k, size + 1):
+            matrix[k, j], matrix[pivot, j] = matrix[pivot, j], matrix[k, j]
+        for i in range(k + 1, size):
+            factor = matrix[i, k] / matrix[k, k]
+            for j in range(k, size + 1):
+                matrix[i, j] -= factor * matrix[k, j]
+    for k in range(size - 1, -1, -1):
+        total = matrix[k, size]
+        for j in range(k + 1, size):
+            total -= matrix[k, j] * found[j]
+        found[k] = total / matrix[k, k]
+
+
+@compiled
+def torques(n: int, t_s: float, y: Array, chain: Chain, work: Work) -> None:
+    """`Work.torque_N_m`, from the free reactions and the responses; adds the torques' share to the reactions."""
+    rows, laws = work.bars, chain.laws
+    free_x, free_y = rows[RX], rows[RY]
+    for k in range(len(laws)):
+        law, bar = laws[k], int(laws[k, BAR])
+        x, z, vx, vz = place_and_motion(n, bar, y, chain, rows)
+        angular = rows[SPIN, bar] + levered(n, bar, free_x, free_y, chain, rows)
+        lacking = wanted(law, t_s, x, z, vx, vz) - followed(n, law, angular, free_x, free_y, x, z, chain)
+        work.matrix[k, len(laws)] = law[UNIT] * lacking
+        for other in range(len(laws)):
+            rx, rz = work.responses[other, 0], work.responses[other, 1]
+            turned = levered(n, bar, rx, rz, chain, rows) + unit_torque(laws[other], bar, chain.bars)
+            # without units of inertia, or pivots picked across bars of very different size lose the light bars' laws
+            unit = law[UNIT] * laws[other, UNIT]
+            work.matrix[k, other] = unit * followed(n, law, turned, rx, rz, x, z, chain)
+    solve(work.matrix, work.torque_N_m)
+    for k in range(len(laws)):
+        work.torque_N_m[k] *= laws[k, UNIT]
+        for j in range(n - 1):
+            rows[RX, j] += work.torque_N_m[k] * work.responses[k, 0, j]
+            rows[RY, j] += work.torque_N_m[k] * work.responses[k, 1, j]

@@ -1,0 +1,79 @@
+"""Where everything lies in the fast reference's arrays: one row a quantity, one column a bar.
+
+The state is one vector, y = [theta (N), Z0 (2), theta' (N), Z0' (2)]: what changes, then its rates; zeros fill it up to
+whole vector registers.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from reference_impl.chain import Array, ChainModel, GravityModel
+
+GRAVITY_CODES: dict[GravityModel, int] = {"none": 0, "point": 1, "gradient": 2}
+NO_GRAVITY, GRADIENT = GRAVITY_CODES["none"], GRAVITY_CODES["gradient"]
+
+REGISTER = 8  # numbers that the widest vector instructions take at once
+# rows of Chain.bars
+HALF, WEIGHT, INVERSE_MASS, COMPLIANCE, LEVER, INVERSE_INERTIA, PASSED, FREED = range(8)
+# rows of Work.bars
+UX, UY, DX, DY, GX, GY, SPIN, LEFT, LEFT_Y, RIGHT, RIGHT_Y, KXX, KXY, KYY = range(14)
+RX, RY, PX, PY, HXX, HXY, HYX, HYY = range(14, 22)
+# columns of Chain.laws
+BAR, REACTS_ON, LOCAL, AMPLITUDE, DURATION, START, UNIT = range(7)
+
+
+class Chain(NamedTuple):
+    """A chain as compiled code sees it; N bars, P prescribed rotations."""
+
+    mu_m3_s2: float
+    gravity: int
+    """One of `GRAVITY_CODES`"""
+    bars: Array
+    """(8, N) rows HALF l/2, WEIGHT m/M, INVERSE_MASS w = 1/m, COMPLIANCE c = l²/4J, LEVER l/2J, INVERSE_INERTIA 1/J,
+    PASSED 2/(w+c), FREED 4w/(w+c)"""
+    laws: Array
+    """(P, 7) columns BAR, REACTS_ON (-1: nothing), LOCAL, AMPLITUDE rad, DURATION s, START s, UNIT sqrt(J)"""
+
+
+class Work(NamedTuple):
+    """Scratch of one evaluation, and what it found besides the rates."""
+
+    bars: Array
+    """(22, N) rows U unit vectors, D places from the first bar's, G field, SPIN, LEFT and RIGHT accelerations of a
+    bar's ends without reactions, K = c n nᵀ, R reactions (N-1 of them), P and H of the sweep"""
+    responses: Array
+    """(P, 2, N) reactions to a unit of each prescribed torque"""
+    matrix: Array
+    """(P, P+1) system of the prescribed torques"""
+    torque_N_m: Array
+    """(P,)"""
+
+
+def chain(model: ChainModel) -> Chain:
+    """Arrays of `model`."""
+    w, c = model.inverse_mass, model.compliance
+    rows = [
+        model.half_m, model.weight, w, c, model.lever, 1.0 / model.inertia_kg_m2, 2.0 / (w + c), 4.0 * w / (w + c)
+    ]  # fmt: skip
+    laws = [
+        (p.bar, -1 if p.reacts_on is None else p.reacts_on, p.local_horizontal,
+         p.amplitude_rad, p.duration_s, p.start_s, model.inertia_kg_m2[p.bar] ** 0.5)
+        for p in model.prescriptions
+    ]  # fmt: skip
+    table = np.array(laws, dtype=float).reshape(len(laws), 7)
+    return Chain(float(model.mu_m3_s2), GRAVITY_CODES[model.gravity], np.array(rows, dtype=float), table)
+
+
+def work(bars: int, laws: int) -> Work:
+    """Scratch for a chain of `bars` bars with `laws` prescribed rotations."""
+    return Work(np.zeros((22, bars)), np.zeros((laws, 2, bars)), np.zeros((laws, laws + 1)), np.zeros(laws))
+
+
+def pack(com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array) -> Array:
+    """State vector."""
+    state = np.concatenate([angle_rad, com_m, rate_rad_s, com_velocity_m_s])
+    return np.pad(state, (0, -len(state) % REGISTER))

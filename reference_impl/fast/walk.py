@@ -1,0 +1,202 @@
+"""The compiled walk over the samples, step by step, with a word to the caller wherever it can't go on by itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from reference_impl.fast.accelerations import evaluate
+from reference_impl.fast.dop853 import (
+    EXPONENT,
+    LARGEST_FACTOR,
+    LEAST_FACTOR,
+    POWER,
+    ROWS,
+    SAFETY,
+    advance,
+    error_norm,
+    first_step,
+    interpolant,
+    interpolate,
+)  # fmt: skip
+from reference_impl.fast.jit import compiled
+from reference_impl.fast.layout import NO_GRAVITY
+
+if TYPE_CHECKING:
+    from reference_impl.chain import Array
+    from reference_impl.fast.layout import Chain, Work
+
+ARRIVED, LOOK, COLLAPSED, NOT_FINITE, LOST_JOINT = range(5)
+RTOL_FLOOR = 100.0 * float(np.finfo(float).eps)  # SciPy's least
+# places in Stepper.clock
+NOW, STEP, TAKEN, STEPS, SEEN, EVALUATIONS = range(6)
+
+
+class Stepper(NamedTuple):
+    """Everything that a walk carries from step to step."""
+
+    clock: Array
+    """(6,) NOW, s; STEP, size of the next step, s; TAKEN, that of the last; counts: STEPS, SEEN samples, EVALUATIONS"""
+    y: Array
+    """(size,) state now; `size` is 2N+4, filled up"""
+    before: Array
+    """(size,) state before the last step"""
+    end: Array
+    """(size,) scratch"""
+    slopes: Array
+    """(16, size) rates at the stages; row 0 is the rate now"""
+    powers: Array
+    """(7, size) interpolant of the last step"""
+
+
+def stepper(y: Array) -> Stepper:
+    """Carry of a walk that starts at `y`."""
+    size = len(y)
+    return Stepper(np.zeros(6), y.copy(), y.copy(), np.zeros(size), np.zeros((ROWS, size)), np.zeros((POWER, size)))
+
+
+@compiled
+def start(t_s: float, end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int:
+    """Begin a smooth stretch of the walk: the rate now and the first step's size; ARRIVED, or what is wrong."""
+    s.clock[NOW], s.clock[TAKEN] = t_s, 0.0
+    well = evaluate(t_s, s.y, s.slopes[0], chain, work)
+    s.clock[EVALUATIONS] += 1
+    if not well:
+        return LOST_JOINT
+    if not finite(s.y, s.slopes[0]):
+        return NOT_FINITE
+    s.clock[EVALUATIONS] += 1
+    size = 2 * chain.bars.shape[1] + 4
+    s.clock[STEP] = first_step(size, t_s, end_s - t_s, s.y, s.slopes, s.end, atol, RTOL_FLOOR, chain, work)
+    return ARRIVED
+
+
+@compiled
+def finite(y: Array, rates: Array) -> bool:
+    """Whether a state and its rates are numbers."""
+    total = 0.0
+    for i in range(len(y)):
+        total += abs(y[i]) + abs(rates[i])
+    return bool(np.isfinite(total))
+
+
+@compiled
+def step(end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int:
+    """One accepted step towards `end_s`, as SciPy's controller takes it."""
+    t, h, rejected = s.clock[NOW], s.clock[STEP], False
+    least = 10.0 * abs(np.nextafter(t, np.inf) - t)
+    h = max(h, least)
+    while h >= least:
+        reached = min(t + h, end_s)
+        h = reached - t
+        well = advance(t, h, s.y, s.slopes, s.end, chain, work)
+        s.clock[EVALUATIONS] += 12
+        error = error_norm(2 * chain.bars.shape[1] + 4, h, s.y, s.end, s.slopes, atol, RTOL_FLOOR)
+        if not well:
+            return LOST_JOINT
+        if error < 1.0:
+            factor = LARGEST_FACTOR if error == 0.0 else min(LARGEST_FACTOR, SAFETY * error**EXPONENT)
+            s.clock[STEP] = h * (min(1.0, factor) if rejected else factor)
+            s.clock[NOW], s.clock[TAKEN] = reached, h
+            s.clock[STEPS] += 1
+            for i in range(len(s.y)):
+                s.before[i], s.y[i] = s.y[i], s.end[i]
+            return ARRIVED
+        h *= max(LEAST_FACTOR, SAFETY * error**EXPONENT) if np.isfinite(error) else LEAST_FACTOR
+        rejected = True
+    return COLLAPSED
+
+
+@compiled
+def dense(s: Stepper, chain: Chain, work: Work) -> None:
+    """Make the last step's interpolant."""
+    h = s.clock[TAKEN]
+    interpolant(s.clock[NOW] - h, h, s.before, s.y, s.slopes, s.end, s.powers, chain, work)
+    s.clock[EVALUATIONS] += 3
+
+
+@compiled
+def leave_step(s: Stepper) -> None:
+    """Make the rate at the end of the last step that at the start of the next."""
+    for i in range(len(s.y)):
+        s.slopes[0, i] = s.slopes[12, i]
+
+
+@compiled
+def take_samples(
+    until_s: float, t_s: Array, rows: Array, have_dense: bool, s: Stepper, chain: Chain, work: Work
+) -> None:
+    """Samples of the last step up to `until_s`, from its end or its interpolant."""
+    now, h = s.clock[NOW], s.clock[TAKEN]
+    seen = int(s.clock[SEEN])
+    while seen < len(t_s) and t_s[seen] <= until_s:
+        if t_s[seen] == now:
+            for i in range(len(s.y)):
+                rows[seen, i] = s.y[i]
+        else:
+            if not have_dense:
+                dense(s, chain, work)
+                have_dense = True
+            interpolate((t_s[seen] - (now - h)) / h, s.before, s.powers, rows[seen])
+        seen += 1
+    s.clock[SEEN] = seen
+
+
+@compiled
+def clear(n: int, h: float, before: Array, y: Array, chain: Chain, floor_m: float) -> bool:
+    """Whether no point of the chain can have been below the surface in the last step.
+
+    As :meth:`reference_impl.simulate.Simulation.clear`: above the surface gravity pulls at most with mu/R², so that
+    from either end of the step, for half of it, the centre of mass falls at most by a parabola.
+    """
+    pull = 0.0 if chain.gravity == NO_GRAVITY else chain.mu_m3_s2 / (floor_m * floor_m)
+    half = 0.5 * h
+    r0, r1 = np.hypot(before[n], before[n + 1]), np.hypot(y[n], y[n + 1])
+    fall0 = (before[n] * before[2 * n + 2] + before[n + 1] * before[2 * n + 3]) / r0
+    fall1 = -(y[n] * y[2 * n + 2] + y[n + 1] * y[2 * n + 3]) / r1
+    low0 = r0 + min(0.0, fall0) * half - 0.5 * pull * half * half
+    low1 = r1 + min(0.0, fall1) * half - 0.5 * pull * half * half
+    return bool(min(low0, low1) > floor_m)
+
+
+@compiled
+def go(start_s: float, end_s: float, floor_m: float, t_s: Array, rows: Array, atol: Array, s: Stepper,
+       chain: Chain, work: Work) -> int:  # fmt: skip
+    """Walk on to `end_s`, from `start_s` if that is now.
+
+    It stops with LOOK after a step in which a bar may have touched the surface: the caller looks, and comes again.
+
+    Parameters
+    ----------
+    start_s, end_s : float
+        A smooth stretch: no law's break is inside.
+    floor_m : float
+        Distance of the centre of mass from the body's centre above which nothing can touch it; 0: no surface.
+    t_s : ndarray, shape (n,)
+        Sample instants.
+    rows : ndarray, shape (n, size)
+        States at them, filled as they are reached.
+    atol : ndarray, shape (size,)
+    s : Stepper
+    chain : Chain
+    work : Work
+
+    Returns
+    -------
+    int
+        ARRIVED, LOOK, COLLAPSED, NOT_FINITE or LOST_JOINT.
+    """
+    n, code = chain.bars.shape[1], ARRIVED
+    if s.clock[NOW] == start_s:
+        code = start(start_s, end_s, atol, s, chain, work)
+    while code == ARRIVED and s.clock[NOW] < end_s:
+        code = step(end_s, atol, s, chain, work)
+        if code == ARRIVED and not finite(s.y, s.slopes[12]):
+            code = NOT_FINITE
+        elif code == ARRIVED and floor_m > 0.0 and not clear(n, s.clock[TAKEN], s.before, s.y, chain, floor_m):
+            code = LOOK
+        elif code == ARRIVED:
+            take_samples(s.clock[NOW], t_s, rows, False, s, chain, work)
+            leave_step(s)
+    return code
