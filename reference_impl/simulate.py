@@ -302,12 +302,27 @@ class Simulation:
         """Distance of the centre of mass from the body's centre above which no bar can touch the surface."""
         return self.model.body_radius_m + float(self.model.length_m.sum())
 
+    @property
+    def safe_perigee_m(self) -> float:
+        """The same for the lowest point of its orbit, from which it departs by 12 pi L²/r in one revolution."""
+        length = float(self.model.length_m.sum())
+        return self.floor_m + 12.0 * np.pi * length**2 / self.floor_m
+
+    def perigee_m(self, y: Array) -> float:
+        """Lowest point of the Kepler orbit through the centre of mass of a vector, m from the body's centre."""
+        (x, z), (vx, vz), mu = self.packing.centre(y), self.packing.drift(y), self.model.mu_m3_s2
+        parameter = (x * vz - z * vx) ** 2 / mu
+        energy = 0.5 * (vx * vx + vz * vz) - mu / np.hypot(x, z)
+        return float(parameter / (1.0 + np.sqrt(max(0.0, 1.0 + 2.0 * energy * parameter / mu))))
+
     def clear(self, before: Array, after: Array, step_s: float) -> bool:
         """Whether no bar can have touched the surface in a step between these two states.
 
-        Above it gravity pulls at most with mu/R²: from either end of the step, for half of it, the centre of mass
-        falls at most by a parabola.
+        The orbit's lowest point is high enough; or, as above the surface gravity pulls at most with mu/R², the centre
+        of mass can't have fallen so far by a parabola, from either end of the step for half of it.
         """
+        if self.model.gravity != "none" and self.perigee_m(after) > self.safe_perigee_m:
+            return True
         half, pull = 0.5 * step_s, self.model.mu_m3_s2 / self.floor_m**2
         if self.model.gravity == "none":
             pull = 0.0

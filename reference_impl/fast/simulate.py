@@ -67,7 +67,16 @@ class FastSimulation:
     def go(self, start_s: float, end_s: float) -> int:
         """Walk on to `end_s`."""
         code: int = walk.go(
-            start_s, end_s, self.floor_m, self.t_s, self.rows, self.atol, self.carry, self.chain, self.work
+            start_s,
+            end_s,
+            self.floor_m,
+            self.twin.safe_perigee_m,
+            self.t_s,
+            self.rows,
+            self.atol,
+            self.carry,
+            self.chain,
+            self.work,
         )
         return code
 

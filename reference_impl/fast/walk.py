@@ -144,12 +144,24 @@ def take_samples(
 
 
 @compiled
-def clear(n: int, h: float, before: Array, y: Array, chain: Chain, floor_m: float) -> bool:
+def perigee(n: int, y: Array, mu_m3_s2: float) -> float:
+    """Lowest point of the Kepler orbit through a state, m from the centre."""
+    x, z, vx, vz = y[n], y[n + 1], y[2 * n + 2], y[2 * n + 3]
+    swept = x * vz - z * vx
+    energy = 0.5 * (vx * vx + vz * vz) - mu_m3_s2 / np.hypot(x, z)
+    parameter = swept * swept / mu_m3_s2
+    return parameter / (1.0 + np.sqrt(max(0.0, 1.0 + 2.0 * energy * parameter / mu_m3_s2)))
+
+
+@compiled
+def clear(n: int, h: float, before: Array, y: Array, chain: Chain, floor_m: float, safe_m: float) -> bool:
     """Whether no point of the chain can have been below the surface in the last step.
 
-    As :meth:`reference_impl.simulate.Simulation.clear`: above the surface gravity pulls at most with mu/R², so that
-    from either end of the step, for half of it, the centre of mass falls at most by a parabola.
+    As :meth:`reference_impl.simulate.Simulation.clear`: the orbit's lowest point is high enough, or the centre of mass,
+    which gravity pulls at most with mu/R², can't have fallen so far from either end of the step.
     """
+    if chain.gravity != NO_GRAVITY and perigee(n, y, chain.mu_m3_s2) > safe_m:
+        return True
     pull = 0.0 if chain.gravity == NO_GRAVITY else chain.mu_m3_s2 / (floor_m * floor_m)
     half = 0.5 * h
     r0, r1 = np.hypot(before[n], before[n + 1]), np.hypot(y[n], y[n + 1])
@@ -161,7 +173,7 @@ def clear(n: int, h: float, before: Array, y: Array, chain: Chain, floor_m: floa
 
 
 @compiled
-def go(start_s: float, end_s: float, floor_m: float, t_s: Array, rows: Array, atol: Array, s: Stepper,
+def go(start_s: float, end_s: float, floor_m: float, safe_m: float, t_s: Array, rows: Array, atol: Array, s: Stepper,
        chain: Chain, work: Work) -> int:  # fmt: skip
     """Walk on to `end_s`, from `start_s` if that is now.
 
@@ -173,6 +185,8 @@ def go(start_s: float, end_s: float, floor_m: float, t_s: Array, rows: Array, at
         A smooth stretch: no law's break is inside.
     floor_m : float
         Distance of the centre of mass from the body's centre above which nothing can touch it; 0: no surface.
+    safe_m : float
+        The same for the lowest point of its orbit.
     t_s : ndarray, shape (n,)
         Sample instants.
     rows : ndarray, shape (n, size)
@@ -194,7 +208,7 @@ def go(start_s: float, end_s: float, floor_m: float, t_s: Array, rows: Array, at
         code = step(end_s, atol, s, chain, work)
         if code == ARRIVED and not finite(s.y, s.slopes[12]):
             code = NOT_FINITE
-        elif code == ARRIVED and floor_m > 0.0 and not clear(n, s.clock[TAKEN], s.before, s.y, chain, floor_m):
+        elif code == ARRIVED and floor_m > 0.0 and not clear(n, s.clock[TAKEN], s.before, s.y, chain, floor_m, safe_m):
             code = LOOK
         elif code == ARRIVED:
             take_samples(s.clock[NOW], t_s, rows, False, s, chain, work)
