@@ -44,3 +44,29 @@ def plain_lines(total: int) -> Callable[[str, str, str], None]:
         print(f"[{done:>3}/{total}] {elapsed:6.1f} s  {scene}  {engine}  {outcome}", file=sys.stderr, flush=True)
 
     return show
+
+
+@contextlib.contextmanager
+def counted(what: str, total: int) -> Iterator[Callable[[int], None]]:
+    """Callback that counts what is done, of `total` expected; off a terminal a line for every tenth."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield tenths(what, total)
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(what, total=total)
+        yield lambda more: bar.update(task, advance=more)
+
+
+def tenths(what: str, total: int) -> Callable[[int], None]:
+    """One line for every tenth of the whole, for logs."""
+    start, done = time.monotonic(), 0
+
+    def show(more: int) -> None:
+        nonlocal done
+        before, done = done, done + more
+        if 10 * before // total < 10 * done // total:
+            print(f"[{done}/{total}] {time.monotonic() - start:6.1f} s  {what}", file=sys.stderr, flush=True)
+
+    return show

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Literal
+from functools import cached_property
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -47,6 +48,19 @@ class History:
     evaluations: int
     landed_s: float | None
     """Instant at which a bar reached the surface; None if none did"""
+
+
+Length = TypeVar("Length", float, Array)
+
+
+def floor_m(body_radius_m: float, length_m: Length) -> Length:
+    """Distance of the centre of mass from the body's centre above which no bar can touch the surface, m."""
+    return body_radius_m + length_m
+
+
+def safe_perigee_m(floor_m: Length, length_m: Length) -> Length:
+    """The same for the lowest point of its orbit, from which it departs by 12 pi L²/r in one revolution, m."""
+    return floor_m + 12.0 * np.pi * length_m**2 / floor_m
 
 
 class Packing(ABC):
@@ -297,16 +311,15 @@ class Simulation:
             "no torque holds the law."
         )
 
-    @property
+    @cached_property
     def floor_m(self) -> float:
-        """Distance of the centre of mass from the body's centre above which no bar can touch the surface."""
-        return self.model.body_radius_m + float(self.model.length_m.sum())
+        """:func:`floor_m` of this chain; 0 where there is no surface."""
+        return floor_m(self.model.body_radius_m, float(self.model.length_m.sum())) if self.model.body_radius_m else 0.0
 
-    @property
-    def safe_perigee_m(self) -> float:
-        """The same for the lowest point of its orbit, from which it departs by 12 pi L²/r in one revolution."""
-        length = float(self.model.length_m.sum())
-        return self.floor_m + 12.0 * np.pi * length**2 / self.floor_m
+    @cached_property
+    def safe_m(self) -> float:
+        """:func:`safe_perigee_m` of this chain; 0 where there is no surface."""
+        return safe_perigee_m(self.floor_m, float(self.model.length_m.sum())) if self.model.body_radius_m else 0.0
 
     def perigee_m(self, y: Array) -> float:
         """Lowest point of the Kepler orbit through the centre of mass of a vector, m from the body's centre."""
@@ -321,7 +334,7 @@ class Simulation:
         The orbit's lowest point is high enough; or, as above the surface gravity pulls at most with mu/R², the centre
         of mass can't have fallen so far by a parabola, from either end of the step for half of it.
         """
-        if self.model.gravity != "none" and self.perigee_m(after) > self.safe_perigee_m:
+        if self.model.gravity != "none" and self.perigee_m(after) > self.safe_m:
             return True
         half, pull = 0.5 * step_s, self.model.mu_m3_s2 / self.floor_m**2
         if self.model.gravity == "none":

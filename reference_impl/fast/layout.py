@@ -55,17 +55,23 @@ class Work(NamedTuple):
 
 def chain(model: ChainModel) -> Chain:
     """Arrays of `model`."""
-    w, c = model.inverse_mass, model.compliance
-    rows = [
-        model.half_m, model.weight, w, c, model.lever, 1.0 / model.inertia_kg_m2, 2.0 / (w + c), 4.0 * w / (w + c)
-    ]  # fmt: skip
     laws = [
         (p.bar, -1 if p.reacts_on is None else p.reacts_on, p.local_horizontal,
          p.amplitude_rad, p.duration_s, p.start_s, model.inertia_kg_m2[p.bar] ** 0.5)
         for p in model.prescriptions
     ]  # fmt: skip
     table = np.array(laws, dtype=float).reshape(len(laws), 7)
-    return Chain(float(model.mu_m3_s2), GRAVITY_CODES[model.gravity], np.array(rows, dtype=float), table)
+    bars = bar_rows(model.mass_kg, model.length_m, model.inertia_kg_m2)
+    return Chain(float(model.mu_m3_s2), GRAVITY_CODES[model.gravity], bars, table)
+
+
+def bar_rows(mass_kg: Array, length_m: Array, inertia_kg_m2: Array) -> Array:
+    """`Chain.bars` of one chain (N,) or of many (..., N); shape (..., 8, N)."""
+    half, w = 0.5 * length_m, 1.0 / mass_kg
+    c = half**2 / inertia_kg_m2
+    weight = mass_kg / mass_kg.sum(axis=-1, keepdims=True)
+    rows = [half, weight, w, c, half / inertia_kg_m2, 1.0 / inertia_kg_m2, 2.0 / (w + c), 4.0 * w / (w + c)]
+    return np.stack(rows, axis=-2).astype(float)
 
 
 def work(bars: int, laws: int) -> Work:
@@ -74,6 +80,12 @@ def work(bars: int, laws: int) -> Work:
 
 
 def pack(com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array) -> Array:
-    """State vector."""
-    state = np.concatenate([angle_rad, com_m, rate_rad_s, com_velocity_m_s])
-    return np.pad(state, (0, -len(state) % REGISTER))
+    """State vector of one chain, or state vectors (..., size) of many."""
+    return filled([angle_rad, com_m, rate_rad_s, com_velocity_m_s], 0.0)
+
+
+def filled(parts: list[Array], value: float) -> Array:
+    """Vectors laid end to end along the last axis, filled up with `value` to whole registers."""
+    joined = np.concatenate(parts, axis=-1).astype(float)
+    idle = np.full((*joined.shape[:-1], -joined.shape[-1] % REGISTER), value)
+    return np.concatenate([joined, idle], axis=-1)

@@ -44,14 +44,13 @@ class FastSimulation:
         self.atol[self.order] = self.twin.atol
         self.chain = layout.chain(model)
         self.work = layout.work(model.bars, len(model.prescriptions))
-        self.floor_m = self.twin.floor_m if model.body_radius_m > 0.0 else 0.0
         self.warm_up()
 
     def warm_up(self) -> None:
         """Have all that a walk may call compiled, or loaded from where it was kept, by calls that change nothing."""
         self.aim(np.zeros(1))
         self.go(np.inf, -np.inf)
-        if self.floor_m:
+        if self.twin.floor_m:
             walk.dense(self.carry, self.chain, self.work)
             interpolate(0.0, self.carry.before, self.carry.powers, self.carry.end)
             walk.take_samples(-np.inf, self.t_s, self.rows, True, self.carry, self.chain, self.work)
@@ -69,8 +68,8 @@ class FastSimulation:
         code: int = walk.go(
             start_s,
             end_s,
-            self.floor_m,
-            self.twin.safe_perigee_m,
+            self.twin.floor_m,
+            self.twin.safe_m,
             self.t_s,
             self.rows,
             self.atol,

@@ -1,0 +1,84 @@
+"""From an ensemble's tables to its page."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+from markupsafe import Markup
+
+from reports.ensemble_charts import fans
+from reports.palette import variables
+from reports.record import SceneRecord, mapping, rows
+from reports.render import templates
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from reports.charts import Panel
+
+FOLDER = "ensemble"
+UNITS = {"attitude": ("bar", "angle from the z1 axis, rad"), "reaction": ("joint", "size of the reaction, N")}
+
+
+@dataclass(frozen=True)
+class FanGroup:
+    """The panels of one quantity."""
+
+    title: str
+    panels: tuple[Panel, ...]
+    left_out: int
+    """Bars or joints that have no panel"""
+
+
+def render_ensemble(folder: Path) -> Path:
+    """Write ``ensemble.html`` into a folder, from its stored tables alone.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder holds no ensemble.
+    """
+    stored = folder / FOLDER
+    if not (stored / "quantiles.csv").is_file():
+        raise FileNotFoundError(f"{folder}: no {FOLDER}/quantiles.csv there; give a folder that ensemble wrote")
+    record: dict[str, Any] = json.loads((stored / "record.json").read_text(encoding="utf-8"))
+    table = pd.read_csv(stored / "quantiles.csv")
+    scene = SceneRecord(str(mapping(record.get("scene")).get("name") or ""), mapping(record.get("scene")))
+    page = folder / "ensemble.html"
+    shown = {
+        "record": record,
+        "scene": scene,
+        "groups": groups(table, scene),
+        "final": final(table),
+        "environment": mapping(record.get("environment")),
+        "packages": dict(sorted(mapping(record.get("packages")).items())),
+        "light": Markup(variables(0)),
+        "dark": Markup(variables(1)),
+    }
+    page.write_text(templates().get_template("ensemble_page.html.j2").render(shown), encoding="utf-8")
+    return page
+
+
+def groups(table: pd.DataFrame, scene: SceneRecord) -> list[FanGroup]:
+    """Charts of every quantity there is."""
+    found = []
+    for quantity, (item, label) in UNITS.items():
+        part = table[table["quantity"] == quantity]
+        if len(part):
+            panels = fans(part, quantity, item, label, scene.period_s if scene.closed else 0.0)
+            found.append(FanGroup(quantity.capitalize(), panels, int(part["item"].nunique()) - len(panels)))
+    return found
+
+
+def final(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Quantiles at the last instant, a row for each bar or joint."""
+    last = table[table["t_s"] == table["t_s"].max()]
+    wide = last.pivot_table(index=["quantity", "item", "unit", "runs"], columns="quantile", values="value")
+    found = [
+        {"quantity": str(key[0]), "item": int(key[1]), "unit": str(key[2]), "runs": int(key[3]), "values": dict(row)}
+        for key, row in zip(wide.index, wide.to_dict("records"), strict=True)
+    ]
+    return rows(found)

@@ -1,0 +1,164 @@
+"""Ensembles: copies drawn as asked, run as the engine runs them, on threads or on a cluster that loses workers."""
+
+import dataclasses
+import os
+import signal
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba", reason="ensembles run in the compiled reference")
+
+from adapters.engine import Setting
+from adapters.reference_fast_adapter import ReferenceFast
+from barchain.cli import run as barchain
+from barchain.ensemble.ensemble import ensemble
+from barchain.ensemble.population import populate
+from barchain.ensemble.tasks import ClusterError, run_task, tasks
+from barchain.ensemble.variation import VariationError, parse
+from scenarios import load_scene
+
+RTOL = 1e-8
+EVERYTHING = (
+    "angle_deg[*]=normal(5, 3)", "rate_factor=uniform(0.9, 1.1)", "mass_kg[2]=lognormal(100, 0.2)",
+    "length_m=triangular(80, 100, 130)", "altitude_m=normal(4e5, 1e3)", "speed_factor=uniform(0.99, 1.05)",
+    "longitude_deg=uniform(-180, 180)",
+)  # fmt: skip
+
+
+def short(name, share=0.1, samples=6):
+    scene = load_scene(name)
+    return dataclasses.replace(
+        scene, run=dataclasses.replace(scene.run, duration_s=share * scene.run.duration_s, samples=samples)
+    )
+
+
+@pytest.mark.parametrize("name", ["paper/fig05", "paper/fig05_bar_horizontal", "paper/fig17", "basics/two_bars_free"])
+def test_every_copy_moves_as_the_engine_moves_it_bit_for_bit(name):
+    scene = short(name)
+    vary = [v for v in EVERYTHING if not v.startswith("speed_factor") or scene.bound]
+    population = populate(scene, tuple(parse(v, scene.bars) for v in vary), 5, seed=3)
+    part = run_task(tasks(population, RTOL)[0])
+    for run in range(5):
+        alone = ReferenceFast().run(population.copy(run), Setting(ReferenceFast.ladder.knob, RTOL))
+        # starts made for all copies at once are the engine's own to a rounding; what follows amplifies it by the orbit
+        np.testing.assert_allclose(part.seen.angle_rad[run], alone.angle_rad, rtol=0, atol=1e-10)
+        sizes = np.linalg.norm(alone.reaction_N, axis=2)
+        np.testing.assert_allclose(part.seen.reaction_N[run], sizes, rtol=0, atol=1e-9 * sizes.max())
+        assert part.seen.steps[run] == alone.info["steps"]
+
+
+def test_quantiles_of_free_turning_are_those_of_the_rates_drawn():
+    scene = short("basics/free_rotation", share=1.0)
+    found = ensemble(scene, ["rate_factor=uniform(0.5, 2)"], runs=400, samples=3, rtol=1e-12)
+    end = scene.run.duration_s
+    start = found.angle_rad[0, 0, 0]
+    turned = found.runs["rate_factor"].to_numpy() * scene.orbital_rate_rad_s * end
+    last = found.quantiles.query("quantity == 'attitude' and item == 1 and t_s == @end")
+    for _, row in last.iterrows():
+        assert row["value"] == pytest.approx(start + np.quantile(turned, row["quantile"]), rel=1e-9)
+        assert row["runs"] == 400
+
+
+def test_draws_of_one_quantity_depend_neither_on_what_else_varies_nor_on_the_number_of_workers():
+    scene = short("paper/fig13")
+    alone = ensemble(scene, EVERYTHING[:1], runs=300, samples=3, workers=1)
+    together = ensemble(scene, EVERYTHING, runs=300, samples=3, workers=2)
+    np.testing.assert_array_equal(alone.runs["angle_deg[4]"], together.runs["angle_deg[4]"])
+    again = ensemble(scene, EVERYTHING, runs=300, samples=3, workers=1)
+    np.testing.assert_array_equal(again.angle_rad, together.angle_rad)
+    np.testing.assert_array_equal(again.reaction_N, together.reaction_N)
+    other = ensemble(scene, EVERYTHING, runs=300, samples=3, seed=2)
+    assert not np.array_equal(other.angle_rad, together.angle_rad)
+
+
+def test_a_bar_that_is_heavier_or_longer_keeps_the_shape_of_its_mass():
+    scene = load_scene("paper/fig13")
+    made = populate(scene, (parse("mass_kg=uniform(50, 90)", 5), parse("length_m[3]=uniform(10, 20)", 5)), 20, seed=1)
+    np.testing.assert_allclose(made.inertia_kg_m2, made.mass_kg * made.length_m**2 / 12.0, rtol=1e-12)
+    own = populate(scene, (parse("mass_kg=uniform(50, 90)", 5), parse("inertia_kg_m2=uniform(7, 7)", 5)), 2, seed=1)
+    assert (own.inertia_kg_m2 == 7.0).all()
+
+
+def test_copies_that_reach_the_surface_end_there_and_are_counted():
+    found = ensemble(
+        dataclasses.replace(load_scene("paper/fig09")),
+        ["speed_factor=uniform(0.2, 1.0)"],
+        runs=60,
+        orbits=0.5,
+        samples=21,
+    )
+    ended = found.runs[found.runs["outcome"] == "ended"]
+    assert 10 < len(ended) < 60
+    assert ended["reason"].str.contains("a bar reached the surface at t = ").all()
+    last = found.quantiles[found.quantiles["t_s"] == found.quantiles["t_s"].max()]
+    assert (last["runs"] == 60 - len(ended)).all()
+    assert np.isfinite(last["value"]).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("angle=normal(0, 1)", "did you mean angle_deg"),
+        ("angle_deg=norml(0, 1)", "did you mean normal"),
+        ("angle_deg=normal(0)", "normal(mean, deviation)"),
+        ("angle_deg=normal(0, -1)", "normal(mean, deviation)"),
+        ("angle_deg=normal(0, x)", "numbers in normal(mean, deviation)"),
+        ("angle_deg=normal(0, nan)", "normal(mean, deviation)"),
+        ("angle_deg[6]=normal(0, 1)", "allowed: 1 to 5"),
+        ("altitude_m[1]=normal(4e5, 1)", "altitude_m is not a bar's"),
+        ("angle_deg", "KEY=DISTRIBUTION"),
+        ("mass_kg=normal(1, 3)", "greater than 0"),
+    ],
+)
+def test_what_cant_be_drawn_is_said_in_one_line(text, words):
+    with pytest.raises(VariationError) as caught:
+        ensemble(short("paper/fig05"), [text], runs=50)
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_command_writes_tables_and_a_page(tmp_path, capsys):
+    out = tmp_path / "out"
+    arguments = ["--runs", "40", "--orbits", "0.2", "--samples", "5", "--out", str(out)]
+    assert barchain(["ensemble", "paper/fig05", "--vary", "angle_deg=normal(0, 1)", *arguments]) == 0
+    assert "40 finished" in capsys.readouterr().out
+    page = (out / "ensemble.html").read_text(encoding="utf-8")
+    assert page.count("<svg") == 9
+    assert "angle_deg=normal(0, 1)" in page
+    assert len((out / "ensemble" / "quantiles.csv").read_text().splitlines()) == 1 + 5 * 5 * 9
+    assert barchain(["ensemble", "paper/fig05", "--vary", "angle=normal(0, 1)", *arguments]) == 2
+    assert barchain(["ensemble", "paper/fig99", "--vary", "angle_deg=normal(0, 1)", *arguments]) == 2
+
+
+def test_an_address_where_nothing_answers_is_said_in_one_line():
+    pytest.importorskip("distributed")
+    with pytest.raises(ClusterError, match="no Dask scheduler answers there"):
+        ensemble(short("paper/fig05"), ["angle_deg=normal(0, 1)"], runs=2, dask="tcp://127.0.0.1:1")
+
+
+@pytest.mark.filterwarnings("ignore")  # a cluster that loses a worker has much to say about it
+def test_a_cluster_that_loses_a_worker_half_way_loses_no_run_and_changes_no_bit():
+    distributed = pytest.importorskip("distributed")
+    scene, vary = short("paper/fig05"), ["angle_deg[*]=normal(0, 1)"]
+    here = ensemble(scene, vary, runs=8000, samples=6)
+    killed = []
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+    ) as cluster:
+        with distributed.Client(cluster) as watcher:
+            victim = next(iter(watcher.run(os.getpid).values()))
+        done = 0
+
+        def kill_half_way(more):
+            nonlocal done
+            done += more
+            if done >= 2000 and not killed:
+                os.kill(victim, signal.SIGKILL)
+                killed.append(done)
+
+        there = ensemble(scene, vary, runs=8000, samples=6, dask=cluster.scheduler_address, progress=kill_half_way)
+    assert killed
+    assert killed[0] < 8000
+    np.testing.assert_array_equal(there.angle_rad, here.angle_rad)
+    np.testing.assert_array_equal(there.reaction_N, here.reaction_N)
