@@ -1,0 +1,64 @@
+"""The oracle's equations evaluated at a single state, rounded to double at the very end."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+
+from adapters.heyoka_compiled import QUAD, Precision, symbols
+from adapters.heyoka_structure import PI, LawShape, Part, Structure
+from reference_impl.chain import Accelerations, Array, ChainModel, State
+from reference_impl.kinematics import hang_together
+from reference_impl.plane import along, as_vectors
+
+
+def shape_of(model: ChainModel) -> Structure:
+    """Structure of a chain of the reference's."""
+    laws = tuple(LawShape(p.bar, p.local_horizontal, p.reacts_on is not None) for p in model.prescriptions)
+    return Structure(model.bars, model.gravity, laws)
+
+
+def parameters(model: ChainModel, t_s: float, precision: Precision) -> Array:
+    """Parameters of the equations, in SI units."""
+    number = precision.number
+    mass, half, inertia = ([number(float(x)) for x in a] for a in (model.mass_kg, model.half_m, model.inertia_kg_m2))
+    total = sum(mass[1:], mass[0])
+    parts = {
+        Part.MASS: mass,
+        Part.SHARE: [m / total for m in mass],
+        Part.HALF: half,
+        Part.INERTIA: inertia,
+        Part.END_INERTIA: [j + m * h * h for j, m, h in zip(inertia, mass, half, strict=True)],
+        Part.SLENDER: [number(3.0) * j / (h * h) for j, h in zip(inertia, half, strict=True)],
+    }
+    found = [number(model.mu_m3_s2), number(model.body_radius_m), *(x for part in Part for x in parts[part])]
+    for p in model.prescriptions:
+        turning = p.start_s < t_s < p.start_s + p.duration_s
+        found += [number(p.amplitude_rad / 16.0 if turning else 0.0), number(PI) / number(p.duration_s)]
+        found += [number(p.start_s)]
+    return np.array(found)
+
+
+@cache
+def compiled(structure: Structure, precision: Precision) -> Any:
+    """All accelerations and observables as one function."""
+    found = symbols(structure)
+    return hy.cfunc(found.rates + found.observables, vars=found.variables, fp_type=precision.type, compact_mode=True)
+
+
+def oracle_accelerations(model: ChainModel, t_s: float, state: State, precision: Precision = QUAD) -> Accelerations:
+    """What the reference's `accelerations` gives, by the oracle's equations."""
+    number, n = precision.number, model.bars
+    function = compiled(shape_of(model), precision)
+    y = np.concatenate([state.com_m, state.com_velocity_m_s, state.angle_rad, state.rate_rad_s])
+    given = {"time": number(t_s)} if function.is_time_dependent else {}
+    if function.nparams:
+        given["pars"] = parameters(model, t_s, precision)[: function.nparams]
+    value = function(np.array([number(float(x)) for x in y]), **given).astype(float)
+    angular, seen = value[4 + n : 4 + 2 * n], value[4 + 2 * n :]
+    end = model.half_m * along(state.angle_rad) * (1j * angular - state.rate_rad_s**2)
+    reaction = seen[: 2 * (n - 1)].reshape(n - 1, 2)
+    return Accelerations(value[2:4], angular, hang_together(model, as_vectors(end)), reaction, seen[2 * (n - 1) :])
