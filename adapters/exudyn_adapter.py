@@ -89,6 +89,7 @@ class ExudynIndex3(ExudynRedundant):
     coordinates = Coordinates.ROTATING_FRAME
     ladder = Ladder(Knob.STEPS_PER_ORBIT, (100, 500, 1000, 5000, 10000, 50000, 100000), default=5000)
     index3 = True
+    joints_in_place = True
 
 
 @final
@@ -108,7 +109,7 @@ class ExudynTree(ExudynEngine):
     title = "Exudyn, kinematic tree in a frame on the Kepler orbit, RK67"
     coordinates = Coordinates.JOINT
     order = 6.0
-    ladder = Ladder(Knob.STEPS_PER_ORBIT, (50, 100, 200, 400, 800, 1600), default=400)
+    ladder = Ladder(Knob.STEPS_PER_ORBIT, (20, 50, 100, 150, 200, 400, 800, 1600), default=400)
     effects = GRAVITY
     explicit = True
     model: TreeModel

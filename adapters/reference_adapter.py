@@ -9,7 +9,7 @@ import numpy as np
 
 from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Observable, Setting, Trajectory
 from adapters.initial_state import chain_model, initial_state
-from reference_impl.simulate import CoordinateSet, Simulation
+from reference_impl.simulate import GRAINS, CoordinateSet, Simulation
 
 if TYPE_CHECKING:
     from adapters.initial_state import InitialState
@@ -38,7 +38,7 @@ class ReferenceEngine(Engine):
     """What all forms of the reference share."""
 
     order = None
-    ladder = Ladder(Knob.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13), default=1e-10)
+    ladder = Ladder(Knob.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14), default=1e-10)
     effects = EVERYTHING
     observables = frozenset(Observable)
     options = frozenset({"condition"})
@@ -110,3 +110,17 @@ class ReferenceAbsolute(ReferenceNumPy):
     title = "NumPy reference in absolute inertial coordinates, DOP853"
     coordinates = Coordinates.ABSOLUTE
     coordinate_set = "absolute"
+    track_by_length = True
+
+    @classmethod
+    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
+        """Where its steps stop to shrink, whatever is asked for.
+
+        No step is held to less than GRAINS roundings of a radius, in velocities times the fastest rate w. With a
+        step a radian of w, they add up as a random walk of w t steps; those of velocities run on, by t.
+        """
+        del setting
+        place, w = GRAINS * np.finfo(float).eps * scene.radius0_m, scene.fastest_rate_rad_s
+        steps = np.sqrt(1.0 + w * t_s)
+        rate = place * w * steps / min(scene.chain.length_m)
+        return {"com": place * steps * (1.0 + w * t_s), "com_velocity": place * w * steps, "rate": rate}

@@ -75,11 +75,27 @@ def _ours(module: str, name: str) -> Registration:
 
 
 def _external(module: str, name: str, requires: str) -> Registration:
-    return Registration(f"adapters.{module}:{name}", requires, f"pip install {requires}")
+    return Registration(f"adapters.{module}:{name}", requires, install=f"pip install {requires}")
+
+
+def _more(module: str, name: str, requires: str, imported: str = "", *, ours: bool = False) -> Registration:
+    """What a user would pick instead; for studies only."""
+    return Registration(
+        f"adapters.{module}:{name}", requires, imported, "pip install '.[more-engines]'", ours=ours, everyday=False
+    )
+
+
+def _oracle(name: str, *, everyday: bool = True) -> Registration:
+    return Registration(
+        f"adapters.heyoka_adapter:{name}", "heyoka", install="pip install '.[oracle]'", everyday=everyday
+    )
 
 
 ENGINES: dict[str, Registration] = {
     "reference": _ours("reference_adapter", "Reference"),
+    "reference-fast": Registration(
+        "adapters.reference_fast_adapter:ReferenceFast", "numba", install="pip install '.[fast]'", ours=True
+    ),
     "reference-absolute": _ours("reference_adapter", "ReferenceAbsolute"),
     "exudyn": _external("exudyn_adapter", "Exudyn", "exudyn"),
     "exudyn-index3": _external("exudyn_adapter", "ExudynIndex3", "exudyn"),
@@ -88,6 +104,17 @@ ENGINES: dict[str, Registration] = {
     "rebound": _external("rebound_adapter", "Rebound", "rebound"),
     "pymunk": _external("pymunk_adapter", "Pymunk", "pymunk"),
     "pymunk-absolute": _external("pymunk_adapter", "PymunkAbsolute", "pymunk"),
+    "heyoka": _oracle("Heyoka"),
+    "heyoka-long": _oracle("HeyokaLong", everyday=False),
+    "heyoka-quad": _oracle("HeyokaQuad", everyday=False),
+    "scipy-rk45": _more("scipy_adapter", "ScipyRK45", "scipy", ours=True),
+    "scipy-dop853": _more("scipy_adapter", "ScipyDop853", "scipy", ours=True),
+    "scipy-radau": _more("scipy_adapter", "ScipyRadau", "scipy", ours=True),
+    "scipy-lsoda": _more("scipy_adapter", "ScipyLsoda", "scipy", ours=True),
+    "cvode-adams": _more("cvode_adapter", "CvodeAdams", "scikit-sundae", "sksundae", ours=True),
+    "cvode-bdf": _more("cvode_adapter", "CvodeBdf", "scikit-sundae", "sksundae", ours=True),
+    "mujoco": _more("mujoco_adapter", "Mujoco", "mujoco"),
+    "pinocchio": _more("pinocchio_adapter", "Pinocchio", "pin", "pinocchio"),
 }
 
 

@@ -13,8 +13,11 @@ import click
 from adapters.engine import EngineError
 from adapters.registry import UnknownEngineError, engines
 from barchain import api, listing
+from barchain.commands.cost import cost
+from barchain.commands.ensemble import ensemble
+from barchain.commands.truths import truths
 from barchain.progress import verdicts_shown
-from reports import render
+from barchain.truth_tables import DamagedTableError
 from scenarios import SceneError, SceneFile, load_scene, nearest, scene_names
 
 if TYPE_CHECKING:
@@ -39,7 +42,7 @@ def run(arguments: list[str]) -> int:
         return complain(error.format_message(), BAD_INPUT)
     except (SceneError, UnknownEngineError, api.SettingError, FileNotFoundError, PermissionError) as error:
         return complain(str(error), BAD_INPUT)
-    except EngineError as error:
+    except (EngineError, DamagedTableError) as error:
         return complain(str(error), FAILED)
     except (click.Abort, KeyboardInterrupt):
         return complain("interrupted; what was done is kept, and --resume goes on from it", INTERRUPTED)
@@ -215,6 +218,8 @@ def compare_and_render(
             scenes, names, out, time_limit_s=time_limit, workers=workers, settings=chosen, resume=resume,
             need_external=need_external, command=shlex.join(["barchain", *sys.argv[1:]]), progress=show,
         )  # fmt: skip
+    from reports.render import render  # noqa: PLC0415  # plots take a second to import
+
     html, _ = render(out)
     listing.show_verdict(result, html)
     if not result.passed:
@@ -225,5 +230,12 @@ def compare_and_render(
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 def report(folder: Path) -> None:
     """Render the report of DIR again, from its stored tables alone."""
+    from reports.render import render  # noqa: PLC0415  # as above
+
     html, markdown = render(folder)
     click.echo(f"wrote {html} and {markdown}")
+
+
+cli.add_command(cost)
+cli.add_command(ensemble)
+cli.add_command(truths)

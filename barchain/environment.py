@@ -8,7 +8,10 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-PACKAGES = ("numpy", "scipy", "pandas", "pyarrow", "exudyn", "rebound", "pymunk")
+PACKAGES = (
+    "numpy", "scipy", "pandas", "pyarrow", "numba", "exudyn", "rebound", "pymunk", "heyoka", "mujoco", "pin",
+    "scikit-sundae",
+)  # fmt: skip
 
 
 def environment() -> dict[str, object]:

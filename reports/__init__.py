@@ -1,6 +1,7 @@
-"""Renders stored result tables into HTML and Markdown; knows tables, not engines or scenes."""
+"""Renders stored result tables into HTML and Markdown; knows tables, not engines or scenes.
+
+Pages are made by :mod:`reports.render`, which is not imported here: plots take a second to import, and every worker
+process imports this package for the words of an outcome.
+"""
 
 from reports.outcome import Outcome as Outcome
-from reports.render import render as render
-from reports.tables import Results as Results
-from reports.tables import read_results as read_results

@@ -6,10 +6,13 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
+from reports.cost_text import decade, ratio_text, span_text
+from reports.cost_view import view_cost
 from reports.facts import facts
 from reports.markdown import cell_text, escape_text, table_row
+from reports.mathematics import effect, written, written_row
 from reports.numerals import as_given, given_markup, number, significant, span, typeset
 from reports.outcome import Outcome
 from reports.palette import PAPER, engine_pen, variables
@@ -59,7 +62,7 @@ def render(folder: Path) -> tuple[Path, Path]:
     """
     results = read_results(folder)
     summary = summarise(results)
-    shared = context(results, summary)
+    shared = context(results, summary) | {"cost": view_cost(folder)}
     views = [view_scene(results, summary, s) for s in summary.scenes]
     environment = templates()
     page, text = folder / "index.html", folder / "report.md"
@@ -83,6 +86,8 @@ def templates() -> Environment:
         "md": escape_text,
         "row": table_row,
         "number": number,
+        "effect": effect,
+        "effect_markup": effect_markup,
         "value": as_given,
         "nice": given_markup,
         "span": span,
@@ -91,8 +96,17 @@ def templates() -> Environment:
         "breakable": breakable,
         "why": failure_words,
         "facts": facts,
+        "span_text": span_text,
+        "ratio_text": ratio_text,
+        "decade": decade,
     }
     return made
+
+
+def effect_markup(value: object) -> Markup:
+    """Effect of a misprint for HTML."""
+    found = effect(value)
+    return escape(found) if isinstance(found, str) else typeset(found)
 
 
 def context(results: Results, summary: Summary) -> dict[str, Any]:
@@ -108,9 +122,9 @@ def context(results: Results, summary: Summary) -> dict[str, Any]:
         "packages": dict(sorted(mapping(record.get("packages")).items())),
         "engines": {e: mapping(mapping(record.get("engines")).get(e)) for e in summary.engines},
         "runs": in_order(rows(record.get("runs"))),
-        "misprints": rows(record.get("misprints")),
-        "tolerances": rows(record.get("tolerances")),
-        "limitations": [str(t) for t in record.get("limitations") or []],
+        "misprints": [written_row(r) for r in rows(record.get("misprints"))],
+        "tolerances": [written_row(r) for r in rows(record.get("tolerances"))],
+        "limitations": [written(str(t)) for t in record.get("limitations") or []],
         "Outcome": Outcome,
         "words": WORDS,
         "symbols": SYMBOLS,

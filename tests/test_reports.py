@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 import pytest
 
-import reports
+from reports import render as reports
 from reports.numerals import significant
 from reports.outcome import Outcome
 from reports.summary import GRAVITY, WORDS, summarise

@@ -1,0 +1,148 @@
+"""An engine's work-precision curve: what an error cost, along the points that nothing of its own beats."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.stats import bootstrap
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adapters.engine import Array
+
+CONFIDENCE = 0.95
+RESAMPLES = 999  # the interval's ends are then the 25th and the 975th of them
+SEED = 20020812  # the same intervals from the same times
+FEWEST = 4  # times from which an interval is drawn by resampling; of fewer, their range is shown
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A number and where it lies with :data:`CONFIDENCE`; NaN where that can't be told."""
+
+    value: float
+    low: float = float("nan")
+    high: float = float("nan")
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Points on the lower envelope, from the largest error to the least: costs rise along it."""
+
+    error: Array
+    """(k,)"""
+    cost: Array
+    """(k,)"""
+    samples: tuple[Array, ...]
+    """Measured times of each point; empty where the cost is a count"""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a target lies on a curve: between points `i` and `i + 1`, or on `i` if `weight` is 0."""
+
+    i: int
+    weight: float
+    """Of point i + 1 in the logarithm"""
+    at_most: bool = False
+    """Whether even the coarsest point is better than the target"""
+
+
+def lower_envelope(error: Sequence[float], cost: Sequence[float], samples: Sequence[Array] = ()) -> Curve:
+    """Keep the points that no other is both cheaper and more accurate than.
+
+    Points whose error or cost is not a positive number are none.
+    """
+    order = [int(k) for k in np.lexsort((error, cost)) if positive(error[k]) and positive(cost[k])]
+    kept: list[int] = []
+    for k in order:
+        if not kept or error[k] < error[kept[-1]]:
+            kept.append(k)
+    taken = tuple(np.asarray(samples[k], float) for k in kept) if len(samples) else ()
+    return Curve(np.array([error[k] for k in kept]), np.array([cost[k] for k in kept]), taken)
+
+
+def positive(value: float) -> bool:
+    """Whether a value has a logarithm."""
+    return bool(np.isfinite(value) and value > 0.0)
+
+
+def on_front(error: Array, cost: Array) -> Array:
+    """Which points no other beats, (n,) bool; NaN never is one."""
+    front = lower_envelope(list(error), list(cost))
+    pairs = set(zip(front.error.tolist(), front.cost.tolist(), strict=True))
+    return np.array([pair in pairs for pair in zip(error.tolist(), cost.tolist(), strict=True)], bool)
+
+
+def locate(curve: Curve, target: float) -> Place | None:
+    """Where a curve reaches an error of `target`; None if it does not. Nothing is ever extrapolated."""
+    if not len(curve.error) or curve.error[-1] > target:
+        return None
+    i = int(np.argmax(curve.error <= target))  # first point that is good enough
+    if i == 0:
+        return Place(0, 0.0, at_most=bool(curve.error[0] < target))
+    high, low = np.log(curve.error[i - 1]), np.log(curve.error[i])
+    weight = float((high - np.log(target)) / (high - low))
+    return Place(i, 0.0) if weight >= 1.0 else Place(i - 1, weight)
+
+
+def cost_at(curve: Curve, place: Place) -> float:
+    """Cost interpolated in both logarithms."""
+    log_cost = np.log(curve.cost[place.i])
+    if place.weight:
+        log_cost += place.weight * (np.log(curve.cost[place.i + 1]) - log_cost)
+    return float(np.exp(log_cost))
+
+
+def parts(curve: Curve, place: Place, sign: float = 1.0) -> list[tuple[float, Array]]:
+    """Measured times that an interpolated cost is made of, each with its exponent."""
+    if not curve.samples:
+        return []
+    found = [(sign * (1.0 - place.weight), curve.samples[place.i])]
+    return [*found, (sign * place.weight, curve.samples[place.i + 1])] if place.weight else found
+
+
+def interval(value: float, made_of: list[tuple[float, Array]]) -> Interval:
+    """Bootstrap interval of a product of powers of medians.
+
+    Rounds are independent measurements, so each point's times are resampled by themselves. A point measured
+    fewer than :data:`FEWEST` times is taken at the ends of its range instead; one that has a single time
+    leaves the interval open.
+    """
+    if not made_of or min(len(t) for _, t in made_of) < 2:
+        return Interval(value)
+    few = [(p, t) for p, t in made_of if len(t) < FEWEST]
+    many = [(p, t) for p, t in made_of if len(t) >= FEWEST]
+    low, high = resampled(many)
+    for power, times in few:
+        middle = float(np.median(times))
+        ends = sorted(((times.min() / middle) ** power, (times.max() / middle) ** power))
+        low, high = low * ends[0], high * ends[1]
+    return Interval(value, value * float(low), value * float(high))
+
+
+def resampled(made_of: list[tuple[float, Array]]) -> tuple[float, float]:
+    """Interval of a product of powers of medians over the product itself."""
+    varied = [(p, t / np.median(t)) for p, t in made_of if np.ptp(t) > 0.0]
+    if not varied:
+        return 1.0, 1.0
+    powers = [p for p, _ in varied]
+
+    def product(*times: Array, axis: int = -1) -> Array:
+        logs = [p * np.log(np.median(t, axis=axis)) for p, t in zip(powers, times, strict=True)]
+        found: Array = np.exp(np.sum(logs, axis=0))
+        return found
+
+    drawn = bootstrap(
+        tuple(t for _, t in varied), product, vectorized=True, n_resamples=RESAMPLES, method="percentile",
+        confidence_level=CONFIDENCE, random_state=np.random.default_rng(SEED),
+    )  # fmt: skip
+    return float(drawn.confidence_interval.low), float(drawn.confidence_interval.high)
+
+
+def median_time(times: Array) -> Interval:
+    """Median of some times with its interval."""
+    return interval(float(np.median(times)), [(1.0, times)])

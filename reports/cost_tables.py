@@ -1,0 +1,75 @@
+"""The stored tables of a cost study: what its chapter is rendered from, and nothing else is needed.
+
+A folder ``cost`` inside a result folder holds
+
+``points.csv``
+    one row for each run asked for, columns :data:`POINT_COLUMNS`; errors are the largest over the samples, an
+    empty cell is what the engine has not got or what was not measured;
+``times.csv``
+    every measured time of `simulate`, s, by the point's key;
+``orders.csv``, ``reach.csv``, ``price.csv``
+    measured orders of convergence; what it costs to reach an error; the price of one more digit;
+``run.json``
+    what ran where, the engines, the truths, and what was left out with its reason.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FOLDER = "cost"
+TIME_COLUMNS = ("key", "turn", "seconds")
+POINT_COLUMNS = (
+    "scene", "engine", "setting", "knob", "value", "step_s", "outcome", "reason",
+    "attitude_error_rad", "attitude_floor_rad",
+    "reaction_error_N", "reaction_floor_N", "reaction_relative", "reaction_floor_relative",
+    "com_error_m", "com_floor_m", "gap_m", "energy_error", "under_floor",
+    "seconds", "seconds_low", "seconds_high", "turns", "build_s", "compile_s", "read_s",
+    "evaluations", "steps", "on_front", "key",
+)  # fmt: skip
+WORDS = ("scene", "engine", "setting", "outcome", "reason", "under_floor", "status", "fastest", "quantity", "against")
+
+
+@dataclass(frozen=True)
+class CostTables:
+    """A cost study's folder, read."""
+
+    points: pd.DataFrame
+    orders: pd.DataFrame
+    reach: pd.DataFrame
+    price: pd.DataFrame
+    record: dict[str, Any]
+
+
+def has_cost(folder: Path) -> bool:
+    """Whether a result folder holds a cost study."""
+    return (folder / FOLDER / "points.csv").is_file() and (folder / FOLDER / "run.json").is_file()
+
+
+def read_cost(folder: Path) -> CostTables:
+    """Read the cost study in a result folder.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a table is missing.
+    """
+    inside = folder / FOLDER
+    tables = {name: read_table(inside / f"{name}.csv") for name in ("points", "orders", "reach", "price")}
+    return CostTables(**tables, record=json.loads((inside / "run.json").read_text(encoding="utf-8")))
+
+
+def read_table(path: Path) -> pd.DataFrame:
+    """Read a table; words are words even where they are empty, other empty cells are NaN."""
+    table = pd.read_csv(path, keep_default_na=False, na_values=[""])
+    for name in WORDS:
+        if name in table:
+            table[name] = table[name].astype(object).fillna("").astype(str)
+    return table
