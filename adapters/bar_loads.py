@@ -25,11 +25,13 @@ class LandedError(Exception):
 class Loads(ABC):
     """Gravity of a scene's central body, point or gradient."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, *, surface: bool = True) -> None:
+        """Gravity of `scene`; without `surface` bars may pass it, for trial states that come to nothing."""
         self.mu = scene.central_body.mu_m3_s2
         self.radius = scene.central_body.radius_m
         self.gradient = scene.effects.gravity is Gravity.GRADIENT
-        self.alarm2 = (self.radius + 0.5 * max(scene.chain.length_m)) ** 2  # m²: above it no bar reaches the surface
+        alarm_m = self.radius + 0.5 * max(scene.chain.length_m) if surface else 0.0
+        self.alarm2 = alarm_m**2  # m²: above it no bar reaches the surface
 
     @abstractmethod
     def move_to(self, x: float, y: float) -> None:

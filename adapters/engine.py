@@ -173,6 +173,10 @@ class Engine(ABC):
     observables: ClassVar[frozenset[Observable]]
     options: ClassVar[frozenset[str]] = frozenset()
     """Names of extras that its constructor takes as ``name=True``: observables that cost time"""
+    joints_in_place: ClassVar[bool] = False
+    """Whether every step puts the joints' ends together again, so that gaps do not open with the step"""
+    track_by_length: ClassVar[bool] = False
+    """Whether a requested accuracy counts in bar lengths for the centre of mass too, not in its distance"""
     why_not: ClassVar[dict[str, str]] = {}
     """Reason for each effect it can't carry, where there is more to say than that."""
 
@@ -204,8 +208,8 @@ class Engine(ABC):
         Returns
         -------
         dict
-            ``attitude`` (rad), ``rate`` (rad/s), ``reaction`` (N), ``torque`` (N m), ``com`` (m), ``gap`` (m for
-            each step): numbers, or arrays of shape (n,).
+            ``attitude`` (rad), ``rate`` (rad/s), ``reaction`` (N), ``torque`` (N m), ``com`` (m), ``com_velocity``
+            (m/s), ``gap`` (m for each step; in all where joints are put in place): numbers, or arrays of shape (n,).
         """
         del scene, setting, t_s
         return {}

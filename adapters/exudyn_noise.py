@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,19 +15,22 @@ if TYPE_CHECKING:
 DIFFERENCING = 1e-8  # Exudyn's relative step in (C_q q')_q, of `minimumCoordinateSize` or of the coordinate
 TRANSIENT = 4.0  # of h w times the chain's inertia forces: first multipliers of index 3, measured up to 2
 TREE_ROUNDINGS = 16.0  # a handful for each entry of the tree's mass matrix
+LAW_PEAK = 18.0 / 16.0  # bound of the law's second derivative, eq. (28), over its amplitude and (pi/t_m)²
 PILES_UP = 4.0  # of a residual's noise: successive steps' add up while they are being damped
 
 
 def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dict[str, float | Array]:
-    """Errors beyond the method's own: ``reaction`` (n,), ``torque`` (n,) and ``rate``.
+    """Errors beyond the method's own: ``reaction`` (n,), ``torque`` (n,), ``rate``, and ``gap`` at index 3.
 
     Index 2 asks for (C_q q')_q, which Exudyn differences forward: half the second derivative times the
-    step, DIFFERENCING min(coordinate size) of m l w². Newton stops at a residual, a velocity there, so that
-    accelerations are off by residual/h, a few at a time, as the trapezoidal rule damps nothing. At index 3
-    the residual is a place: over h for velocities, over h² for forces, and generalized-alpha damps it by
-    rho a step only, so that 1/(1 - rho) of them add up. It also starts with multipliers of first order in
-    the step. Its three stiff roots are all rho: that transient dies away as (1 + n (1 - rho))² rho^n in n
-    steps, and stirs again where a manoeuvre starts or ends.
+    step, DIFFERENCING min(coordinate size) of m l w², or of J w²/l where a bar's inertia is what it has to
+    turn. Newton stops at a residual, a velocity there, so that accelerations are off by residual/h, a few at a
+    time, as the trapezoidal rule damps nothing. At index 3 the residual is a place (and so a gap): over h for
+    velocities, over h² for forces, and generalized-alpha damps it by rho a step only, so that 1/(1 - rho) of
+    them add up. It also starts with multipliers of first order in the step. Its three stiff roots are all rho:
+    that transient dies away as (1 + n (1 - rho))² rho^n in n steps. Where a manoeuvre starts or ends it stirs
+    again, by one order of h w less: the law's fourth derivative jumps there, so that the multipliers and their
+    first derivative go on.
 
     Parameters
     ----------
@@ -37,21 +41,50 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
     """
     chain, mass, length = scene.chain, max(scene.chain.mass_kg), max(scene.chain.length_m)
     rate = scene.fastest_rate_rad_s
-    force = np.full(len(t_s), DIFFERENCING * max(method.difference_m, 1.0) * mass * length * rate**2)
+    force = np.full(len(t_s), DIFFERENCING * max(method.difference_m, 1.0) * turning_mass(scene) * rate**2)
     if not method.index3:
         force += PILES_UP * mass * method.residual_N / step_s
         rate_noise = PILES_UP * method.residual_N / min(chain.length_m)
         return {"reaction": force, "torque": force * length, "rate": rate_noise}
     force += PILES_UP * mass * method.residual_N / step_s**2 / (1.0 - method.spectral_radius)
-    starts = [0.0, *(t for p in scene.effects.prescribed_rotation for t in p.breaks_s)]
-    force_N = mass * scene.size_m * rate**2
-    transient = np.max([start_transient(force_N, rate, step_s, method, t_s - start) for start in starts], axis=0)
+    transient = transients(scene, step_s, method, t_s)
     residual = PILES_UP * method.residual_N / (min(chain.length_m) * step_s)
     return {
         "reaction": force + transient,
         "torque": (force + transient) * length,
         "rate": residual + transient * step_s / (mass * scene.size_m),  # what one step of it gives to the chain
+        "gap": PILES_UP * method.residual_N,
     }
+
+
+def turning_mass(scene: Scene, length_m: float | None = None) -> float:
+    """What times w² is the largest force of inertia at a joint, kg m: m l, or J/l of a bar that is hard to turn.
+
+    `length_m` is what counts as l in the first; the longest bar by default.
+    """
+    chain = scene.chain
+    turning = max(j / length for j, length in zip(chain.inertia_kg_m2, chain.length_m, strict=True))
+    return max(max(chain.mass_kg) * (length_m or max(chain.length_m)), turning)
+
+
+def transients(scene: Scene, step_s: float, method: Method, t_s: Array) -> Array:
+    """Bound of index 3's transients, at the start and at each end of a manoeuvre, (n,), N.
+
+    At the start no manoeuvre has any acceleration yet: the forces are those of the free motion. A manoeuvre
+    turns one bar, which carries the ends of the next ones along.
+    """
+    chain = scene.chain
+    rate = max(2.0 * math.pi / scene.step_period_s, scene.orbital_rate_rad_s * max(1.0, *map(abs, chain.rate_factor)))
+    found = start_transient(turning_mass(scene, scene.size_m) * rate**2, rate, step_s, method, t_s)
+    for p in scene.effects.prescribed_rotation:
+        own, rate = p.bar - 1, math.pi / p.duration_s
+        moved = max(chain.mass_kg[max(own - 1, 0) : own + 2]) * chain.length_m[own]
+        turning = max(moved, chain.inertia_kg_m2[own] / chain.length_m[own])
+        force_N = turning * LAW_PEAK * abs(p.amplitude_rad) * rate**2
+        for start in p.breaks_s:
+            again = start_transient(force_N * step_s * rate, rate, step_s, method, t_s - start)
+            found = np.maximum(found, again)
+    return found
 
 
 def start_transient(force_N: float, rate_rad_s: float, step_s: float, method: Method, t_s: Array) -> Array:
@@ -66,6 +99,5 @@ def tree_noise(scene: Scene) -> float:
 
     They come from a dense mass matrix in joint coordinates, whose condition number grows as N³ at least.
     """
-    rate = scene.fastest_rate_rad_s
-    force = max(scene.chain.mass_kg) * scene.size_m * rate**2
+    force = turning_mass(scene, scene.size_m) * scene.fastest_rate_rad_s**2
     return float(np.finfo(float).eps) * TREE_ROUNDINGS * scene.bars**3 * force

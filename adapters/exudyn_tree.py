@@ -1,6 +1,6 @@
 """The chain as Exudyn's ObjectKinematicTree: minimal coordinates, no multipliers, reactions recovered.
 
-Coordinates: x and y of bar 1's left end, bar 1's angle, then each bar's angle against the one before.
+Coordinates as in :mod:`adapters.joint_coordinates`, in the frame's axes.
 The reaction is what each bar's momentum lacks: R_j = R_{j-1} + m_j a_j - F_j, with the acceleration that
 Exudyn itself gives at the end of a step and the load that it was given. Nothing is solved again.
 """
@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.exudyn_clock import INSIDE_DEGREE
-from adapters.exudyn_frames import perpendicular
 from adapters.exudyn_library import exu, items
 from adapters.exudyn_loads import Bar, Motion, OrbitNumbers, orbit_load
 from adapters.exudyn_model import Model
 from adapters.exudyn_readout import Seen
+from adapters.joint_coordinates import accelerations, angles, folded, places, velocities
 
 if TYPE_CHECKING:
     from adapters.engine import Array
@@ -32,7 +32,7 @@ class TreeModel(Model):
     def add_chain(self) -> None:
         """Add the tree, the loads on its links and the sensors."""
         n, chain = self.scene.bars, self.scene.chain
-        q, q_t = tree_coordinates(self)
+        q, q_t = folded(np.array(chain.length_m), self.start)
         self.node = self.mbs.AddNode(
             items().NodeGenericODE2(
                 referenceCoordinates=[0.0] * (n + 2),
@@ -73,54 +73,16 @@ class StandingTreeModel(TreeModel):
     inside_degree = 0
 
 
-def tree_coordinates(model: Model) -> tuple[Array, Array]:
-    """Turn the initial state into tree coordinates and rates, each (N + 2,)."""
-    s = model.start
-    along = np.array([np.cos(s.angle_rad[0]), np.sin(s.angle_rad[0])])
-    half = 0.5 * model.scene.chain.length_m[0]
-    left = s.position_m[0] - half * along
-    motion = s.velocity_m_s[0] - half * s.rate_rad_s[0] * perpendicular(along)
-    return (
-        np.concatenate([left, s.angle_rad[:1], np.diff(s.angle_rad)]),
-        np.concatenate([motion, s.rate_rad_s[:1], np.diff(s.rate_rad_s)]),
-    )
-
-
-def unfold(length_m: Array, q: Array, q_t: Array, q_tt: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """Turn tree coordinates, (n, N + 2), into those of bars.
-
-    Returns
-    -------
-    position, velocity, acceleration : ndarray, shape (n, N, 2)
-    angle, rate : ndarray, shape (n, N)
-    """
-    angle, rate, spin_up = (np.cumsum(a[:, 2:], axis=1) for a in (q, q_t, q_tt))
-    u = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    v = perpendicular(u)
-    half = 0.5 * length_m[:, None]
-
-    def hung(base: Array, reach: Array) -> Array:
-        total: Array = base[:, None, :2] + 2.0 * np.cumsum(reach, axis=1) - reach
-        return total
-
-    return (
-        hung(q, half * u),
-        hung(q_t, half * rate[..., None] * v),
-        hung(q_tt, half * (spin_up[..., None] * v - (rate**2)[..., None] * u)),
-        angle,
-        rate,
-    )
-
-
 def seen_tree(scene: Scene, orbit: KeplerOrbit | None, q: Array, q_t: Array, q_tt: Array) -> tuple[Seen, Array]:
     """Return what a tree's sensors saw, and the reaction left at the free end, (n,) N: round-off."""
-    place, motion, acceleration, angle, rate = unfold(np.array(scene.chain.length_m), q, q_t, q_tt)
+    length = np.array(scene.chain.length_m)
+    place, motion = places(length, q), velocities(length, q, q_t)
     mass = np.array(scene.chain.mass_kg)[:, None]
-    lacking = mass * acceleration
+    lacking = mass * accelerations(length, q, q_t, q_tt)
     if orbit is not None:
         lacking = lacking - loads(scene, orbit, place, motion)
     reaction = np.cumsum(lacking, axis=1)
-    seen = Seen(place, motion, angle, rate, reaction[:, :-1], np.empty((len(q), 0)))
+    seen = Seen(place, motion, angles(q), angles(q_t), reaction[:, :-1], np.empty((len(q), 0)))
     return seen, np.linalg.norm(reaction[:, -1], axis=-1)
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
+from adapters.bar_loads import AbsoluteLoads, LandedError, Loads, MovingLoads
 from adapters.engine import (
     Array,
     Coordinates,
@@ -23,9 +24,8 @@ from adapters.engine import (
     Setting,
     Trajectory,
 )
+from adapters.falling_frame import falling
 from adapters.initial_state import InitialState, initial_state
-from adapters.kepler import propagate
-from adapters.pymunk_loads import AbsoluteLoads, LandedError, Loads, MovingLoads
 from adapters.pymunk_sweeps import SETTLED_STEPS, sweeps
 from adapters.steps import step_s, steps_between_samples
 from reference_impl.kinematics import directions
@@ -191,10 +191,7 @@ class Pymunk(PymunkEngine):
 
     def frame(self, scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
         """Kepler's orbit of a particle started as the centre of mass is; uniform motion without gravity."""
-        if scene.effects.gravity is Gravity.NONE:
-            drift = np.tile(start.com_velocity_m_s, (len(t_s), 1))
-            return start.com_m + t_s[:, None] * drift, drift
-        return propagate(scene.central_body.mu_m3_s2, start.com_m, start.com_velocity_m_s, t_s)
+        return falling(scene, start, t_s)
 
     def loads(self, scene: Scene) -> Loads:
         """Gravity less that at the origin."""

@@ -28,9 +28,9 @@ from reference_impl.kinematics import directions
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from adapters.bar_loads import Loads
     from adapters.engine import Array
     from adapters.initial_state import InitialState
-    from adapters.pymunk_loads import Loads
     from scenarios.scene import Chain
 
 Rows = list[tuple[float, float, float]]

@@ -40,6 +40,13 @@ class Registration:
     """Whether it is the reference in some form, and so no check on it"""
     everyday: bool = True
     """Whether it takes part where no engine is named; those that only a study needs do not"""
+    optional: bool = False
+    """Whether an extra brings it: where that is not installed it takes part only if it is named"""
+
+    @property
+    def by_default(self) -> bool:
+        """Whether it takes part where no engine is named."""
+        return self.everyday and not (self.optional and self.missing)
 
     @property
     def external(self) -> bool:
@@ -80,21 +87,21 @@ def _external(module: str, name: str, requires: str) -> Registration:
 
 def _more(module: str, name: str, requires: str, imported: str = "", *, ours: bool = False) -> Registration:
     """What a user would pick instead; for studies only."""
+    install = "pip install '.[more-engines]'"
     return Registration(
-        f"adapters.{module}:{name}", requires, imported, "pip install '.[more-engines]'", ours=ours, everyday=False
+        f"adapters.{module}:{name}", requires, imported, install, ours=ours, everyday=False, optional=True
     )
 
 
 def _oracle(name: str, *, everyday: bool = True) -> Registration:
-    return Registration(
-        f"adapters.heyoka_adapter:{name}", "heyoka", install="pip install '.[oracle]'", everyday=everyday
-    )
+    install = "pip install '.[oracle]'"
+    return Registration(f"adapters.heyoka_adapter:{name}", "heyoka", "", install, everyday=everyday, optional=True)
 
 
 ENGINES: dict[str, Registration] = {
     "reference": _ours("reference_adapter", "Reference"),
     "reference-fast": Registration(
-        "adapters.reference_fast_adapter:ReferenceFast", "numba", install="pip install '.[fast]'", ours=True
+        "adapters.reference_fast_adapter:ReferenceFast", "numba", "", "pip install '.[fast]'", ours=True, optional=True
     ),
     "reference-absolute": _ours("reference_adapter", "ReferenceAbsolute"),
     "exudyn": _external("exudyn_adapter", "Exudyn", "exudyn"),

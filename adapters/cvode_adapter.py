@@ -1,0 +1,102 @@
+"""SUNDIALS' CVODE, by way of scikit-sundae, behind the engines' contract."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, final
+
+import numpy as np
+
+from adapters.engine import EngineError, Knob, Ladder
+from adapters.library_solver import Stretch
+from adapters.solver_adapter import SolverEngine
+
+if TYPE_CHECKING:
+    from adapters.engine import Array
+    from adapters.library_solver import Problem
+
+MOST_STEPS = 10_000_000  # between two samples: its own limit of 500 is a guard against runs too long, and so is ours
+
+
+class Surface:
+    """The event that ends a run."""
+
+    terminal = (True,)
+    direction = (-1,)
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+
+    def __call__(self, t_s: float, y: Array, height: Array) -> None:
+        """Fill in the height of the chain."""
+        height[0] = self.problem.look(t_s, y)
+
+
+@dataclass(frozen=True)
+class CvodeSolver:
+    """One linear multistep method of CVODE at one pair of tolerances."""
+
+    method: str
+    rtol: float
+    atol: float
+
+    def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> Stretch:
+        """Go from state `y` at `start_s` to the last of `instants_s`, by way of the others.
+
+        Raises
+        ------
+        EngineError
+            If CVODE reports no success.
+        """
+        from sksundae.cvode import CVODE
+
+        def rate(t_s: float, state: Array, out: Array) -> None:
+            out[:] = problem.rate(t_s, state)
+
+        solver = CVODE(
+            rate,
+            method=self.method,
+            rtol=self.rtol,
+            atol=self.atol,
+            eventsfn=Surface(problem),
+            num_events=1,
+            max_num_steps=MOST_STEPS,
+        )
+        looks = problem.looks
+        found: Any = solver.solve(np.concatenate([[start_s], instants_s]), y)
+        if not found.success:
+            raise EngineError(f"CVODE, {self.method}: {found.message}")
+        steps = (
+            problem.looks - looks - 1 - len(instants_s)
+        )  # it looks at the start, after each step and at each instant
+        if found.t_events is None:
+            return Stretch(found.y[1:], None, steps, int(found.njev))
+        return Stretch(found.y[1:-1], float(found.t_events[0]), steps, int(found.njev))  # the last one is the event's
+
+
+class CvodeEngine(SolverEngine):
+    """What both methods share."""
+
+    method: ClassVar[str]
+
+    def solver(self, rtol: float, atol: float) -> CvodeSolver:
+        """CVODE with this method."""
+        return CvodeSolver(self.method, rtol, atol)
+
+
+@final
+class CvodeAdams(CvodeEngine):
+    """Adams-Moulton, orders 1 to 12: for problems that are not stiff."""
+
+    title = "CVODE (SUNDIALS), Adams, on the reference's equations"
+    method = "Adams"
+    ladder = Ladder(Knob.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), default=1e-10)
+
+
+@final
+class CvodeBdf(CvodeEngine):
+    """Backward differences, orders 1 to 5: for stiff problems."""
+
+    title = "CVODE (SUNDIALS), BDF, on the reference's equations"
+    method = "BDF"
+    ladder = Ladder(Knob.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11), default=1e-9)

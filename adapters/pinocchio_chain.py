@@ -1,0 +1,113 @@
+"""A chain as a Pinocchio model, its loads and its equations of motion in a freely falling frame.
+
+The frame's origin is integrated with the chain: it falls as a particle, so that the bars feel the
+differences from it only. State (4 + 2 (N + 2),): the origin and its velocity, joint coordinates and
+their rates; nothing in it depends on time.
+"""
+
+from __future__ import annotations
+
+from itertools import accumulate
+from math import cos, sin, sqrt
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from adapters.bar_loads import MovingLoads
+from adapters.joint_coordinates import angles, places
+from reference_impl.kinematics import directions
+from scenarios import Gravity
+
+if TYPE_CHECKING:
+    from adapters.engine import Array
+    from scenarios import Scene
+    from scenarios.scene import Chain
+
+FIRST = 3  # Pinocchio's number of bar 1's joint, after the universe and two slides
+
+
+def model_of(chain: Chain) -> Any:
+    """Pinocchio's model: two massless slides, then a joint about z at each bar's left end."""
+    import pinocchio as pin
+
+    model, here = pin.Model(), pin.SE3.Identity()
+    model.gravity = pin.Motion.Zero()
+    joint = model.addJoint(0, pin.JointModelPX(), here, "x")
+    joint = model.addJoint(joint, pin.JointModelPY(), here, "y")
+    place = here
+    for j, (mass, length, inertia) in enumerate(zip(chain.mass_kg, chain.length_m, chain.inertia_kg_m2, strict=True)):
+        joint = model.addJoint(joint, pin.JointModelRZ(), place, f"bar{j + 1}")
+        centre = np.array([0.5 * length, 0.0, 0.0])
+        model.appendBodyToJoint(joint, pin.Inertia(mass, centre, inertia * np.eye(3)), here)
+        place = pin.SE3(np.eye(3), np.array([length, 0.0, 0.0]))
+    return model
+
+
+class PinocchioChain:
+    """Accelerations and reactions of a state."""
+
+    def __init__(self, scene: Scene) -> None:
+        import pinocchio as pin
+
+        self.pin, chain = pin, scene.chain
+        self.model = model_of(chain)
+        self.data = self.model.createData()
+        self.width = scene.bars + 2
+        self.mu = 0.0 if scene.effects.gravity is Gravity.NONE else scene.central_body.mu_m3_s2
+        self.loads = MovingLoads(scene, surface=False)
+        self.length_m, self.radius_m = np.array(chain.length_m), scene.central_body.radius_m
+        self.bars = [
+            (m, J, 0.5 * length)
+            for m, J, length in zip(chain.mass_kg, chain.inertia_kg_m2, chain.length_m, strict=True)
+        ]
+        self.forces = pin.StdVec_Force()  # one for each joint: of a shorter list Pinocchio reads what lies behind it
+        for _ in range(self.model.njoints):
+            self.forces.append(pin.Force.Zero())
+        self.no_torques = np.zeros(self.width)
+
+    def rate(self, t_s: float, state: Array) -> Array:
+        """Time derivative of a state."""
+        del t_s
+        x, y, vx, vy = state[:4].tolist()
+        r2 = x * x + y * y
+        pull = -self.mu / (r2 * sqrt(r2))
+        q, q_t = state[4 : 4 + self.width], state[4 + self.width :]
+        return np.concatenate([(vx, vy, pull * x, pull * y), q_t, self.accelerations(x, y, q, q_t)])
+
+    def accelerations(self, x: float, y: float, q: Array, q_t: Array) -> Array:
+        """Second derivatives of the joint coordinates, (N + 2,), with the frame's origin at (x, y) m."""
+        if self.mu:
+            self.apply(x, y, q.tolist())
+        found: Array = self.pin.aba(self.model, self.data, q, q_t, self.no_torques, self.forces)
+        return found
+
+    def apply(self, x: float, y: float, q: list[float]) -> None:
+        """Put the loads at `q` (N + 2,) into the bars' own axes, at their left ends, as Pinocchio takes them."""
+        self.loads.move_to(x, y)
+        left_x, left_y = q[:2]
+        row = np.zeros(6)
+        for j, (angle, (mass, inertia, half)) in enumerate(zip(accumulate(q[2:]), self.bars, strict=True)):
+            c, s = cos(angle), sin(angle)
+            ax, ay, spin = self.loads.load(left_x + half * c, left_y + half * s, angle, half)
+            across = mass * (c * ay - s * ax)
+            row[0], row[1], row[5] = mass * (c * ax + s * ay), across, inertia * spin + half * across
+            self.forces[FIRST + j] = self.pin.Force(row)
+            left_x, left_y = left_x + 2.0 * half * c, left_y + 2.0 * half * s
+
+    def reactions(self, state: Array) -> Array:
+        """Force on each bar from the next, (N-1, 2), N, by inverse dynamics at the accelerations found."""
+        q, q_t = state[4 : 4 + self.width], state[4 + self.width :]
+        q_tt = self.accelerations(float(state[0]), float(state[1]), q, q_t)
+        self.pin.rnea(self.model, self.data, q, q_t, q_tt, self.forces)
+        # what bar j exerts on bar j + 1, in the axes of that one
+        inner = np.array([self.data.f[FIRST + j].linear[:2] for j in range(1, len(self.bars))]).reshape(-1, 2)
+        along, across = directions(angles(q[None])[0, 1:])
+        found: Array = -(inner[:, :1] * along + inner[:, 1:] * across)
+        return found
+
+    def height(self, state: Array) -> float:
+        """Least distance of any point of any bar from the surface, m."""
+        q, half = state[None, 4 : 4 + self.width], 0.5 * self.length_m
+        place, (along, _) = state[:2] + places(self.length_m, q)[0], directions(angles(q)[0])
+        foot = np.clip(-np.sum(place * along, axis=-1), -half, half)  # nearest point of the bar, from its centre
+        return float(np.linalg.norm(place + foot[:, None] * along, axis=-1).min() - self.radius_m)

@@ -1,0 +1,67 @@
+"""Libraries' solvers on the reference's right-hand side: what a user has without writing a stepper.
+
+They show what a solver costs and how it errs, and are no check on the physics, which is the reference's own.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import abstractmethod
+from typing import TYPE_CHECKING
+
+from adapters.engine import Coordinates, Trajectory
+from adapters.library_solver import Problem, Solver, drive
+from adapters.reference_adapter import ReferenceEngine
+from reference_impl.simulate import Simulation
+
+if TYPE_CHECKING:
+    from adapters.initial_state import InitialState
+    from reference_impl.chain import Array, ChainModel
+    from reference_impl.simulate import History
+    from reference_impl.stepper import Walk
+
+ATOL_SHARE = 1e-3
+"""Absolute tolerance over the relative one. A plain user has one number for metres, radians and both their rates;
+SciPy's defaults are 1e-3 and 1e-6, and that ratio suits the smallest of these, rates of 1e-3 rad/s in orbit."""
+
+
+class SolverRun:
+    """One simulation by a library's solver."""
+
+    jacobians = 0
+
+    def __init__(self, simulation: Simulation, solver: Solver) -> None:
+        self.simulation, self.solver = simulation, solver
+
+    def walk(self, t_s: Array) -> Walk:
+        """Integrate over the samples, `t_s` (n,)."""
+        own = self.simulation
+        problem = Problem(own.packing.rhs, own.y0, own.height)
+        driven = drive(self.solver, problem, t_s, tuple(t for p in own.model.prescriptions for t in p.breaks_s))
+        self.jacobians = driven.jacobians
+        return driven.walk
+
+    def history(self, seen: Walk, *, condition: bool = False) -> History:
+        """Observables at the samples."""
+        return self.simulation.history(seen, condition=condition)
+
+
+class SolverEngine(ReferenceEngine):
+    """The reference's equations, minimal coordinates, stepped by somebody else."""
+
+    coordinates = Coordinates.RELATIVE
+    prepared: SolverRun
+
+    @abstractmethod
+    def solver(self, rtol: float, atol: float) -> Solver:
+        """Library's solver at these tolerances."""
+
+    def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> SolverRun:
+        """Right-hand side and solver."""
+        state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
+        return SolverRun(Simulation(model, *state, rtol=rtol), self.solver(rtol, ATOL_SHARE * rtol))
+
+    def read(self) -> Trajectory:
+        """Observables at the samples, and how many Jacobians were formed."""
+        seen = super().read()
+        return dataclasses.replace(seen, info=seen.info | {"jacobians": self.prepared.jacobians})
