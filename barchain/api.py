@@ -116,7 +116,7 @@ def choose_setting(engine: str, given: Mapping[str, float]) -> Setting:
     for name, value in given.items():
         if name != ladder.knob:
             raise SettingError(f"{engine} has no setting {name}{nearest(name, [ladder.knob])}; allowed: {ladder.knob}")
-        least, most = (1e-15, 1.0) if ladder.knob is Knob.RTOL else (1.0, 1e9)
+        least, most = (min(1e-15, *ladder.values), 1.0) if ladder.knob is Knob.RTOL else (1.0, 1e9)
         if not least <= value <= most:
             raise SettingError(f"{engine}: {name}={value:g} given, allowed: {least:g} to {most:g}")
         return Setting(ladder.knob, float(value))
@@ -191,9 +191,9 @@ def compare(
 
 
 def chosen_engines(names: Iterable[str] | None) -> dict[str, Registration]:
-    """Registrations by name, in the order given; all everyday ones without names."""
+    """Registrations by name, in the order given; without names all that take part by default."""
     if names is None:
-        return {name: r for name, r in engines().items() if r.everyday}
+        return {name: r for name, r in engines().items() if r.by_default}
     return {name: find_engine(name) for name in dict.fromkeys(names)}
 
 

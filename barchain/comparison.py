@@ -14,7 +14,7 @@ from barchain.local_errors import kinks
 from barchain.model_difference import com_displacement
 from barchain.quantities import differences, drifts
 from barchain.tolerances import bands, common_samples, explained, floors
-from barchain.truth import horizon
+from barchain.truth import RICHARDSON, horizon
 from reports.outcome import Outcome
 from reports.summary import gravest
 from reports.tables import QUANTITY_UNITS
@@ -94,6 +94,16 @@ def judge(
     return Comparison(name, engine, setting, main.trajectory, finer.trajectory, truth).verdict()
 
 
+@dataclass(frozen=True)
+class ModelDifference:
+    """What an engine's model is predicted to leave out of one quantity; n samples, in its unit."""
+
+    size: Array
+    """(n,) never falling; added to drawn tolerances"""
+    uncertainty: Array
+    """(n,) of the prediction; added to the judged ones"""
+
+
 class Comparison:
     """One engine, one scene: what is needed to judge it, computed once."""
 
@@ -120,33 +130,37 @@ class Comparison:
         self.inside = self.t <= self.horizon_s
         self.found = {k: d[: self.n] for k, d in differences(main, truth.trajectory).items()}
         self.residual = dict(self.found)
-        model = self.remove_model_difference() if self.com_only else {}
+        self.model = self.remove_model_difference() if self.com_only else {}
         own, floor = differences(main, finer), floors(engine, self.scene, setting, main, truth)
         missed = kinks(engine, self.scene, setting, truth)
-        self.model = model
-        self.explained = explained(own, setting, truth, [floor, missed])
+        self.explained = explained(engine, own, setting, truth, [floor, missed])
         self.band = {k: b[: self.n] for k, b in bands(engine, self.scene, setting, main, truth).items()}
+        self.drift_band = drift_bands(engine, setting, main, finer, truth)
 
     @property
     def com_only(self) -> bool:
         """Whether the engine follows the centre of mass as a particle."""
         return Observable.ATTITUDE not in self.engine.observables
 
-    def remove_model_difference(self) -> dict[str, Array]:
-        """Take the predicted displacement of the chain's centre of mass out of the residual.
-
-        Returns
-        -------
-        dict
-            Size of the prediction (added to drawn tolerances) and its uncertainty (to the judged ones).
-        """
-        predicted = com_displacement(self.scene, self.truth.trajectory)
-        apart = self.truth.trajectory.com_m[: self.n] - self.main.com_m[: self.n] - predicted.vector_m[: self.n]
-        self.residual["com"] = np.linalg.norm(apart, axis=1)
+    def remove_model_difference(self) -> dict[str, ModelDifference]:
+        """Take what the chain's centre of mass is predicted to do besides a particle's motion out of the residuals."""
+        truth, main, n = self.truth.trajectory, self.main, self.n
+        predicted = com_displacement(self.scene, truth)
         return {
-            "size": np.maximum.accumulate(np.linalg.norm(predicted.vector_m[: self.n], axis=1)),
-            "uncertainty": predicted.uncertainty_m[: self.n],
+            "com": self.removed("com", truth.com_m[:n] - main.com_m[:n], predicted.vector_m, predicted.uncertainty_m),
+            "com_velocity": self.removed(
+                "com_velocity",
+                truth.com_velocity_m_s[:n] - main.com_velocity_m_s[:n],
+                predicted.vector_m_s,
+                predicted.uncertainty_m_s,
+            ),
         }
+
+    def removed(self, quantity: str, apart: Array, predicted: Array, uncertainty: Array) -> ModelDifference:
+        """Set the residual of one quantity to what its prediction leaves of it."""
+        self.residual[quantity] = np.linalg.norm(apart - predicted[: self.n], axis=1)
+        size = np.maximum.accumulate(np.linalg.norm(predicted[: self.n], axis=1))
+        return ModelDifference(size, uncertainty[: self.n])
 
     def verdict(self) -> Verdict:
         """All rows, and the series for plots."""
@@ -200,19 +214,21 @@ class Comparison:
 
     def tolerance(self, quantity: str) -> Array:
         """What explains a residual, (n,)."""
-        if quantity == "com" and self.model:
-            return self.explained[quantity][: self.n] + self.model["uncertainty"]
-        return self.explained[quantity][: self.n]
+        return self.explained[quantity][: self.n] + self.left_out(quantity).uncertainty
+
+    def left_out(self, quantity: str) -> ModelDifference:
+        """Declared model difference of a quantity; of most, none."""
+        none = np.zeros(self.n)
+        return self.model.get(quantity, ModelDifference(none, none))
 
     def pointwise(self, quantity: str) -> list[Row]:
         """Size of the difference up to the horizon, whether it is explained, and whether it is good enough."""
         size = self.found[quantity][self.inside]
         ratio, when = worst(self.residual[quantity], self.tolerance(quantity), self.inside)
-        margin = self.band[quantity] + 2.0 * self.truth.error[quantity][: self.n]
-        if quantity == "com" and self.model:
-            margin = margin + self.model["uncertainty"]
+        model = self.left_out(quantity)
+        margin = self.band[quantity] + RICHARDSON * self.truth.error[quantity][: self.n] + model.uncertainty
         used, at = worst(self.residual[quantity], margin, self.inside)
-        allowed = margin + self.model["size"] if quantity == "com" and self.model else margin
+        allowed = margin + model.size
         good = Outcome.PASS if used <= 1.0 else Outcome.OUT_OF_BAND
         agrees = Outcome.PASS if ratio <= 1.0 else Outcome.INCONSISTENT
         return [
@@ -235,7 +251,7 @@ class Comparison:
 
     def drift_rows(self) -> list[Row]:
         """Drifts over the whole run."""
-        band = drift_bands(self.engine, self.scene, self.setting, self.main, self.truth)
+        band = self.drift_band
         rows = []
         for quantity, drift in drifts(self.scene, self.main).items():
             n = min(len(drift), len(band[quantity]))
@@ -257,13 +273,12 @@ class Comparison:
     def series(self) -> pd.DataFrame:
         """Differences, tolerances, bands and drifts over time, for plots."""
         columns: dict[str, Array] = {"t_s": self.main.t_s}
-        extra = self.model.get("size", np.zeros(self.n))
         for quantity, found in self.found.items():
-            shift = extra if quantity == "com" else 0.0
+            shift = self.left_out(quantity).size
             columns[f"{quantity}_difference"] = padded(found, self.main)
             columns[f"{quantity}_tolerance"] = padded(self.tolerance(quantity) + shift, self.main)
             columns[f"{quantity}_band"] = padded(self.band[quantity] + shift, self.main)
-        allowed = drift_bands(self.engine, self.scene, self.setting, self.main, self.truth)
+        allowed = self.drift_band
         for quantity, drift in drifts(self.scene, self.main).items():
             columns[f"{quantity}_drift"] = drift
             columns[f"{quantity}_band"] = padded(allowed[quantity], self.main)

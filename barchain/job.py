@@ -24,8 +24,14 @@ class Role(StrEnum):
     """The reference at its tightest."""
     TRUTH_CHECK = "truth-check"
     """The reference ten times looser: the truth's error bar."""
+    FINE = "truth-fine"
+    """The reference at close samples: what its derivatives are."""
     TWIN = "twin"
     """The truth from a slightly perturbed start: how the scene amplifies errors."""
+
+
+TRUTH_ROLES = (Role.TRUTH, Role.TRUTH_CHECK, Role.TWIN, Role.FINE)
+"""Runs that a scene's truth is made of, as `barchain.truth.establish` takes them"""
 
 
 @dataclass(frozen=True)

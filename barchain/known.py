@@ -7,7 +7,8 @@ from typing import Any
 
 from barchain import tolerances as t
 from barchain.comparison import LEAST_COMPARED
-from barchain.truth import PARTED_RAD, TRUTH_CHECK_RTOL, TRUTH_RTOL, TWIN_ASIDE
+from barchain.local_errors import ROUNDINGS
+from barchain.truth import FINE_PER_RADIAN, PARTED_RAD, RICHARDSON, TRUTH_CHECK_RTOL, TRUTH_RTOL, TWIN_ASIDE
 from reference_impl.misprint_effects import misprint_effects
 
 
@@ -21,9 +22,9 @@ def tolerances() -> list[dict[str, str]]:
     rows = [
         ("all", "truth", f"rtol = {TRUTH_RTOL:g}",
          f"the reference at its tightest; its difference from rtol = {TRUTH_CHECK_RTOL:g} bounds its error"),
-        ("all", "Richardson factor", f"{t.RICHARDSON:g}",
+        ("all", "Richardson factor", f"{RICHARDSON:g}",
          "a method of order p >= 1 whose finer setting halves the step is off by at most 1/(1 - 2^-p) of its change"),
-        ("all", "round-off floor", f"{t.ROUNDINGS:g} u sqrt(steps) G(t)",
+        ("all", "round-off floor", f"{ROUNDINGS:g} u sqrt(steps) G(t)",
          "a random walk of the steps' roundings (u r/l in absolute coordinates), amplified by the measured growth G"),
         ("all", "growth G(t)", f"twin started {TWIN_ASIDE:g} rad aside",
          "a truth's twin: far above the truth's own error, and linear until it has grown 1e8 times"),
@@ -35,7 +36,14 @@ def tolerances() -> list[dict[str, str]]:
          "C h^p times the integral of |theta^(p+1)| G(t)/G(s), C = 1/8 (second order) or 1/5040 (sixth), carried "
          "into rates, reactions and track by the twin's measured response; the slack covers norms and stages"),
         ("pointwise", "band, chosen steps", f"{t.NORM_SLACK:g} rtol",
-         "the requested error in each step, one step for each radian of the chain's fastest rate, carried alike"),
+         "the requested error in each step, one step for each radian of the chain's fastest rate, carried alike; "
+         "its error is a sum of steps of any sign, so that the slack explains besides what two runs estimate"),
+        ("pointwise", "derivatives", f"{FINE_PER_RADIAN:g} samples a radian",
+         "those of the truth are taken from a run sampled so closely, and more closely in a manoeuvre"),
+        ("com", "band", "n^2 rtol r, or C h^p of its third derivative",
+         "what is made at s has run on along the track, 1 + 3 n (t - s) times, by t; in a straight line nothing is"),
+        ("com velocity", "band", "n times the track's",
+         "a displaced centre of mass goes round at the orbit's rate, at its largest v/r"),
         ("com", "model difference", "12 pi r (l/r)^2 an orbit on fig05",
          "a chain's centre of mass leaves a particle's track; integrated along the truth's attitude, taken out, and "
          "only its uncertainty (interpolation, next order) allowed"),
@@ -45,8 +53,13 @@ def tolerances() -> list[dict[str, str]]:
         ("reaction, torque, rate", "engine's noise", "declared by its adapter",
          "what shrinks with no step: where Newton stops, numerical differentiation, impulses over a step (u r m/h² in "
          "absolute coordinates), the start-up transient of index 3"),
-        ("energy, angular_momentum", "band", "4 N",
-         "quadratic and bilinear in what they are made of: four times the relative bands of rates, attitude and track"),
+        ("gap", "joints in place", "Newton's residual + u L N",
+         "index 3 puts the ends together in every step: what is left is where its iterations stop, and rounding"),
+        ("identity", "band", f"{ROUNDINGS:g} u L sqrt(N)",
+         "a sum of places, of radii in absolute coordinates: nothing is integrated"),
+        ("energy, angular momentum", "band", "the less of both",
+         "quadratic and bilinear in what they are made of: four times the relative bands of rates, attitude and track; "
+         "and twice the change to the finer setting, beside round-off"),
     ]  # fmt: skip
     return [dict(zip(("quantity", "what", "value", "derivation"), row, strict=True)) for row in rows]
 
@@ -62,6 +75,8 @@ def limitations() -> list[str]:
         "The reference is compared with a tighter run of itself: its row shows convergence, not independence.",
         "Index 3 starts with multipliers off by first order in the step and damps that in some 50 steps: its first "
         "reactions are judged by a tolerance that says so.",
+        "A joint's gap is what its engine says of it: where an engine reports places of its own, the gap is worked out "
+        "from them by its adapter, and no run is measured from outside. Joints that do not hold show in the attitude.",
         "An engine that follows only the centre of mass is judged on that alone.",
         "Wall times are from worker processes running side by side: they tell orders of magnitude, not rankings.",
     ]

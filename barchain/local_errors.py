@@ -7,21 +7,27 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from adapters import steps
 from adapters.engine import Coordinates, Knob
+from barchain.truth import MODES_PER_BAR
+from scenarios import Gravity
 
 if TYPE_CHECKING:
     from adapters.engine import Array, Engine, Setting, Trajectory
     from barchain.truth import Truth
     from scenarios import Scene
 
-MODES_PER_BAR = 2.1  # fastest oscillation of a chain of N bars, over N times its rate (radial chain: 2.1 N n)
 SECOND_ORDER = 2
 SECOND_ORDER_CONSTANT = 1.0 / 8.0
 """Largest here: trapezoidal rule 1/12, generalized-alpha with rho = 0.9 about 1/10, half a step aside 1/8."""
 HIGHER_ORDER_CONSTANT = 1.0 / 5040.0
 """A sixth-order explicit method: of the order of the first neglected Taylor term, h^6 x^(7)/7!."""
+
+UNIT_ROUNDOFF = float(np.finfo(float).eps)
+ROUNDINGS = 16.0  # rounding errors that enter a state in one step: a handful of operations, one for each stage
+SAME_INSTANT = 1e-9  # of its time: samples of two runs that are meant to be at one instant
 
 
 def orbit_scale(scene: Scene) -> float:
@@ -45,77 +51,141 @@ def kepler_growth(scene: Scene, t_s: Array) -> Array:
     return 1.0 + 3.0 * orbit_scale(scene) * t_s
 
 
+def orbit_rate_bound(scene: Scene, seen: Trajectory) -> float:
+    """Largest rate at which a displaced centre of mass moves: speed over distance, where the orbit is lowest."""
+    speed, distance = (np.linalg.norm(x, axis=1) for x in (seen.com_velocity_m_s, seen.com_m))
+    return max(orbit_scale(scene), float((speed / distance).max()))
+
+
 @dataclass(frozen=True)
 class LocalErrors:
-    """Errors that a method makes, before the motion carries them on; n samples."""
+    """Errors that a method makes, before the motion carries them on; n samples, m instants between them."""
 
+    t_s: Array
+    """(m,) s"""
     attitude_rate: Array
-    """(n,) rad a second"""
+    """(m,) rad a second"""
     com_rate: Array
-    """(n,) m a second"""
+    """(m,) m a second"""
     immediate: dict[str, Array]
-    """(n,) errors of what is read off one step: reactions and torques that vary inside it"""
+    """(n,) largest error so far of what is read off one step: reactions and torques that vary inside it"""
+
+    def attitude(self, t_s: Array, growth: Array) -> Array:
+        """Error of the attitude, (n,): what was made at s has grown G(t)/G(s) times by t."""
+        made = cumulative_trapezoid(self.attitude_rate / np.interp(self.t_s, t_s, growth), self.t_s, initial=0)
+        found: Array = growth * np.interp(t_s, self.t_s, made)
+        return found
+
+    def track(self, scene: Scene, t_s: Array) -> Array:
+        """Error of the centre of mass, (n,), m: what was made at s has grown 1 + 3 n (t - s) times by t.
+
+        Their sum over s is the errors made plus 3 n times the integral of that.
+        """
+        made = cumulative_trapezoid(self.com_rate, self.t_s, initial=0)
+        run_on = 3.0 * orbit_scale(scene) * cumulative_trapezoid(made, self.t_s, initial=0)
+        found: Array = np.interp(t_s, self.t_s, made + run_on)
+        return found
 
 
 def local_errors(engine: type[Engine], scene: Scene, setting: Setting, truth: Truth) -> LocalErrors:
     """Local errors of a method: by its order and step, or by the accuracy it is asked for."""
     if setting.knob is Knob.RTOL:
-        return requested_errors(scene, setting, truth)
+        return requested_errors(engine, scene, setting, truth)
     return truncation_errors(engine, scene, setting, truth)
 
 
-def requested_errors(scene: Scene, setting: Setting, truth: Truth) -> LocalErrors:
+def requested_errors(engine: type[Engine], scene: Scene, setting: Setting, truth: Truth) -> LocalErrors:
     """A method that chooses its steps: the requested error in each, one step for each radian of the fastest rate.
 
-    What it reads off the samples comes by dense output: its error is a step's once more.
+    The track, whose request in radii is far above what is made, counts radians of the orbit, unless it is asked for
+    as closely as the bars. What is read off the samples comes by dense output: its error is a step's once more.
     """
     n, made = len(truth.growth), setting.value
     reading = {name: made * response for name, response in truth.response.items()}
     if "rate" in reading:
         reading["rate"] = np.maximum(reading["rate"], made * orbit_scale(scene))
-    track = made * scene.radius0_m
+    track = made * track_unit(engine, scene, made)
+    rate, chain_rate = orbit_rate_bound(scene, truth.trajectory), rate_scale(scene, truth.trajectory)
     return LocalErrors(
-        np.full(n, made * rate_scale(scene, truth.trajectory)),
-        np.full(n, track * orbit_scale(scene)),
-        reading | {"com": np.full(n, track)},
+        truth.trajectory.t_s[:n],
+        np.full(n, made * chain_rate),
+        np.full(n, track * (chain_rate if engine.track_by_length else rate)),
+        reading | {"com": np.full(n, track), "com_velocity": np.full(n, track * rate)},
     )
+
+
+def track_unit(engine: type[Engine], scene: Scene, rtol: float) -> float:
+    """What the requested accuracy counts in for the centre of mass, m; 0 for a straight track, which is exact.
+
+    Less than the roundings of a place can't be asked for.
+    """
+    if scene.effects.gravity is Gravity.NONE:
+        return 0.0
+    length = max(scene.chain.length_m) if engine.track_by_length else scene.radius0_m
+    return max(length, ROUNDINGS * UNIT_ROUNDOFF * scene.radius0_m / rtol)
 
 
 def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, truth: Truth) -> LocalErrors:
     """A fixed-step method of order p: C h^p times the derivative of order p+1, taken from the truth.
 
-    Third derivatives come from the truth's samples, those above from the third by the fastest rate.
+    Third derivatives come from its close samples, those above from the third by the rate at which that varies.
     In absolute coordinates the orbit's own error, run along the track, turns every local vertical. The
     track in a moving frame is the chain's departure from Kepler's, of order (L/r)² r.
     """
-    seen, h, order = truth.trajectory, step_s(scene, setting), engine.order or 1.0
-    n = len(truth.growth)
-    t = seen.t_s[:n]
+    seen, order = truth.fine, engine.order or 1.0
+    t = seen.t_s
     constant = SECOND_ORDER_CONSTANT if order <= SECOND_ORDER else HIGHER_ORDER_CONSTANT
-    power = constant * h**order * rate_scale(scene, seen) ** (order - SECOND_ORDER)
-    track = power * second_derivative(t, seen.com_velocity_m_s[:n])
-    turned = np.zeros(n)
+    power = constant * step_s(scene, setting) ** order
+    if order > SECOND_ORDER:
+        power *= varying_rate(scene, seen) ** (order - SECOND_ORDER)
+    track = power * second_derivative(t, seen.com_velocity_m_s)
+    turned = np.zeros(len(t))
     if engine.coordinates is Coordinates.ABSOLUTE:
         turned = track / scene.radius0_m * kepler_growth(scene, t)
     else:
         track = track * (scene.size_m / scene.radius0_m) ** 2
     turn, jerk = end_derivatives(engine, seen)
     if engine.coordinates is Coordinates.JOINT:  # the centre of mass is not a coordinate: it shares the angles' errors
-        track = track + power * jerk[:n] * scene.size_m
-    immediate = {"attitude": power * turn[:n]}
-    for name, values in (
-        ("rate", seen.rate_rad_s),
-        ("reaction", seen.reaction_N),
-        ("torque", seen.torque_N_m),
-    ):
-        if values is not None and values.size:
-            immediate[name] = power * second_derivative(t, values[:n])
-    if "rate" in immediate:
-        immediate["rate"] = immediate["rate"] + power * jerk[:n]
-    if "reaction" in immediate:  # forces that cancel in the exact motion do not in the discrete one
-        force = max(scene.chain.mass_kg) * max(scene.chain.length_m) * turn[:n]
-        immediate["reaction"] = immediate["reaction"] + power * force * turn[:n]
-    return LocalErrors(power * jerk[:n] + turned, track, immediate)
+        track = track + power * jerk * scene.size_m
+    immediate = {name: power * values for name, values in read_off(scene, seen, turn, jerk).items()}
+    samples = truth.trajectory.t_s[: len(truth.growth)]
+    return LocalErrors(
+        t, power * jerk + turned, track, {name: so_far(t, values, samples) for name, values in immediate.items()}
+    )
+
+
+def read_off(scene: Scene, seen: Trajectory, turn: Array, jerk: Array) -> dict[str, Array]:
+    """How each quantity varies inside a step, (m,): its second derivative, in SI units."""
+    found = {"attitude": turn}
+    values = {"rate": seen.rate_rad_s, "reaction": seen.reaction_N, "torque": seen.torque_N_m}
+    found |= {k: second_derivative(seen.t_s, v) for k, v in values.items() if v is not None and v.size}
+    if "rate" in found:
+        found["rate"] = found["rate"] + jerk
+    if "reaction" in found:  # forces that cancel in the exact motion do not in the discrete one
+        found["reaction"] = found["reaction"] + max(scene.chain.mass_kg) * max(scene.chain.length_m) * turn**2
+    return found
+
+
+def so_far(t_s: Array, values: Array, samples_s: Array) -> Array:
+    """Largest of `values` up to each sample, (n,)."""
+    largest = np.maximum.accumulate(values)
+    until = np.searchsorted(t_s, samples_s * (1.0 + SAME_INSTANT), side="right") - 1
+    found: Array = largest[until]
+    return found
+
+
+def varying_rate(scene: Scene, seen: Trajectory) -> float:
+    """Rate at which high derivatives of the attitude follow each other, rad/s: at least the spin and the orbit's own.
+
+    The fastest mode of the chain is no measure: where it is not excited it is in no derivative.
+    """
+    if seen.rate_rad_s is None:
+        return orbit_scale(scene)
+    third = second_derivative(seen.t_s, seen.rate_rad_s)
+    fifth = second_derivative(seen.t_s, np.gradient(np.gradient(seen.rate_rad_s, seen.t_s, axis=0), seen.t_s, axis=0))
+    spin = float(np.abs(seen.rate_rad_s).max())
+    slowest = max(spin, math.sqrt(3.0) * orbit_rate_bound(scene, seen))
+    return max(slowest, math.sqrt(float(fifth.max()) / max(float(third.max()), slowest**3)))
 
 
 def end_derivatives(engine: type[Engine], seen: Trajectory) -> tuple[Array, Array]:
@@ -160,4 +230,4 @@ def kinks(engine: type[Engine], scene: Scene, setting: Setting, truth: Truth) ->
     inside = [t for p in scene.effects.prescribed_rotation for t in p.breaks_s if 0.0 < t < scene.run.duration_s]
     if setting.knob is Knob.RTOL or not inside:
         return {}
-    return {k: np.maximum.accumulate(e) for k, e in truncation_errors(engine, scene, setting, truth).immediate.items()}
+    return truncation_errors(engine, scene, setting, truth).immediate

@@ -1,4 +1,9 @@
-"""Runs in worker processes with a time limit: a crash or a hang costs one run."""
+"""Runs in worker processes with a time limit: a crash or a hang costs one run.
+
+A process is used again for the next run, and what an engine changes in it (a module, a rounding mode, an
+environment variable) is there for that one too. So the truth is run in processes that no engine was in, and an
+engine that is not our adapter has every process for itself.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +14,14 @@ import signal
 import tempfile
 from concurrent.futures import CancelledError
 from concurrent.futures import TimeoutError as FutureTimeoutError
+from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pebble import ProcessExpired, ProcessPool
 
-from barchain.job import Job, RunResult, failure
+from adapters.registry import ENGINES
+from barchain.job import TRUTH_ROLES, Job, RunResult, failure
 from barchain.worker import run_job
 from reports.outcome import Outcome
 
@@ -24,6 +31,38 @@ if TYPE_CHECKING:
     from pebble import ProcessFuture
 
 RUNS_PER_WORKER = 40  # some engines leak a little with every model
+
+
+class Room(IntEnum):
+    """Who shares a process, in the order in which they are run."""
+
+    TRUTH = 0
+    """The reference, for the truth"""
+    OURS = 1
+    """Engines behind the project's own adapters"""
+    THIRD_PARTY = 2
+    """Everything else: one run, one process"""
+
+    @property
+    def runs_per_worker(self) -> int:
+        """After how many runs a process ends."""
+        return 1 if self is Room.THIRD_PARTY else RUNS_PER_WORKER
+
+    @property
+    def start_method(self) -> str:
+        """How its processes start: anew, as engines are not safe to fork once loaded.
+
+        Where every run has its own, from a server that has loaded the harness and no engine: a start takes seconds.
+        """
+        known = multiprocessing.get_all_start_methods()
+        return "forkserver" if self is Room.THIRD_PARTY and "forkserver" in known else "spawn"
+
+
+def room(job: Job) -> Room:
+    """Where a run belongs."""
+    if job.role in TRUTH_ROLES:
+        return Room.TRUTH
+    return Room.OURS if job.registration in ENGINES.values() else Room.THIRD_PARTY
 
 
 def run_jobs(
@@ -39,17 +78,30 @@ def run_jobs(
     workers : int, optional
         Processes side by side; all cores by default.
     """
+    waiting = list(jobs)
+    for place in Room:
+        own = [job for job in waiting if room(job) is place]
+        if own:
+            yield from run_together(own, place, time_limit_s=time_limit_s, workers=workers)
+
+
+def run_together(
+    jobs: list[Job], place: Room, *, time_limit_s: float, workers: int | None
+) -> Iterator[tuple[Job, RunResult]]:
+    """Run jobs that may share processes, and yield each result as it comes."""
     done: queue.SimpleQueue[tuple[Job, Path, ProcessFuture]] = queue.SimpleQueue()
-    context = multiprocessing.get_context("spawn")  # engines are not safe to fork once loaded
+    context = multiprocessing.get_context(place.start_method)
+    if place.start_method == "forkserver":
+        context.set_forkserver_preload(["barchain.worker"])
+    count = min(workers or os.cpu_count() or 1, len(jobs))
     with tempfile.TemporaryDirectory() as logs:
-        pool = ProcessPool(workers or os.cpu_count() or 1, max_tasks=RUNS_PER_WORKER, context=context)
+        pool = ProcessPool(count, max_tasks=place.runs_per_worker, context=context)
         try:
-            waiting = 0
-            for waiting, job in enumerate(jobs, start=1):
-                log = Path(logs) / f"{waiting}.log"
+            for number, job in enumerate(jobs, start=1):
+                log = Path(logs) / f"{number}.log"
                 future = pool.schedule(run_job, (job, log), timeout=time_limit_s)
                 future.add_done_callback(lambda f, job=job, log=log: done.put((job, log, f)))
-            for _ in range(waiting):
+            for _ in jobs:
                 job, log, future = done.get()
                 yield job, collect(future, log, time_limit_s)
         finally:

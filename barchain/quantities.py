@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from adapters.engine import Array, Trajectory
     from scenarios import Scene
 
-POINTWISE = ("com", "attitude", "rate", "reaction", "torque")
-
 
 def differences(a: Trajectory, b: Trajectory) -> dict[str, Array]:
     """Largest difference over bars or joints at each common sample, for each quantity that both have.
@@ -24,12 +22,14 @@ def differences(a: Trajectory, b: Trajectory) -> dict[str, Array]:
     Returns
     -------
     dict
-        ``com`` (m), ``attitude`` (rad), ``rate`` (rad/s), ``reaction`` (N), ``torque`` (N m), each (n,).
+        ``com`` (m), ``com_velocity`` (m/s), ``attitude`` (rad), ``rate`` (rad/s), ``reaction`` (N), ``torque`` (N m),
+        each (n,).
         Quantities without components (reactions of a single bar) are left out.
     """
     n = min(len(a.t_s), len(b.t_s))
     pairs = {
         "com": (a.com_m[:, None, :], b.com_m[:, None, :]),
+        "com_velocity": (a.com_velocity_m_s[:, None, :], b.com_velocity_m_s[:, None, :]),
         "attitude": (scalars(a.angle_rad), scalars(b.angle_rad)),
         "rate": (scalars(a.rate_rad_s), scalars(b.rate_rad_s)),
         "reaction": (a.reaction_N, b.reaction_N),

@@ -12,10 +12,10 @@ from adapters.engine import Knob, Setting
 from adapters.registry import ENGINES, Registration
 from adapters.steps import finer_setting
 from barchain.comparison import Verdict, judge, no_verdict
-from barchain.job import Job, Role, RunResult
+from barchain.job import TRUTH_ROLES, Job, Role, RunResult
 from barchain.model_difference import com_displacement
 from barchain.pool import run_jobs
-from barchain.truth import TRUTH_CHECK_RTOL, TRUTH_RTOL, Truth, establish, twin
+from barchain.truth import FINE_RTOL, TRUTH_CHECK_RTOL, TRUTH_RTOL, Truth, establish, finely, twin
 from reports.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -127,7 +127,7 @@ class Suite:
         """Note a result, and judge whatever it completes."""
         self.store.keep_run(job, result)
         progress = self.progress[job.scene.name]
-        if job.role in (Role.TRUTH, Role.TRUTH_CHECK, Role.TWIN):
+        if job.role in TRUTH_ROLES:
             progress.truths[job.role] = result
             self.found_truth(progress)
             ready = list(progress.runs)
@@ -138,15 +138,15 @@ class Suite:
             self.judge_if_ready(progress, engine)
 
     def found_truth(self, progress: SceneProgress) -> None:
-        """Establish the truth once its three runs are there."""
-        if len(progress.truths) < 3:
+        """Establish the truth once its runs are there."""
+        if len(progress.truths) < len(TRUTH_ROLES):
             return
-        failed = [f"{role}: {r.reason}" for role, r in progress.truths.items() if r.outcome is not Outcome.PASS]
-        if failed:
-            progress.truth_failed = f"the truth could not be run ({'; '.join(failed)})"
+        failed = [r.reason for r in progress.truths.values() if r.outcome is not Outcome.PASS]
+        if failed:  # for the same reason, as a rule, which once is enough to say
+            progress.truth_failed = f"the truth could not be run ({'; '.join(dict.fromkeys(failed))})"
             return
         seen = {role: r.trajectory for role, r in progress.truths.items() if r.trajectory is not None}
-        truth = establish(progress.scene, seen[Role.TRUTH], seen[Role.TRUTH_CHECK], seen[Role.TWIN])
+        truth = establish(progress.scene, *(seen[role] for role in TRUTH_ROLES))
         progress.truth = truth
         self.store.record["scenes"][progress.scene.name] |= truth_facts(truth)
         t = truth.trajectory.t_s[: len(truth.growth)]
@@ -182,7 +182,7 @@ class Suite:
 
 
 def truth_jobs(scene: Scene) -> list[Job]:
-    """The three runs of the reference that a scene's truth is made of."""
+    """The runs of the reference that a scene's truth is made of."""
 
     def job(of: Scene, rtol: float, role: Role) -> Job:
         return Job(of, TRUTH_ENGINE, ENGINES[TRUTH_ENGINE], Setting(Knob.RTOL, rtol), role)
@@ -191,6 +191,7 @@ def truth_jobs(scene: Scene) -> list[Job]:
         job(scene, TRUTH_RTOL, Role.TRUTH),
         job(scene, TRUTH_CHECK_RTOL, Role.TRUTH_CHECK),
         job(twin(scene), TRUTH_RTOL, Role.TWIN),
+        job(finely(scene), FINE_RTOL, Role.FINE),
     ]
 
 

@@ -3,8 +3,7 @@
 Two questions are asked of a difference from the truth, at every sample up to the horizon.
 
 *Consistent?* It is explained by the two error estimates, round-off, and the declared model difference:
-``explained = 2 (E_engine + E_truth) + floor + model``. The 2 is Richardson's: a method of order p >= 1 whose
-finer setting halves the step is off by at most 1/(1 - 2^-p) <= 2 times its change.
+``explained = 2 (E_engine + E_truth) + floor + model``. The 2 is Richardson's, see `barchain.truth.RICHARDSON`.
 
 *Good enough?* It is inside the band that the engine's method and setting promise on this scene, ``band``.
 
@@ -17,20 +16,25 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
 from adapters.engine import Coordinates, Knob
-from barchain.local_errors import kepler_growth, local_errors, orbit_scale, step_s
-from barchain.truth import PARTED_RAD
+from barchain.local_errors import (
+    ROUNDINGS,
+    UNIT_ROUNDOFF,
+    kepler_growth,
+    local_errors,
+    orbit_rate_bound,
+    orbit_scale,
+    step_s,
+    track_unit,
+)
+from barchain.truth import PARTED_RAD, RICHARDSON
 
 if TYPE_CHECKING:
     from adapters.engine import Array, Engine, Setting, Trajectory
     from barchain.truth import Truth
     from scenarios import Scene
 
-RICHARDSON = 2.0  # see above
-UNIT_ROUNDOFF = float(np.finfo(float).eps)
-ROUNDINGS = 16.0  # rounding errors that enter a state in one step: a handful of operations, one for each stage
 NORM_SLACK = 10.0  # largest component against norm, constants of the method other than the textbook's, stage effects
 
 
@@ -67,7 +71,10 @@ def floors(engine: type[Engine], scene: Scene, setting: Setting, seen: Trajector
     if "rate" in found:  # a place rounded once in a radian of the orbit
         found["rate"] += roundoff_unit(engine, scene) * ROUNDINGS * orbit_scale(scene)
     distance = np.maximum.accumulate(np.linalg.norm(truth.trajectory.com_m[:n], axis=1))
-    found["com"] += UNIT_ROUNDOFF * distance * walk * kepler_growth(scene, truth.trajectory.t_s[:n])
+    carried = UNIT_ROUNDOFF * walk * kepler_growth(scene, truth.trajectory.t_s[:n])
+    speed = np.maximum.accumulate(np.linalg.norm(truth.trajectory.com_velocity_m_s[:n], axis=1))
+    found["com"] += distance * carried
+    found["com_velocity"] += speed * carried
     return found
 
 
@@ -98,18 +105,19 @@ def bands(engine: type[Engine], scene: Scene, setting: Setting, seen: Trajectory
     t, growth = truth.trajectory.t_s[:n], truth.growth[:n]
     local = local_errors(engine, scene, setting, truth)
     # carried on: the error of the start (half a step aside), and all that are made on the way
-    made = local.immediate["attitude"][0] + cumulative_trapezoid(local.attitude_rate[:n] / growth, t, initial=0)
-    attitude = growth * made
+    attitude = growth * local.immediate["attitude"][0] + local.attitude(t, growth)
     floor = floors(engine, scene, setting, seen, truth)
     parted = RICHARDSON * PARTED_RAD  # up to the horizon no attitude is off by more
     found = {}
     for name, response in truth.response.items():
-        direct = np.maximum.accumulate(local.immediate[name][:n]) if name in local.immediate else 0.0
+        direct = local.immediate[name][:n] if name in local.immediate else 0.0
         carried = np.minimum(NORM_SLACK * attitude, parted)
         if name != "attitude":  # the twin parts in one direction; others may answer more strongly
             carried = NORM_SLACK * np.minimum(attitude, parted)
         found[name] = carried * response[:n] + NORM_SLACK * direct + floor[name]
-    found["com"] += NORM_SLACK * cumulative_trapezoid(local.com_rate[:n], t, initial=0) * kepler_growth(scene, t)
+    track = NORM_SLACK * local.track(scene, t)
+    found["com"] += track
+    found["com_velocity"] += track * orbit_rate_bound(scene, truth.trajectory)
     return found
 
 
@@ -118,11 +126,14 @@ def common_samples(seen: Trajectory, truth: Truth) -> int:
     return min(len(seen.t_s), len(truth.growth))
 
 
-def explained(own: dict[str, Array], setting: Setting, truth: Truth, extra: list[dict[str, Array]]) -> dict[str, Array]:
+def explained(
+    engine: type[Engine], own: dict[str, Array], setting: Setting, truth: Truth, extra: list[dict[str, Array]]
+) -> dict[str, Array]:
     """What may stand between an engine and the truth if both are right, (n,) for each quantity.
 
-    Both error estimates, `extra` (floors, kinks), and for a method that chooses its steps one step's request:
-    between two of its runs a single sample's error falls only on the whole.
+    Both error estimates, `extra` (floors, kinks), and for a method that chooses its steps a few steps' requests:
+    its errors are a sum of what single steps leave, of any sign, so that two of its runs may meet where both are
+    off. The slack is that of the band, NORM_SLACK; for a track asked for in radii, far above what is made, one step.
     """
     n = min(map(len, own.values()))
     found = {}
@@ -130,10 +141,13 @@ def explained(own: dict[str, Array], setting: Setting, truth: Truth, extra: list
         both = np.maximum.accumulate(own[name][:n]) + truth.error[name][:n]
         found[name] = RICHARDSON * both + sum((e[name][:n] for e in extra if name in e), np.zeros(n))
         if setting.knob is Knob.RTOL:
-            found[name] += setting.value * np.maximum(truth.response[name][:n], step_unit(name, truth.scene))
+            requested = np.maximum(NORM_SLACK * truth.response[name][:n], step_unit(engine, name, truth.scene, setting))
+            found[name] += setting.value * requested
     return found
 
 
-def step_unit(quantity: str, scene: Scene) -> float:
+def step_unit(engine: type[Engine], quantity: str, scene: Scene, setting: Setting) -> float:
     """What the requested accuracy of a step counts in, where it is not the answer to an angle: SI units."""
-    return {"com": scene.radius0_m, "rate": orbit_scale(scene)}.get(quantity, 0.0)
+    track = track_unit(engine, scene, setting.value) * (NORM_SLACK if engine.track_by_length else 1.0)
+    units = {"com": track, "com_velocity": track * orbit_scale(scene), "rate": orbit_scale(scene)}
+    return units.get(quantity, 0.0)

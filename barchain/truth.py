@@ -1,18 +1,22 @@
 """The truth of a scene, its error bar, and how the scene amplifies a small error.
 
 Truth: the reference at its tightest. Error bar: its difference from a run ten times looser, which
-bounds it. Amplification: a twin of the truth started a little aside.
+bounds it. Amplification: a twin of the truth started a little aside. What its derivatives are is seen
+in a run at samples close enough for that, whatever a scene's own are.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from barchain.model_difference import track_response
 from barchain.quantities import differences
+from scenarios import Gravity
 
 if TYPE_CHECKING:
     from adapters.engine import Array, Trajectory
@@ -21,7 +25,14 @@ if TYPE_CHECKING:
 TRUTH_RTOL = 1e-13
 TRUTH_CHECK_RTOL = 1e-12
 TWIN_ASIDE = 1e-10  # rad: a thousand times the truth's own error, yet linear until it has grown 1e8 times
-RICHARDSON = 2.0  # two runs of which one is finer: their difference, doubled, bounds the error of either
+RICHARDSON = 2.0
+"""Half the step of a method of order p >= 1: it was off by at most 1/(1 - 2^-p) <= 2 times what that changes."""
+FINE_RTOL = 1e-10  # four differences over a tenth of a radian cost four digits: six are left
+FINE_PER_RADIAN = 4.0  # of the fastest rate: a sine's second difference is then 2 % short
+FINE_PER_SLEW = 20.0  # three half waves: half a radian between samples
+MOST_FINE = 20_000  # samples: a slew of a thousandth of the run is still seen
+MODES_PER_BAR = 2.1  # fastest oscillation of a chain of N bars, over N times its rate (radial chain: 2.1 N n)
+TRACK = ("com", "com_velocity")
 PARTED_RAD = 1e-2  # two runs whose attitudes differ by more have parted: nothing later is compared point by point
 
 
@@ -39,12 +50,30 @@ def twin(scene: Scene) -> Scene:
     return dataclasses.replace(scene, chain=moved)
 
 
+def own_rate(scene: Scene) -> float:
+    """Fastest of the orbit's and the bars' own initial rates, rad/s."""
+    orbit = 2.0 * math.pi / scene.step_period_s
+    return max(orbit, scene.orbital_rate_rad_s * max(1.0, *(abs(a) for a in scene.chain.rate_factor)))
+
+
+def finely(scene: Scene) -> Scene:
+    """`scene` sampled closely enough for derivatives of its motion: its own samples, and equally many in between."""
+    intervals = scene.run.samples - 1
+    spacing = 1.0 / (FINE_PER_RADIAN * MODES_PER_BAR * scene.bars * own_rate(scene))
+    slews = [p.duration_s / FINE_PER_SLEW for p in scene.effects.prescribed_rotation]
+    wanted = math.ceil(scene.run.duration_s / (intervals * min([spacing, *slews])))
+    times = max(1, min(wanted, MOST_FINE // intervals))
+    return dataclasses.replace(scene, run=dataclasses.replace(scene.run, samples=times * intervals + 1))
+
+
 @dataclass(frozen=True)
 class Truth:
     """The truth of one scene and what limits it; n samples."""
 
     scene: Scene
     trajectory: Trajectory
+    fine: Trajectory
+    """The motion at close samples (:func:`finely`), for its derivatives only"""
     error: dict[str, Array]
     """Estimate for each quantity, (n,), never falling"""
     growth: Array
@@ -62,23 +91,26 @@ class Truth:
         return float(self.growth[np.searchsorted(t, min(self.scene.period_s, t[-1]) * (1 - 1e-12))])
 
 
-def establish(scene: Scene, truth: Trajectory, check: Trajectory, aside: Trajectory) -> Truth:
-    """Truth of a scene from its three runs of the reference."""
+def establish(
+    scene: Scene, truth: Trajectory, check: Trajectory, aside: Trajectory, fine: Trajectory | None = None
+) -> Truth:
+    """Truth of a scene from its runs of the reference; without a `fine` one, derivatives come from its own samples."""
     parted = differences(truth, aside)
     n = min(len(truth.t_s), len(check.t_s), len(aside.t_s))
     attitude = np.maximum.accumulate(parted["attitude"])[:n]
     growth = attitude / attitude[0]
     looser = differences(truth, check)
-    track_m = np.maximum.accumulate(looser["com"][:n]) + TRUTH_RTOL * scene.radius0_m
-    # the track's own error is no answer to an attitude 1e-10 rad aside: only what stands out of it is
-    response = answers(parted | {"com": np.maximum(parted["com"][:n] - RICHARDSON * track_m, 0.0)}, n, 0.0)
-    for name, other in answers({k: d for k, d in looser.items() if k != "com"}, n, TWIN_ASIDE).items():
+    # the track's own error is no answer to an attitude 1e-10 rad aside: what the attitude does to it is integrated
+    response = answers(parted | track_response(scene, truth, aside), n, 0.0)
+    for name, other in answers({k: d for k, d in looser.items() if k not in TRACK}, n, TWIN_ASIDE).items():
         response[name] = np.maximum(response[name], other)  # another direction, once it stands out of round-off
     # between two runs that choose their steps a single sample says little: one step's request is allowed besides
     error = {name: np.maximum.accumulate(d)[:n] + TRUTH_RTOL * response[name] for name, d in looser.items()}
-    error["com"] += TRUTH_RTOL * scene.radius0_m
+    if scene.effects.gravity is not Gravity.NONE:  # a straight track has no error but its rounding
+        error["com"] += TRUTH_RTOL * scene.radius0_m
+        error["com_velocity"] += TRUTH_RTOL * scene.speed0_m_s
     error["rate"] += TRUTH_RTOL * scene.fastest_rate_rad_s
-    return Truth(scene, truth, error, growth, response, horizon(truth, check))
+    return Truth(scene, truth, fine or truth, error, growth, response, horizon(truth, check))
 
 
 def answers(apart: dict[str, Array], n: int, least_rad: float) -> dict[str, Array]:

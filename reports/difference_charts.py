@@ -21,6 +21,7 @@ DIFFERENCES = {
     "attitude": "Attitude",
     "reaction": "Reactions",
     "com": "CM track",
+    "com_velocity": "CM velocity",
 }
 DRIFTS = {
     "gap": "Joint gap",

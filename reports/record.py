@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from reports.mathematics import written
 from reports.numerals import number
 
 
@@ -26,9 +27,9 @@ class SceneRecord:
     data: dict[str, Any]
 
     def text(self, key: str) -> str:
-        """Text of a key; empty if it is not there."""
+        """Text of a key, its formulas as people write them; empty if it is not there."""
         value = self.data.get(key)
-        return "" if value is None else str(value)
+        return "" if value is None else written(str(value))
 
     def value(self, key: str) -> float | None:
         """Return a key's number; None if it is not there."""

@@ -11,6 +11,8 @@ import numpy as np
 from adapters.engine import Engine, EngineError, Observable
 from adapters.reference_adapter import Reference
 
+TRACE = "BARCHAIN_TEST_TRACE"
+
 
 class Faulty(Engine):
     """The reference behind the contract, to be spoiled."""
@@ -120,6 +122,28 @@ class IgnoresJointsInSilence(Faulty):
 class SwapsSign(Faulty):
     def spoil(self, seen):
         return seen.replace(reaction_N=-seen.reaction_N)
+
+
+class WrongVelocity(Faulty):
+    """A track that is right, with velocities that are not its own."""
+
+    def spoil(self, seen):
+        return seen.replace(com_velocity_m_s=seen.com_velocity_m_s * (1 + 1e-9))
+
+
+class LeavesTraces(Faulty):
+    """Changes its process for whoever comes after."""
+
+    def simulate(self):
+        os.environ[TRACE] = "1"
+        self.inner.simulate()
+
+
+class SeesTraces(Faulty):
+    def simulate(self):
+        if TRACE in os.environ:
+            raise EngineError("somebody was here before")
+        self.inner.simulate()
 
 
 class IsSloppy(Faulty):

@@ -19,6 +19,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk
 
 from adapters.reference_adapter import Reference
+from adapters.reference_fast_adapter import ReferenceFast
 from scenarios import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -28,8 +29,15 @@ RTOL = 1e-11
 EPS = np.finfo(float).eps
 
 
+@pytest.fixture(scope="module", params=[Reference, ReferenceFast], ids=["numpy", "compiled"], autouse=True)
+def implementation(request: pytest.FixtureRequest) -> None:
+    """Both forms of the reference are held to them."""
+    global engine  # noqa: PLW0603  # read by `run`, once for each form
+    engine = request.param
+
+
 def run(scene: Scene, rtol: float = RTOL) -> Trajectory:
-    return Reference().run(scene, Reference.ladder.setting(rtol))
+    return engine().run(scene, engine.ladder.setting(rtol))
 
 
 def budget(seen: Trajectory, rate_rad_s: float, rtol: float = RTOL) -> float:

@@ -57,16 +57,24 @@ def outcomes(truth, main, finer):
 def test_an_honest_engine_passes_in_every_quantity(truth, honest):
     verdict, found = outcomes(truth, *honest)
     assert verdict.outcome is Outcome.PASS
-    assert {q for q, _ in found} == {"com", "attitude", "rate", "reaction", "gap", "identity"}
+    assert {q for q, _ in found} == {"com", "com_velocity", "attitude", "rate", "reaction", "gap", "identity"}
 
 
-@pytest.mark.parametrize("quantity", ["angle_rad", "rate_rad_s", "reaction_N", "com_m"])
+NAMES = {
+    "angle_rad": "attitude",
+    "rate_rad_s": "rate",
+    "reaction_N": "reaction",
+    "com_m": "com",
+    "com_velocity_m_s": "com_velocity",
+}
+
+
+@pytest.mark.parametrize("quantity", NAMES)
 def test_a_shift_common_to_both_settings_is_inconsistent(truth, honest, quantity):
     """Different physics does not shrink with the step: the two error estimates can't explain it."""
     main, finer = (seen.replace(**{quantity: getattr(seen, quantity) * (1 + 1e-4)}) for seen in honest)
     _, found = outcomes(truth, main, finer)
-    name = {"angle_rad": "attitude", "rate_rad_s": "rate", "reaction_N": "reaction", "com_m": "com"}[quantity]
-    assert found[name, "consistency"] is Outcome.INCONSISTENT
+    assert found[NAMES[quantity], "consistency"] is Outcome.INCONSISTENT
 
 
 def test_an_engine_worse_than_its_setting_promises_is_out_of_band_though_consistent(scene, truth):

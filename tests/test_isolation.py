@@ -1,13 +1,19 @@
 """A run that goes wrong costs one row with a readable reason, never the comparison."""
 
+import dataclasses
 import json
 
 import pandas as pd
 import pytest
 
-from adapters.registry import Registration
+from adapters.engine import Knob, Setting
+from adapters.registry import ENGINES, Registration
 from barchain import api
+from barchain.job import TRUTH_ROLES, Job, Role, failure
+from barchain.pool import Room, room
+from barchain.suite import SceneProgress, Suite, truth_jobs
 from reports.outcome import Outcome
+from scenarios import load_scene
 
 SCENE = "basics/two_bars_free"
 FAULTS = {
@@ -25,6 +31,7 @@ FAULTS = {
     "IgnoresJoints": (Outcome.JOINTS_IGNORED, "joint 1 is open by"),
     "IgnoresJointsInSilence": (Outcome.INCONSISTENT, "times what is explained"),
     "SwapsSign": (Outcome.INCONSISTENT, "times what is explained"),
+    "WrongVelocity": (Outcome.INCONSISTENT, "times what is explained"),
     "IsSloppy": (Outcome.INCONSISTENT, "times the band"),
     "NotThere": (Outcome.FAILED, "its adapter does not load"),
     "Sound": (Outcome.PASS, ""),
@@ -66,6 +73,27 @@ def test_what_an_engine_prints_or_leaves_behind_does_not_come_through(spoiled, c
     api.compare([SCENE], registered=registered(["Chatters"]))
     printed = capfd.readouterr()
     assert "hello" not in printed.out + printed.err
+
+
+def test_what_an_engine_changes_in_its_process_is_gone_for_the_next():
+    found = api.compare([SCENE], registered=registered(["LeavesTraces", "SeesTraces"]), workers=1)
+    assert found.outcomes[SCENE, "SeesTraces"] is Outcome.PASS
+
+
+def test_the_truth_is_run_where_no_engine_was():
+    scene = load_scene(SCENE)
+    ours = Job(scene, "exudyn", ENGINES["exudyn"], Setting(Knob.STEPS_PER_ORBIT, 100.0), Role.MAIN)
+    theirs = dataclasses.replace(ours, engine="Sound", registration=registered(["Sound"])["Sound"])
+    assert {room(job) for job in truth_jobs(scene)} == {Room.TRUTH}
+    assert (room(ours), room(theirs)) == (Room.OURS, Room.THIRD_PARTY)
+    assert Room.THIRD_PARTY.runs_per_worker == 1
+
+
+def test_why_a_truth_failed_is_said_once():
+    progress = SceneProgress(load_scene(SCENE))
+    progress.truths = {role: failure(Outcome.FAILED, "no steps left") for role in TRUTH_ROLES}
+    Suite.found_truth(object.__new__(Suite), progress)
+    assert progress.truth_failed == "the truth could not be run (no steps left)"
 
 
 def test_results_so_far_are_kept_and_resumed(tmp_path, monkeypatch):

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from reference_impl import absolute, relative
 from reference_impl.chain import Accelerations, Array, Prescription, State
+from reference_impl.fast.simulate import FastSimulation
 from reference_impl.invariants import (
     com_angular_momentum,
     com_energy,
@@ -26,6 +27,7 @@ from reference_impl.kinematics import cross, directions
 from reference_impl.plane import along, as_vectors
 from reference_impl.simulate import Simulation
 from tests.arbiter import field as exact_field
+from tests.fast_evaluation import fast_accelerations
 from tests.roundoff import MU, RADIUS, C, Case, U, case, forward, joint_bound, magnitudes, sums
 
 
@@ -40,8 +42,18 @@ def cases(laws: tuple[Prescription, ...] = ()) -> st.SearchStrategy[Case]:
     )
 
 
+IMPLEMENTATIONS = {"numpy": (relative.accelerations, Simulation), "compiled": (fast_accelerations, FastSimulation)}
+
+
+@pytest.fixture(scope="module", params=IMPLEMENTATIONS, autouse=True)
+def implementation(request: pytest.FixtureRequest) -> None:
+    """Every law here binds both forms of the reference."""
+    global evaluate, simulation
+    evaluate, simulation = IMPLEMENTATIONS[request.param]
+
+
 def accelerations(c: Case) -> Accelerations:
-    return relative.accelerations(c.model, 25.0, c.state)
+    return evaluate(c.model, 25.0, c.state)
 
 
 @settings(max_examples=60, deadline=None)
@@ -162,7 +174,7 @@ def test_turning_everything_turns_the_answer(c: Case, turn: float) -> None:
         s.position_m @ spin,
         s.velocity_m_s @ spin,
     )
-    other = relative.accelerations(m, 25.0, turned)
+    other = evaluate(m, 25.0, turned)
     # an angle off by 2 ulp(2 pi) = 8 u turns every unit vector by that much, on both sides of the system
     allowed = forward(c, 2.0 * 8.0 * joint_bound(c, a)) if m.bars > 1 else np.zeros(0)
     assert np.all(np.linalg.norm(other.reaction_N - a.reaction_N @ spin, axis=1) <= allowed)
@@ -265,7 +277,7 @@ def test_runs_keep_angular_momentum_and_free_runs_energy(gravity: str, name: str
     laws, rtol = () if name == "free" else LAWS[name], 1e-11
     c = case(12, 5, gravity, 0.5, laws, turning=2.0)
     m, s = c.model, c.state
-    run = Simulation(m, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=rtol)
+    run = simulation(m, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=rtol)
     h = run.history(run.walk(np.linspace(0.0, 500.0, 11)))
     inner = relative_angular_momentum(m, h.angle_rad, h.rate_rad_s)
     outer = com_angular_momentum(m, h.com_m, h.com_velocity_m_s)
@@ -290,7 +302,7 @@ def test_a_motor_that_loses_its_grip_stops_the_run_with_a_reason() -> None:
     """A motor's effect on its bar's inertial angle can vanish: the law then asks for an infinite torque."""
     c = case(11, 5, "none", 0.5, LAWS["joint, inertial"], turning=2.0)
     s = c.state
-    run = Simulation(c.model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=1e-9)
+    run = simulation(c.model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=1e-9)
     with pytest.raises(ArithmeticError, match="joint motor"):
         run.walk(np.linspace(0.0, 100.0, 3))
 
@@ -309,4 +321,4 @@ def test_a_chain_that_double_precision_cannot_tell_apart_says_so() -> None:
     c = case(3, 3, "none", 0.0)
     model = replace(c.model, mass_kg=np.array([1e20, 1.0, 1e20]), inertia_kg_m2=np.full(3, 1e40))
     with pytest.raises(np.linalg.LinAlgError, match="not positive definite"):
-        relative.accelerations(model, 0.0, c.state)
+        relative.accelerations(model, 0.0, c.state)  # compiled, it is solved: see test_reference_fast

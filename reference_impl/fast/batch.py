@@ -25,7 +25,7 @@ class Batch(NamedTuple):
     gravity: int
     """One of `layout.GRAVITY_CODES`, the same for all"""
     bars: Array
-    """(runs, 8, N)"""
+    """(runs, 9, N)"""
     laws: Array
     """(runs, P, 7)"""
     y0: Array

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import numba
+import scipy
 from platformdirs import user_cache_path
 
 if TYPE_CHECKING:
@@ -48,8 +49,8 @@ def with_cache(function: F, options: dict[str, object]) -> F:
 
 @cache
 def cache_folder() -> Path:
-    """Folder for compiled code: numba's own if one is set, else the user's, by the hash of all that is compiled."""
-    digest = hashlib.sha256(numba.__version__.encode())
+    """Folder for compiled code: numba's own if one is set, else the user's, by the hash of all that is compiled in."""
+    digest = hashlib.sha256(f"{numba.__version__} {scipy.__version__}".encode())
     for source in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(source.read_bytes())
     root = Path(numba.config.CACHE_DIR) if numba.config.CACHE_DIR else user_cache_path("barchain") / "compiled"

@@ -16,9 +16,10 @@ if TYPE_CHECKING:
 GRAVITY_CODES: dict[GravityModel, int] = {"none": 0, "point": 1, "gradient": 2}
 NO_GRAVITY, GRADIENT = GRAVITY_CODES["none"], GRAVITY_CODES["gradient"]
 
+SLENDER = 30.0  # c/w up to which the sweeps need no refinement; a uniform slender bar has 3
 REGISTER = 8  # numbers that the widest vector instructions take at once
 # rows of Chain.bars
-HALF, WEIGHT, INVERSE_MASS, COMPLIANCE, LEVER, INVERSE_INERTIA, PASSED, FREED = range(8)
+HALF, WEIGHT, INVERSE_MASS, COMPLIANCE, LEVER, INVERSE_INERTIA, PASSED, FREED, COMPACT = range(9)
 # rows of Work.bars
 UX, UY, DX, DY, GX, GY, SPIN, LEFT, LEFT_Y, RIGHT, RIGHT_Y, KXX, KXY, KYY = range(14)
 RX, RY, PX, PY, HXX, HXY, HYX, HYY = range(14, 22)
@@ -33,8 +34,8 @@ class Chain(NamedTuple):
     gravity: int
     """One of `GRAVITY_CODES`"""
     bars: Array
-    """(8, N) rows HALF l/2, WEIGHT m/M, INVERSE_MASS w = 1/m, COMPLIANCE c = l²/4J, LEVER l/2J, INVERSE_INERTIA 1/J,
-    PASSED 2/(w+c), FREED 4w/(w+c)"""
+    """(9, N) rows HALF l/2, WEIGHT m/M, INVERSE_MASS w = 1/m, COMPLIANCE c = l²/4J, LEVER l/2J, INVERSE_INERTIA 1/J,
+    PASSED 2/(w+c), FREED 4w/(w+c), COMPACT 1 in a chain with any c > SLENDER w, else 0"""
     laws: Array
     """(P, 7) columns BAR, REACTS_ON (-1: nothing), LOCAL, AMPLITUDE rad, DURATION s, START s, UNIT sqrt(J)"""
 
@@ -44,7 +45,8 @@ class Work(NamedTuple):
 
     bars: Array
     """(22, N) rows U unit vectors, D places from the first bar's, G field, SPIN, LEFT and RIGHT accelerations of a
-    bar's ends without reactions, K = c n nᵀ, R reactions (N-1 of them), P and H of the sweep"""
+    bar's ends without reactions, K = c n nᵀ, R reactions (N-1 of them), P and H of the sweep;
+    once gravity is known, D serves :func:`joints.refine`"""
     responses: Array
     """(P, 2, N) reactions to a unit of each prescribed torque"""
     matrix: Array
@@ -66,11 +68,12 @@ def chain(model: ChainModel) -> Chain:
 
 
 def bar_rows(mass_kg: Array, length_m: Array, inertia_kg_m2: Array) -> Array:
-    """`Chain.bars` of one chain (N,) or of many (..., N); shape (..., 8, N)."""
+    """`Chain.bars` of one chain (N,) or of many (..., N); shape (..., 9, N)."""
     half, w = 0.5 * length_m, 1.0 / mass_kg
     c = half**2 / inertia_kg_m2
     weight = mass_kg / mass_kg.sum(axis=-1, keepdims=True)
-    rows = [half, weight, w, c, half / inertia_kg_m2, 1.0 / inertia_kg_m2, 2.0 / (w + c), 4.0 * w / (w + c)]
+    compact = np.zeros_like(w) + np.any(c > SLENDER * w, axis=-1, keepdims=True)
+    rows = [half, weight, w, c, half / inertia_kg_m2, 1.0 / inertia_kg_m2, 2.0 / (w + c), 4.0 * w / (w + c), compact]
     return np.stack(rows, axis=-2).astype(float)
 
 

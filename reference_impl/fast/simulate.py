@@ -61,6 +61,7 @@ class FastSimulation:
         self.t_s, self.rows = t_s, np.empty((len(t_s), len(self.y0)))
         self.rows[0] = self.y0
         self.carry = walk.stepper(self.y0)
+        self.carry.clock[walk.NOW] = t_s[0]
         self.carry.clock[walk.SEEN] = 1
 
     def go(self, start_s: float, end_s: float) -> int:
@@ -128,8 +129,8 @@ class FastSimulation:
         if code == walk.LOST_JOINT:
             raise np.linalg.LinAlgError(LOST)
         now = self.carry.clock[walk.NOW]
-        if code == walk.NOT_FINITE and now == 0.0:
-            raise ArithmeticError("the initial state or its rate is not finite")
+        if code == walk.NOT_FINITE and now == self.t_s[0]:
+            raise ArithmeticError(f"the initial state or its rate is not finite{self.twin.suspicion}")
         words = {
             walk.COLLAPSED: "Required step size is less than spacing between numbers.",
             walk.NOT_FINITE: "state not finite",

@@ -1,7 +1,7 @@
 """Sine and cosine of many angles at once: branch-free, so that the compiler takes several bars in one instruction.
 
-The angle less a multiple of pi/2 in three parts (Cody and Waite), then the polynomials of fdlibm's kernels; within one
-unit in the last place of the library's own, which serve angles too large for that reduction.
+The angle less a multiple of pi/2 in three parts (Cody and Waite), then the polynomials of fdlibm's kernels; within two
+units in the last place of the true values; the library serves angles too large for that reduction.
 """
 
 from __future__ import annotations

@@ -206,7 +206,7 @@ def go(start_s: float, end_s: float, floor_m: float, safe_m: float, t_s: Array, 
         code = start(start_s, end_s, atol, s, chain, work)
     while code == ARRIVED and s.clock[NOW] < end_s:
         code = step(end_s, atol, s, chain, work)
-        if code == ARRIVED and not finite(s.y, s.slopes[12]):
+        if code == ARRIVED and not finite(s.y, s.y):
             code = NOT_FINITE
         elif code == ARRIVED and floor_m > 0.0 and not clear(n, s.clock[TAKEN], s.before, s.y, chain, floor_m, safe_m):
             code = LOOK

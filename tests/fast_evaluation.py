@@ -1,0 +1,41 @@
+"""One evaluation of the compiled reference, in the shape of the other's."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reference_impl.chain import Accelerations, Array, ChainModel, State
+from reference_impl.fast import layout
+from reference_impl.fast.accelerations import evaluate
+from reference_impl.kinematics import joined_state
+from tests.roundoff import sums
+
+LOST = "the joint system is not positive definite in double precision"
+
+
+def fast_accelerations(model: ChainModel, t_s: float, state: State) -> Accelerations:
+    """As :func:`reference_impl.relative.accelerations` of a joined state, by compiled code.
+
+    What it has no need to make, the centres' accelerations from the chain's, is put together from its field and
+    reactions.
+    """
+    n, chain, scratch = model.bars, layout.chain(model), layout.work(model.bars, len(model.prescriptions))
+    y = layout.pack(state.com_m, state.com_velocity_m_s, state.angle_rad, state.rate_rad_s)
+    rates = np.zeros_like(y)
+    if not evaluate(t_s, y, rates, chain, scratch):
+        raise np.linalg.LinAlgError(LOST)
+    field = scratch.bars[[layout.GX, layout.GY]].T
+    reaction = scratch.bars[[layout.RX, layout.RY], : n - 1].T.copy()
+    tide = field - model.weight @ field
+    return Accelerations(
+        rates[2 * n + 2 : 2 * n + 4],
+        rates[n + 2 : 2 * n + 2],
+        tide + sums(reaction)[1] / model.mass_kg[:, None],
+        reaction,
+        scratch.torque_N_m.copy(),
+    )
+
+
+def with_angles(model: ChainModel, state: State, angle_rad: Array) -> State:
+    """The chain of `state` at other angles, its joints closed."""
+    return joined_state(model, state.com_m, state.com_velocity_m_s, angle_rad, state.rate_rad_s)

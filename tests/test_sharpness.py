@@ -1,0 +1,236 @@
+"""How sharp the comparison is: small faults are seen, and odd scenes raise no false alarm."""
+
+import dataclasses
+import functools
+
+import numpy as np
+import pytest
+
+import barchain.truth
+from adapters.engine import Knob, Setting
+from adapters.exudyn_adapter import Exudyn, ExudynIndex3, ExudynTree
+from adapters.exudyn_noise import engine_noise
+from adapters.exudyn_solver import method_for
+from adapters.rebound_adapter import Rebound
+from adapters.reference_adapter import Reference, ReferenceAbsolute
+from adapters.steps import finer_setting
+from barchain.comparison import judge
+from barchain.job import RunResult
+from barchain.quantities import differences, drifts
+from barchain.truth import FINE_RTOL, establish, finely, twin
+from reports.outcome import Outcome
+from scenarios import load_scene
+
+SLEW = """
+title = "A slew with three samples inside, on an ellipse"
+source = "made up"
+[orbit]
+altitude_m = 350e3
+speed_factor = 1.2
+[chain]
+bars = 3
+mass_kg = [100.0, 60.0, 30.0]
+length_m = [10.0, 20.0, 5.0]
+angle_deg = [60.0, 70.0, 80.0]
+rate_factor = 1.0
+[effects]
+gravity = "gradient"
+[[effects.prescribed_rotation]]
+bar = 3
+amplitude_deg = 45.0
+duration_s = 60.0
+start_s = 300.0
+frame = "local_horizontal"
+actuator = "external"
+[run]
+duration_s = 500.0
+samples = 26
+"""
+HARD_TO_TURN = """
+title = "A bar with a thousand times the inertia of its length"
+source = "made up"
+[orbit]
+altitude_m = 350e3
+[chain]
+bars = 3
+mass_kg = 100.0
+length_m = 10.0
+inertia_kg_m2 = [1.0, 1e6, 10.0]
+angle_deg = [60.0, 70.0, 80.0]
+rate_factor = 1.0
+[effects]
+gravity = "gradient"
+[run]
+orbits = 0.1
+samples = 51
+"""
+
+
+def run(scene, rtol):
+    return Reference().run(scene, Setting(Knob.RTOL, rtol))
+
+
+def short(name, share, samples):
+    scene = load_scene(name)
+    return dataclasses.replace(
+        scene, run=dataclasses.replace(scene.run, duration_s=share * scene.period_s, samples=samples)
+    )
+
+
+@functools.cache
+def truth_of(scene, *, fine=True):
+    closely = run(finely(scene), FINE_RTOL) if fine else None
+    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(twin(scene), 1e-13), closely)
+
+
+@functools.cache
+def both(engine, scene, value=None):
+    setting = engine.ladder.setting(value)
+    finer = finer_setting(scene, engine.ladder, setting)
+    return engine().run(scene, setting), engine().run(scene, finer)
+
+
+def judged(engine, truth, spoil=lambda seen: seen, value=None):
+    """Verdict of an engine whose two runs are spoiled alike."""
+    main, finer = (RunResult(Outcome.PASS, trajectory=spoil(seen)) for seen in both(engine, truth.scene, value))
+    return judge("x", engine, engine.ladder.setting(value), main, finer, truth)
+
+
+def out(verdict, metric=None):
+    """Quantities that did not pass."""
+    return {
+        r["quantity"]
+        for r in verdict.rows
+        if r["outcome"] not in ("pass", "reported") and metric in (None, r["metric"])
+    }
+
+
+@pytest.fixture(scope="module")
+def steep():
+    return short("paper/fig15", 0.3, 61)
+
+
+@pytest.fixture(scope="module")
+def free():
+    return short("basics/two_bars_free", 0.2, 101)
+
+
+def test_the_velocity_of_a_particle_is_judged_by_the_predicted_departure(steep):
+    truth = truth_of(steep)
+    assert judged(Rebound, truth).outcome is Outcome.PASS
+    wrong = judged(Rebound, truth, lambda s: s.replace(com_velocity_m_s=s.com_velocity_m_s + 1e-6))
+    assert "com_velocity" in out(wrong, "consistency")
+
+
+@pytest.mark.parametrize("name", ["paper/fig15", "basics/libration", "basics/point_chain"])
+def test_the_reference_is_consistent_with_itself_at_every_setting(name):
+    truth = truth_of(short(name, 0.15, 31))
+    for engine in (Reference, ReferenceAbsolute):
+        for value in engine.ladder.values[:-1]:
+            found = out(judged(engine, truth, value=value), "consistency")
+            assert not found, (engine.__name__, value)
+
+
+def test_two_runs_that_meet_where_both_are_off_are_explained_by_a_few_steps_requests(steep):
+    """Chosen steps leave errors of any sign: here the finer run happens to agree with the coarser."""
+    truth, rtol = truth_of(steep), 1e-8
+    off = truth.trajectory.replace(angle_rad=truth.trajectory.angle_rad + 5 * rtol)
+    same = RunResult(Outcome.PASS, trajectory=off)
+    found = judge("x", Reference, Setting(Knob.RTOL, rtol), same, same, truth)
+    assert "attitude" not in out(found, "consistency")
+
+
+def test_a_manoeuvre_between_few_samples_is_no_false_alarm(tmp_path):
+    (tmp_path / "slew.toml").write_text(SLEW)
+    scene = load_scene(tmp_path / "slew.toml")
+    assert finely(scene).run.duration_s / (finely(scene).run.samples - 1) <= 60.0 / 20
+    assert out(judged(Exudyn, truth_of(scene))) == set()
+    assert "torque" in out(judged(Exudyn, truth_of(scene, fine=False)))  # as seen from the scene's own samples
+
+
+def test_a_bar_that_is_hard_to_turn_is_no_false_alarm(tmp_path):
+    (tmp_path / "hard.toml").write_text(HARD_TO_TURN)
+    scene = load_scene(tmp_path / "hard.toml")
+    assert out(judged(ExudynTree, truth_of(scene))) == set()
+    assert out(judged(Exudyn, truth_of(scene))) == set()
+
+
+def test_a_straight_track_is_exact_but_for_rounding(free):
+    truth = truth_of(free)
+    for engine in (Reference, Exudyn, Rebound):
+        assert out(judged(engine, truth)) == set()
+        assert "com" in out(judged(engine, truth, lambda s: s.replace(com_m=s.com_m + 1e-5)), "consistency")
+
+
+def test_joints_put_in_place_are_judged_by_rounding_and_not_by_the_step(steep):
+    truth = truth_of(steep)
+    assert out(judged(ExudynIndex3, truth)) == set()
+    assert "gap" in out(judged(ExudynIndex3, truth, lambda s: s.replace(gap_m=s.gap_m + 1e-9)))
+    # what index 2 opens by is within its own band
+    assert "gap" not in out(judged(Exudyn, truth, lambda s: s.replace(gap_m=s.gap_m + 1e-9)))
+
+
+def test_the_identity_is_judged_by_the_rounding_of_a_sum(steep):
+    truth = truth_of(steep)
+    for engine, off in ((Reference, 1e-11), (ReferenceAbsolute, 1e-6)):
+        assert out(judged(engine, truth)) == set()
+        assert "identity" in out(judged(engine, truth, lambda s, off=off: s.replace(identity_m=s.identity_m + off)))
+
+
+def test_energy_may_drift_by_what_the_finer_setting_changes_and_no_more(free):
+    truth = truth_of(free)
+    for engine in (Reference, Exudyn):
+        assert out(judged(engine, truth)) == set()
+
+    def damped(seen):  # the same at both settings, far inside the band of a hundred times looser steps
+        return seen.replace(rate_rad_s=seen.rate_rad_s * (1 - 1e-4 * np.linspace(0, 1, len(seen.t_s)))[:, None])
+
+    assert {"energy", "angular_momentum"} <= out(judged(Exudyn, truth, damped), "drift")
+
+
+def test_the_trees_band_follows_the_motion_and_not_the_chains_fastest_mode(steep):
+    truth = truth_of(steep)
+    assert out(judged(ExudynTree, truth)) == set()
+    main, finer = both(ExudynTree, steep)
+    spoiled = main.replace(angle_rad=main.angle_rad + 2e-10)
+    found = judge(
+        "x",
+        ExudynTree,
+        ExudynTree.ladder.setting(),
+        RunResult(Outcome.PASS, trajectory=spoiled),
+        RunResult(Outcome.PASS, trajectory=finer),
+        truth,
+    )
+    assert "attitude" in out(found, "band_used")
+
+
+def test_a_manoeuvre_stirs_index_3_by_its_own_bar_and_one_order_less_than_the_start():
+    """With the whole chain's forces at each end, forty of the largest torques on the paper's slew were allowed."""
+    scene = load_scene("paper/fig17")
+    times = np.linspace(0.0, 200.0, 401)
+    method = method_for(scene, explicit=False, index3=True, absolute=False)
+    noise = engine_noise(scene, scene.step_period_s / 5000, method, times)["torque"]
+    largest = 0.4995  # N m, the slew's torque in the truth
+    assert noise.max() < 0.2 * largest
+
+
+def test_the_tracks_answer_to_attitude_is_that_of_a_twin_far_enough_aside_to_be_seen(steep, monkeypatch):
+    truth = truth_of(steep)
+    monkeypatch.setattr(barchain.truth, "TWIN_ASIDE", 1e-3)  # a thousandth of a metre: above the track's own error
+    apart = differences(truth.trajectory, run(twin(steep), 1e-13))
+    seen = apart["com"][-1] / np.maximum.accumulate(apart["attitude"])[-1]
+    assert truth.response["com"][-1] == pytest.approx(seen, rel=0.2)
+
+
+def test_a_chain_of_points_keeps_its_energy_and_angular_momentum_with_the_tidal_part():
+    scene = short("basics/point_chain", 0.5, 31)
+    found = drifts(scene, run(scene, 1e-12))
+    assert found["energy"].max() < 1e-11
+    assert found["angular_momentum"].max() < 1e-11
+    assert {r["quantity"] for r in judged(Reference, truth_of(scene)).rows} >= {"energy", "angular_momentum"}
+
+
+def test_the_chain_of_points_needs_the_tidal_part(monkeypatch):
+    scene = short("basics/point_chain", 0.5, 31)
+    monkeypatch.setattr("barchain.quantities.invariants.tidal_energy", lambda *_: 0.0)
+    assert drifts(scene, run(scene, 1e-12))["energy"].max() > 1e-11
