@@ -79,14 +79,16 @@ class Ladder:
     knob: Knob
     values: tuple[float, ...]
     default: float
+    finer_rtol: float = 0.1
+    """Share of a requested accuracy that the finer run asks for"""
 
     def setting(self, value: float | None = None) -> Setting:
         """Setting of this ladder's knob; the default one without a value."""
         return Setting(self.knob, self.default if value is None else value)
 
     def finer(self, setting: Setting) -> Setting:
-        """One step finer: 10 times the requested accuracy, or twice the steps."""
-        factor = 0.1 if self.knob is Knob.RTOL else 2.0
+        """One step finer: a tenth of the requested accuracy (or `finer_rtol` of it), or twice the steps."""
+        factor = self.finer_rtol if self.knob is Knob.RTOL else 2.0
         return Setting(self.knob, setting.value * factor)
 
     @property

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 SECOND_ORDER = 2
 SECOND_ORDER_CONSTANT = 1.0 / 8.0
 """Largest here: trapezoidal rule 1/12, generalized-alpha with rho = 0.9 about 1/10, half a step aside 1/8."""
-HIGHER_ORDER_CONSTANT = 1.0 / 5040.0
-"""A sixth-order explicit method: of the order of the first neglected Taylor term, h^6 x^(7)/7!."""
 
 UNIT_ROUNDOFF = float(np.finfo(float).eps)
 ROUNDINGS = 16.0  # rounding errors that enter a state in one step: a handful of operations, one for each stage
@@ -87,16 +85,21 @@ class LocalErrors:
         return found
 
 
-def local_errors(engine: type[Engine], scene: Scene, setting: Setting, truth: Truth) -> LocalErrors:
-    """Local errors of a method: by its order and step, or by the accuracy it is asked for."""
+def local_errors(
+    engine: type[Engine], scene: Scene, setting: Setting, truth: Truth, steps: float | None = None
+) -> LocalErrors:
+    """Local errors of a method: by its order and step, or by the accuracy it is asked for in each of its `steps`."""
     if setting.knob is Knob.RTOL:
-        return requested_errors(engine, scene, setting, truth)
+        return requested_errors(engine, scene, setting, truth, steps)
     return truncation_errors(engine, scene, setting, truth)
 
 
-def requested_errors(engine: type[Engine], scene: Scene, setting: Setting, truth: Truth) -> LocalErrors:
+def requested_errors(
+    engine: type[Engine], scene: Scene, setting: Setting, truth: Truth, steps: float | None = None
+) -> LocalErrors:
     """A method that chooses its steps: the requested error in each, one step for each radian of the fastest rate.
 
+    Methods of low or of changing order take more steps than that: then as many as they counted, where they do.
     The track, whose request in radii is far above what is made, counts radians of the orbit, unless it is asked for
     as closely as the bars. What is read off the samples comes by dense output: its error is a step's once more.
     """
@@ -106,10 +109,11 @@ def requested_errors(engine: type[Engine], scene: Scene, setting: Setting, truth
         reading["rate"] = np.maximum(reading["rate"], made * orbit_scale(scene))
     track = made * track_unit(engine, scene, made)
     rate, chain_rate = orbit_rate_bound(scene, truth.trajectory), rate_scale(scene, truth.trajectory)
+    counted = (steps or 0.0) / scene.run.duration_s
     return LocalErrors(
         truth.trajectory.t_s[:n],
-        np.full(n, made * chain_rate),
-        np.full(n, track * (chain_rate if engine.track_by_length else rate)),
+        np.full(n, made * max(chain_rate, counted)),
+        np.full(n, track * max(chain_rate if engine.track_by_length else rate, counted)),
         reading | {"com": np.full(n, track), "com_velocity": np.full(n, track * rate)},
     )
 
@@ -125,6 +129,11 @@ def track_unit(engine: type[Engine], scene: Scene, rtol: float) -> float:
     return max(length, ROUNDINGS * UNIT_ROUNDOFF * scene.radius0_m / rtol)
 
 
+def error_constant(order: float) -> float:
+    """Of a method of order p: of the order of the first neglected Taylor term, h^p x^(p+1)/(p+1)!, above the second."""
+    return SECOND_ORDER_CONSTANT if order <= SECOND_ORDER else 1.0 / math.factorial(round(order) + 1)
+
+
 def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, truth: Truth) -> LocalErrors:
     """A fixed-step method of order p: C h^p times the derivative of order p+1, taken from the truth.
 
@@ -134,7 +143,7 @@ def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, trut
     """
     seen, order = truth.fine, engine.order or 1.0
     t = seen.t_s
-    constant = SECOND_ORDER_CONSTANT if order <= SECOND_ORDER else HIGHER_ORDER_CONSTANT
+    constant = error_constant(order)
     power = constant * step_s(scene, setting) ** order
     if order > SECOND_ORDER:
         power *= varying_rate(scene, seen) ** (order - SECOND_ORDER)

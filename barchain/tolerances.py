@@ -103,7 +103,7 @@ def bands(engine: type[Engine], scene: Scene, setting: Setting, seen: Trajectory
     """
     n = common_samples(seen, truth)
     t, growth = truth.trajectory.t_s[:n], truth.growth[:n]
-    local = local_errors(engine, scene, setting, truth)
+    local = local_errors(engine, scene, setting, truth, float(seen.info.get("steps", 0.0)))
     # carried on: the error of the start (half a step aside), and all that are made on the way
     attitude = growth * local.immediate["attitude"][0] + local.attitude(t, growth)
     floor = floors(engine, scene, setting, seen, truth)
