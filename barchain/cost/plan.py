@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 SAMPLES = 21  # few, so that no engine is timed at bringing samples out; the oracle's tables have these instants
-TIME_LIMIT_S = 3.0  # of one run: some ten thousand times what the fastest engine needs for 1e-10 rad
+TIME_LIMIT_S = 2.0  # of one run: some ten thousand times what the fastest engine needs for 1e-10 rad
 REPEATS = 7  # of short runs; with less the median's interval is the range
-MINUTES = 11.0  # for the paper's scenes in all engines, so that start-up and report end inside 15
+MINUTES = 8.0  # for the paper's scenes in all engines, so that start-up and report end inside 15
 
 
 @dataclass(frozen=True)

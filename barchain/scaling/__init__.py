@@ -1,0 +1,1 @@
+"""Scaling study: what an evaluation, an orbit and the model itself cost as the chain gets more bars."""

@@ -1,0 +1,134 @@
+"""The scaling study: all engines at few bars, then at more, each until its time limit.
+
+What is cheap comes first: engines take turns as long as a point costs little more than its process, and those that get
+expensive wait, so that a budget that runs out has been spent on as many points as it could.
+"""
+
+from __future__ import annotations
+
+import math
+import multiprocessing
+import tempfile
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pebble import ProcessPool
+
+from barchain.cost.plan import cannot
+from barchain.cost.store import NOT_RUN
+from barchain.cost.timing import STARTUP_S, one_thread_each, pin, quietest_core
+from barchain.pool import collect
+from barchain.scaling.evaluation import DIRECT
+from barchain.scaling.plan import BUILDS, SHARES, affordable, divided, predicted
+from barchain.scaling.point import LONG_TURNS, Measured, Task, measure_point
+from reports.outcome import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from barchain.job import RunResult
+    from barchain.scaling.plan import Plan
+    from barchain.scaling.store import ScalingStore
+
+WARM_BARS = 3  # not a number that is measured: an adapter may keep what it compiled for one
+FAILURES = 2  # in succession, after which more bars are not tried
+NEVER = (
+    Outcome.UNSUPPORTED,
+    Outcome.MISSING,
+    Outcome.TIMED_OUT,
+    Outcome.NOTHING_COMPARED,
+)  # what more bars don't change
+PROCESS_S = 4.0  # that a point takes whatever it runs: a process, imports, warming up, evaluations
+
+
+class ScalingStudy:
+    """One study of many engines on one chain."""
+
+    def __init__(self, plan: Plan, store: ScalingStore, report: Callable[[str, str, str], None]) -> None:
+        """Prepare; `report` is told (scene, engine and bars, outcome) after each point."""
+        self.plan, self.store, self.report = plan, store, report
+        self.done: dict[str, int] = {}
+        self.failed: dict[str, int] = {}
+        self.deadline = math.inf
+
+    def run(self) -> None:
+        """Measure everything and write the tables; what was done stays when it is interrupted."""
+        start = time.perf_counter()
+        self.deadline = start + 60.0 * self.plan.minutes
+        self.store.write_record()
+        try:
+            while ahead := {e: n for e in self.plan.engines if (n := self.next_bars(e))}:
+                self.point(*min(ahead.items(), key=lambda pair: self.price(*pair)))
+            self.store.record["finished"] = True
+        finally:
+            self.store.record["seconds"] = time.perf_counter() - start
+            self.store.finish()
+
+    def next_bars(self, engine: str) -> int:
+        """Bars of an engine's next point; 0 if there is none."""
+        done = self.done.get(engine, 0)
+        return 0 if done == len(self.plan.bars) else self.plan.bars[done]
+
+    def price(self, engine: str, bars: int) -> tuple[float, int]:
+        """What to go by in choosing the next point: its expected time, s, then its bars."""
+        build_s, orbit_s = (predicted(*self.store.of(engine, name), bars) for name in ("build_s", "orbit_s"))
+        return max(PROCESS_S, build_s + min(orbit_s, self.plan.time_limit_s)), bars
+
+    def point(self, engine: str, bars: int) -> None:
+        """One engine at one number of bars; those that it can't get to are reported with it."""
+        columns = self.columns(engine, bars)
+        self.store.keep(engine, bars, columns)
+        self.done[engine] = self.done.get(engine, 0) + 1
+        outcome = Outcome(columns["outcome"])
+        self.report(self.plan.scene.name, f"{engine}, {bars} bars", str(outcome))
+        if self.hopeless(engine, outcome):
+            for more in self.plan.bars[self.done[engine] :]:
+                self.report(self.plan.scene.name, f"{engine}, {more} bars", str(Outcome.NOTHING_COMPARED))
+            self.done[engine] = len(self.plan.bars)
+
+    def columns(self, engine: str, bars: int) -> dict[str, Any]:
+        """Columns of a point, whether it can be run or not."""
+        out = cannot(divided(self.plan.scene, bars), engine, self.plan.engines[engine])
+        if out is not None:
+            return {"outcome": str(out.outcome), "reason": out.reason}
+        share, reason = self.share(engine, bars)
+        if not share and (engine not in DIRECT or time.perf_counter() > self.deadline):
+            return {"outcome": str(Outcome.NOTHING_COMPARED), "reason": f"{NOT_RUN}: {reason}"}
+        found = self.measured(engine, bars, share)
+        columns = found.columns if isinstance(found, Measured) else {}
+        said = f"orbit {NOT_RUN}: {reason}" if found.outcome is Outcome.PASS and reason else found.reason
+        return {"outcome": str(found.outcome), "reason": said} | columns
+
+    def share(self, engine: str, bars: int) -> tuple[float, str]:
+        """Share of an orbit to be run; 0 with the reason if none."""
+        if time.perf_counter() > self.deadline:
+            return 0.0, f"the study's {self.plan.minutes:g} minutes were over"
+        build_s = predicted(*self.store.of(engine, "build_s"), bars)
+        if build_s > BUILDS * self.plan.time_limit_s:
+            return 0.0, f"building its model would take about {build_s:.2g} s"
+        orbit_s = predicted(*self.store.of(engine, "orbit_s"), bars)
+        share = affordable(orbit_s, self.plan.time_limit_s)
+        if share:
+            return share, ""
+        return 0.0, f"would take about {orbit_s:.2g} s, or {SHARES[-1] * orbit_s:.2g} s for the smallest share"
+
+    def measured(self, engine: str, bars: int, share: float) -> RunResult:
+        """Result of a point from a process of its own."""
+        job, warm = self.plan.job(engine, bars, share or SHARES[-1]), self.plan.job(engine, WARM_BARS, SHARES[-1])
+        task = Task(job, warm, share, self.plan.repeats, self.plan.time_limit_s)
+        allowed = STARTUP_S + (LONG_TURNS + BUILDS) * self.plan.time_limit_s
+        context = multiprocessing.get_context("spawn")
+        with tempfile.TemporaryDirectory() as folder, one_thread_each():
+            log = Path(folder) / "log"
+            pool = ProcessPool(1, max_tasks=1, initializer=pin, initargs=(quietest_core(),), context=context)
+            try:
+                return collect(pool.schedule(measure_point, (task, log), timeout=allowed), log, allowed)
+            finally:
+                pool.stop()
+                pool.join()
+
+    def hopeless(self, engine: str, outcome: Outcome) -> bool:
+        """Whether more bars are not worth a try."""
+        self.failed[engine] = 0 if outcome is Outcome.PASS else self.failed.get(engine, 0) + 1
+        return outcome in NEVER or self.failed[engine] >= FAILURES
