@@ -88,7 +88,8 @@ def row(points: pd.DataFrame, target: float) -> Found:
             (e for e in ENGINES if e == rival or (rival == EXUDYN and e.startswith(EXUDYN))), key=times.__getitem__
         )
         ratio = times[name] / mine
-        said = f"{span_text(times[name])}, x {ratio:.3g}" if np.isfinite(ratio) else "no ratio"
+        said = f"{span_text(times[name])}, x {ratio:.3g}" if np.isfinite(ratio) else "not reached"
+        said += ", at most: its coarsest run is better" if better_at_once(points, name, target) else ""
         click.echo(f"    {name:16s}{said}")
         found |= {f"{rival}_{target:g}_ratio": ratio}
     return found
@@ -99,6 +100,12 @@ def seconds(points: pd.DataFrame, engine: str, target: float) -> float:
     curve = curve_of(points[points.engine == engine], "attitude", "seconds", {})
     place = locate(curve, target)
     return np.inf if place is None else cost_at(curve, place)
+
+
+def better_at_once(points: pd.DataFrame, engine: str, target: float) -> bool:
+    """Whether even an engine's coarsest run is better than an error, so that its time there is only a bound."""
+    place = locate(curve_of(points[points.engine == engine], "attitude", "seconds", {}), target)
+    return place is not None and place.at_most
 
 
 def many() -> Found:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from reports.charts import MOST_TICKS, Frame, Legend, Panel, blank_axes, finish, log_axis
 from reports.numerals import power_of_ten
-from reports.palette import COLOURS, Pen, engine_pen
+from reports.palette import COLOURS, SERIES, Pen, engine_pen
 from reports.series import Array, Floor, floor_of
 
 if TYPE_CHECKING:
@@ -82,7 +82,8 @@ def families(engines: Sequence[str]) -> dict[str, str]:
 def family_pens(engines: Sequence[str]) -> dict[str, Pen]:
     """One pen for each first word of the engines' names."""
     words = list(dict.fromkeys(e.partition("-")[0] for e in engines))
-    return {word: engine_pen(k and k + 1) for k, word in enumerate(words)}  # the second neutral comes last
+    places = [0, *range(2, len(SERIES)), 1]  # the second neutral comes last
+    return {word: engine_pen(places[k % len(places)]) for k, word in enumerate(words)}
 
 
 def overview(setup: Setup, title: str, front: tuple[Array, Array] | None = None) -> Panel | None:

@@ -126,6 +126,17 @@ def test_cheap_points_come_first(tmp_path: Path) -> None:
     assert (study.next_bars("cheap"), study.next_bars("new")) == (5, 2)
     study.done["cheap"] = 3
     assert study.next_bars("cheap") == 0
+    far = study.price("cheap", 200)  # nobody goes beyond a hundred before all are there
+    assert study.price("dear", 100) < far
+
+
+def test_a_model_that_would_fill_the_memory_is_not_built(tmp_path: Path) -> None:
+    study = ScalingStudy(make_plan(["reference"], (2, 5, 10)), ScalingStore(tmp_path, {}), lambda *_: None)
+    study.store.keep("big", 2, {"build_s": 0.1, "orbit_s": 0.1, "memory_B": 1e18})
+    assert study.share("big", 5) == (0.0, "its model would take about 6.2e+09 GB of memory")
+    study.store.keep("long", 2, {"build_s": 0.1, "orbit_s": 3000.0})
+    assert study.share("long", 5) == (0.0, "would take about 5 h 16 min 40 s, the smallest share 15 min 40 s")
+    assert study.share("new", 5) == (1.0, "")
 
 
 def row(engine: str, bars: int, **columns: Any) -> dict[str, Any]:
@@ -170,6 +181,10 @@ def test_aims_are_judged_where_they_were_measured() -> None:
     slower = points.assign(evaluation_s=3.0 * points.evaluation_s)
     met = [t["met"] for t in targets(slower, fits_table(slower))]
     assert met == [True, False, False, True]
+    short = points[points.bars <= 2000]  # what was not measured to its end is not judged
+    assert [t["what"] for t in targets(short, fits_table(short))] == [
+        t["what"] for t in targets(points, fits_table(points))
+    ][:2]
     others = points[points.engine == "stepper"]
     assert targets(others, fits_table(others)) == []
 
@@ -342,6 +357,19 @@ def test_a_study_without_time_runs_nothing_and_says_why(tmp_path: Path) -> None:
     assert points.outcome.tolist() == ["nothing_compared"] * 2
     assert set(points.reason) == {"not run: the study's 0 minutes were over"}
     assert "No engine has three points" in render_scaling(tmp_path).read_text()
+
+
+def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path: Path) -> None:
+    plan, told = make_plan(["reference", "exudyn"], (2, 5), minutes=0.0), []
+    first = ScalingStudy(plan, ScalingStore(tmp_path / "scaling", {}), lambda *_: None)
+    first.store.keep("reference", 2, {"outcome": "pass", "reason": "", "evaluation_s": 1e-4, "memory_B": 0.0})
+    first.store.keep("exudyn", 2, {"outcome": "nothing_compared", "reason": "not run: no time"})
+    measure(plan, tmp_path, resume=True, progress=lambda *a: told.append(a[1]))
+    assert told == ["exudyn, 2 bars", "exudyn, 5 bars", "reference, 5 bars"]
+    points = read_scaling(tmp_path).points
+    assert points.engine.tolist() == ["reference", "reference", "exudyn"]
+    assert points.evaluation_s[0] == 1e-4
+    assert points.outcome.tolist() == ["pass", "nothing_compared", "nothing_compared"]
 
 
 def test_an_engine_says_how_many_bars_are_too_many_for_it(tmp_path: Path) -> None:

@@ -25,9 +25,11 @@ from barchain.scaling.plan import BARS, MINUTES, REPEATS, TIME_LIMIT_S
               help="Minutes after which nothing more is begun.")  # fmt: skip
 @click.option("--time-limit", type=click.FloatRange(min=0, min_open=True), default=TIME_LIMIT_S, show_default=True,
               help="Orbits expected to take longer, s, are run in part, or not at all.")  # fmt: skip
+@click.option("--resume", is_flag=True, help="Go on from what an earlier, cut-off study of the same bars left.")
 def scaling(
-    names: tuple[str, ...], bars: tuple[int, ...], out: Path, repeats: int, minutes: float, time_limit: float
-) -> None:
+    names: tuple[str, ...], bars: tuple[int, ...], out: Path, repeats: int, minutes: float, time_limit: float,
+    resume: bool,
+) -> None:  # fmt: skip
     """Measure what more bars cost: time of an evaluation and of an orbit, and memory.
 
     The chain is the paper's 80° one, cut into N bars.
@@ -38,5 +40,5 @@ def scaling(
 
     plan = make_plan(names or None, bars, repeats=repeats, minutes=minutes, time_limit_s=time_limit)
     with verdicts_shown(plan.turns) as show:
-        measure(plan, out, command=shlex.join(["barchain", *sys.argv[1:]]), progress=show)
+        measure(plan, out, resume=resume, command=shlex.join(["barchain", *sys.argv[1:]]), progress=show)
     click.echo(f"scaling study: {render_scaling(out)}")

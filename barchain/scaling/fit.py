@@ -76,7 +76,8 @@ def targets(points: pd.DataFrame, fits: pd.DataFrame) -> list[dict[str, Any]]:
     found = [target("one evaluation of 5 bars", own.get(5, math.nan), MOST_SHORT_S, "s")]
     found += [target(f"one evaluation of {n} bars, a bar", own.get(n, math.nan) / n, MOST_PER_BAR_S, "s") for n in LONG]
     fit = fits[(fits.engine == FAST) & (fits.quantity == "evaluation")]
-    value = float(fit.exponent.iloc[0]) if len(fit) else math.nan
+    whole = fit[(fit.bars_from == FAST_BARS[0]) & (fit.bars_to == FAST_BARS[1])]
+    value = float(whole.exponent.iloc[0]) if len(whole) else math.nan
     found.append(
         target(f"exponent of one evaluation between {FAST_BARS[0]} and {FAST_BARS[1]} bars", value, MOST_EXPONENT, "")
     )

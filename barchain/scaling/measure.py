@@ -58,7 +58,12 @@ def make_plan(
 
 
 def measure(
-    plan: Plan, out: Path, *, command: str = "", progress: Callable[[str, str, str], None] | None = None
+    plan: Plan,
+    out: Path,
+    *,
+    resume: bool = False,
+    command: str = "",
+    progress: Callable[[str, str, str], None] | None = None,
 ) -> ScalingStudy:
     """Measure how costs grow with the number of bars, and write the tables into ``out/scaling``.
 
@@ -67,12 +72,15 @@ def measure(
     plan : Plan
     out : Path
         Result folder; a comparison or a cost study that is there already is left alone.
+    resume : bool
+        Go on from what a cut-off study of the same bars left in `out`.
     command : str
         What was typed, for the record.
     progress : callable, optional
         Told (scene, engine and bars, outcome) after each point.
     """
-    study = ScalingStudy(plan, ScalingStore(out / FOLDER, new_record(plan, command)), progress or (lambda *_: None))
+    store = ScalingStore(out / FOLDER, new_record(plan, command), resume=resume)
+    study = ScalingStudy(plan, store, progress or (lambda *_: None))
     study.run()
     return study
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import importlib
 import math
+import os
 import sys
 from pathlib import Path
 
@@ -41,3 +42,11 @@ def mark() -> float:
         return math.nan
     unit = 1.0 if sys.platform == "darwin" else KIBI
     return unit * float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+
+
+def installed() -> float:
+    """Memory of this machine, bytes; infinite where the system does not tell."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):
+        return math.inf

@@ -22,9 +22,10 @@ BARS = (2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000, 50_00
 SAMPLES = 11  # few, so that no engine is timed at bringing samples out
 SHARES = (1.0, 0.5, 0.2, 0.1, 0.05)  # of an orbit; the last is two steps between samples for the fewest steps taken
 TIME_LIMIT_S = 10.0  # of one simulation
-MINUTES = 20.0
+MINUTES = 25.0
 REPEATS = 5  # of short runs and of evaluations
 BUILDS = 3.0  # a model may take this many times as long to build, or compile, as to run
+MEMORY_SHARE = 0.5  # of the machine's memory that a model may take
 LAST = 3  # points that tell how costs grow
 FEW_EXPONENT, MOST_EXPONENT = 2.0, 3.0  # beyond which growth is not believed, of fewer points and of all of them
 

@@ -60,12 +60,10 @@ def measure_point(task: Task, log: Path) -> Measured:
     first = run_job(task.job, log) if task.share else RunResult(Outcome.PASS)
     if first.outcome is not Outcome.PASS:
         return Measured(first.outcome, first.reason)
-    memory = peak.beyond()
-    columns: dict[str, float | str] = {}
+    columns: dict[str, float | str] = {"memory_B": peak.beyond()} if task.share else {}
     if task.direct:
         columns |= spread("evaluation", evaluation_times(loop_of(task.job.engine, task.job.scene), task.repeats))
         columns["per"] = "right-hand side"
-    columns["memory_B"] = memory if task.share else peak.beyond()
     if task.share:
         columns = run_columns(task, first, log) | columns
     return Measured(Outcome.PASS, columns=columns)

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from barchain.cost.store import NOT_RUN
 from barchain.scaling.fit import fits_table, targets
 from barchain.store import write_atomically
-from reports.scaling_tables import POINT_COLUMNS
+from reports.scaling_tables import POINT_COLUMNS, read_table
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -18,16 +19,19 @@ if TYPE_CHECKING:
 class ScalingStore:
     """Points of one study."""
 
-    def __init__(self, folder: Path, record: dict[str, Any]) -> None:
-        """Open `folder`; an earlier study there is replaced."""
+    def __init__(self, folder: Path, record: dict[str, Any], *, resume: bool = False) -> None:
+        """Open `folder`; an earlier study there is replaced, or gone on from if `resume`."""
         self.folder, self.record = folder, record
-        self.rows: list[dict[str, Any]] = []
         folder.mkdir(parents=True, exist_ok=True)
+        path = folder / "points.csv"
+        self.rows: list[dict[str, Any]] = recalled(path) if resume and path.is_file() else []
 
     def keep(self, engine: str, bars: int, columns: dict[str, Any]) -> None:
         """Note a point, and write all that there are."""
         self.rows.append({"engine": engine, "bars": bars} | columns)
-        self.write("points", self.points())
+        points = self.points()
+        self.write("points", points)
+        self.write("fits", fits_table(points))
 
     def points(self) -> pd.DataFrame:
         """All points so far, engine by engine as they first came."""
@@ -57,3 +61,10 @@ class ScalingStore:
     def write_record(self) -> None:
         """Write record.json as it stands."""
         write_atomically(self.folder / "record.json", json.dumps(self.record, indent=1))
+
+
+def recalled(path: Path) -> list[dict[str, Any]]:
+    """Rows of an earlier study, without the cells that are empty and the points that were not run."""
+    rows = read_table(path).to_dict("records")
+    full = [{str(k): v for k, v in row.items() if v != "" and pd.notna(v)} for row in rows]
+    return [row for row in full if not str(row.get("reason", "")).startswith(NOT_RUN)]

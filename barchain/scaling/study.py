@@ -1,7 +1,8 @@
 """The scaling study: all engines at few bars, then at more, each until its time limit.
 
-What is cheap comes first: engines take turns as long as a point costs little more than its process, and those that get
-expensive wait, so that a budget that runs out has been spent on as many points as it could.
+All engines go to :data:`COMMON_BARS` before any goes on, so that each has points enough for an exponent. Within that,
+and beyond, what is cheap comes first: engines take turns as long as a point costs little more than its process, and
+those that get expensive wait, so that a budget that runs out has been spent on as many points as it could.
 """
 
 from __future__ import annotations
@@ -20,8 +21,10 @@ from barchain.cost.store import NOT_RUN
 from barchain.cost.timing import STARTUP_S, one_thread_each, pin, quietest_core
 from barchain.pool import collect
 from barchain.scaling.evaluation import DIRECT
-from barchain.scaling.plan import BUILDS, SHARES, affordable, divided, predicted
+from barchain.scaling.memory import installed
+from barchain.scaling.plan import BUILDS, MEMORY_SHARE, SHARES, affordable, divided, predicted
 from barchain.scaling.point import LONG_TURNS, Measured, Task, measure_point
+from reports.numerals import span
 from reports.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -39,6 +42,7 @@ NEVER = (
     Outcome.TIMED_OUT,
     Outcome.NOTHING_COMPARED,
 )  # what more bars don't change
+COMMON_BARS = 100
 PROCESS_S = 4.0  # that a point takes whatever it runs: a process, imports, warming up, evaluations
 
 
@@ -51,6 +55,8 @@ class ScalingStudy:
         self.done: dict[str, int] = {}
         self.failed: dict[str, int] = {}
         self.deadline = math.inf
+        for row in store.rows:
+            self.count(row["engine"], Outcome(row["outcome"]))
 
     def run(self) -> None:
         """Measure everything and write the tables; what was done stays when it is interrupted."""
@@ -68,24 +74,31 @@ class ScalingStudy:
     def next_bars(self, engine: str) -> int:
         """Bars of an engine's next point; 0 if there is none."""
         done = self.done.get(engine, 0)
-        return 0 if done == len(self.plan.bars) else self.plan.bars[done]
+        return 0 if done >= len(self.plan.bars) else self.plan.bars[done]
 
-    def price(self, engine: str, bars: int) -> tuple[float, int]:
-        """What to go by in choosing the next point: its expected time, s, then its bars."""
+    def price(self, engine: str, bars: int) -> tuple[bool, float, int]:
+        """What to go by in choosing the next point: whether it can wait, its expected time, s, then its bars."""
         build_s, orbit_s = (predicted(*self.store.of(engine, name), bars) for name in ("build_s", "orbit_s"))
-        return max(PROCESS_S, build_s + min(orbit_s, self.plan.time_limit_s)), bars
+        run_s = affordable(orbit_s, self.plan.time_limit_s) * orbit_s
+        return bars > COMMON_BARS, max(PROCESS_S, build_s + run_s), bars
 
     def point(self, engine: str, bars: int) -> None:
         """One engine at one number of bars; those that it can't get to are reported with it."""
         columns = self.columns(engine, bars)
         self.store.keep(engine, bars, columns)
-        self.done[engine] = self.done.get(engine, 0) + 1
         outcome = Outcome(columns["outcome"])
         self.report(self.plan.scene.name, f"{engine}, {bars} bars", str(outcome))
-        if self.hopeless(engine, outcome):
-            for more in self.plan.bars[self.done[engine] :]:
-                self.report(self.plan.scene.name, f"{engine}, {more} bars", str(Outcome.NOTHING_COMPARED))
-            self.done[engine] = len(self.plan.bars)
+        for more in self.count(engine, outcome):
+            self.report(self.plan.scene.name, f"{engine}, {more} bars", str(Outcome.NOTHING_COMPARED))
+
+    def count(self, engine: str, outcome: Outcome) -> tuple[int, ...]:
+        """Note that an engine's next point is done; bars that it is not tried at after that."""
+        self.done[engine] = self.done.get(engine, 0) + 1
+        if not self.hopeless(engine, outcome):
+            return ()
+        left = self.plan.bars[self.done[engine] :]
+        self.done[engine] = len(self.plan.bars)
+        return left
 
     def columns(self, engine: str, bars: int) -> dict[str, Any]:
         """Columns of a point, whether it can be run or not."""
@@ -106,12 +119,15 @@ class ScalingStudy:
             return 0.0, f"the study's {self.plan.minutes:g} minutes were over"
         build_s = predicted(*self.store.of(engine, "build_s"), bars)
         if build_s > BUILDS * self.plan.time_limit_s:
-            return 0.0, f"building its model would take about {build_s:.2g} s"
+            return 0.0, f"building its model would take about {rounded(build_s)}"
+        memory_B = predicted(*self.store.of(engine, "memory_B"), bars)
+        if memory_B > MEMORY_SHARE * installed():
+            return 0.0, f"its model would take about {memory_B / 1e9:.2g} GB of memory"
         orbit_s = predicted(*self.store.of(engine, "orbit_s"), bars)
         share = affordable(orbit_s, self.plan.time_limit_s)
         if share:
             return share, ""
-        return 0.0, f"would take about {orbit_s:.2g} s, or {SHARES[-1] * orbit_s:.2g} s for the smallest share"
+        return 0.0, f"would take about {rounded(orbit_s)}, the smallest share {rounded(SHARES[-1] * orbit_s)}"
 
     def measured(self, engine: str, bars: int, share: float) -> RunResult:
         """Result of a point from a process of its own."""
@@ -132,3 +148,8 @@ class ScalingStudy:
         """Whether more bars are not worth a try."""
         self.failed[engine] = 0 if outcome is Outcome.PASS else self.failed.get(engine, 0) + 1
         return outcome in NEVER or self.failed[engine] >= FAILURES
+
+
+def rounded(seconds: float) -> str:
+    """Expected time to two digits, in words."""
+    return span(float(f"{seconds:.2g}"))
