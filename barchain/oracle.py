@@ -15,6 +15,7 @@ from platformdirs import user_cache_path
 
 import adapters
 import reference_impl
+import scenarios
 from adapters.engine import EngineError
 from adapters.registry import find_engine
 from barchain.environment import package_version
@@ -85,17 +86,6 @@ def oracle(scene: Scene, *, cache: Path | None = None) -> Oracle:
     return found or cached(scene, path) or computed(scene, path)
 
 
-def refuses(truth: Oracle, tolerance: float, quantity: str = "attitude") -> str | None:
-    """Why no verdict at `tolerance` (in the quantity's SI unit) can be had from this truth; None if it can."""
-    worst = float(truth.error[quantity].max())
-    if MARGIN * worst <= tolerance:
-        return None
-    return (
-        f"no verdict: the oracle's own error of {quantity} on {truth.scene.name} is up to {worst:.1e}, "
-        f"not {MARGIN:g} times below the tolerance {tolerance:.1e}"
-    )
-
-
 def served(scene: Scene, table: TruthTable, source: Source) -> Oracle | None:
     """Truth from a table, or None if it lacks an instant."""
     rows = rows_at(scene, table)
@@ -157,9 +147,12 @@ def cache_key(scene: Scene) -> str:
 def code_digest() -> str:
     """Hash of the sources that make a truth."""
     ours, theirs = Path(str(adapters.__file__)).parent, Path(reference_impl.__path__[0])
-    files = [*sorted(ours.glob("heyoka_*.py")), ours / "initial_state.py"]
+    files = [*sorted(ours.glob("heyoka_*.py")), ours / "initial_state.py", ours / "table.py"]
+    files += sorted(Path(str(scenarios.__file__)).parent.glob("*.py"))
     files += [theirs / f"{name}.py" for name in ("chain", "kinematics", "plane")]
-    files += [Path(__file__).with_name(f"{name}.py") for name in ("oracle_run", "truth_tables", "quantities")]
+    files += [
+        Path(__file__).with_name(f"{name}.py") for name in ("oracle_run", "truth_tables", "quantities", "local_errors")
+    ]
     return hashlib.sha256(b"".join(f.read_bytes() for f in files)).hexdigest()
 
 

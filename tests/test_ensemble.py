@@ -80,6 +80,19 @@ def test_a_bar_that_is_heavier_or_longer_keeps_the_shape_of_its_mass():
     assert (own.inertia_kg_m2 == 7.0).all()
 
 
+def test_an_inertia_of_its_own_leaves_the_other_bars_theirs():
+    scene = load_scene("paper/fig13")
+    vary = (parse("mass_kg=uniform(500, 900)", 5), parse("inertia_kg_m2[1]=uniform(7, 7)", 5))
+    made = populate(scene, vary, 3, seed=1)
+    assert (made.inertia_kg_m2[:, 0] == 7.0).all()
+    np.testing.assert_allclose(made.inertia_kg_m2[:, 1:], (made.mass_kg * made.length_m**2 / 12.0)[:, 1:], rtol=1e-12)
+
+
+def test_what_varies_twice_is_refused():
+    with pytest.raises(VariationError, match="given twice for a bar"):
+        ensemble(short("paper/fig05"), ["angle_deg[1]=normal(20, 1)", "angle_deg=normal(80, 0)"], runs=2)
+
+
 def test_copies_that_reach_the_surface_end_there_and_are_counted():
     found = ensemble(
         dataclasses.replace(load_scene("paper/fig09")),
@@ -109,6 +122,8 @@ def test_copies_that_reach_the_surface_end_there_and_are_counted():
         ("altitude_m[1]=normal(4e5, 1)", "altitude_m is not a bar's"),
         ("angle_deg", "KEY=DISTRIBUTION"),
         ("mass_kg=normal(1, 3)", "greater than 0"),
+        ("speed_factor=uniform(-1, -0.5)", "0 or more"),
+        ("altitude_m=uniform(100, 200)", "higher than the chain is long"),
     ],
 )
 def test_what_cant_be_drawn_is_said_in_one_line(text, words):

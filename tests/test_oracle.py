@@ -14,7 +14,7 @@ from adapters.reference_adapter import Reference
 from adapters.registry import Registration
 from barchain import oracle as oracle_module
 from barchain.commands.truths import truths
-from barchain.oracle import OracleError, committed, oracle, refuses, table_path, table_times
+from barchain.oracle import OracleError, committed, oracle, table_path, table_times
 from barchain.quantities import differences
 from barchain.tolerances import floors
 from barchain.truth import TRUTH_CHECK_RTOL, TRUTH_RTOL, establish, twin
@@ -182,18 +182,6 @@ def test_instants_that_differ_in_their_last_bits_are_served_with_what_that_moves
     moved = np.linalg.norm(other.trajectory.com_m - one.trajectory.com_m, axis=1)
     assert np.all(np.abs(moved - speed * late) <= 4 * np.spacing(scene.radius0_m))
     assert other.error["rate"][-1] > one.error["rate"][-1]
-
-
-def test_a_verdict_is_refused_where_the_oracle_is_not_ten_times_better():
-    scene = over("paper/fig09")
-    found = oracle(scene)
-    worst = float(found.error["attitude"].max())
-    assert refuses(found, 10.0 * worst) is None
-    assert refuses(found, 1e-4, "reaction") is None
-    reason = refuses(found, 9.9 * worst)
-    assert reason is not None
-    assert "attitude" in reason
-    assert "no verdict" in reason
 
 
 def test_without_heyoka_tables_are_served_and_all_else_says_how_to_install_it(quick, tmp_path, monkeypatch):

@@ -9,6 +9,7 @@ import numpy as np
 
 from adapters.initial_state import chain_model
 from barchain.model_difference import com_displacement
+from barchain.oracle import MARGIN
 from barchain.quantities import differences
 from barchain.truth import PARTED_RAD
 from reference_impl import invariants
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from adapters.engine import Array, Trajectory
     from scenarios import Scene
 
-TELLS = 10.0  # an error below this many times the oracle's own is the oracle's as much as the engine's
+TELLS = MARGIN  # an error below this many times the oracle's own is the oracle's as much as the engine's
 VANISHING = 1e-9  # of m n² l: reactions below it are round-off of zero
 UNITS = {"attitude": "rad", "reaction": "N", "com": "m"}
 

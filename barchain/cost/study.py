@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 FEWEST_TURNS = 3  # even where time is short: a median with its range
 FEWEST_LONG_TURNS, LONG_TURNS = 1, 3  # of runs over LONG_S, the first pass counted
+BRIEF_S = 0.03  # runs that take no longer get all their turns, even when time is short
 LONGER, BLURRED = "past the time limit", "lie under the oracle's floor"  # why a point is not tried
 FIRST_SHARE = 0.5  # of a scene's time: then the first pass skips long runs, or the rounds would have none left
 CHECK_SHARE = 0.25  # a prediction is trusted to this much over the limit before the run itself is ended
@@ -144,8 +145,9 @@ class CostStudy:
     def wanted(self, job: Job, turn: int, *, late: bool) -> bool:
         """Whether a point still lacks its time of this round; late, only what every point needs counts."""
         have = len(self.store.times.get(job.key, []))
-        long = self.store.rows[job.key]["seconds"] >= LONG_S
-        enough = (FEWEST_LONG_TURNS, LONG_TURNS) if long else (FEWEST_TURNS, self.plan.repeats)
+        seconds = self.store.rows[job.key]["seconds"]
+        enough = (FEWEST_LONG_TURNS, LONG_TURNS) if seconds >= LONG_S else (FEWEST_TURNS, self.plan.repeats)
+        late = late and seconds > BRIEF_S
         return have <= turn and have < min(enough[0 if late else 1], self.plan.repeats)
 
     def summed_up(self) -> pd.DataFrame:

@@ -126,10 +126,11 @@ def shortened(scene: Scene, orbits: float | None, samples: int) -> Scene:
 def drawn(scene: Scene, vary: tuple[str, ...], runs: int, seed: int) -> tuple[Population, tuple[Variation, ...]]:
     """Copies of `scene`, and what varies in them."""
     variations = tuple(parse(text, scene.bars) for text in vary)
-    targets = [(v.key, v.bar) for v in variations]
-    twice = next((v for v in variations if targets.count((v.key, v.bar)) > 1), None)
-    if twice:
-        raise VariationError(f"--vary: {twice.key} is given twice; allowed: once for each bar, or for all")
+    for k, v in enumerate(variations):
+        if any(overlap(v, other) for other in variations[:k]):
+            raise VariationError(
+                f"--vary {v.text}: {v.key} of the same bars is given twice; allowed: once for each bar"
+            )
     numbers = runs * scene.run.samples * (2 * scene.bars - 1)
     if numbers > MOST_NUMBERS:
         raise VariationError(
@@ -137,6 +138,11 @@ def drawn(scene: Scene, vary: tuple[str, ...], runs: int, seed: int) -> tuple[Po
             "fewer runs or --samples"
         )
     return populate(scene, variations, runs, seed), variations
+
+
+def overlap(a: Variation, b: Variation) -> bool:
+    """Whether two variations speak of the same number of some bar."""
+    return a.key == b.key and (not a.bar or not b.bar or a.bar == b.bar)
 
 
 def reduced(t_s: Array, quantity: str, unit: str, values: Array, quantiles: tuple[float, ...]) -> pd.DataFrame:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adapters.initial_state import chain_model, initial_state
+from barchain.ensemble.variation import VariationError
 from reference_impl.fast import layout
 from reference_impl.fast.batch import Batch
 from reference_impl.simulate import floor_m, safe_perigee_m
@@ -79,9 +80,31 @@ def populate(scene: Scene, variations: tuple[Variation, ...], runs: int, seed: i
         values = v.draw(runs, scene.bars, seed)
         name = IN_RADIANS.get(v.key, v.key)
         drawn[name][:, where] = values if name == v.key else np.radians(values)
-    if all(v.key != "inertia_kg_m2" for v in variations):
-        drawn["inertia_kg_m2"] *= drawn["mass_kg"] / given["mass_kg"] * (drawn["length_m"] / given["length_m"]) ** 2
-    return Population(scene, **{name: d if hasattr(scene.chain, name) else d[:, 0] for name, d in drawn.items()})
+    shaped = drawn["mass_kg"] / given["mass_kg"] * (drawn["length_m"] / given["length_m"]) ** 2
+    for v in variations:
+        if v.key == "inertia_kg_m2":
+            shaped[:, slice(v.bar - 1, v.bar) if v.bar else slice(None)] = 1.0
+    drawn["inertia_kg_m2"] *= shaped
+    made = Population(scene, **{name: d if hasattr(scene.chain, name) else d[:, 0] for name, d in drawn.items()})
+    check(made)
+    return made
+
+
+def check(population: Population) -> None:
+    """Refuse copies that a scene file could not describe.
+
+    Raises
+    ------
+    VariationError
+        If a chain could reach the surface from where it starts.
+    """
+    low = population.altitude_m <= population.length_m.sum(axis=1)
+    if low.any():
+        run = int(np.argmax(low))
+        raise VariationError(
+            f"run {run + 1} starts {population.altitude_m[run]:g} m up with a chain of "
+            f"{population.length_m[run].sum():g} m, allowed: higher than the chain is long"
+        )
 
 
 def batch(population: Population, rtol: float) -> Batch:

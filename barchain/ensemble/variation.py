@@ -21,6 +21,7 @@ PER_BAR = {"mass_kg": True, "length_m": True, "inertia_kg_m2": True, "angle_deg"
 """Keys of a scene's chain that may vary, and whether they must be positive"""
 SINGLE = {"altitude_m": True, "speed_factor": False, "longitude_deg": False}
 """The same of its orbit"""
+NOT_NEGATIVE = {"speed_factor"}
 ALLOWED = PER_BAR | SINGLE
 PATTERN = re.compile(r"\s*(?:chain\.|orbit\.)?(\w+)\s*(?:\[\s*(\d+|\*)\s*\])?\s*=\s*(\w+)\s*\(([^()]*)\)\s*")
 FORM = "KEY=DISTRIBUTION(NUMBERS), KEY[BAR]=... or KEY[*]=..., e.g. angle_deg=normal(80, 1)"
@@ -76,10 +77,11 @@ class Variation:
         columns = bars if self.bar == 0 else 1
         made = FAMILIES[self.family].make(*self.numbers)
         values: Array = np.asarray(made.rvs(size=(runs, columns), random_state=rng), dtype=float)
-        if ALLOWED[self.key] and not (values > 0.0).all():
-            run = int(np.argmax((values <= 0.0).any(axis=1)))
+        wrong = values <= 0.0 if ALLOWED[self.key] else values < (0.0 if self.key in NOT_NEGATIVE else -np.inf)
+        if wrong.any():
+            run, least = int(np.argmax(wrong.any(axis=1))), "greater than 0" if ALLOWED[self.key] else "0 or more"
             raise VariationError(
-                f"--vary {self.text}: run {run + 1} draws {values[run].min():g}, allowed: greater than 0; "
+                f"--vary {self.text}: run {run + 1} draws {values[run].min():g}, allowed: {least}; "
                 "lognormal and uniform stay there"
             )
         return values
