@@ -15,7 +15,8 @@ from barchain.cost.measure import make_plan, measure
 from barchain.cost.orders import fit_order
 from barchain.cost.plan import ladders, shortened
 from barchain.cost.points import errors_of, under_floor
-from barchain.cost.study import columns_of, too_fine, too_long
+from barchain.cost.store import CostStore
+from barchain.cost.study import CostStudy, columns_of, too_fine, too_long
 from barchain.job import RunResult
 from barchain.oracle import oracle
 from reports.cost_page import render_cost
@@ -109,7 +110,7 @@ def engines():
 def study(engines, tmp_path_factory):
     """Folder of a study, and what was told of its progress."""
     folder, told = tmp_path_factory.mktemp("cost"), []
-    plan = plan_of(engines, repeats=4)
+    plan = plan_of(engines, repeats=3)  # as many as every point gets even when late: no time decides
     measure(plan, folder, truth_of=truth_stand_in, progress=lambda *a: told.append(a), command="barchain cost")
     assert len(told) == plan.turns
     return folder
@@ -131,10 +132,25 @@ def test_an_engine_that_fails_costs_its_own_points_only(study):
 def test_every_good_point_is_timed_as_often_as_the_others_and_build_and_read_out_apart(study):
     points = read_cost(study).points.query("engine == 'reference'")
     times = pd.read_csv(study / "cost" / "times.csv")
-    assert (points.turns == 3).all()  # no minutes were given: what every point needs
+    assert (points.turns == 3).all()
     assert times.groupby("key").size().to_dict() == dict.fromkeys(points.key, 3)
     assert points[["seconds", "seconds_low", "seconds_high", "build_s", "read_s"]].notna().all().all()
     assert ((points.seconds_low <= points.seconds) & (points.seconds <= points.seconds_high)).all()
+
+
+@pytest.mark.parametrize(
+    ("seconds", "late", "turns"), [(1e-4, True, 7), (0.1, True, 3), (0.1, False, 7), (1.0, True, 1)]
+)
+def test_when_time_is_short_only_brief_runs_get_all_their_turns(engines, tmp_path, seconds, late, turns):
+    plan = plan_of({"reference": engines["reference"]}, repeats=7)
+    store = CostStore(tmp_path / "cost", {}, resume=False)
+    job = next(iter(ladders(plan.scenes[0], plan.engines)[0].values()))[0]
+    store.rows[job.key] = {"seconds": seconds}
+    cost_study = CostStudy(plan, store, truth_stand_in, lambda *_: None)
+    for turn in range(plan.repeats):
+        if cost_study.wanted(job, turn, late=late):
+            store.times.setdefault(job.key, []).append(seconds)
+    assert len(store.times[job.key]) == turns
 
 
 def test_the_record_says_what_ran_where(study):
@@ -143,7 +159,7 @@ def test_the_record_says_what_ran_where(study):
     assert record["command"] == "barchain cost"
     assert record["truths"][SCENE]["source"] == "stand-in"
     assert {"python", "cpu", "cores"} <= set(record["environment"])
-    assert record["limits"] == {"repeats": 4, "minutes": 0.0, "time_limit_s": LIMIT_S}
+    assert record["limits"] == {"repeats": 3, "minutes": 0.0, "time_limit_s": LIMIT_S}
 
 
 def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path, engines):
