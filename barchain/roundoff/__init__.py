@@ -1,0 +1,1 @@
+"""The round-off study: what absolute and relative coordinates leave of the joint reactions' digits."""

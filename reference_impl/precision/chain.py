@@ -1,0 +1,133 @@
+"""Chains and their states in any arithmetic: bars along the first axis after the plane's, states along the last."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from reference_impl.precision.arithmetic import Arithmetic, Values
+
+
+@dataclass(frozen=True)
+class Bars:
+    """What a chain of N bars is made of, in each of B states (or the same in all: B = 1)."""
+
+    mu_m3_s2: Values
+    """(B,)"""
+    mass_kg: Values
+    """(N, B)"""
+    length_m: Values
+    """(N, B)"""
+    inertia_kg_m2: Values
+    """(N, B)"""
+
+    @cached_property
+    def weight(self) -> Values:
+        """(N, B) mass fractions."""
+        return self.mass_kg / self.mass_kg.sum(axis=0)
+
+    @cached_property
+    def half_m(self) -> Values:
+        """(N, B) half lengths."""
+        return self.length_m * 0.5
+
+    @cached_property
+    def lever(self) -> Values:
+        """(N, B) l/(2 J)."""
+        return self.half_m / self.inertia_kg_m2
+
+    @cached_property
+    def compliance(self) -> Values:
+        """(N, B) l²/(4 J)."""
+        return self.half_m * self.lever
+
+    @cached_property
+    def inverse_mass(self) -> Values:
+        """(N, B) 1/m."""
+        return 1.0 / self.mass_kg
+
+    def cast(self, to: Arithmetic) -> Bars:
+        """Rounded to another arithmetic."""
+        return Bars(*map(to.cast, (self.mu_m3_s2, self.mass_kg, self.length_m, self.inertia_kg_m2)))
+
+
+@dataclass(frozen=True)
+class Relative:
+    """State in relative coordinates: the centre of mass, and each bar from there."""
+
+    com_m: Values
+    """(2, B) Z0"""
+    position_m: Values
+    """(2, N, B) d_j"""
+    angle_rad: Values
+    """(N, B)"""
+    rate_rad_s: Values
+    """(N, B)"""
+
+    def cast(self, to: Arithmetic) -> Relative:
+        """Rounded to another arithmetic."""
+        return Relative(*map(to.cast, (self.com_m, self.position_m, self.angle_rad, self.rate_rad_s)))
+
+    @property
+    def absolute(self) -> Absolute:
+        """The same from the body's centre, with the rounding of this sum."""
+        return Absolute(self.com_m[:, None] + self.position_m, self.angle_rad, self.rate_rad_s)
+
+
+@dataclass(frozen=True)
+class Absolute:
+    """State in absolute coordinates: each bar from the body's centre."""
+
+    place_m: Values
+    """(2, N, B) Z_j"""
+    angle_rad: Values
+    """(N, B)"""
+    rate_rad_s: Values
+    """(N, B)"""
+
+    def cast(self, to: Arithmetic) -> Absolute:
+        """Rounded to another arithmetic."""
+        return Absolute(*map(to.cast, (self.place_m, self.angle_rad, self.rate_rad_s)))
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the equations give."""
+
+    reaction_N: Values
+    """(2, N-1, B) force on bar j from bar j+1"""
+    angle_rad_s2: Values
+    """(N, B)"""
+    place_m_s2: Values
+    """(2, N, B): Z_j'' from absolute coordinates, d_j'' from relative ones"""
+    com_m_s2: Values
+    """(2, B) Z0''"""
+
+
+def directions(a: Arithmetic, angle_rad: Values) -> tuple[Values, Values]:
+    """Unit vectors u along the bars and n across them, each (2, N, B)."""
+    cosine, sine = a.cos(angle_rad), a.sin(angle_rad)
+    return np.stack([cosine, sine]), np.stack([-sine, cosine])
+
+
+def dot(v: Values, w: Values) -> Values:
+    """Scalar product over the first axis."""
+    return v[0] * w[0] + v[1] * w[1]
+
+
+def hung(bars: Bars, reach_m: Values) -> Values:
+    """Vectors from the common centre to the bars' centres, given those from the centres to the right ends.
+
+    Eqs. (6) and (7'), linear in `reach_m`, shape (2, N, B).
+    """
+    between = np.cumsum(reach_m[:, :-1] + reach_m[:, 1:], axis=1)
+    from_first = np.concatenate([0.0 * reach_m[:, :1], between], axis=1)
+    return from_first - (from_first * bars.weight).sum(axis=1)[:, None]
+
+
+def joined(a: Arithmetic, bars: Bars, com_m: Values, angle_rad: Values, rate_rad_s: Values) -> Relative:
+    """State whose joints are closed."""
+    along, _ = directions(a, angle_rad)
+    return Relative(com_m, hung(bars, bars.half_m * along), angle_rad, rate_rad_s)
