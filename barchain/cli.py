@@ -15,6 +15,7 @@ from adapters.registry import UnknownEngineError, engines
 from barchain import api, listing
 from barchain.commands.cost import cost
 from barchain.commands.ensemble import ensemble
+from barchain.commands.roundoff import roundoff
 from barchain.commands.scaling import scaling
 from barchain.commands.truths import truths
 from barchain.progress import verdicts_shown
@@ -239,5 +240,6 @@ def report(folder: Path) -> None:
 
 cli.add_command(cost)
 cli.add_command(ensemble)
+cli.add_command(roundoff)
 cli.add_command(scaling)
 cli.add_command(truths)

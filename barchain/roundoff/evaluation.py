@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from barchain.roundoff.formulations import FORMULATIONS
+from barchain.roundoff.production import PRODUCTION
 from barchain.roundoff.states import exact_case
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT, Values, exact_numbers
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 SHARES = {"q05": 0.05, "median": 0.5, "q95": 0.95, "largest": 1.0}
 REACTION, ORDINARY = "reaction", "m n² l"  # yardsticks
+FORMULA, INPUT, BOTH = "formula", "input", "both"  # sources
 Errors = dict[tuple[str, str], "Array"]
 """Errors (B,) by source and yardstick"""
 
@@ -52,10 +54,10 @@ def errors(formulation: Formulation, a: Arithmetic, exact: Exact, truth: Values 
     lost = ~np.isfinite(found.astype(float))
     answer = formulation.exactly(rounded.cast(EXACT))
     seen = EXACT.cast(np.where(lost, 0.0, found))
-    differences = {"formula": seen - answer, "input": answer - truth, "both": seen - truth}
+    differences = {FORMULA: seen - answer, INPUT: answer - truth, BOTH: seen - truth}
     yards = {REACTION: largest(truth), ORDINARY: exact.yard_N}
     return {
-        (source, yard): np.where(lost.any(axis=(0, 1)) & (source != "input"), np.inf, over(difference, yards[yard]))
+        (source, yard): np.where(lost.any(axis=(0, 1)) & (source != INPUT), np.inf, over(difference, yards[yard]))
         for source, difference in differences.items()
         for yard in yards
     }
@@ -76,11 +78,11 @@ def rows_of(case: Case, formulations: Iterable[str], arithmetics: Iterable[str])
     found: list[dict[str, Any]] = []
     with exact_numbers():
         exact = exact_case(case)
-        plain = FORMULATIONS["absolute"]
+        plain, known = FORMULATIONS["absolute"], FORMULATIONS | PRODUCTION
         truth = plain.exactly(plain.given(exact, EXACT))
         for name in formulations:
             for arithmetic in arithmetics:
-                for (source, yard), values in errors(FORMULATIONS[name], ARITHMETICS[arithmetic], exact, truth).items():
+                for (source, yard), values in errors(known[name], ARITHMETICS[arithmetic], exact, truth).items():
                     head = {"state": str(case.kind), "bars": case.bars, "ratio": case.ratio}
                     ways = {"formulation": name, "arithmetic": arithmetic, "source": source, "yardstick": yard}
                     found.append(head | ways | quantiles(values))

@@ -111,3 +111,10 @@ def configuration(case: Case, random: Generator) -> tuple[Array, Array, Array, A
 def ulps(random: Generator, shape: tuple[int, ...]) -> Values:
     """Exact factors of 1, or a unit in a double's last place more or less."""
     return EXACT.cast(1.0 + random.integers(-1, 2, shape) * np.finfo(float).eps)
+
+
+def longitude_rad(exact: Exact) -> Array:
+    """Longitudes of a case's members, (B,), in [0, 2 pi)."""
+    x, y = (v.astype(float) for v in exact.state.com_m)
+    found: Array = np.arctan2(y, x) % (2.0 * np.pi)
+    return found

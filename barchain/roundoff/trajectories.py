@@ -16,7 +16,7 @@ import numpy as np
 
 from barchain.roundoff.evaluation import quantiles
 from barchain.roundoff.states import EQUATOR_M
-from reference_impl.precision.arithmetic import EXACT, LONG, Arithmetic, Values, exact_numbers
+from reference_impl.precision.arithmetic import ARITHMETICS, EXACT, LONG, Values, exact_numbers
 from reference_impl.precision.chain import Bars
 from reference_impl.precision.coordinates import Seen, Start
 from reference_impl.precision.run import chosen_steps, equal_steps
@@ -70,7 +70,7 @@ class Truth:
     family: Family
     seen: tuple[Seen, ...]
     error: dict[str, Array]
-    """(sizes,) of each quantity, in that of two step sizes"""
+    """(sizes,) of each quantity over the whole run, by another step size"""
 
 
 def truth_of(family: Family) -> Truth:
@@ -124,7 +124,7 @@ def columns(family: Family) -> tuple[Array, Array]:
     return np.array([k for k, _ in pairs]), np.array([x for _, x in pairs])
 
 
-def equal_step_rows(truth: Truth, a: Arithmetic, name: str, method: str, steps: int) -> list[dict[str, Any]]:
+def equal_step_rows(truth: Truth, arithmetic: str, name: str, method: str, steps: int) -> list[dict[str, Any]]:
     """Rows of trajectories.csv for one set of coordinates at `steps` equal steps between samples."""
     family = truth.family
     sizes, longitudes = columns(family)
@@ -132,28 +132,45 @@ def equal_step_rows(truth: Truth, a: Arithmetic, name: str, method: str, steps: 
         start = family.start(longitudes, np.array(family.ratios)[sizes])
         sample_s = np.full(len(sizes), family.sample_s)
         with np.errstate(all="ignore"):
-            found = judged(truth, equal_steps(a, name, start, method, sample_s, family.samples, steps), longitudes, sizes)
+            found = judged(truth, equal_steps(ARITHMETICS[arithmetic], name, start, method, sample_s, family.samples, steps), longitudes, sizes)
     per_orbit = steps * family.samples / family.orbits
-    head = {"coordinates": name, "arithmetic": a.name, "method": method, "steps_per_orbit": per_orbit}
+    head = {"coordinates": name, "arithmetic": arithmetic, "method": method, "steps_per_orbit": per_orbit}
     return summed_up(truth, head, worst(found), sizes)
 
 
-def chosen_step_rows(truth: Truth, a: Arithmetic, name: str, rtols: tuple[float, ...]) -> list[dict[str, Any]]:
+def chosen_step_rows(truth: Truth, arithmetic: str, name: str, rtols: tuple[float, ...]) -> list[dict[str, Any]]:
     """The same for DOP853 with its own steps, at several tolerances side by side."""
     family = truth.family
     sizes, longitudes = (np.tile(v, len(rtols)) for v in columns(family))
     rtol = np.repeat(rtols, len(sizes) // len(rtols))
     with exact_numbers(), np.errstate(all="ignore"):
         start = family.start(longitudes, np.array(family.ratios)[sizes])
-        walked = list(chosen_steps(a, name, start, np.full(len(sizes), family.sample_s), family.samples, rtol))
+        walked = list(chosen_steps(ARITHMETICS[arithmetic], name, start, np.full(len(sizes), family.sample_s), family.samples, rtol))
         found = judged(truth, [seen for seen, _ in walked], longitudes, sizes)
     evaluations = walked[-1][1].evaluations / family.orbits
     rows = []
     for tolerance in rtols:
         own = rtol == tolerance
-        head = {"coordinates": name, "arithmetic": a.name, "method": "dop853, chosen steps", "rtol": tolerance}
+        head = {"coordinates": name, "arithmetic": arithmetic, "method": "dop853, chosen steps", "rtol": tolerance}
         values = {quantity: v[own] for quantity, v in worst(found).items()}
         rows += summed_up(truth, head, values, sizes[own], evaluations[own])
+    return rows
+
+
+def growth_rows(truth: Truth, arithmetic: str, name: str, method: str, steps: int) -> list[dict[str, Any]]:
+    """Rows of growth.csv: the largest errors so far, at each sample of a long run; so the motion's swing is out."""
+    family = truth.family
+    sizes, longitudes = columns(family)
+    with exact_numbers(), np.errstate(all="ignore"):
+        start = family.start(longitudes, np.array(family.ratios)[sizes])
+        sample_s = np.full(len(sizes), family.sample_s)
+        found = judged(truth, equal_steps(ARITHMETICS[arithmetic], name, start, method, sample_s, family.samples, steps), longitudes, sizes)
+    found = {quantity: np.maximum.accumulate(values) for quantity, values in found.items()}
+    rows = []
+    for k in range(family.samples):
+        head = {"coordinates": name, "arithmetic": arithmetic, "method": method}
+        head["orbits"] = (k + 1) * family.orbits / family.samples
+        rows += summed_up(truth, head, {quantity: values[k] for quantity, values in found.items()}, sizes)
     return rows
 
 

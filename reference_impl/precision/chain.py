@@ -109,7 +109,7 @@ class Found:
 def directions(a: Arithmetic, angle_rad: Values) -> tuple[Values, Values]:
     """Unit vectors u along the bars and n across them, each (2, N, B)."""
     cosine, sine = a.cos(angle_rad), a.sin(angle_rad)
-    return np.stack([cosine, sine]), np.stack([-sine, cosine])
+    return np.array([cosine, sine]), np.array([-sine, cosine])
 
 
 def dot(v: Values, w: Values) -> Values:

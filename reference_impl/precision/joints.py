@@ -32,16 +32,18 @@ def solve(bars: Bars, across: Values, right: Values) -> Values:
     """Reactions (2, N-1, B) for right-hand sides (2, N-1, B)."""
     diagonal, beside = blocks(bars, across)
     joints = right.shape[1]
-    rows = np.concatenate([diagonal, right[:, None]], axis=1)  # [D_j | b_j], reduced from joint to joint
-    rows = [rows[:, :, j] for j in range(joints)]
-    sides = [beside[:, :, j] for j in range(joints - 1)]
-    for j, side in enumerate(sides):
-        carried = halved(rows[j], np.concatenate([side, rows[j][:, 2:]], axis=1))
-        rows[j + 1] = rows[j + 1] - (side[:, :1] * carried[:1] + side[:, 1:] * carried[1:])
-    found = [halved(rows[-1], rows[-1][:, 2])]
-    for row, side in zip(rows[-2::-1], sides[::-1], strict=True):
-        found.append(halved(row, row[:, 2] - (side[:, 0] * found[-1][0] + side[:, 1] * found[-1][1])))
-    return np.stack(found[::-1], axis=1)
+    rows = np.moveaxis(np.concatenate([diagonal, right[:, None]], axis=1), 2, 0).copy()  # [D_j | b_j], to be reduced
+    sides = np.moveaxis(np.concatenate([beside, right[:, None, :-1]], axis=1), 2, 0).copy()  # [U_j | what is carried]
+    for j in range(joints - 1):
+        sides[j, :, 2] = rows[j, :, 2]
+        carried = halved(rows[j], sides[j])
+        rows[j + 1] -= sides[j, :, :1] * carried[:1] + sides[j, :, 1:2] * carried[1:]
+    found = np.empty_like(right)
+    found[:, -1] = halved(rows[-1], rows[-1, :, 2])
+    for j in range(joints - 2, -1, -1):
+        side, after = sides[j], found[:, j + 1]
+        found[:, j] = halved(rows[j], rows[j, :, 2] - (side[:, 0] * after[0] + side[:, 1] * after[1]))
+    return found
 
 
 def halved(row: Values, right: Values) -> Values:
@@ -49,6 +51,7 @@ def halved(row: Values, right: Values) -> Values:
 
     A determinant would lose what cancels in it; this is as stable as Cholesky.
     """
-    factor = row[0, 1] / row[0, 0]
-    second = (right[1] - factor * right[0]) / (row[1, 1] - factor * row[0, 1])
-    return np.stack([right[0] / row[0, 0] - factor * second, second])
+    factor, found = row[0, 1] / row[0, 0], np.empty_like(right)
+    found[1] = (right[1] - factor * right[0]) / (row[1, 1] - factor * row[0, 1])
+    found[0] = right[0] / row[0, 0] - factor * found[1]
+    return found

@@ -1,0 +1,147 @@
+"""Power laws of errors: what is expected, what was measured, and the size at which the last digit goes."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from barchain.cost.orders import FEWEST, slope
+from barchain.roundoff.evaluation import FORMULA, REACTION
+from barchain.roundoff.states import Kind
+from reference_impl.precision.arithmetic import ARITHMETICS
+from reports.roundoff_tables import BEST_LAW_COLUMNS, GROWTH_LAW_COLUMNS, LAW_COLUMNS, RUN
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Hashable
+
+    from adapters.engine import Array
+
+LOST = 0.1  # an error from here on leaves no digit
+FLOORS = 10.0  # times what the relative formulation leaves in the same state: an error that falls with the size is
+# followed down to there, where a tenth of it is the joint system's and not the coordinates'
+GROWS_FROM = 1.0  # orbits: the motion's own oscillation is averaged out
+SMALL_ERROR = 1e-2  # of an error that grows with time: beyond, it is no longer proportional to anything
+
+
+def expected_exponent(state: str, formulation: str, yardstick: str) -> float:
+    """Exponent of the size ratio that an error should have.
+
+    Counted from the body's centre, a place is known to u r, gravity's differences over a bar, n² l, to n² u r: 1/ratio
+    of them. Counted from the centre of mass, everything is known to u of itself. Reactions of a horizontal chain are
+    m n² l times the ratio squared, and against them either error is larger by that.
+    """
+    base = -1.0 if formulation.startswith("absolute") else 0.0
+    return base - 2.0 if state == Kind.HORIZONTAL.value and yardstick == REACTION else base
+
+
+def line(x: Array, y: Array) -> dict[str, float]:
+    """Exponent of y in x with its interval, or none of too few points."""
+    found: dict[str, float] = {"points": len(x)}
+    if len(x) < FEWEST:
+        return found | dict.fromkeys(("exponent", "low", "high"), math.nan)
+    fit = slope(np.log(x), np.log(y))
+    return found | {"exponent": fit.value, "low": fit.low, "high": fit.high, "first": x.min(), "last": x.max()}
+
+
+def grouped(table: pd.DataFrame, by: list[str], row: Callable[[dict[Hashable, Any], pd.DataFrame], dict[str, Any]],
+            columns: tuple[str, ...]) -> pd.DataFrame:  # fmt: skip
+    """One row for each group of a table."""
+    found = [row(dict(zip(by, key, strict=True)), own) for key, own in table.groupby(by, sort=False, dropna=False)]
+    return pd.DataFrame(found).reindex(columns=list(columns))
+
+
+def evaluation_laws(evaluation: pd.DataFrame) -> pd.DataFrame:
+    """Laws of one evaluation's errors in the size ratio."""
+    by = ["state", "bars", "formulation", "arithmetic", "source", "yardstick"]
+    return grouped(with_floors(evaluation), by, evaluation_law, LAW_COLUMNS)
+
+
+def with_floors(evaluation: pd.DataFrame) -> pd.DataFrame:
+    """The table with a column ``floor``: what the relative formulation's formula leaves in the same state, or u."""
+    by = ["state", "bars", "ratio", "arithmetic", "yardstick"]
+    own = evaluation[(evaluation.formulation == "relative") & (evaluation.source == FORMULA)]
+    joined = evaluation.merge(own[[*by, "median"]].rename(columns={"median": "floor"}), on=by, how="left")
+    units = joined.arithmetic.map({name: a.unit_roundoff for name, a in ARITHMETICS.items()})
+    return joined.assign(floor=joined.floor.fillna(units).clip(lower=units))
+
+
+def evaluation_law(key: dict[Hashable, Any], own: pd.DataFrame) -> dict[str, Any]:
+    """Law of one formulation in one arithmetic and state."""
+    expected = expected_exponent(key["state"], key["formulation"], key["yardstick"])
+    u = ARITHMETICS[key["arithmetic"]].unit_roundoff
+    ratio, error = own.ratio.to_numpy(float), own["median"].to_numpy(float)
+    falls = key["formulation"].startswith("absolute")
+    floor = FLOORS * own.floor.to_numpy(float) if falls else np.zeros(len(own))
+    used = (error < LOST) & (error > floor)
+    if falls:
+        used &= u / ratio < LOST  # beyond, places do not even tell the bars' ends apart, and errors stop growing
+    found = line(ratio[used], error[used]) | {"expected": expected}
+    constant = float(np.exp(np.mean(np.log(error[used] / (u * ratio[used] ** expected))))) if used.any() else math.nan
+    last = (LOST / (constant * u)) ** (1.0 / expected) if expected and math.isfinite(constant) else math.nan
+    return {**key, **found, "constant": constant, "last_digit_ratio": last, "remark": remark(error, used, floor)}
+
+
+def remark(error: Array, used: Array, floor: Array) -> str:
+    """Why there is no line, where there is none."""
+    if used.sum() >= FEWEST:
+        return ""
+    if (error >= LOST).mean() > 0.5:
+        return "no digit left at most sizes"
+    if (error <= floor).mean() > 0.5:
+        return "at the arithmetic's own floor at most sizes"
+    return "too few sizes between the floor and total loss"
+
+
+def best_table(trajectories: pd.DataFrame) -> pd.DataFrame:
+    """Least median error of each way to run, over its steps or tolerances.
+
+    ``settled`` says that it is not at the finest setting: from there on round-off rules.
+    """
+    good = trajectories[np.isfinite(trajectories["median"].astype(float))]
+    best = good.loc[good.groupby(list(RUN), sort=False)["median"].idxmin()]
+    ends = trajectories.groupby(["coordinates", "arithmetic", "method"]).agg(
+        most=("steps_per_orbit", "max"), least=("rtol", "min")
+    )
+    joined = best.merge(ends, left_on=["coordinates", "arithmetic", "method"], right_index=True)
+    finest = (joined.steps_per_orbit >= joined.most) | (joined.rtol <= joined.least)
+    return joined.assign(settled=~finest)
+
+
+def best_laws(best: pd.DataFrame) -> pd.DataFrame:
+    """Laws of the least errors in the size ratio."""
+    return grouped(best, ["quantity", "coordinates", "arithmetic", "method"], best_law, BEST_LAW_COLUMNS)
+
+
+def best_law(key: dict[Hashable, Any], own: pd.DataFrame) -> dict[str, Any]:
+    """Law of one way to run; the centre of mass is judged over a bar, so that its own round-off grows as 1/ratio."""
+    lost = key["coordinates"] == "absolute" or key["quantity"] == "com"
+    expected = -1.0 if lost else 0.0
+    u = ARITHMETICS[key["arithmetic"]].unit_roundoff
+    ratio, error = own.ratio.to_numpy(float), own["median"].to_numpy(float)
+    used = (error < LOST) & (error > 0.0) & (own.known.astype(bool) & own.settled).to_numpy()
+    constant = float(np.exp(np.mean(np.log(error[used] / (u * ratio[used] ** expected))))) if used.any() else math.nan
+    words = remark(error, used, np.zeros(len(error)))
+    if words and not own.settled.any():
+        words = "truncation still rules at the finest setting"
+    return {**key, **line(ratio[used], error[used]), "expected": expected, "constant": constant, "remark": words}
+
+
+def growth_laws(growth: pd.DataFrame) -> pd.DataFrame:
+    """Exponents of errors in time."""
+    return grouped(growth, list(RUN), growth_law, GROWTH_LAW_COLUMNS)
+
+
+def growth_law(key: dict[Hashable, Any], own: pd.DataFrame) -> dict[str, Any]:
+    """Exponent of one way to run.
+
+    Roundings that know nothing of each other change rates as a random walk does, by the square root of time, and what
+    the rates move by its 3/2nd power; what is closed by construction does not grow.
+    """
+    closed = key["coordinates"] == "minimal" and key["quantity"] == "gap"
+    time, error = own.orbits.to_numpy(float), own["median"].to_numpy(float)
+    used = (time >= GROWS_FROM) & (error > 0.0) & (error < SMALL_ERROR) & own.known.astype(bool).to_numpy()
+    words = "" if used.sum() >= FEWEST else "errors too large, or too small for the truth to tell"
+    return {**key, **line(time[used], error[used]), "expected": 0.0 if closed else 1.5, "remark": words}

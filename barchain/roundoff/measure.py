@@ -1,0 +1,68 @@
+"""A round-off study from start to tables: what the command line and notebooks call."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from barchain.environment import environment, now, package_version, packages
+from barchain.roundoff.objects import objects
+from barchain.roundoff.plan import SCENE
+from barchain.roundoff.states import MEMBERS
+from barchain.roundoff.store import RoundoffStore
+from barchain.roundoff.study import RoundoffStudy
+from reference_impl.precision.arithmetic import ARITHMETICS, EXACT_DIGITS, long_doubles
+from reports.roundoff_tables import FOLDER
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from barchain.roundoff.plan import Plan
+
+
+def measure(
+    plan: Plan,
+    out: Path,
+    *,
+    command: str = "",
+    workers: int | None = None,
+    progress: Callable[[str, str, str], None] | None = None,
+) -> None:
+    """Measure what coordinates cost in digits, and write the tables into ``out/roundoff``.
+
+    Parameters
+    ----------
+    plan : Plan
+        From :func:`barchain.roundoff.plan.make_plan`.
+    out : Path
+        Result folder; a comparison that is there already is left alone.
+    command : str
+        What was typed, for the record.
+    workers : int, optional
+        Processes side by side; all cores by default.
+    progress : callable, optional
+        Told (table, task, outcome) after each task.
+    """
+    store = RoundoffStore(out / FOLDER, new_record(plan, command))
+    RoundoffStudy(plan, store, progress or (lambda *_: None), workers).run()
+
+
+def new_record(plan: Plan, command: str) -> dict[str, Any]:
+    """record.json before the first task."""
+    return {
+        "barchain": package_version("barchain"),
+        "created": now(),
+        "finished": False,
+        "command": command,
+        "seconds": 0.0,
+        "full": plan.full,
+        "environment": environment(),
+        "packages": packages() | {"gmpy2": package_version("gmpy2")},
+        "scene": SCENE,
+        "members": MEMBERS,
+        "exact_digits": EXACT_DIGITS,
+        "unit_roundoff": {name: a.unit_roundoff for name, a in ARITHMETICS.items()},
+        "long_doubles": long_doubles(),
+        "objects": objects(),
+        "failed": [],
+    }

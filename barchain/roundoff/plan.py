@@ -1,0 +1,148 @@
+"""What a round-off study runs: tasks for a pool of processes, each some rows of one table."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from adapters.registry import ENGINES
+from barchain.roundoff.states import Case, Kind
+from barchain.roundoff.trajectories import Family
+from scenarios import load_scene
+
+if TYPE_CHECKING:
+    from barchain.roundoff.trajectories import Truth
+
+PARTS = ("evaluation", "trajectories", "engines", "times")
+SCENE = "paper/fig15"  # the 80° chain turning with its orbit, which stays regular: what grows is round-off alone
+DECADES = tuple(10.0**-k for k in range(2, 13))
+REACH = 0.1  # of the Earth's radius, that the chain may span: a longer one would touch the ground
+ALL, SHORT = ("float32", "float64", "long double"), ("float32", "float64")
+COORDINATES = ("minimal", "relative", "absolute")
+
+
+@dataclass(frozen=True)
+class Task:
+    """Some rows of a table, from a function that a process imports and calls."""
+
+    table: str
+    title: str
+    function: str
+    """``module:function``"""
+    arguments: tuple[Any, ...]
+    truth: Family | None = None
+    """Whose truth is the function's first argument"""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All tasks."""
+
+    tasks: tuple[Task, ...]
+    full: bool
+    time_bars: tuple[int, ...] = field(default=())
+    """Bars at which evaluations are timed, after all else; none if empty"""
+
+    @property
+    def turns(self) -> int:
+        """Number of tasks to be reported."""
+        return len(self.tasks) + bool(self.time_bars)
+
+    @property
+    def truths(self) -> tuple[Family, ...]:
+        """Truths that tasks want, each once."""
+        return tuple(dict.fromkeys(t.truth for t in self.tasks if t.truth is not None))
+
+
+def make_plan(parts: tuple[str, ...] = PARTS, *, full: bool = False) -> Plan:
+    """Plan of a study.
+
+    Parameters
+    ----------
+    parts : tuple of str
+        Of :data:`PARTS`.
+    full : bool
+        Every size, arithmetic and number of bars, finer steps, longer runs: half an hour instead of minutes.
+    """
+    tasks: list[Task] = []
+    if "evaluation" in parts:
+        tasks += [*evaluations(full), *longitudes()]
+    if "trajectories" in parts:
+        tasks += [*growths(full), *trajectories(full)]
+    if "engines" in parts:
+        tasks += engines(full)
+    times = ((5, 50, 500) if full else (5, 50)) if "times" in parts else ()
+    return Plan(tuple(tasks), full, times)
+
+
+def evaluations(full: bool) -> list[Task]:
+    """One evaluation in all formulations; fewer where exact arithmetic takes long."""
+    few, every = ("relative", "absolute"), ("relative", "minimal", "absolute", "absolute accelerations")
+    ordinary = (Kind.GENERIC, Kind.STRAIGHT, Kind.HORIZONTAL)
+    found = [evaluation(k, n, r, every, ALL) for n, k, r in itertools.product((2, 5), Kind, DECADES)]
+    found += [evaluation(k, 5, r, production(), ("float64",)) for k, r in itertools.product(Kind, DECADES)]
+    found += [evaluation(Kind.STRAIGHT, 5, r, ("absolute positions", "relative positions"), ALL if full else SHORT)
+              for r in (DECADES if full else DECADES[::2])]  # fmt: skip
+    found += [evaluation(k, 50, r, few, ALL if full else SHORT)
+              for k, r in itertools.product(Kind if full else ordinary, DECADES if full else DECADES[1::2])]  # fmt: skip
+    found += [evaluation(k, 500, r, few, ALL if full else ("float64",))
+              for k, r in itertools.product(Kind if full else ordinary[:2], DECADES[2::2] if full else DECADES[2::4])]  # fmt: skip
+    return [t for t in found if t.arguments[0].bars * t.arguments[0].ratio <= REACH]
+
+
+def production() -> tuple[str, ...]:
+    """The reference, and its compiled form where that is installed."""
+    return ("reference",) if ENGINES["reference-fast"].missing else ("reference", "reference-fast")
+
+
+def evaluation(kind: Kind, bars: int, ratio: float, formulations: tuple[str, ...], arithmetics: tuple[str, ...]) -> Task:
+    """Errors of some formulations at one case."""
+    title = f"{kind}, {bars} bars, {ratio:.0e}"
+    arguments = (Case(kind, bars, ratio), formulations, arithmetics)
+    return Task("evaluation", title, "barchain.roundoff.evaluation:rows_of", arguments)
+
+
+def longitudes() -> list[Task]:
+    """Errors by sector of the longitude."""
+    function = "barchain.roundoff.longitudes:longitude_rows"
+    return [
+        Task("longitudes", f"longitudes, {kind}", function, (Case(kind, 5, 1e-5, 256), ("relative", "absolute"), SHORT))
+        for kind in (Kind.GENERIC, Kind.STRAIGHT)
+    ]
+
+
+def trajectories(full: bool) -> list[Task]:
+    """One orbit, at many steps and tolerances."""
+    ratios = DECADES[1::1] if full else (1e-3, 1e-5, 1e-7, 1e-9)
+    family = Family(load_scene(SCENE), ratios, 32)
+    module = "barchain.roundoff.trajectories"
+    finest = {("rk4", "float64"): 13 if full else 9, ("rk4", "float32"): 7, ("dop853", "float64"): 7 if full else 6,
+              ("dop853", "float32"): 4}  # fmt: skip
+    found = []
+    for (method, arithmetic), last in finest.items():
+        for name, power in itertools.product(COORDINATES, range(1, last + 1)):
+            title = f"{name}, {arithmetic}, {method}, {2**power * family.samples} steps"
+            arguments = (arithmetic, name, method, 2**power)
+            found.append(Task("trajectories", title, f"{module}:equal_step_rows", arguments, family))
+    tolerances = {"float64": tuple(10.0**-k for k in range(3, 16)), "float32": tuple(10.0**-k for k in range(2, 8))}
+    for name, (arithmetic, rtols) in itertools.product(COORDINATES, tolerances.items()):
+        title = f"{name}, {arithmetic}, dop853, own steps"
+        found.append(Task("trajectories", title, f"{module}:chosen_step_rows", (arithmetic, name, rtols), family))
+    return found[::-1]  # the longest first
+
+
+def growths(full: bool) -> list[Task]:
+    """Many orbits, at a step where truncation is below round-off."""
+    orbits, ratios = (32, (1e-3, 1e-5, 1e-7)) if full else (8, (1e-3, 1e-5))
+    family = Family(load_scene(SCENE), ratios, 32, orbits, 4 * orbits)
+    function = "barchain.roundoff.trajectories:growth_rows"
+    return [
+        Task("growth", f"{name}, float64, {orbits} orbits", function, ("float64", name, "dop853", 64), family)
+        for name in COORDINATES
+    ]
+
+
+def engines(full: bool) -> list[Task]:
+    """Other engines, in both frames."""
+    return []

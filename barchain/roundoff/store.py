@@ -1,0 +1,58 @@
+"""The round-off study's folder, written as results come; :mod:`reports.roundoff_tables` says what is in it."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from barchain.roundoff.laws import best_laws, best_table, evaluation_laws, growth_laws
+from barchain.store import write_atomically
+from reports.roundoff_tables import COLUMNS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+DERIVED = {"laws": ("evaluation", evaluation_laws), "growth_laws": ("growth", growth_laws)}
+
+
+class RoundoffStore:
+    """Rows of one study's tables."""
+
+    def __init__(self, folder: Path, record: dict[str, Any]) -> None:
+        """Open `folder`; an earlier study there is replaced."""
+        self.folder, self.record = folder, record
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in COLUMNS:
+            (folder / f"{name}.csv").unlink(missing_ok=True)
+        self.rows: dict[str, dict[int, list[dict[str, Any]]]] = {}
+
+    def keep(self, table: str, rows: list[dict[str, Any]], place: int = 0) -> None:
+        """Add a task's rows to a table, at the task's own place whenever they come, and write it."""
+        self.rows.setdefault(table, {})[place] = rows
+        self.write(table, self.table(table))
+
+    def table(self, name: str) -> pd.DataFrame:
+        """Table as it stands."""
+        rows = [row for _, own in sorted(self.rows.get(name, {}).items()) for row in own]
+        return pd.DataFrame(rows).reindex(columns=list(COLUMNS[name]))
+
+    def finish(self) -> None:
+        """Write what follows from the tables, and the record."""
+        for name, (source, laws) in DERIVED.items():
+            if source in self.rows:
+                self.write(name, laws(self.table(source)))
+        if "trajectories" in self.rows:
+            best = best_table(self.table("trajectories"))
+            self.write("best", best.reindex(columns=list(COLUMNS["best"])))
+            self.write("best_laws", best_laws(best))
+        self.write_record()
+
+    def write(self, name: str, table: pd.DataFrame) -> None:
+        """Write a table."""
+        write_atomically(self.folder / f"{name}.csv", table.to_csv(index=False))
+
+    def write_record(self) -> None:
+        """Write record.json as it stands."""
+        write_atomically(self.folder / "record.json", json.dumps(self.record, indent=1))

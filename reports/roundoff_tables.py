@@ -1,0 +1,122 @@
+"""The stored tables of a round-off study: what its chapter is rendered from, and nothing else is needed.
+
+A folder ``roundoff`` inside a result folder holds, each error as quantiles over an ensemble's members (``q05``,
+``median``, ``q95``, ``largest``, and their number ``members``)
+
+``evaluation.csv``
+    errors of one evaluation of the reactions: :data:`EVALUATION_COLUMNS`; ``ratio`` is the size ratio, a bar's length
+    over the Earth's radius; ``source`` formula, input or both; ``yardstick`` the reaction itself or m n² l;
+``laws.csv``
+    power laws of these medians in the size ratio: :data:`LAW_COLUMNS`; the error is ``constant`` u ratio^``expected``,
+    and ``last_digit_ratio`` where that is 0.1;
+``longitudes.csv``
+    the same errors by sector of the longitude: :data:`LONGITUDE_COLUMNS`;
+``trajectories.csv``, ``best.csv``, ``best_laws.csv``
+    errors of a run against step or tolerance, the least of them, and its law in the size ratio;
+``growth.csv``, ``growth_laws.csv``
+    errors against time, and their exponents;
+``engines.csv``, ``engine_laws.csv``
+    errors of other engines, in the inertial frame and in a moving one, against step and size ratio;
+``times.csv``
+    what an evaluation costs in relative coordinates over absolute ones;
+``record.json``
+    what ran where, and the objects named on the axes.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FOLDER = "roundoff"
+SPREAD = ("q05", "median", "q95", "largest", "members")
+FIT = ("exponent", "low", "high", "expected", "points", "first", "last", "remark")
+EVALUATION_COLUMNS = ("state", "bars", "ratio", "formulation", "arithmetic", "source", "yardstick", *SPREAD)
+LAW_COLUMNS = (
+    "state", "bars", "formulation", "arithmetic", "source", "yardstick", *FIT, "constant", "last_digit_ratio",
+)  # fmt: skip
+LONGITUDE_COLUMNS = ("state", "ratio", "formulation", "arithmetic", "sector_deg", *SPREAD, "p_value")
+RUN = ("ratio", "quantity", "coordinates", "arithmetic", "method")
+TRAJECTORY_COLUMNS = (*RUN, "steps_per_orbit", "rtol", "evaluations", *SPREAD, "known")
+BEST_COLUMNS = (*RUN, "steps_per_orbit", "rtol", *SPREAD, "known", "settled")
+BEST_LAW_COLUMNS = ("quantity", "coordinates", "arithmetic", "method", *FIT, "constant")
+GROWTH_COLUMNS = (*RUN, "orbits", *SPREAD, "known")
+GROWTH_LAW_COLUMNS = (*RUN, *FIT)
+ENGINE_COLUMNS = (
+    "engine", "frame", "ratio", "quantity", "steps_per_orbit", "rtol", *SPREAD, "known", "outcome", "reason",
+)  # fmt: skip
+ENGINE_LAW_COLUMNS = ("engine", "frame", "ratio", "quantity", "against", *FIT)
+TIME_COLUMNS = (
+    "code", "arithmetic", "bars", "relative_s", "absolute_s", "ratio", "low", "high", "turns",
+)  # fmt: skip
+COLUMNS = {
+    "evaluation": EVALUATION_COLUMNS,
+    "laws": LAW_COLUMNS,
+    "longitudes": LONGITUDE_COLUMNS,
+    "trajectories": TRAJECTORY_COLUMNS,
+    "best": BEST_COLUMNS,
+    "best_laws": BEST_LAW_COLUMNS,
+    "growth": GROWTH_COLUMNS,
+    "growth_laws": GROWTH_LAW_COLUMNS,
+    "engines": ENGINE_COLUMNS,
+    "engine_laws": ENGINE_LAW_COLUMNS,
+    "times": TIME_COLUMNS,
+}
+WORDS = (
+    "state", "formulation", "arithmetic", "source", "yardstick", "remark", "quantity", "coordinates", "method",
+    "engine", "frame", "outcome", "reason", "against", "code",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class RoundoffTables:
+    """A round-off study's folder, read; tables that it does not have are empty."""
+
+    evaluation: pd.DataFrame
+    laws: pd.DataFrame
+    longitudes: pd.DataFrame
+    trajectories: pd.DataFrame
+    best: pd.DataFrame
+    best_laws: pd.DataFrame
+    growth: pd.DataFrame
+    growth_laws: pd.DataFrame
+    engines: pd.DataFrame
+    engine_laws: pd.DataFrame
+    times: pd.DataFrame
+    record: dict[str, Any]
+
+
+def has_roundoff(folder: Path) -> bool:
+    """Whether a result folder holds a round-off study."""
+    return (folder / FOLDER / "record.json").is_file()
+
+
+def read_roundoff(folder: Path) -> RoundoffTables:
+    """Read the round-off study in a result folder.
+
+    Raises
+    ------
+    FileNotFoundError
+        If it holds none.
+    """
+    inside = folder / FOLDER
+    record = json.loads((inside / "record.json").read_text(encoding="utf-8"))
+    names = [f.name for f in fields(RoundoffTables) if f.name != "record"]
+    return RoundoffTables(**{n: read_table(inside / f"{n}.csv", n) for n in names}, record=record)
+
+
+def read_table(path: Path, name: str) -> pd.DataFrame:
+    """Read a table, empty if it is not there; words are words even where they are empty, other empty cells NaN."""
+    if not path.is_file():
+        return pd.DataFrame(columns=list(COLUMNS[name]))
+    table = pd.read_csv(path, keep_default_na=False, na_values=[""])
+    for word in WORDS:
+        if word in table:
+            table[word] = table[word].astype(object).fillna("").astype(str)
+    return table
