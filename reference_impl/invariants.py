@@ -52,14 +52,21 @@ def com_angular_momentum(model: ChainModel, com_m: Array, com_velocity_m_s: Arra
 def tidal_energy(model: ChainModel, com_m: Array, angle_rad: Array) -> Array:
     """Potential energy of the bars as particles, less that of the whole mass at the centre of mass, (n,), J.
 
-    sum m_j (-mu) (1/|Z0 + d_j| - 1/|Z0|), by Encke's q so that nothing cancels.
+    With 1 + q_j = |Z0 + d_j|²/|Z0|² and s_j its root, the sum of m_j (-mu) (1/|Z0 + d_j| - 1/|Z0|) is that of
+
+    (-mu/|Z0|) m_j (-q_j/2 + q_j² (s_j + 2)/(2 s_j (1 + s_j)²)).
+
+    Of q_j = (2 Z0 + d_j)·d_j/|Z0|² the part linear in d_j, larger than the rest by the size ratio, has the sum zero by
+    eq. (6) and is left out: so nothing cancels.
     """
     along, _ = directions(angle_rad)
     position = hang_together(model, model.half_m[:, None] * along)
     com = com_m[:, None, :]
     r2 = np.sum(com * com, axis=-1)
     q = np.sum((2.0 * com + position) * position, axis=-1) / r2
-    potential: Array = -model.mu_m3_s2 * np.expm1(-0.5 * np.log1p(q)) / np.sqrt(r2) @ model.mass_kg
+    s = np.sqrt(1.0 + q)
+    curved = q * q * (s + 2.0) / (2.0 * s * (1.0 + s) ** 2) - 0.5 * np.sum(position * position, axis=-1) / r2
+    potential: Array = -model.mu_m3_s2 / np.sqrt(r2[:, 0]) * (curved @ model.mass_kg)
     return potential
 
 

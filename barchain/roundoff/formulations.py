@@ -103,6 +103,7 @@ class RelativePlaces(Formulation):
 
     def given(self, exact: Exact, to: Arithmetic) -> Given:
         """State as it is."""
+        del to
         return Given(exact.bars, exact.state)
 
     def reactions(self, a: Arithmetic, given: Given) -> Values:
@@ -121,6 +122,7 @@ class MinimalAngles(Formulation):
 
     def given(self, exact: Exact, to: Arithmetic) -> Given:
         """Without the places."""
+        del to
         s = exact.state
         return Given(exact.bars, Turned(s.com_m, s.angle_rad, s.rate_rad_s))
 
@@ -144,6 +146,7 @@ class AbsolutePlaces(Formulation):
 
     def given(self, exact: Exact, to: Arithmetic) -> Given:
         """Sums of the centre of mass and the relative places."""
+        del to
         return Given(exact.bars, exact.state.absolute)
 
     def reactions(self, a: Arithmetic, given: Given) -> Values:
@@ -158,6 +161,7 @@ class AbsoluteAccelerations(Formulation):
 
     def given(self, exact: Exact, to: Arithmetic) -> Given:
         """Places and their exact accelerations."""
+        del to
         at = exact.state.absolute
         found = absolute(EXACT, exact.bars, at)
         return Given(exact.bars, Moving(0 * exact.state.com_m, at.place_m, found.place_m_s2))
@@ -191,8 +195,8 @@ class RelativeDifferences(Formulation):
 
     def given(self, exact: Exact, to: Arithmetic) -> Given:
         """Places from the centre of mass."""
-        com, places, step = snapshots(exact, to)
-        return Given(exact.bars, Snapshots(com[1], *places, step))
+        com, (before, now, after), step = snapshots(exact, to)
+        return Given(exact.bars, Snapshots(com[1], before, now, after, step))
 
     def reactions(self, a: Arithmetic, given: Given) -> Values:
         """Eqs. (13) and (14), summed up from the free end."""

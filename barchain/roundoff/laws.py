@@ -15,9 +15,10 @@ from reference_impl.precision.arithmetic import ARITHMETICS
 from reports.roundoff_tables import BEST_LAW_COLUMNS, GROWTH_LAW_COLUMNS, LAW_COLUMNS, RUN
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable
+    from collections.abc import Callable
 
     from adapters.engine import Array
+    from reference_impl.precision.arithmetic import Values
 
 LOST = 0.1  # an error from here on leaves no digit
 FLOORS = 10.0  # times what the relative formulation leaves in the same state: an error that falls with the size is
@@ -46,7 +47,7 @@ def line(x: Array, y: Array) -> dict[str, float]:
     return found | {"exponent": fit.value, "low": fit.low, "high": fit.high, "first": x.min(), "last": x.max()}
 
 
-def grouped(table: pd.DataFrame, by: list[str], row: Callable[[dict[Hashable, Any], pd.DataFrame], dict[str, Any]],
+def grouped(table: pd.DataFrame, by: list[str], row: Callable[[dict[str, Any], pd.DataFrame], dict[str, Any]],
             columns: tuple[str, ...]) -> pd.DataFrame:  # fmt: skip
     """One row for each group of a table."""
     found = [row(dict(zip(by, key, strict=True)), own) for key, own in table.groupby(by, sort=False, dropna=False)]
@@ -68,7 +69,7 @@ def with_floors(evaluation: pd.DataFrame) -> pd.DataFrame:
     return joined.assign(floor=joined.floor.fillna(units).clip(lower=units))
 
 
-def evaluation_law(key: dict[Hashable, Any], own: pd.DataFrame) -> dict[str, Any]:
+def evaluation_law(key: dict[str, Any], own: pd.DataFrame) -> dict[str, Any]:
     """Law of one formulation in one arithmetic and state."""
     expected = expected_exponent(key["state"], key["formulation"], key["yardstick"])
     u = ARITHMETICS[key["arithmetic"]].unit_roundoff
@@ -84,7 +85,7 @@ def evaluation_law(key: dict[Hashable, Any], own: pd.DataFrame) -> dict[str, Any
     return {**key, **found, "constant": constant, "last_digit_ratio": last, "remark": remark(error, used, floor)}
 
 
-def remark(error: Array, used: Array, floor: Array) -> str:
+def remark(error: Array, used: Values, floor: Array) -> str:
     """Why there is no line, where there is none."""
     if used.sum() >= FEWEST:
         return ""
@@ -115,7 +116,7 @@ def best_laws(best: pd.DataFrame) -> pd.DataFrame:
     return grouped(best, ["quantity", "coordinates", "arithmetic", "method"], best_law, BEST_LAW_COLUMNS)
 
 
-def best_law(key: dict[Hashable, Any], own: pd.DataFrame) -> dict[str, Any]:
+def best_law(key: dict[str, Any], own: pd.DataFrame) -> dict[str, Any]:
     """Law of one way to run; the centre of mass is judged over a bar, so that its own round-off grows as 1/ratio."""
     lost = key["coordinates"] == "absolute" or key["quantity"] == "com"
     expected = -1.0 if lost else 0.0
@@ -134,7 +135,7 @@ def growth_laws(growth: pd.DataFrame) -> pd.DataFrame:
     return grouped(growth, list(RUN), growth_law, GROWTH_LAW_COLUMNS)
 
 
-def growth_law(key: dict[Hashable, Any], own: pd.DataFrame) -> dict[str, Any]:
+def growth_law(key: dict[str, Any], own: pd.DataFrame) -> dict[str, Any]:
     """Exponent of one way to run.
 
     Roundings that know nothing of each other change rates as a random walk does, by the square root of time, and what

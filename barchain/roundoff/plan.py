@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from adapters.registry import ENGINES
 from barchain.roundoff.states import Case, Kind
 from barchain.roundoff.trajectories import Family
 from scenarios import load_scene
-
-if TYPE_CHECKING:
-    from barchain.roundoff.trajectories import Truth
 
 PARTS = ("evaluation", "trajectories", "engines", "times")
 SCENE = "paper/fig15"  # the 80° chain turning with its orbit, which stays regular: what grows is round-off alone
@@ -84,10 +81,10 @@ def evaluations(full: bool) -> list[Task]:
     found += [evaluation(k, 5, r, production(), ("float64",)) for k, r in itertools.product(Kind, DECADES)]
     found += [evaluation(Kind.STRAIGHT, 5, r, ("absolute positions", "relative positions"), ALL if full else SHORT)
               for r in (DECADES if full else DECADES[::2])]  # fmt: skip
-    found += [evaluation(k, 50, r, few, ALL if full else SHORT)
-              for k, r in itertools.product(Kind if full else ordinary, DECADES if full else DECADES[1::2])]  # fmt: skip
-    found += [evaluation(k, 500, r, few, ALL if full else ("float64",))
-              for k, r in itertools.product(Kind if full else ordinary[:2], DECADES[2::2] if full else DECADES[2::4])]  # fmt: skip
+    fifty = itertools.product(Kind if full else ordinary, DECADES if full else DECADES[1::2])
+    found += [evaluation(k, 50, r, few, ALL if full else SHORT) for k, r in fifty]
+    hundreds = itertools.product(Kind if full else ordinary[:2], DECADES[2::2] if full else DECADES[2::4])
+    found += [evaluation(k, 500, r, few, ALL if full else ("float64",)) for k, r in hundreds]
     return [t for t in found if t.arguments[0].bars * t.arguments[0].ratio <= REACH]
 
 
@@ -96,7 +93,9 @@ def production() -> tuple[str, ...]:
     return ("reference",) if ENGINES["reference-fast"].missing else ("reference", "reference-fast")
 
 
-def evaluation(kind: Kind, bars: int, ratio: float, formulations: tuple[str, ...], arithmetics: tuple[str, ...]) -> Task:
+def evaluation(
+    kind: Kind, bars: int, ratio: float, formulations: tuple[str, ...], arithmetics: tuple[str, ...]
+) -> Task:
     """Errors of some formulations at one case."""
     title = f"{kind}, {bars} bars, {ratio:.0e}"
     arguments = (Case(kind, bars, ratio), formulations, arithmetics)

@@ -9,6 +9,7 @@ import numpy as np
 from barchain.roundoff.formulations import Given, MinimalAngles, RelativePlaces
 from reference_impl import relative
 from reference_impl.chain import ChainModel, State
+from reference_impl.precision.arithmetic import FLOAT64
 
 if TYPE_CHECKING:
     from reference_impl.precision.arithmetic import Arithmetic, Values
@@ -19,8 +20,8 @@ NOTHING = np.zeros(2)
 
 def model_of(bars: Bars, member: int) -> ChainModel:
     """One member's chain, in the paper's gravity."""
-    own = (np.ascontiguousarray(v[:, member]) for v in (bars.mass_kg, bars.length_m, bars.inertia_kg_m2))
-    return ChainModel(float(bars.mu_m3_s2[member]), *own, "gradient")
+    mass, length, inertia = (v[:, member].copy() for v in (bars.mass_kg, bars.length_m, bars.inertia_kg_m2))
+    return ChainModel(float(bars.mu_m3_s2[member]), mass, length, inertia, "gradient")
 
 
 class NumPyReference(RelativePlaces):
@@ -30,6 +31,7 @@ class NumPyReference(RelativePlaces):
 
     def reactions(self, a: Arithmetic, given: Given) -> Values:
         """Of each member."""
+        assert a is FLOAT64
         s = given.state
         found = []
         for k in range(s.com_m.shape[-1]):
@@ -46,6 +48,7 @@ class CompiledReference(MinimalAngles):
 
     def reactions(self, a: Arithmetic, given: Given) -> Values:
         """Of each member."""
+        assert a is FLOAT64
         from reference_impl.fast import layout  # noqa: PLC0415  # Numba is an extra
         from reference_impl.fast.accelerations import evaluate  # noqa: PLC0415
 

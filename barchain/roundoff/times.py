@@ -19,9 +19,6 @@ from scenarios import load_scene
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.engine import Array
-
-Loop = "Callable[[int], None]"
 TURNS, MEMBERS, LEAST_S = 15, 256, 0.02
 
 

@@ -87,7 +87,7 @@ def truth_of(family: Family) -> Truth:
     return Truth(family, fine, {quantity: values.max(axis=0) for quantity, values in apart.items()})
 
 
-def judged(truth: Truth, seen: Iterable[Seen], longitudes: Array, sizes: Array) -> dict[str, Array]:
+def judged(truth: Truth, seen: Iterable[Seen], longitudes: Array, sizes: Values) -> dict[str, Array]:
     """Errors (samples, B) of runs from `longitudes`, the `sizes`-th of the truth's, largest over bars and joints.
 
     Attitude in rad; reactions over the largest of the run; gaps and the centre of mass over a bar's length.
@@ -116,7 +116,7 @@ def rotated(vectors: Values, turn: Values) -> Values:
     return np.stack([c * vectors[0] - s * vectors[1], s * vectors[0] + c * vectors[1]])
 
 
-def columns(family: Family) -> tuple[Array, Array]:
+def columns(family: Family) -> tuple[Values, Array]:
     """Sizes (their place in the family's) and longitudes of all runs, (B,)."""
     random = np.random.default_rng(family.members)
     longitudes = random.uniform(0.0, 2.0 * np.pi, family.members)
@@ -132,7 +132,12 @@ def equal_step_rows(truth: Truth, arithmetic: str, name: str, method: str, steps
         start = family.start(longitudes, np.array(family.ratios)[sizes])
         sample_s = np.full(len(sizes), family.sample_s)
         with np.errstate(all="ignore"):
-            found = judged(truth, equal_steps(ARITHMETICS[arithmetic], name, start, method, sample_s, family.samples, steps), longitudes, sizes)
+            found = judged(
+                truth,
+                equal_steps(ARITHMETICS[arithmetic], name, start, method, sample_s, family.samples, steps),
+                longitudes,
+                sizes,
+            )
     per_orbit = steps * family.samples / family.orbits
     head = {"coordinates": name, "arithmetic": arithmetic, "method": method, "steps_per_orbit": per_orbit}
     return summed_up(truth, head, worst(found), sizes)
@@ -145,7 +150,11 @@ def chosen_step_rows(truth: Truth, arithmetic: str, name: str, rtols: tuple[floa
     rtol = np.repeat(rtols, len(sizes) // len(rtols))
     with exact_numbers(), np.errstate(all="ignore"):
         start = family.start(longitudes, np.array(family.ratios)[sizes])
-        walked = list(chosen_steps(ARITHMETICS[arithmetic], name, start, np.full(len(sizes), family.sample_s), family.samples, rtol))
+        walked = list(
+            chosen_steps(
+                ARITHMETICS[arithmetic], name, start, np.full(len(sizes), family.sample_s), family.samples, rtol
+            )
+        )
         found = judged(truth, [seen for seen, _ in walked], longitudes, sizes)
     evaluations = walked[-1][1].evaluations / family.orbits
     rows = []
@@ -164,12 +173,17 @@ def growth_rows(truth: Truth, arithmetic: str, name: str, method: str, steps: in
     with exact_numbers(), np.errstate(all="ignore"):
         start = family.start(longitudes, np.array(family.ratios)[sizes])
         sample_s = np.full(len(sizes), family.sample_s)
-        found = judged(truth, equal_steps(ARITHMETICS[arithmetic], name, start, method, sample_s, family.samples, steps), longitudes, sizes)
+        found = judged(
+            truth,
+            equal_steps(ARITHMETICS[arithmetic], name, start, method, sample_s, family.samples, steps),
+            longitudes,
+            sizes,
+        )
     found = {quantity: np.maximum.accumulate(values) for quantity, values in found.items()}
     rows = []
     for k in range(family.samples):
-        head = {"coordinates": name, "arithmetic": arithmetic, "method": method}
-        head["orbits"] = (k + 1) * family.orbits / family.samples
+        orbits = (k + 1) * family.orbits / family.samples
+        head = {"coordinates": name, "arithmetic": arithmetic, "method": method, "orbits": orbits}
         rows += summed_up(truth, head, {quantity: values[k] for quantity, values in found.items()}, sizes)
     return rows
 
@@ -180,7 +194,7 @@ def worst(found: dict[str, Array]) -> dict[str, Array]:
 
 
 def summed_up(
-    truth: Truth, head: dict[str, Any], found: dict[str, Array], sizes: Array, evaluations: Array | None = None
+    truth: Truth, head: dict[str, Any], found: dict[str, Array], sizes: Values, evaluations: Array | None = None
 ) -> list[dict[str, Any]]:
     """One row for each size and quantity; errors that the truth can't tell are marked."""
     rows = []

@@ -56,7 +56,8 @@ def numpy_arithmetic(name: str, dtype: Any) -> Arithmetic:
 
 def each(function: Callable[[Any], Any]) -> Function:
     """Function of one number made one of arrays of them."""
-    return np.frompyfunc(function, 1, 1)
+    found: Function = np.frompyfunc(function, 1, 1)
+    return found
 
 
 FLOAT32 = numpy_arithmetic("float32", np.float32)

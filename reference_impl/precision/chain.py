@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.precision.arithmetic import Arithmetic, Values
+if TYPE_CHECKING:
+    from reference_impl.precision.arithmetic import Arithmetic, Values
 
 
 @dataclass(frozen=True)

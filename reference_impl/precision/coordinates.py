@@ -8,13 +8,15 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from reference_impl.precision.arithmetic import Arithmetic, Values
 from reference_impl.precision.chain import Absolute, Bars, Found, Relative, directions, hung, joined
 from reference_impl.precision.formulations import absolute, relative
+
+if TYPE_CHECKING:
+    from reference_impl.precision.arithmetic import Arithmetic, Values
 
 GRAINS = 4.0  # roundings of a stage that a coordinate keeps, as in reference_impl.simulate
 

@@ -5,11 +5,15 @@ The paper's gravity: a point force at each bar's centre and the gradient torque 
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from reference_impl.precision.arithmetic import Arithmetic, Values
 from reference_impl.precision.chain import Absolute, Bars, Found, Relative, directions, dot
 from reference_impl.precision.joints import solve
+
+if TYPE_CHECKING:
+    from reference_impl.precision.arithmetic import Arithmetic, Values
 
 
 def tide(a: Arithmetic, bars: Bars, com_m: Values, position_m: Values) -> tuple[Values, Values, Values]:

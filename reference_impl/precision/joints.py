@@ -5,10 +5,13 @@ The same matrix as in :mod:`reference_impl.joints`, whose banded solver knows do
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from reference_impl.precision.arithmetic import Values
-from reference_impl.precision.chain import Bars
+if TYPE_CHECKING:
+    from reference_impl.precision.arithmetic import Values
+    from reference_impl.precision.chain import Bars
 
 
 def blocks(bars: Bars, across: Values) -> tuple[Values, Values]:

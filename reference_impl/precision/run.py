@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.precision.arithmetic import Arithmetic, Values
 from reference_impl.precision.coordinates import SETS, Coordinates, Seen, Start, Units
 from reference_impl.precision.steppers import DormandPrince, Step, Walkers, extrapolated, rk4, walk
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from reference_impl.precision.arithmetic import Arithmetic, Values
 
 FIRST_STEP = 1e-3  # of the stretch between samples: what the step control grows from
 

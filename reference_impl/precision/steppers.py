@@ -35,7 +35,8 @@ def extrapolated(rates: Rates, y: Values, h: Values, sequence: tuple[int, ...] =
     Its order is twice the length of the `sequence` of substeps, and its coefficients are ratios of whole numbers, as
     exact as the arithmetic. What is extrapolated is the step, not the vector: extrapolation magnifies round-off.
     """
-    first, above = rates(y), []
+    first = rates(y)
+    above: list[Values] = []
     for k, fine in enumerate(sequence):
         row = [smoothed(rates, y, first, h / fine, fine)]
         for coarse, left in zip(sequence[k - 1 :: -1] if k else (), above, strict=True):
@@ -74,9 +75,7 @@ class DormandPrince:
 
     def error(self, h: Values, slopes: Values, allowed: Values) -> Values:
         """Error estimate of each column over what is allowed, (B,) float64."""
-        fifth, third = (
-            (np.tensordot(e, slopes, axes=1) / allowed).astype(float) for e in (self.fifth, self.third)
-        )
+        fifth, third = ((np.tensordot(e, slopes, axes=1) / allowed).astype(float) for e in (self.fifth, self.third))
         high, low = (fifth**2).sum(axis=0), (third**2).sum(axis=0)
         with np.errstate(invalid="ignore"):  # both zero: no error
             found = np.abs(h.astype(float)) * high / np.sqrt((high + 0.01 * low) * len(fifth))
