@@ -10,7 +10,8 @@ A folder ``roundoff`` inside a result folder holds, each error as quantiles over
     power laws of these medians in the size ratio: :data:`LAW_COLUMNS`; the error is ``constant`` u ratio^``expected``,
     and ``last_digit_ratio`` where that is 0.1;
 ``longitudes.csv``
-    the same errors by sector of the longitude: :data:`LONGITUDE_COLUMNS`;
+    errors of formula and input by sector of the longitude: :data:`LONGITUDE_COLUMNS`; ``p_value`` is the chance that
+    all sectors are alike (Kruskal and Wallis);
 ``trajectories.csv``, ``best.csv``, ``best_laws.csv``
     errors of a run against step or tolerance, the least of them, and its law in the size ratio;
 ``growth.csv``, ``growth_laws.csv``
@@ -41,7 +42,7 @@ EVALUATION_COLUMNS = ("state", "bars", "ratio", "formulation", "arithmetic", "so
 LAW_COLUMNS = (
     "state", "bars", "formulation", "arithmetic", "source", "yardstick", *FIT, "constant", "last_digit_ratio",
 )  # fmt: skip
-LONGITUDE_COLUMNS = ("state", "ratio", "formulation", "arithmetic", "sector_deg", *SPREAD, "p_value")
+LONGITUDE_COLUMNS = ("state", "ratio", "formulation", "arithmetic", "source", "sector_deg", *SPREAD, "p_value")
 RUN = ("ratio", "quantity", "coordinates", "arithmetic", "method")
 TRAJECTORY_COLUMNS = (*RUN, "steps_per_orbit", "rtol", "evaluations", *SPREAD, "known")
 BEST_COLUMNS = (*RUN, "steps_per_orbit", "rtol", *SPREAD, "known", "settled")

@@ -31,8 +31,7 @@ def errors_of_all(kind: Kind, bars: int = 5) -> dict[str, float]:
         found = [seen_by_both(given, k) for k in range(MEMBERS)]
         answers = exact_answers(given.cast(EXACT))
         return {
-            name: max(apart(found[k][name], answers[name.split()[-1]], k) for k in range(MEMBERS))
-            for name in found[0]
+            name: max(apart(found[k][name], answers[name.split()[-1]], k) for k in range(MEMBERS)) for name in found[0]
         }
 
 

@@ -1,4 +1,8 @@
-"""Whether errors know of the longitude, which no reaction does: they should not, inside their own spread."""
+"""Whether errors know of the longitude, which no reaction does.
+
+Those of the formulas should not. Rounding the input may: an inertial angle is the larger, and so is the unit in its
+last place, the further round the circle the chain starts.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.stats import kruskal
 
-from barchain.roundoff.evaluation import BOTH, REACTION, errors, quantiles
+from barchain.roundoff.evaluation import FORMULA, INPUT, REACTION, errors, quantiles
 from barchain.roundoff.formulations import FORMULATIONS
 from barchain.roundoff.states import exact_case, longitude_rad
 from reference_impl.precision.arithmetic import ARITHMETICS, exact_numbers
@@ -15,6 +19,7 @@ from reference_impl.precision.arithmetic import ARITHMETICS, exact_numbers
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from adapters.engine import Array
     from barchain.roundoff.states import Case
 
 SECTORS = 8
@@ -28,12 +33,15 @@ def longitude_rows(case: Case, formulations: Iterable[str], arithmetics: Iterabl
         sector = np.floor(longitude_rad(exact) / (2.0 * np.pi / SECTORS)).astype(int) % SECTORS
         for name in formulations:
             for arithmetic in arithmetics:
-                found = errors(FORMULATIONS[name], ARITHMETICS[arithmetic], exact)[BOTH, REACTION]
-                groups = [found[sector == k] for k in range(SECTORS)]
-                alike = float(kruskal(*groups).pvalue)
+                found = errors(FORMULATIONS[name], ARITHMETICS[arithmetic], exact)
                 head = {"state": str(case.kind), "ratio": case.ratio, "formulation": name, "arithmetic": arithmetic}
-                rows += [
-                    head | {"sector_deg": 360.0 / SECTORS * k} | quantiles(own) | {"p_value": alike}
-                    for k, own in enumerate(groups)
-                ]
+                for source in (FORMULA, INPUT):
+                    groups = [found[source, REACTION][sector == k] for k in range(SECTORS)]
+                    rows += sector_rows(head | {"source": source}, groups)
     return rows
+
+
+def sector_rows(head: dict[str, Any], groups: list[Array]) -> list[dict[str, Any]]:
+    """One row for each sector's errors."""
+    alike = {"p_value": float(kruskal(*groups).pvalue)}
+    return [head | {"sector_deg": 360.0 / SECTORS * k} | quantiles(own) | alike for k, own in enumerate(groups)]

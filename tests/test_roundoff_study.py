@@ -1,0 +1,251 @@
+"""The round-off study: laws that theory gives, longitudes that do not matter, and a study that keeps what it has."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from barchain.roundoff import laws
+from barchain.roundoff.evaluation import rows_of
+from barchain.roundoff.laws import best_laws, best_table, evaluation_laws, growth_laws
+from barchain.roundoff.longitudes import longitude_rows
+from barchain.roundoff.measure import measure
+from barchain.roundoff.plan import DECADES, PARTS, Plan, Task, make_plan
+from barchain.roundoff.states import Case, Kind
+from barchain.roundoff.times import many_states, one_state
+from barchain.roundoff.trajectories import Family, chosen_step_rows, equal_step_rows, growth_rows, truth_of
+from reports.roundoff_tables import COLUMNS, read_roundoff
+from scenarios import load_scene
+
+MEMBERS = 12
+
+
+@pytest.fixture(scope="module")
+def evaluation():
+    """Errors of an ordinary and of the horizontal state, at all sizes."""
+    rows = []
+    for kind in (Kind.GENERIC, Kind.HORIZONTAL):
+        for ratio in DECADES:
+            rows += rows_of(
+                Case(kind, 3, ratio, MEMBERS),
+                ("relative", "minimal", "absolute", "absolute accelerations"),
+                ("float64",),
+            )
+    return pd.DataFrame(rows)
+
+
+@pytest.mark.parametrize(
+    ("state", "yardstick", "in_absolute", "in_relative"),
+    [("generic", "reaction", -1, 0), ("generic", "m n² l", -1, 0), ("horizontal", "reaction", -3, -2),
+     ("horizontal", "m n² l", -1, 0)],
+)  # fmt: skip
+def test_errors_follow_the_laws_that_theory_gives(evaluation, state, yardstick, in_absolute, in_relative):
+    found = evaluation_laws(evaluation)
+    found = found[(found.state == state) & (found.yardstick == yardstick) & (found.source == "both")]
+    for name, expected in {
+        "absolute": in_absolute, "absolute accelerations": in_absolute, "relative": in_relative, "minimal": in_relative,
+    }.items():  # fmt: skip
+        law = found[found.formulation == name].iloc[0]
+        assert law.points >= 3
+        assert law.exponent == pytest.approx(expected, abs=0.1), name
+        assert law.low - 0.05 <= expected <= law.high + 0.05, name
+        assert law.expected == expected
+
+
+def test_rounding_the_input_alone_costs_absolute_coordinates_as_much_as_the_formula(evaluation):
+    own = evaluation[(evaluation.state == "generic") & (evaluation.yardstick == "reaction")]
+    both = own[own.formulation == "absolute"].pivot(index="ratio", columns="source", values="median")
+    assert (both.input / both.formula).between(0.1, 10.0).all()
+    both = own[own.formulation == "relative"].pivot(index="ratio", columns="source", values="median")
+    assert (both[["input", "formula"]] < 1e-15).all(axis=None)
+
+
+def test_reactions_from_differenced_positions_keep_half_the_digits_in_relative_coordinates_and_fewer_in_absolute():
+    rows = []
+    for ratio in (1e-3, 1e-4, 1e-5):
+        rows += rows_of(Case(Kind.STRAIGHT, 3, ratio, 6), ("absolute positions", "relative positions"), ("float64",))
+    found = evaluation_laws(pd.DataFrame(rows)).set_index(["formulation", "source", "yardstick"])
+    assert found.exponent["absolute positions", "both", "reaction"] == pytest.approx(-1.0, abs=0.1)
+    assert found.exponent["relative positions", "both", "reaction"] == pytest.approx(0.0, abs=0.1)
+    # root of u: truncation and round-off of a second difference at their best
+    u = 2.0**-53
+    assert 0.1 < found.constant["relative positions", "both", "reaction"] * u / np.sqrt(u) < 10.0
+
+
+@pytest.fixture(scope="module")
+def longitudes():
+    """Errors in each eighth of the circle."""
+    rows = longitude_rows(Case(Kind.GENERIC, 3, 1e-5, 256), ("relative", "absolute"), ("float64",))
+    return pd.DataFrame(rows).set_index(["formulation", "source"])
+
+
+@pytest.mark.parametrize("formulation", ["relative", "absolute"])
+def test_no_formula_knows_of_the_longitude(longitudes, formulation):
+    """In each eighth of the circle the median error lies in the band that holds nine tenths of any eighth's errors."""
+    found = longitudes.loc[formulation, "formula"]
+    assert found.members.sum() == 256
+    assert found["median"].between(found.q05.max(), found.q95.min()).all()
+    assert found.p_value.iloc[0] > 0.01  # the seed is fixed: eighths drawn from one distribution
+
+
+def test_rounding_the_input_knows_of_it_by_the_angle_alone(longitudes):
+    """The ulp of an angle of up to 2 pi + 1.5 is at most 4 times that of one in [1, 2)."""
+    found = longitudes.loc["relative", "input"]["median"]
+    assert found.max() / found.min() < 8.0
+    assert longitudes.loc["absolute", "input"].p_value.iloc[0] > 0.01
+
+
+@pytest.fixture(scope="module")
+def truth():
+    family = Family(load_scene("paper/fig15"), (1e-3, 1e-6), 8, orbits=0.5, samples=4)
+    return truth_of(family)
+
+
+def test_the_truth_is_far_below_any_double(truth):
+    assert max(truth.error["attitude"].max(), truth.error["reaction"].max()) < 1e-15
+
+
+def test_a_run_in_absolute_coordinates_ends_at_an_error_that_grows_as_the_chain_shrinks(truth):
+    rows = []
+    for name in ("minimal", "relative", "absolute"):
+        for steps in (16, 32):
+            rows += equal_step_rows(truth, "float64", name, "dop853", steps)
+    found = pd.DataFrame(rows).query("quantity == 'attitude'").groupby(["coordinates", "ratio"])["median"].min()
+    assert found["absolute", 1e-6] / found["absolute", 1e-3] == pytest.approx(1e3, rel=0.7)
+    for name in ("minimal", "relative"):
+        assert found[name].max() < 1e-13
+        assert found[name].max() / found[name].min() < 3.0
+
+
+def test_truncation_does_not_know_of_coordinates(truth):
+    """Far above round-off the two redundant sets, which are linear images of each other, err alike."""
+    found = {
+        name: pd.DataFrame(equal_step_rows(truth, "float64", name, "rk4", 32)).query("quantity == 'attitude'")
+        for name in ("relative", "absolute")
+    }
+    assert found["relative"]["median"].to_numpy() == pytest.approx(found["absolute"]["median"].to_numpy(), rel=0.01)
+
+
+def test_own_steps_reach_the_tolerance_or_the_arithmetics_floor(truth):
+    rows = pd.DataFrame(chosen_step_rows(truth, "float64", "minimal", (1e-6, 1e-9)))
+    errors = rows.query("quantity == 'attitude' and ratio == 1e-3").set_index("rtol")["median"]
+    assert errors[1e-6] < 1e-4
+    assert errors[1e-9] < 1e-2 * errors[1e-6]
+    assert (rows.evaluations > 0).all()
+
+
+def test_errors_of_rounding_grow_with_time_as_a_random_walk_moves_things():
+    family = Family(load_scene("paper/fig15"), (1e-4,), 12, orbits=3.0, samples=12)
+    known = truth_of(family)
+    rows = pd.DataFrame(growth_rows(known, "float64", "relative", "dop853", 32))
+    found = growth_laws(rows).set_index("quantity")
+    assert found.exponent["gap"] == pytest.approx(1.5, abs=0.25)
+    closed = growth_laws(pd.DataFrame(growth_rows(known, "float64", "minimal", "dop853", 32)))
+    assert closed.set_index("quantity").exponent["gap"] == pytest.approx(0.0, abs=0.25)
+
+
+def row(ratio, median, **more):
+    """One row of evaluation.csv."""
+    head = {"state": "generic", "bars": 5, "ratio": ratio, "formulation": "absolute", "arithmetic": "float64"}
+    return head | {"source": "both", "yardstick": "reaction", "median": median} | more
+
+
+def test_points_at_total_loss_and_at_the_floor_are_in_no_fit():
+    u = 2.0**-53
+    table = pd.DataFrame([row(r, min(0.7, max(40 * u, 2.0 * u / r))) for r in DECADES] +
+                         [row(r, 3 * u, formulation="relative", source="formula") for r in DECADES])  # fmt: skip
+    found = evaluation_laws(table).set_index("formulation").loc["absolute"]
+    assert found.exponent == pytest.approx(-1.0)
+    assert found.constant == pytest.approx(2.0)
+    assert found["first"] > 1e-13
+    assert found["last"] < 0.04
+    assert found.last_digit_ratio == pytest.approx(2.0 * u / 0.1)
+
+
+def test_a_formulation_that_loses_everything_has_no_law_but_a_remark():
+    found = evaluation_laws(pd.DataFrame([row(r, np.inf) for r in DECADES])).iloc[0]
+    assert np.isnan(found.exponent)
+    assert np.isnan(found.last_digit_ratio)
+    assert found.remark == "no digit left at most sizes"
+
+
+def trajectory(ratio, steps, median, known=True):
+    """One row of trajectories.csv."""
+    head = {"ratio": ratio, "quantity": "attitude", "coordinates": "absolute", "arithmetic": "float64", "method": "rk4"}
+    return head | {"steps_per_orbit": steps, "rtol": np.nan, "median": median, "known": known}
+
+
+def test_the_least_error_of_a_method_that_still_gains_from_steps_is_no_floor():
+    rows = [trajectory(r, n, max(n**-4.0, 1e-14 / r)) for r in (1e-3, 1e-5, 1e-7) for n in (100, 1000, 10000)]
+    settled = best_table(pd.DataFrame(rows))
+    assert settled.settled.all()
+    assert best_laws(settled).exponent.iloc[0] == pytest.approx(-1.0)
+    unsettled = best_table(pd.DataFrame([r for r in rows if r["steps_per_orbit"] == 100]))
+    law = best_laws(unsettled).iloc[0]
+    assert np.isnan(law.exponent)
+    assert law.remark == "truncation still rules at the finest setting"
+
+
+def test_the_plan_has_every_state_size_and_arithmetic_and_at_least_30_members():
+    tasks = make_plan(full=False).tasks
+    evaluated = [t.arguments for t in tasks if t.table == "evaluation"]
+    assert {c.kind for c, *_ in evaluated} == set(Kind)
+    assert {c.bars for c, *_ in evaluated} == {2, 5, 50, 500}
+    assert {c.ratio for c, *_ in evaluated if c.bars == 5} == set(DECADES)
+    assert min(c.members for c, *_ in evaluated) >= 30
+    assert {a for _, _, arithmetics in evaluated for a in arithmetics} == {"float32", "float64", "long double"}
+    assert {t.arguments[1] for t in tasks if t.table == "trajectories"} == {"minimal", "relative", "absolute"}
+    assert len(make_plan(full=True).tasks) > len(tasks)
+    assert make_plan(("times",)).tasks == ()
+
+
+def small_plan():
+    """A second's work, with a task that fails."""
+    function = "barchain.roundoff.evaluation:rows_of"
+    ways = (("relative", "absolute"), ("float64",))
+    cases = [Case(Kind.GENERIC, 2, r, 4) for r in (1e-3, 1e-5, 1e-7)]
+    good = [Task("evaluation", f"{c.ratio:g}", function, (c, *ways)) for c in cases]
+    wrong = Task("evaluation", "wrong", function, (cases[0], ("nonsense",), ("float64",)))
+    return Plan((*good, wrong), full=False)
+
+
+def test_a_study_writes_its_tables_and_a_task_that_fails_costs_its_own_rows(tmp_path):
+    told = []
+    measure(small_plan(), tmp_path, command="barchain roundoff", progress=lambda *a: told.append(a), workers=1)
+    tables = read_roundoff(tmp_path)
+    assert len(told) == 4
+    assert sorted({outcome for *_, outcome in told}) == ["failed", "pass"]
+    assert len(tables.evaluation) == 3 * 2 * 3 * 2
+    assert tables.evaluation.ratio.is_monotonic_decreasing  # in the plan's order, however they came
+    assert set(tables.laws.formulation) == {"relative", "absolute"}
+    assert tables.record["finished"]
+    assert tables.record["failed"] == [{"table": "evaluation", "task": "wrong", "reason": "KeyError: 'nonsense'"}]
+    assert tables.growth.columns.tolist() == list(COLUMNS["growth"])
+
+
+def test_an_interrupted_study_keeps_what_it_has(tmp_path):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        measure(small_plan(), tmp_path, progress=interrupt, workers=1)
+    record = json.loads((tmp_path / "roundoff" / "record.json").read_text())
+    assert not record["finished"]
+    assert len(read_roundoff(tmp_path).evaluation) > 0
+
+
+@pytest.mark.parametrize("pair", [lambda: one_state(3), lambda: many_states("float32", 3)])
+def test_both_sides_of_a_timing_are_the_same_number_of_evaluations(pair):
+    made = pair()
+    made.relative(2)
+    made.absolute(2)
+    assert made.bars == 3
+    assert made.states >= 1
+
+
+def test_parts_are_known_to_the_command_line():
+    from barchain.commands.roundoff import PARTS as OFFERED
+
+    assert OFFERED == PARTS
+    assert laws.LOST == 0.1
