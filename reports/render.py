@@ -17,6 +17,7 @@ from reports.numerals import as_given, given_markup, number, significant, span, 
 from reports.outcome import Outcome
 from reports.palette import PAPER, engine_pen, variables
 from reports.record import mapping, rows
+from reports.roundoff_view import view_roundoff
 from reports.scaling_view import view_scaling
 from reports.scene_data import anchor
 from reports.scene_view import view_scene
@@ -63,7 +64,8 @@ def render(folder: Path) -> tuple[Path, Path]:
     """
     results = read_results(folder)
     summary = summarise(results)
-    shared = context(results, summary) | {"cost": view_cost(folder), "scaling": view_scaling(folder)}
+    chapters = {"cost": view_cost(folder), "scaling": view_scaling(folder), "roundoff": view_roundoff(folder)}
+    shared = context(results, summary) | chapters
     views = [view_scene(results, summary, s) for s in summary.scenes]
     environment = templates()
     page, text = folder / "index.html", folder / "report.md"
