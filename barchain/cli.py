@@ -20,6 +20,7 @@ from barchain.commands.scaling import scaling
 from barchain.commands.truths import truths
 from barchain.progress import verdicts_shown
 from barchain.truth_tables import DamagedTableError
+from reports.tables import DamagedResultsError
 from scenarios import SceneError, SceneFile, load_scene, nearest, scene_names
 
 if TYPE_CHECKING:
@@ -42,9 +43,11 @@ def run(arguments: list[str]) -> int:
         return cli.main(arguments, prog_name="barchain", standalone_mode=False) or 0
     except click.ClickException as error:
         return complain(error.format_message(), BAD_INPUT)
-    except (SceneError, UnknownEngineError, api.SettingError, FileNotFoundError, PermissionError) as error:
+    except (SceneError, UnknownEngineError, api.SettingError) as error:
         return complain(str(error), BAD_INPUT)
-    except (EngineError, DamagedTableError) as error:
+    except OSError as error:  # a file or folder that is not there, not a folder, not to be written
+        return complain(f"{error.filename}: {error.strerror}" if error.filename else str(error), BAD_INPUT)
+    except (EngineError, DamagedTableError, DamagedResultsError) as error:
         return complain(str(error), FAILED)
     except (click.Abort, KeyboardInterrupt):
         return complain("interrupted; what was done is kept, and --resume goes on from it", INTERRUPTED)
@@ -67,7 +70,8 @@ def cli() -> None:
 @click.option("--tag", help="Only scenes with this tag.")
 def scenes(tag: str | None) -> None:
     """List the scenes that come with barchain."""
-    listing.show_scenes([s for s in map(load_scene, scene_names()) if tag is None or tag in s.tags])
+    found = [load_scene(name) for name in scene_names()]
+    listing.show_scenes(found if tag is None else tagged(found, tag))
 
 
 @cli.command(name="engines")
@@ -87,7 +91,8 @@ def schema() -> None:
 @click.option("--engine", default="reference", show_default=True, help="Engine to run.")
 @click.option("--set", "setting", metavar="KNOB=VALUE", help="Accuracy, e.g. rtol=1e-12 or steps_per_orbit=4000.")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Table to write: .parquet or .csv.")
-@click.option("--time-limit", default=api.TIME_LIMIT_S, show_default=True, help="Wall time allowed, s.")
+@click.option("--time-limit", type=click.FloatRange(min=0, min_open=True), default=api.TIME_LIMIT_S, show_default=True,
+              help="Wall time allowed, s.")  # fmt: skip
 @click.option("--condition", is_flag=True, help="Add the joint system's condition number (reference).")
 def simulate(scene: str, engine: str, setting: str | None, out: Path, time_limit: float, condition: bool) -> None:
     """Run SCENE (a name or a file) in one engine and write its samples."""
@@ -142,6 +147,7 @@ def run_options(command: Callable[..., None]) -> Callable[..., None]:
         ),
         click.option(
             "--time-limit",
+            type=click.FloatRange(min=0, min_open=True),
             default=api.TIME_LIMIT_S,
             show_default=True,
             help="Wall time allowed to one run, s.",
@@ -199,12 +205,10 @@ def crossval(
 
 
 def tagged(found: list[Scene], tag: str) -> list[Scene]:
-    """Scenes that carry `tag`; none is bad usage."""
+    """Those of some scenes that carry `tag`; none is bad usage."""
     tags = sorted({t for s in found for t in s.tags})
     if tag not in tags:
-        raise click.UsageError(
-            f"--tag {tag}: no scene of the core suite has it{nearest(tag, tags)}; there are: {', '.join(tags)}"
-        )
+        raise click.UsageError(f"--tag {tag}: no such scene has it{nearest(tag, tags)}; there are: {', '.join(tags)}")
     return [s for s in found if tag in s.tags]
 
 

@@ -6,6 +6,7 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ def show_scenes(scenes: Iterable[Scene]) -> None:
         table.add_column(column, justify="right" if column in {"bars", "orbits"} else "left")
     for s in scenes:
         orbits = f"{s.run.duration_s / s.period_s:.3g}"
-        table.add_row(s.name, str(s.bars), orbits, ", ".join(s.tags), s.title)
+        table.add_row(s.name, str(s.bars), orbits, ", ".join(s.tags), escape(s.title))
     show(table)
 
 
@@ -50,12 +51,12 @@ def show_engines(registered: Mapping[str, Registration]) -> None:
         table.add_column(column)
     for name, registration in registered.items():
         if registration.missing:
-            table.add_row(name, "missing", "", registration.missing)
+            table.add_row(name, "missing", "", escape(registration.missing))
             continue
         try:
             loaded = registration.load()
         except Exception as error:
-            table.add_row(name, registration.version, "", f"its adapter does not load: {error}")
+            table.add_row(name, registration.version, "", escape(f"its adapter does not load: {error}"))
             continue
         table.add_row(name, registration.version, str(loaded.ladder.setting()), loaded.title)
     show(table)

@@ -23,6 +23,7 @@ Flags = NDArray[np.bool_]
 FLOOR_MARGIN = 10.0  # errors below this many times the oracle's own are the oracle's as much as the engine's
 LARGEST = 10.0  # errors beyond lie on the edge: a chain that is off by more is off
 OTHERS = "others"
+SHARED = "Engines of one family share a colour here; by family they have their own."
 MARKER_SIZE, CROSS_SIZE = 5.6, 6.0
 FAILED = Pen(COLOURS["ink"], "x")
 
@@ -79,26 +80,34 @@ def families(engines: Sequence[str]) -> dict[str, str]:
     return {e: word if words.count(word) > 1 else OTHERS for e, word in first.items()}
 
 
+def group_of(engines: Sequence[str]) -> dict[str, str]:
+    """What each engine shares its pen with: nothing while there are pens enough, else the first word of its name."""
+    names = list(dict.fromkeys(engines))
+    return {e: e if len(names) <= len(SERIES) else e.partition("-")[0] for e in names}
+
+
 def family_pens(engines: Sequence[str]) -> dict[str, Pen]:
-    """One pen for each first word of the engines' names."""
-    words = list(dict.fromkeys(e.partition("-")[0] for e in engines))
+    """One pen for each group of engines."""
+    words = list(dict.fromkeys(group_of(engines).values()))
     places = [0, *range(2, len(SERIES)), 1]  # the second neutral comes last
     return {word: engine_pen(places[k % len(places)]) for k, word in enumerate(words)}
 
 
 def overview(setup: Setup, title: str, front: tuple[Array, Array] | None = None) -> Panel | None:
-    """All engines, coloured by the first word of their names, and the front that none of them beats."""
-    pens = family_pens([t.engine for t in setup.tracks])
+    """All engines, each group in a colour, and the front that none of them beats."""
+    groups = group_of([t.engine for t in setup.tracks])
+    pens = family_pens(list(groups))
     ax = axes(setup, title, "all")
     if ax is None:
         return None
     if front is not None and len(front[0]) > 1:
         ax.plot(*front, color=COLOURS["accent"].stand_in, linewidth=7.0, alpha=0.25, solid_capstyle="round", zorder=1)
     for track in setup.tracks:
-        draw(ax, track, pens[track.engine.partition("-")[0]])
-    used = {t.engine.partition("-")[0] for t in setup.tracks if t.drawn.any() or t.failed.any()}
+        draw(ax, track, pens[groups[track.engine]])
+    used = {groups[t.engine] for t in setup.tracks if t.drawn.any() or t.failed.any()}
     legend = tuple(Legend(word, pen) for word, pen in pens.items() if word in used)
-    return Panel(title, finish(ax, frame(setup, title, "all")), note(setup), legend)
+    said = f"{note(setup)} {SHARED if len(groups) > len(pens) else ''}".strip()
+    return Panel(title, finish(ax, frame(setup, title, "all")), said, legend)
 
 
 def by_family(setup: Setup) -> list[Panel]:

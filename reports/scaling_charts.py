@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from reports.charts import Frame, Legend, Panel, blank_axes, finish, log_axis
-from reports.cost_charts import MARKER_SIZE, OTHERS, Flags, families, family_pens
+from reports.cost_charts import MARKER_SIZE, OTHERS, SHARED, Flags, families, family_pens, group_of
 from reports.numerals import power_of_ten
 from reports.palette import COLOURS, Pen, engine_pen
 from reports.series import Array, floor_of
@@ -53,11 +53,13 @@ class GrowthChart:
 
 
 def all_engines(chart: GrowthChart) -> Panel | None:
-    """All engines, coloured by the first word of their names."""
-    pens = family_pens(chart.engines)
-    words = [t.engine.partition("-")[0] for t in chart.tracks]
+    """All engines, each group in a colour."""
+    pens, groups = family_pens(chart.engines), group_of(chart.engines)
+    words = [groups[t.engine] for t in chart.tracks]
     legend = tuple(Legend(word, pen) for word, pen in pens.items() if word in words)
-    return panel(chart, [(t, pens[word]) for t, word in zip(chart.tracks, words, strict=True)], legend)
+    found = panel(chart, [(t, pens[word]) for t, word in zip(chart.tracks, words, strict=True)], legend)
+    shared = SHARED if len(groups) > len(pens) else ""
+    return found and replace(found, note=f"{found.note} {shared}".strip())
 
 
 def each_family(chart: GrowthChart) -> list[Panel]:

@@ -85,6 +85,10 @@ def read_parquet(path: Path) -> pd.DataFrame | None:
     return pd.read_parquet(path) if path.is_file() else None
 
 
+class DamagedResultsError(ValueError):
+    """A result folder whose files are not what a run writes."""
+
+
 def read_results(folder: Path) -> Results:
     """Read a result folder.
 
@@ -92,13 +96,20 @@ def read_results(folder: Path) -> Results:
     ------
     FileNotFoundError
         If it holds no ``metrics.csv`` or no ``run.json``.
+    DamagedResultsError
+        If one of them can't be read, or ``metrics.csv`` lacks a column.
     """
     for name in ("metrics.csv", "run.json"):
         if not (folder / name).is_file():
             raise FileNotFoundError(f"{folder}: no {name} there; give a folder that compare or crossval wrote")
-    metrics = pd.read_csv(
-        folder / "metrics.csv",
-        keep_default_na=False,
-        na_values={"value": [""], "tolerance": [""], "horizon_s": [""]},
-    )
-    return Results(folder, metrics, json.loads((folder / "run.json").read_text(encoding="utf-8")))
+    empty = {"value": [""], "tolerance": [""], "horizon_s": [""]}
+    try:
+        metrics = pd.read_csv(folder / "metrics.csv", keep_default_na=False, na_values=empty)
+        record = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    except ValueError as error:  # pandas' and json's own are ValueErrors
+        raise DamagedResultsError(f"{folder}: metrics.csv or run.json is damaged: {error}") from None
+    lacking = [name for name in METRIC_COLUMNS if name not in metrics]
+    if lacking:
+        there = ", ".join(map(str, metrics.columns))
+        raise DamagedResultsError(f"{folder}/metrics.csv lacks {', '.join(lacking)}; it has: {there}")
+    return Results(folder, metrics, record)

@@ -5,7 +5,9 @@ import json
 import pandas as pd
 import pytest
 
+from adapters.registry import ENGINES, Registration
 from barchain.cli import run
+from barchain.listing import show_engines
 from scenarios import load_scene
 
 QUICK = "basics/libration"
@@ -36,6 +38,12 @@ QUICK = "basics/libration"
         (["compare", "--out", "x"], ["SCENE"]),
         (["compare", QUICK, "--out", "x", "--set", "rtol=1"], ["ENGINE:KNOB=NUMBER"]),
         (["crossval", "--tag", "papr"], ["--tag papr", "did you mean paper?"]),
+        (["scenes", "--tag", "papr"], ["--tag papr", "did you mean paper?"]),
+        (["simulate", QUICK, "--out", "x.csv", "--time-limit", "-1"], ["--time-limit", "-1"]),
+        (["compare", QUICK, "--out", "x", "--time-limit", "0"], ["--time-limit", "0"]),
+        (["cost", QUICK, "--out", "x", "--time-limit", "-1"], ["--time-limit", "-1"]),
+        (["truths", "--check", "paper/fig5"], ["paper/fig5", "did you mean paper/fig05?"]),
+        (["roundoff", "--part", "evaluations"], ["evaluations", "evaluation"]),
         (["report", "nowhere"], ["metrics.csv"]),
         (["nonsense"], ["nonsense"]),
     ],
@@ -113,3 +121,41 @@ def test_lists_name_every_scene_and_engine(capsys):
     assert "paper/fig05_bar_horizontal" in capsys.readouterr().out
     assert run(["engines"]) == 0
     assert "exudyn-index3" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", [["compare", QUICK, "--engine", "reference"], ["cost", QUICK], ["roundoff"]])
+def test_a_file_where_a_folder_should_be_is_one_readable_line(command, tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert run([*command, "--out", str(tmp_path / "file" / "x")]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "file" in error
+    assert "Not a directory" in error
+
+
+@pytest.mark.parametrize(("name", "text"), [("metrics.csv", "nonsense\n1\n"), ("run.json", "{"), ("metrics.csv", "")])
+def test_damaged_results_are_one_readable_line(name, text, tmp_path, capsys):
+    assert run(["compare", QUICK, "--engine", "reference", "--out", str(tmp_path)]) == 0
+    (tmp_path / name).write_text(text)
+    capsys.readouterr()
+    assert run(["report", str(tmp_path)]) == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert name in error
+
+
+def test_the_remedy_for_a_missing_engine_names_its_extra(capsys):
+    registration = Registration("nowhere:Nothing", "nowhere", install="pip install '.[oracle]'")
+    show_engines({"nothing": registration})
+    assert "pip install '.[oracle]'" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["cost", "scaling"])
+def test_an_engine_asked_for_by_name_that_does_not_run_is_told_of_and_exits_with_1(
+    command, tmp_path, capsys, monkeypatch
+):
+    missing = Registration("nowhere:Nothing", "nowhere", install="pip install nowhere")
+    monkeypatch.setitem(ENGINES, "nothing", missing)
+    scene = ["basics/libration"] if command == "cost" else ["--bars", "2"]
+    assert run([command, *scene, "--engine", "nothing", "--out", str(tmp_path)]) == 1
+    assert "nothing is left out: nowhere is not installed; try: pip install nowhere" in capsys.readouterr().err

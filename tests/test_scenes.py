@@ -35,7 +35,7 @@ def test_every_shipped_scene_loads_and_closes_its_joints(name):
     scene = load_scene(name)
     start = initial_state(scene)
     assert np.allclose(np.array(scene.chain.mass_kg) @ start.position_m, 0.0, atol=1e-12 * scene.mass_kg * scene.size_m)
-    assert all([scene.tags, scene.source, scene.description])
+    assert [key for key in ("tags", "source", "description") if not getattr(scene, key)] == []
 
 
 def test_the_papers_scenes_are_all_there():

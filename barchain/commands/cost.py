@@ -23,10 +23,9 @@ from barchain.cost.plan import MINUTES, REPEATS, TIME_LIMIT_S
 @click.option("--repeats", type=click.IntRange(min=1), default=REPEATS, show_default=True,
               help="Times that each point is measured.")  # fmt: skip
 @click.option("--budget", "minutes", type=click.FloatRange(min=0), default=MINUTES, show_default=True,
-              help="Minutes to be kept to: repeats, then long runs are given up.")  # fmt: skip
-@click.option(
-    "--time-limit", default=TIME_LIMIT_S, show_default=True, help="Runs expected to take longer, s, are left out."
-)
+              help="Minutes aimed at: repeats, then long runs are given up; each setting is run once.")  # fmt: skip
+@click.option("--time-limit", type=click.FloatRange(min=0, min_open=True), default=TIME_LIMIT_S, show_default=True,
+              help="Runs expected to take longer, s, are left out.")  # fmt: skip
 @click.option("--markdown", is_flag=True, help="Print the table of speed ratios as Markdown.")
 @click.option("--resume", is_flag=True, help="Go on from what an earlier, cut-off study left in the folder.")
 def cost(
@@ -45,8 +44,13 @@ def cost(
         scenes or None, names or None, orbits=orbits, repeats=repeats, minutes=minutes, time_limit_s=time_limit
     )
     with verdicts_shown(plan.turns) as show:
-        measure(plan, out, resume=resume, command=shlex.join(["barchain", *sys.argv[1:]]), progress=show)
+        study = measure(plan, out, resume=resume, command=shlex.join(["barchain", *sys.argv[1:]]), progress=show)
     page, ratios = render_cost(out)
     if markdown:
         click.echo(ratios.read_text(encoding="utf-8"))
     click.echo(f"cost study: {page}", err=markdown)
+    idle = {o["engine"]: o["reason"] for o in study.store.record["left_out"] if o["engine"] not in study.ran}
+    for name, reason in idle.items():
+        click.echo(f"{name} is left out: {reason}", err=True)
+    if set(names) & set(idle):  # asked for by name, and not there
+        raise click.exceptions.Exit(1)

@@ -40,5 +40,10 @@ def scaling(
 
     plan = make_plan(names or None, bars, repeats=repeats, minutes=minutes, time_limit_s=time_limit)
     with verdicts_shown(plan.turns) as show:
-        measure(plan, out, resume=resume, command=shlex.join(["barchain", *sys.argv[1:]]), progress=show)
+        study = measure(plan, out, resume=resume, command=shlex.join(["barchain", *sys.argv[1:]]), progress=show)
     click.echo(f"scaling study: {render_scaling(out)}")
+    idle = study.idle
+    for name, reason in idle.items():
+        click.echo(f"{name} is left out: {reason}", err=True)
+    if set(names) & set(idle):  # asked for by name, and not there
+        raise click.exceptions.Exit(1)

@@ -7,7 +7,7 @@ import time
 import click
 
 from adapters.registry import find_engine
-from scenarios import load_scene, scene_names
+from scenarios import load_scene, nearest, scene_names
 
 
 @click.command()
@@ -26,7 +26,10 @@ def truths(scenes: tuple[str, ...], only_check: bool) -> None:
         raise click.UsageError(missing)
     unknown = [name for name in scenes if name not in scene_names()]
     if unknown:
-        raise click.UsageError(f"only scenes that come with barchain have committed truths, not {', '.join(unknown)}")
+        raise click.UsageError(
+            f"{unknown[0]}: only scenes that come with barchain have committed truths"
+            f"{nearest(unknown[0], scene_names())}; there are: {', '.join(scene_names())}"
+        )
     agree = [(shown_check if only_check else shown_making)(name) for name in scenes or scene_names()]
     if not all(agree):
         raise click.exceptions.Exit(1)

@@ -65,6 +65,11 @@ class CostStudy:
             self.store.record["seconds"] = time.perf_counter() - start
             self.write_tables()
 
+    @property
+    def ran(self) -> set[str]:
+        """Engines that ran on at least one of the scenes."""
+        return {str(row["engine"]) for row in self.store.rows.values()}
+
     def usable(self) -> list[str]:
         """Engines that run at least one of the scenes."""
         found = [ladders(scene, self.plan.engines)[0] for scene in self.plan.scenes]

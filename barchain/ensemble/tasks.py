@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import socket
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
 
 import numpy as np
 
@@ -104,6 +106,7 @@ def on_cluster(parts: list[Task], address: str, done: Callable[[int], None]) -> 
         from distributed import Client, KilledWorker, as_completed  # noqa: PLC0415  # an extra
     except ImportError:
         raise ClusterError("--dask: distributed is not installed; try: pip install '.[cluster]'") from None
+    look_up(address)
     try:
         client = Client(address, timeout="5s", set_as_default=False)
     except (OSError, ValueError) as error:
@@ -118,6 +121,25 @@ def on_cluster(parts: list[Task], address: str, done: Callable[[int], None]) -> 
         except KilledWorker as error:
             raise ClusterError(f"--dask {address}: {error}") from None
     return [found[k] for k in range(len(parts))]
+
+
+def look_up(address: str) -> None:
+    """Knock at a TCP address before Dask does, which goes on trying in the background and talks of it.
+
+    Raises
+    ------
+    ClusterError
+        If it is none, or nothing answers there.
+    """
+    where = urlsplit(address if "://" in address else f"tcp://{address}")
+    if where.scheme not in {"tcp", "tls"}:
+        return  # Dask's own business
+    try:
+        if where.hostname is None or where.port is None:
+            raise ClusterError(f"--dask {address}: given, allowed: HOST:PORT, e.g. tcp://10.0.0.1:8786")
+        socket.create_connection((where.hostname, where.port), timeout=5.0).close()
+    except (OSError, ValueError) as error:
+        raise ClusterError(f"--dask {address}: no Dask scheduler answers there ({error})") from None
 
 
 def assembled(parts: list[Part]) -> Iterator[tuple[str, Array]]:

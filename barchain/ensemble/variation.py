@@ -82,7 +82,7 @@ class Variation:
             run, least = int(np.argmax(wrong.any(axis=1))), "greater than 0" if ALLOWED[self.key] else "0 or more"
             raise VariationError(
                 f"--vary {self.text}: run {run + 1} draws {values[run].min():g}, allowed: {least}; "
-                "lognormal and uniform stay there"
+                "bounds or a lognormal distribution keep draws there"
             )
         return values
 

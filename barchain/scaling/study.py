@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 from pebble import ProcessPool
 
-from barchain.cost.plan import cannot
+from adapters.engine import Observable
+from barchain.cost.plan import LeftOut, cannot
 from barchain.cost.store import NOT_RUN
 from barchain.cost.timing import STARTUP_S, one_thread_each, pin, quietest_core
 from barchain.pool import collect
@@ -71,6 +72,13 @@ class ScalingStudy:
             self.store.record["seconds"] = time.perf_counter() - start
             self.store.finish()
 
+    @property
+    def idle(self) -> dict[str, str]:
+        """Engines that could not be run at all, and why."""
+        out = (str(Outcome.MISSING), str(Outcome.UNSUPPORTED))
+        ran = {row["engine"] for row in self.store.rows if row["outcome"] not in out}
+        return {row["engine"]: row["reason"] for row in self.store.rows if row["engine"] not in ran}
+
     def next_bars(self, engine: str) -> int:
         """Bars of an engine's next point; 0 if there is none."""
         done = self.done.get(engine, 0)
@@ -102,7 +110,7 @@ class ScalingStudy:
 
     def columns(self, engine: str, bars: int) -> dict[str, Any]:
         """Columns of a point, whether it can be run or not."""
-        out = cannot(divided(self.plan.scene, bars), engine, self.plan.engines[engine])
+        out = cannot(divided(self.plan.scene, bars), engine, self.plan.engines[engine]) or self.tracks_one(engine)
         if out is not None:
             return {"outcome": str(out.outcome), "reason": out.reason}
         share, reason = self.share(engine, bars)
@@ -112,6 +120,13 @@ class ScalingStudy:
         columns = found.columns if isinstance(found, Measured) else {}
         said = f"orbit {NOT_RUN}: {reason}" if found.outcome is Outcome.PASS and reason else found.reason
         return {"outcome": str(found.outcome), "reason": said} | columns
+
+    def tracks_one(self, engine: str) -> LeftOut | None:
+        """Why an engine whose cost can't know of the bars is not measured."""
+        if Observable.ATTITUDE in self.plan.engines[engine].load().observables:
+            return None
+        reason = "it follows the centre of mass alone, whatever the number of bars"
+        return LeftOut(self.plan.scene.name, engine, Outcome.UNSUPPORTED, reason)
 
     def share(self, engine: str, bars: int) -> tuple[float, str]:
         """Share of an orbit to be run; 0 with the reason if none."""
