@@ -1,4 +1,4 @@
-"""Exudyn behind the engines' contract: four ways to set up the same chain."""
+"""Exudyn behind the engines' contract: five ways to set up the same chain."""
 
 from __future__ import annotations
 
@@ -100,6 +100,18 @@ class ExudynAbsolute(ExudynRedundant):
     coordinates = Coordinates.ABSOLUTE
     ladder = Ladder(Knob.STEPS_PER_ORBIT, (1000, 5000, 10000, 50000, 100000), default=5000)
     absolute = True
+
+
+@final
+class ExudynAbsoluteIndex3(ExudynRedundant):
+    """Multipliers, index 3, from the centre of the body."""
+
+    title = "Exudyn, redundant absolute inertial coordinates, generalized-alpha index 3"
+    coordinates = Coordinates.ABSOLUTE
+    ladder = Ladder(Knob.STEPS_PER_ORBIT, (1000, 5000, 10000, 50000, 100000), default=5000)
+    absolute = True
+    index3 = True
+    joints_in_place = True
 
 
 @final

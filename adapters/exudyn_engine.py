@@ -21,7 +21,7 @@ START_TOLERANCE = 1e-12  # rad, and of the largest coordinate: the first sample 
 
 
 class ExudynEngine(Engine):
-    """What all four share: settings, running, and the checks that Exudyn leaves to its user."""
+    """What all of them share: settings, running, and the checks that Exudyn leaves to its user."""
 
     observables = SHOWN
     absolute: ClassVar[bool] = False

@@ -86,6 +86,9 @@ class Scales:
     """the largest force that enters"""
     velocity_m_s: float
     position_m: float
+    torque_per_gap_N: float = 1.0
+    """What counts as a gap of 1 m in the residual: no less than that, or than the reactions' torque on a bar that is
+    turned to close it"""
 
 
 def scales_of(scene: Scene, *, absolute: bool) -> Scales:
@@ -99,14 +102,15 @@ def scales_of(scene: Scene, *, absolute: bool) -> Scales:
     if not absolute:
         return Scales(least, force, scene.size_m * rate, scene.size_m)
     gravity = scene.central_body.mu_m3_s2 / scene.radius0_m**2 * max(chain.mass_kg)
-    return Scales(least, max(force, gravity), max(scene.speed0_m_s, scene.size_m * rate), scene.radius0_m)
+    speed = max(scene.speed0_m_s, scene.size_m * rate)
+    return Scales(least, max(force, gravity), speed, scene.radius0_m, max(1.0, force))
 
 
 def residual_N(scales: Scales, bars: int, *, index3: bool) -> float:
     """Newton's absolute tolerance: a small part of the least bar's forces, but never below round-off."""
     floor = FLOOR * math.sqrt(bars) * max(scales.force_N, scales.velocity_m_s)
     if index3:
-        floor = max(floor, POSITION_FLOOR * math.sqrt(bars) * scales.position_m)
+        floor = max(floor, POSITION_FLOOR * math.sqrt(bars) * scales.position_m * scales.torque_per_gap_N)
     return max(RESIDUAL_FRACTION * scales.least_force_N, floor)
 
 

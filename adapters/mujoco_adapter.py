@@ -5,7 +5,7 @@ Reactions are MuJoCo's inner forces: `cfrc_int` of a body is what its parent exe
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, final
+from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
@@ -39,16 +39,13 @@ class Mujoco(Engine):
 
     def build(self, scene: Scene, setting: Setting) -> None:
         """Make the model; the frame's track is part of the run and is computed there."""
-        import mujoco as mj
-
-        from adapters.mujoco_chain import model_of
+        from adapters.mujoco_chain import model_of, posed
 
         self.scene, self.start = scene, initial_state(scene)
         self.every, self.dt_s = steps_between_samples(scene, setting.value), step_s(scene, setting.value)
         self.length_m = np.array(scene.chain.length_m)
         self.model = model_of(scene.chain, self.dt_s)
-        self.data: Any = mj.MjData(self.model)
-        self.data.qpos, self.data.qvel = folded(self.length_m, self.start)
+        self.data = posed(self.model, *folded(self.length_m, self.start))
         self.seen: list[tuple[Array, Array]] = []
         self.landed_s: float | None = None
 
@@ -100,9 +97,7 @@ class Mujoco(Engine):
 
     def reactions(self) -> Array:
         """Force on each bar from the next, (n, N-1, 2), at the samples before the surface."""
-        import mujoco as mj
-
-        from adapters.mujoco_chain import installed
+        from adapters.mujoco_chain import installed, reactions
 
         data, found = self.data, []
         try:
@@ -111,9 +106,7 @@ class Mujoco(Engine):
                     if self.landed_s is not None and t >= self.landed_s:
                         break
                     data.time, data.qpos, data.qvel = t, q, q_t
-                    mj.mj_forward(self.model, data)
-                    mj.mj_rnePostConstraint(self.model, data)
-                    found.append(-data.cfrc_int[2:, 3:5])
+                    found.append(reactions(self.model, data))
         except LandedError:
             self.landed_s = float(data.time)
         return np.array(found)

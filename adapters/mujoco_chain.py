@@ -97,6 +97,25 @@ class AppliedLoads:
         self.applied[:] = rows
 
 
+def posed(model: Any, q: Array, q_t: Array) -> Any:
+    """Data of a model at coordinates and rates, each (N + 2,)."""
+    import mujoco as mj
+
+    data = mj.MjData(model)
+    data.qpos, data.qvel = q, q_t
+    return data
+
+
+def reactions(model: Any, data: Any) -> Array:
+    """Force on each bar from the next, (N-1, 2), N, at the state in `data`; where the loads are installed."""
+    import mujoco as mj
+
+    mj.mj_forward(model, data)
+    mj.mj_rnePostConstraint(model, data)
+    found: Array = -data.cfrc_int[2:, 3:5]
+    return found
+
+
 @contextmanager
 def installed(control: Callable[[Any, Any], None] | None) -> Iterator[None]:
     """Let `control` act, and warnings be errors instead of lines in a log file.

@@ -19,6 +19,7 @@ from reference_impl.kinematics import directions
 from scenarios import Gravity
 
 if TYPE_CHECKING:
+    from adapters.bar_loads import Loads
     from adapters.engine import Array
     from scenarios import Scene
     from scenarios.scene import Chain
@@ -46,7 +47,8 @@ def model_of(chain: Chain) -> Any:
 class PinocchioChain:
     """Accelerations and reactions of a state."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, loads: Loads | None = None) -> None:
+        """Make the model; `loads` other than the falling frame's put the joint coordinates into another one."""
         import pinocchio as pin
 
         self.pin, chain = pin, scene.chain
@@ -54,7 +56,7 @@ class PinocchioChain:
         self.data = self.model.createData()
         self.width = scene.bars + 2
         self.mu = 0.0 if scene.effects.gravity is Gravity.NONE else scene.central_body.mu_m3_s2
-        self.loads = MovingLoads(scene, surface=False)
+        self.loads = loads or MovingLoads(scene, surface=False)
         self.length_m, self.radius_m = np.array(chain.length_m), scene.central_body.radius_m
         self.bars = [
             (m, J, 0.5 * length)

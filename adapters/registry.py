@@ -81,8 +81,9 @@ def _ours(module: str, name: str) -> Registration:
     return Registration(f"adapters.{module}:{name}", ours=True)
 
 
-def _external(module: str, name: str, requires: str) -> Registration:
-    return Registration(f"adapters.{module}:{name}", requires, install=f"pip install {requires}")
+def _external(module: str, name: str, requires: str, *, everyday: bool = True) -> Registration:
+    install = f"pip install {requires}"
+    return Registration(f"adapters.{module}:{name}", requires, install=install, everyday=everyday)
 
 
 def _more(module: str, name: str, requires: str, imported: str = "", *, ours: bool = False) -> Registration:
@@ -107,6 +108,7 @@ ENGINES: dict[str, Registration] = {
     "exudyn": _external("exudyn_adapter", "Exudyn", "exudyn"),
     "exudyn-index3": _external("exudyn_adapter", "ExudynIndex3", "exudyn"),
     "exudyn-absolute": _external("exudyn_adapter", "ExudynAbsolute", "exudyn"),
+    "exudyn-absolute-index3": _external("exudyn_adapter", "ExudynAbsoluteIndex3", "exudyn", everyday=False),
     "exudyn-tree": _external("exudyn_adapter", "ExudynTree", "exudyn"),
     "rebound": _external("rebound_adapter", "Rebound", "rebound"),
     "pymunk": _external("pymunk_adapter", "Pymunk", "pymunk"),

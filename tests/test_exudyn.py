@@ -1,4 +1,4 @@
-"""Exudyn's four engines against the reference, their order, their frames and their silence."""
+"""Exudyn's five engines against the reference, their order, their frames and their silence."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ import pytest
 
 import adapters.exudyn_solver as solver_module
 from adapters.engine import Engine, EngineError, Knob, Observable, Setting, Trajectory
-from adapters.exudyn_adapter import Exudyn, ExudynAbsolute, ExudynIndex3, ExudynTree
+from adapters.exudyn_adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
 from adapters.exudyn_clock import NAMES, Steps, coefficients
 from adapters.exudyn_frames import turned
 from adapters.exudyn_orbit import KeplerOrbit
 from adapters.reference_adapter import Reference
 from scenarios import Actuator, Frame, Scene, load_scene, scene_names
 
-ENGINES = (Exudyn, ExudynIndex3, ExudynAbsolute, ExudynTree)
+ENGINES = (Exudyn, ExudynIndex3, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynTree)
 REFERENCE_RAD = 1e-10  # the reference's own error over an orbit of an unstable chain at rtol 1e-13
 MU = 3.986004418e14
 
@@ -201,7 +201,7 @@ def test_an_engine_that_gives_up_says_so_in_one_line(
 
 def test_the_tree_refuses_prescribed_rotations_with_a_reason() -> None:
     assert "constraint" in (ExudynTree.unsupported(load_scene("paper/fig17")) or "")
-    assert all(engine.unsupported(load_scene("paper/fig17")) is None for engine in ENGINES[:3])
+    assert all(engine.unsupported(load_scene("paper/fig17")) is None for engine in ENGINES[:4])
 
 
 @pytest.mark.parametrize("beta", [0.4, 0.9, 1.0, 1.00001, 1.2, 1.41421, math.sqrt(2.0), 1.41422, 1.6, 3.0])

@@ -13,6 +13,7 @@ import numpy as np
 from barchain.roundoff.formulations import FORMULATIONS
 from barchain.roundoff.production import PRODUCTION
 from barchain.roundoff.states import exact_case
+from barchain.roundoff.third_parties import THIRD_PARTIES
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT, Values, exact_numbers
 
 if TYPE_CHECKING:
@@ -78,7 +79,7 @@ def rows_of(case: Case, formulations: Iterable[str], arithmetics: Iterable[str])
     found: list[dict[str, Any]] = []
     with exact_numbers():
         exact = exact_case(case)
-        plain, known = FORMULATIONS["absolute"], FORMULATIONS | PRODUCTION
+        plain, known = FORMULATIONS["absolute"], FORMULATIONS | PRODUCTION | THIRD_PARTIES
         truth = plain.exactly(plain.given(exact, EXACT))
         for name in formulations:
             for arithmetic in arithmetics:

@@ -210,22 +210,29 @@ def second_difference(s: Snapshots) -> Values:
     return ((s.after_m - s.place_m) - (s.place_m - s.before_m)) / (s.step_s * s.step_s)
 
 
+def circular_rate_rad_s(exact: Exact) -> Values:
+    """Mean motion n of a circular orbit there, (B,)."""
+    com = exact.state.com_m
+    r2 = com[0] * com[0] + com[1] * com[1]
+    return EXACT.sqrt(exact.bars.mu_m3_s2 / (r2 * EXACT.sqrt(r2)))
+
+
+def circular_m_s(exact: Exact) -> Values:
+    """Velocity of the centre of mass on a circular orbit, (2, B)."""
+    com = exact.state.com_m
+    return circular_rate_rad_s(exact) * np.stack([-com[1], com[0]])
+
+
 def best_step(exact: Exact, to: Arithmetic) -> Values:
     """Step at which truncation n⁴ r h²/12 and round-off u r/h² of a second difference are alike, (B,) s."""
-    com, mu = exact.state.com_m, exact.bars.mu_m3_s2
-    r2 = com[0] * com[0] + com[1] * com[1]
-    rate = EXACT.sqrt(mu / (r2 * EXACT.sqrt(r2)))
-    return EXACT.cast((12.0 * to.unit_roundoff) ** 0.25) / rate
+    return EXACT.cast((12.0 * to.unit_roundoff) ** 0.25) / circular_rate_rad_s(exact)
 
 
 def snapshots(exact: Exact, to: Arithmetic) -> tuple[list[Values], list[Values], Values]:
     """Centre of mass and relative places at three instants, and the step between them."""
     state, bars = exact.state, exact.bars
-    com2 = state.com_m[0] * state.com_m[0] + state.com_m[1] * state.com_m[1]
-    rate = EXACT.sqrt(bars.mu_m3_s2 / (com2 * EXACT.sqrt(com2)))
-    velocity = rate * np.stack([-state.com_m[1], state.com_m[0]])  # circular
     minimal, step = Minimal(EXACT, bars), best_step(exact, to)
-    y = minimal.pack(Start(EXACT, bars, state.com_m, velocity, state.angle_rad, state.rate_rad_s))
+    y = minimal.pack(Start(EXACT, bars, state.com_m, circular_m_s(exact), state.angle_rad, state.rate_rad_s))
     seen = [minimal.placed(end) for end in (
         extrapolated(minimal.rates, y, -step, EXACT_SUBSTEPS), y, extrapolated(minimal.rates, y, step, EXACT_SUBSTEPS)
     )]  # fmt: skip

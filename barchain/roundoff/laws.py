@@ -9,8 +9,9 @@ import numpy as np
 import pandas as pd
 
 from barchain.cost.orders import FEWEST, slope
-from barchain.roundoff.evaluation import FORMULA, REACTION
+from barchain.roundoff.evaluation import BOTH, FORMULA, INPUT, REACTION
 from barchain.roundoff.states import Kind
+from barchain.roundoff.third_parties import FALLS, THIRD_PARTIES
 from reference_impl.precision.arithmetic import ARITHMETICS
 from reports.roundoff_tables import BEST_LAW_COLUMNS, GROWTH_LAW_COLUMNS, LAW_COLUMNS, RUN
 
@@ -27,15 +28,23 @@ GROWS_FROM = 1.0  # orbits: the motion's own oscillation is averaged out
 SMALL_ERROR = 1e-2  # of an error that grows with time: beyond, it is no longer proportional to anything
 
 
-def expected_exponent(state: str, formulation: str, yardstick: str) -> float:
+def expected_exponent(state: str, formulation: str, yardstick: str, source: str = BOTH) -> float:
     """Exponent of the size ratio that an error should have.
 
     Counted from the body's centre, a place is known to u r, gravity's differences over a bar, n² l, to n² u r: 1/ratio
     of them. Counted from the centre of mass, everything is known to u of itself. Reactions of a horizontal chain are
-    m n² l times the ratio squared, and against them either error is larger by that.
+    m n² l times the ratio squared, and against them either error is larger by that. Third parties' frames have
+    exponents of their own, :mod:`barchain.roundoff.third_parties`.
     """
-    base = -1.0 if formulation.startswith("absolute") else 0.0
+    base = own_exponent(formulation, source)
     return base - 2.0 if state == Kind.HORIZONTAL.value and yardstick == REACTION else base
+
+
+def own_exponent(formulation: str, source: str) -> float:
+    """Exponent in an ordinary state."""
+    if formulation in THIRD_PARTIES:
+        return 0.0 if source == INPUT else FALLS[THIRD_PARTIES[formulation].frame]
+    return -1.0 if formulation.startswith("absolute") else 0.0
 
 
 def line(x: Array, y: Array) -> dict[str, float]:
@@ -71,10 +80,10 @@ def with_floors(evaluation: pd.DataFrame) -> pd.DataFrame:
 
 def evaluation_law(key: dict[str, Any], own: pd.DataFrame) -> dict[str, Any]:
     """Law of one formulation in one arithmetic and state."""
-    expected = expected_exponent(key["state"], key["formulation"], key["yardstick"])
+    expected = expected_exponent(key["state"], key["formulation"], key["yardstick"], key["source"])
     u = ARITHMETICS[key["arithmetic"]].unit_roundoff
     ratio, error = own.ratio.to_numpy(float), own["median"].to_numpy(float)
-    falls = key["formulation"].startswith("absolute")
+    falls = own_exponent(key["formulation"], key["source"]) < 0.0
     floor = FLOORS * own.floor.to_numpy(float) if falls else np.zeros(len(own))
     used = (error < LOST) & (error > floor)
     if falls:

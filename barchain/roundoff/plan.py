@@ -8,6 +8,7 @@ from typing import Any
 
 from adapters.registry import ENGINES
 from barchain.roundoff.states import Case, Kind
+from barchain.roundoff.third_parties import present
 from barchain.roundoff.trajectories import Family
 from scenarios import load_scene
 
@@ -17,6 +18,24 @@ DECADES = tuple(10.0**-k for k in range(2, 13))
 REACH = 0.1  # of the Earth's radius, that the chain may span: a longer one would touch the ground
 ALL, SHORT = ("float32", "float64", "long double"), ("float32", "float64")
 COORDINATES = ("minimal", "relative", "absolute")
+LADDERS = {
+    "exudyn": (4096, 12288, 36864, 122880),
+    "exudyn-absolute": (4096, 12288, 36864, 122880),
+    "exudyn-index3": (4096, 12288, 28672, 61440, 122880),
+    "exudyn-absolute-index3": (4096, 12288, 28672, 61440, 122880),
+    "pymunk": (4096, 16384, 98304, 163840, 262144),
+    "pymunk-absolute": (4096, 16384, 57344, 102400, 163840),
+    "mujoco": (4096, 24576, 122880),
+    "pinocchio": (1e-6, 1e-9, 1e-12),
+    "reference": (1e-6, 1e-9, 1e-12),
+    "reference-absolute": (1e-6, 1e-9, 1e-12),
+}
+"""Steps in an orbit, or tolerances, of other engines: index 3 and pymunk from truncation far into round-off"""
+FULL_STEPS = tuple(1024 * 2**k for k in range(8))
+FULL_LADDERS = {name: FULL_STEPS for name, values in LADDERS.items() if values[0] > 1.0} | {
+    "pymunk": (*FULL_STEPS, 262144, 524288)
+}
+PART, FULL_PART = 1.0 / 256.0, 1.0 / 64.0  # of an orbit: noise is there from the first steps on, and steps cost
 
 
 @dataclass(frozen=True)
@@ -79,11 +98,13 @@ def evaluations(full: bool) -> list[Task]:
     ordinary = (Kind.GENERIC, Kind.STRAIGHT, Kind.HORIZONTAL)
     found = [evaluation(k, n, r, every, ALL) for n, k, r in itertools.product((2, 5), Kind, DECADES)]
     found += [evaluation(k, 5, r, production(), ("float64",)) for k, r in itertools.product(Kind, DECADES)]
+    others = itertools.product(ordinary[:2], DECADES) if present() else ()
+    found += [evaluation(k, 5, r, present(), ("float64",)) for k, r in others]
     found += [evaluation(Kind.STRAIGHT, 5, r, ("absolute positions", "relative positions"), ALL if full else SHORT)
               for r in (DECADES if full else DECADES[::2])]  # fmt: skip
     fifty = itertools.product(Kind if full else ordinary, DECADES if full else DECADES[1::2])
     found += [evaluation(k, 50, r, few, ALL if full else SHORT) for k, r in fifty]
-    hundreds = itertools.product(Kind if full else ordinary[:2], DECADES[2::2] if full else DECADES[2::4])
+    hundreds = itertools.product(Kind if full else ordinary[:2], DECADES[2:] if full else DECADES[3::3])
     found += [evaluation(k, 500, r, few, ALL if full else ("float64",)) for k, r in hundreds]
     return [t for t in found if t.arguments[0].bars * t.arguments[0].ratio <= REACH]
 
@@ -143,5 +164,17 @@ def growths(full: bool) -> list[Task]:
 
 
 def engines(full: bool) -> list[Task]:
-    """Other engines, in both frames."""
-    return []
+    """Other engines, in both frames; of one that is not installed a single row says so."""
+    ratios = DECADES[1:8] if full else (1e-3, 1e-5, 1e-7)
+    family = Family(load_scene(SCENE), ratios, 32, FULL_PART if full else PART)
+    found = []
+    for name, values in (LADDERS | FULL_LADDERS if full else LADDERS).items():
+        runs = [(0, values[0])] if ENGINES[name].missing else itertools.product(range(len(ratios)), values)
+        found += [engine_run(family, name, size, value) for size, value in runs]
+    return found
+
+
+def engine_run(family: Family, name: str, size: int, value: float) -> Task:
+    """One engine at one size and setting."""
+    title = f"{name}, {family.ratios[size]:.0e}, {value:g}"
+    return Task("engines", title, "barchain.roundoff.engines:engine_rows", (name, size, value), family)

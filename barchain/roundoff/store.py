@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from barchain.roundoff.engine_laws import engine_laws
 from barchain.roundoff.laws import best_laws, best_table, evaluation_laws, growth_laws
 from barchain.store import write_atomically
 from reports.roundoff_tables import COLUMNS
@@ -14,7 +15,11 @@ from reports.roundoff_tables import COLUMNS
 if TYPE_CHECKING:
     from pathlib import Path
 
-DERIVED = {"laws": ("evaluation", evaluation_laws), "growth_laws": ("growth", growth_laws)}
+DERIVED = {
+    "laws": ("evaluation", evaluation_laws),
+    "growth_laws": ("growth", growth_laws),
+    "engine_laws": ("engines", engine_laws),
+}
 
 
 class RoundoffStore:
