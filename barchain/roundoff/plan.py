@@ -142,11 +142,14 @@ def trajectories(full: bool) -> list[Task]:
     found = []
     for (method, arithmetic), last in finest.items():
         for name, power in itertools.product(COORDINATES, range(1, last + 1)):
+            if method == "rk4" and power > 8 and name != "absolute" and not full:
+                continue  # truncation, which is the same in all coordinates, still rules there
             title = f"{name}, {arithmetic}, {method}, {2**power * family.samples} steps"
             arguments = (arithmetic, name, method, 2**power)
             found.append(Task("trajectories", title, f"{module}:equal_step_rows", arguments, family))
-    tolerances = {"float64": tuple(10.0**-k for k in range(3, 16)), "float32": tuple(10.0**-k for k in range(2, 8))}
-    for name, (arithmetic, rtols) in itertools.product(COORDINATES, tolerances.items()):
+    exponents = {"float64": range(3, 16, 1 if full else 2), "float32": range(2, 8)}
+    for name, (arithmetic, powers) in itertools.product(COORDINATES, exponents.items()):
+        rtols = tuple(10.0**-k for k in powers)
         title = f"{name}, {arithmetic}, dop853, own steps"
         found.append(Task("trajectories", title, f"{module}:chosen_step_rows", (arithmetic, name, rtols), family))
     return found[::-1]  # the longest first
@@ -154,7 +157,7 @@ def trajectories(full: bool) -> list[Task]:
 
 def growths(full: bool) -> list[Task]:
     """Many orbits, at a step where truncation is below round-off."""
-    orbits, ratios = (32, (1e-3, 1e-5, 1e-7)) if full else (8, (1e-3, 1e-5))
+    orbits, ratios = (32, (1e-3, 1e-5, 1e-7)) if full else (6, (1e-3, 1e-5))
     family = Family(load_scene(SCENE), ratios, 32, orbits, 4 * orbits)
     function = "barchain.roundoff.trajectories:growth_rows"
     return [
