@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 CORE = ("paper/", "basics/")
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+RESUMED = ("compare", "crossval", "cost", "scaling")
 
 
 def main() -> None:
@@ -47,10 +48,12 @@ def run(arguments: list[str]) -> int:
         return complain(str(error), BAD_INPUT)
     except OSError as error:  # a file or folder that is not there, not a folder, not to be written
         return complain(f"{error.filename}: {error.strerror}" if error.filename else str(error), BAD_INPUT)
-    except (EngineError, DamagedTableError, DamagedResultsError) as error:
-        return complain(str(error), FAILED)
+    except (EngineError, DamagedTableError, DamagedResultsError, json.JSONDecodeError) as error:
+        damaged = "a file of these results is damaged: " if isinstance(error, json.JSONDecodeError) else ""
+        return complain(f"{damaged}{error}", FAILED)
     except (click.Abort, KeyboardInterrupt):
-        return complain("interrupted; what was done is kept, and --resume goes on from it", INTERRUPTED)
+        more = ", and --resume goes on from it" if arguments[:1] and arguments[0] in RESUMED else ""
+        return complain(f"interrupted; what was done is kept{more}", INTERRUPTED)
 
 
 def complain(message: str, code: int) -> int:
@@ -235,11 +238,10 @@ def compare_and_render(
 @cli.command()
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 def report(folder: Path) -> None:
-    """Render the report of DIR again, from its stored tables alone."""
-    from reports.render import render  # noqa: PLC0415  # as above
+    """Render the report of DIR again, and the chapters of studies there, from stored tables alone."""
+    from reports.chapters import render_all  # noqa: PLC0415  # as above
 
-    html, markdown = render(folder)
-    click.echo(f"wrote {html} and {markdown}")
+    click.echo(f"wrote {', '.join(map(str, render_all(folder)))}")
 
 
 cli.add_command(cost)

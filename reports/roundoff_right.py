@@ -43,8 +43,10 @@ def single_says(study: Study) -> tuple[str, ...]:
 def read_off_says(study: Study) -> tuple[str, ...]:
     """Reactions read off from known motion instead of solved for."""
     key = Key(POSITIONS, state=STRAIGHT)
-    goes = last_digits(study, {f"in {word} precision": study.law(other(key, arithmetic=a))
-                               for a, word in PRECISIONS.items()})  # fmt: skip
+    laws = {f"in {word} precision": study.law(other(key, arithmetic=a)) for a, word in PRECISIONS.items()}
+    goes = last_digits(
+        study, {w: law for w, law in laws.items() if law and study.measured(law.last_digit_ratio or 0.0)}
+    )
     if not goes:
         return ()
     said = f"Read off from differenced absolute positions, reactions lose their last digit at bars of {listed(goes)}"
@@ -69,8 +71,6 @@ def accelerations_say(study: Study) -> list[str]:
     if law is None or solved is None or not law.constant or not solved.constant:
         return []
     said = f"from known accelerations they are off by {unit_text(law)}, solved for by {unit_text(solved)}"
-    if 1.0 / ALIKE < law.constant / solved.constant < ALIKE:
-        return [f"It is the differencing that does it: {said}."]
     return [f"{said[0].upper()}{said[1:]}."]
 
 

@@ -47,7 +47,7 @@ RUN = ("ratio", "quantity", "coordinates", "arithmetic", "method")
 TRAJECTORY_COLUMNS = (*RUN, "steps_per_orbit", "rtol", "evaluations", *SPREAD, "known")
 BEST_COLUMNS = (*RUN, "steps_per_orbit", "rtol", *SPREAD, "known", "settled")
 BEST_LAW_COLUMNS = ("quantity", "coordinates", "arithmetic", "method", *FIT, "constant")
-GROWTH_COLUMNS = (*RUN, "orbits", *SPREAD, "known")
+GROWTH_COLUMNS = (*RUN, "orbits", *SPREAD, "known", "exponent_low", "exponent_high")
 GROWTH_LAW_COLUMNS = (*RUN, *FIT)
 ENGINE_COLUMNS = (
     "engine", "frame", "ratio", "quantity", "steps_per_orbit", "rtol", *SPREAD, "known", "outcome", "reason",

@@ -249,7 +249,6 @@ def test_the_verdict_says_where_the_paper_is_right_and_where_not(tmp_path):
     assert "3.0 u at every size" in text["In ordinary states."]
     right = text["Where the paper is right."]
     assert "none of a 10 cm CubeSat’s" in right
-    assert "It is the differencing that does it" in right
     assert "0.050 u" not in right  # against the vanishing reaction it is the size that counts
     horizontal_m = EARTH_M * (0.05 * U["float64"] / 0.1) ** (1 / 3)
     assert f"at bars of {length(horizontal_m)}".replace("\N{NO-BREAK SPACE}", " ") in right
@@ -290,7 +289,7 @@ def test_all_digits_lost_is_another_verdict(tmp_path):
     headline, text = said(tmp_path, tables(changed(("generic", 5, "absolute", "reaction"), 1e8, -1.0)))
     assert headline.endswith("absolute coordinates lose the reactions of a 10 cm CubeSat and a 5 mm hinge")
     assert text["Where the paper is right."].startswith("In double precision absolute coordinates leave no digit")
-    assert "CubeSat" not in text["Where it overstates."]
+    assert "CubeSat" not in text["Where it overstates."].partition("Even read off")[0]
 
 
 def test_losses_that_only_absolute_coordinates_have_are_not_shared(tmp_path):

@@ -43,6 +43,8 @@ REACTIONS = {"exudyn": 0.0, "exudyn-index3": 2.0, "pymunk": 2.0}
 """Exponents of reactions' round-off in the number of steps; others' is that of the attitude"""
 ADDED_UP = 0.5  # exponent of what chance adds up
 SLACK = 0.05  # of an exponent: fits over a few points of scattered medians tell no less
+TELLS = 0.5  # half width of an interval beyond which it agrees with too much
+TOO_WIDE = "the interval is too wide to tell"
 UNEXPLAINED = "not as expected, and not explained"
 NEAR = "the first round-off is in it"
 AGAIN = "roundings of successive steps seem to depend on each other"
@@ -173,6 +175,8 @@ def remark(fit: dict[str, Any], what: str, none: str) -> str:
     if not math.isfinite(fit["exponent"]):
         return none
     words = "" if what == RATIO else what
+    if fit["high"] - fit["low"] > 2.0 * TELLS:
+        return f"{words}; {TOO_WIDE}" if words else TOO_WIDE
     if not (fit["low"] - SLACK > fit["expected"] or fit["high"] + SLACK < fit["expected"]):
         return words
     other = NEAR if what == TRUNCATION and fit["exponent"] > fit["expected"] else UNEXPLAINED

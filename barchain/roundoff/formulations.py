@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 EXACT_SUBSTEPS = (2, 4, 6, 8)  # to the neighbouring instants: order 8, far below what differencing leaves
 
+LONGEST_STEP = 0.3  # of 1/n, between positions that are differenced
+
 
 @dataclass(frozen=True)
 class Given:
@@ -179,13 +181,18 @@ class AbsoluteDifferences(Formulation):
 
     def given(self, exact: Exact, to: Arithmetic) -> Given:
         """Places from the body's centre, a step before, now, and a step after."""
-        com, places, step = snapshots(exact, to)
+        com, places, step = snapshots(exact, best_step(exact, to, absolute=True))
         before, now, after = (c[:, None] + d for c, d in zip(com, places, strict=True))
         return Given(exact.bars, Snapshots(0 * com[1], before, now, after, step))
 
     def reactions(self, a: Arithmetic, given: Given) -> Values:
-        """Eq. (8), summed up from the free end."""
-        return newton(given.bars, second_difference(given.state) - point_field(a, given.bars, given.state.place_m))
+        """Eq. (8), summed up from one free end so that nothing is left at the other.
+
+        What all bars have in common, truncation n⁴ r h²/12 of their fall above all, is no reaction and drops out with
+        the mean.
+        """
+        unexplained = second_difference(given.state) - point_field(a, given.bars, given.state.place_m)
+        return newton(given.bars, unexplained - (unexplained * given.bars.weight).sum(axis=1)[:, None])
 
 
 class RelativeDifferences(Formulation):
@@ -195,7 +202,7 @@ class RelativeDifferences(Formulation):
 
     def given(self, exact: Exact, to: Arithmetic) -> Given:
         """Places from the centre of mass."""
-        com, (before, now, after), step = snapshots(exact, to)
+        com, (before, now, after), step = snapshots(exact, best_step(exact, to, absolute=False))
         return Given(exact.bars, Snapshots(com[1], before, now, after, step))
 
     def reactions(self, a: Arithmetic, given: Given) -> Values:
@@ -223,15 +230,21 @@ def circular_m_s(exact: Exact) -> Values:
     return circular_rate_rad_s(exact) * np.stack([-com[1], com[0]])
 
 
-def best_step(exact: Exact, to: Arithmetic) -> Values:
-    """Step at which truncation n⁴ r h²/12 and round-off u r/h² of a second difference are alike, (B,) s."""
-    return EXACT.cast((12.0 * to.unit_roundoff) ** 0.25) / circular_rate_rad_s(exact)
+def best_step(exact: Exact, to: Arithmetic, *, absolute: bool) -> Values:
+    """Step at which truncation n⁴ l h²/12 and round-off u p/h² of a second difference are alike, (B,) s.
+
+    Places are of the order p of the radius, or of a bar. No longer than that the motion is still a parabola.
+    """
+    com = exact.state.com_m
+    extent = EXACT.sqrt(com[0] * com[0] + com[1] * com[1]) / exact.bars.length_m.max(axis=0) if absolute else 1.0
+    alike = (12.0 * to.unit_roundoff * np.asarray(extent, float)) ** 0.25
+    return EXACT.cast(np.minimum(alike, LONGEST_STEP) * np.ones(com.shape[-1])) / circular_rate_rad_s(exact)
 
 
-def snapshots(exact: Exact, to: Arithmetic) -> tuple[list[Values], list[Values], Values]:
-    """Centre of mass and relative places at three instants, and the step between them."""
+def snapshots(exact: Exact, step: Values) -> tuple[list[Values], list[Values], Values]:
+    """Centre of mass and relative places at three instants, and the step (B,) between them."""
     state, bars = exact.state, exact.bars
-    minimal, step = Minimal(EXACT, bars), best_step(exact, to)
+    minimal = Minimal(EXACT, bars)
     y = minimal.pack(Start(EXACT, bars, state.com_m, circular_m_s(exact), state.angle_rad, state.rate_rad_s))
     seen = [minimal.placed(end) for end in (
         extrapolated(minimal.rates, y, -step, EXACT_SUBSTEPS), y, extrapolated(minimal.rates, y, step, EXACT_SUBSTEPS)

@@ -10,8 +10,10 @@ import pandas as pd
 
 from barchain.cost.orders import FEWEST, slope
 from barchain.roundoff.evaluation import BOTH, FORMULA, INPUT, REACTION
+from barchain.roundoff.formulations import LONGEST_STEP
 from barchain.roundoff.states import Kind
 from barchain.roundoff.third_parties import FALLS, THIRD_PARTIES
+from barchain.roundoff.trajectories import GROWS_FROM
 from reference_impl.precision.arithmetic import ARITHMETICS
 from reports.roundoff_tables import BEST_LAW_COLUMNS, GROWTH_LAW_COLUMNS, LAW_COLUMNS, RUN
 
@@ -21,10 +23,11 @@ if TYPE_CHECKING:
     from adapters.engine import Array
     from reference_impl.precision.arithmetic import Values
 
-LOST = 0.1  # an error from here on leaves no digit
+LOST = 0.1  # an error from here on leaves no digit; u/ratio from here on does not tell a bar's ends apart
+POSITIONS = "absolute positions"
+STEPPED = LONGEST_STEP**4 / 12.0  # u/ratio up to which differences of positions have their best step
 FLOORS = 10.0  # times what the relative formulation leaves in the same state: an error that falls with the size is
 # followed down to there, where a tenth of it is the joint system's and not the coordinates'
-GROWS_FROM = 1.0  # orbits: the motion's own oscillation is averaged out
 SMALL_ERROR = 1e-2  # of an error that grows with time: beyond, it is no longer proportional to anything
 
 
@@ -44,6 +47,8 @@ def own_exponent(formulation: str, source: str) -> float:
     """Exponent in an ordinary state."""
     if formulation in THIRD_PARTIES:
         return 0.0 if source == INPUT else FALLS[THIRD_PARTIES[formulation].frame]
+    if formulation == POSITIONS and source != FORMULA:
+        return -0.5  # noise u r/(n h)² and truncation l (n h)²/12 at their best: the root of u/(3 ratio)
     return -1.0 if formulation.startswith("absolute") else 0.0
 
 
@@ -66,7 +71,8 @@ def grouped(table: pd.DataFrame, by: list[str], row: Callable[[dict[str, Any], p
 def evaluation_laws(evaluation: pd.DataFrame) -> pd.DataFrame:
     """Laws of one evaluation's errors in the size ratio."""
     by = ["state", "bars", "formulation", "arithmetic", "source", "yardstick"]
-    return grouped(with_floors(evaluation), by, evaluation_law, LAW_COLUMNS)
+    lost = evaluation.groupby([b for b in by if b != "arithmetic"])["median"].transform("max") >= LOST
+    return grouped(with_floors(evaluation.assign(lost=lost)), by, evaluation_law, LAW_COLUMNS)
 
 
 def with_floors(evaluation: pd.DataFrame) -> pd.DataFrame:
@@ -87,10 +93,12 @@ def evaluation_law(key: dict[str, Any], own: pd.DataFrame) -> dict[str, Any]:
     floor = FLOORS * own.floor.to_numpy(float) if falls else np.zeros(len(own))
     used = (error < LOST) & (error > floor)
     if falls:
-        used &= u / ratio < LOST  # beyond, places do not even tell the bars' ends apart, and errors stop growing
+        used &= u / ratio < (STEPPED if key["formulation"] == POSITIONS else LOST)
     found = line(ratio[used], error[used]) | {"expected": expected}
     constant = float(np.exp(np.mean(np.log(error[used] / (u * ratio[used] ** expected))))) if used.any() else math.nan
     last = (LOST / (constant * u)) ** (1.0 / expected) if expected and math.isfinite(constant) else math.nan
+    if not own.lost.all() or (error[ratio < last] < LOST).any():
+        last = math.nan  # what is left of reactions when gravity's share is lost keeps digits at any size
     return {**key, **found, "constant": constant, "last_digit_ratio": last, "remark": remark(error, used, floor)}
 
 
@@ -154,4 +162,7 @@ def growth_law(key: dict[str, Any], own: pd.DataFrame) -> dict[str, Any]:
     time, error = own.orbits.to_numpy(float), own["median"].to_numpy(float)
     used = (time >= GROWS_FROM) & (error > 0.0) & (error < SMALL_ERROR) & own.known.astype(bool).to_numpy()
     words = "" if used.sum() >= FEWEST else "errors too large, or too small for the truth to tell"
-    return {**key, **line(time[used], error[used]), "expected": 0.0 if closed else 1.5, "remark": words}
+    found = {**key, **line(time[used], error[used]), "expected": 0.0 if closed else 1.5, "remark": words}
+    if "exponent_low" in own and used.sum() >= FEWEST:
+        found |= {"low": float(own.exponent_low.iloc[0]), "high": float(own.exponent_high.iloc[0])}
+    return found

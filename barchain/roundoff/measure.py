@@ -43,7 +43,7 @@ def measure(
     progress : callable, optional
         Told (table, task, outcome) after each task.
     """
-    store = RoundoffStore(out / FOLDER, new_record(plan, command))
+    store = RoundoffStore(out / FOLDER, new_record(plan, command), plan.parts)
     RoundoffStudy(plan, store, progress or (lambda *_: None), workers).run()
 
 
@@ -56,6 +56,7 @@ def new_record(plan: Plan, command: str) -> dict[str, Any]:
         "command": command,
         "seconds": 0.0,
         "full": plan.full,
+        "parts": list(plan.parts),
         "environment": environment(),
         "packages": packages() | {"gmpy2": package_version("gmpy2")},
         "scene": SCENE,

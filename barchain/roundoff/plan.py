@@ -59,6 +59,7 @@ class Plan:
     full: bool
     time_bars: tuple[int, ...] = field(default=())
     """Bars at which evaluations are timed, after all else; none if empty"""
+    parts: tuple[str, ...] = PARTS
 
     @property
     def turns(self) -> int:
@@ -89,7 +90,7 @@ def make_plan(parts: tuple[str, ...] = PARTS, *, full: bool = False) -> Plan:
     if "engines" in parts:
         tasks += engines(full)
     times = ((5, 50, 500) if full else (5, 50)) if "times" in parts else ()
-    return Plan(tuple(tasks), full, times)
+    return Plan(tuple(tasks), full, times, tuple(parts))
 
 
 def evaluations(full: bool) -> list[Task]:

@@ -13,8 +13,15 @@ from barchain.store import write_atomically
 from reports.roundoff_tables import COLUMNS
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from pathlib import Path
 
+OF_PARTS = {
+    "evaluation": ("evaluation", "laws", "longitudes"),
+    "trajectories": ("trajectories", "best", "best_laws", "growth", "growth_laws"),
+    "engines": ("engines", "engine_laws"),
+    "times": ("times",),
+}
 DERIVED = {
     "laws": ("evaluation", evaluation_laws),
     "growth_laws": ("growth", growth_laws),
@@ -25,11 +32,11 @@ DERIVED = {
 class RoundoffStore:
     """Rows of one study's tables."""
 
-    def __init__(self, folder: Path, record: dict[str, Any]) -> None:
-        """Open `folder`; an earlier study there is replaced."""
+    def __init__(self, folder: Path, record: dict[str, Any], parts: Iterable[str]) -> None:
+        """Open `folder`; what an earlier study left there of the same parts is replaced."""
         self.folder, self.record = folder, record
         folder.mkdir(parents=True, exist_ok=True)
-        for name in COLUMNS:
+        for name in (table for part in parts for table in OF_PARTS[part]):
             (folder / f"{name}.csv").unlink(missing_ok=True)
         self.rows: dict[str, dict[int, list[dict[str, Any]]]] = {}
 

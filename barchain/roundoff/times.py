@@ -75,8 +75,15 @@ def one_state(bars: int) -> Pair:
     return Pair("reference", "float64", bars, numpy_loop(scene, "redundant"), numpy_loop(scene, "absolute"))
 
 
+def from_angles(bars: int) -> Pair:
+    """The same, its places made from the angles: what the reference runs by default."""
+    scene = divided(load_scene(SCENE), bars)
+    code = "reference, places from angles"
+    return Pair(code, "float64", bars, numpy_loop(scene, "minimal"), numpy_loop(scene, "absolute"))
+
+
 def time_rows(bars: tuple[int, ...]) -> list[dict[str, Any]]:
     """Rows of times.csv."""
-    pairs = [make(n) for n in bars for make in (one_state, lambda n: many_states("float64", n),
+    pairs = [make(n) for n in bars for make in (one_state, from_angles, lambda n: many_states("float64", n),
                                                 lambda n: many_states("float32", n))]  # fmt: skip
     return [pair.row() for pair in pairs]

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 TRUTH_STEPS = 64, 48  # an orbit, of order 14: the truth's, and those that tell its error
+GROWS_FROM = 1.0  # orbits: the motion's own oscillation is averaged out
+REDRAWN = 400  # times that members are drawn again
 MARGIN = 10.0  # a truth tells errors this many times its own
 
 
@@ -180,12 +182,33 @@ def growth_rows(truth: Truth, arithmetic: str, name: str, method: str, steps: in
             sizes,
         )
     found = {quantity: np.maximum.accumulate(values) for quantity, values in found.items()}
+    time = np.arange(1, family.samples + 1) * family.orbits / family.samples
+    drawn = {
+        (ratio, quantity): drawn_exponents(time, values[:, sizes == k])
+        for k, ratio in enumerate(family.ratios)
+        for quantity, values in found.items()
+    }
     rows = []
     for k in range(family.samples):
         orbits = (k + 1) * family.orbits / family.samples
         head = {"coordinates": name, "arithmetic": arithmetic, "method": method, "orbits": orbits}
-        rows += summed_up(truth, head, {quantity: values[k] for quantity, values in found.items()}, sizes)
+        own = summed_up(truth, head, {quantity: values[k] for quantity, values in found.items()}, sizes)
+        rows += [row | drawn[row["ratio"], row["quantity"]] for row in own]
     return rows
+
+
+def drawn_exponents(time: Array, errors: Array) -> dict[str, float]:
+    """Interval of the exponent of errors (samples, members) in time, by drawing members again.
+
+    The largest errors so far of one run depend on each other, so that least squares alone would tell too narrow a one.
+    """
+    used = time >= GROWS_FROM
+    random, x = np.random.default_rng(REDRAWN), np.log(time[used])
+    members = random.integers(0, errors.shape[1], (REDRAWN, errors.shape[1]))
+    y = np.log(np.maximum(np.median(errors[used][:, members], axis=2), np.finfo(float).tiny))
+    slopes = np.polyfit(x, y, 1)[0]
+    low, high = np.quantile(slopes, [0.025, 0.975])
+    return {"exponent_low": float(low), "exponent_high": float(high)}
 
 
 def worst(found: dict[str, Array]) -> dict[str, Array]:

@@ -1,0 +1,36 @@
+"""Everything that can be rendered of a result folder: a comparison's report, and the chapters of studies."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from reports.cost_page import render_cost
+from reports.cost_tables import has_cost
+from reports.render import render
+from reports.roundoff_page import render_roundoff
+from reports.roundoff_tables import has_roundoff
+from reports.scaling_page import render_scaling
+from reports.scaling_tables import has_scaling
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def render_all(folder: Path) -> list[Path]:
+    """Render what a folder holds, and return the pages.
+
+    Raises
+    ------
+    FileNotFoundError
+        If it holds neither a comparison nor a study.
+    """
+    pages: list[Path] = []
+    if has_cost(folder):
+        pages.append(render_cost(folder)[0])
+    if has_scaling(folder):
+        pages.append(render_scaling(folder))
+    if has_roundoff(folder):
+        pages.append(render_roundoff(folder))
+    if not pages or (folder / "metrics.csv").is_file():
+        pages += render(folder)
+    return list(dict.fromkeys(pages))
