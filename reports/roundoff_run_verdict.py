@@ -111,5 +111,6 @@ def growth_says(study: Study) -> tuple[str, ...]:
     if not off:
         return (f"{said}, as roundings that know nothing of each other do, by the 3/2nd.",)
     steeper = all(fit.exponent is not None and fit.exponent > fit.expected for fit in off)
-    way = "more than" if steeper else "not"
-    return (f"{said}: {way} the 3/2 of roundings that know nothing of each other.",)
+    way = "above" if steeper else "apart from"
+    some = "all intervals lie" if len(off) == len(fits) else f"{len(off)} of {len(fits)} intervals lie"
+    return (f"{said}: {some} {way} the 3/2 of roundings that know nothing of each other.",)

@@ -311,7 +311,7 @@ def test_runs_are_judged_by_the_least_error_and_where_it_lies(tmp_path):
         row.update(fitted(1.9, 0.05, expected=1.5))
     rows["best"] = [r | {"steps_per_orbit": 512} for r in rows["best"]]
     _, text = said(tmp_path / "b", rows)
-    assert "more than the 3/2 of roundings" in text["Over an orbit."]
+    assert "above the 3/2 of roundings" in text["Over an orbit."]
     assert "does not fall with the size" in text["Over an orbit."]
 
 

@@ -19,7 +19,7 @@ from scenarios import load_scene
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-TURNS, MEMBERS, LEAST_S = 15, 256, 0.02
+TURNS, MEMBERS, LEAST_S = 9, 256, 0.02
 
 
 @dataclass(frozen=True)
