@@ -20,11 +20,10 @@ PARTS = ("evaluation", "trajectories", "engines", "times")
 @click.option("--workers", type=click.IntRange(min=1), help="Processes side by side; all cores by default.")
 def roundoff(out: Path, parts: tuple[str, ...], full: bool, workers: int | None) -> None:
     """Measure how many digits of the reactions each kind of coordinates leaves, and at which size the last one goes."""
-    from reports.roundoff_page import render_roundoff  # noqa: PLC0415
-
     from barchain.progress import verdicts_shown  # noqa: PLC0415
     from barchain.roundoff.measure import measure  # noqa: PLC0415  # multiple precision no other command needs
     from barchain.roundoff.plan import make_plan  # noqa: PLC0415
+    from reports.roundoff_page import render_roundoff  # noqa: PLC0415
 
     plan = make_plan(parts, full=full)
     with verdicts_shown(plan.turns) as show:
