@@ -58,6 +58,7 @@ class Observable(StrEnum):
     GAP = "gap"
     IDENTITY = "identity"
     TORQUE = "torque"
+    IMPULSE = "impulse"
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,8 @@ class Ladder:
 class Trajectory:
     """What one engine saw of one scene: SI units, inertial axes, one row per sample.
 
-    n samples, N bars, P prescribed rotations. What an engine has not got is None, never zeros.
+    n samples, N bars, P prescribed rotations. A sample at an instant where something jumps (an impulse, the end of a
+    thrust) shows what was just before it. What an engine has not got is None, never zeros.
     A run that ended early (a bar reached the surface) has fewer samples, and says so in `ended`.
     """
 
@@ -123,6 +125,8 @@ class Trajectory:
     """(n,) distance of the bars' weighted centre from the centre of mass, |sum mu_j d_j| of eq. (6), m"""
     torque_N_m: Array | None = None
     """(n, P) torque on each prescribed bar, positive counter-clockwise, N m"""
+    impulse_N_s: Array | None = None
+    """(n, N-1, 2) sum of the impulsive reactions on bar j from bar j+1 so far, N s; None where the scene has no blow"""
     condition: Array | None = None
     """(n,) condition number of the joint system, if asked for"""
     ended: str = ""
@@ -140,6 +144,7 @@ class Trajectory:
             Observable.GAP: self.gap_m,
             Observable.IDENTITY: self.identity_m,
             Observable.TORQUE: self.torque_N_m,
+            Observable.IMPULSE: self.impulse_N_s,
         }
         return frozenset({Observable.COM} | {name for name, value in optional.items() if value is not None})
 

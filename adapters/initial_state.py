@@ -6,6 +6,7 @@ bar takes the rate of its law, so that law and state agree from the first instan
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -20,11 +21,19 @@ from reference_impl.kinematics import (
     relative_positions,
     relative_velocities,
 )
-from scenarios import Actuator, Frame, PrescribedRotation
+from scenarios import Actuator, Frame, Gravity, PrescribedRotation
 
 if TYPE_CHECKING:
     from scenarios import Scene
 
+POINT_PART: dict[Gravity, GravityModel] = {
+    Gravity.NONE: "none",
+    Gravity.POINT: "point",
+    Gravity.GRADIENT: "gradient",
+    Gravity.QUADRUPOLE: "gradient",
+    Gravity.SLENDER: "point",
+}
+"""Gravity of the central body as the reference sees it: what is beyond is an effect of its own"""
 HORIZON_SWEEPS = 50  # the fixed point contracts by the chain's size over its radius, 1e-5 in the paper's scenes
 
 
@@ -114,16 +123,20 @@ def initial_rates(scene: Scene, model: ChainModel, com_m: Array, com_velocity_m_
 
 def chain_model(scene: Scene) -> ChainModel:
     """The reference's description of `scene`."""
-    gravity: GravityModel = scene.effects.gravity.value
-    return ChainModel(
+    model = ChainModel(
         mu_m3_s2=scene.central_body.mu_m3_s2,
         mass_kg=np.array(scene.chain.mass_kg),
         length_m=np.array(scene.chain.length_m),
         inertia_kg_m2=np.array(scene.chain.inertia_kg_m2),
-        gravity=gravity,
+        gravity=POINT_PART[scene.effects.gravity],
         body_radius_m=scene.central_body.radius_m,
         prescriptions=tuple(prescription(p) for p in scene.effects.prescribed_rotation),
     )
+    if not scene.effects.more:
+        return model
+    from adapters.scene_effects import effects_of, impulses_of
+
+    return dataclasses.replace(model, effects=effects_of(scene), impulses=impulses_of(scene))
 
 
 def prescription(p: PrescribedRotation) -> Prescription:

@@ -78,7 +78,20 @@ class Driven:
     jacobians: int
 
 
-def drive(solver: Solver, problem: Problem, t_s: Array, breaks_s: tuple[float, ...] = ()) -> Driven:
+class Breaks(Protocol):
+    """What happens at a break."""
+
+    def enter(self, start_s: float, end_s: float, y: Array) -> Array:
+        """State just after a break, from which the solver goes on to the next."""
+
+
+def drive(
+    solver: Solver,
+    problem: Problem,
+    t_s: Array,
+    breaks_s: tuple[float, ...] = (),
+    breaks: Breaks | None = None,
+) -> Driven:
     """Integrate over the samples `t_s`, (n,), anew from every break, as the law of motion changes there.
 
     Raises
@@ -91,6 +104,8 @@ def drive(solver: Solver, problem: Problem, t_s: Array, breaks_s: tuple[float, .
     rows, y, stopped, steps, jacobians = [problem.y0], problem.y0, None, 0, 0
     slack = BREAK_SLACK * (t_s[-1] - t_s[0])
     for start, end in stretches(t_s, breaks_s):
+        if breaks:
+            y = breaks.enter(start, end, y)
         wanted = t_s[(t_s > start + slack) & (t_s <= end + slack)]
         instants = np.minimum(wanted, end)
         if not len(wanted) or instants[-1] < end:

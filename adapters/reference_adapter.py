@@ -10,6 +10,7 @@ import numpy as np
 from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Observable, Setting, Trajectory
 from adapters.initial_state import chain_model, initial_state
 from reference_impl.simulate import GRAINS, CoordinateSet, Simulation
+from scenarios import Gravity
 
 if TYPE_CHECKING:
     from adapters.initial_state import InitialState
@@ -19,8 +20,10 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 EVERYTHING = frozenset(
-    {"gravity.none", "gravity.point", "gravity.gradient"}
+    {f"gravity.{g}" for g in Gravity}
     | {f"prescribed_rotation.{what}" for what in ("inertial", "local_horizontal", "external", "joint")}
+    | {"oblateness", "third_body", "drag", "solar_pressure", "solar_pressure.shadow", "joint_spring_damper"}
+    | {"thrust.body", "thrust.inertial", "impulse"}
 )
 
 
@@ -77,7 +80,8 @@ class ReferenceEngine(Engine):
             h.gap_m,
             h.identity_m,
             h.torque_N_m,
-            h.condition,
+            impulse_N_s=h.impulse_N_s,
+            condition=h.condition,
             ended=landed,
             info={"steps": h.steps, "evaluations": h.evaluations},
         )

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import dataclasses
 from abc import abstractmethod
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from adapters.engine import Coordinates, Trajectory
 from adapters.library_solver import Problem, Solver, drive
-from adapters.reference_adapter import ReferenceEngine
+from adapters.reference_adapter import EVERYTHING, ReferenceEngine
 from reference_impl.simulate import Simulation
+from reference_impl.switches import ModelSwitches
 
 if TYPE_CHECKING:
     from adapters.initial_state import InitialState
@@ -37,7 +38,12 @@ class SolverRun:
         """Integrate over the samples, `t_s` (n,)."""
         own = self.simulation
         problem = Problem(own.packing.rhs, own.y0, own.height)
-        driven = drive(self.solver, problem, t_s, tuple(t for p in own.model.prescriptions for t in p.breaks_s))
+        if own.model.effects or own.model.impulses:
+            own.switches = ModelSwitches(own.packing, float(t_s[-1]), watching=False)
+        try:
+            driven = drive(self.solver, problem, t_s, own.model.breaks_s, own.switches)
+        finally:
+            own.packing.modes = None
         self.jacobians = driven.jacobians
         return driven.walk
 
@@ -50,6 +56,10 @@ class SolverEngine(ReferenceEngine):
     """The reference's equations, minimal coordinates, stepped by somebody else."""
 
     coordinates = Coordinates.RELATIVE
+    effects = EVERYTHING - {"solar_pressure.shadow"}
+    why_not: ClassVar[dict[str, str]] = {
+        "solar_pressure.shadow": "solar pressure with a shadow: a plain solver steps over its edge"
+    }
     prepared: SolverRun
 
     @abstractmethod

@@ -33,7 +33,9 @@ def arrays(seen: Trajectory) -> dict[str, Array]:
 
 def missing_channel(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:
     """A quantity that the engine declares must be there."""
-    wanted = engine.observables - ({Observable.TORQUE} if not scene.effects.prescribed_rotation else set())
+    effects = scene.effects
+    called = {Observable.TORQUE: effects.prescribed_rotation, Observable.IMPULSE: effects.impulse}
+    wanted = engine.observables - {what for what, by in called.items() if not by}
     lacking = sorted(wanted - seen.observables)
     return (Outcome.INCOMPLETE, f"declares but does not return: {', '.join(lacking)}") if lacking else None
 
@@ -49,6 +51,7 @@ def wrong_shape(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[O
         "rate_rad_s": (n, bars),
         "reaction_N": (n, bars - 1, 2),
         "gap_m": (n, bars - 1),
+        "impulse_N_s": (n, bars - 1, 2),
         "torque_N_m": (n, len(scene.effects.prescribed_rotation)),
         "identity_m": (n,),
     }

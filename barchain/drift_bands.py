@@ -18,7 +18,7 @@ from barchain.local_errors import (
     step_s,
 )
 from barchain.quantities import conserved, drifts
-from barchain.tolerances import NORM_SLACK, bands, common_samples, roundoff_unit, steps_taken
+from barchain.tolerances import NORM_SLACK, bands, common_samples, roundoff_unit, scene_size, steps_taken
 from barchain.truth import RICHARDSON
 
 if TYPE_CHECKING:
@@ -34,9 +34,9 @@ def drift_bands(
 ) -> dict[str, Array]:
     """Band of each drift, shape (n,): ``gap``, ``identity`` (m), ``energy``, ``angular_momentum`` (1)."""
     scene = truth.scene
-    place = UNIT_ROUNDOFF * ROUNDINGS * rounded_place(engine, scene)
+    place = UNIT_ROUNDOFF * ROUNDINGS * rounded_place(engine, truth)
     found = {
-        "gap": gap_band(engine, scene, setting, seen),
+        "gap": gap_band(engine, setting, seen, truth),
         # a sum over the bars of places that are as good as rounding leaves them: nothing is integrated
         "identity": np.full(len(seen.t_s), place * np.sqrt(scene.bars)),
     }
@@ -77,7 +77,7 @@ def invariant_floor(engine: type[Engine], setting: Setting, seen: Trajectory, tr
     scene, n = truth.scene, common_samples(seen, truth)
     steps = np.sqrt(steps_taken(scene, setting, seen)[:n])
     noise = engine.noise(scene, setting, seen.t_s[:n])
-    unit = roundoff_unit(engine, scene) * orbit_scale(scene) * ROUNDINGS + noise.get("rate", 0.0)
+    unit = roundoff_unit(engine, truth) * orbit_scale(scene) * ROUNDINGS + noise.get("rate", 0.0)
     walk = (inner_share(scene, seen) * unit / fastest(scene, seen) + ROUNDINGS * UNIT_ROUNDOFF) * steps
     requested = NORM_SLACK * setting.value if setting.knob is Knob.RTOL else 0.0
     found: Array = QUADRATIC * scene.bars * (walk + requested)
@@ -97,12 +97,14 @@ def fastest(scene: Scene, seen: Trajectory) -> float:
     return max(spin, scene.orbital_rate_rad_s)
 
 
-def rounded_place(engine: type[Engine], scene: Scene) -> float:
+def rounded_place(engine: type[Engine], truth: Truth) -> float:
     """Largest number that a place of a bar is made of, m."""
-    return scene.radius0_m if engine.coordinates is Coordinates.ABSOLUTE else scene.size_m
+    if engine.coordinates is Coordinates.ABSOLUTE:
+        return truth.scene.radius0_m
+    return truth.scene.size_m if engine.coordinates is Coordinates.RELATIVE else scene_size(truth)
 
 
-def gap_band(engine: type[Engine], scene: Scene, setting: Setting, seen: Trajectory) -> Array:
+def gap_band(engine: type[Engine], setting: Setting, seen: Trajectory, truth: Truth) -> Array:
     """Band of the joint gaps, (n,), m, from the run's own motion.
 
     Joints held at velocity level (index 2) open by what the step's rule leaves of the third derivative of
@@ -110,9 +112,10 @@ def gap_band(engine: type[Engine], scene: Scene, setting: Setting, seen: Traject
     requested error in each. Round-off adds a random walk, in velocities too: it runs on with n t. Joints that
     every step puts in place are open by where its iterations stop, and by the rounding of a sum over the bars.
     """
+    scene = truth.scene
     length = max(scene.chain.length_m)
     steps = steps_taken(scene, setting, seen)
-    unit = UNIT_ROUNDOFF * rounded_place(engine, scene) * ROUNDINGS
+    unit = UNIT_ROUNDOFF * rounded_place(engine, truth) * ROUNDINGS
     noise = engine.noise(scene, setting, seen.t_s).get("gap", 0.0)
     if engine.joints_in_place:
         return np.full(len(seen.t_s), unit * scene.bars + noise)

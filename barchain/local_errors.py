@@ -11,6 +11,8 @@ from scipy.integrate import cumulative_trapezoid
 
 from adapters import steps
 from adapters.engine import Coordinates, Knob
+from adapters.falling_frame import falling
+from adapters.initial_state import initial_state
 from barchain.truth import MODES_PER_BAR
 from scenarios import Gravity
 
@@ -36,7 +38,7 @@ def orbit_scale(scene: Scene) -> float:
 def rate_scale(scene: Scene, truth: Trajectory) -> float:
     """Fastest rate in the scene, rad/s: the chain's stiffest oscillation in its field or under its own spin."""
     spin = float(np.abs(truth.rate_rad_s).max()) if truth.rate_rad_s is not None else 0.0
-    return MODES_PER_BAR * scene.bars * max(spin, scene.mean_motion_rad_s)
+    return max(MODES_PER_BAR * scene.bars * max(spin, scene.mean_motion_rad_s), scene.spring_rate_rad_s)
 
 
 def step_s(scene: Scene, setting: Setting) -> float:
@@ -139,7 +141,7 @@ def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, trut
 
     Third derivatives come from its close samples, those above from the third by the rate at which that varies.
     In absolute coordinates the orbit's own error, run along the track, turns every local vertical. The
-    track in a moving frame is the chain's departure from Kepler's, of order (L/r)² r.
+    track in a moving frame is the chain's departure from Kepler's, of order (L/r)² r, and what other effects add.
     """
     seen, order = truth.fine, engine.order or 1.0
     t = seen.t_s
@@ -152,7 +154,7 @@ def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, trut
     if engine.coordinates is Coordinates.ABSOLUTE:
         turned = track / scene.radius0_m * kepler_growth(scene, t)
     else:
-        track = track * (scene.size_m / scene.radius0_m) ** 2
+        track = track * (scene.size_m / scene.radius0_m) ** 2 + power * second_derivative(t, departure(scene, seen)[1])
     turn, jerk = end_derivatives(engine, seen)
     if engine.coordinates is Coordinates.JOINT:  # the centre of mass is not a coordinate: it shares the angles' errors
         track = track + power * jerk * scene.size_m
@@ -161,6 +163,14 @@ def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, trut
     return LocalErrors(
         t, power * jerk + turned, track, {name: so_far(t, values, samples) for name, values in immediate.items()}
     )
+
+
+def departure(scene: Scene, seen: Trajectory) -> tuple[Array, Array]:
+    """How far effects drive the centre of mass off Kepler's orbit, m, and how fast, m/s: each (n, 2); zero without."""
+    if not scene.effects.more:
+        return np.zeros_like(seen.com_m), np.zeros_like(seen.com_m)
+    place, velocity = falling(scene, initial_state(scene), seen.t_s)
+    return seen.com_m - place, seen.com_velocity_m_s - velocity
 
 
 def read_off(scene: Scene, seen: Trajectory, turn: Array, jerk: Array) -> dict[str, Array]:

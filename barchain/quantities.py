@@ -23,7 +23,7 @@ def differences(a: Trajectory, b: Trajectory) -> dict[str, Array]:
     -------
     dict
         ``com`` (m), ``com_velocity`` (m/s), ``attitude`` (rad), ``rate`` (rad/s), ``reaction`` (N), ``torque`` (N m),
-        each (n,).
+        ``impulse`` (N s), each (n,).
         Quantities without components (reactions of a single bar) are left out.
     """
     n = min(len(a.t_s), len(b.t_s))
@@ -34,6 +34,7 @@ def differences(a: Trajectory, b: Trajectory) -> dict[str, Array]:
         "rate": (scalars(a.rate_rad_s), scalars(b.rate_rad_s)),
         "reaction": (a.reaction_N, b.reaction_N),
         "torque": (scalars(a.torque_N_m), scalars(b.torque_N_m)),
+        "impulse": (a.impulse_N_s, b.impulse_N_s),
     }
     return {
         name: np.linalg.norm(x[:n] - y[:n], axis=-1).max(axis=-1)
@@ -58,15 +59,20 @@ class Conserved:
 
 
 def conserved(scene: Scene) -> Conserved:
-    """Invariants that the scene's effects leave.
+    """Invariants that the scene's effects leave: each says whether it has a potential, and a direction of its own.
 
     The paper's gravity gradient conserves neither: its torque has no counterpart in the force. A
     prescribed rotation does work; its torque changes the angular momentum unless it acts inside.
     """
-    laws = scene.effects.prescribed_rotation
-    field = scene.effects.gravity is not Gravity.GRADIENT
+    called = scene.effects
+    laws, effects = called.prescribed_rotation, chain_model(scene).effects
+    field = called.gravity.has_potential and not called.impulse
     inside = all(p.actuator is Actuator.JOINT for p in laws)
-    return Conserved(field and not laws, field and inside, scene.effects.gravity is Gravity.NONE)
+    return Conserved(
+        field and not laws and all(e.potential for e in effects),
+        field and inside and all(e.isotropic for e in effects),
+        called.gravity is Gravity.NONE,
+    )
 
 
 def drifts(scene: Scene, seen: Trajectory) -> dict[str, Array]:
@@ -100,6 +106,8 @@ def energy_drift(scene: Scene, seen: Trajectory, relative: bool) -> Array:
         kinetic = energy + 0.5 * scene.mass_kg * np.sum(seen.com_velocity_m_s**2, axis=-1)
         energy = energy + invariants.com_energy(model, seen.com_m, seen.com_velocity_m_s)
         energy = energy + invariants.tidal_energy(model, seen.com_m, seen.angle_rad)
+    for effect in model.effects:
+        energy = energy + effect.energy(model, seen.com_m, seen.angle_rad)
     drift: Array = np.abs(energy - energy[0]) / kinetic[0]
     return drift
 

@@ -21,6 +21,7 @@ from adapters.engine import Coordinates, Knob
 from barchain.local_errors import (
     ROUNDINGS,
     UNIT_ROUNDOFF,
+    departure,
     kepler_growth,
     local_errors,
     orbit_rate_bound,
@@ -46,11 +47,23 @@ def steps_taken(scene: Scene, setting: Setting, seen: Trajectory) -> Array:
     return 1.0 + share * float(seen.info.get("steps", scene.run.samples))
 
 
-def roundoff_unit(engine: type[Engine], scene: Scene) -> float:
-    """Angle that one rounding of a position is worth, rad: u for lengths of a bar, u r/l for distances."""
+def roundoff_unit(engine: type[Engine], truth: Truth) -> float:
+    """Angle that one rounding of a position is worth, rad: u for lengths of a bar, u r/l for distances.
+
+    In a frame that follows Kepler's orbit the chain's places are as large as what drives it off that orbit makes them.
+    """
+    scene, away = truth.scene, scene_size(truth)
     if engine.coordinates is Coordinates.ABSOLUTE:
-        return UNIT_ROUNDOFF * scene.radius0_m / min(scene.chain.length_m)
-    return UNIT_ROUNDOFF * scene.size_m / min(scene.chain.length_m)
+        away = scene.radius0_m
+    elif engine.coordinates is Coordinates.RELATIVE:
+        away = scene.size_m
+    return UNIT_ROUNDOFF * away / min(scene.chain.length_m)
+
+
+def scene_size(truth: Truth) -> float:
+    """Largest place of a bar in a frame on Kepler's orbit, m: the chain's size, and its departure from there."""
+    place, _ = departure(truth.scene, truth.trajectory)
+    return truth.scene.size_m + float(np.linalg.norm(place, axis=1).max())
 
 
 def floors(engine: type[Engine], scene: Scene, setting: Setting, seen: Trajectory, truth: Truth) -> dict[str, Array]:
@@ -62,14 +75,14 @@ def floors(engine: type[Engine], scene: Scene, setting: Setting, seen: Trajector
     n = common_samples(seen, truth)
     walk = ROUNDINGS * np.sqrt(steps_taken(scene, setting, seen)[:n])
     noise = engine.noise(scene, setting, truth.trajectory.t_s[:n])
-    angle = (roundoff_unit(engine, scene) * walk + noise.get("attitude", 0.0)) * truth.growth[:n]
+    angle = (roundoff_unit(engine, truth) * walk + noise.get("attitude", 0.0)) * truth.growth[:n]
     angle = np.minimum(angle, RICHARDSON * PARTED_RAD)  # up to the horizon no attitude is off by more
     found = {
         name: angle * truth.response[name][:n] + rounded(truth.trajectory, name)[:n] + noise.get(name, 0.0)
         for name in truth.response
     }
     if "rate" in found:  # a place rounded once in a radian of the orbit
-        found["rate"] += roundoff_unit(engine, scene) * ROUNDINGS * orbit_scale(scene)
+        found["rate"] += roundoff_unit(engine, truth) * ROUNDINGS * orbit_scale(scene)
     distance = np.maximum.accumulate(np.linalg.norm(truth.trajectory.com_m[:n], axis=1))
     carried = UNIT_ROUNDOFF * walk * kepler_growth(scene, truth.trajectory.t_s[:n])
     speed = np.maximum.accumulate(np.linalg.norm(truth.trajectory.com_velocity_m_s[:n], axis=1))
@@ -85,6 +98,7 @@ def rounded(seen: Trajectory, quantity: str) -> Array:
         "rate": seen.rate_rad_s,
         "reaction": seen.reaction_N,
         "torque": seen.torque_N_m,
+        "impulse": seen.impulse_N_s,
     }
     found = values.get(quantity)
     bars = 1 if seen.angle_rad is None else seen.angle_rad.shape[1]

@@ -53,7 +53,8 @@ def twin(scene: Scene) -> Scene:
 def own_rate(scene: Scene) -> float:
     """Fastest of the orbit's and the bars' own initial rates, rad/s."""
     orbit = 2.0 * math.pi / scene.step_period_s
-    return max(orbit, scene.orbital_rate_rad_s * max(1.0, *(abs(a) for a in scene.chain.rate_factor)))
+    turning = scene.orbital_rate_rad_s * max(1.0, *(abs(a) for a in scene.chain.rate_factor))
+    return max(orbit, turning, scene.spring_rate_rad_s / (MODES_PER_BAR * scene.bars))
 
 
 def finely(scene: Scene) -> Scene:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import io
-import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -66,8 +65,7 @@ class TruthTable:
 
 def physics_digest(scene: Scene) -> str:
     """Hash of what decides the motion: equal for scenes that differ in name, length of run or instants only."""
-    physics = {k: dataclasses.asdict(getattr(scene, k)) for k in PHYSICS}
-    return hashlib.sha256(json.dumps(physics, sort_keys=True).encode()).hexdigest()[:16]
+    return scene.digest_of(*PHYSICS)
 
 
 def write_table(path: Path, table: TruthTable) -> None:

@@ -10,13 +10,20 @@ from __future__ import annotations
 import numpy as np
 
 from reference_impl.chain import Accelerations, Array, ChainModel, State
+from reference_impl.effect import Modes, Situation, pushed
 from reference_impl.gravity import gradient_spins, point_field
 from reference_impl.plane import along, as_complex, as_vectors
 from reference_impl.relative import Turning, prescribed_torques
 
 
 def accelerations(
-    model: ChainModel, t_s: float, place_m: Array, velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array
+    model: ChainModel,
+    t_s: float,
+    place_m: Array,
+    velocity_m_s: Array,
+    angle_rad: Array,
+    rate_rad_s: Array,
+    modes: Modes | None = None,
 ) -> Accelerations:
     """Accelerations, reactions and torques of a state in absolute coordinates, eqs. (8), (15), (19).
 
@@ -27,6 +34,8 @@ def accelerations(
     place_m, velocity_m_s : ndarray, shape (N, 2)
         Z_j and its rate.
     angle_rad, rate_rad_s : ndarray, shape (N,)
+    modes : Modes, optional
+        What holds for the model's effects; by default what the state says.
 
     Returns
     -------
@@ -41,8 +50,13 @@ def accelerations(
         spin = gradient_spins(model, as_complex(place_m), unit)
     origin = np.zeros(2)
     state = State(origin, origin, angle_rad, rate_rad_s, place_m, velocity_m_s)
+    sideways = None
+    if model.effects:
+        at = Situation(model, t_s, state, unit, absolute=True)
+        push, sideways = pushed(at, modes or (None,) * len(model.effects))
+        field, spin = field + push.difference, spin + push.spin
     turning = Turning(model, state, unit, field, spin)
-    torque = prescribed_torques(model, t_s, state, turning) if model.prescriptions else np.empty(0)
+    torque = prescribed_torques(model, t_s, state, turning, sideways) if model.prescriptions else np.empty(0)
     reaction = turning.reaction(torque)
     place = as_vectors(field + turning.pull(reaction))
     angular = turning.angular(reaction, torque)

@@ -5,10 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from reference_impl.effect import Effect
+    from reference_impl.effects.impulse import Impulse
 
 Array = NDArray[np.float64]
 GravityModel = Literal["none", "point", "gradient"]
@@ -66,6 +70,15 @@ class ChainModel:
     body_radius_m: float = 0.0
     """Surface that ends the run; 0: none"""
     prescriptions: tuple[Prescription, ...] = ()
+    effects: tuple[Effect, ...] = ()
+    """What acts besides gravity and prescribed rotations"""
+    impulses: tuple[Impulse, ...] = ()
+
+    @property
+    def breaks_s(self) -> tuple[float, ...]:
+        """Instants at which the equations are not smooth in time: no step may straddle them."""
+        laws = [t for p in self.prescriptions for t in p.breaks_s]
+        return tuple(laws + [t for e in self.effects for t in e.breaks_s] + [p.at_s for p in self.impulses])
 
     @property
     def bars(self) -> int:
@@ -89,6 +102,12 @@ class ChainModel:
         """(N,) l_j²/(4 J_j), 1/kg: how a bar's turning gives way at its ends."""
         gives: Array = self.half_m**2 / self.inertia_kg_m2
         return gives
+
+    @cached_property
+    def gyration2(self) -> Array:
+        """(N,) J_j/m_j, m²: the bars' second moments over their masses."""
+        square: Array = self.inertia_kg_m2 / self.mass_kg
+        return square
 
     @cached_property
     def lever(self) -> Array:

@@ -11,13 +11,14 @@ from __future__ import annotations
 import numpy as np
 
 from reference_impl.chain import Accelerations, Array, ChainModel, Prescription, State
+from reference_impl.effect import Modes, Situation, pushed
 from reference_impl.gravity import differences, gradient_spins, point_field
 from reference_impl.joints import joint_matrix, solve_joints
 from reference_impl.kinematics import cross
 from reference_impl.plane import ComplexArray, along, as_complex, as_vectors
 
 
-def accelerations(model: ChainModel, t_s: float, state: State) -> Accelerations:
+def accelerations(model: ChainModel, t_s: float, state: State, modes: Modes | None = None) -> Accelerations:
     """Accelerations, reactions and torques of a state, eqs. (23), (24) and (27).
 
     Parameters
@@ -27,6 +28,8 @@ def accelerations(model: ChainModel, t_s: float, state: State) -> Accelerations:
         Time, for the prescribed laws.
     state : State
         Need not satisfy the joints exactly: a drifted state is taken as it is.
+    modes : Modes, optional
+        What holds for the model's effects; by default what the state says.
 
     Returns
     -------
@@ -39,8 +42,15 @@ def accelerations(model: ChainModel, t_s: float, state: State) -> Accelerations:
     """
     unit = along(state.angle_rad)
     field, tide, spin = external(model, state, unit)
+    sideways = None
+    if model.effects:
+        push, sideways = pushed(Situation(model, t_s, state, unit), modes or (None,) * len(model.effects))
+        mean = push.difference @ model.weight
+        moved = push.common + mean
+        field = field + np.array([moved.real, moved.imag])
+        tide, spin = tide + (push.difference - mean), spin + push.spin
     turning = Turning(model, state, unit, tide, spin)
-    torque = prescribed_torques(model, t_s, state, turning) if model.prescriptions else np.empty(0)
+    torque = prescribed_torques(model, t_s, state, turning, sideways) if model.prescriptions else np.empty(0)
     reaction = turning.reaction(torque)
     return Accelerations(
         field,
@@ -142,11 +152,27 @@ def as_joints(solved: Array) -> ComplexArray:
     return np.ascontiguousarray(solved.T).view(np.complex128)
 
 
-def prescribed_torques(model: ChainModel, t_s: float, state: State, turning: Turning) -> Array:
-    """Torques (P,) that make each prescribed bar follow its law, eqs. (25)-(27)."""
+def prescribed_torques(
+    model: ChainModel, t_s: float, state: State, turning: Turning, sideways: ComplexArray | None = None
+) -> Array:
+    """Torques (P,) that make each prescribed bar follow its law, eqs. (25)-(27).
+
+    `sideways` (N,) are accelerations of the bars' centres that are not towards the centre of the body.
+    """
+    asked = np.array([wanted(t_s, state, p) for p in model.prescriptions])
+    return balanced_torques(model, state, turning, sideways, asked)
+
+
+def balanced_torques(
+    model: ChainModel, state: State, turning: Turning, sideways: ComplexArray | None, asked: Array
+) -> Array:
+    """Torques (P,) under which :func:`followed` takes the values `asked` (P,)."""
     laws = model.prescriptions
-    free = turning.angular(turning.free, np.zeros(len(laws))), turning.pull(turning.free)
-    lacking = [wanted(t_s, state, p) - followed(state, p, *free) for p in laws]
+    if not laws:
+        return np.empty(0)
+    pull = turning.pull(turning.free)
+    free = turning.angular(turning.free, np.zeros(len(laws))), pull if sideways is None else pull + sideways
+    lacking = [value - followed(state, p, *free) for value, p in zip(asked, laws, strict=True)]
     by_torque = [
         (turning.levered(reaction) + turning.unit_torque(p), turning.pull(reaction))
         for p, reaction in zip(laws, turning.by_torque, strict=True)
@@ -161,8 +187,8 @@ def prescribed_torques(model: ChainModel, t_s: float, state: State, turning: Tur
 def followed(state: State, p: Prescription, angular: Array, pull: ComplexArray) -> float:
     """Acceleration of the angle that `p` prescribes, from its bar's and (local horizontal) its longitude's.
 
-    Gravity is central, so of the bar's acceleration only the reactions' share turns its longitude:
-    no large numbers meet.
+    Gravity is central, so of the bar's acceleration only the share of the reactions, and of effects that are not
+    central, turns its longitude: no large numbers meet.
     """
     if not p.local_horizontal:
         return float(angular[p.bar])

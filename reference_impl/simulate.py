@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, TypeVar
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 import numpy as np
 
@@ -15,6 +15,10 @@ from reference_impl.joints import condition_number, joint_matrix
 from reference_impl.kinematics import gap_vectors, joined_state
 from reference_impl.plane import along, as_complex
 from reference_impl.stepper import Walk, walk
+from reference_impl.switches import ModelSwitches
+
+if TYPE_CHECKING:
+    from reference_impl.effect import Modes
 
 GRAINS = 4.0  # roundings of a stage that an absolute coordinate keeps
 CoordinateSet = Literal["minimal", "redundant", "projected", "absolute"]
@@ -48,6 +52,8 @@ class History:
     evaluations: int
     landed_s: float | None
     """Instant at which a bar reached the surface; None if none did"""
+    impulse_N_s: Array | None = None
+    """(n, N-1, 2) sum of the impulsive reactions so far; None where nothing strikes"""
 
 
 Length = TypeVar("Length", float, Array)
@@ -68,6 +74,8 @@ class Packing(ABC):
 
     def __init__(self, model: ChainModel) -> None:
         self.model = model
+        self.modes: Modes | None = None
+        """What the right-hand side holds for the model's effects; None: what the state says"""
 
     @abstractmethod
     def pack(self, state: State) -> Array:
@@ -92,7 +100,7 @@ class Packing(ABC):
 
     def accelerations(self, t_s: float, y: Array) -> Accelerations:
         """Accelerations, reactions and torques at a vector."""
-        return relative.accelerations(self.model, t_s, self.unpack(y))
+        return relative.accelerations(self.model, t_s, self.unpack(y), self.modes)
 
     def project(self, y: Array) -> Array:
         """Nearest vector allowed; the same one where nothing can drift."""
@@ -201,7 +209,7 @@ class Absolute(Packing):
 
     def accelerations(self, t_s: float, y: Array) -> Accelerations:
         """Accelerations from absolute coordinates."""
-        return absolute.accelerations(self.model, t_s, *self.split(y))
+        return absolute.accelerations(self.model, t_s, *self.split(y), self.modes)
 
     def rhs(self, t_s: float, y: Array) -> Array:
         """Eqs. (8) and (15) with the reactions eliminated."""
@@ -278,6 +286,7 @@ class Simulation:
         self.y0 = self.packing.pack(start)
         radius = float(np.linalg.norm(com_m))
         rate = max(np.sqrt(model.mu_m3_s2 / radius**3), float(np.abs(rate_rad_s).max()))
+        self.switches: ModelSwitches | None = None
         self.atol = np.maximum(rtol * self.packing.scales(radius, rate), self.packing.grain(radius, rate))
 
     def walk(self, t_s: Array) -> Walk:
@@ -288,18 +297,23 @@ class Simulation:
         ArithmeticError
             As :func:`reference_impl.stepper.walk`.
         """
+        if self.model.effects or self.model.impulses:
+            self.switches = ModelSwitches(self.packing, float(t_s[-1]))
         try:
             return walk(
                 self.packing.rhs,
                 self.y0,
                 t_s,
                 self.atol,
-                breaks_s=tuple(t for p in self.model.prescriptions for t in p.breaks_s),
+                breaks_s=self.model.breaks_s,
                 project=self.packing.project if isinstance(self.packing, Projected) else None,
                 surface=self if self.model.body_radius_m > 0.0 else None,
+                switches=self.switches,
             )
         except ArithmeticError as error:
             raise ArithmeticError(f"{error}{self.suspicion}") from error
+        finally:
+            self.packing.modes = None
 
     @property
     def suspicion(self) -> str:
@@ -334,7 +348,8 @@ class Simulation:
         The orbit's lowest point is high enough; or, as above the surface gravity pulls at most with mu/R², the centre
         of mass can't have fallen so far by a parabola, from either end of the step for half of it.
         """
-        if self.model.gravity != "none" and self.perigee_m(after) > self.safe_m:
+        kept = (before, after) if self.model.effects else (after,)  # without effects one orbit has one perigee
+        if self.model.gravity != "none" and all(self.perigee_m(y) > self.safe_m for y in kept):
             return True
         half, pull = 0.5 * step_s, self.model.mu_m3_s2 / self.floor_m**2
         if self.model.gravity == "none":
@@ -369,6 +384,7 @@ class Simulation:
             gap_m=np.array([packing.gaps(y) for y in seen.y]),
             identity_m=np.array([np.linalg.norm(weight @ s.position_m) for s in states]),
             torque_N_m=np.array([a.torque_N_m for a in found]),
+            impulse_N_s=self.switches.impulses(seen.t_s) if self.switches else None,
             condition=np.array([self.condition(s) for s in states]) if condition else None,
             steps=seen.steps,
             evaluations=seen.evaluations,

@@ -44,6 +44,7 @@ def walk(
     breaks_s: tuple[float, ...] = (),
     project: Callable[[Array], Array] | None = None,
     surface: Surface | None = None,
+    switches: Switches | None = None,
 ) -> Walk:
     """Integrate ``y' = rhs(t, y)`` from ``t_s[0]`` and sample it.
 
@@ -61,6 +62,8 @@ def walk(
         Applied to the state after every step.
     surface : Surface, optional
         The walk stops where its height falls to zero.
+    switches : Switches, optional
+        What makes `rhs` smooth between breaks, by holding what would jump, and says where it must let go.
 
     Returns
     -------
@@ -75,18 +78,35 @@ def walk(
         raise ArithmeticError("the initial state or its rate is not finite")  # SciPy would look for a step for ever
     log, y = Log(t_s, [np.array(y0)]), np.array(y0)
     for start, end in stretches(t_s, breaks_s):
-        solver = DOP853(rhs, start, y, end, rtol=RTOL_FLOOR, atol=atol)  # type: ignore[arg-type]  # stubs know scalars only
-        while solver.status == "running" and log.stopped_s is None:
-            log.step(solver, surface)
-            if project:
-                solver.y = project(solver.y)
-                solver.f = rhs(solver.t, solver.y)
-                log.evaluations += 1
-        y = solver.y
-        log.evaluations += solver.nfev
+        here = start
+        if switches:
+            y = switches.enter(start, end, y)
+        while here < end and log.stopped_s is None:
+            solver = DOP853(rhs, here, y, end, rtol=RTOL_FLOOR, atol=atol)  # type: ignore[arg-type]  # stubs know scalars only
+            here, y = run_smooth(solver, log, project, surface, switches)
+            log.evaluations += solver.nfev
         if log.stopped_s is not None:
             break
     return Walk(t_s[: len(log.rows)], np.array(log.rows), log.steps, log.evaluations, log.stopped_s)
+
+
+def run_smooth(
+    solver: DOP853[Any],
+    log: Log,
+    project: Callable[[Array], Array] | None,
+    surface: Surface | None,
+    switches: Switches | None,
+) -> tuple[float, Array]:
+    """Step to the end of the stretch, to the surface, or to where a switch falls; returns where that is."""
+    while solver.status == "running" and log.stopped_s is None:
+        fallen = log.step(solver, surface, switches)
+        if fallen is not None and switches:
+            switches.let_go(*fallen)
+            return fallen
+        if project:
+            solver.y = project(solver.y)
+            solver.f = solver.fun(solver.t, solver.y)
+    return float(solver.t), np.asarray(solver.y)
 
 
 def stretches(t_s: Array, breaks_s: tuple[float, ...]) -> list[tuple[float, float]]:
@@ -106,6 +126,19 @@ class Surface(Protocol):
         """Whether nothing between these two states, a step apart, can have touched it."""
 
 
+class Switches(Protocol):
+    """What a right-hand side holds fixed while a walk goes on smoothly."""
+
+    def enter(self, start_s: float, end_s: float, y: Array) -> Array:
+        """Settle what holds from a break to the next one; returns the state just after what happens at the break."""
+
+    def fall(self, dense: Callable[[float], Array], start_s: float, end_s: float) -> float | None:
+        """First instant inside a step at which something held must let go, or None."""
+
+    def let_go(self, t_s: float, y: Array) -> None:
+        """Hold what is right from this instant on."""
+
+
 @dataclass
 class Log:
     """What has been seen so far."""
@@ -118,20 +151,28 @@ class Log:
     evaluations: int = 1
     stopped_s: float | None = None
 
-    def step(self, solver: DOP853[Any], surface: Surface | None) -> None:
-        """Take one step, its samples, and the stop if it holds one."""
+    def step(
+        self, solver: DOP853[Any], surface: Surface | None, switches: Switches | None = None
+    ) -> tuple[float, Array] | None:
+        """Take one step, its samples, and the stop if it holds one; where a switch falls in it, and the state there."""
         before = solver.y
         message = solver.step()  # a word only where it failed
         if message or not np.all(np.isfinite(solver.y)):
             raise ArithmeticError(f"DOP853 gave up at t = {solver.t:.6g} s: {message or 'state not finite'}")
         self.steps += 1
         dense = cache(solver.dense_output)  # three evaluations, where they are wanted
+        fallen_s = switches.fall(dense(), solver.t_old, solver.t) if switches else None
         if surface and not surface.clear(before, solver.y, solver.t - solver.t_old):
             self.stopped_s = landing(dense(), surface.height, solver.t_old, solver.t, surface.height(before))
-        until = solver.t if self.stopped_s is None else self.stopped_s
+            if fallen_s is not None and self.stopped_s is not None and self.stopped_s > fallen_s:
+                self.stopped_s = None
+        until = next(t for t in (self.stopped_s, fallen_s, solver.t) if t is not None)
         while len(self.rows) < len(self.t_s) and self.t_s[len(self.rows)] <= until:
             t = self.t_s[len(self.rows)]
             self.rows.append(solver.y.copy() if t == solver.t else dense()(t))
+        if fallen_s is None or self.stopped_s is not None:
+            return None
+        return fallen_s, dense()(fallen_s)
 
 
 def landing(

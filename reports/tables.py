@@ -48,6 +48,7 @@ QUANTITY_UNITS = {
     "rate": "rad/s",
     "reaction": "N",
     "torque": "N m",
+    "impulse": "N s",
     "gap": "m",
     "identity": "m",
     "energy": "1",

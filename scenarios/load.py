@@ -3,31 +3,22 @@
 from __future__ import annotations
 
 import difflib
-import math
 import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
 
-from scenarios.scene import (
-    Actuator,
-    CentralBody,
-    Chain,
-    Effects,
-    Frame,
-    Gravity,
-    Orbit,
-    PrescribedRotation,
-    Run,
-    Scene,
-)
-from scenarios.schema import LIST, NUMBER, ChainTable, PrescribedRotationTable, SceneFile
+from scenarios.complete import IncompleteError, resolve
+from scenarios.effect_tables import LIST, NUMBER
+from scenarios.schema import SceneFile
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from pydantic_core import ErrorDetails
+
+    from scenarios.scene import Scene
 
 SHIPPED = Path(__file__).parent
 LIKE_ENOUGH = 0.6  # difflib's own default: below it a suggestion is a guess
@@ -101,55 +92,10 @@ def parse_scene(text: str, *, name: str, file: str) -> Scene:
         raise SceneError(f"{file}: not valid TOML: {error}") from error
     try:
         return resolve(SceneFile.model_validate(data), name)
+    except IncompleteError as error:
+        raise SceneError(f"{file}: {error}") from None
     except ValidationError as error:
         raise SceneError("\n".join(f"{file}: {explain(e)}" for e in without_echoes(error.errors()))) from None
-
-
-def resolve(file: SceneFile, name: str) -> Scene:
-    """Complete scene of a valid file: one value per bar, radians, defaults filled in."""
-    scene = Scene(
-        name=name,
-        title=file.title,
-        source=file.source,
-        description=" ".join(file.description.split()),
-        tags=tuple(file.tags),
-        central_body=CentralBody(file.central_body.mu_m3_s2, file.central_body.radius_m),
-        orbit=Orbit(file.orbit.altitude_m, file.orbit.speed_factor, math.radians(file.orbit.longitude_deg)),
-        chain=resolve_chain(file.chain),
-        effects=Effects(
-            Gravity(file.effects.gravity),
-            tuple(resolve_rotation(p) for p in file.effects.prescribed_rotation),
-        ),
-        run=Run(file.run.duration_s or 0.0, file.run.samples),
-    )
-    if file.run.orbits is None:
-        return scene
-    return scene.__class__(**{**vars(scene), "run": Run(file.run.orbits * scene.period_s, file.run.samples)})
-
-
-def resolve_chain(table: ChainTable) -> Chain:
-    """Chain with one value per bar."""
-
-    def each(value: float | list[float]) -> tuple[float, ...]:
-        return tuple(map(float, value)) if isinstance(value, list) else (float(value),) * table.bars
-
-    mass, length = each(table.mass_kg), each(table.length_m)
-    slender = tuple(m * size * size / 12.0 for m, size in zip(mass, length, strict=True))
-    return Chain(
-        mass_kg=mass,
-        length_m=length,
-        inertia_kg_m2=slender if table.inertia_kg_m2 is None else each(table.inertia_kg_m2),
-        angle_rad=tuple(map(math.radians, each(table.angle_deg))),
-        angle_from=table.angle_from,
-        rate_factor=each(table.rate_factor),
-    )
-
-
-def resolve_rotation(p: PrescribedRotationTable) -> PrescribedRotation:
-    """Prescribed rotation in radians."""
-    return PrescribedRotation(
-        p.bar, math.radians(p.amplitude_deg), p.duration_s, p.start_s, Frame(p.frame), Actuator(p.actuator)
-    )
 
 
 def nearest(given: str, allowed: Iterable[str]) -> str:

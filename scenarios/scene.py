@@ -12,40 +12,13 @@ import hashlib
 import json
 import math
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.effects import Effects, Gravity
+
 Array = NDArray[np.float64]
-
-
-class Gravity(StrEnum):
-    """How the central body pulls on a bar."""
-
-    NONE = "none"
-    """No gravity: the centre of mass moves uniformly."""
-    POINT = "point"
-    """A point mass at the bar's centre of mass, no torque."""
-    GRADIENT = "gradient"
-    """The paper's: the point-mass force, and the gravity-gradient torque of eq. (17)."""
-
-
-class Frame(StrEnum):
-    """Against what a prescribed angle is measured."""
-
-    INERTIAL = "inertial"
-    LOCAL_HORIZONTAL = "local_horizontal"
-    """The horizontal through the bar's own centre of mass (the paper's phi)."""
-
-
-class Actuator(StrEnum):
-    """What exerts the torque of a prescribed rotation."""
-
-    EXTERNAL = "external"
-    """From outside, on the bar alone (the paper's Fig. 18)."""
-    JOINT = "joint"
-    """A motor in the joint to the bar before it (for bar 1, to bar 2): equal and opposite on that neighbour."""
 
 
 @dataclass(frozen=True)
@@ -85,54 +58,6 @@ class Chain:
     def bars(self) -> int:
         """Number of bars N."""
         return len(self.mass_kg)
-
-
-@dataclass(frozen=True)
-class PrescribedRotation:
-    """Bar `bar` follows the law of eq. (28): held, turned by `amplitude_rad` in `duration_s`, held."""
-
-    bar: int
-    """Counted from 1, as in the paper."""
-    amplitude_rad: float
-    duration_s: float
-    start_s: float
-    frame: Frame
-    actuator: Actuator
-
-    @property
-    def breaks_s(self) -> tuple[float, float]:
-        """Start and end: a high derivative jumps there."""
-        return self.start_s, self.start_s + self.duration_s
-
-    def law(self, t_s: float) -> tuple[float, float, float]:
-        """Angle gained since the start (rad), its rate (rad/s) and acceleration (rad/s²), eq. (28)."""
-        s = (t_s - self.start_s) / self.duration_s
-        if s <= 0.0:
-            return 0.0, 0.0, 0.0
-        if s >= 1.0:
-            return self.amplitude_rad, 0.0, 0.0
-        a, w, x = self.amplitude_rad / 16.0, math.pi / self.duration_s, math.pi * s
-        return (
-            a * (math.cos(3 * x) - 9 * math.cos(x) + 8),
-            a * w * (9 * math.sin(x) - 3 * math.sin(3 * x)),
-            a * w * w * (9 * math.cos(x) - 9 * math.cos(3 * x)),
-        )
-
-
-@dataclass(frozen=True)
-class Effects:
-    """The physical effects this scene calls for; nothing else acts."""
-
-    gravity: Gravity
-    prescribed_rotation: tuple[PrescribedRotation, ...] = ()
-
-    @property
-    def names(self) -> frozenset[str]:
-        """Names by which an engine declares what it can carry, e.g. ``gravity.gradient``."""
-        found = {f"gravity.{self.gravity}"}
-        for p in self.prescribed_rotation:
-            found |= {f"prescribed_rotation.{p.frame}", f"prescribed_rotation.{p.actuator}"}
-        return frozenset(found)
 
 
 @dataclass(frozen=True)
@@ -222,7 +147,24 @@ class Scene:
         """Largest of the orbital, the circular and the bars' initial rates, and of the manoeuvres' own."""
         turning = max(1.0, *(abs(a) for a in self.chain.rate_factor)) * self.orbital_rate_rad_s
         slews = [math.pi / p.duration_s for p in self.effects.prescribed_rotation]
-        return max(2.0 * math.pi / self.step_period_s, turning, *slews)
+        return max(2.0 * math.pi / self.step_period_s, turning, self.spring_rate_rad_s, *slews)
+
+    @property
+    def spring_rate_rad_s(self) -> float:
+        """Bound of the joint springs' own fastest oscillation, and of the dampers' decay; 0 where there are none.
+
+        The bars' turning alone, joints left out, is a chain of springs between inertias: its matrix has no eigenvalue
+        above twice the largest of sum k/J over a bar's joints. Joints only add inertia.
+        """
+        springs = self.effects.joint_spring_damper
+        if springs is None:
+            return 0.0
+
+        def largest(each: tuple[float, ...]) -> float:
+            beside = [a + b for a, b in zip((0.0, *each), (*each, 0.0), strict=True)]
+            return 2.0 * max(k / j for k, j in zip(beside, self.chain.inertia_kg_m2, strict=True))
+
+        return max(math.sqrt(largest(springs.stiffness_N_m_rad)), largest(springs.damping_N_m_s_rad))
 
     @property
     def times_s(self) -> Array:
@@ -232,7 +174,13 @@ class Scene:
     @property
     def digest(self) -> str:
         """Hash of the physics (not of the name, title, tags): equal for scenes that must run equally."""
-        physics = {
-            k: dataclasses.asdict(getattr(self, k)) for k in ("central_body", "orbit", "chain", "effects", "run")
-        }
+        return self.digest_of("central_body", "orbit", "chain", "effects", "run")
+
+    def digest_of(self, *parts: str) -> str:
+        """Hash of some parts; effects that the scene does not call for are not in it, whatever effects there are."""
+        physics = {k: dataclasses.asdict(getattr(self, k)) for k in parts}
+        if "effects" in physics:
+            called = physics["effects"]
+            always = ("gravity", "prescribed_rotation")
+            physics["effects"] = {k: v for k, v in called.items() if v or k in always}
         return hashlib.sha256(json.dumps(physics, sort_keys=True).encode()).hexdigest()[:16]

@@ -55,7 +55,7 @@ def test_an_engine_returns_what_it_declares_in_the_common_units_axes_and_signs(
     scene, loaded = shortened(name), ENGINES[engine].load()
     seen = loaded().run(scene, loaded.ladder.finer(loaded.ladder.setting()))
     assert fault(scene, loaded, seen) is None
-    assert seen.observables - {Observable.TORQUE} <= loaded.observables
+    assert seen.observables - {Observable.TORQUE, Observable.IMPULSE} <= loaded.observables
     printed = capfd.readouterr()
     assert printed.out + printed.err == ""
     assert list(tmp_path.iterdir()) == []

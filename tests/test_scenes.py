@@ -106,8 +106,8 @@ def test_a_bar_held_to_its_local_horizontal_starts_at_the_rate_of_its_own_longit
             ["effects.gravity", "'gradiant'", "did you mean gradient?"],
         ),
         (
-            ("[run]", "[effects]\ndrag = true\n[run]"),
-            ["effects.drag", "unknown key", "allowed here: gravity"],
+            ("[run]", "[effects]\ndragg = true\n[run]"),
+            ["effects.dragg", "unknown key", "did you mean drag?", "allowed here: gravity"],
         ),
         (("[run]", '[effects]\ngravity = "none"\n[run]'), ["run.orbits", "without gravity"]),
         (('title = "t"', ""), ["title", "missing"]),

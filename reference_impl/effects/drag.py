@@ -1,0 +1,93 @@
+"""Free-molecular drag on flat bars in an exponential atmosphere that turns; see docs/effects/drag.md."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, final
+
+import numpy as np
+
+from reference_impl.effect import Effect, Push, Situation
+from reference_impl.plane import squared
+
+if TYPE_CHECKING:
+    from reference_impl.chain import Array
+    from reference_impl.effect import Indices
+
+
+class Wind(NamedTuple):
+    """How the air meets the bars, (N,) each."""
+
+    along: Array
+    """u·W, m/s"""
+    across: Array
+    """n·W, m/s"""
+    turning: Array
+    """theta' - rotation, rad/s"""
+
+
+@final
+@dataclass(frozen=True)
+class Drag(Effect):
+    """Drag; its mode is the face, +1 or -1, that each bar's centre turns to the wind."""
+
+    density_kg_m3: float
+    """At `radius_m` from the centre of the body"""
+    radius_m: float
+    scale_height_m: float
+    rotation_rad_s: float
+    width_m: Array
+    """(N,)"""
+    normal_coefficient: float
+    tangential_coefficient: float
+
+    name = "drag"
+    watched = True
+
+    def push(self, at: Situation, mode: Array | None) -> Push:
+        """Force and torque, integrated over each bar."""
+        m, wind = at.model, self.wind(at)
+        face = np.sign(wind.across) if mode is None else mode
+        r = np.sqrt(squared(at.place))
+        kappa = (at.unit.conj() * at.place).real / (r * self.scale_height_m)
+        length = m.length_m
+        second, fourth = length**3 / 12.0, length**5 / 80.0
+        v, w = wind.across, wind.turning
+        strength = -0.5 * self.width_m * self.density(at, r) * face
+        normal = strength * self.normal_coefficient
+        across = normal * (length * v * v + second * w * (w - 2.0 * kappa * v))
+        along = strength * self.tangential_coefficient * wind.along * (length * v - kappa * second * w)
+        torque = normal * (2.0 * second * v * w - kappa * (second * v * v + fourth * w * w))
+        return Push(0j, (along + 1j * across) * at.unit * m.inverse_mass, torque / m.inertia_kg_m2)
+
+    def wind(self, at: Situation) -> Wind:
+        """Velocity of the bars against the air, in their own axes."""
+        against = at.unit.conj() * (at.motion - 1j * self.rotation_rad_s * at.place)
+        return Wind(against.real, against.imag, at.rate - self.rotation_rad_s)
+
+    def density(self, at: Situation, r_m: Array) -> Array:
+        """(N,) at the bars' centres; differences of height by (2 Z0 + d)·d/(r + r0)."""
+        if at.absolute:
+            thin: Array = self.density_kg_m3 * np.exp((self.radius_m - r_m) / self.scale_height_m)
+            return thin
+        z, d = at.com, at.position
+        r0 = abs(z)
+        twice = 2.0 * z + d
+        higher = (twice.real * d.real + twice.imag * d.imag) / (r_m + r0)
+        below = self.density_kg_m3 * np.exp((self.radius_m - r0) / self.scale_height_m)
+        found: Array = below * np.exp(-higher / self.scale_height_m)
+        return found
+
+    def mode(self, at: Situation) -> Array:
+        """Faces; one that is edge-on to the wind takes the left one."""
+        return np.where(self.wind(at).across < 0.0, -1.0, 1.0)
+
+    def margin(self, at: Situation, mode: Array) -> Array:
+        """(N,) speeds at which the faces meet the wind, m/s."""
+        return mode * self.wind(at).across
+
+    def flipped(self, mode: Array, crossed: Indices) -> Array:
+        """Other faces."""
+        turned = mode.copy()
+        turned[crossed] *= -1.0
+        return turned

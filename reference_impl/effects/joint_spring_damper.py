@@ -1,0 +1,57 @@
+"""A rotational spring and damper in every joint: torque k (bent - rest) + c bent' on the bar before it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+
+from reference_impl.effect import Effect, Push, Situation
+
+if TYPE_CHECKING:
+    from reference_impl.chain import Array, ChainModel
+
+
+@final
+@dataclass(frozen=True)
+class JointSpringDamper(Effect):
+    """Springs and dampers."""
+
+    stiffness_N_m_rad: Array
+    """(N-1,)"""
+    damping_N_m_s_rad: Array
+    """(N-1,)"""
+    rest_rad: Array
+    """(N-1,)"""
+
+    name = "joint_spring_damper"
+    central = True
+    isotropic = True
+
+    @property
+    def potential(self) -> bool:  # type: ignore[override]
+        """Dampers have none."""
+        return not np.any(self.damping_N_m_s_rad)
+
+    def push(self, at: Situation, mode: Array | None) -> Push:
+        """Equal and opposite torques on both bars of each joint."""
+        del mode
+        torque = self.torque(at.state.angle_rad, at.rate)
+        on_bars = np.zeros(at.model.bars)
+        on_bars[:-1] += torque
+        on_bars[1:] -= torque
+        return Push(0j, at.nothing, on_bars / at.model.inertia_kg_m2)
+
+    def torque(self, angle_rad: Array, rate_rad_s: Array) -> Array:
+        """Torque (..., N-1) on the first bar of each joint, N m."""
+        bent = np.diff(angle_rad, axis=-1) - self.rest_rad
+        found: Array = self.stiffness_N_m_rad * bent + self.damping_N_m_s_rad * np.diff(rate_rad_s, axis=-1)
+        return found
+
+    def energy(self, model: ChainModel, com_m: Array, angle_rad: Array) -> Array:
+        """Energy of the springs, (n,) J."""
+        del model, com_m
+        bent = np.diff(angle_rad, axis=-1) - self.rest_rad
+        total: Array = 0.5 * (bent * bent) @ self.stiffness_N_m_rad
+        return total

@@ -1,0 +1,47 @@
+"""Gravity to a bar's second moment: the force that belongs to the gravity-gradient torque of eq. (17).
+
+-grad of U = -(mu J/2r³)(3c² - 1). It is (l/r)² of gravity, so that it may be added as it is: rounding it is nothing
+beside rounding the tide, which is l/r of gravity. The torque is the gradient's own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, final
+
+from reference_impl.effect import Effect, Push, Situation
+from reference_impl.effects import second_moment
+from reference_impl.kinematics import relative_positions
+from reference_impl.plane import along, as_complex
+
+if TYPE_CHECKING:
+    from reference_impl.chain import Array, ChainModel
+    from reference_impl.plane import ComplexArray
+
+
+@final
+@dataclass(frozen=True)
+class Quadrupole(Effect):
+    """Force of the central field on the bars' second moments; the model's gravity is "gradient"."""
+
+    name = "quadrupole"
+    potential = True
+    isotropic = True
+
+    def push(self, at: Situation, mode: Array | None) -> Push:
+        """Force; the torque comes with gravity = "gradient"."""
+        del mode
+        m = at.model
+        pull = second_moment.pulls(m.mu_m3_s2, at.place, at.unit, m.gyration2)
+        return Push(0j, pull, at.no_spin)
+
+    def energy(self, model: ChainModel, com_m: Array, angle_rad: Array) -> Array:
+        """Potential energy of the second moments, (n,) J."""
+        place = as_complex(com_m)[:, None] + placed(model, angle_rad)
+        total: Array = second_moment.energies(model.mu_m3_s2, place, along(angle_rad), model.inertia_kg_m2).sum(axis=1)
+        return total
+
+
+def placed(model: ChainModel, angle_rad: Array) -> ComplexArray:
+    """(n, N) positions of the bars from their common centre, over time."""
+    return as_complex(relative_positions(model, angle_rad))

@@ -1,0 +1,74 @@
+"""Sunlight on flat bars that face the Sun, and the central body's shadow; docs/effects/solar_pressure.md."""
+
+from __future__ import annotations
+
+import cmath
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+
+from reference_impl.effect import Effect, Push, Situation
+
+if TYPE_CHECKING:
+    from reference_impl.chain import Array
+    from reference_impl.effect import Indices
+
+
+@final
+@dataclass(frozen=True)
+class SolarPressure(Effect):
+    """Light; its mode is 1 in the light or 0 in the dark, then the face, +1 or -1, that each bar turns to the Sun."""
+
+    pressure_Pa: float
+    longitude_rad: float
+    """Direction to the Sun at t = 0"""
+    rate_rad_s: float
+    width_m: Array
+    """(N,)"""
+    reflectivity: float
+    shadow_radius_m: float
+    """0: no shadow"""
+
+    name = "solar_pressure"
+    watched = True
+
+    def sun(self, t_s: float) -> complex:
+        """Unit vector to the Sun."""
+        return cmath.rect(1.0, self.longitude_rad + self.rate_rad_s * t_s)
+
+    def push(self, at: Situation, mode: Array | None) -> Push:
+        """Force; the light is even along a bar, so that it does not turn it."""
+        held = self.mode(at) if mode is None else mode
+        if held[0] == 0.0:
+            return Push(0j, at.nothing, at.no_spin)
+        s, m, face = self.sun(at.t_s), at.model, held[1:]
+        k = face * (at.unit.conj() * s).imag
+        strength = -self.pressure_Pa * self.width_m * m.length_m * m.inverse_mass * k
+        mirror = 2.0 * self.reflectivity * k * face
+        return Push(0j, strength * ((1.0 - self.reflectivity) * s + mirror * 1j * at.unit), at.no_spin)
+
+    def daylight(self, at: Situation) -> float:
+        """Distance of the centre of mass from the shadow, m, negative inside; before the body, its height."""
+        if not self.shadow_radius_m:
+            return 1.0
+        seen = self.sun(at.t_s).conjugate() * at.com
+        return (abs(seen.imag) if seen.real < 0.0 else abs(seen)) - self.shadow_radius_m
+
+    def mode(self, at: Situation) -> Array:
+        """Light and faces; a bar that is edge-on takes its left one."""
+        lit = 1.0 if self.daylight(at) >= 0.0 else 0.0
+        across = (at.unit.conj() * self.sun(at.t_s)).imag
+        return np.concatenate([[lit], np.where(across < 0.0, -1.0, 1.0)])
+
+    def margin(self, at: Situation, mode: Array) -> Array:
+        """(1 + N,) distance from the shadow's edge, m, and how far each face is turned to the Sun."""
+        across = (at.unit.conj() * self.sun(at.t_s)).imag
+        return np.concatenate([[(2.0 * mode[0] - 1.0) * self.daylight(at)], mode[1:] * across])
+
+    def flipped(self, mode: Array, crossed: Indices) -> Array:
+        """Light for shadow, other faces."""
+        turned = mode.copy()
+        turned[crossed] *= -1.0
+        turned[0] = abs(turned[0] + 1.0) if 0 in crossed else mode[0]
+        return turned

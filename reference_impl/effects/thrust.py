@@ -1,0 +1,72 @@
+"""A force on a bar's end, piecewise linear in time."""
+
+from __future__ import annotations
+
+import cmath
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+
+from reference_impl.effect import Effect, Push, Situation
+
+if TYPE_CHECKING:
+    from reference_impl.chain import Array
+
+
+@final
+@dataclass(frozen=True)
+class Thrust(Effect):
+    """One thruster; its mode is the piece of its table, counted from 0, or -1 outside."""
+
+    bar: int
+    """Counted from 0"""
+    side: float
+    """+1: right end, -1: left end"""
+    inertial: bool
+    direction_rad: float
+    times_s: Array
+    """(k,)"""
+    force_N: Array
+    """(k,)"""
+
+    name = "thrust"
+
+    @property
+    def breaks_s(self) -> tuple[float, ...]:
+        """Instants of the table."""
+        return tuple(self.times_s.tolist())
+
+    def push(self, at: Situation, mode: Array | None) -> Push:
+        """Force and torque on one bar."""
+        piece = self.mode(at) if mode is None else mode
+        difference, spin = at.nothing, at.no_spin
+        size = self.size_N(int(piece[0]), at.t_s)
+        if size == 0.0:
+            return Push(0j, difference, spin)
+        m, k, u = at.model, self.bar, at.unit[self.bar]
+        force = size * cmath.rect(1.0, self.direction_rad) * (1.0 if self.inertial else u)
+        difference, spin = difference.copy(), spin.copy()
+        difference[k] = force / m.mass_kg[k]
+        spin[k] = self.side * m.lever[k] * (np.conj(u) * force).imag
+        return Push(0j, difference, spin)
+
+    def size_N(self, piece: int, t_s: float) -> float:
+        """Size of the force on a piece of the table, continued beyond its ends; 0 outside the table."""
+        if piece < 0:
+            return 0.0
+        (t0, t1), (f0, f1) = self.times_s[piece : piece + 2], self.force_N[piece : piece + 2]
+        return float(f0 + (f1 - f0) * ((t_s - t0) / (t1 - t0)))
+
+    def mode(self, at: Situation) -> Array:
+        """Piece just before an instant; at t = 0, just after."""
+        return self.piece_at(at.t_s, "left" if at.t_s > 0.0 else "right")
+
+    def piece(self, start_s: float, end_s: float) -> Array:
+        """Piece between two breaks."""
+        return self.piece_at(0.5 * (start_s + end_s), "left")
+
+    def piece_at(self, t_s: float, side: str) -> Array:
+        """(1,) number of the piece that holds an instant."""
+        after = int(np.searchsorted(self.times_s, t_s, side=side))  # type: ignore[call-overload]
+        return np.array([after - 1.0 if after < len(self.times_s) else -1.0])

@@ -1,0 +1,184 @@
+"""The effects' tables of a scene file, checked by pydantic."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
+
+NUMBER, LIST = "number", "list"
+NUMBER_OR_LIST = Discriminator(
+    lambda value: LIST if isinstance(value, list) else NUMBER
+)  # so that an error speaks of one of them
+FiniteEach = Annotated[Annotated[Finite, Tag(NUMBER)] | Annotated[list[Finite], Tag(LIST)], NUMBER_OR_LIST]
+PositiveEach = Annotated[Annotated[Positive, Tag(NUMBER)] | Annotated[list[Positive], Tag(LIST)], NUMBER_OR_LIST]
+NotNegativeEach = Annotated[
+    Annotated[NotNegative, Tag(NUMBER)] | Annotated[list[NotNegative], Tag(LIST)], NUMBER_OR_LIST
+]
+
+EARTH_J2 = 1.08262668e-3  # EGM2008
+EARTH_ROTATION_RAD_S = 7.292115e-5
+SUN_RATE_RAD_S = 1.99098659e-7  # 2 pi in a sidereal year
+SUNLIGHT_PA = 4.56e-6  # 1361 W/m² over the speed of light, at one astronomical unit
+THIRD_BODIES = {"moon": (4.9028e12, 3.844e8), "sun": (1.32712440018e20, 1.495978707e11)}  # mu m³/s², distance m
+
+
+class Table(BaseModel):
+    """A table of a scene file: unknown keys are errors, numbers are not guessed from strings."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class PrescribedRotationTable(Table):
+    """One bar's rotation, given as the law of the paper's eq. (28)."""
+
+    bar: int = Field(ge=1, description="which bar, counted from 1")
+    amplitude_deg: Finite = Field(description="angle turned through, degrees")
+    duration_s: Positive = Field(description="time of the manoeuvre, s")
+    start_s: NotNegative = Field(0.0, description="when it starts, s; the bar is held before and after")
+    frame: Literal["inertial", "local_horizontal"] = Field(
+        "local_horizontal", description="against what the angle is measured"
+    )
+    actuator: Literal["external", "joint"] = Field(
+        "external",
+        description="torque from outside on the bar alone, or from a motor in the joint to the bar before it "
+        "(bar 1: to bar 2)",
+    )
+
+
+class OblatenessTable(Table):
+    """Flattening of the central body: the J2 term of its field, in its equatorial plane."""
+
+    j2: Finite = Field(EARTH_J2, description="zonal coefficient J2; the Earth's by default")
+    radius_m: Positive | None = Field(
+        None, description="radius that j2 belongs to, m; that of the central body by default"
+    )
+
+
+class ThirdBodyTable(Table):
+    """A point mass on a circular orbit about the centre, in the plane of motion."""
+
+    body: Literal["moon", "sun", "other"] = Field("moon", description="gives mu and distance, unless they are given")
+    mu_m3_s2: Positive | None = Field(None, description="gravitational parameter, m^3/s^2")
+    distance_m: Positive | None = Field(None, description="radius of its orbit about the centre, m")
+    longitude_deg: Finite = Field(0.0, description="angle of the body from the z1 axis at t = 0, degrees")
+
+    @model_validator(mode="after")
+    def complete(self) -> ThirdBodyTable:
+        """Another body than the Moon and the Sun needs both numbers."""
+        if self.body == "other" and (self.mu_m3_s2 is None or self.distance_m is None):
+            raise ValueError('body = "other" needs both mu_m3_s2 and distance_m')
+        return self
+
+
+class DragTable(Table):
+    """Free-molecular drag in an exponential atmosphere that turns with the central body."""
+
+    density_kg_m3: Positive = Field(description="density of the air at altitude_m, kg/m^3")
+    altitude_m: NotNegative = Field(description="height above the surface that density_kg_m3 belongs to, m")
+    scale_height_m: Positive = Field(description="height in which the density falls e times, m")
+    width_m: PositiveEach = Field(description="width of each bar across its line, m")
+    normal_coefficient: NotNegative = Field(
+        2.0, description="C_n: pressure over half the density times the square of the speed across the bar"
+    )
+    tangential_coefficient: NotNegative = Field(
+        2.0, description="C_t: shear over half the density times the product of the speeds across and along the bar"
+    )
+    rotation_rad_s: Finite = Field(EARTH_ROTATION_RAD_S, description="rate of the atmosphere, rad/s")
+
+
+class SolarPressureTable(Table):
+    """Sunlight on flat bars, each turned about its own line to face the Sun as well as it can."""
+
+    pressure_Pa: Positive = Field(SUNLIGHT_PA, description="pressure on a black surface that faces the Sun, Pa")
+    width_m: PositiveEach = Field(description="width of each bar across its line, m")
+    reflectivity: Share = Field(0.0, description="share of the light reflected as by a mirror; the rest is absorbed")
+    sun_longitude_deg: Finite = Field(0.0, description="direction to the Sun from the z1 axis at t = 0, degrees")
+    sun_rate_rad_s: Finite = Field(SUN_RATE_RAD_S, description="rate of that direction, rad/s")
+    shadow: bool = Field(
+        True,
+        description="whether the central body's cylindrical shadow darkens the chain while its centre of mass is in it",
+    )
+
+
+class JointSpringDamperTable(Table):
+    """A rotational spring and damper in every joint. A number is repeated, a list gives one value per joint."""
+
+    stiffness_N_m_rad: NotNegativeEach = Field(0.0, description="torque per angle between the bars, N m/rad")
+    damping_N_m_s_rad: NotNegativeEach = Field(0.0, description="torque per rate of that angle, N m s/rad")
+    rest_deg: FiniteEach = Field(
+        0.0, description="angle of a joint's second bar less that of its first at rest, degrees"
+    )
+
+
+class AtEnd(Table):
+    """Where something pushes, and which way."""
+
+    bar: int = Field(ge=1, description="which bar, counted from 1")
+    end: Literal["left", "right"] = Field("right", description="which end of it; right is towards the next bar")
+    axes: Literal["body", "inertial"] = Field("body", description="whether the direction turns with the bar")
+    direction_deg: Finite = Field(description="angle from the bar's own direction, or from the z1 axis, degrees")
+
+
+class ThrustTable(AtEnd):
+    """A force on one end of a bar: constant for a while, or a table of sizes with straight lines in between."""
+
+    force_N: FiniteEach = Field(description="size, N: a number, or one for each of times_s")
+    start_s: NotNegative | None = Field(None, description="when a constant force starts, s; 0 by default")
+    duration_s: Positive | None = Field(None, description="how long it lasts, s; to the end of the run by default")
+    times_s: list[NotNegative] | None = Field(None, description="increasing instants of a table, s; no force outside")
+
+    @model_validator(mode="after")
+    def constant_or_table(self) -> ThrustTable:
+        """A table has as many sizes as instants, which increase, and no start or duration besides."""
+        if isinstance(self.force_N, list) != (self.times_s is not None):
+            raise ValueError("give a number as force_N, or lists as both force_N and times_s")
+        if self.times_s is None:
+            return self
+        if self.start_s is not None or self.duration_s is not None:
+            raise ValueError("times_s says when the force starts and ends; leave out start_s and duration_s")
+        check_table(self.times_s, self.force_N)
+        return self
+
+
+class ImpulseTable(AtEnd):
+    """A blow on one end of a bar at an instant: velocities jump, joints hold."""
+
+    impulse_N_s: Finite = Field(description="size, N s")
+    at_s: Positive = Field(description="when, s; after the start and before the end of the run")
+
+
+class EffectsTable(Table):
+    """The physical effects that act; nothing else does."""
+
+    gravity: Literal["none", "point", "gradient", "quadrupole", "slender"] = Field(
+        "gradient",
+        description="none; point mass at each bar's centre; or that with the gravity-gradient torque (the paper's); "
+        "or the potential to the bar's second moment; or the exact pull on a uniform slender bar",
+    )
+    prescribed_rotation: list[PrescribedRotationTable] = Field(
+        default_factory=list, description="bars whose rotation is given, and the torque wanted"
+    )
+    oblateness: OblatenessTable | None = None
+    third_body: list[ThirdBodyTable] = Field(default_factory=list, description="the Moon, the Sun, others")
+    drag: DragTable | None = None
+    solar_pressure: SolarPressureTable | None = None
+    joint_spring_damper: JointSpringDamperTable | None = None
+    thrust: list[ThrustTable] = Field(default_factory=list, description="forces on ends of bars")
+    impulse: list[ImpulseTable] = Field(default_factory=list, description="blows on ends of bars")
+
+
+def check_table(times_s: list[float], force_N: Any) -> None:
+    """A table of a thrust: as many sizes as instants, at least two, the instants increasing."""
+    if len(times_s) != len(force_N) or len(times_s) < 2:
+        raise ValueError(
+            f"times_s and force_N have {len(times_s)} and {len(force_N)} values; allowed: equally many, two or more"
+        )
+    if any(b <= a for a, b in itertools.pairwise(times_s)):
+        raise ValueError("times_s must increase from one instant to the next")
