@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from barchain.effect_words import effect_words, invariant_words
 from barchain.environment import environment, now, package_version, packages
 from barchain.known import limitations, misprints, tolerances
 
@@ -68,6 +69,8 @@ def scene_facts(scene: Scene) -> dict[str, Any]:
         "duration_s": scene.run.duration_s,
         "samples": scene.run.samples,
         "gravity": str(scene.effects.gravity),
+        "effects": effect_words(scene),
+        "conserved": invariant_words(scene),
         "radius0_m": scene.radius0_m,
         "speed_factor": scene.orbit.speed_factor,
         "body_radius_m": scene.central_body.radius_m,

@@ -12,6 +12,7 @@ from adapters.engine import Knob, Setting
 from adapters.registry import ENGINES, Registration
 from adapters.steps import finer_setting
 from barchain.comparison import Verdict, judge, no_verdict
+from barchain.effect_words import gradient_defect
 from barchain.job import TRUTH_ROLES, Job, Role, RunResult
 from barchain.model_difference import com_displacement
 from barchain.pool import run_jobs
@@ -210,4 +211,5 @@ def truth_facts(truth: Truth) -> dict[str, Any]:
             "note": "departure of the chain's centre of mass from a particle's track, O((L/r)^2), "
             "predicted along the truth's attitude and taken out before engines without attitude are judged",
         },
+        **gradient_defect(truth.scene, truth.trajectory, truth.horizon_s),
     }

@@ -103,6 +103,8 @@ class Effect(ABC):
     """Whether its accelerations point to the centre of the body: then they turn no longitude"""
     potential: ClassVar[bool] = False
     """Whether forces and torques come from a potential that does not depend on time"""
+    internal: ClassVar[bool] = False
+    """Whether it acts between bars only, and so moves no centre of mass"""
     isotropic: ClassVar[bool] = False
     """Whether nothing in it has a direction of its own: then angular momentum stays"""
 

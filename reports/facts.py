@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from reports.numerals import each, number, span
-from reports.record import SceneRecord
+from reports.numerals import each, number, significant, span
+from reports.record import SceneRecord, mapping
 from reports.summary import SHORT_OF_THE_RUN
 
 Fact = str | tuple[float, str]  # words, or a number and its unit
 GRAVITY_WORDS = {
     "gradient": "point force and gradient torque",
     "point": "point mass at each bar",
+    "quadrupole": "potential to each bar's second moment",
+    "slender": "exact pull on uniform bars",
     "none": "none",
 }
 
@@ -21,6 +23,9 @@ def facts(scene: SceneRecord) -> list[tuple[str, Fact]]:
         ("Masses", each(scene.values("mass_kg"), "kg")),
         ("Altitude", altitude(scene)),
         ("Gravity", GRAVITY_WORDS.get(scene.text("gravity"), scene.text("gravity"))),
+        *(("Effect", words) for words in scene.lines("effects")),
+        ("Conserved", scene.text("conserved")),
+        ("Defect of the gradient", gradient_defect(scene)),
         ("Period", span(scene.value("period_s")) if scene.closed else ""),
         ("Duration", duration(scene)),
         *((f"Bar {p.get('bar', '?')} turned", prescription_words(p)) for p in scene.prescribed),
@@ -86,3 +91,15 @@ def model_difference(scene: SceneRecord) -> str | tuple[float, str]:
     if com == 0.0:
         return ""
     return note if com is None else (com, f"m in the CM{': ' if note else ''}{note}")
+
+
+def gradient_defect(scene: SceneRecord) -> str:
+    """How far energy and angular momentum go that the paper's gravity does not conserve, beside (l/r)²."""
+    found = SceneRecord("", mapping(scene.data.get("gradient_defect")))
+    energy, momentum, square = (found.value(k) for k in ("energy", "angular_momentum", "size_squared"))
+    if energy is None or momentum is None or square is None:
+        return ""
+    return (
+        f"energy {significant(energy)}, angular momentum {significant(momentum)} of the whole, where "
+        f"(l/r)² = {significant(square)}: physics, not numerics; quadrupole and slender gravity have none"
+    )

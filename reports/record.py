@@ -48,8 +48,12 @@ class SceneRecord:
     @property
     def tags(self) -> list[str]:
         """Tags of the scene."""
-        found = self.data.get("tags")
-        return [str(t) for t in found] if isinstance(found, list) else []
+        return self.lines("tags")
+
+    def lines(self, key: str) -> list[str]:
+        """Return a key's list of texts."""
+        found = self.data.get(key)
+        return [written(str(t)) for t in found] if isinstance(found, list) else []
 
     @property
     def period_s(self) -> float:

@@ -33,6 +33,8 @@ class SceneView:
     orbits: tuple[Panel, ...]
     groups: tuple[Group, ...]
     cells: tuple[Cell, ...]
+    ours_alone: bool
+    """Whether every engine of somebody else's that was asked can't carry the scene"""
 
 
 def view_scene(results: Results, summary: Summary, scene: SceneRecord) -> SceneView:
@@ -52,6 +54,7 @@ def view_scene(results: Results, summary: Summary, scene: SceneRecord) -> SceneV
         tuple(orbits(data)),
         tuple(g for g in groups if g),
         tuple(summary.of_scene(scene.name)),
+        summary.ours_alone(scene.name),
     )
 
 

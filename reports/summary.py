@@ -166,6 +166,11 @@ class Summary:
         """Cells about several engines of a scene together."""
         return [c for (name, engine), c in self.cells.items() if name == scene and not is_engine(engine)]
 
+    def ours_alone(self, scene: str) -> bool:
+        """Whether engines of somebody else's were asked about a scene, and none can carry it."""
+        outside = [c for c in self.of_scene(scene) if self.external(c.engine)]
+        return bool(outside) and all(c.outcome is Outcome.UNSUPPORTED for c in outside)
+
     @cached_property
     def all(self) -> list[Cell]:
         """All cells, scene by scene."""

@@ -1,19 +1,19 @@
 """Scenes: physics only, as TOML files, validated into frozen dataclasses."""
 
-from scenarios.effects import Actuator as Actuator
-from scenarios.effects import Axes as Axes
-from scenarios.effects import Drag as Drag
-from scenarios.effects import Effects as Effects
-from scenarios.effects import End as End
-from scenarios.effects import Frame as Frame
-from scenarios.effects import Gravity as Gravity
-from scenarios.effects import Impulse as Impulse
-from scenarios.effects import JointSpringDamper as JointSpringDamper
-from scenarios.effects import Oblateness as Oblateness
-from scenarios.effects import PrescribedRotation as PrescribedRotation
-from scenarios.effects import SolarPressure as SolarPressure
-from scenarios.effects import ThirdBody as ThirdBody
-from scenarios.effects import Thrust as Thrust
+from scenarios.effect import Actuator as Actuator
+from scenarios.effect import Axes as Axes
+from scenarios.effect import Drag as Drag
+from scenarios.effect import Effects as Effects
+from scenarios.effect import End as End
+from scenarios.effect import Frame as Frame
+from scenarios.effect import Gravity as Gravity
+from scenarios.effect import Impulse as Impulse
+from scenarios.effect import JointSpringDamper as JointSpringDamper
+from scenarios.effect import Oblateness as Oblateness
+from scenarios.effect import PrescribedRotation as PrescribedRotation
+from scenarios.effect import SolarPressure as SolarPressure
+from scenarios.effect import ThirdBody as ThirdBody
+from scenarios.effect import Thrust as Thrust
 from scenarios.load import SHIPPED as SHIPPED
 from scenarios.load import SceneError as SceneError
 from scenarios.load import load_scene as load_scene

@@ -7,7 +7,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from scenarios.effect_tables import THIRD_BODIES
-from scenarios.effects import (
+from scenarios.effect import (
     Actuator,
     Axes,
     Drag,

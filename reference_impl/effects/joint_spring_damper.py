@@ -27,6 +27,7 @@ class JointSpringDamper(Effect):
 
     name = "joint_spring_damper"
     central = True
+    internal = True
     isotropic = True
 
     @property
