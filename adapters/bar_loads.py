@@ -2,6 +2,7 @@
 
 Each `load` gives the acceleration of a bar's centre and its angular acceleration. In the moving frame it
 is the field less the field at the frame's origin, by Encke's q, so that nothing large is subtracted.
+What else may act is in `bar_effects`.
 """
 
 from __future__ import annotations
@@ -13,9 +14,8 @@ from typing import TYPE_CHECKING, final
 from scenarios import Gravity
 
 if TYPE_CHECKING:
+    from adapters.bar_effect import Load
     from scenarios import Scene
-
-Load = tuple[float, float, float]  # m/s², m/s², rad/s²
 
 
 class LandedError(Exception):
@@ -23,13 +23,13 @@ class LandedError(Exception):
 
 
 class Loads(ABC):
-    """Gravity of a scene's central body, point or gradient."""
+    """Gravity of a scene's central body on points, and its gradient where gravity has that."""
 
     def __init__(self, scene: Scene, *, surface: bool = True) -> None:
         """Gravity of `scene`; without `surface` bars may pass it, for trial states that come to nothing."""
         self.mu = scene.central_body.mu_m3_s2
         self.radius = scene.central_body.radius_m
-        self.gradient = scene.effects.gravity is Gravity.GRADIENT
+        self.gradient = scene.effects.gravity in (Gravity.GRADIENT, Gravity.QUADRUPOLE)
         alarm_m = self.radius + 0.5 * max(scene.chain.length_m) if surface else 0.0
         self.alarm2 = alarm_m**2  # m²: above it no bar reaches the surface
 

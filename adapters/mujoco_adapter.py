@@ -9,18 +9,23 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
+from adapters.bar_breaks import between_steps, jumps_by_step
+from adapters.bar_effects import CARRIED, chain_loads
 from adapters.bar_loads import LandedError, MovingLoads
 from adapters.engine import Array, Coordinates, Engine, EngineError, Knob, Ladder, Observable, Setting, Trajectory
-from adapters.falling_frame import falling
+from adapters.falling_frame import falling, track_noise
 from adapters.initial_state import initial_state
 from adapters.joint_coordinates import angles, folded, places, velocities
 from adapters.steps import step_s, steps_between_samples
 from scenarios import Gravity
 
 if TYPE_CHECKING:
+    from adapters.mujoco_chain import AppliedLoads
+    from adapters.mujoco_effects import AppliedEffects
     from scenarios import Scene
 
 NO_LAW = "prescribed rotation: MuJoCo's constraints are soft, so that none holds a law of angle exactly"
+NO_EVENT = "solar_pressure.shadow: equal steps straddle the shadow's edge, where the light jumps"
 
 
 @final
@@ -31,11 +36,24 @@ class Mujoco(Engine):
     coordinates = Coordinates.JOINT
     order = 4.0
     ladder = Ladder(Knob.STEPS_PER_ORBIT, (50, 100, 200, 500, 1000, 2000, 5000), default=1000)
-    effects = frozenset({"gravity.none", "gravity.point", "gravity.gradient"})
-    observables = frozenset({Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION})
+    effects = CARRIED
+    observables = frozenset(
+        {Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION, Observable.IMPULSE}
+    )
     why_not: ClassVar[dict[str, str]] = {
         f"prescribed_rotation.{what}": NO_LAW for what in ("inertial", "local_horizontal", "external", "joint")
-    }
+    } | {"solar_pressure.shadow": NO_EVENT}
+
+    @classmethod
+    def unsupported(cls, scene: Scene) -> str | None:
+        """Also refuse jumps within a step."""
+        return super().unsupported(scene) or between_steps(scene)
+
+    @classmethod
+    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
+        """Error of the frame's track, where it is integrated."""
+        del setting
+        return track_noise(scene, t_s)
 
     def build(self, scene: Scene, setting: Setting) -> None:
         """Make the model; the frame's track is part of the run and is computed there."""
@@ -47,31 +65,67 @@ class Mujoco(Engine):
         self.model = model_of(scene.chain, self.dt_s)
         self.data = posed(self.model, *folded(self.length_m, self.start))
         self.seen: list[tuple[Array, Array]] = []
+        self.blows = {step: found for step, found in jumps_by_step(scene, self.dt_s).items() if found}
+        self.impulse_N_s: Array = np.zeros((scene.bars - 1, 2))
+        self.impulses: list[Array] = []
         self.landed_s: float | None = None
 
     def simulate(self) -> None:
-        """Step from sample to sample."""
+        """Step from sample to sample, and from blow to blow."""
         import mujoco as mj
 
-        from adapters.mujoco_chain import AppliedLoads, installed
+        from adapters.mujoco_chain import installed
 
-        samples, data = self.scene.run.samples, self.data
-        halves: Array = 0.5 * self.dt_s * np.arange(2 * self.every * (samples - 1) + 1, dtype=np.float64)
+        data, step = self.data, 0
+        halves: Array = 0.5 * self.dt_s * np.arange(2 * self.last_step + 1, dtype=np.float64)
         self.origin_m, self.drift_m_s = falling(self.scene, self.start, halves)
-        self.control = None
-        if self.scene.effects.gravity is not Gravity.NONE:
-            loads = MovingLoads(self.scene)
-            self.control = AppliedLoads(self.scene.chain, data, loads, self.origin_m, 0.5 * self.dt_s)
-        self.seen.append((data.qpos.copy(), data.qvel.copy()))
+        self.control = self.controlled()
         try:
             with installed(self.control):
-                for _ in range(samples - 1):
-                    mj.mj_step(self.model, data, nstep=self.every)
-                    self.seen.append((data.qpos.copy(), data.qvel.copy()))
+                self.strike(0)
+                self.look()
+                for stop in sorted({*range(self.every, self.last_step + 1, self.every), *self.blows} - {0}):
+                    mj.mj_step(self.model, data, nstep=stop - step)
+                    if stop % self.every == 0:
+                        self.look()
+                    self.strike(stop)
+                    step = stop
         except LandedError:
             self.landed_s = float(data.time)
         except (ArithmeticError, ValueError) as error:
             raise EngineError(f"the chain was lost at t = {data.time:.6g} s: {error}") from error
+
+    @property
+    def last_step(self) -> int:
+        """Number of steps."""
+        return self.every * (self.scene.run.samples - 1)
+
+    def controlled(self) -> AppliedLoads | AppliedEffects | None:
+        """What acts on the bars: as little as the scene calls for."""
+        loads, half_s, chain = MovingLoads(self.scene), 0.5 * self.dt_s, self.scene.chain
+        acting = chain_loads(self.scene, loads, falls=True)
+        if acting:
+            from adapters.mujoco_effects import AppliedEffects
+
+            return AppliedEffects(chain, self.data, acting, np.hstack([self.origin_m, self.drift_m_s]), half_s)
+        if self.scene.effects.gravity is Gravity.NONE:
+            return None
+        from adapters.mujoco_chain import AppliedLoads
+
+        return AppliedLoads(chain, self.data, loads, self.origin_m, half_s)
+
+    def look(self) -> None:
+        """Keep the state at a sample."""
+        self.seen.append((self.data.qpos.copy(), self.data.qvel.copy()))
+        self.impulses.append(self.impulse_N_s)
+
+    def strike(self, step: int) -> None:
+        """Let the blows at the end of `step` fall."""
+        if step in self.blows:
+            from adapters.mujoco_effects import strike
+
+            found = strike(self.model, self.data, self.scene.chain, self.blows[step])
+            self.impulse_N_s = self.impulse_N_s + found
 
     def read(self) -> Trajectory:
         """Observables at the samples."""
@@ -87,6 +141,7 @@ class Mujoco(Engine):
             angles(q),
             angles(q_t),
             reaction,
+            impulse_N_s=np.array(self.impulses)[:n] if self.scene.effects.impulse else None,
             ended="" if self.landed_s is None else f"a bar reached the surface at t = {self.landed_s:.6f} s",
             info={
                 "steps": (len(self.seen) - 1) * self.every,
@@ -102,10 +157,12 @@ class Mujoco(Engine):
         data, found = self.data, []
         try:
             with installed(self.control):
-                for t, (q, q_t) in zip(self.scene.times_s, self.seen, strict=False):
+                for k, (t, (q, q_t)) in enumerate(zip(self.scene.times_s, self.seen, strict=False)):
                     if self.landed_s is not None and t >= self.landed_s:
                         break
                     data.time, data.qpos, data.qvel = t, q, q_t
+                    if self.control:
+                        self.control.arrive(2 * self.every * k)
                     found.append(reactions(self.model, data))
         except LandedError:
             self.landed_s = float(data.time)

@@ -76,6 +76,9 @@ class AppliedLoads:
         self.applied = data.xfrc_applied[1:]
         self.evaluations = 0
 
+    def arrive(self, index: int) -> None:
+        """Be asked next for the state at `index`: all is smooth there, and nothing to be prepared."""
+
     def __call__(self, model: Any, data: Any) -> None:
         """Apply forces and torques.
 

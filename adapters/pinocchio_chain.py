@@ -2,7 +2,7 @@
 
 The frame's origin is integrated with the chain: it falls as a particle, so that the bars feel the
 differences from it only. State (4 + 2 (N + 2),): the origin and its velocity, joint coordinates and
-their rates; nothing in it depends on time.
+their rates. Only effects depend on time, and on which side of a jump is meant: see `inside_s`.
 """
 
 from __future__ import annotations
@@ -13,15 +13,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from adapters.bar_effect import Here, bars_of
+from adapters.bar_effects import chain_loads
 from adapters.bar_loads import MovingLoads
+from adapters.bar_particle import fields_beside
+from adapters.bar_tree import tree_places, tree_rates
 from adapters.joint_coordinates import angles, places
 from reference_impl.kinematics import directions
 from scenarios import Gravity
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adapters.bar_effect import Bar, Load
     from adapters.bar_loads import Loads
     from adapters.engine import Array
-    from scenarios import Scene
+    from scenarios import Impulse, Scene
     from scenarios.scene import Chain
 
 FIRST = 3  # Pinocchio's number of bar 1's joint, after the universe and two slides
@@ -58,48 +65,89 @@ class PinocchioChain:
         self.mu = 0.0 if scene.effects.gravity is Gravity.NONE else scene.central_body.mu_m3_s2
         self.loads = loads or MovingLoads(scene, surface=False)
         self.length_m, self.radius_m = np.array(chain.length_m), scene.central_body.radius_m
-        self.bars = [
-            (m, J, 0.5 * length)
-            for m, J, length in zip(chain.mass_kg, chain.inertia_kg_m2, chain.length_m, strict=True)
-        ]
+        self.acting = chain_loads(scene, self.loads, falls=True)
+        self.beside = fields_beside(scene)
+        self.bars = bars_of(chain)
+        self.inside_s = 0.0  # an instant between the two jumps that the states asked for are between
         self.forces = pin.StdVec_Force()  # one for each joint: of a shorter list Pinocchio reads what lies behind it
         for _ in range(self.model.njoints):
             self.forces.append(pin.Force.Zero())
-        self.no_torques = np.zeros(self.width)
+        self.no_torques, self.row = np.zeros(self.width), np.zeros(6)
 
     def rate(self, t_s: float, state: Array) -> Array:
         """Time derivative of a state."""
-        del t_s
         x, y, vx, vy = state[:4].tolist()
         r2 = x * x + y * y
         pull = -self.mu / (r2 * sqrt(r2))
-        q, q_t = state[4 : 4 + self.width], state[4 + self.width :]
-        return np.concatenate([(vx, vy, pull * x, pull * y), q_t, self.accelerations(x, y, q, q_t)])
+        ax, ay = pull * x, pull * y
+        for field in self.beside:
+            dx, dy = field(t_s, x, y)
+            ax, ay = ax + dx, ay + dy
+        return np.concatenate([(vx, vy, ax, ay), state[4 + self.width :], self.accelerations(t_s, state)])
 
-    def accelerations(self, x: float, y: float, q: Array, q_t: Array) -> Array:
-        """Second derivatives of the joint coordinates, (N + 2,), with the frame's origin at (x, y) m."""
-        if self.mu:
-            self.apply(x, y, q.tolist())
+    def accelerations(self, t_s: float, state: Array) -> Array:
+        """Second derivatives of the joint coordinates, (N + 2,)."""
+        q, q_t = state[4 : 4 + self.width], state[4 + self.width :]
+        if self.acting:
+            self.act(t_s, state[:4].tolist(), q.tolist(), q_t.tolist())
+        elif self.mu:
+            self.apply(float(state[0]), float(state[1]), q.tolist())
         found: Array = self.pin.aba(self.model, self.data, q, q_t, self.no_torques, self.forces)
         return found
+
+    def act(self, t_s: float, origin: list[float], q: list[float], q_t: list[float]) -> None:
+        """Let everything act that the scene calls for, with the frame's origin (4,): m, m/s."""
+        assert self.acting is not None
+        places = list(tree_places(q, self.bars))
+        rates = list(tree_rates(q, q_t, self.bars)) if self.acting.of_rates else []
+        x, y, vx, vy = origin
+        loads = self.acting(Here(x, y, vx, vy, t_s, self.inside_s), places, rates)
+        for j, ((*_, angle), bar, load) in enumerate(zip(places, self.bars, loads, strict=True)):
+            self.put(j, cos(angle), sin(angle), bar, load)
 
     def apply(self, x: float, y: float, q: list[float]) -> None:
         """Put the loads at `q` (N + 2,) into the bars' own axes, at their left ends, as Pinocchio takes them."""
         self.loads.move_to(x, y)
         left_x, left_y = q[:2]
-        row = np.zeros(6)
-        for j, (angle, (mass, inertia, half)) in enumerate(zip(accumulate(q[2:]), self.bars, strict=True)):
-            c, s = cos(angle), sin(angle)
-            ax, ay, spin = self.loads.load(left_x + half * c, left_y + half * s, angle, half)
-            across = mass * (c * ay - s * ax)
-            row[0], row[1], row[5] = mass * (c * ax + s * ay), across, inertia * spin + half * across
-            self.forces[FIRST + j] = self.pin.Force(row)
+        for j, (angle, bar) in enumerate(zip(accumulate(q[2:]), self.bars, strict=True)):
+            c, s, half = cos(angle), sin(angle), bar.half
+            self.put(j, c, s, bar, self.loads.load(left_x + half * c, left_y + half * s, angle, half))
             left_x, left_y = left_x + 2.0 * half * c, left_y + 2.0 * half * s
 
-    def reactions(self, state: Array) -> Array:
+    def put(self, j: int, c: float, s: float, bar: Bar, load: Load) -> None:
+        """Put the load of bar `j`, along (c, s), where Pinocchio takes it."""
+        ax, ay, spin = load
+        mass, inertia, half = bar
+        across = mass * (c * ay - s * ax)
+        row = self.row
+        row[0], row[1], row[5] = mass * (c * ax + s * ay), across, inertia * spin + half * across
+        self.forces[FIRST + j] = self.pin.Force(row)
+
+    def reactions(self, state: Array, t_s: float = 0.0) -> Array:
         """Force on each bar from the next, (N-1, 2), N, by inverse dynamics at the accelerations found."""
-        q, q_t = state[4 : 4 + self.width], state[4 + self.width :]
-        q_tt = self.accelerations(float(state[0]), float(state[1]), q, q_t)
+        return self.inner(state[4 : 4 + self.width], state[4 + self.width :], self.accelerations(t_s, state))
+
+    def strike(self, state: Array, impulses: Sequence[Impulse]) -> tuple[Array, Array]:
+        """State after blows, and the impulsive reactions on each bar from the next, (N-1, 2), N s.
+
+        With all rates zero, accelerations by forces are what jumps by impulses are: one system, the joints' own.
+        """
+        from adapters.bar_thrusts import blows
+
+        q, rest = state[4 : 4 + self.width], np.zeros(self.width)
+        angle = list(accumulate(q[2:].tolist()))
+        for j, (a, bar, blow) in enumerate(zip(angle, self.bars, blows(self.bars, impulses, angle), strict=True)):
+            self.put(j, cos(a), sin(a), bar, blow)
+        jump = self.pin.aba(self.model, self.data, q, rest, self.no_torques, self.forces)
+        after = state.copy()
+        after[4 + self.width :] += jump
+        found = self.inner(q, rest, jump)
+        for j in range(len(self.bars)):  # what no load overwrites would go on acting
+            self.forces[FIRST + j] = self.pin.Force.Zero()
+        return after, found
+
+    def inner(self, q: Array, q_t: Array, q_tt: Array) -> Array:
+        """Force on each bar from the next, (N-1, 2), N, at the loads last put on."""
         self.pin.rnea(self.model, self.data, q, q_t, q_tt, self.forces)
         # what bar j exerts on bar j + 1, in the axes of that one
         inner = np.array([self.data.f[FIRST + j].linear[:2] for j in range(1, len(self.bars))]).reshape(-1, 2)

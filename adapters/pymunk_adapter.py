@@ -1,17 +1,21 @@
 """pymunk behind the engines' contract: impulses and joints of a game physics engine, made second order.
 
 The engine gives no reaction's direction, so reactions are the momentum balance along the chain: what
-each bar's velocity gained in the step that is centred on the sample, less gravity there. Rates and the
+each bar's velocity gained in the step that is centred on the sample, less what acts there. Rates and the
 centre of mass' velocity are the mean of the two half steps around the sample.
 """
 
 from __future__ import annotations
 
+import dataclasses
 from abc import abstractmethod
 from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
+from adapters.bar_breaks import between_steps, jumps_by_step
+from adapters.bar_effect import Here
+from adapters.bar_effects import CARRIED, chain_loads
 from adapters.bar_loads import AbsoluteLoads, LandedError, Loads, MovingLoads
 from adapters.engine import (
     Array,
@@ -24,7 +28,7 @@ from adapters.engine import (
     Setting,
     Trajectory,
 )
-from adapters.falling_frame import falling
+from adapters.falling_frame import falling, track_noise
 from adapters.initial_state import InitialState, initial_state
 from adapters.pymunk_sweeps import SETTLED_STEPS, sweeps
 from adapters.steps import step_s, steps_between_samples
@@ -32,6 +36,7 @@ from reference_impl.kinematics import directions
 from scenarios import Gravity
 
 if TYPE_CHECKING:
+    from adapters.pymunk_effects import ActingNow
     from adapters.pymunk_space import Glimpse
     from scenarios import Scene
 
@@ -39,6 +44,7 @@ MOST_SWEEPS = 1000  # of a step: about 57 equal bars, at a millisecond or two fo
 NOISE_GRAINS = 8.0  # measured: at most 6.3 in reactions (1.4 rms), less in rates, dt 0.005 to 0.3 s
 
 NO_MOTOR = "pymunk's motors hold a rate with a limited impulse, they do not follow a law of angle"
+NO_EVENT = "solar_pressure.shadow: equal steps straddle the shadow's edge, where the light jumps"
 
 
 class PymunkEngine(Engine):
@@ -46,15 +52,15 @@ class PymunkEngine(Engine):
 
     order = 2.0
     ladder = Ladder(Knob.STEPS_PER_ORBIT, (500, 1000, 2000, 5000, 10000, 20000, 50000, 100000, 200000), default=10000)
-    effects = frozenset({"gravity.none", "gravity.point", "gravity.gradient"})
-    observables = frozenset({Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION, Observable.GAP})
+    effects = CARRIED
+    observables = frozenset(Observable) - {Observable.IDENTITY, Observable.TORQUE}
     why_not: ClassVar[dict[str, str]] = {
         f"prescribed_rotation.{what}": NO_MOTOR for what in ("inertial", "local_horizontal", "external", "joint")
-    }
+    } | {"solar_pressure.shadow": NO_EVENT}
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
-        """Also refuse chains whose joints take the engine too many sweeps to settle."""
+        """Also refuse jumps within a step, and chains whose joints take the engine too many sweeps to settle."""
         needed = sweeps(scene.chain)
         if needed > MOST_SWEEPS:
             return (
@@ -62,7 +68,7 @@ class PymunkEngine(Engine):
                 f"in each step to hold, allowed: {MOST_SWEEPS} "
                 "(about 57 equal bars, fewer with light bars between heavy ones)"
             )
-        return super().unsupported(scene)
+        return super().unsupported(scene) or between_steps(scene)
 
     @abstractmethod
     def frame(self, scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
@@ -80,13 +86,12 @@ class PymunkEngine(Engine):
         farthest of them. The engine closes it in one step: impulses are off by m grain/dt, reactions
         by m grain/dt², rates by grain/(l dt), each a few times over.
         """
-        del t_s
         dt_s = step_s(scene, setting.value)
         grains = NOISE_GRAINS * float(np.spacing(cls.farthest_m(scene)))
         return {
             "reaction": grains * max(scene.chain.mass_kg) / dt_s**2,
             "rate": grains / (min(scene.chain.length_m) * dt_s),
-        }
+        } | (track_noise(scene, t_s) if cls.coordinates is Coordinates.MOVING_FRAME else {})
 
     @staticmethod
     @abstractmethod
@@ -104,30 +109,107 @@ class PymunkEngine(Engine):
         origin, drift = self.frame(scene, self.start, np.zeros(1))
         self.chain = ChainSpace(scene.chain, self.start, origin[0], drift[0], self.dt_s)
         self.gravity = self.loads(scene)
-        if scene.effects.gravity is not Gravity.NONE:
-            self.chain.install(self.gravity)
+        self.prepare_effects()
+        self.install()
         self.seen: list[Glimpse] = []
         self.ended = ""
 
+    def prepare_effects(self) -> None:
+        """What acts besides gravity, and where it jumps.
+
+        Raises
+        ------
+        EngineError
+            If a sample would fall on the step after a jump, whose reactions are of first order: see `pymunk_space`.
+        """
+        scene, self.begun = self.scene, 0
+        self.acting: ActingNow | None = None
+        if acting := chain_loads(scene, self.gravity, falls=self.coordinates is Coordinates.MOVING_FRAME):
+            from adapters.pymunk_effects import ActingNow
+
+            self.acting = ActingNow(acting)
+        self.jumps = jumps_by_step(scene, self.dt_s)
+        if any((step + 1) % self.every == 0 for step in self.jumps):
+            raise EngineError("one step from a jump to a sample, allowed: two or more; ask for twice the steps")
+        self.impulse_N_s: Array = np.zeros((scene.bars - 1, 2))
+        self.impulses: list[Array] = []
+
+    def install(self) -> None:
+        """Let what acts act on the chain."""
+        if self.acting:
+            self.acting.begin()
+            self.chain.install_all(self.acting)
+        elif self.scene.effects.gravity is not Gravity.NONE:
+            self.chain.install(self.gravity)
+
     def simulate(self) -> None:
         """Step from sample to sample."""
-        t_s = np.linspace(0.0, self.scene.run.duration_s, (self.scene.run.samples - 1) * self.every + 1)
+        t_s = np.linspace(0.0, self.scene.run.duration_s, self.last_step + 1)
         self.origin_m, self.drift_m_s = self.frame(self.scene, self.start, t_s)
-        chain, gravity, dt, step = self.chain, self.gravity, self.dt_s, 0
+        self.track = (np.hstack([self.origin_m, self.drift_m_s]) if self.acting else self.origin_m).tolist()
+        step = 0
         try:
-            for step, (x, y) in enumerate(self.origin_m.tolist()):
-                gravity.move_to(x, y)
-                if step == SETTLED_STEPS:
-                    chain.settle()
-                if step % self.every:
-                    chain.step(dt)
+            if 0 in self.jumps:
+                self.renew(0, self.frame_start())
+            for step in range(self.last_step + 1):
+                self.arrive(step, before=step > 0)
+                if step == self.begun + SETTLED_STEPS:
+                    self.chain.settle()
+                if step % self.every and step not in self.jumps:
+                    self.chain.step(self.dt_s)
                 else:
-                    self.seen.append(chain.look(first=step == 0))
-            chain.check_joints()
+                    self.look(step)
+            self.chain.check_joints()
         except LandedError:
             self.ended = f"a bar reached the surface at t = {t_s[step]:.6f} s"
         except (ArithmeticError, ValueError) as error:
             raise EngineError(f"the chain was lost at t = {t_s[step]:.6g} s: {error}") from error
+
+    @property
+    def last_step(self) -> int:
+        """Number of steps."""
+        return self.every * (self.scene.run.samples - 1)
+
+    def arrive(self, step: int, *, before: bool) -> None:
+        """Put the frame where it is at the end of `step`; where something jumps, before that or after."""
+        if self.acting is None:
+            self.gravity.move_to(*self.track[step])
+        else:
+            self.acting.move_to(self.here(step, before=before))
+
+    def here(self, step: int, *, before: bool) -> Here:
+        """Where and when the frame is."""
+        t_s = step * self.dt_s
+        x, y, vx, vy = self.track[step]
+        return Here(x, y, vx, vy, t_s, t_s + (-0.5 if before else 0.5) * self.dt_s)
+
+    def look(self, step: int) -> None:
+        """Step onto a sample or a jump: what is there, and what comes after."""
+        glimpse = self.chain.look(first=step == 0)
+        if step % self.every == 0:
+            self.seen.append(glimpse)
+            self.impulses.append(self.impulse_N_s)
+        if step and step in self.jumps:
+            from adapters.pymunk_effects import seen_at
+
+            self.renew(step, seen_at(self.scene, glimpse))
+            self.arrive(step, before=False)
+            self.chain.half_step()
+
+    def frame_start(self) -> InitialState:
+        """Initial state in the space's own axes."""
+        start = self.start
+        com, drift = start.com_m - self.origin_m[0], start.com_velocity_m_s - self.drift_m_s[0]
+        return dataclasses.replace(start, com_m=com, com_velocity_m_s=drift)
+
+    def renew(self, step: int, state: InitialState) -> None:
+        """Begin anew from `state`, in the space's own axes, after the blows at the end of `step`."""
+        from adapters.pymunk_effects import beginning
+
+        found = beginning(self.scene, state, self.jumps[step], self.dt_s)
+        self.chain, self.begun = found.chain, step
+        self.impulse_N_s = self.impulse_N_s + found.impulse_N_s
+        self.install()
 
     def read(self) -> Trajectory:
         """Observables at the samples, from what was seen around each."""
@@ -141,7 +223,7 @@ class PymunkEngine(Engine):
         )  # the first one is half a step, from the initial instant on
         mass = np.array(self.scene.chain.mass_kg)
         share = mass / mass.sum()
-        pull = mass[:, None] * (gain[..., :2] - self.field(origin, place))
+        pull = mass[:, None] * (gain[..., :2] - self.field(origin, place, mean))
         return Trajectory(
             self.scene.times_s[:n],
             origin + np.einsum("j,njk->nk", share, place[..., :2]),
@@ -150,6 +232,7 @@ class PymunkEngine(Engine):
             mean[..., 2],
             np.cumsum(pull, axis=1)[:, :-1],
             self.gaps(place),
+            impulse_N_s=np.array(self.impulses)[:n] if self.scene.effects.impulse else None,
             ended=self.ended,
             info={
                 "steps": n * self.every if self.ended else (n - 1) * self.every,
@@ -158,9 +241,14 @@ class PymunkEngine(Engine):
             },
         )
 
-    def field(self, origin_m: Array, place: Array) -> Array:
-        """Gravity's acceleration of each bar at the samples, (n, N, 2) m/s², by the loads of the run."""
+    def field(self, origin_m: Array, place: Array, rate: Array) -> Array:
+        """Acceleration of each bar by what acts on it at the samples, (n, N, 2) m/s², by the loads of the run."""
         found = np.zeros((*place.shape[:2], 2))
+        if self.acting:
+            for i, (bars, rates) in enumerate(zip(place.tolist(), rate.tolist(), strict=True)):
+                here = self.here(i * self.every, before=i > 0)
+                found[i] = [load[:2] for load in self.acting.acting(here, bars, rates)]
+            return found
         if self.scene.effects.gravity is Gravity.NONE:
             return found
         half = self.chain.half_m
@@ -179,18 +267,22 @@ class PymunkEngine(Engine):
 
 @final
 class Pymunk(PymunkEngine):
-    """In a frame that falls freely with the chain's centre of mass at first: exact, by Kepler."""
+    """In a frame that falls freely with the chain's centre of mass at first."""
 
     title = "pymunk, impulses and joints in a freely falling frame"
     coordinates = Coordinates.MOVING_FRAME
 
     @staticmethod
     def farthest_m(scene: Scene) -> float:
-        """Bars stay within the chain's length of the frame's origin."""
-        return scene.size_m
+        """Bars stay within the chain's length of the frame's origin, but for what drives the chain off it."""
+        if not scene.effects.more:
+            return scene.size_m
+        from adapters.bar_push import driven_m
+
+        return scene.size_m + driven_m(scene)
 
     def frame(self, scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
-        """Kepler's orbit of a particle started as the centre of mass is; uniform motion without gravity."""
+        """Orbit of a particle started as the centre of mass is; uniform motion without gravity."""
         return falling(scene, start, t_s)
 
     def loads(self, scene: Scene) -> Loads:

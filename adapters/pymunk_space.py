@@ -26,11 +26,12 @@ from adapters.pymunk_sweeps import COLD_START_FACTOR, sweeps
 from reference_impl.kinematics import directions
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from adapters.bar_loads import Loads
     from adapters.engine import Array
     from adapters.initial_state import InitialState
+    from adapters.pymunk_effects import ActingNow
     from scenarios.scene import Chain
 
 Rows = list[tuple[float, float, float]]
@@ -97,6 +98,41 @@ class ChainSpace:
 
         return change
 
+    def install_all(self, acting: ActingNow) -> None:
+        """Let everything act that a scene calls for: the engine asks bar by bar, all are answered at the first."""
+        for j, bar in enumerate(self.bars):
+            bar.velocity_func = self.answer(acting, j)
+
+    def answer(self, acting: ActingNow, j: int) -> Callable[..., None]:
+        """Engine's callback for bar `j`: all bars have moved by then, and those before it have new velocities."""
+        integrate = pymunk.Body.update_velocity
+
+        def change(bar: Any, gravity: Any, damping: float, dt: float) -> None:
+            try:
+                ax, ay, spin = acting.load(j, self.places, self.velocities)
+                mass = bar.mass
+                bar.force = (mass * ax, mass * ay)
+                bar.torque = bar.moment * spin
+            except Exception as fault:
+                self.fault = self.fault or fault
+            integrate(bar, gravity, damping, dt)
+
+        return change
+
+    def strike(self, jumps: Sequence[tuple[float, float, float]]) -> None:
+        """Give each bar its jump of velocities (m/s, m/s, rad/s), and let the joints hold: a step without time.
+
+        What the joints do in a step that closes no gap and in which nothing acts does not depend on how long it is.
+        """
+        for bar, (x, y, turn) in zip(self.bars, jumps, strict=True):
+            vx, vy = bar.velocity
+            bar.velocity, bar.angular_velocity = (vx + x, vy + y), bar.angular_velocity + turn
+            bar.position_func = stay
+        for joint in self.joints:
+            joint.error_bias = 1.0
+        self.space.iterations = COLD_START_FACTOR * self.sweeps
+        self.step(self.dt_s)
+
     def half_step(self) -> None:
         """Put the velocities half a step ahead of the positions."""
         for bar in self.bars:
@@ -141,7 +177,7 @@ class ChainSpace:
             self.half_step()
         else:
             self.step(self.dt_s)
-        glimpse = ([(*bar.position, bar.angle) for bar in self.bars], before, self.velocities())
+        glimpse = (self.places(), before, self.velocities())
         if not all(math.isfinite(value) for rows in glimpse for row in rows for value in row):
             raise ArithmeticError("the state is not finite")
         return glimpse
@@ -160,6 +196,10 @@ class ChainSpace:
             widest = max(widest, math.hypot(b[0] - a[0], b[1] - a[1]))
         if widest > WIDEST_GAP * 2.0 * min(self.half_m):
             raise ArithmeticError(f"the ends of a joint are {widest:.3g} m apart")
+
+    def places(self) -> Rows:
+        """Place (m) and angle (rad) of each bar."""
+        return [(*bar.position, bar.angle) for bar in self.bars]
 
     def velocities(self) -> Rows:
         """Rates of x, y (m/s) and angle (rad/s) of each bar."""

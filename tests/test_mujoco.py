@@ -11,6 +11,7 @@ from adapters.kepler import propagate
 from adapters.mujoco_adapter import Mujoco
 from scenarios import Gravity, load_scene
 from tests.generic_scenes import generic, of_bars, steep, truth, truth_at_start, worst
+from tests.step_order import JUMPING, SMOOTH, by_steps, effect_scene, errors
 
 mujoco = pytest.importorskip("mujoco")
 EPS = np.finfo(float).eps
@@ -145,3 +146,18 @@ def test_an_exception_in_the_callback_comes_out_and_the_callbacks_are_put_back(m
 
 def test_what_it_can_not_do_is_said_with_a_reason():
     assert "soft" in Mujoco.unsupported(load_scene("paper/fig17"))
+
+
+@pytest.mark.parametrize("name", SMOOTH + JUMPING)
+def test_every_effect_is_carried_to_the_methods_order(name):
+    """Against the reference: twice the steps leave 1/16, jumps and blows and all."""
+    scene = effect_scene(name, 0.4)
+    coarse, fine = (errors(by_steps(Mujoco, scene, n), scene) for n in (4, 8))
+    assert ("impulse_N_s" in fine) == (name == "impulse")
+    for channel, error in fine.items():
+        assert math.log2(coarse[channel] / error) == pytest.approx(4.0, abs=0.6), channel
+
+
+def test_the_shadow_and_jumps_within_a_step_are_refused():
+    assert "shadow's edge" in Mujoco.unsupported(effect_scene("solar_shadow"))
+    assert "midway between two" in Mujoco.unsupported(effect_scene("thrust_table", 0.9975))

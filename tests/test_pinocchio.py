@@ -1,5 +1,7 @@
 """Pinocchio against the reference: accelerations and reactions at a state, its runs, its traps."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from adapters.kepler import propagate
 from adapters.pinocchio_adapter import Pinocchio
 from scenarios import Gravity, load_scene
 from tests.generic_scenes import generic, of_bars, steep, truth, truth_at_start, worst
+from tests.step_order import JUMPING, SMOOTH, effect_scene, errors
 
 pytest.importorskip("pinocchio")
 EPS = np.finfo(float).eps
@@ -107,3 +110,26 @@ def test_nothing_is_printed_or_written(tmp_path, monkeypatch, capfd):
 
 def test_what_it_can_not_do_is_said_with_a_reason():
     assert "takes torques" in Pinocchio.unsupported(load_scene("paper/fig17"))
+
+
+@pytest.mark.parametrize("name", [*SMOOTH, *JUMPING, "solar_pressure"])
+def test_every_effect_is_carried_to_the_accuracy_asked_for(name):
+    """In units of each channel's size: 1e-12 a step, some hundred steps, twice that for the reference's own."""
+    scene = effect_scene(name)
+    found, true = run(scene, 1e-12), truth(scene)
+    for channel, error in errors(found, scene).items():
+        assert error < 200.0 * 1e-12 * max(np.abs(getattr(true, channel)).max(), channel == "angle_rad"), channel
+
+
+def test_the_shadow_is_refused():
+    assert "depend on the motion" in Pinocchio.unsupported(effect_scene("solar_shadow"))
+
+
+def test_a_blow_at_the_first_instant_shows_at_once():
+    scene = effect_scene("impulse", 0.2)
+    blow = dataclasses.replace(scene.effects.impulse[0], at_s=0.0)
+    scene = dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, impulse=(blow,)))
+    found = run(scene, 1e-12)
+    assert worst(found.impulse_N_s[1:], truth(scene).impulse_N_s[1:]) < 1e-10
+    assert worst(found.rate_rad_s[1:], truth(scene).rate_rad_s[1:]) < 1e-13
+    assert np.array_equal(found.impulse_N_s[0], found.impulse_N_s[1])

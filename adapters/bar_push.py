@@ -1,0 +1,37 @@
+"""How far what no field exerts (air, light, thrusts, blows) drives a chain from a particle that falls freely."""
+
+from __future__ import annotations
+
+import math
+from operator import mul
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from scenarios import Scene
+
+
+def driven_m(scene: Scene) -> float:
+    """Bound in m, to a factor of two or so, by the largest push on a circular orbit of rate n (Hill's equations).
+
+    A velocity gained at one instant leads to 3 t + 4/n of it after a time t, an acceleration all the time to
+    (3/2) t² + 4 t/n.
+    """
+    t, n = scene.run.duration_s, 2.0 * math.pi / scene.step_period_s
+    gained = math.fsum(abs(blow.impulse_N_s) for blow in scene.effects.impulse) / scene.mass_kg
+    return gained * (3.0 * t + 4.0 / n) + largest_push_m_s2(scene) * t * (1.5 * t + 4.0 / n)
+
+
+def largest_push_m_s2(scene: Scene) -> float:
+    """Acceleration of the whole chain, every bar across the flow and facing the Sun, at the altitude of injection."""
+    called, length, force = scene.effects, scene.chain.length_m, 0.0
+    if called.drag:
+        drag = called.drag
+        area = sum(map(mul, drag.width_m, length))
+        density = drag.density_kg_m3 * math.exp((drag.altitude_m - scene.orbit.altitude_m) / drag.scale_height_m)
+        coefficient = max(drag.normal_coefficient, drag.tangential_coefficient)
+        force += 0.5 * density * area * coefficient * scene.speed0_m_s**2
+    if called.solar_pressure:
+        light = called.solar_pressure
+        force += light.pressure_Pa * (1.0 + light.reflectivity) * sum(map(mul, light.width_m, length))
+    force += math.fsum(max(abs(f) for f in thrust.force_N) for thrust in called.thrust)
+    return force / scene.mass_kg
