@@ -10,31 +10,49 @@ import numpy as np
 from adapters.engine import Coordinates, EngineError, Knob, Ladder, Observable, Setting
 from adapters.exudyn_bodies import RedundantModel
 from adapters.exudyn_engine import SHOWN, ExudynEngine
-from adapters.exudyn_frames import OrbitFrame
 from adapters.exudyn_noise import engine_noise, tree_noise
 from adapters.exudyn_readout import Seen
 from adapters.exudyn_solver import method_for, settings_of, solver_of, steps_of
 from adapters.exudyn_start import StartForces, offset_follows_motion, start_forces, supply
+from adapters.exudyn_thrust import jumps_s
 from adapters.exudyn_tree import StandingTreeModel, TreeModel, seen_tree
 
 if TYPE_CHECKING:
     from adapters.engine import Array
-    from adapters.exudyn_clock import Steps
     from adapters.exudyn_model import Model
+    from adapters.exudyn_timetable import Steps
     from scenarios import Scene
 
-GRAVITY = frozenset({"gravity.none", "gravity.point", "gravity.gradient"})
+GRAVITY = frozenset(f"gravity.{name}" for name in ("none", "point", "gradient", "quadrupole", "slender"))
+FIELDS = frozenset({"oblateness", "third_body"})
+PUSHES = frozenset({"drag", "solar_pressure", "joint_spring_damper", "thrust.body", "thrust.inertial"})
+CARRIED = GRAVITY | FIELDS | PUSHES
 PRESCRIBED = frozenset(f"prescribed_rotation.{w}" for w in ("inertial", "local_horizontal", "external", "joint"))
+NOT_CARRIED = {
+    "solar_pressure.shadow": "solar_pressure.shadow: equal steps can't meet the shadow's edge, found in the motion",
+    "impulse": "impulse: Exudyn has no jump of velocities in which joints hold",
+}
+DIVIDED = (
+    "thrust: it starts or ends within the run, which divides it; beside a prescribed rotation Exudyn finds wrong "
+    "accelerations where a piece begins"
+)
 BRIEF = 1e-12  # of a step: a run so short that the state stays where it was to the last digit
 
 
 class ExudynRedundant(ExudynEngine):
     """Rigid bodies and joints."""
 
-    effects = GRAVITY | PRESCRIBED
+    effects = CARRIED | PRESCRIBED
+    why_not = NOT_CARRIED
     observables = SHOWN | {Observable.GAP, Observable.TORQUE}
     order = 2.0
     model: RedundantModel
+
+    @classmethod
+    def unsupported(cls, scene: Scene) -> str | None:
+        """Beyond its effects: a run in pieces starts anew without accelerations of prescribed bars."""
+        divided = scene.effects.prescribed_rotation and jumps_s(scene)
+        return super().unsupported(scene) or (DIVIDED if divided else None)
 
     @classmethod
     def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
@@ -122,10 +140,10 @@ class ExudynTree(ExudynEngine):
     coordinates = Coordinates.JOINT
     order = 6.0
     ladder = Ladder(Knob.STEPS_PER_ORBIT, (20, 50, 100, 150, 200, 400, 800, 1600), default=400)
-    effects = GRAVITY
+    effects = CARRIED
     explicit = True
     model: TreeModel
-    why_not: ClassVar[dict[str, str]] = dict.fromkeys(
+    why_not: ClassVar[dict[str, str]] = NOT_CARRIED | dict.fromkeys(
         sorted(PRESCRIBED),
         "prescribed rotation: Exudyn's explicit solvers take no constraints beside a kinematic tree",
     )
@@ -144,8 +162,7 @@ class ExudynTree(ExudynEngine):
         """Tree coordinates unfolded, reactions from the bars' momentum."""
         q, q_t, q_tt = (self.model.history(s)[:, 1:] for s in self.model.sensors)
         q_tt[0] = self._first_accelerations()
-        frame = self.model.frame
-        seen, left_over = seen_tree(self.scene, frame.orbit if isinstance(frame, OrbitFrame) else None, q, q_t, q_tt)
+        seen, left_over = seen_tree(self.model, q, q_t, q_tt)
         return seen, {"free_end_N": float(left_over.max())}
 
     def _first_accelerations(self) -> Array:

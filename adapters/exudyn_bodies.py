@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 from adapters.exudyn_library import exu, items
 from adapters.exudyn_model import Model
 from adapters.exudyn_prescribed import PrescribedAngle, constrain, track_of
+from adapters.exudyn_springs import add_springs
 
 
 class RedundantModel(Model):
@@ -21,13 +23,14 @@ class RedundantModel(Model):
         self.bodies: list[Any] = []
         self.nodes = [self._add_bar(j, ground) for j in range(self.scene.bars)]
         joints = [self._add_joint(j) for j in range(self.scene.bars - 1)]
+        self._add_springs()
         self.coordinates = [self.sense_node(n, output.Coordinates) for n in self.nodes]
         self.rates = [self.sense_node(n, output.Coordinates_t) for n in self.nodes]
         self.reactions = [self._sense_object(j, output.Force) for j in joints]
         self.torques = [self._sense_object(c, output.Force) for c in self._add_prescribed()]
 
     def _add_bar(self, j: int, ground: Any) -> Any:
-        s, bar = self.start, self.bars[j]
+        s, chain = self.start, self.scene.chain
         node = self.mbs.AddNode(
             items().NodeRigidBody2D(
                 initialCoordinates=[*s.position_m[j], s.angle_rad[j]],
@@ -35,7 +38,7 @@ class RedundantModel(Model):
             )
         )
         body = self.mbs.AddObject(
-            items().ObjectRigidBody2D(mass=bar.mass_kg, inertia=bar.inertia_kg_m2, nodeNumber=node)
+            items().ObjectRigidBody2D(mass=chain.mass_kg[j], inertia=chain.inertia_kg_m2[j], nodeNumber=node)
         )
         self.add_load(j, ground, self.mbs.AddMarker(items().MarkerBodyRigid(bodyNumber=body)))
         self.bodies.append(body)
@@ -47,6 +50,12 @@ class RedundantModel(Model):
         left = items().MarkerBodyPosition(bodyNumber=self.bodies[j + 1], localPosition=[-half[j + 1], 0.0, 0.0])
         ends = [self.mbs.AddMarker(right), self.mbs.AddMarker(left)]
         return self.mbs.AddObject(items().ObjectJointRevolute2D(markerNumbers=ends))
+
+    def _add_springs(self) -> None:
+        springs = self.scene.effects.joint_spring_damper
+        if springs is not None:
+            turns = [self.mbs.AddMarker(items().MarkerNodeCoordinate(nodeNumber=n, coordinate=2)) for n in self.nodes]
+            add_springs(self.mbs, springs, list(itertools.pairwise(turns)))
 
     def _add_prescribed(self) -> list[Any]:
         laws = self.scene.effects.prescribed_rotation
@@ -60,6 +69,6 @@ class RedundantModel(Model):
         return [constrain(self.mbs, a) for a in angles]
 
     def _sense_object(self, thing: Any, what: Any) -> Any:
-        return self.mbs.AddSensor(
+        return self.add_sensor(
             items().SensorObject(objectNumber=thing, outputVariableType=what, storeInternal=True, writeToFile=False)
         )

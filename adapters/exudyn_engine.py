@@ -8,15 +8,19 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from adapters.engine import Engine, EngineError, Observable, Setting, Trajectory
+from adapters.exudyn_pieces import pieces_of, run_pieces
 from adapters.exudyn_readout import Seen, gaps, landing, trajectory
 from adapters.exudyn_solver import method_for, settings_of, solver_of, steps_of
+from adapters.exudyn_thrust import off_step_s
+from adapters.exudyn_turning import turned_over
 
 if TYPE_CHECKING:
-    from adapters.exudyn_clock import Steps
     from adapters.exudyn_model import Model
+    from adapters.exudyn_timetable import Steps
     from scenarios import Scene
 
 SHOWN = frozenset({Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION})
+OFF_STEP = "thrust: t = {:g} s of its table is neither a sample nor half way between two; equal steps would straddle it"
 START_TOLERANCE = 1e-12  # rad, and of the largest coordinate: the first sample must be the state given
 
 
@@ -28,6 +32,12 @@ class ExudynEngine(Engine):
     index3: ClassVar[bool] = False
     explicit: ClassVar[bool] = False
 
+    @classmethod
+    def unsupported(cls, scene: Scene) -> str | None:
+        """Beyond its effects: instants of a thrust's table must be ends of steps."""
+        off = off_step_s(scene)
+        return super().unsupported(scene) or (None if off is None else OFF_STEP.format(off))
+
     def build(self, scene: Scene, setting: Setting) -> None:
         """Assemble the model and the solver."""
         self.scene = scene
@@ -36,6 +46,7 @@ class ExudynEngine(Engine):
         self.model = self.make(self.steps)
         self.settings = settings_of(self.steps, scene.run.samples, self.method)
         self.solver = solver_of(self.method)
+        self.pieces = pieces_of(scene, self.steps, self.method)
 
     @abstractmethod
     def make(self, steps: Steps) -> Model:
@@ -44,9 +55,14 @@ class ExudynEngine(Engine):
     def simulate(self) -> None:
         """Run the solver; whether it got to the end is seen in :meth:`read`."""
         try:
-            self.finished = bool(self.solver.SolveSystem(self.model.mbs, self.settings))
+            self.finished = self._solve()
         except Exception as error:
             raise EngineError(f"Exudyn: {str(error).strip().splitlines()[0]}") from error
+
+    def _solve(self) -> bool:
+        if len(self.pieces.marks) > 2:
+            return run_pieces(self.model, self.pieces, self.settings, self.method)
+        return bool(self.solver.SolveSystem(self.model.mbs, self.settings))
 
     def read(self) -> Trajectory:
         """Bring out the samples up to the surface, in inertial axes."""
@@ -69,6 +85,9 @@ class ExudynEngine(Engine):
         if landed is not None:
             ended = f"a bar was below the surface at t = {self.scene.times_s[landed]:.6g} s, the next sample"
             seen, axes = seen.first(landed), self.model.frame.at(self.scene.times_s[:landed])
+        over = turned_over(self.scene, axes, seen, self.scene.times_s[: len(seen.angle_rad)])
+        if over:
+            raise EngineError(f"Exudyn: {over}")
         found = trajectory(self.scene, axes, seen, ended=ended, info=info | {"steps": self.steps.count})
         return found.replace(
             gap_m=gaps(self.scene, seen) if Observable.GAP in self.observables else None,

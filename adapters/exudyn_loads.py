@@ -42,6 +42,8 @@ class Motion:
     cosine: Number
     """of the bar's angle from the frame's x axis"""
     sine: Number
+    spin_rad_s: Number = 0.0
+    """of the bar against the frame"""
 
 
 @dataclass(frozen=True)
@@ -63,14 +65,19 @@ def orbit_load(bar: Bar, orbit: OrbitNumbers, m: Motion, sqrt: Callable[[Number]
     """Gravity and the rotating frame's forces on a bar."""
     r, w, k = orbit.radius_m, orbit.rate_rad_s, orbit.pull_s2
     q = ((2.0 * r + m.x_m) * m.x_m + m.y_m * m.y_m) / (r * r)
-    cube = (1.0 + q) * sqrt(1.0 + q)
-    c = -1.0 * q * (3.0 + q * (3.0 + q)) / (cube * (1.0 + cube))
+    c, cube = encke(q, sqrt)
     ax = 2.0 * w * m.vy_m_s + orbit.spin_up_rad_s2 * m.y_m + k * (orbit.shape * m.x_m - c * (r + m.x_m))
     ay = -2.0 * w * m.vx_m_s - orbit.spin_up_rad_s2 * m.x_m + k * (orbit.shape - c) * m.y_m
     torque = -bar.inertia_kg_m2 * orbit.spin_up_rad_s2 + 0.0 * m.x_m  # the frame turns faster: the bar falls behind
     if bar.gradient:
         torque = torque + gradient_torque(3.0 * bar.inertia_kg_m2 * k / (r * r), r + m.x_m, m, (1.0 + q) * cube)
     return bar.mass_kg * ax, bar.mass_kg * ay, torque
+
+
+def encke(q: Number, sqrt: Callable[[Number], Number]) -> tuple[Number, Number]:
+    """(1+q)^(-3/2) - 1 without cancellation, and (1+q)^(3/2)."""
+    cube = (1.0 + q) * sqrt(1.0 + q)
+    return -1.0 * q * (3.0 + q * (3.0 + q)) / (cube * (1.0 + cube)), cube
 
 
 def absolute_load(bar: Bar, mu_m3_s2: float, m: Motion, sqrt: Callable[[Number], Number]) -> Load:

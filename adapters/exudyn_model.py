@@ -8,17 +8,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adapters.exudyn_clock import Clock, Steps
+from adapters.exudyn_clock import Clock
 from adapters.exudyn_frames import Axes, Frame, OrbitFrame, frame_of
 from adapters.exudyn_library import exu, items, symbolic_function
-from adapters.exudyn_loads import Bar, Load, Motion, absolute_load, orbit_load
+from adapters.exudyn_loading import Loading
+from adapters.exudyn_loads import Motion
+from adapters.exudyn_timetable import Timetable
 from adapters.initial_state import initial_state
-from scenarios import Gravity
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from adapters.engine import Array
+    from adapters.exudyn_effect import Extra
+    from adapters.exudyn_timetable import Steps
     from scenarios import Scene
 
 
@@ -56,15 +59,19 @@ class Model(ABC):
         self.scene, self.steps, self.absolute = scene, steps, absolute
         self.frame: Frame = frame_of(scene, absolute=absolute)
         self.start = start_of(scene, self.frame.at(np.zeros(1)), absolute=absolute)
-        gradient = scene.effects.gravity is Gravity.GRADIENT
-        chain = scene.chain
-        self.bars = [Bar(m, j, gradient) for m, j in zip(chain.mass_kg, chain.inertia_kg_m2, strict=True)]
+        self.loading = Loading(scene, self.frame)
         self.symbolic = exu().symbolic
         self.system = exu().SystemContainer()
         self.mbs: Any = self.system.AddSystem()
         self.kept: list[Any] = []
+        self.sensors_added: list[Any] = []
+        self.stored: dict[int, list[Array]] = {}
         self.clock: Clock | None = None
+        self.tables: list[Timetable] = []
+        self.timetable: Timetable | None = None
         self._add_clock()
+        self._add_timetable()
+        self._start_tables()
         self.add_chain()
         self.mbs.Assemble()
 
@@ -73,7 +80,29 @@ class Model(ABC):
         """Add bars, joints, loads and sensors."""
 
     def history(self, sensor: Any) -> Array:
-        """Read what a sensor stored, (n, 1 + width), time first."""
+        """Read what a sensor stored at the samples, (n, 1 + width), time first."""
+        pieces = self.stored.get(sensor.GetIndex())
+        return np.concatenate(pieces) if pieces else self._stored_now(sensor)
+
+    def put_away(self, samples: Callable[[int], Array]) -> None:
+        """Keep what the sensors stored, which the next run of the solver clears.
+
+        Parameters
+        ----------
+        samples : callable
+            Of the number of rows stored: which of them are samples, (rows,).
+        """
+        for sensor in self.sensors_added:
+            rows = self._stored_now(sensor)
+            self.stored.setdefault(sensor.GetIndex(), []).append(rows[samples(len(rows))])
+
+    def add_sensor(self, sensor: Any) -> Any:
+        """Add a sensor that keeps its samples in memory."""
+        index = self.mbs.AddSensor(sensor)
+        self.sensors_added.append(index)
+        return index
+
+    def _stored_now(self, sensor: Any) -> Array:
         rows: Array = np.atleast_2d(np.array(self.mbs.GetSensorStoredData(sensor)))
         return rows
 
@@ -81,16 +110,15 @@ class Model(ABC):
         """Free the system: symbolic functions leak without it."""
         self.mbs.Reset()
 
-    def load(self, bar: int, m: Motion, t_s: Any) -> Load:
+    def load(self, bar: int, m: Motion, t_s: Any) -> Extra:
         """Load on a bar, of symbolic numbers."""
-        if self.absolute:
-            return absolute_load(self.bars[bar], self.scene.central_body.mu_m3_s2, m, self.symbolic.sqrt)
-        assert self.clock is not None
-        return orbit_load(self.bars[bar], self.clock.numbers(t_s), m, self.symbolic.sqrt)
+        orbit = None if self.clock is None else self.clock.numbers(t_s)
+        numbers = [] if self.timetable is None else self.timetable.numbers(t_s)
+        return self.loading.on(bar, m, orbit, numbers, self.symbolic)
 
     def add_load(self, bar: int, ground: Any, marker: Any) -> None:
-        """Let gravity and the frame's forces act on the body of `marker`, between it and the ground."""
-        if self.scene.effects.gravity is Gravity.NONE:
+        """Let all loads on a bar act on the body of `marker`, between it and the ground."""
+        if not self.loading.acts_on(bar):
             return
         connector = "ObjectConnectorRigidBodySpringDamper"
         function = symbolic_function(self.mbs, self.pull_on(bar), "springForceTorqueUserFunction", connector)
@@ -114,7 +142,7 @@ class Model(ABC):
             displacement: Any,
             rotation: Any,
             velocity: Any,
-            _spin: Any,
+            spin: Any,
             _stiffness: Any,
             _damping: Any,
             _axes0: Any,
@@ -122,10 +150,10 @@ class Model(ABC):
             _offset: Any,
         ) -> list[Any]:
             c, s = self.symbolic.cos(rotation[2]), self.symbolic.sin(rotation[2])
-            m = Motion(displacement[0], displacement[1], velocity[0], velocity[1], c, s)
+            m = Motion(displacement[0], displacement[1], velocity[0], velocity[1], c, s, spin[2])
             fx, fy, torque = self.load(bar, m, t)
             zero = 0.0 * displacement[0]
-            return [-fx, -fy, zero, zero, zero, -torque]
+            return [-fx, -fy, zero, zero, zero, zero if torque is None else -torque]
 
         return pull
 
@@ -136,7 +164,7 @@ class Model(ABC):
 
     def sense_node(self, node: Any, what: Any) -> Any:
         """Add a sensor on a node; it keeps its samples in memory."""
-        return self.mbs.AddSensor(
+        return self.add_sensor(
             items().SensorNode(nodeNumber=node, outputVariableType=what, storeInternal=True, writeToFile=False)
         )
 
@@ -144,6 +172,23 @@ class Model(ABC):
         if not isinstance(self.frame, OrbitFrame):
             return
         self.clock = Clock(self.frame.orbit, self.steps, degree=self.inside_degree)
-        self.clock.start(self.symbolic)
-        if not self.clock.constant:
-            self.mbs.SetPreStepUserFunction(self.clock.tick)
+        if self.clock.table is not None:
+            self.tables.append(self.clock.table)
+
+    def _add_timetable(self) -> None:
+        loading = self.loading
+        if loading.width:
+            self.timetable = Timetable(loading.given, loading.width, self.steps, degree=self.inside_degree)
+            self.tables.append(self.timetable)
+
+    def _start_tables(self) -> None:
+        for table in self.tables:
+            table.start(self.symbolic)
+        if self.tables:
+            self.mbs.SetPreStepUserFunction(self._tick)
+
+    def _tick(self, _mbs: object, t_s: float) -> bool:
+        """Before each step: Exudyn's preStepUserFunction, which gets the step's end."""
+        for table in self.tables:
+            table.tick(t_s)
+        return True

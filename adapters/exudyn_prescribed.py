@@ -25,8 +25,8 @@ from adapters.exudyn_library import exu, items
 from scenarios import Actuator, Frame
 
 if TYPE_CHECKING:
-    from adapters.exudyn_clock import Steps
     from adapters.exudyn_frames import Axes
+    from adapters.exudyn_timetable import Steps
     from scenarios import PrescribedRotation
 
 State = tuple[float, float, float]

@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from adapters.exudyn_clock import Steps
+from adapters.exudyn_departure import departure
 from adapters.exudyn_library import exu
+from adapters.exudyn_timetable import Steps
 from adapters.steps import steps_between_samples
 
 if TYPE_CHECKING:
@@ -100,7 +101,9 @@ def scales_of(scene: Scene, *, absolute: bool) -> Scales:
     slews = [abs(p.amplitude_rad) * (math.pi / p.duration_s) ** 2 for p in scene.effects.prescribed_rotation]
     force = max(chain.mass_kg) * scene.size_m * (rate**2 + max(slews, default=0.0))
     if not absolute:
-        return Scales(least, force, scene.size_m * rate, scene.size_m)
+        away = departure(scene)
+        force += away.force_N(scene)
+        return Scales(least, force, scene.size_m * rate + away.speed_m_s, scene.size_m + away.distance_m)
     gravity = scene.central_body.mu_m3_s2 / scene.radius0_m**2 * max(chain.mass_kg)
     speed = max(scene.speed0_m_s, scene.size_m * rate)
     return Scales(least, max(force, gravity), speed, scene.radius0_m, max(1.0, force))

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adapters.engine import EngineError
-from adapters.exudyn_clock import Steps
 from adapters.exudyn_library import exu
 from adapters.exudyn_solver import Method, settings_of, solver_of
+from adapters.exudyn_timetable import Steps
 from scenarios import Actuator, Frame
 
 if TYPE_CHECKING:

@@ -7,21 +7,22 @@ Exudyn itself gives at the end of a step and the load that it was given. Nothing
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.exudyn_clock import INSIDE_DEGREE
+from adapters.exudyn_clock import INSIDE_DEGREE, orbit_given
+from adapters.exudyn_frames import OrbitFrame
 from adapters.exudyn_library import exu, items
-from adapters.exudyn_loads import Bar, Motion, OrbitNumbers, orbit_load
+from adapters.exudyn_loads import Motion, OrbitNumbers
 from adapters.exudyn_model import Model
 from adapters.exudyn_readout import Seen
+from adapters.exudyn_springs import add_springs
 from adapters.joint_coordinates import accelerations, angles, folded, places, velocities
 
 if TYPE_CHECKING:
     from adapters.engine import Array
-    from adapters.exudyn_orbit import KeplerOrbit
-    from scenarios import Scene
 
 
 class TreeModel(Model):
@@ -62,9 +63,21 @@ class TreeModel(Model):
                 objectNumber=tree, linkNumber=j + 2, localPosition=[0.5 * length, 0.0, 0.0]
             )
             self.add_load(j, ground, self.mbs.AddMarker(marker))
+        self._add_springs()
         output = exu().OutputVariableType
         kinds = (output.Coordinates, output.Coordinates_t, output.Coordinates_tt)
         self.sensors = [self.sense_node(self.node, what) for what in kinds]
+
+    def _add_springs(self) -> None:
+        springs = self.scene.effects.joint_spring_damper
+        if springs is None:
+            return
+        still = self.mbs.AddNode(items().NodePointGround())
+        rest = self.mbs.AddMarker(items().MarkerNodeCoordinate(nodeNumber=still, coordinate=0))
+        joints = [
+            items().MarkerNodeCoordinate(nodeNumber=self.node, coordinate=3 + j) for j in range(self.scene.bars - 1)
+        ]
+        add_springs(self.mbs, springs, [(rest, self.mbs.AddMarker(joint)) for joint in joints])
 
 
 class StandingTreeModel(TreeModel):
@@ -73,26 +86,38 @@ class StandingTreeModel(TreeModel):
     inside_degree = 0
 
 
-def seen_tree(scene: Scene, orbit: KeplerOrbit | None, q: Array, q_t: Array, q_tt: Array) -> tuple[Seen, Array]:
+def seen_tree(model: TreeModel, q: Array, q_t: Array, q_tt: Array) -> tuple[Seen, Array]:
     """Return what a tree's sensors saw, and the reaction left at the free end, (n,) N: round-off."""
-    length = np.array(scene.chain.length_m)
-    place, motion = places(length, q), velocities(length, q, q_t)
-    mass = np.array(scene.chain.mass_kg)[:, None]
-    lacking = mass * accelerations(length, q, q_t, q_tt)
-    if orbit is not None:
-        lacking = lacking - loads(scene, orbit, place, motion)
+    chain = model.scene.chain
+    length = np.array(chain.length_m)
+    seen = Seen(
+        places(length, q),
+        velocities(length, q, q_t),
+        angles(q),
+        angles(q_t),
+        np.empty((len(q), 0, 2)),
+        np.empty((len(q), 0)),
+    )
+    lacking = np.array(chain.mass_kg)[:, None] * accelerations(length, q, q_t, q_tt) - forces(model, seen)
     reaction = np.cumsum(lacking, axis=1)
-    seen = Seen(place, motion, angles(q), angles(q_t), reaction[:, :-1], np.empty((len(q), 0)))
-    return seen, np.linalg.norm(reaction[:, -1], axis=-1)
+    return dataclasses.replace(seen, reaction_N=reaction[:, :-1]), np.linalg.norm(reaction[:, -1], axis=-1)
 
 
-def loads(scene: Scene, orbit: KeplerOrbit, place_m: Array, velocity_m_s: Array) -> Array:
+def forces(model: TreeModel, seen: Seen) -> Array:
     """Return the forces on the bars at the samples, (n, N, 2), by the expressions that Exudyn evaluates."""
-    track = orbit.at(scene.times_s)
-    numbers = OrbitNumbers(track.radius_m, track.rate_rad_s, track.spin_up_rad_s2, track.pull_s2, track.shape)
-    forces = np.empty_like(place_m)
-    for j in range(scene.bars):
-        (x, y), (vx, vy) = place_m[:, j].T, velocity_m_s[:, j].T
-        m = Motion(x, y, vx, vy, 1.0, 0.0)
-        forces[:, j, 0], forces[:, j, 1], _ = orbit_load(Bar(scene.chain.mass_kg[j]), numbers, m, np.sqrt)
-    return forces
+    loading, frame, t = model.loading, model.frame, model.scene.times_s[: len(seen.angle_rad)]
+    orbit = OrbitNumbers(*orbit_given(frame.orbit)(t, t).T) if isinstance(frame, OrbitFrame) else None
+    # at a jump, what was just before it
+    half_s = 0.5 * model.steps.size_s
+    numbers = list(loading.given(t, np.maximum(t - half_s, half_s)).T) if loading.width else []
+    found = np.zeros_like(seen.position_m)
+    for j in filter(loading.acts_on, range(model.scene.bars)):
+        fx, fy, _ = loading.on(j, motion_of(seen, j), orbit, numbers, np)
+        found[:, j, 0], found[:, j, 1] = fx, fy
+    return found
+
+
+def motion_of(seen: Seen, bar: int) -> Motion:
+    """Samples of one bar."""
+    (x, y), (vx, vy), angle = seen.position_m[:, bar].T, seen.velocity_m_s[:, bar].T, seen.angle_rad[:, bar]
+    return Motion(x, y, vx, vy, np.cos(angle), np.sin(angle), seen.rate_rad_s[:, bar])

@@ -12,9 +12,10 @@ import pytest
 import adapters.exudyn_solver as solver_module
 from adapters.engine import Engine, EngineError, Knob, Observable, Setting, Trajectory
 from adapters.exudyn_adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
-from adapters.exudyn_clock import NAMES, Steps, coefficients
+from adapters.exudyn_clock import NAMES, coefficients
 from adapters.exudyn_frames import turned
 from adapters.exudyn_orbit import KeplerOrbit
+from adapters.exudyn_timetable import Steps
 from adapters.reference_adapter import Reference
 from scenarios import Actuator, Frame, Scene, load_scene, scene_names
 

@@ -1,0 +1,109 @@
+"""Numbers that depend on time alone inside Exudyn's symbolic loads, renewed before every step.
+
+What is a function of time needs no expression: it is tabulated when the model is built. An implicit method
+evaluates its loads at the end of the step only, so there the table is exact; an explicit one also evaluates them
+inside, where each number is a polynomial in the step's own time. What jumps at the end of a step has the value
+before the jump in the step that ends there, and the value after it in the next one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from adapters.engine import Array
+
+Given = Callable[["Array", "Array"], "Array"]
+"""Values (k, width) at instants (k,), by what holds around other instants (k,), inside the steps they belong to"""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Equal steps from 0."""
+
+    size_s: float
+    count: int
+
+    @property
+    def ends_s(self) -> Array:
+        """Instants 0, h, 2h, ..., shape (count + 1,)."""
+        ends: Array = self.size_s * np.arange(self.count + 1, dtype=np.float64)
+        return ends
+
+    @property
+    def inside_s(self) -> Array:
+        """Middle of the step that ends at each of `ends_s`; of the first one for the instant 0."""
+        middle: Array = self.size_s * (np.maximum(np.arange(self.count + 1), 1) - 0.5)
+        return middle
+
+    def index(self, t_s: float) -> int:
+        """Step that ends at `t_s`, which Exudyn sums up with round-off."""
+        return round(t_s / self.size_s)
+
+
+class Timetable:
+    """Symbolic numbers of time, and what keeps them up to date."""
+
+    def __init__(self, given: Given, width: int, steps: Steps, *, degree: int) -> None:
+        """Tabulate `width` numbers as polynomials of `degree` over each of `steps`."""
+        self.given, self.width, self.steps, self.degree = given, width, steps, degree
+        self.table = tabulated(given, steps, degree).tolist()
+
+    def start(self, symbolic: Any) -> None:
+        """Make the symbolic numbers, with their values at t = 0."""
+        self.values = [symbolic.Real(f"number{i}", 0.0) for i in range(self.width * (self.degree + 1))]
+        self.end = symbolic.Real("stepEnd", 0.0)
+        self.tick(0.0)
+
+    def tick(self, t_s: float) -> None:
+        """Prepare the step that ends at `t_s`."""
+        self._set(t_s, self.table[self.steps.index(t_s)])
+
+    def resume(self, index: int) -> None:
+        """Prepare the instant after the end of step `index`; for polynomials of degree 0."""
+        at = self.steps.size_s * np.array([index])
+        self._set(float(at[0]), self.given(at, at + 0.5 * self.steps.size_s)[0].tolist())
+
+    def numbers(self, t_s: Any) -> list[Any]:
+        """All numbers as functions of the symbolic time `t_s`, also inside a step."""
+        return [self._polynomial(i, t_s) for i in range(self.width)]
+
+    def _set(self, end_s: float, row: list[float]) -> None:
+        self.end.SetValue(end_s)
+        for value, number in zip(self.values, row, strict=True):
+            value.SetValue(number)
+
+    def _polynomial(self, which: int, t_s: Any) -> Any:
+        """Horner's rule in s = 2 (t - end)/h + 1."""
+        own = self.values[which * (self.degree + 1) : (which + 1) * (self.degree + 1)]
+        total = own[-1]
+        for value in reversed(own[:-1]):
+            total = value + ((t_s - self.end) * (2.0 / self.steps.size_s) + 1.0) * total
+        return total
+
+
+def tabulated(given: Given, steps: Steps, degree: int) -> Array:
+    """Fit each number in s = 2 (t - end)/h + 1 over -1 <= s <= 1: (count + 1, width (degree + 1)), ascending powers.
+
+    Row i belongs to the step that ends at i h; row 0 to the instant 0. What is fitted is the departure
+    from the step's mean value, so that rounding in the fit is relative to how little changes in a step.
+    """
+    if degree == 0:
+        return given(steps.ends_s, steps.inside_s)
+    s = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+    nodes = (steps.ends_s[:, None] + 0.5 * steps.size_s * (s - 1.0)).ravel()
+    values = given(nodes, np.repeat(steps.inside_s, degree + 1))
+    inverse = np.linalg.inv(np.vander(s, increasing=True))
+    return np.concatenate([fitted(column.reshape(-1, degree + 1), inverse) for column in values.T], axis=1)
+
+
+def fitted(values: Array, inverse: Array) -> Array:
+    """Coefficients (steps, degree + 1) of the polynomials through `values` at the nodes."""
+    mean = values.mean(axis=1, keepdims=True)
+    found: Array = (values - mean) @ inverse.T
+    found[:, :1] += mean
+    return found
