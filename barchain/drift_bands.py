@@ -18,7 +18,7 @@ from barchain.local_errors import (
     step_s,
 )
 from barchain.quantities import conserved, drifts
-from barchain.tolerances import NORM_SLACK, bands, common_samples, roundoff_unit, scene_size, steps_taken
+from barchain.tolerances import NORM_SLACK, bands, common_samples, reach_m, roundoff_unit, steps_taken
 from barchain.truth import RICHARDSON
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def rounded_place(engine: type[Engine], truth: Truth) -> float:
     """Largest number that a place of a bar is made of, m."""
     if engine.coordinates is Coordinates.ABSOLUTE:
         return truth.scene.radius0_m
-    return truth.scene.size_m if engine.coordinates is Coordinates.RELATIVE else scene_size(truth)
+    return truth.scene.size_m if engine.coordinates is Coordinates.RELATIVE else reach_m(engine, truth)
 
 
 def gap_band(engine: type[Engine], setting: Setting, seen: Trajectory, truth: Truth) -> Array:

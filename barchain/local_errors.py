@@ -13,6 +13,7 @@ from adapters import steps
 from adapters.engine import Coordinates, Knob
 from adapters.falling_frame import falling
 from adapters.initial_state import initial_state
+from adapters.kepler import propagate
 from barchain.truth import MODES_PER_BAR
 from scenarios import Gravity
 
@@ -154,7 +155,9 @@ def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, trut
     if engine.coordinates is Coordinates.ABSOLUTE:
         turned = track / scene.radius0_m * kepler_growth(scene, t)
     else:
-        track = track * (scene.size_m / scene.radius0_m) ** 2 + power * second_derivative(t, departure(scene, seen)[1])
+        track = track * (scene.size_m / scene.radius0_m) ** 2 + power * second_derivative(
+            t, departure(engine, scene, seen)[1]
+        )
     turn, jerk = end_derivatives(engine, seen)
     if engine.coordinates is Coordinates.JOINT:  # the centre of mass is not a coordinate: it shares the angles' errors
         track = track + power * jerk * scene.size_m
@@ -165,11 +168,21 @@ def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, trut
     )
 
 
-def departure(scene: Scene, seen: Trajectory) -> tuple[Array, Array]:
-    """How far effects drive the centre of mass off Kepler's orbit, m, and how fast, m/s: each (n, 2); zero without."""
+def departure(engine: type[Engine], scene: Scene, seen: Trajectory) -> tuple[Array, Array]:
+    """How far effects drive the centre of mass off a frame's own orbit, m, and how fast, m/s: each (n, 2).
+
+    A rotating frame is on Kepler's orbit, and some of those that trees of joints are in; the others fall with all
+    fields, so that only what pushes the chain itself drives it off them. Zero where nothing does.
+    """
     if not scene.effects.more:
         return np.zeros_like(seen.com_m), np.zeros_like(seen.com_m)
-    place, velocity = falling(scene, initial_state(scene), seen.t_s)
+    start = initial_state(scene)
+    keplerian = engine.coordinates in (Coordinates.ROTATING_FRAME, Coordinates.JOINT)
+    if keplerian and scene.effects.gravity is not Gravity.NONE:
+        mu = scene.central_body.mu_m3_s2
+        place, velocity = propagate(mu, start.com_m, start.com_velocity_m_s, seen.t_s)
+    else:
+        place, velocity = falling(scene, start, seen.t_s)
     return seen.com_m - place, seen.com_velocity_m_s - velocity
 
 

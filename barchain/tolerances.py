@@ -50,9 +50,9 @@ def steps_taken(scene: Scene, setting: Setting, seen: Trajectory) -> Array:
 def roundoff_unit(engine: type[Engine], truth: Truth) -> float:
     """Angle that one rounding of a position is worth, rad: u for lengths of a bar, u r/l for distances.
 
-    In a frame that follows Kepler's orbit the chain's places are as large as what drives it off that orbit makes them.
+    In a frame on an orbit of its own the chain's places are as large as what drives it off that orbit makes them.
     """
-    scene, away = truth.scene, scene_size(truth)
+    scene, away = truth.scene, reach_m(engine, truth)
     if engine.coordinates is Coordinates.ABSOLUTE:
         away = scene.radius0_m
     elif engine.coordinates is Coordinates.RELATIVE:
@@ -60,9 +60,9 @@ def roundoff_unit(engine: type[Engine], truth: Truth) -> float:
     return UNIT_ROUNDOFF * away / min(scene.chain.length_m)
 
 
-def scene_size(truth: Truth) -> float:
-    """Largest place of a bar in a frame on Kepler's orbit, m: the chain's size, and its departure from there."""
-    place, _ = departure(truth.scene, truth.trajectory)
+def reach_m(engine: type[Engine], truth: Truth) -> float:
+    """Largest place of a bar in an engine's frame, m: the chain's size, and its departure from the frame's orbit."""
+    place, _ = departure(engine, truth.scene, truth.trajectory)
     return truth.scene.size_m + float(np.linalg.norm(place, axis=1).max())
 
 
