@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 EVERYTHING = frozenset(
-    {"gravity.none", "gravity.point", "gravity.gradient"}
+    {f"gravity.{model}" for model in ("none", "point", "gradient", "quadrupole", "slender")}
+    | {"oblateness", "third_body", "drag", "solar_pressure", "solar_pressure.shadow", "joint_spring_damper"}
+    | {"thrust.body", "thrust.inertial", "impulse"}
     | {f"prescribed_rotation.{what}" for what in ("inertial", "local_horizontal", "external", "joint")}
 )
 
@@ -31,6 +33,7 @@ class HeyokaEngine(Engine):
     effects = EVERYTHING
     observables = frozenset(
         {Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION, Observable.TORQUE}
+        | {Observable.IMPULSE}
     )
     precision: ClassVar[Precision]
 

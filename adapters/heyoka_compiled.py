@@ -53,14 +53,24 @@ def integrator(structure: Structure, precision: Precision, rtol: float) -> Any:
     import heyoka as hy
 
     found, number = symbols(structure), precision.number
-    events = {"t_events": surface_events(structure, precision)} if structure.lands else {}
+    watched = events(structure, precision)
     return hy.taylor_adaptive(
         list(zip(found.variables, found.rates, strict=True)),
         tol=number(rtol),
         fp_type=precision.type,
         compact_mode=True,
-        **events,
+        **({"t_events": watched} if watched else {}),
     )
+
+
+def events(structure: Structure, precision: Precision) -> list[Any]:
+    """Events that stop a run: the surface's (`Structure.surfaces` of them), then those that switch a mode."""
+    found = surface_events(structure, precision) if structure.lands else []
+    if structure.effects.modes:
+        from adapters.heyoka_switches import switch_events
+
+        found += switch_events(structure, precision)
+    return found
 
 
 def surface_events(structure: Structure, precision: Precision) -> list[Any]:
@@ -92,6 +102,29 @@ class OffTheBar:
         found = symbols(self.structure)
         foot = hy.cfunc([found.feet[self.bar]], vars=found.variables, fp_type=self.precision.type)
         return bool(foot(run.state, pars=run.pars[: foot.nparams])[0] > 0.0)
+
+
+@lru_cache(maxsize=KEPT)
+def function(structure: Structure, precision: Precision, what: str) -> Any:
+    """Function of the state: ``rates``, ``switches`` (and Z0·s last), or the ``jumps`` of a blow."""
+    import heyoka as hy
+
+    found = symbols(structure)
+    if what == "jumps":
+        from adapters.heyoka_blows import jumps
+
+        wanted = jumps(structure, found)
+    else:
+        wanted = found.rates if what == "rates" else [*found.switches, found.sunward]
+    return hy.cfunc(wanted, vars=found.variables, fp_type=precision.type, compact_mode=True)
+
+
+def value(function: Any, state: Numbers, at: Any, parameters: Numbers) -> Any:
+    """Value of a compiled function at one state and instant."""
+    given = {"pars": parameters[: function.nparams]} if function.nparams else {}
+    if function.is_time_dependent:
+        given["time"] = at
+    return function(state, **given)
 
 
 @lru_cache(maxsize=KEPT)

@@ -12,10 +12,11 @@ end, and turns by,
     P = m (c - t) + F                                  (Newton)
     J w' = K + tau - q - (l/2) n·(F + P)               (Euler, about its centre)
 
-where t is the tide, its gravity less that at the chain's centre of mass. A free bar has tau = 0: Euler gives w'
-as an affine function of a. A prescribed bar has w' given as such a function, by its law: Euler gives tau.
-Either way P is affine in a, and the bar before takes it for its F. The matrix A starts as a point mass's and
-stays symmetric positive definite while no motor works: it is the mass that the chain shows at its left end.
+where t is the tide: its gravity less that at the chain's centre of mass, and what else accelerates it. A free
+bar has tau = 0: Euler gives w' as an affine function of a. A prescribed bar has w' given as such a function, by its
+law: Euler gives tau. Either way P is affine in a, and the bar before takes it for its F. The matrix A starts as a
+point mass's and stays symmetric positive definite while no motor works: it is the mass that the chain shows at its
+left end.
 
 *From the first bar to the last.* No force acts on the first left end: P = 0 gives its a, and the affine
 functions then give w' and the next bar's a, one after the other. Reactions are Newton's law summed from the
@@ -29,8 +30,11 @@ Accelerations count from a frame that falls with g(Z0), so that only tides enter
 
     t = (mu/|Z0|³) (Z0 (1 - y³) - d y³),   1 - y³ = (1 - y)(1 + y + y²),   1 - y = q y²/(1 + y)
 
-keeps all digits however short d is, without logarithms. The longitude of a bar turns by
-(Z x (c - t))/r² - 2 (Z·Z')(Z x Z')/r⁴, gravity being central; a law against the local horizontal adds that.
+keeps all digits however short d is, without logarithms (`heyoka_fields` has the other fields). The longitude of a
+bar turns by (Z x (c - t))/r² - 2 (Z·Z')(Z x Z')/r⁴ where gravity is central; what else accelerates the bar across
+its place, Z x g, comes on top. A law against the local horizontal adds that.
+
+A blow jumps velocities by the same equations with impulses for forces: no rates, no gravity (`heyoka_blows`).
 
 Symbols are heyoka's, constants are parameters of the integrator: so they have its precision, and chains of
 one structure share one compiled code. Literals are 0.5, 2, 3 ...: exact in any precision.
@@ -73,9 +77,11 @@ class Bar:
     rate: Symbol
     tide: tuple[Symbol, Symbol]
     torque: Symbol
-    """Of gravity"""
+    """Of all but its joints' forces and motors"""
     place: tuple[Symbol, Symbol]
     velocity: tuple[Symbol, Symbol]
+    swerve: Symbol | None = None
+    """Z x the part of its acceleration without joints that is not central; None if there is none"""
 
     @property
     def across(self) -> tuple[Symbol, Symbol]:
@@ -94,7 +100,7 @@ class Bar:
         return form(x=1.0, turn=halves * nx, one=-halves * cx), form(y=1.0, turn=halves * ny, one=-halves * cy)
 
     def specific_force(self) -> tuple[Any, Any]:
-        """What other forces than gravity give its centre, c - t, affine."""
+        """What its joints give its centre, c - t, affine."""
         x, y = self.acceleration(1.0)
         return x - form(one=self.tide[0]), y - form(one=self.tide[1])
 
@@ -208,6 +214,8 @@ def wanted_turn(bar: Bar, law: Symbol, *, local_horizontal: bool) -> Any:
     swing = (pull[1] * zx - pull[0] * zy) / r2
     drift = 2.0 * (zx * vx + zy * vy) * (zx * vy - zy * vx) / (r2 * r2)
     given = swing + form(one=law - drift)
+    if bar.swerve is not None:
+        given = given + form(one=bar.swerve / r2)
     turn = given / (1.0 - given[TURN])  # the bar's own turning moves its centre about its left end
     turn[TURN] = 0.0
     return turn

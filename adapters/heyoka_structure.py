@@ -7,12 +7,13 @@ unknowns are of order one, as heyoka's tolerance, which is relative to the large
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from adapters.heyoka_effects import EffectShapes, effect_parameters, pushes_the_track, shapes_of
 from adapters.initial_state import initial_state
 from scenarios import Actuator, Frame, Gravity
 
@@ -64,6 +65,12 @@ class Structure:
     laws: tuple[LawShape, ...] = ()
     lands: bool = False
     """Whether the surface is watched"""
+    effects: EffectShapes = field(default_factory=EffectShapes)
+
+    @property
+    def surfaces(self) -> int:
+        """How many events watch the surface: by each end, and by each bar between its ends."""
+        return 2 * self.bars + 1 if self.lands else 0
 
     @property
     def law_offset(self) -> int:
@@ -75,9 +82,13 @@ class Structure:
         return SCENE_PARAMETERS + part * self.bars + bar
 
     @property
-    def parameters(self) -> int:
-        """How many there are."""
+    def effect_offset(self) -> int:
+        """Where the effects' parameters start, in the order of `EffectShapes.names`."""
         return self.law_offset + LAW_PARAMETERS * len(self.laws)
+
+    def slot(self, name: str) -> int:
+        """Where an effect's parameter is."""
+        return self.effect_offset + self.effects.names.index(name)
 
 
 @dataclass(frozen=True)
@@ -99,16 +110,21 @@ def structure_of(scene: Scene) -> Structure:
         LawShape(p.bar - 1, p.frame is Frame.LOCAL_HORIZONTAL, p.actuator is Actuator.JOINT)
         for p in scene.effects.prescribed_rotation
     )
-    return Structure(scene.bars, str(scene.effects.gravity), laws, may_land(scene))
+    return Structure(scene.bars, str(scene.effects.gravity), laws, may_land(scene), shapes_of(scene))
 
 
 def may_land(scene: Scene) -> bool:
     """Whether a bar might reach the surface: perigee of the osculating orbit less twice the chain's length.
 
     The chain reaches half of its length beyond its centre of mass, a whole one if its masses are very unequal;
-    the rest is for the track's own departure from that orbit, of order (L/r)² r.
+    the rest is for the track's own departure from that orbit, of order (L/r)² r. Where anything else than the
+    central body moves the centre of mass, its orbit at t = 0 says nothing, and the surface is watched.
     """
-    if scene.central_body.radius_m <= 0.0 or scene.effects.gravity is Gravity.NONE:
+    if scene.central_body.radius_m <= 0.0:
+        return False
+    if pushes_the_track(scene):
+        return True
+    if scene.effects.gravity is Gravity.NONE:
         return False  # without gravity a horizontal start only leads away
     square = scene.orbit.speed_factor**2
     perigee_m = scene.radius0_m if square >= 1.0 else scene.radius0_m * square / (2.0 - square)
@@ -136,6 +152,7 @@ def parameters_of(scene: Scene, units: Units, number: Callable[[Any], Any]) -> N
     found += [number(3.0) * j / (h * h) for j, h in zip(inertia, half, strict=True)]
     for p in scene.effects.prescribed_rotation:
         found += [number(0.0), number(PI) / number(p.duration_s / time), number(p.start_s / time)]
+    found += effect_parameters(scene, units, number).values()
     return np.array(found)
 
 

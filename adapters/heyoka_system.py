@@ -6,7 +6,10 @@ import itertools
 from dataclasses import dataclass
 from typing import Any
 
+from adapters.heyoka_acting import Acting, Symbols
 from adapters.heyoka_equations import Bar, Symbol, motion
+from adapters.heyoka_fields import Rod
+from adapters.heyoka_pushes import Moving
 from adapters.heyoka_structure import LAW_PARAMETERS, Part, Structure
 
 
@@ -26,6 +29,11 @@ class System:
     """For each bar: square of the distance of the line it lies on less that of the surface, by (l/2)²"""
     feet: list[Symbol]
     """For each bar: square of the distance of that line's nearest point from its centre, less (l/2)², by (l/2)²"""
+    switches: list[Symbol]
+    """What passes zero where a mode is switched, in the order of `EffectShapes.modes`"""
+    sunward: Symbol
+    """Z0·s; 0 where there is no shadow"""
+    bars: list[Bar]
 
 
 def system(structure: Structure) -> System:
@@ -33,22 +41,24 @@ def system(structure: Structure) -> System:
     import heyoka as hy
 
     n = structure.bars
-    zx, zy, vx, vy = centre = hy.make_vars("zx", "zy", "vx", "vy")
+    zx, zy, vx, vy = hy.make_vars("zx", "zy", "vx", "vy")
     angle = [hy.expression(f"angle_{j}") for j in range(n)]
     rate = [hy.expression(f"rate_{j}") for j in range(n)]
-    r2 = zx * zx + zy * zy
-    pull = hy.par[0] / (r2 * hy.sqrt(r2)) if structure.gravity != "none" else 0.0
-    bars = chain(structure, centre, angle, rate, pull, r2)
+    state = Symbols((zx, zy), (vx, vy), angle, rate, zx * zx + zy * zy)
+    acting = Acting(structure, state)
+    bars = chain(structure, state, acting)
     laws = [law_acceleration(structure.law_offset + LAW_PARAMETERS * k) for k in range(len(structure.laws))]
     found = motion(bars, structure, laws)
     share = [parameter(structure, Part.SHARE, j) for j in range(n)]
-    fall = [-pull * zx + total(share, [b.tide[0] for b in bars]), -pull * zy + total(share, [b.tide[1] for b in bars])]
+    fall = [f + total(share, [b.tide[k] for b in bars]) for k, f in enumerate(acting.frame)]
     observables = [x for pair in found.reaction for x in pair] + found.torque
     return System(
-        [*centre, *angle, *rate],
+        state.variables,
         [as_symbol(x) for x in [vx, vy, *fall, *rate, *found.turn]],
         [as_symbol(x) for x in observables],
         *surface(structure, bars),
+        *acting.switches,
+        bars,
     )
 
 
@@ -66,26 +76,39 @@ def total(weights: list[Symbol], values: list[Symbol]) -> Symbol:
     return hy.sum([as_symbol(w * x) for w, x in zip(weights, values, strict=True)])
 
 
-def chain(
-    structure: Structure, centre: list[Symbol], angle: list[Symbol], rate: list[Symbol], pull: Symbol, r2: Symbol
-) -> list[Bar]:
+def chain(structure: Structure, state: Symbols, acting: Acting) -> list[Bar]:
     """All bars."""
     import heyoka as hy
 
-    n, (zx, zy, vx, vy) = structure.bars, centre
+    n, (zx, zy), (vx, vy) = structure.bars, state.centre, state.velocity
     half = [parameter(structure, Part.HALF, j) for j in range(n)]
-    reach = [(h * hy.cos(q), h * hy.sin(q)) for h, q in zip(half, angle, strict=True)]
+    along = [(hy.cos(q), hy.sin(q)) for q in state.angle]
+    reach = [(h * c, h * s) for h, (c, s) in zip(half, along, strict=True)]
     dx, dy = (strung(structure, [p[k] for p in reach]) for k in (0, 1))
-    wx = strung(structure, [-w * p[1] for w, p in zip(rate, reach, strict=True)])
-    wy = strung(structure, [w * p[0] for w, p in zip(rate, reach, strict=True)])
+    wx = strung(structure, [-w * p[1] for w, p in zip(state.rate, reach, strict=True)])
+    wy = strung(structure, [w * p[0] for w, p in zip(state.rate, reach, strict=True)])
     bars = []
     for j in range(n):
         mass, inertia, end_inertia, slender = (
             parameter(structure, part, j) for part in (Part.MASS, Part.INERTIA, Part.END_INERTIA, Part.SLENDER)
         )
-        tide, torque = gravity(structure, (zx, zy), r2, pull, (dx[j], dy[j]), reach[j], slender)
         place, velocity = (zx + dx[j], zy + dy[j]), (vx + wx[j], vy + wy[j])
-        bars.append(Bar(mass, inertia, end_inertia, reach[j], rate[j], tide, torque, place, velocity))
+        rod = Rod((dx[j], dy[j]), reach[j], mass, half[j], slender)
+        load = acting.load(rod, Moving(j, mass, along[j], rod.offset, place, velocity, reach[j], state.rate[j]))
+        bars.append(
+            Bar(
+                mass,
+                inertia,
+                end_inertia,
+                reach[j],
+                state.rate[j],
+                load.push,
+                load.torque,
+                place,
+                velocity,
+                load.swerve,
+            )
+        )
     return bars
 
 
@@ -104,32 +127,6 @@ def strung(structure: Structure, reach: list[Symbol]) -> list[Symbol]:
         from_first.append(from_first[-1] + (one + other))
     mean = total([parameter(structure, Part.SHARE, j) for j in range(n)], from_first)
     return [x - mean for x in from_first]
-
-
-def gravity(
-    structure: Structure,
-    z: tuple[Symbol, Symbol],
-    r2: Symbol,
-    pull: Symbol,
-    d: tuple[Symbol, Symbol],
-    reach: tuple[Symbol, Symbol],
-    slender: Symbol,
-) -> tuple[tuple[Symbol, Symbol], Symbol]:
-    """Tide and gravity torque of a bar; `pull` is mu/|Z0|³, and `slender` 3 J/(l/2)²."""
-    if structure.gravity == "none":
-        return (0.0, 0.0), 0.0
-    q = ((2.0 * z[0] + d[0]) * d[0] + (2.0 * z[1] + d[1]) * d[1]) / r2
-    y = (1.0 + q) ** -0.5
-    square = y * y
-    cube = pull * (square * y)
-    change = pull * (q * square * (square + y + 1.0) / (1.0 + y))
-    tide = (z[0] * change - d[0] * cube, z[1] * change - d[1] * cube)
-    if structure.gravity == "point":
-        return tide, 0.0
-    # with rho the radial unit vector and psi the angle from it to the bar: K = -3 (mu/r³) J sin(psi) cos(psi)
-    x, y_ = z[0] + d[0], z[1] + d[1]
-    to_sine, to_cosine = y_ * reach[0] - x * reach[1], x * reach[0] + y_ * reach[1]
-    return tide, slender * (to_sine * to_cosine * (cube * (square / r2)))
 
 
 def law_acceleration(offset: int) -> Symbol:

@@ -25,6 +25,7 @@ EVERYTHING = frozenset(
     | {"oblateness", "third_body", "drag", "solar_pressure", "solar_pressure.shadow", "joint_spring_damper"}
     | {"thrust.body", "thrust.inertial", "impulse"}
 )
+FEW_STEPS = 10.0  # largest component against the norm that a step is held by, and what is read off between steps
 
 
 class Run(Protocol):
@@ -121,10 +122,17 @@ class ReferenceAbsolute(ReferenceNumPy):
         """Where its steps stop to shrink, whatever is asked for.
 
         No step is held to less than GRAINS roundings of a radius, in velocities times the fastest rate w. With a
-        step a radian of w, they add up as a random walk of w t steps; those of velocities run on, by t.
+        step a radian of w, they add up as a random walk of w t steps; those of velocities run on, by t. In angles it is
+        that over the shortest bar, as a request would be: FEW_STEPS of them may stand in one sample.
         """
         del setting
         place, w = GRAINS * np.finfo(float).eps * scene.radius0_m, scene.fastest_rate_rad_s
         steps = np.sqrt(1.0 + w * t_s)
         rate = place * w * steps / min(scene.chain.length_m)
-        return {"com": place * steps * (1.0 + w * t_s), "com_velocity": place * w * steps, "rate": rate}
+        turn = FEW_STEPS * place / min(scene.chain.length_m)
+        return {
+            "com": place * steps * (1.0 + w * t_s),
+            "com_velocity": place * w * steps,
+            "rate": rate,
+            "attitude": turn,
+        }

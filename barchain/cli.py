@@ -14,6 +14,7 @@ from adapters.engine import EngineError
 from adapters.registry import UnknownEngineError, engines
 from barchain import api, listing
 from barchain.commands.cost import cost
+from barchain.commands.effects import effects
 from barchain.commands.ensemble import ensemble
 from barchain.commands.roundoff import roundoff
 from barchain.commands.scaling import scaling
@@ -245,6 +246,7 @@ def report(folder: Path) -> None:
 
 
 cli.add_command(cost)
+cli.add_command(effects)
 cli.add_command(ensemble)
 cli.add_command(roundoff)
 cli.add_command(scaling)

@@ -35,6 +35,7 @@ ERROR_COLUMNS = {
     "rate": "rate_error_rad_s",
     "reaction": "reaction_error_N",
     "torque": "torque_error_N_m",
+    "impulse": "impulse_error_N_s",
 }
 TITLE = "barchain truth"
 PHYSICS = ("central_body", "orbit", "chain", "effects")
@@ -183,6 +184,7 @@ def largest(seen: Trajectory) -> dict[str, Array]:
         "rate": seen.rate_rad_s[:, :, None] if seen.rate_rad_s is not None else None,
         "reaction": seen.reaction_N,
         "torque": seen.torque_N_m[:, :, None] if seen.torque_N_m is not None else None,
+        "impulse": seen.impulse_N_s,
     }
     return {
         name: np.maximum.accumulate(np.linalg.norm(x, axis=-1).max(axis=-1))

@@ -110,6 +110,8 @@ class Effect(ABC):
 
     watched: ClassVar[bool] = False
     """Whether the motion may carry it to where its mode no longer holds"""
+    has_spells: ClassVar[bool] = False
+    """Whether a margin may fall and rise again between two looks: then :meth:`spell` tells"""
 
     @property
     def breaks_s(self) -> tuple[float, ...]:
@@ -133,6 +135,11 @@ class Effect(ABC):
     def margin(self, at: Situation, mode: Array) -> Array:
         """(k,) functions of the state that are positive while the k entries of `mode` hold."""
         raise NotImplementedError(f"{self.name} has no modes")
+
+    def spell(self, at: Situation) -> float:
+        """Function of the state that changes sign within a spell that may be short beside a step; 0: none is near."""
+        del at
+        return 0.0
 
     def flipped(self, mode: Array, crossed: Indices) -> Array:
         """Mode after the margins at the indices `crossed` have fallen through zero."""

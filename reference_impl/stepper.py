@@ -99,20 +99,34 @@ def run_smooth(
 ) -> tuple[float, Array]:
     """Step to the end of the stretch, to the surface, or to where a switch falls; returns where that is."""
     while solver.status == "running" and log.stopped_s is None:
-        fallen = log.step(solver, surface, switches)
-        if fallen is not None and switches:
-            switches.let_go(*fallen)
-            return fallen
+        fallen_s = log.step(solver, surface, switches)
+        if fallen_s is not None and switches:
+            return switches.let_go(lambda t: retaken(solver, t), fallen_s, solver.t - solver.t_old)
         if project:
             solver.y = project(solver.y)
             solver.f = solver.fun(solver.t, solver.y)
     return float(solver.t), np.asarray(solver.y)
 
 
+def retaken(solver: DOP853[Any], until_s: float) -> Array:
+    """State at an instant inside the last step, by a step to there: an interpolant is some hundred times less exact."""
+    span = until_s - solver.t_old
+    if span <= 0.0:
+        return np.asarray(solver.y_old)
+    again = DOP853(solver.fun, solver.t_old, solver.y_old, until_s, first_step=span, rtol=RTOL_FLOOR, atol=solver.atol)
+    while again.status == "running":
+        message = again.step()
+        if message:
+            raise ArithmeticError(f"DOP853 gave up at t = {again.t:.6g} s: {message}")
+    return np.asarray(again.y)
+
+
 def stretches(t_s: Array, breaks_s: tuple[float, ...]) -> list[tuple[float, float]]:
-    """Parts of the walk from break to break."""
+    """Parts of the walk from break to break; a sample that rounding puts just after a break is where the part ends."""
     slack = BREAK_SLACK * (t_s[-1] - t_s[0])
-    marks = [t_s[0], *(t for t in sorted(breaks_s) if t_s[0] + slack < t < t_s[-1] - slack), t_s[-1]]
+    snapped = (t_s[np.searchsorted(t_s, t + slack, side="right") - 1] for t in breaks_s)
+    marks = [max(t, at) if at - t <= slack else t for t, at in zip(breaks_s, snapped, strict=True)]
+    marks = [t_s[0], *(t for t in sorted(marks) if t_s[0] + slack < t < t_s[-1] - slack), t_s[-1]]
     return [(float(a), float(b)) for a, b in itertools.pairwise(marks) if b - a > slack]
 
 
@@ -135,8 +149,8 @@ class Switches(Protocol):
     def fall(self, dense: Callable[[float], Array], start_s: float, end_s: float) -> float | None:
         """First instant inside a step at which something held must let go, or None."""
 
-    def let_go(self, t_s: float, y: Array) -> None:
-        """Hold what is right from this instant on."""
+    def let_go(self, exact: Callable[[float], Array], t_s: float, step_s: float) -> tuple[float, Array]:
+        """Hold what is right from about this instant on; returns the instant and the state there, by `exact`."""
 
 
 @dataclass
@@ -151,10 +165,8 @@ class Log:
     evaluations: int = 1
     stopped_s: float | None = None
 
-    def step(
-        self, solver: DOP853[Any], surface: Surface | None, switches: Switches | None = None
-    ) -> tuple[float, Array] | None:
-        """Take one step, its samples, and the stop if it holds one; where a switch falls in it, and the state there."""
+    def step(self, solver: DOP853[Any], surface: Surface | None, switches: Switches | None = None) -> float | None:
+        """Take one step, its samples, and the stop if it holds one; returns when a switch falls in it."""
         before = solver.y
         message = solver.step()  # a word only where it failed
         if message or not np.all(np.isfinite(solver.y)):
@@ -170,9 +182,7 @@ class Log:
         while len(self.rows) < len(self.t_s) and self.t_s[len(self.rows)] <= until:
             t = self.t_s[len(self.rows)]
             self.rows.append(solver.y.copy() if t == solver.t else dense()(t))
-        if fallen_s is None or self.stopped_s is not None:
-            return None
-        return fallen_s, dense()(fallen_s)
+        return fallen_s if self.stopped_s is None else None
 
 
 def landing(

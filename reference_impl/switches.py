@@ -14,11 +14,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from reference_impl.chain import Array
-    from reference_impl.effect import Effect, Modes
+    from reference_impl.effect import Effect, Indices, Modes
     from reference_impl.simulate import Packing
 
 LOOKS = (0.25, 0.5, 0.75, 1.0)  # of a step: where something that falls and rises again within it is looked for
 FALL_SLACK = 1e-12  # of a step: how closely the instant of a fall is found; the state is as good as its interpolant
+SECANT = 1e-4  # of a step: over which a margin's slope is taken
+SECANTS = 5  # two are enough: the interpolant is off by 1e-7 of a step or less
+SPELL_SLACK = 1e-6  # of the time between two looks: anywhere within a spell will do
 SAME_INSTANT = 1e-12  # of the run: blows nearer than this to a break are at it
 
 
@@ -41,6 +44,8 @@ class ModelSwitches:
         self.waiting = sorted(self.model.impulses, key=lambda blow: blow.at_s)
         self.blows: list[tuple[float, Array]] = []
         """Instants and impulsive reactions (N-1, 2) so far"""
+        self.fallen: set[int] = set()
+        """Margins that fell at the instant found last"""
 
     @property
     def modes(self) -> Modes | None:
@@ -86,13 +91,33 @@ class ModelSwitches:
         """First instant in a step, looked for in quarters of it, at which a margin has fallen through zero."""
         before, low = start_s, self.margins(start_s, dense(start_s))
         for share in LOOKS:
-            t = start_s + share * (end_s - start_s)
-            now = self.margins(t, dense(t))
-            if np.any(now < 0.0):
-                fallen = np.nonzero(now < 0.0)[0]
-                return min(self.root(dense, int(k), before, t, float(low[k])) for k in fallen)
-            before, low = t, now
+            end = start_s + share * (end_s - start_s)
+            for t in (*self.spells(dense, before, end), end):
+                now = self.margins(t, dense(t))
+                if np.any(now < 0.0):
+                    return self.first(dense, before, t, low, np.nonzero(now < 0.0)[0])
+                before, low = t, now
         return None
+
+    def first(self, dense: Callable[[float], Array], start_s: float, end_s: float, low: Array, below: Indices) -> float:
+        """Instant at which the first of the margins `below` falls; `low` are all margins at the start."""
+        instants = {int(k): self.root(dense, int(k), start_s, end_s, float(low[k])) for k in below}
+        earliest = min(instants.values())
+        self.fallen = {k for k, t in instants.items() if t == earliest}
+        return earliest
+
+    def spells(self, dense: Callable[[float], Array], start_s: float, end_s: float) -> list[float]:
+        """Instants between two looks in the middle of what may have come and gone meanwhile, increasing."""
+        found = []
+        for effect in self.model.effects:
+            if effect.has_spells and self.watching:
+
+                def side(t: float, effect: Effect = effect) -> float:
+                    return effect.spell(self.situation(t, dense(t)))
+
+                if side(start_s) * side(end_s) < 0.0:
+                    found.append(float(brentq(side, start_s, end_s, xtol=SPELL_SLACK * (end_s - start_s))))
+        return sorted(found)
 
     def root(self, dense: Callable[[float], Array], k: int, start_s: float, end_s: float, before: float) -> float:
         """Instant at which margin `k` is zero or just below."""
@@ -106,14 +131,48 @@ class ModelSwitches:
         found: float = brentq(margin, start_s, end_s, xtol=slack)
         return min(found + 2.0 * slack, end_s)
 
-    def let_go(self, t_s: float, y: Array) -> None:
-        """Turn round whatever margin is not positive any more."""
-        at, modes = self.situation(t_s, y), list(self.modes or ())
+    def let_go(self, exact: Callable[[float], Array], t_s: float, step_s: float) -> tuple[float, Array]:
+        """Turn round the margins that :meth:`fall` found to fall; returns when they do, and the state there.
+
+        Their signs there do not tell: an angle of a few radians is known to 1e-16, and the root may lie on either
+        side of that. A margin not turned round would be found to fall there again, and the run never get on.
+
+        Parameters
+        ----------
+        exact : callable
+            State at an instant of the step, by the method itself.
+        t_s : float
+            Where they fall by the step's interpolant.
+        step_s : float
+        """
+        t_s, y = self.meet(exact, t_s, step_s)
+        at, modes, offset = self.situation(t_s, y), list(self.modes or ()), 0
         for i, (effect, mode) in enumerate(zip(self.model.effects, modes, strict=True)):
             if mode is not None and effect.watched:
-                crossed = np.nonzero(effect.margin(at, mode) <= 0.0)[0]
+                count = len(effect.margin(at, mode))
+                crossed = np.array([k - offset for k in sorted(self.fallen) if 0 <= k - offset < count], np.intp)
                 modes[i] = effect.flipped(mode, crossed) if len(crossed) else mode
+                offset += count
         self.packing.modes = tuple(modes)
+        return t_s, y
+
+    def meet(self, exact: Callable[[float], Array], t_s: float, step_s: float) -> tuple[float, Array]:
+        """Instant near `t_s` at which what falls is zero or just below in the method's own states, by secants."""
+        fallen = sorted(self.fallen)
+
+        def margin(t: float) -> tuple[float, Array]:
+            y = exact(t)
+            return float(self.margins(t, y)[fallen].max()), y
+
+        aside = SECANT * step_s
+        before, (now, y) = margin(t_s - aside)[0], margin(t_s)
+        slope = (now - before) / aside
+        for _ in range(SECANTS):
+            if slope >= 0.0 or -FALL_SLACK * step_s * slope >= -now >= 0.0:
+                break  # there; or it only touches zero, and turning round there is as good as anywhere
+            t_s -= (now - 0.5 * FALL_SLACK * step_s * slope) / slope
+            now, y = margin(t_s)
+        return t_s, y
 
     def impulses(self, t_s: Array) -> Array | None:
         """Sum of the impulsive reactions before each sample, (n, N-1, 2); None where nothing strikes."""

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 from reports.cost_page import render_cost
 from reports.cost_tables import has_cost
+from reports.effects_page import render_effects
+from reports.effects_tables import has_effects
 from reports.render import render
 from reports.roundoff_page import render_roundoff
 from reports.roundoff_tables import has_roundoff
@@ -31,6 +33,8 @@ def render_all(folder: Path) -> list[Path]:
         pages.append(render_scaling(folder))
     if has_roundoff(folder):
         pages.append(render_roundoff(folder))
+    if has_effects(folder):
+        pages.append(render_effects(folder))
     if not pages or (folder / "metrics.csv").is_file():
         pages += render(folder)
     return list(dict.fromkeys(pages))

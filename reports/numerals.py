@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import TYPE_CHECKING
 
 from markupsafe import Markup, escape
@@ -61,6 +62,12 @@ def powers(text: str) -> Markup:
         return escape(text.replace("-", "−").replace("inf", "∞"))
     power = str(int(exponent)).replace("-", "−")
     return Markup("{}&#8202;×&#8202;10<sup>{}</sup>").format(mantissa.replace("-", "−"), power)
+
+
+def powers_in(text: str) -> Markup:
+    """Set the powers of ten in a sentence as HTML, and leave the rest as it is."""
+    parts = re.split(r"(?<![\w.])(\d[\d.]*e[-+]?\d+)", text)
+    return Markup("").join(powers(part) if k % 2 else escape(part) for k, part in enumerate(parts))
 
 
 def power_of_ten(exponent: int) -> str:

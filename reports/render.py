@@ -10,10 +10,11 @@ from markupsafe import Markup, escape
 
 from reports.cost_text import decade, ratio_text, span_text
 from reports.cost_view import view_cost
+from reports.effects_view import view_effects
 from reports.facts import facts
 from reports.markdown import cell_text, escape_text, table_row
 from reports.mathematics import effect, written, written_row
-from reports.numerals import as_given, given_markup, number, significant, span, typeset
+from reports.numerals import as_given, given_markup, number, powers_in, significant, span, typeset
 from reports.outcome import Outcome
 from reports.palette import PAPER, engine_pen, variables
 from reports.record import mapping, rows
@@ -64,7 +65,12 @@ def render(folder: Path) -> tuple[Path, Path]:
     """
     results = read_results(folder)
     summary = summarise(results)
-    chapters = {"cost": view_cost(folder), "scaling": view_scaling(folder), "roundoff": view_roundoff(folder)}
+    chapters = {
+        "cost": view_cost(folder),
+        "scaling": view_scaling(folder),
+        "roundoff": view_roundoff(folder),
+        "effects": view_effects(folder),
+    }
     shared = context(results, summary) | chapters
     views = [view_scene(results, summary, s) for s in summary.scenes]
     environment = templates()
@@ -93,6 +99,7 @@ def templates() -> Environment:
         "effect_markup": effect_markup,
         "value": as_given,
         "nice": given_markup,
+        "number_words": powers_in,
         "span": span,
         "cell_text": cell_text,
         "anchor": anchor,

@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from reference_impl.chain import Accelerations, Array, ChainModel, State
+from reference_impl.effect import Situation
 from reference_impl.fast import layout
 from reference_impl.fast.accelerations import evaluate
+from reference_impl.fast.simulate import hold
 from reference_impl.kinematics import joined_state
+from reference_impl.plane import along
 from tests.roundoff import sums
 
 LOST = "the joint system is not positive definite in double precision"
@@ -19,7 +22,10 @@ def fast_accelerations(model: ChainModel, t_s: float, state: State) -> Accelerat
     What it has no need to make, the centres' accelerations from the chain's, is put together from its field and
     reactions.
     """
-    n, chain, scratch = model.bars, layout.chain(model), layout.work(model.bars, len(model.prescriptions))
+    n, chain = model.bars, layout.chain(model)
+    scratch = layout.work_of(chain)
+    at = Situation(model, t_s, state, along(state.angle_rad))
+    hold(chain, tuple(effect.mode(at) for effect in model.effects))
     y = layout.pack(state.com_m, state.com_velocity_m_s, state.angle_rad, state.rate_rad_s)
     rates = np.zeros_like(y)
     if not evaluate(t_s, y, rates, chain, scratch):

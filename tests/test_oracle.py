@@ -48,7 +48,10 @@ def test_every_shipped_scene_has_a_committed_truth_of_its_run_and_its_first_orbi
         assert list(tmp_path.iterdir()) == []
         np.testing.assert_array_equal(found.trajectory.t_s, scene.times_s)
         wanted = {"com", "com_velocity", "attitude", "rate"} | ({"reaction"} if scene.bars > 1 else set())
-        assert set(found.error) == wanted | ({"torque"} if scene.effects.prescribed_rotation else set())
+        wanted |= ({"torque"} if scene.effects.prescribed_rotation else set()) | (
+            {"impulse"} if scene.effects.impulse else set()
+        )
+        assert set(found.error) == wanted
         for bound in found.error.values():
             assert bound.shape == scene.times_s.shape
             assert np.all(np.diff(bound) >= 0.0)

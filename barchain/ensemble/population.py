@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adapters.initial_state import chain_model, initial_state
+from adapters.initial_state import POINT_PART, chain_model, initial_state
 from barchain.ensemble.variation import VariationError
 from reference_impl.fast import layout
 from reference_impl.fast.batch import Batch
 from reference_impl.simulate import floor_m, safe_perigee_m
+from scenarios import Gravity
 
 if TYPE_CHECKING:
     from adapters.engine import Array
@@ -71,6 +72,7 @@ def populate(scene: Scene, variations: tuple[Variation, ...], runs: int, seed: i
 
     A bar whose mass or length varies keeps the shape of its mass: its inertia goes with m l², unless it varies itself.
     """
+    check_effects(scene, variations)
     names = [f.name for f in dataclasses.fields(Population) if f.name != "scene"]
     whole: dict[str, Any] = vars(scene.orbit) | vars(scene.chain)
     given = {name: np.atleast_1d(np.array(whole[name], dtype=float)) for name in names}
@@ -88,6 +90,29 @@ def populate(scene: Scene, variations: tuple[Variation, ...], runs: int, seed: i
     made = Population(scene, **{name: d if hasattr(scene.chain, name) else d[:, 0] for name, d in drawn.items()})
     check(made)
     return made
+
+
+HELD = ("drag", "solar_pressure", "thrust", "impulse")  # settled between compiled stretches, run by run
+
+
+def check_effects(scene: Scene, variations: tuple[Variation, ...]) -> None:
+    """Refuse effects that the compiled loop over many chains does not carry, and bars that one leaves no room for.
+
+    Raises
+    ------
+    VariationError
+        If an effect has instants that must be found in each run, or an exact slender bar would be none.
+    """
+    held = [name for name in HELD if getattr(scene.effects, name)]
+    if held:
+        raise VariationError(
+            f"ensembles do not carry {', '.join(held)}, whose jumps are found run by run; "
+            "allowed: effects that are smooth at all times"
+        )
+    if scene.effects.gravity is Gravity.SLENDER and any(v.key == "inertia_kg_m2" for v in variations):
+        raise VariationError(
+            '--vary inertia_kg_m2: a bar in gravity = "slender" is uniform; allowed: mass_kg, length_m'
+        )
 
 
 def check(population: Population) -> None:
@@ -119,9 +144,10 @@ def batch(population: Population, rtol: float) -> Batch:
     floor = floor_m(surface, length)
     return Batch(
         np.full(runs, mu),
-        layout.GRAVITY_CODES[scene.effects.gravity.value],
+        layout.GRAVITY_CODES[POINT_PART[scene.effects.gravity]],
         layout.bar_rows(population.mass_kg, population.length_m, population.inertia_kg_m2),
         laws(population),
+        layout.chain(chain_model(scene)).effects,
         layout.pack(com, velocity, angle, rate),
         layout.filled([rtol * turn, rtol * place, rtol * turn * fastest, rtol * place * fastest], 1.0),
         floor,

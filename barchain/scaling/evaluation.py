@@ -50,10 +50,14 @@ def compiled_loop(scene: Scene) -> Callable[[int], None]:
     """Loop over the compiled right-hand side."""
     from barchain.scaling.compiled_loop import repeat  # noqa: PLC0415  # Numba is an extra
     from reference_impl.fast import layout  # noqa: PLC0415
+    from reference_impl.fast.simulate import hold, modes_at  # noqa: PLC0415
 
-    start = initial_state(scene)
-    y = layout.pack(start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
-    chain, work, rates = layout.chain(chain_model(scene)), layout.work(scene.bars, 0), np.zeros_like(y)
+    start, model = initial_state(scene), chain_model(scene)
+    state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
+    y, chain = layout.pack(*state), layout.chain(model)
+    twin = Simulation(model, *state, rtol=1.0)
+    hold(chain, modes_at(twin, 0.0, twin.y0))
+    work, rates = layout.work_of(chain), np.zeros_like(y)
     return lambda times: repeat(times, y, rates, chain, work)
 
 

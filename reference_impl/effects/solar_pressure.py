@@ -32,6 +32,7 @@ class SolarPressure(Effect):
 
     name = "solar_pressure"
     watched = True
+    has_spells = True
 
     def sun(self, t_s: float) -> complex:
         """Unit vector to the Sun."""
@@ -65,6 +66,11 @@ class SolarPressure(Effect):
         """(1 + N,) distance from the shadow's edge, m, and how far each face is turned to the Sun."""
         across = (at.unit.conj() * self.sun(at.t_s)).imag
         return np.concatenate([[(2.0 * mode[0] - 1.0) * self.daylight(at)], mode[1:] * across])
+
+    def spell(self, at: Situation) -> float:
+        """Side of the shadow's axis, m: far out, one step may lead from one side of the shadow to the other."""
+        seen = self.sun(at.t_s).conjugate() * at.com
+        return seen.imag if self.shadow_radius_m and seen.real < 0.0 else 0.0
 
     def flipped(self, mode: Array, crossed: Indices) -> Array:
         """Light for shadow, other faces."""

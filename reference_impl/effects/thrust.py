@@ -13,6 +13,8 @@ from reference_impl.effect import Effect, Push, Situation
 if TYPE_CHECKING:
     from reference_impl.chain import Array
 
+SAME_INSTANT = 1e-12  # of its time: a sample that rounding puts so little after an instant of the table is on it
+
 
 @final
 @dataclass(frozen=True)
@@ -60,7 +62,7 @@ class Thrust(Effect):
 
     def mode(self, at: Situation) -> Array:
         """Piece just before an instant; at t = 0, just after."""
-        return self.piece_at(at.t_s, "left" if at.t_s > 0.0 else "right")
+        return self.piece_at(at.t_s * (1.0 - SAME_INSTANT), "left" if at.t_s > 0.0 else "right")
 
     def piece(self, start_s: float, end_s: float) -> Array:
         """Piece between two breaks."""

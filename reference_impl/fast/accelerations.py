@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from reference_impl.fast.acting import move
 from reference_impl.fast.field import ends, forces
 from reference_impl.fast.jit import compiled, inlined
 from reference_impl.fast.joints import reactions, refine
@@ -36,7 +37,7 @@ def evaluate(t_s: float, y: Array, rates: Array, chain: Chain, work: Work) -> bo
     """
     n, rows, well = chain.bars.shape[1], work.bars, True
     unit_vectors(n, y, rows)
-    forces(n, chain, y, rows)
+    forces(n, t_s, chain, y, work)
     if len(chain.laws):
         well = respond(n, chain, work)
         ends(n, chain, y, rows)
@@ -52,6 +53,7 @@ def evaluate(t_s: float, y: Array, rates: Array, chain: Chain, work: Work) -> bo
         for i in range(n):
             rates[n + 2 + i] += work.torque_N_m[k] * unit_torque(chain.laws[k], i, chain.bars)
     rates[2 * n + 2], rates[2 * n + 3] = com_acceleration(n, chain, y, rows)
+    move(chain.effects, n, chain, work, rates)
     return well
 
 

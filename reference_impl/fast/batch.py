@@ -13,7 +13,7 @@ from reference_impl.fast.walk import ARRIVED, EVALUATIONS, SEEN, STEPS, go, step
 
 if TYPE_CHECKING:
     from reference_impl.chain import Array
-    from reference_impl.fast.layout import Work
+    from reference_impl.fast.layout import Effects, Work
     from reference_impl.fast.walk import Stepper
 
 
@@ -28,6 +28,8 @@ class Batch(NamedTuple):
     """(runs, 9, N)"""
     laws: Array
     """(runs, P, 7)"""
+    effects: Effects
+    """The same for all, none with a mode: nothing here would set it"""
     y0: Array
     """(runs, size)"""
     atol: Array
@@ -76,7 +78,9 @@ def run_batch(batch: Batch, t_s: Array, stretches_s: Array) -> Seen:
         np.zeros(runs),
     )
     scratch = np.empty((n, batch.y0.shape[1]))
-    walk_all(batch, t_s, stretches_s, stepper(batch.y0[0]), work(bars, batch.laws.shape[1]), scratch, seen)
+    walk_all(
+        batch, t_s, stretches_s, stepper(batch.y0[0]), work(bars, batch.laws.shape[1], batch.effects), scratch, seen
+    )
     return seen
 
 
@@ -84,7 +88,7 @@ def run_batch(batch: Batch, t_s: Array, stretches_s: Array) -> Seen:
 def walk_all(batch: Batch, t_s: Array, stretches_s: Array, s: Stepper, scratch: Work, rows: Array, seen: Seen) -> None:
     """Run all chains of a batch in turn."""
     for r in range(len(batch.mu_m3_s2)):
-        chain = Chain(batch.mu_m3_s2[r], batch.gravity, batch.bars[r], batch.laws[r])
+        chain = Chain(batch.mu_m3_s2[r], batch.gravity, batch.bars[r], batch.laws[r], batch.effects)
         restart(batch.y0[r], rows[0], s)
         code = ARRIVED
         for k in range(len(stretches_s)):

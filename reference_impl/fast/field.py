@@ -1,4 +1,4 @@
-"""Places of the bars and gravity on them, as in :mod:`reference_impl.gravity`, in closed form.
+"""Gravity on the bars and all that acts besides, as in :mod:`reference_impl.gravity`, in closed form.
 
 With s = 1 + q, Encke's change s^(-3/2) - 1 is -q (3 + 3q + q²)/(s^(3/2) (1 + s^(3/2))): no digits are lost however
 small q is, and one root and one division serve field and gradient torque of a bar.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from reference_impl.fast.acting import keep, push
 from reference_impl.fast.jit import inlined
 from reference_impl.fast.layout import (
     COMPLIANCE,
@@ -29,29 +30,13 @@ from reference_impl.fast.layout import (
     SPIN,
     UX,
     UY,
-    WEIGHT,
     Chain,
+    Work,
 )  # fmt: skip
+from reference_impl.fast.places import hang_from_first
 
 if TYPE_CHECKING:
     from reference_impl.chain import Array
-
-
-@inlined
-def hang_from_first(n: int, bars: Array, rows: Array) -> tuple[float, float]:
-    """Rows DX, DY: centres of the bars from the first bar's, eq. (7'); returns the centre of mass from there."""
-    x = y = mean_x = mean_y = 0.0
-    left_x, left_y = bars[HALF, 0] * rows[UX, 0], bars[HALF, 0] * rows[UY, 0]
-    rows[DX, 0] = rows[DY, 0] = 0.0
-    for i in range(1, n):
-        right_x, right_y = bars[HALF, i] * rows[UX, i], bars[HALF, i] * rows[UY, i]
-        x += left_x + right_x
-        y += left_y + right_y
-        rows[DX, i], rows[DY, i] = x, y
-        mean_x += bars[WEIGHT, i] * x
-        mean_y += bars[WEIGHT, i] * y
-        left_x, left_y = right_x, right_y
-    return mean_x, mean_y
 
 
 @inlined
@@ -83,13 +68,16 @@ def no_gravity(n: int, rows: Array) -> None:
 
 
 @inlined
-def forces(n: int, chain: Chain, y: Array, rows: Array) -> None:
+def forces(n: int, t_s: float, chain: Chain, y: Array, work: Work) -> None:
     """All that acts on the bars but reactions and prescribed torques: rows U, D, G, SPIN, LEFT, RIGHT and K."""
+    rows = work.bars
     if chain.gravity == NO_GRAVITY:
         no_gravity(n, rows)
     else:
         mean_x, mean_y = hang_from_first(n, chain.bars, rows)
         gravity(n, chain, y[n], y[n + 1], mean_x, mean_y, rows)
+        keep(chain.effects, mean_x, mean_y, work)
+    push(chain.effects, n, t_s, y, chain, work)
     ends(n, chain, y, rows)
 
 

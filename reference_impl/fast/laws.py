@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from reference_impl.fast.acting import sideways
 from reference_impl.fast.jit import compiled
 from reference_impl.fast.joints import reactions, refine
 from reference_impl.fast.layout import (
@@ -87,7 +88,8 @@ def followed(
 ) -> float:
     """Acceleration of the angle that `law` prescribes, from its bar's and (local horizontal) its longitude's.
 
-    Gravity is central: of the bar's acceleration only the reactions' share turns its longitude.
+    Gravity is central: of the bar's acceleration only the reactions' share turns its longitude, and that of effects
+    which are not central, :func:`reference_impl.fast.acting.sideways`.
     """
     if law[LOCAL] == 0.0:
         return angular
@@ -164,6 +166,7 @@ def torques(n: int, t_s: float, y: Array, chain: Chain, work: Work) -> None:
         angular = rows[SPIN, bar] + levered(n, bar, free_x, free_y, chain, rows)
         lacking = wanted(law, t_s, x, z, vx, vz) - followed(n, law, angular, free_x, free_y, x, z, chain)
         work.matrix[k, len(laws)] = law[UNIT] * lacking
+        sideways(chain.effects, k, law, x, z, work)
         for other in range(len(laws)):
             rx, rz = work.responses[other, 0], work.responses[other, 1]
             turned = levered(n, bar, rx, rz, chain, rows) + unit_torque(laws[other], bar, chain.bars)

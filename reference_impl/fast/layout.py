@@ -6,12 +6,16 @@ whole vector registers.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from reference_impl.chain import Array, ChainModel, GravityModel
+    from reference_impl.effect import Effect
 
 GRAVITY_CODES: dict[GravityModel, int] = {"none": 0, "point": 1, "gradient": 2}
 NO_GRAVITY, GRADIENT = GRAVITY_CODES["none"], GRAVITY_CODES["gradient"]
@@ -25,6 +29,38 @@ UX, UY, DX, DY, GX, GY, SPIN, LEFT, LEFT_Y, RIGHT, RIGHT_Y, KXX, KXY, KYY = rang
 RX, RY, PX, PY, HXX, HXY, HYX, HYY = range(14, 22)
 # columns of Chain.laws
 BAR, REACTS_ON, LOCAL, AMPLITUDE, DURATION, START, UNIT = range(7)
+# rows of Pushed.bars, places in Pushed.common
+AX, AY, VX, VY = range(4)
+COMMON_X, COMMON_Y, ASIDE_X, ASIDE_Y, MEAN_X, MEAN_Y = range(6)
+
+
+class Acting(NamedTuple):
+    """One effect as compiled code sees it; its type tells which one it is, so that code is made for sets of effects.
+
+    It names no class of the effect's own, or to read what is kept on disk would import the modules of all effects that
+    any process has ever compiled.
+    """
+
+    numbers: NDArray[np.void]
+    """(1,) with one field, named after the effect, that holds its numbers by name"""
+    table: Array
+    """(k, ...) rows that the effect's module tells; (0, 0) where it has none"""
+    mode: Array
+    """What is held while its push is smooth, set from outside; (0,) where it has no modes"""
+
+
+Effects = tuple[Acting, ...]
+
+
+class Pushed(NamedTuple):
+    """What the effects of a chain add up to in one evaluation."""
+
+    bars: Array
+    """(4, N) rows A accelerations, less the common part, that are not towards the centre of the body; V velocities of
+    the bars' centres from the first bar's, made where an effect needs them"""
+    common: Array
+    """(6,) COMMON: acceleration that all bars share; ASIDE: what of it is not towards the centre of the body; MEAN: the
+    centre of mass from the first bar's, made with rows D of `Work.bars`"""
 
 
 class Chain(NamedTuple):
@@ -38,6 +74,8 @@ class Chain(NamedTuple):
     PASSED 2/(w+c), FREED 4w/(w+c), COMPACT 1 in a chain with any c > SLENDER w, else 0"""
     laws: Array
     """(P, 7) columns BAR, REACTS_ON (-1: nothing), LOCAL, AMPLITUDE rad, DURATION s, START s, UNIT sqrt(J)"""
+    effects: Effects
+    """What acts besides"""
 
 
 class Work(NamedTuple):
@@ -53,6 +91,8 @@ class Work(NamedTuple):
     """(P, P+1) system of the prescribed torques"""
     torque_N_m: Array
     """(P,)"""
+    pushed: Any
+    """`Pushed`; () in a chain without effects, whose code does not know of it"""
 
 
 def chain(model: ChainModel) -> Chain:
@@ -64,7 +104,19 @@ def chain(model: ChainModel) -> Chain:
     ]  # fmt: skip
     table = np.array(laws, dtype=float).reshape(len(laws), 7)
     bars = bar_rows(model.mass_kg, model.length_m, model.inertia_kg_m2)
-    return Chain(float(model.mu_m3_s2), GRAVITY_CODES[model.gravity], bars, table)
+    return Chain(float(model.mu_m3_s2), GRAVITY_CODES[model.gravity], bars, table, tuple(map(acting, model.effects)))
+
+
+def acting(effect: Effect) -> Acting:
+    """Arrays of one effect, by its own module, which is imported only now."""
+    made: Acting = import_module(f"{__package__}.effects.{effect.name}").acting(effect)
+    return made
+
+
+def numbers(name: str, values: dict[str, float]) -> NDArray[np.void]:
+    """`Acting.numbers` of the effect `name`."""
+    record = np.dtype([(key, float) for key in values])
+    return np.array([(tuple(values.values()),)], dtype=[(name, record)])
 
 
 def bar_rows(mass_kg: Array, length_m: Array, inertia_kg_m2: Array) -> Array:
@@ -77,9 +129,15 @@ def bar_rows(mass_kg: Array, length_m: Array, inertia_kg_m2: Array) -> Array:
     return np.stack(rows, axis=-2).astype(float)
 
 
-def work(bars: int, laws: int) -> Work:
-    """Scratch for a chain of `bars` bars with `laws` prescribed rotations."""
-    return Work(np.zeros((22, bars)), np.zeros((laws, 2, bars)), np.zeros((laws, laws + 1)), np.zeros(laws))
+def work(bars: int, laws: int, effects: Effects = ()) -> Work:
+    """Scratch for a chain of `bars` bars with `laws` prescribed rotations and some effects."""
+    pushed = Pushed(np.zeros((4, bars)), np.zeros(6)) if effects else ()
+    return Work(np.zeros((22, bars)), np.zeros((laws, 2, bars)), np.zeros((laws, laws + 1)), np.zeros(laws), pushed)
+
+
+def work_of(chain: Chain) -> Work:
+    """Scratch for `chain`."""
+    return work(chain.bars.shape[1], len(chain.laws), chain.effects)
 
 
 def pack(com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array) -> Array:

@@ -6,17 +6,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from reference_impl.effect import Situation
 from reference_impl.fast import layout, walk
 from reference_impl.fast.accelerations import evaluate
-from reference_impl.fast.dop853 import interpolate
+from reference_impl.fast.dop853 import advance, interpolate
 from reference_impl.fast.jit import compiled
 from reference_impl.fast.layout import RX, RY
 from reference_impl.kinematics import gap_vectors, relative_positions
+from reference_impl.plane import along
 from reference_impl.simulate import History, Simulation
 from reference_impl.stepper import Walk, landing, stretches
+from reference_impl.switches import ModelSwitches
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from reference_impl.chain import Array, ChainModel
+    from reference_impl.effect import Modes
     from reference_impl.fast.layout import Chain, Work
 
 LOST = "the joint system is not positive definite in double precision"
@@ -43,14 +49,16 @@ class FastSimulation:
         self.atol = np.ones_like(self.y0)
         self.atol[self.order] = self.twin.atol
         self.chain = layout.chain(model)
-        self.work = layout.work(model.bars, len(model.prescriptions))
+        self.work = layout.work_of(self.chain)
+        self.switches: ModelSwitches | None = None
+        self.watching = any(effect.watched for effect in model.effects)
         self.warm_up()
 
     def warm_up(self) -> None:
         """Have all that a walk may call compiled, or loaded from where it was kept, by calls that change nothing."""
         self.aim(np.zeros(1))
         self.go(np.inf, -np.inf)
-        if self.twin.floor_m:
+        if self.twin.floor_m or self.watching:
             walk.dense(self.carry, self.chain, self.work)
             interpolate(0.0, self.carry.before, self.carry.powers, self.carry.end)
             walk.take_samples(-np.inf, self.t_s, self.rows, True, self.carry, self.chain, self.work)
@@ -91,24 +99,41 @@ class FastSimulation:
             If the joint system is not positive definite in double precision.
         """
         self.aim(t_s)
+        if self.model.effects or self.model.impulses:
+            self.switches = ModelSwitches(self.twin.packing, float(t_s[-1]))
         stopped_s = None
-        breaks_s = tuple(t for p in self.model.prescriptions for t in p.breaks_s)
-        for start, end in stretches(t_s, breaks_s):
-            code = self.go(start, end)
-            while code == walk.LOOK and stopped_s is None:
-                stopped_s = self.look()
-                code = walk.ARRIVED if stopped_s is not None else self.go(start, end)
-            self.complain(code)
+        for start, end in stretches(t_s, self.model.breaks_s):
+            stopped_s = self.walk_smooth(start, end)
             if stopped_s is not None:
                 break
         clock = self.carry.clock
         seen = int(clock[walk.SEEN])
         return Walk(self.t_s[:seen], self.rows[:seen], int(clock[walk.STEPS]), int(clock[walk.EVALUATIONS]), stopped_s)
 
-    def look(self) -> float | None:
-        """Instant at which a bar reached the surface in the last step, or None; then its samples."""
+    def walk_smooth(self, start_s: float, end_s: float) -> float | None:
+        """Walk from break to break; instant at which a bar reached the surface, or None."""
+        if self.switches:
+            self.stand(start_s, self.switches.enter(start_s, end_s, self.carry.y[self.order]))
+        here: float = start_s
+        code, stopped_s = self.go(here, end_s), None
+        while code in (walk.LOOK, walk.FALLEN) and stopped_s is None:
+            stopped_s, fallen_s = self.look(code)
+            here = start_s if fallen_s is None else fallen_s
+            code = walk.ARRIVED if stopped_s is not None else self.go(here, end_s)
+        self.complain(code)
+        return stopped_s
+
+    def stand(self, t_s: float, y: Array) -> None:
+        """Stand at the start of a smooth part, in the reference's own vector, with the modes that hold there."""
+        self.carry.clock[walk.NOW] = t_s
+        self.carry.y[self.order] = y
+        hold(self.chain, self.twin.packing.modes)
+
+    def look(self, code: int) -> tuple[float | None, float | None]:
+        """Instants in the last step at which a bar reached the surface and a mode ceased to hold; samples till then."""
         carry = self.carry
-        walk.dense(carry, self.chain, self.work)
+        if not self.watching:  # else it is there
+            walk.dense(carry, self.chain, self.work)
         end, step = carry.clock[walk.NOW], carry.clock[walk.TAKEN]
         found = np.empty_like(carry.y)
 
@@ -117,12 +142,35 @@ class FastSimulation:
             state: Array = found[self.order]
             return state
 
-        before = self.twin.height(carry.before[self.order])
-        stopped_s = landing(at, self.twin.height, end - step, end, before)
-        until = end if stopped_s is None else stopped_s
+        fallen_s = self.switches.fall(at, end - step, end) if self.switches and self.watching else None
+        stopped_s = self.landed(code, at, fallen_s)
+        until = next(t for t in (stopped_s, fallen_s, end) if t is not None)
         walk.take_samples(until, self.t_s, self.rows, True, carry, self.chain, self.work)
-        walk.leave_step(carry)
-        return stopped_s
+        if fallen_s is not None and stopped_s is None and self.switches:
+            fallen_s, state = self.switches.let_go(self.retaken, fallen_s, step)
+            self.stand(fallen_s, state)
+        else:
+            walk.leave_step(carry)
+        return stopped_s, fallen_s
+
+    def retaken(self, until_s: float) -> Array:
+        """State, in the reference's own order, at an instant inside the last step, by a step to there."""
+        carry = self.carry
+        begin = carry.clock[walk.NOW] - carry.clock[walk.TAKEN]
+        advance(begin, until_s - begin, carry.before, carry.slopes, carry.end, self.chain, self.work)
+        carry.clock[walk.EVALUATIONS] += 12
+        state: Array = carry.end[self.order]
+        return state
+
+    def landed(self, code: int, at: Callable[[float], Array], fallen_s: float | None) -> float | None:
+        """Instant at which a bar reached the surface in the last step, if that is before a mode ceased to hold."""
+        end, step = self.carry.clock[walk.NOW], self.carry.clock[walk.TAKEN]
+        before, after = self.carry.before[self.order], self.carry.y[self.order]
+        if code != walk.LOOK and (not self.twin.floor_m or self.twin.clear(before, after, step)):
+            return None
+        stopped_s = landing(at, self.twin.height, end - step, end, self.twin.height(before))
+        later = stopped_s is not None and fallen_s is not None and stopped_s > fallen_s
+        return None if later else stopped_s
 
     def complain(self, code: int) -> None:
         """Raise what the reference would."""
@@ -142,7 +190,7 @@ class FastSimulation:
         """Observables at the samples of a walk."""
         n = self.model.bars
         reaction, torque = np.zeros((len(seen.t_s), n - 1, 2)), np.zeros((len(seen.t_s), len(self.chain.laws)))
-        observe(seen.t_s, seen.y, self.carry.end, self.chain, self.work, reaction, torque)
+        self.observe(seen, reaction, torque)
         angle, com, rate, velocity = np.split(seen.y[:, : 2 * n + 4], [n, n + 2, 2 * n + 2], axis=1)
         position = np.array([relative_positions(self.model, a) for a in angle])
         gaps = [np.linalg.norm(gap_vectors(self.model, d, a), axis=-1) for d, a in zip(position, angle, strict=True)]
@@ -161,7 +209,32 @@ class FastSimulation:
             seen.steps,
             seen.evaluations,
             seen.stopped_s,
+            self.switches.impulses(seen.t_s) if self.switches else None,
         )
+
+    def observe(self, seen: Walk, reaction_N: Array, torque_N_m: Array) -> None:
+        """Reactions (n, N-1, 2) and torques (n, P) at the samples; modes, where there are any, as each state says."""
+        if not any(effect.mode.size for effect in self.chain.effects):
+            observe(seen.t_s, seen.y, self.carry.end, self.chain, self.work, reaction_N, torque_N_m)
+            return
+        for k, (t, y) in enumerate(zip(seen.t_s, seen.y, strict=True)):
+            hold(self.chain, modes_at(self.twin, t, y[self.order]))
+            one = slice(k, k + 1)
+            observe(seen.t_s[one], seen.y[one], self.carry.end, self.chain, self.work, reaction_N[one], torque_N_m[one])
+
+
+def modes_at(twin: Simulation, t_s: float, y: Array) -> Modes:
+    """What a state of the reference says of its effects' modes."""
+    state = twin.packing.unpack(y)
+    at = Situation(twin.model, t_s, state, along(state.angle_rad))
+    return tuple(effect.mode(at) for effect in twin.model.effects)
+
+
+def hold(chain: Chain, modes: Modes | None) -> None:
+    """Hold these modes in compiled code."""
+    for effect, mode in zip(chain.effects, modes or (), strict=True):
+        if mode is not None:
+            effect.mode[:] = mode
 
 
 def reference_order(bars: int) -> Array:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from reference_impl.fast.accelerations import evaluate
+from reference_impl.fast.acting import crossed, watched
 from reference_impl.fast.dop853 import (
     EXPONENT,
     LARGEST_FACTOR,
@@ -22,12 +23,16 @@ from reference_impl.fast.dop853 import (
 )  # fmt: skip
 from reference_impl.fast.jit import compiled
 from reference_impl.fast.layout import NO_GRAVITY
+from reference_impl.fast.places import hang_from_first
+from reference_impl.fast.trigonometry import unit_vectors
+from reference_impl.switches import LOOKS
 
 if TYPE_CHECKING:
     from reference_impl.chain import Array
     from reference_impl.fast.layout import Chain, Work
 
-ARRIVED, LOOK, COLLAPSED, NOT_FINITE, LOST_JOINT = range(5)
+ARRIVED, LOOK, COLLAPSED, NOT_FINITE, LOST_JOINT, FALLEN = range(6)
+FROM_START = (0.0, *LOOKS)  # of a step
 RTOL_FLOOR = 100.0 * float(np.finfo(float).eps)  # SciPy's least
 # places in Stepper.clock
 NOW, STEP, TAKEN, STEPS, SEEN, EVALUATIONS = range(6)
@@ -160,7 +165,11 @@ def clear(n: int, h: float, before: Array, y: Array, chain: Chain, floor_m: floa
     As :meth:`reference_impl.simulate.Simulation.clear`: the orbit's lowest point is high enough, or the centre of mass,
     which gravity pulls at most with mu/R², can't have fallen so far from either end of the step.
     """
-    if chain.gravity != NO_GRAVITY and perigee(n, y, chain.mu_m3_s2) > safe_m:
+    if (
+        chain.gravity != NO_GRAVITY
+        and perigee(n, y, chain.mu_m3_s2) > safe_m
+        and (len(chain.effects) == 0 or perigee(n, before, chain.mu_m3_s2) > safe_m)
+    ):
         return True
     pull = 0.0 if chain.gravity == NO_GRAVITY else chain.mu_m3_s2 / (floor_m * floor_m)
     half = 0.5 * h
@@ -173,16 +182,34 @@ def clear(n: int, h: float, before: Array, y: Array, chain: Chain, floor_m: floa
 
 
 @compiled
+def fallen(s: Stepper, chain: Chain, work: Work) -> bool:
+    """Whether any effect's mode does not hold at a look into the last step, whose interpolant is there.
+
+    As :meth:`reference_impl.switches.ModelSwitches.fall`, which then finds the instant.
+    """
+    n, h = chain.bars.shape[1], s.clock[TAKEN]
+    for share in FROM_START:
+        interpolate(share, s.before, s.powers, s.end)
+        unit_vectors(n, s.end, work.bars)
+        mean_x, mean_y = hang_from_first(n, chain.bars, work.bars)
+        seen = crossed(chain.effects, n, s.clock[NOW] - h + share * h, s.end, mean_x, mean_y, chain, work)
+        if seen and share > 0.0:
+            return True
+    return False
+
+
+@compiled
 def go(start_s: float, end_s: float, floor_m: float, safe_m: float, t_s: Array, rows: Array, atol: Array, s: Stepper,
        chain: Chain, work: Work) -> int:  # fmt: skip
     """Walk on to `end_s`, from `start_s` if that is now.
 
-    It stops with LOOK after a step in which a bar may have touched the surface: the caller looks, and comes again.
+    It stops with LOOK after a step in which a bar may have touched the surface, and with FALLEN after one, its
+    interpolant made, in which a mode of an effect ceased to hold: the caller looks, and comes again.
 
     Parameters
     ----------
     start_s, end_s : float
-        A smooth stretch: no law's break is inside.
+        A smooth stretch: no break of a law or an effect is inside.
     floor_m : float
         Distance of the centre of mass from the body's centre above which nothing can touch it; 0: no surface.
     safe_m : float
@@ -199,18 +226,23 @@ def go(start_s: float, end_s: float, floor_m: float, safe_m: float, t_s: Array, 
     Returns
     -------
     int
-        ARRIVED, LOOK, COLLAPSED, NOT_FINITE or LOST_JOINT.
+        ARRIVED, LOOK, COLLAPSED, NOT_FINITE, LOST_JOINT or FALLEN.
     """
-    n, code = chain.bars.shape[1], ARRIVED
+    n, code, watching = chain.bars.shape[1], ARRIVED, watched(chain.effects)
     if s.clock[NOW] == start_s:
         code = start(start_s, end_s, atol, s, chain, work)
     while code == ARRIVED and s.clock[NOW] < end_s:
         code = step(end_s, atol, s, chain, work)
         if code == ARRIVED and not finite(s.y, s.y):
             code = NOT_FINITE
-        elif code == ARRIVED and floor_m > 0.0 and not clear(n, s.clock[TAKEN], s.before, s.y, chain, floor_m, safe_m):
+        if watching and code == ARRIVED:
+            dense(s, chain, work)
+            code = FALLEN if fallen(s, chain, work) else ARRIVED
+        if code != ARRIVED:
+            continue
+        if floor_m > 0.0 and not clear(n, s.clock[TAKEN], s.before, s.y, chain, floor_m, safe_m):
             code = LOOK
-        elif code == ARRIVED:
-            take_samples(s.clock[NOW], t_s, rows, False, s, chain, work)
+        else:
+            take_samples(s.clock[NOW], t_s, rows, watching, s, chain, work)
             leave_step(s)
     return code

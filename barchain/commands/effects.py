@@ -1,0 +1,87 @@
+"""`barchain effects`: what each effect is worth in a scene."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from barchain.effects_budget.limits import FAST, MATTERS, REPEATS, RTOL, RTOLS, SECONDS, SLOW
+
+if TYPE_CHECKING:
+    from reports.effects_view import EffectsView
+
+
+@click.command()
+@click.argument("scene", metavar="SCENE")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False),
+              help="Folder for table and page; that of a comparison gets the chapter into its report.")  # fmt: skip
+@click.option("--rtol", type=click.FloatRange(*RTOLS), default=RTOL, show_default=True,
+              help="Accuracy of a step; what the numerics leave is told by a run ten times looser.")  # fmt: skip
+@click.option("--matters", type=click.FloatRange(0.0, 1.0, min_open=True), default=MATTERS, show_default=True,
+              help="Change from which an effect matters: rad of attitude, share of the largest reaction, share of "
+                   "the initial distance from the centre.")  # fmt: skip
+@click.option("--engine", type=click.Choice([FAST, SLOW]),
+              help="Form of the reference that runs all; by default the compiled one where it can.")  # fmt: skip
+@click.option("--repeats", type=click.IntRange(min=1), default=REPEATS, show_default=True,
+              help="Times that each run is timed.")  # fmt: skip
+@click.option("--budget", "seconds", type=click.FloatRange(min=0), default=SECONDS, show_default=True,
+              help="Seconds after which no further round of timing is begun.")  # fmt: skip
+@click.option("--workers", type=click.IntRange(min=1), help="Processes side by side; all cores by default.")
+def effects(
+    scene: str, out: Path | None, rtol: float, matters: float, engine: str | None, repeats: int, seconds: float,
+    workers: int | None,
+) -> None:  # fmt: skip
+    """Measure what each effect is worth in SCENE, on or off there: its size, what it changes, what it costs.
+
+    Effects that the scene does not have are switched on with stated defaults. SCENE is a name or a file.
+    """
+    from barchain.effects_budget.measure import make_plan, measure  # noqa: PLC0415  # statistics no other command needs
+    from barchain.progress import verdicts_shown  # noqa: PLC0415
+    from reports.effects_page import render_effects  # noqa: PLC0415  # plots take a second to import
+    from reports.effects_view import view_effects  # noqa: PLC0415
+    from scenarios import load_scene  # noqa: PLC0415
+
+    need(engine)
+    timing: dict[str, Any] = {"repeats": repeats, "seconds": seconds, "workers": workers}
+    plan = make_plan(load_scene(scene), rtol=rtol, matters=matters, engine=engine, **timing)
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = out or Path(scratch)
+        with verdicts_shown(plan.turns) as show:
+            measure(plan, folder, command=shlex.join(["barchain", *sys.argv[1:]]), progress=show)
+        page = render_effects(folder) if out else None
+        view = view_effects(folder)
+    assert view is not None
+    show_view(view)
+    if page:
+        click.echo(f"effects: {page}")
+
+
+def need(engine: str | None) -> None:
+    """Say how to get an engine that was asked for and is not there."""
+    from adapters.registry import ENGINES  # noqa: PLC0415
+
+    if engine and ENGINES[engine].missing:
+        raise click.UsageError(f"--engine {engine}: {ENGINES[engine].missing}")
+
+
+def show_view(view: EffectsView) -> None:
+    """Print the table and the advice."""
+    from rich.markup import escape  # noqa: PLC0415
+    from rich.table import Table  # noqa: PLC0415
+
+    from barchain.listing import show  # noqa: PLC0415
+
+    table = Table(box=None, header_style="bold")
+    for k, heading in enumerate(view.headings):
+        table.add_column(heading, justify="left" if k < view.wordy else "right")
+    for row in view.table:
+        table.add_row(*map(escape, row))
+    show(table)
+    click.echo(view.headline)
+    for advice in view.advice:
+        click.echo(f"  {advice.text}")

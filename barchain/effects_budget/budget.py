@@ -1,0 +1,143 @@
+"""The effect budget from runs and times to the rows of its table."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from barchain.effects_budget.changes import Change, Runs, change, sizes
+from barchain.effects_budget.limits import TIME_LIMIT_S
+from barchain.effects_budget.prices import Timed, price, timed_rounds
+from barchain.effects_budget.sizes import sizes_over
+from barchain.pool import run_jobs
+from reports.effects_tables import COLUMNS, UNITS
+from reports.outcome import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from barchain.effects_budget.plan import Plan
+    from barchain.effects_budget.store import EffectsStore
+    from barchain.effects_budget.switches import Switch
+    from barchain.job import Job, RunResult
+
+
+class EffectsBudget:
+    """One budget being measured."""
+
+    def __init__(self, plan: Plan, store: EffectsStore, report: Callable[[str, str, str], None]) -> None:
+        """Prepare; `report` is told (scene, run, outcome) after each step."""
+        self.plan, self.store, self.report = plan, store, report
+        self.results: dict[str, RunResult] = {}
+        self.times: dict[str, Timed] = {}
+        self.names = {s.scene.digest: s.title for s in plan.switches if s.scene}
+
+    def run(self) -> None:
+        """Run everything and write the table after the runs and after the times."""
+        start = time.perf_counter()
+        try:
+            for job, result in run_jobs(self.plan.runs, time_limit_s=TIME_LIMIT_S, workers=self.plan.workers):
+                self.results[job.key] = result
+                self.report(self.plan.scene.name, self.said(job), str(result.outcome))
+            self.write()
+            self.time()
+            self.store.record["finished"] = True
+        finally:
+            self.store.record["seconds"] = time.perf_counter() - start
+            self.write()
+
+    def said(self, job: Job) -> str:
+        """Run in words."""
+        what = "as it is" if job.scene is self.plan.scene else self.names[job.scene.digest]
+        return f"{what}, {job.engine} {job.setting}"
+
+    def time(self) -> None:
+        """Time what ran well."""
+        good = [j for j in self.plan.tight if self.results[j.key].outcome is Outcome.PASS]
+        self.times = timed_rounds(
+            good, repeats=self.plan.repeats, seconds=self.plan.seconds, time_limit_s=TIME_LIMIT_S,
+            told=lambda k: self.report(self.plan.scene.name, f"round {k}", str(Outcome.PASS)),
+        )  # fmt: skip
+
+    def write(self) -> None:
+        """Table and record as they stand."""
+        whole = self.runs_of(self.plan.tight[0])
+        if whole:
+            self.store.record["scene"] |= base_facts(whole)
+        self.store.write([self.row(s) for s in self.plan.switches])
+
+    def runs_of(self, job: Job) -> Runs | None:
+        """Trajectories of a run and of its looser twin; None if either failed or is still to come."""
+        found = [self.results.get(j.key) for j in (job, self.plan.looser(job))]
+        tight, loose = (r.trajectory if r and r.outcome is Outcome.PASS else None for r in found)
+        return Runs(tight, loose) if tight is not None and loose is not None else None
+
+    def row(self, switch: Switch) -> dict[str, Any]:
+        """One effect's row."""
+        found: dict[str, Any] = dict.fromkeys(COLUMNS) | {
+            "effect": switch.effect, "title": switch.title, "kind": str(switch.kind), "on": switch.on,
+            "said": switch.said, "reason": switch.reason,
+        }  # fmt: skip
+        if switch.scene is None:
+            return found
+        own, other = self.plan.pair(switch)
+        found["engine"] = own.engine
+        scene, switched = self.runs_of(own), self.runs_of(other)
+        if scene is None or switched is None:
+            return found | {"reason": self.why_not(own, other)}
+        found |= size_columns(self.plan, switch, scene) | change_columns(change(scene, switched))
+        found["ended"] = switched.tight.ended
+        return found | self.price_columns(switch, own, other)
+
+    def why_not(self, *jobs: Job) -> str:
+        """What became of runs that failed."""
+        results = [(j, self.results.get(r.key)) for j in jobs for r in (j, self.plan.looser(j))]
+        said = [f"{self.said(j)}: {r.outcome}, {r.reason}" for j, r in results if r and r.outcome is not Outcome.PASS]
+        return "; ".join(dict.fromkeys(said)) or "not run"
+
+    def price_columns(self, switch: Switch, own: Job, other: Job) -> dict[str, Any]:
+        """What the effect costs: the run that has it over the one that has it not."""
+        present, absent = (own, other) if switch.on else (other, own)
+        if not {own.key, other.key} <= set(self.times):
+            return {}
+        timed = self.times[present.key]
+        found = price(timed, self.times[absent.key])
+        if found is None:
+            return {}
+        seconds = float(np.nanmedian(timed.seconds))
+        return {
+            "time_ratio": found.time.value, "time_ratio_low": found.time.low, "time_ratio_high": found.time.high,
+            "rounds": found.rounds, "evaluation_ratio": found.evaluation, "evaluations_ratio": found.evaluations,
+            "seconds": seconds, "evaluation_s": seconds / timed.evaluations, "evaluations": timed.evaluations,
+        }  # fmt: skip
+
+
+def size_columns(plan: Plan, switch: Switch, scene: Runs) -> dict[str, float]:
+    """Sizes of an effect's push."""
+    found = sizes_over(plan.scene, switch, scene.tight)
+    if found is None:
+        return {}
+    named = zip(("start", "largest"), found, strict=True)
+    return {f"{name}_{when}": value for when, all_sizes in named for name, value in all_sizes._asdict().items()}
+
+
+def change_columns(found: Change) -> dict[str, float]:
+    """What a switch changed."""
+    columns = {"compared_s": found.compared_s}
+    for name, unit in UNITS.items():
+        if name in found.largest:
+            columns |= {f"{name}_{unit}": found.largest[name], f"{name}_noise_{unit}": found.noise[name]}
+    return columns
+
+
+def base_facts(whole: Runs) -> dict[str, Any]:
+    """What is known of the scene as it is, once it has run."""
+    size = sizes(whole.tight, whole.horizon_s)
+    return {
+        "horizon_s": whole.horizon_s,
+        "ended": whole.tight.ended,
+        "end_s": float(whole.tight.t_s[-1]),
+        "largest_reaction_N": size.get("reaction"),
+    }

@@ -1,0 +1,1 @@
+"""Compiled effects, one module each, named as the reference names them; only those of a chain are imported."""

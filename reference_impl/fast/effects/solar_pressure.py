@@ -1,0 +1,82 @@
+"""Sunlight; as :mod:`reference_impl.effects.solar_pressure`, whose mode it holds: light or dark, and faces."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reference_impl.fast.jit import inlined
+from reference_impl.fast.layout import AX, AY, HALF, INVERSE_MASS, UX, UY, Acting, numbers
+
+if TYPE_CHECKING:
+    from reference_impl.chain import Array
+    from reference_impl.effects.solar_pressure import SolarPressure
+    from reference_impl.fast.layout import Chain, Work
+
+WIDTH, SIDE = range(2)
+
+
+def acting(effect: SolarPressure) -> Acting:
+    """Light and shadow; the table's rows are the bars' width, m, and in its first column the side seen last, m."""
+    values = {
+        "pressure_Pa": effect.pressure_Pa,
+        "longitude_rad": effect.longitude_rad,
+        "rate_rad_s": effect.rate_rad_s,
+        "reflectivity": effect.reflectivity,
+        "shadow_radius_m": effect.shadow_radius_m,
+    }
+    table = np.array([effect.width_m, np.zeros_like(effect.width_m)], dtype=float)
+    return Acting(numbers(effect.name, values), table, np.ones(1 + table.shape[1]))
+
+
+@inlined
+def sun(effect: Acting, t_s: float) -> tuple[float, float]:
+    """Unit vector to the Sun."""
+    given = effect.numbers[0].solar_pressure
+    longitude = given.longitude_rad + given.rate_rad_s * t_s
+    return math.cos(longitude), math.sin(longitude)
+
+
+@inlined
+def act(effect: Acting, n: int, t_s: float, y: Array, mean_x: float, mean_y: float, chain: Chain, work: Work) -> None:
+    """Force in the light; it does not turn a bar."""
+    if effect.mode[0] == 0.0:
+        return
+    given, rows, bars, moved = effect.numbers[0].solar_pressure, work.bars, chain.bars, work.pushed.bars
+    sx, sy = sun(effect, t_s)
+    pressure, mirrored = -2.0 * given.pressure_Pa, 2.0 * given.reflectivity
+    sx_taken, sy_taken = (1.0 - given.reflectivity) * sx, (1.0 - given.reflectivity) * sy
+    for i in range(n):
+        ux, uy = rows[UX, i], rows[UY, i]
+        seen = ux * sy - uy * sx  # n·s, whose sign is the face's
+        strength = (
+            pressure * effect.table[WIDTH, i] * bars[HALF, i] * bars[INVERSE_MASS, i] * (effect.mode[1 + i] * seen)
+        )
+        moved[AX, i] += strength * (sx_taken - mirrored * seen * uy)
+        moved[AY, i] += strength * (sy_taken + mirrored * seen * ux)
+
+
+@inlined
+def crossed(
+    effect: Acting, n: int, t_s: float, y: Array, mean_x: float, mean_y: float, chain: Chain, work: Work
+) -> bool:
+    """Whether the chain is on the other side of the shadow's edge, or a bar shows its other face.
+
+    Or whether the shadow's axis is between this look and the one before: then it may have been crossed in between.
+    """
+    radius, rows = effect.numbers[0].solar_pressure.shadow_radius_m, work.bars
+    sx, sy = sun(effect, t_s)
+    worst = 0.0
+    if radius != 0.0:
+        towards, across = sx * y[n] + sy * y[n + 1], sx * y[n + 1] - sy * y[n]
+        away = abs(across) if towards < 0.0 else math.hypot(towards, across)
+        worst = min(0.0, (2.0 * effect.mode[0] - 1.0) * (away - radius))
+        side = across if towards < 0.0 else 0.0
+        if side * effect.table[SIDE, 0] < 0.0 and effect.mode[0] != 0.0:
+            worst = -1.0
+        effect.table[SIDE, 0] = side
+    for i in range(n):
+        worst = min(worst, effect.mode[1 + i] * (rows[UX, i] * sy - rows[UY, i] * sx))
+    return bool(worst < 0.0)

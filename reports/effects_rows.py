@@ -1,0 +1,153 @@
+"""Rows of an effect budget as the page, the charts and the advice see them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from reports.effects_tables import QUANTITIES, SIZES, UNITS, Kind
+from reports.numerals import number
+from reports.record import mapping
+
+if TYPE_CHECKING:
+    from reports.effects_tables import EffectsTables
+
+MODELS = ("none", "point", "gradient", "quadrupole", "slender")
+"""Of gravity, each richer than the one before"""
+
+
+@dataclass(frozen=True)
+class Change:
+    """What switching an effect changed in one quantity, as a share of that quantity's scale."""
+
+    name: str
+    value: float
+    """SI units"""
+    noise: float
+    """What the numerics may have made of it, alike"""
+    scale: float
+    """What counts as 1: the initial distance, one radian, the largest reaction; 0 where that is not known"""
+
+    @property
+    def resolved(self) -> bool:
+        """Whether the numerics can't have made it."""
+        return self.value > self.noise
+
+    @property
+    def bound(self) -> float:
+        """The change, or what it is below."""
+        return self.value if self.resolved else self.noise
+
+    @property
+    def share(self) -> float:
+        """The bound over its scale."""
+        return self.bound / self.scale if self.scale else math.inf
+
+
+@dataclass(frozen=True)
+class EffectRow:
+    """One effect."""
+
+    effect: str
+    title: str
+    kind: Kind
+    on: bool
+    said: str
+    reason: str
+    """Why it was not switched; empty if it was"""
+    engine: str
+    sizes: dict[str, tuple[float | None, float | None]]
+    """At the start, and the largest over the run"""
+    changes: tuple[Change, ...]
+    compared_s: float | None
+    ended: str
+    time_ratio: float | None
+    time_low: float | None
+    time_high: float | None
+    evaluation_ratio: float | None
+    evaluations_ratio: float | None
+    evaluation_s: float | None
+
+    def change(self, name: str) -> Change | None:
+        """Change of one quantity."""
+        return next((c for c in self.changes if c.name == name), None)
+
+    @property
+    def model(self) -> str:
+        """Model of gravity that it stands for."""
+        return self.effect.removeprefix("gravity.") if self.kind is Kind.GRAVITY else ""
+
+    @property
+    def state(self) -> str:
+        """Whether the scene has it: ``on``, ``off``, or what it would be instead of."""
+        return self.said if self.kind is Kind.GRAVITY else "on" if self.on else "off"
+
+    @property
+    def cost_known(self) -> bool:
+        """Whether the clock tells its run from that without it."""
+        if self.time_ratio is None or self.time_low is None or self.time_high is None:
+            return False
+        return not self.time_low <= 1.0 <= self.time_high
+
+    @property
+    def time_share(self) -> float | None:
+        """Share of the run's time that it takes; negative where it saves some."""
+        return None if self.time_ratio is None else 1.0 - 1.0 / self.time_ratio
+
+
+@dataclass(frozen=True)
+class Whole:
+    """The scene as it is."""
+
+    name: str
+    gravity: str
+    bound: bool
+    period_s: float
+    duration_s: float
+    horizon_s: float
+    end_s: float
+    ended: str
+    scales: dict[str, float]
+    matters: float
+    rtol: float
+    looser: float
+    parted_rad: float
+
+
+def whole_of(record: dict[str, Any]) -> Whole:
+    """What the record says of the scene as it is."""
+    scene = mapping(record.get("scene"))
+
+    def value(key: str) -> float:
+        return number(scene.get(key)) or 0.0
+
+    return Whole(
+        str(scene.get("name") or ""), str(scene.get("gravity") or ""), bool(scene.get("bound")), value("period_s"),
+        value("duration_s"), value("horizon_s"), value("end_s"), str(scene.get("ended") or ""),
+        {"com": value("radius0_m"), "attitude": 1.0, "reaction": value("largest_reaction_N")},
+        *(number(record.get(key)) or 0.0 for key in ("matters", "rtol", "looser", "parted_rad")),
+    )  # fmt: skip
+
+
+def rows_of(tables: EffectsTables, whole: Whole) -> list[EffectRow]:
+    """All effects of a budget."""
+    return [row_of(r, whole) for r in tables.effects.to_dict("records")]
+
+
+def row_of(found: dict[Any, Any], whole: Whole) -> EffectRow:
+    """One row of effects.csv."""
+
+    def value(key: str) -> float | None:
+        known = number(found.get(key))
+        return known if known is not None and math.isfinite(known) else None
+
+    changes = [(q, value(f"{q}_{UNITS[q]}"), value(f"{q}_noise_{UNITS[q]}")) for q in QUANTITIES]
+    return EffectRow(
+        str(found["effect"]), str(found["title"]), Kind(found["kind"]), bool(found["on"]), str(found["said"]),
+        str(found["reason"]), str(found["engine"]),
+        {name: (value(f"{name}_start"), value(f"{name}_largest")) for name in SIZES},
+        tuple(Change(q, v, n, whole.scales[q]) for q, v, n in changes if v is not None and n is not None),
+        value("compared_s"), str(found["ended"]), value("time_ratio"), value("time_ratio_low"),
+        value("time_ratio_high"), value("evaluation_ratio"), value("evaluations_ratio"), value("evaluation_s"),
+    )  # fmt: skip

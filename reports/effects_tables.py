@@ -1,0 +1,75 @@
+"""The stored tables of an effect budget: what its page is rendered from, and nothing else is needed.
+
+A folder ``effects`` inside a result folder holds
+
+``effects.csv``
+    one row for each effect, columns :data:`COLUMNS`, SI units; an empty cell is what there is not, or was not measured;
+``record.json``
+    the scene, the rule of the advice, and what ran where.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FOLDER = "effects"
+SIZES = ("between", "torque", "common")
+"""Of an effect's push: differences between bars over the tide's, torque over 3 n² J, what is common over g"""
+QUANTITIES = ("com", "attitude", "reaction")
+COLUMNS = (
+    "effect", "title", "kind", "on", "said", "reason", "engine",
+    *(f"{name}_{when}" for when in ("start", "largest") for name in SIZES),
+    "com_m", "com_noise_m", "attitude_rad", "attitude_noise_rad", "reaction_N", "reaction_noise_N",
+    "compared_s", "ended",
+    "time_ratio", "time_ratio_low", "time_ratio_high", "rounds", "evaluation_ratio", "evaluations_ratio",
+    "seconds", "evaluation_s", "evaluations",
+)  # fmt: skip
+WORDS = ("effect", "title", "kind", "said", "reason", "engine", "ended")
+UNITS = {"com": "m", "attitude": "rad", "reaction": "N"}
+
+
+class Kind(StrEnum):
+    """What an effect is to a scene."""
+
+    GRAVITY = "gravity"
+    """Another model of gravity, instead of the scene's"""
+    NATURE = "nature"
+    """There whether one calls for it or not"""
+    DESIGN = "design"
+    """Chosen by whoever builds and flies the chain"""
+
+
+@dataclass(frozen=True)
+class EffectsTables:
+    """An effect budget's folder, read."""
+
+    effects: pd.DataFrame
+    record: dict[str, Any]
+
+
+def has_effects(folder: Path) -> bool:
+    """Whether a result folder holds an effect budget."""
+    return all((folder / FOLDER / name).is_file() for name in ("effects.csv", "record.json"))
+
+
+def read_effects(folder: Path) -> EffectsTables:
+    """Read the effect budget in a result folder.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a table is missing.
+    """
+    inside = folder / FOLDER
+    table = pd.read_csv(inside / "effects.csv", keep_default_na=False, na_values=[""])
+    for name in WORDS:
+        table[name] = table[name].astype(object).fillna("").astype(str)
+    return EffectsTables(table, json.loads((inside / "record.json").read_text(encoding="utf-8")))
