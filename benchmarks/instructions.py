@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 HERE = Path(__file__).resolve()
 ENGINE, SHOWN = "reference-fast", "effects/everything"
 PLAIN = ("paper/fig05", "paper/fig09", "basics/two_bars_free")
-EVALUATIONS, TURNS = 20_000, 7  # so many that the few hundred instructions of a call from Python round off
+EVALUATIONS, TURNS = 20_000, 15  # so many that the few hundred instructions of a call from Python round off
 PROCESSOR = {"NUMBA_CPU_NAME": "haswell", "NUMBA_CPU_FEATURES": "", "OPENBLAS_NUM_THREADS": "1"}  # valgrind's own
 ZERO, DUMP, START, STOP = 0x43540001, 0x43540003, 0x43540004, 0x43540005  # callgrind.h
 # `long request(long *six_words)`: words to rax, valgrind's magic preamble, answer from rdx; nothing on a processor
@@ -136,6 +136,13 @@ def in_revision(revision: str) -> dict[str, int]:
             subprocess.run([*git, "remove", "--force", str(tree)], check=True)
 
 
+def timed() -> dict[str, float]:
+    """Least time of one evaluation of each variant, s; all take turns, so that what disturbs disturbs each of them."""
+    loops = {name: loop_of(ENGINE, scene) for name, scene in variants()}
+    turns = [{name: evaluation_times(loop, 1)[0] for name, loop in loops.items()} for _ in range(TURNS)]
+    return {name: float(min(turn[name] for turn in turns)) for name in loops}
+
+
 def table(found: dict[str, int], times: dict[str, float]) -> None:
     """Print counts and times, and both over those of no effects."""
     first = next(iter(found))
@@ -163,7 +170,7 @@ def main(against: str | None, out: Path | None, child: str | None) -> None:
         counted(child)
         return
     found = instructions("effects", HERE.parent.parent)
-    times = {name: float(evaluation_times(loop_of(ENGINE, s), TURNS).min()) for name, s in variants()}
+    times = timed()
     table(found, times)
     if out:
         out.write_text(json.dumps({"instructions": found, "seconds": times}, indent=1))

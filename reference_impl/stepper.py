@@ -110,10 +110,11 @@ def run_smooth(
 
 def retaken(solver: DOP853[Any], until_s: float) -> Array:
     """State at an instant inside the last step, by a step to there: an interpolant is some hundred times less exact."""
-    span = until_s - solver.t_old
+    step: Any = solver  # stubs know neither its tolerances nor that its earlier state is there
+    span = until_s - step.t_old
     if span <= 0.0:
-        return np.asarray(solver.y_old)
-    again = DOP853(solver.fun, solver.t_old, solver.y_old, until_s, first_step=span, rtol=RTOL_FLOOR, atol=solver.atol)
+        return np.asarray(step.y_old)
+    again = DOP853(step.fun, step.t_old, step.y_old, until_s, first_step=span, rtol=RTOL_FLOOR, atol=step.atol)
     while again.status == "running":
         message = again.step()
         if message:

@@ -6,7 +6,6 @@ import dataclasses
 import math
 from typing import TYPE_CHECKING, Any
 
-from scenarios.effect_tables import THIRD_BODIES
 from scenarios.effect import (
     Actuator,
     Axes,
@@ -23,6 +22,7 @@ from scenarios.effect import (
     ThirdBody,
     Thrust,
 )
+from scenarios.effect_tables import THIRD_BODIES
 from scenarios.scene import CentralBody, Chain, Orbit, Run, Scene
 
 if TYPE_CHECKING:

@@ -186,10 +186,10 @@ def test_a_single_bar_has_no_reactions_to_change() -> None:
 
 
 def test_prices_are_medians_of_ratios_within_rounds() -> None:
-    found = price(Timed([2.0, 4.0, math.nan, 6.0], 20), Timed([1.0, 2.0, 1.0, 2.0], 10))
+    found = price(Timed([2.0, 4.0, math.nan, 6.0], 20, 3e-6), Timed([1.0, 2.0, 1.0, 2.0], 10, 2e-6))
     assert found is not None
     assert found.rounds == 3
-    assert (found.time.value, found.evaluation, found.evaluations) == pytest.approx((2.0, 1.0, 2.0))
+    assert (found.time.value, found.evaluation, found.evaluations) == pytest.approx((2.0, 1.5, 2.0))
     assert price(Timed([math.nan], 0), Timed([1.0], 10)) is None
     assert price(Timed(), Timed()) is None
 

@@ -110,7 +110,7 @@ class EffectsBudget:
         return {
             "time_ratio": found.time.value, "time_ratio_low": found.time.low, "time_ratio_high": found.time.high,
             "rounds": found.rounds, "evaluation_ratio": found.evaluation, "evaluations_ratio": found.evaluations,
-            "seconds": seconds, "evaluation_s": seconds / timed.evaluations, "evaluations": timed.evaluations,
+            "seconds": seconds, "evaluation_s": timed.evaluation_s, "evaluations": timed.evaluations,
         }  # fmt: skip
 
 

@@ -1,8 +1,8 @@
 """What an effect costs in time: the same run with and without it, in turn, in one process on one core.
 
 A ratio is that of two times of one round, so that a machine that is slower for a while slows both; shown is the median
-of the rounds. A run's time is that of its evaluations, so the ratio has two parts: what an evaluation takes longer,
-and how many more there are.
+of the rounds. Beside it stand what one evaluation takes longer, timed by itself, and how many more there are. A run
+takes longer than both say where it looks for instants at which a bar turns its other face, or a shadow ends.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 
 from barchain.cost.curves import Interval, median_time
 from barchain.cost.timing import Bench
+from barchain.scaling.evaluation import DIRECT, evaluation_times, loop_of
 from reports.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from barchain.job import Job
 
 LEAST_S = 0.01  # of simulate in one turn
+EVALUATION_S = 0.002  # of a batch of evaluations
+EVALUATION_TURNS = 3
 
 
 @dataclass
@@ -31,6 +34,8 @@ class Timed:
 
     seconds: list[float] = field(default_factory=list)
     evaluations: int = 0
+    evaluation_s: float | None = None
+    """Of one evaluation at the start, the least of some turns; None where the engine's can't be had by itself"""
 
 
 @dataclass(frozen=True)
@@ -38,8 +43,8 @@ class Price:
     """Cost with an effect over cost without it."""
 
     time: Interval
-    evaluation: float
-    """Time of one evaluation, over that without"""
+    evaluation: float | None
+    """Time of one evaluation, over that without; None where it is not known"""
     evaluations: float
     """Their number, over that without"""
     rounds: int
@@ -71,6 +76,10 @@ def timed_rounds(
             told(k + 1)
             if time.perf_counter() > end:
                 break
+    for job in jobs:
+        if job.engine in DIRECT:
+            times = evaluation_times(loop_of(job.engine, job.scene), EVALUATION_TURNS, EVALUATION_S)
+            found[job.key].evaluation_s = float(times.min())
     return found
 
 
@@ -89,6 +98,7 @@ def price(present: Timed, absent: Timed) -> Price | None:
     ratios = ratios[np.isfinite(ratios)]
     if not len(ratios) or not present.evaluations or not absent.evaluations:
         return None
-    more = present.evaluations / absent.evaluations
-    whole = median_time(ratios)
-    return Price(whole, whole.value / more, more, len(ratios))
+    one = None
+    if present.evaluation_s is not None and absent.evaluation_s is not None:
+        one = present.evaluation_s / absent.evaluation_s
+    return Price(median_time(ratios), one, present.evaluations / absent.evaluations, len(ratios))

@@ -51,10 +51,25 @@ Code = Any
 INLINED = {key: value for key, value in OPTIONS.items() if key != "cache"} | {"forceinline": True}
 
 
-def by_type(name: Callable[..., object]) -> Callable[[Code], Code]:
-    """Let a function of types choose the code of `name`; kept on disk with its callers."""
-    chosen: Callable[[Code], Code] = overload(name, jit_options=INLINED, strict=False)  # annotations differ
+def by_type(name: Callable[..., object], inline: str = "never") -> Callable[[Code], Code]:
+    """Let a function of types choose the code of `name`; kept on disk with its callers.
+
+    It is not strict, as the annotations of types and of their values differ.
+    """
+    chosen: Callable[[Code], Code] = overload(name, jit_options=INLINED, inline=inline, strict=False)
     return chosen
+
+
+def uncompiled(effects: Effects) -> None:
+    """What all names here are without a compiler: nothing, for a chain without effects.
+
+    Raises
+    ------
+    NotImplementedError
+        For effects, whose code is chosen by types that only a compiler has.
+    """
+    if effects:
+        raise NotImplementedError("effects are in compiled code only")
 
 
 def module_of(effect: Any) -> Any:  # a Numba type has no type that the checker knows
@@ -65,7 +80,7 @@ def module_of(effect: Any) -> Any:  # a Numba type has no type that the checker 
 
 def keep(effects: Effects, mean_x: float, mean_y: float, work: Work) -> None:
     """Keep for the effects where the centre of mass is, from the first bar's."""
-    raise NotImplementedError
+    uncompiled(effects)
 
 
 @by_type(keep)
@@ -82,7 +97,7 @@ def keep_code(effects: Any, mean_x: Any, mean_y: Any, work: Any) -> Code:
 
 def push(effects: Effects, n: int, t_s: float, y: Array, chain: Chain, work: Work) -> None:
     """Add what all effects do to rows G, SPIN and to `Work.pushed`."""
-    raise NotImplementedError
+    uncompiled(effects)
 
 
 @by_type(push)
@@ -108,7 +123,7 @@ def push_code(effects: Any, n: Any, t_s: Any, y: Any, chain: Any, work: Any) -> 
 
 def act(effects: Effects, n: int, t_s: float, y: Array, mean_x: float, mean_y: float, chain: Chain, work: Work) -> None:
     """Let one effect after another act."""
-    raise NotImplementedError
+    uncompiled(effects)
 
 
 @by_type(act)
@@ -129,10 +144,10 @@ def act_code(effects: Any, n: Any, t_s: Any, y: Any, mean_x: Any, mean_y: Any, c
 
 def move(effects: Effects, n: int, chain: Chain, work: Work, rates: Array) -> None:
     """Add to the acceleration of the centre of mass what gravity's does not hold."""
-    raise NotImplementedError
+    uncompiled(effects)
 
 
-@overload(move, inline="always", strict=False)  # as a call, even an empty one leaves an instruction behind
+@by_type(move, inline="always")  # as a call, even an empty one leaves an instruction behind
 def move_code(effects: Any, n: Any, chain: Any, work: Any, rates: Any) -> Code:
     """The common part; where there is no gravity, the mean of the rest too."""
     if not len(effects):
@@ -151,7 +166,7 @@ def move_code(effects: Any, n: Any, chain: Any, work: Any, rates: Any) -> Code:
 
 def sideways(effects: Effects, k: int, law: Array, x: float, y: float, work: Work) -> None:
     """Add to what law `k` lacks the acceleration of its bar's longitude, the bar at (x, y), by the effects."""
-    raise NotImplementedError
+    uncompiled(effects)
 
 
 @by_type(sideways)
@@ -173,7 +188,8 @@ def sideways_code(effects: Any, k: Any, law: Any, x: Any, y: Any, work: Any) -> 
 
 def watched(effects: Effects) -> bool:
     """Whether the motion may carry any effect to where its mode no longer holds."""
-    raise NotImplementedError
+    uncompiled(effects)
+    return False
 
 
 @by_type(watched)
@@ -188,7 +204,8 @@ def crossed(
     effects: Effects, n: int, t_s: float, y: Array, mean_x: float, mean_y: float, chain: Chain, work: Work
 ) -> bool:
     """Whether any effect's mode no longer holds at a state whose rows U and D are there."""
-    raise NotImplementedError
+    uncompiled(effects)
+    return False
 
 
 @by_type(crossed)

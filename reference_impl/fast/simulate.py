@@ -63,6 +63,8 @@ class FastSimulation:
             interpolate(0.0, self.carry.before, self.carry.powers, self.carry.end)
             walk.take_samples(-np.inf, self.t_s, self.rows, True, self.carry, self.chain, self.work)
             walk.leave_step(self.carry)
+        if self.watching:
+            self.retaken(0.0)
 
     def aim(self, t_s: Array) -> None:
         """Stand at the start, with the sample instants `t_s` ahead."""
