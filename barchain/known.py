@@ -67,7 +67,9 @@ def tolerances() -> list[dict[str, str]]:
 def limitations() -> list[str]:
     """What a reader should know before relying on a number."""
     return [
-        "The motion is planar and the central body's field spherical.",
+        "The motion is planar, and the central body's field spherical unless a scene has its oblateness (J2).",
+        "Effects are as docs/effects defines them: a cylindrical shadow that darkens the whole chain at once, an "
+        "exponential atmosphere without shading of one bar by another, third bodies on circles that nothing moves.",
         "The paper's gravity gradient has a torque without its counterpart in the force: energy and angular momentum "
         "are then conserved by no method, to O((l/r)²), and are not judged.",
         "Error estimates and the truth come from double precision. On chaotic scenes they end at the horizon; beyond "

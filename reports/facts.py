@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from reports.mathematics import written
 from reports.numerals import each, number, significant, span
 from reports.record import SceneRecord, mapping
 from reports.summary import SHORT_OF_THE_RUN
@@ -99,7 +100,7 @@ def gradient_defect(scene: SceneRecord) -> str:
     energy, momentum, square = (found.value(k) for k in ("energy", "angular_momentum", "size_squared"))
     if energy is None or momentum is None or square is None:
         return ""
-    return (
+    return written(
         f"energy {significant(energy)}, angular momentum {significant(momentum)} of the whole, where "
-        f"(l/r)² = {significant(square)}: physics, not numerics; quadrupole and slender gravity have none"
+        f"(l/r)² = {significant(square)} (physics, not numerics; quadrupole and slender gravity have none)"
     )

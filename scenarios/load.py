@@ -108,7 +108,7 @@ def nearest_name(given: str, allowed: Iterable[str]) -> str | None:
     """Allowed name nearest to `given`, the first of equals, or None if none is near."""
 
     def likeness(name: str) -> float:
-        return difflib.SequenceMatcher(None, given, name).ratio()
+        return difflib.SequenceMatcher(None, given.lower(), name.lower()).ratio()
 
     best = max(sorted(allowed), key=likeness, default=None)
     return best if best is not None and likeness(best) >= LIKE_ENOUGH else None

@@ -322,3 +322,25 @@ def test_what_is_said_of_several_engines_is_no_engine(tmp_path: Path) -> None:
 def test_a_folder_without_tables_says_what_is_missing(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match=r"no metrics\.csv there"):
         reports.render(tmp_path)
+
+
+def test_a_scene_that_only_our_own_engines_can_carry_says_so(tmp_path: Path) -> None:
+    rows = [one_row("pass", engine="ours"), one_row("unsupported", engine="theirs", reason="theirs has no shadow")]
+    record = {"engines": {"ours": {"external": False}, "theirs": {"external": True}}}
+    said = "No engine but our own carries this scene"
+    page, text = (p.read_text() for p in reports.render(write_tables(tmp_path, rows, record)))
+    assert said in page
+    assert said in text
+    rows.append(one_row("pass", engine="others"))
+    record["engines"] |= {"others": {"external": True}}
+    page, text = (p.read_text() for p in reports.render(write_tables(tmp_path, rows, record)))
+    assert said not in page + text
+
+
+def test_what_acts_what_stays_and_how_far_the_gradient_goes_are_among_a_scenes_facts(tmp_path: Path) -> None:
+    defect = {"energy": 3e-11, "angular_momentum": 2e-11, "size_squared": 2.2e-10}
+    scene = {"effects": ["drag in 6e-11 kg/m³"], "conserved": "angular momentum", "gradient_defect": defect}
+    text = reports.render(write_tables(tmp_path, [one_row("pass")], {"scenes": {"s": scene}}))[1].read_text()
+    assert "- Effect: drag in 6×10⁻¹¹ kg/m³" in text
+    assert "- Conserved: angular momentum" in text
+    assert "of the whole, where (l/r)² = 2.2" in text

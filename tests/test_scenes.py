@@ -137,6 +137,51 @@ def test_prescriptions_that_conflict_are_refused(rotations, words):
     assert all(word in message for word in words), message
 
 
+WRONG_EFFECTS = {
+    "[effects.oblateness]\nj2 = nan": ["effects.oblateness.j2", "nan given", "finite"],
+    "[effects.oblateness]\nJ2 = 1e-3": ["effects.oblateness.J2", "unknown key", "did you mean j2?"],
+    "[effects]\ngravity = \"none\"\n[effects.oblateness]": ["effects.oblateness", "does not pull", "with gravity"],
+    "[[effects.third_body]]\nbody = \"mars\"": ["effects.third_body[0].body", "'mars' given", "'moon'"],
+    "[[effects.third_body]]\nbody = \"other\"": ["effects.third_body[0]", "mu_m3_s2 and distance_m"],
+    "[[effects.third_body]]\ndistance_m = 1e6": ["effects.third_body[0].distance_m", "1e+06 given", "more than"],
+    "[effects.drag]\naltitude_m = 0.0\nscale_height_m = 5e4\nwidth_m = 1.0": ["effects.drag.density_kg_m3", "missing"],
+    "[effects.drag]\ndensity_kg_m3 = 1e-11\naltitude_m = 3e5\nscale_height_m = -5e4\nwidth_m = 1.0": [
+        "effects.drag.scale_height_m", "-50000.0 given", "greater than 0",
+    ],
+    "[effects.drag]\ndensity_kg_m3 = 1e-11\naltitude_m = 3e5\nscale_height_m = 5e4\nwidth_m = [1.0]": [
+        "effects.drag.width_m", "1 values given", "one value per bar: 3",
+    ],
+    "[effects.solar_pressure]\nwidth_m = 1.0\nreflectivity = 1.5": [
+        "effects.solar_pressure.reflectivity", "1.5 given", "less than or equal to 1",
+    ],
+    "[effects.joint_spring_damper]\nstiffness_N_m_rad = [1.0, 2.0, 3.0]": [
+        "effects.joint_spring_damper.stiffness_N_m_rad", "3 values given", "one value per joint: 2",
+    ],
+    "[effects.joint_spring_damper]\ndamping_N_m_s_rad = -1.0": ["damping_N_m_s_rad", "-1.0 given", "equal to 0"],
+    "[[effects.thrust]]\nbar = 7\ndirection_deg = 0.0\nforce_N = 1.0": ["effects.thrust[0].bar", "7 given", "1 to 3"],
+    "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = [1.0, 2.0]\ntimes_s = [5.0, 5.0]": [
+        "effects.thrust[0]", "must increase",
+    ],
+    "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = [1.0, 2.0]": [
+        "effects.thrust[0]", "force_N and times_s",
+    ],
+    "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = 1.0\nend = \"top\"": ["end", "'top' given", "'left'"],
+    "[[effects.impulse]]\nbar = 1\ndirection_deg = 0.0\nimpulse_N_s = 1.0\nat_s = 1e9": [
+        "effects.impulse[0].at_s", "1e+09 given", "before the end of the run",
+    ],
+    "[effects]\ngravity = \"slender\"": ["chain.inertia_kg_m2", "5 given for bar 1", "833.3", "leave it out"],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("effects", WRONG_EFFECTS)
+def test_a_wrong_effect_is_refused_in_one_readable_line(effects):
+    text = GOOD.replace("[run]", "inertia_kg_m2 = 5.0\n[run]") if "slender" in effects else GOOD
+    text = text.replace("orbits = 1.0", "duration_s = 100.0")
+    message = refuse(text + effects)
+    assert all(word in message for word in WRONG_EFFECTS[effects]), message
+    assert "\n" not in message
+
+
 def test_a_misspelt_scene_name_suggests_the_nearest():
     with pytest.raises(SceneError, match=r"did you mean paper/fig05\?"):
         load_scene("paper/fig5")
