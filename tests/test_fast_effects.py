@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -34,8 +33,6 @@ from tests.roundoff import MU, RADIUS, C, Case, U, case, forward, joint_bound, m
 from tests.test_reference_properties import LAWS
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from adapters.engine import Trajectory
     from reference_impl.chain import Accelerations, Array
     from reference_impl.effect import Effect
@@ -71,6 +68,11 @@ TOGETHER = (
     ("third_body", "joint_spring_damper", "third_body", "drag"),
     ("slender", "oblateness", "third_body", "drag", "solar_pressure", "joint_spring_damper", "thrust"),
 )
+# each set takes its own twenty seconds to compile: in every run the fullest, the others where all is run
+COMPILED_ONCE = (
+    *(pytest.param(names, marks=pytest.mark.slow, id="+".join(names)) for names in TOGETHER[:2]),
+    TOGETHER[2],
+)
 
 
 def acted_on(names: tuple[str, ...], seed: int, gravity: str, decades: float = 0.5, laws=()) -> Case:
@@ -94,7 +96,7 @@ def allowed(c: Case, a: Accelerations, t_s: float) -> tuple[Array, Array, float]
 
 
 @pytest.mark.parametrize("gravity", ["point", "gradient"])
-@pytest.mark.parametrize("names", [*((name,) for name in ALONE), *TOGETHER], ids="+".join)
+@pytest.mark.parametrize("names", [*((name,) for name in ALONE), *COMPILED_ONCE], ids="+".join)
 def test_one_evaluation_is_the_references_to_round_off(names: tuple[str, ...], gravity: str) -> None:
     """As without effects; what they add enters each residual by its own terms, `tests.effect_sizes`."""
     for seed in range(10):
@@ -107,6 +109,7 @@ def test_one_evaluation_is_the_references_to_round_off(names: tuple[str, ...], g
         assert np.linalg.norm(a.com_m_s2 - b.com_m_s2) <= com
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", [("joint_spring_damper", "solar_pressure", "thrust")], ids="+".join)
 def test_free_motion_has_effects_too(names: tuple[str, ...]) -> None:
     c = acted_on(names, 3, "none")
@@ -119,7 +122,7 @@ def test_free_motion_has_effects_too(names: tuple[str, ...]) -> None:
     assert np.linalg.norm(a.com_m_s2) > 0.0
 
 
-@pytest.mark.parametrize("names", TOGETHER[1:], ids="+".join)
+@pytest.mark.parametrize("names", COMPILED_ONCE[1:], ids="+".join)
 def test_a_law_against_the_local_horizontal_holds_whatever_acts(names: tuple[str, ...]) -> None:
     """What moves the bar sideways turns its horizontal: theta'' - omega'' of what came out is the law's.
 
@@ -227,17 +230,16 @@ print(sorted(m.rsplit(".", 1)[1] for m in sys.modules if m.startswith("reference
 """
 
 
-def imported(scene: str, cache: Path) -> str:
-    env = os.environ | {"NUMBA_CACHE_DIR": str(cache)}
+def imported(scene: str) -> str:
     return subprocess.run(
-        [sys.executable, "-c", SEEN, scene], env=env, capture_output=True, text=True, check=True
+        [sys.executable, "-c", SEEN, scene], capture_output=True, text=True, check=True
     ).stdout.strip()
 
 
-def test_nothing_of_an_effect_is_imported_for_a_chain_without_it(tmp_path: Path) -> None:
+def test_nothing_of_an_effect_is_imported_for_a_chain_without_it() -> None:
     """Not even by reading code of other processes from the disk."""
-    assert imported("effects/joint_springs", tmp_path) == "['joint_spring_damper']"
-    assert imported("paper/fig05", tmp_path) == "[]"
+    assert imported("effects/joint_springs") == "['joint_spring_damper']"
+    assert imported("paper/fig05") == "[]"
 
 
 def test_ensembles_carry_what_is_smooth_and_refuse_the_rest() -> None:

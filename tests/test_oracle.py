@@ -62,6 +62,9 @@ def test_committed_tables_are_small():
     assert sum(table_path(load_scene(name)).stat().st_size for name in scene_names()) < 600e3
 
 
+MANY_STEPS = ("effects/slews", "effects/everything")  # of the NumPy reference: half a minute each
+
+
 def reference_runs(scene):
     settings = [Setting(Knob.RTOL, rtol) for rtol in (TRUTH_RTOL, TRUTH_CHECK_RTOL)]
     tight, looser = (Reference().run(scene, s) for s in settings)
@@ -70,9 +73,10 @@ def reference_runs(scene):
 
 @pytest.mark.parametrize(
     ("name", "orbits"),
-    [pytest.param(name, None, marks=[pytest.mark.slow] if name in LONG_RUNS else []) for name in scene_names()]
+    [pytest.param(name, None, marks=[pytest.mark.slow] if name in (*LONG_RUNS, *MANY_STEPS) else [])
+     for name in scene_names()]
     + [(name, 1.0) for name in LONG_RUNS],
-)
+)  # fmt: skip
 def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_horizon(name, orbits, record_property):
     """|reference - oracle| <= 2 E_reference + E_oracle + floor.
 
