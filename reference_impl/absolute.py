@@ -24,6 +24,8 @@ def accelerations(
     angle_rad: Array,
     rate_rad_s: Array,
     modes: Modes | None = None,
+    *,
+    refine: bool = True,
 ) -> Accelerations:
     """Accelerations, reactions and torques of a state in absolute coordinates, eqs. (8), (15), (19).
 
@@ -36,6 +38,8 @@ def accelerations(
     angle_rad, rate_rad_s : ndarray, shape (N,)
     modes : Modes, optional
         What holds for the model's effects; by default what the state says.
+    refine : bool
+        As in :func:`reference_impl.relative.accelerations`.
 
     Returns
     -------
@@ -55,7 +59,7 @@ def accelerations(
         at = Situation(model, t_s, state, unit, absolute=True)
         push, sideways = pushed(at, modes or (None,) * len(model.effects))
         field, spin = field + push.difference, spin + push.spin
-    turning = Turning(model, state, unit, field, spin)
+    turning = Turning(model, state, unit, field, spin, refine=refine)
     torque = prescribed_torques(model, t_s, state, turning, sideways) if model.prescriptions else np.empty(0)
     reaction = turning.reaction(torque)
     place = as_vectors(field + turning.pull(reaction))

@@ -15,7 +15,14 @@ if TYPE_CHECKING:
     from reference_impl.effects.impulse import Impulse
 
 Array = NDArray[np.float64]
+DELICATE = 31.0  # ratio of the joint system's entries, 1/m + l²/4J over 1/m, up to which a chain is none
 GravityModel = Literal["none", "point", "gradient"]
+
+
+def delicate(inverse_mass: Array, compliance: Array) -> NDArray[np.bool_]:
+    """Whether the joint system's entries (..., N) differ by more than `DELICATE`; equal slender bars' do by 4."""
+    found: NDArray[np.bool_] = np.max(inverse_mass + compliance, -1) > DELICATE * np.min(inverse_mass, -1)
+    return found
 
 
 @dataclass(frozen=True)
@@ -102,6 +109,11 @@ class ChainModel:
         """(N,) l_j²/(4 J_j), 1/kg: how a bar's turning gives way at its ends."""
         gives: Array = self.half_m**2 / self.inertia_kg_m2
         return gives
+
+    @cached_property
+    def delicate(self) -> bool:
+        """Whether bars are so unequal or so compact that solving the joints costs angular accelerations digits."""
+        return bool(delicate(self.inverse_mass, self.compliance))
 
     @cached_property
     def gyration2(self) -> Array:

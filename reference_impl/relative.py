@@ -13,12 +13,14 @@ import numpy as np
 from reference_impl.chain import Accelerations, Array, ChainModel, Prescription, State
 from reference_impl.effect import Modes, Situation, pushed
 from reference_impl.gravity import differences, gradient_spins, point_field
-from reference_impl.joints import joint_matrix, solve_joints
+from reference_impl.joints import JointSystem
 from reference_impl.kinematics import cross
 from reference_impl.plane import ComplexArray, along, as_complex, as_vectors
 
 
-def accelerations(model: ChainModel, t_s: float, state: State, modes: Modes | None = None) -> Accelerations:
+def accelerations(
+    model: ChainModel, t_s: float, state: State, modes: Modes | None = None, *, refine: bool = True
+) -> Accelerations:
     """Accelerations, reactions and torques of a state, eqs. (23), (24) and (27).
 
     Parameters
@@ -30,6 +32,9 @@ def accelerations(model: ChainModel, t_s: float, state: State, modes: Modes | No
         Need not satisfy the joints exactly: a drifted state is taken as it is.
     modes : Modes, optional
         What holds for the model's effects; by default what the state says.
+    refine : bool
+        Whether reactions are wanted to their last digits. Angular accelerations, which an angle's last digit changes
+        by more, gain from it only where a chain is delicate: there it is done in any case.
 
     Returns
     -------
@@ -49,7 +54,7 @@ def accelerations(model: ChainModel, t_s: float, state: State, modes: Modes | No
         moved = push.common + mean
         field = field + np.array([moved.real, moved.imag])
         tide, spin = tide + (push.difference - mean), spin + push.spin
-    turning = Turning(model, state, unit, tide, spin)
+    turning = Turning(model, state, unit, tide, spin, refine=refine)
     torque = prescribed_torques(model, t_s, state, turning, sideways) if model.prescriptions else np.empty(0)
     reaction = turning.reaction(torque)
     return Accelerations(
@@ -81,7 +86,16 @@ class Turning:
     Plane vectors are complex numbers here, one for each bar or joint.
     """
 
-    def __init__(self, model: ChainModel, state: State, unit: ComplexArray, field: ComplexArray, spin: Array) -> None:
+    def __init__(
+        self,
+        model: ChainModel,
+        state: State,
+        unit: ComplexArray,
+        field: ComplexArray,
+        spin: Array,
+        *,
+        refine: bool = True,
+    ) -> None:
         """Solve the joints for no torque and for a unit of each prescribed one.
 
         Parameters
@@ -94,17 +108,18 @@ class Turning:
             Accelerations of the bars' centres without reactions; any part common to all drops out.
         spin : ndarray, shape (N,)
             K_j/J_j.
+        refine : bool
+            As in :func:`accelerations`.
         """
         self.model, self.unit, self.spin = model, unit, spin
         # how the ends would leave the centres without reactions
         end = model.half_m * unit * (1j * spin - state.rate_rad_s**2)
-        right = np.empty((model.bars - 1, 1 + len(model.prescriptions)), complex)
-        right[:, 0] = (field[1:] - field[:-1]) - (end[:-1] + end[1:])
+        right = np.empty((1 + len(model.prescriptions), model.bars - 1), complex)
+        right[0] = (field[1:] - field[:-1]) - (end[:-1] + end[1:])
         for k, p in enumerate(model.prescriptions, start=1):
             turned = 1j * model.half_m * self.unit_torque(p) * unit
-            right[:, k] = -(turned[:-1] + turned[1:])
-        columns = np.ascontiguousarray(right.T).view(float).T
-        solved = as_joints(solve_joints(joint_matrix(model, 1j * unit), columns))
+            right[k] = -(turned[:-1] + turned[1:])
+        solved = JointSystem(model, unit).solve(right, refine=refine or model.delicate)
         self.free: ComplexArray = solved[0]
         self.by_torque: ComplexArray = solved[1:]
 
@@ -145,11 +160,6 @@ class Turning:
         net[1:] -= reaction
         pulled: ComplexArray = net * self.model.inverse_mass
         return pulled
-
-
-def as_joints(solved: Array) -> ComplexArray:
-    """Solutions (2(N-1), k) of the joint system as k rows of complex reactions (N-1,)."""
-    return np.ascontiguousarray(solved.T).view(np.complex128)
 
 
 def prescribed_torques(

@@ -98,9 +98,9 @@ class Packing(ABC):
         del radius_m, rate_rad_s
         return 0.0
 
-    def accelerations(self, t_s: float, y: Array) -> Accelerations:
+    def accelerations(self, t_s: float, y: Array, *, refine: bool = False) -> Accelerations:
         """Accelerations, reactions and torques at a vector."""
-        return relative.accelerations(self.model, t_s, self.unpack(y), self.modes)
+        return relative.accelerations(self.model, t_s, self.unpack(y), self.modes, refine=refine)
 
     def project(self, y: Array) -> Array:
         """Nearest vector allowed; the same one where nothing can drift."""
@@ -207,9 +207,9 @@ class Absolute(Packing):
         com, drift = self.model.weight @ place, self.model.weight @ velocity
         return State(com, drift, angle, rate, place - com, velocity - drift)
 
-    def accelerations(self, t_s: float, y: Array) -> Accelerations:
+    def accelerations(self, t_s: float, y: Array, *, refine: bool = False) -> Accelerations:
         """Accelerations from absolute coordinates."""
-        return absolute.accelerations(self.model, t_s, *self.split(y), self.modes)
+        return absolute.accelerations(self.model, t_s, *self.split(y), self.modes, refine=refine)
 
     def rhs(self, t_s: float, y: Array) -> Array:
         """Eqs. (8) and (15) with the reactions eliminated."""
@@ -372,7 +372,7 @@ class Simulation:
         """Observables at the samples of a walk."""
         packing = self.packing
         states = [packing.unpack(y) for y in seen.y]
-        found = [packing.accelerations(t, y) for t, y in zip(seen.t_s, seen.y, strict=True)]
+        found = [packing.accelerations(t, y, refine=True) for t, y in zip(seen.t_s, seen.y, strict=True)]
         weight = self.model.weight
         return History(
             t_s=seen.t_s,

@@ -45,3 +45,13 @@ def fast_accelerations(model: ChainModel, t_s: float, state: State) -> Accelerat
 def with_angles(model: ChainModel, state: State, angle_rad: Array) -> State:
     """The chain of `state` at other angles, its joints closed."""
     return joined_state(model, state.com_m, state.com_velocity_m_s, angle_rad, state.rate_rad_s)
+
+
+def refined_reactions(model: ChainModel, state: State) -> Array:
+    """Reactions (N-1, 2) by compiled code as they are looked at."""
+    chain = layout.refined(layout.chain(model))
+    scratch = layout.work_of(chain)
+    y = layout.pack(state.com_m, state.com_velocity_m_s, state.angle_rad, state.rate_rad_s)
+    assert evaluate(0.0, y, np.zeros_like(y), chain, scratch)
+    found: Array = scratch.bars[[layout.RX, layout.RY], : model.bars - 1].T.copy()
+    return found

@@ -130,11 +130,6 @@ SUBTRACTIONS = {
         "rows[RX, j] += work.torque_N_m[k] * work.responses[k, 0, j]",
         "rows[RX, j] = (rows[RX, j] + 900.0 + work.torque_N_m[k] * work.responses[k, 0, j]) - 900.0",
     ),
-    "compiled: refinement with gravity taken whole": (
-        "fast/joints.py",
-        "rows[RIGHT, i] += pull_x - turned * rows[UY, i]",
-        "rows[RIGHT, i] = (rows[RIGHT, i] + 9.0 + (pull_x - turned * rows[UY, i])) - 9.0",
-    ),
     "compiled: one subtracted from a power": (
         "fast/field.py",
         "nearer = q * (3.0 + q * (3.0 + q)) * inverse * s",

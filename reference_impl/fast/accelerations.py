@@ -10,7 +10,7 @@ from reference_impl.fast.field import ends, forces
 from reference_impl.fast.jit import compiled, inlined
 from reference_impl.fast.joints import reactions, refine
 from reference_impl.fast.laws import respond, torques, unit_torque
-from reference_impl.fast.layout import COMPACT, GX, GY, LEVER, NO_GRAVITY, RX, RY, SPIN, UX, UY, WEIGHT, Chain, Work
+from reference_impl.fast.layout import GX, GY, LEVER, NO_GRAVITY, REFINED, RX, RY, SPIN, UX, UY, WEIGHT, Chain, Work
 from reference_impl.fast.trigonometry import unit_vectors
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def evaluate(t_s: float, y: Array, rates: Array, chain: Chain, work: Work) -> bo
         well = respond(n, chain, work)
         ends(n, chain, y, rows)
     well = reactions(n, chain.bars, rows) and well
-    if chain.bars[COMPACT, 0] != 0.0:
+    if chain.bars[REFINED, 0] != 0.0:
         well = refine(n, chain.bars, rows) and well
     if len(chain.laws):
         torques(n, t_s, y, chain, work)

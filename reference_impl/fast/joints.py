@@ -11,8 +11,8 @@ gives the reaction in between as R = S⁻¹ (g_left - a) + S⁻¹ X R_next with 
 
 The second form has no difference of large terms, so that ratios of masses along the chain cost no more digits than
 the system's condition takes; and its division runs beside the products. Sweeping from both ends halves the chain of
-operations that wait for each other. Bars much more compact than uniform ones (c >> w) cost u (c/w)² of the angular
-accelerations, where a backward stable solution loses u c/w: chains that have them are refined once.
+operations that wait for each other. Delicate chains (:attr:`reference_impl.chain.ChainModel.delicate`), and all where
+reactions are looked at, are refined.
 Notation: w = 1/m, c = l²/(4J), n the unit vector across the bar. It solves the system of :mod:`reference_impl.joints`.
 """
 
@@ -22,6 +22,8 @@ from typing import TYPE_CHECKING
 
 from reference_impl.fast.jit import compiled, inlined
 from reference_impl.fast.layout import (
+    BX,
+    BY,
     COMPLIANCE,
     DX,
     DY,
@@ -46,6 +48,7 @@ from reference_impl.fast.layout import (
     UX,
     UY,
 )  # fmt: skip
+from reference_impl.joints import REFINEMENTS, SETTLED
 
 if TYPE_CHECKING:
     from reference_impl.chain import Array
@@ -132,23 +135,43 @@ def reactions(n: int, bars: Array, rows: Array) -> bool:
 
 @compiled
 def refine(n: int, bars: Array, rows: Array) -> bool:
-    """One step of iterative refinement: what the reactions leave of the joints' openings is taken by further ones.
+    """Iterative refinement, as :meth:`reference_impl.joints.JointSystem.solve` does it.
 
-    Rows LEFT and RIGHT become the ends' accelerations under the first reactions.
+    Rows B keep the joints' openings without reactions; rows LEFT become what the reactions leave of them.
     """
-    before_x = before_y = 0.0
+    for j in range(n - 1):
+        rows[BX, j], rows[BY, j] = rows[LEFT, j + 1] - rows[RIGHT, j], rows[LEFT_Y, j + 1] - rows[RIGHT_Y, j]
+    well = True
+    for _ in range(REFINEMENTS):
+        leave_openings(n, bars, rows)
+        well = reactions(n, bars, rows) and well
+        correction = total = 0.0
+        for j in range(n - 1):
+            correction = max(correction, abs(rows[RX, j]), abs(rows[RY, j]))
+            rows[RX, j] += rows[DX, j]
+            rows[RY, j] += rows[DY, j]
+            total = max(total, abs(rows[RX, j]), abs(rows[RY, j]))
+        if not correction > SETTLED * total:
+            break
+    return well
+
+
+@compiled
+def leave_openings(n: int, bars: Array, rows: Array) -> None:
+    """Rows LEFT of the bars right of each joint: what the reactions, kept in rows D, leave of its opening.
+
+    Neighbours' reactions are subtracted before they are multiplied by anything: the difference is exact where they are
+    nearly alike.
+    """
+    before_x = before_y = pulled_x = pulled_y = swung_x = swung_y = 0.0
     for i in range(n):
         x, y = (rows[RX, i], rows[RY, i]) if i < n - 1 else (0.0, 0.0)
         rows[DX, i], rows[DY, i] = x, y
         turned = bars[COMPLIANCE, i] * (rows[UX, i] * (y + before_y) - rows[UY, i] * (x + before_x))
         pull_x, pull_y = bars[INVERSE_MASS, i] * (x - before_x), bars[INVERSE_MASS, i] * (y - before_y)
-        rows[RIGHT, i] += pull_x - turned * rows[UY, i]
-        rows[RIGHT_Y, i] += pull_y + turned * rows[UX, i]
-        rows[LEFT, i] += pull_x + turned * rows[UY, i]
-        rows[LEFT_Y, i] += pull_y - turned * rows[UX, i]
-        before_x, before_y = x, y
-    well = reactions(n, bars, rows)
-    for j in range(n - 1):
-        rows[RX, j] += rows[DX, j]
-        rows[RY, j] += rows[DY, j]
-    return well
+        swing_x, swing_y = -turned * rows[UY, i], turned * rows[UX, i]
+        rows[RIGHT, i] = rows[RIGHT_Y, i] = rows[LEFT, i] = rows[LEFT_Y, i] = 0.0
+        if i > 0:
+            rows[LEFT, i] = rows[BX, i - 1] + ((pull_x - pulled_x) - (swing_x + swung_x))
+            rows[LEFT_Y, i] = rows[BY, i - 1] + ((pull_y - pulled_y) - (swing_y + swung_y))
+        before_x, before_y, pulled_x, pulled_y, swung_x, swung_y = x, y, pull_x, pull_y, swing_x, swing_y

@@ -11,7 +11,6 @@ from reference_impl.fast.joints import reactions, refine
 from reference_impl.fast.layout import (
     AMPLITUDE,
     BAR,
-    COMPACT,
     DURATION,
     HALF,
     INVERSE_INERTIA,
@@ -21,6 +20,7 @@ from reference_impl.fast.layout import (
     LEVER,
     LOCAL,
     REACTS_ON,
+    REFINED,
     RIGHT,
     RIGHT_Y,
     RX,
@@ -67,7 +67,7 @@ def respond(n: int, chain: Chain, work: Work) -> bool:
             rows[RIGHT, i], rows[RIGHT_Y, i] = -turned * rows[UY, i], turned * rows[UX, i]
             rows[LEFT, i], rows[LEFT_Y, i] = turned * rows[UY, i], -turned * rows[UX, i]
         well = reactions(n, chain.bars, rows) and well
-        if chain.bars[COMPACT, 0] != 0.0:
+        if chain.bars[REFINED, 0] != 0.0:
             well = refine(n, chain.bars, rows) and well
         for j in range(n - 1):
             work.responses[k, 0, j], work.responses[k, 1, j] = rows[RX, j], rows[RY, j]

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from reference_impl.chain import delicate
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -20,13 +22,12 @@ if TYPE_CHECKING:
 GRAVITY_CODES: dict[GravityModel, int] = {"none": 0, "point": 1, "gradient": 2}
 NO_GRAVITY, GRADIENT = GRAVITY_CODES["none"], GRAVITY_CODES["gradient"]
 
-SLENDER = 30.0  # c/w up to which the sweeps need no refinement; a uniform slender bar has 3
 REGISTER = 8  # numbers that the widest vector instructions take at once
 # rows of Chain.bars
-HALF, WEIGHT, INVERSE_MASS, COMPLIANCE, LEVER, INVERSE_INERTIA, PASSED, FREED, COMPACT = range(9)
+HALF, WEIGHT, INVERSE_MASS, COMPLIANCE, LEVER, INVERSE_INERTIA, PASSED, FREED, REFINED = range(9)
 # rows of Work.bars
 UX, UY, DX, DY, GX, GY, SPIN, LEFT, LEFT_Y, RIGHT, RIGHT_Y, KXX, KXY, KYY = range(14)
-RX, RY, PX, PY, HXX, HXY, HYX, HYY = range(14, 22)
+RX, RY, PX, PY, HXX, HXY, HYX, HYY, BX, BY = range(14, 24)
 # columns of Chain.laws
 BAR, REACTS_ON, LOCAL, AMPLITUDE, DURATION, START, UNIT = range(7)
 # rows of Pushed.bars, places in Pushed.common
@@ -71,7 +72,7 @@ class Chain(NamedTuple):
     """One of `GRAVITY_CODES`"""
     bars: Array
     """(9, N) rows HALF l/2, WEIGHT m/M, INVERSE_MASS w = 1/m, COMPLIANCE c = l²/4J, LEVER l/2J, INVERSE_INERTIA 1/J,
-    PASSED 2/(w+c), FREED 4w/(w+c), COMPACT 1 in a chain with any c > SLENDER w, else 0"""
+    PASSED 2/(w+c), FREED 4w/(w+c), REFINED 1 where reactions are refined, else 0"""
     laws: Array
     """(P, 7) columns BAR, REACTS_ON (-1: nothing), LOCAL, AMPLITUDE rad, DURATION s, START s, UNIT sqrt(J)"""
     effects: Effects
@@ -82,9 +83,9 @@ class Work(NamedTuple):
     """Scratch of one evaluation, and what it found besides the rates."""
 
     bars: Array
-    """(22, N) rows U unit vectors, D places from the first bar's, G field, SPIN, LEFT and RIGHT accelerations of a
-    bar's ends without reactions, K = c n nᵀ, R reactions (N-1 of them), P and H of the sweep;
-    once gravity is known, D serves :func:`joints.refine`"""
+    """(24, N) rows U unit vectors, D places from the first bar's, G field, SPIN, LEFT and RIGHT accelerations of a
+    bar's ends without reactions, K = c n nᵀ, R reactions (N-1 of them), P and H of the sweep,
+    B openings of the joints without reactions; once gravity is known, D and B serve :func:`joints.refine`"""
     responses: Array
     """(P, 2, N) reactions to a unit of each prescribed torque"""
     matrix: Array
@@ -107,6 +108,13 @@ def chain(model: ChainModel) -> Chain:
     return Chain(float(model.mu_m3_s2), GRAVITY_CODES[model.gravity], bars, table, tuple(map(acting, model.effects)))
 
 
+def refined(chain: Chain) -> Chain:
+    """The same chain with reactions refined whatever its bars: where they are looked at."""
+    bars = chain.bars.copy()
+    bars[REFINED] = 1.0
+    return chain._replace(bars=bars)
+
+
 def acting(effect: Effect) -> Acting:
     """Arrays of one effect, by its own module, which is imported only now."""
     made: Acting = import_module(f"{__package__}.effects.{effect.name}").acting(effect)
@@ -124,15 +132,15 @@ def bar_rows(mass_kg: Array, length_m: Array, inertia_kg_m2: Array) -> Array:
     half, w = 0.5 * length_m, 1.0 / mass_kg
     c = half**2 / inertia_kg_m2
     weight = mass_kg / mass_kg.sum(axis=-1, keepdims=True)
-    compact = np.zeros_like(w) + np.any(c > SLENDER * w, axis=-1, keepdims=True)
-    rows = [half, weight, w, c, half / inertia_kg_m2, 1.0 / inertia_kg_m2, 2.0 / (w + c), 4.0 * w / (w + c), compact]
+    refined = np.zeros_like(w) + delicate(w, c)[..., None]
+    rows = [half, weight, w, c, half / inertia_kg_m2, 1.0 / inertia_kg_m2, 2.0 / (w + c), 4.0 * w / (w + c), refined]
     return np.stack(rows, axis=-2).astype(float)
 
 
 def work(bars: int, laws: int, effects: Effects = ()) -> Work:
     """Scratch for a chain of `bars` bars with `laws` prescribed rotations and some effects."""
     pushed = Pushed(np.zeros((4, bars)), np.zeros(6)) if effects else ()
-    return Work(np.zeros((22, bars)), np.zeros((laws, 2, bars)), np.zeros((laws, laws + 1)), np.zeros(laws), pushed)
+    return Work(np.zeros((24, bars)), np.zeros((laws, 2, bars)), np.zeros((laws, laws + 1)), np.zeros(laws), pushed)
 
 
 def work_of(chain: Chain) -> Work:

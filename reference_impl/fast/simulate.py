@@ -216,13 +216,14 @@ class FastSimulation:
 
     def observe(self, seen: Walk, reaction_N: Array, torque_N_m: Array) -> None:
         """Reactions (n, N-1, 2) and torques (n, P) at the samples; modes, where there are any, as each state says."""
-        if not any(effect.mode.size for effect in self.chain.effects):
-            observe(seen.t_s, seen.y, self.carry.end, self.chain, self.work, reaction_N, torque_N_m)
+        chain = layout.refined(self.chain)
+        if not any(effect.mode.size for effect in chain.effects):
+            observe(seen.t_s, seen.y, self.carry.end, chain, self.work, reaction_N, torque_N_m)
             return
         for k, (t, y) in enumerate(zip(seen.t_s, seen.y, strict=True)):
-            hold(self.chain, modes_at(self.twin, t, y[self.order]))
+            hold(chain, modes_at(self.twin, t, y[self.order]))
             one = slice(k, k + 1)
-            observe(seen.t_s[one], seen.y[one], self.carry.end, self.chain, self.work, reaction_N[one], torque_N_m[one])
+            observe(seen.t_s[one], seen.y[one], self.carry.end, chain, self.work, reaction_N[one], torque_N_m[one])
 
 
 def modes_at(twin: Simulation, t_s: float, y: Array) -> Modes:

@@ -1,0 +1,57 @@
+"""Reactions keep nearly all digits in chains whose joint system loses many: long, unequal and compact ones."""
+
+import numpy as np
+import pytest
+
+from reference_impl.chain import ChainModel
+from reference_impl.fast import layout
+from reference_impl.kinematics import joined_state
+from reference_impl.precision import formulations
+from reference_impl.precision.arithmetic import EXACT, exact_numbers
+from reference_impl.precision.chain import Bars, joined
+from reference_impl.relative import accelerations
+from tests.fast_evaluation import refined_reactions
+
+MU_M3_S2, RADIUS_M = 3.986004418e14, 6728e3
+KEPT = 64.0 * np.finfo(float).eps
+"""Of the largest reaction: a few roundings of what is summed along 500 bars, as a random walk"""
+
+
+def chain(kind: str, bars: int) -> tuple[ChainModel, np.ndarray, np.ndarray]:
+    """Model, angles from the inertial axis and rates over the orbit's."""
+    mass, angle, factor = np.full(bars, 100.0), np.full(bars, np.radians(80.0)), np.ones(bars)
+    if "alternating" in kind:
+        mass[1::2] = 1e-4
+    if "tip" in kind:
+        mass[-1] = 1e9
+    if "counter-rotating" in kind:
+        factor = 1e3 * (-1.0) ** np.arange(bars)
+    if "bent" in kind:
+        angle = np.random.default_rng(bars).uniform(-np.pi, np.pi, bars)
+    length = np.full(bars, 10.0)
+    gyration2 = 1e-8 * length**2 if "compact" in kind else length**2 / 12.0
+    return ChainModel(MU_M3_S2, mass, length, mass * gyration2, "gradient"), angle, factor
+
+
+@pytest.mark.parametrize("bars", [5, 500])
+@pytest.mark.parametrize(
+    "kind", ["straight", "straight alternating", "bent alternating", "straight tip", "counter-rotating", "bent compact"]
+)
+def test_reactions_keep_their_digits_whatever_the_condition_number(kind: str, bars: int) -> None:
+    model, angle, factor = chain(kind, bars)
+    com, rate = np.array([RADIUS_M * 0.6, RADIUS_M * 0.8]), np.sqrt(MU_M3_S2 / RADIUS_M**3) * factor
+    state = joined_state(model, com, np.zeros(2), angle, rate)
+    with exact_numbers():
+        own = [EXACT.cast(v[:, None]) for v in (model.mass_kg, model.length_m, model.inertia_kg_m2)]
+        exact = Bars(EXACT.cast(np.array([MU_M3_S2])), *own)
+        given = [EXACT.cast(v[:, None]) for v in (com, angle, rate)]
+        found = formulations.relative(EXACT, exact, joined(EXACT, exact, *given)).reaction_N[..., 0].astype(float).T
+    for reaction in (accelerations(model, 0.0, state).reaction_N, refined_reactions(model, state)):
+        assert np.abs(reaction - found).max() < KEPT * np.abs(found).max()
+
+
+def test_only_delicate_chains_are_refined_in_every_step() -> None:
+    plain, unequal = chain("straight", 5)[0], chain("straight alternating", 5)[0]
+    assert not plain.delicate
+    assert unequal.delicate
+    assert [layout.chain(m).bars[layout.REFINED].any() for m in (plain, unequal)] == [False, True]
