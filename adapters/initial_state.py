@@ -136,7 +136,12 @@ def chain_model(scene: Scene) -> ChainModel:
         return model
     from adapters.scene_effects import effects_of, impulses_of
 
-    return dataclasses.replace(model, effects=effects_of(scene), impulses=impulses_of(scene))
+    return dataclasses.replace(
+        model,
+        effects=effects_of(scene),
+        impulses=impulses_of(scene),
+        spring_rate_rad_s=scene.spring_rate_rad_s,
+    )
 
 
 def prescription(p: PrescribedRotation) -> Prescription:

@@ -80,6 +80,8 @@ class ChainModel:
     effects: tuple[Effect, ...] = ()
     """What acts besides gravity and prescribed rotations"""
     impulses: tuple[Impulse, ...] = ()
+    spring_rate_rad_s: float = 0.0
+    """Bound of the fastest oscillation or decay that its joints' springs and dampers make; 0: none"""
 
     @property
     def breaks_s(self) -> tuple[float, ...]:

@@ -95,6 +95,14 @@ class Situation:
         return np.zeros(self.model.bars)
 
 
+EDGE_ON = 1e-12
+"""Sine of an angle by which a face may be turned away before it counts as turned.
+
+A bar held edge-on would change its face with every rounding. At this angle the wrong face's force differs from the
+right one's by less than the force's own rounding.
+"""
+
+
 class Effect(ABC):
     """One effect of a model."""
 
@@ -117,6 +125,11 @@ class Effect(ABC):
     def breaks_s(self) -> tuple[float, ...]:
         """Instants at which it is not smooth in time."""
         return ()
+
+    def strongest_m_s2(self, model: ChainModel) -> float:
+        """Bound of what it does to the centre of mass, m/s², where that may be more than a little beside gravity."""
+        del model
+        return 0.0
 
     @abstractmethod
     def push(self, at: Situation, mode: Array | None) -> Push:

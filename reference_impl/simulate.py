@@ -8,8 +8,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Literal, TypeVar
 
 import numpy as np
+from scipy.integrate import DOP853
 
-from reference_impl import absolute, relative
+from reference_impl import absolute, relative, stiffness
 from reference_impl.chain import Accelerations, Array, ChainModel, State
 from reference_impl.joints import condition_number, joint_matrix
 from reference_impl.kinematics import gap_vectors, joined_state
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from reference_impl.effect import Modes
 
 GRAINS = 4.0  # roundings of a stage that an absolute coordinate keeps
+BESIDES = 1.05  # gravity with all that a body's shape, other bodies, air and light add, over gravity
 CoordinateSet = Literal["minimal", "redundant", "projected", "absolute"]
 
 
@@ -54,6 +56,8 @@ class History:
     """Instant at which a bar reached the surface; None if none did"""
     impulse_N_s: Array | None = None
     """(n, N-1, 2) sum of the impulsive reactions so far; None where nothing strikes"""
+    method: str = stiffness.WORDS[DOP853]
+    """What took the steps, and why where it is not the usual one"""
 
 
 Length = TypeVar("Length", float, Array)
@@ -67,6 +71,14 @@ def floor_m(body_radius_m: float, length_m: Length) -> Length:
 def safe_perigee_m(floor_m: Length, length_m: Length) -> Length:
     """The same for the lowest point of its orbit, from which it departs by 12 pi L²/r in one revolution, m."""
     return floor_m + 12.0 * np.pi * length_m**2 / floor_m
+
+
+def strongest_pull_m_s2(model: ChainModel, floor_m: float) -> float:
+    """Bound of what may pull the centre of mass down above the surface, m/s²: mu/R², with effects a little more."""
+    pull = 0.0 if model.gravity == "none" else model.mu_m3_s2 / floor_m**2
+    if not model.effects:
+        return pull
+    return BESIDES * pull + sum(effect.strongest_m_s2(model) for effect in model.effects)
 
 
 class Packing(ABC):
@@ -287,6 +299,7 @@ class Simulation:
         radius = float(np.linalg.norm(com_m))
         rate = max(np.sqrt(model.mu_m3_s2 / radius**3), float(np.abs(rate_rad_s).max()))
         self.switches: ModelSwitches | None = None
+        self.method: stiffness.Method = DOP853
         self.atol = np.maximum(rtol * self.packing.scales(radius, rate), self.packing.grain(radius, rate))
 
     def walk(self, t_s: Array) -> Walk:
@@ -300,6 +313,7 @@ class Simulation:
         if self.model.effects or self.model.impulses:
             self.switches = ModelSwitches(self.packing, float(t_s[-1]))
         try:
+            self.method = stiffness.method(self.packing, self.y0, t_s, self.atol)
             return walk(
                 self.packing.rhs,
                 self.y0,
@@ -309,6 +323,7 @@ class Simulation:
                 project=self.packing.project if isinstance(self.packing, Projected) else None,
                 surface=self if self.model.body_radius_m > 0.0 else None,
                 switches=self.switches,
+                method=self.method,
             )
         except ArithmeticError as error:
             raise ArithmeticError(f"{error}{self.suspicion}") from error
@@ -332,8 +347,13 @@ class Simulation:
 
     @cached_property
     def safe_m(self) -> float:
-        """:func:`safe_perigee_m` of this chain; 0 where there is no surface."""
-        return safe_perigee_m(self.floor_m, float(self.model.length_m.sum())) if self.model.body_radius_m else 0.0
+        """:func:`safe_perigee_m` of this chain; infinite under effects, which turn its orbit into none."""
+        return np.inf if self.model.effects else safe_perigee_m(self.floor_m, float(self.model.length_m.sum()))
+
+    @cached_property
+    def pull_m_s2(self) -> float:
+        """:func:`strongest_pull_m_s2` of this chain."""
+        return strongest_pull_m_s2(self.model, self.floor_m) if self.floor_m else 0.0
 
     def perigee_m(self, y: Array) -> float:
         """Lowest point of the Kepler orbit through the centre of mass of a vector, m from the body's centre."""
@@ -345,15 +365,13 @@ class Simulation:
     def clear(self, before: Array, after: Array, step_s: float) -> bool:
         """Whether no bar can have touched the surface in a step between these two states.
 
-        The orbit's lowest point is high enough; or, as above the surface gravity pulls at most with mu/R², the centre
-        of mass can't have fallen so far by a parabola, from either end of the step for half of it.
+        The orbit's lowest point is high enough; or, as nothing above the surface pulls more than
+        :func:`strongest_pull_m_s2`, the centre of mass can't have fallen so far by a parabola, from either end of the
+        step for half of it.
         """
-        kept = (before, after) if self.model.effects else (after,)  # without effects one orbit has one perigee
-        if self.model.gravity != "none" and all(self.perigee_m(y) > self.safe_m for y in kept):
+        if self.model.gravity != "none" and self.perigee_m(after) > self.safe_m:
             return True
-        half, pull = 0.5 * step_s, self.model.mu_m3_s2 / self.floor_m**2
-        if self.model.gravity == "none":
-            pull = 0.0
+        half, pull = 0.5 * step_s, self.pull_m_s2
         lowest = []
         for y, way in ((before, 1.0), (after, -1.0)):
             place, velocity = self.packing.centre(y), self.packing.drift(y)
@@ -389,6 +407,7 @@ class Simulation:
             steps=seen.steps,
             evaluations=seen.evaluations,
             landed_s=seen.stopped_s,
+            method=stiffness.WORDS[self.method],
         )
 
     def condition(self, state: State) -> float:

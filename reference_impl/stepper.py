@@ -1,4 +1,4 @@
-"""SciPy's DOP853, walked step by step: samples by dense output, breaks, projection and a stopping event."""
+"""SciPy's solvers, walked step by step: samples by dense output, breaks, projection and a stopping event."""
 
 from __future__ import annotations
 
@@ -11,12 +11,14 @@ import numpy as np
 from scipy.integrate import DOP853
 from scipy.optimize import brentq, minimize_scalar
 
+from reference_impl.stiffness import RTOL_FLOOR
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from reference_impl.chain import Array
+    from reference_impl.stiffness import Method, Solver
 
-RTOL_FLOOR = 100.0 * np.finfo(float).eps  # the least SciPy takes; accuracy is asked for block by block, by atol
 BREAK_SLACK = 1e-12  # of the duration: breaks nearer than this to each other or to the ends are one
 DIP_MARGIN = 0.5  # of the lower end's height: a parabola's dip below this is looked at closely
 
@@ -45,6 +47,7 @@ def walk(
     project: Callable[[Array], Array] | None = None,
     surface: Surface | None = None,
     switches: Switches | None = None,
+    method: Method = DOP853,
 ) -> Walk:
     """Integrate ``y' = rhs(t, y)`` from ``t_s[0]`` and sample it.
 
@@ -64,6 +67,8 @@ def walk(
         The walk stops where its height falls to zero.
     switches : Switches, optional
         What makes `rhs` smooth between breaks, by holding what would jump, and says where it must let go.
+    method : type
+        Which of SciPy's solvers takes the steps.
 
     Returns
     -------
@@ -82,7 +87,7 @@ def walk(
         if switches:
             y = switches.enter(start, end, y)
         while here < end and log.stopped_s is None:
-            solver = DOP853(rhs, here, y, end, rtol=RTOL_FLOOR, atol=atol)  # type: ignore[arg-type]  # stubs know scalars only
+            solver = method(rhs, here, y, end, rtol=RTOL_FLOOR, atol=atol)  # type: ignore[arg-type]  # stubs know scalars only
             here, y = run_smooth(solver, log, project, surface, switches)
             log.evaluations += solver.nfev
         if log.stopped_s is not None:
@@ -91,7 +96,7 @@ def walk(
 
 
 def run_smooth(
-    solver: DOP853[Any],
+    solver: Solver,
     log: Log,
     project: Callable[[Array], Array] | None,
     surface: Surface | None,
@@ -101,24 +106,24 @@ def run_smooth(
     while solver.status == "running" and log.stopped_s is None:
         fallen_s = log.step(solver, surface, switches)
         if fallen_s is not None and switches:
-            return switches.let_go(lambda t: retaken(solver, t), fallen_s, solver.t - solver.t_old)
+            return switches.let_go(lambda t: retaken(solver, t), fallen_s, (solver.t_old, solver.t))
         if project:
             solver.y = project(solver.y)
             solver.f = solver.fun(solver.t, solver.y)
     return float(solver.t), np.asarray(solver.y)
 
 
-def retaken(solver: DOP853[Any], until_s: float) -> Array:
+def retaken(solver: Solver, until_s: float) -> Array:
     """State at an instant inside the last step, by a step to there: an interpolant is some hundred times less exact."""
     step: Any = solver  # stubs know neither its tolerances nor that its earlier state is there
     span = until_s - step.t_old
-    if span <= 0.0:
+    if span == 0.0:
         return np.asarray(step.y_old)
-    again = DOP853(step.fun, step.t_old, step.y_old, until_s, first_step=span, rtol=RTOL_FLOOR, atol=step.atol)
+    again = type(step)(step.fun, step.t_old, step.y_old, until_s, first_step=span, rtol=RTOL_FLOOR, atol=step.atol)
     while again.status == "running":
         message = again.step()
         if message:
-            raise ArithmeticError(f"DOP853 gave up at t = {again.t:.6g} s: {message}")
+            raise ArithmeticError(f"{type(again).__name__} gave up at t = {again.t:.6g} s: {message}")
     return np.asarray(again.y)
 
 
@@ -144,13 +149,16 @@ class Surface(Protocol):
 class Switches(Protocol):
     """What a right-hand side holds fixed while a walk goes on smoothly."""
 
+    watching: bool
+    """Whether anything may fall"""
+
     def enter(self, start_s: float, end_s: float, y: Array) -> Array:
         """Settle what holds from a break to the next one; returns the state just after what happens at the break."""
 
     def fall(self, dense: Callable[[float], Array], start_s: float, end_s: float) -> float | None:
         """First instant inside a step at which something held must let go, or None."""
 
-    def let_go(self, exact: Callable[[float], Array], t_s: float, step_s: float) -> tuple[float, Array]:
+    def let_go(self, exact: Callable[[float], Array], t_s: float, step: tuple[float, float]) -> tuple[float, Array]:
         """Hold what is right from about this instant on; returns the instant and the state there, by `exact`."""
 
 
@@ -166,15 +174,17 @@ class Log:
     evaluations: int = 1
     stopped_s: float | None = None
 
-    def step(self, solver: DOP853[Any], surface: Surface | None, switches: Switches | None = None) -> float | None:
+    def step(self, solver: Solver, surface: Surface | None, switches: Switches | None = None) -> float | None:
         """Take one step, its samples, and the stop if it holds one; returns when a switch falls in it."""
         before = solver.y
         message = solver.step()  # a word only where it failed
         if message or not np.all(np.isfinite(solver.y)):
-            raise ArithmeticError(f"DOP853 gave up at t = {solver.t:.6g} s: {message or 'state not finite'}")
+            name = type(solver).__name__
+            raise ArithmeticError(f"{name} gave up at t = {solver.t:.6g} s: {message or 'state not finite'}")
         self.steps += 1
         dense = cache(solver.dense_output)  # three evaluations, where they are wanted
-        fallen_s = switches.fall(dense(), solver.t_old, solver.t) if switches else None
+        watching = switches is not None and switches.watching
+        fallen_s = switches.fall(dense(), solver.t_old, solver.t) if switches and watching else None
         if surface and not surface.clear(before, solver.y, solver.t - solver.t_old):
             self.stopped_s = landing(dense(), surface.height, solver.t_old, solver.t, surface.height(before))
             if fallen_s is not None and self.stopped_s is not None and self.stopped_s > fallen_s:

@@ -39,7 +39,8 @@ class ModelSwitches:
         watching : bool
             Whether the stepper looks for where a mode ends; if not, such modes are told from the state at all times.
         """
-        self.packing, self.model, self.watching = packing, packing.model, watching
+        self.packing, self.model = packing, packing.model
+        self.watching = watching and any(effect.watched for effect in self.model.effects)
         self.slack_s = SAME_INSTANT * end_s
         self.waiting = sorted(self.model.impulses, key=lambda blow: blow.at_s)
         self.blows: list[tuple[float, Array]] = []
@@ -131,7 +132,7 @@ class ModelSwitches:
         found: float = brentq(margin, start_s, end_s, xtol=slack)
         return min(found + 2.0 * slack, end_s)
 
-    def let_go(self, exact: Callable[[float], Array], t_s: float, step_s: float) -> tuple[float, Array]:
+    def let_go(self, exact: Callable[[float], Array], t_s: float, step: tuple[float, float]) -> tuple[float, Array]:
         """Turn round the margins that :meth:`fall` found to fall; returns when they do, and the state there.
 
         Their signs there do not tell: an angle of a few radians is known to 1e-16, and the root may lie on either
@@ -143,9 +144,10 @@ class ModelSwitches:
             State at an instant of the step, by the method itself.
         t_s : float
             Where they fall by the step's interpolant.
-        step_s : float
+        step : tuple of float
+            When the step starts and ends.
         """
-        t_s, y = self.meet(exact, t_s, step_s)
+        t_s, y = self.meet(exact, t_s, step)
         at, modes, offset = self.situation(t_s, y), list(self.modes or ()), 0
         for i, (effect, mode) in enumerate(zip(self.model.effects, modes, strict=True)):
             if mode is not None and effect.watched:
@@ -156,23 +158,30 @@ class ModelSwitches:
         self.packing.modes = tuple(modes)
         return t_s, y
 
-    def meet(self, exact: Callable[[float], Array], t_s: float, step_s: float) -> tuple[float, Array]:
-        """Instant near `t_s` at which what falls is zero or just below in the method's own states, by secants."""
-        fallen = sorted(self.fallen)
+    def meet(self, exact: Callable[[float], Array], t_s: float, step: tuple[float, float]) -> tuple[float, Array]:
+        """Instant near `t_s` at which what falls is zero or just below in the method's own states, by secants.
+
+        Where a margin only touches zero, its slope is rounding or none, and secants lead anywhere: those that leave the
+        step, or do not fall, leave it at the interpolant's instant, which is as good as any near.
+        """
+        fallen, (start_s, end_s) = sorted(self.fallen), step
+        slack_s = FALL_SLACK * (end_s - start_s)
 
         def margin(t: float) -> tuple[float, Array]:
             y = exact(t)
             return float(self.margins(t, y)[fallen].max()), y
 
-        aside = SECANT * step_s
-        before, (now, y) = margin(t_s - aside)[0], margin(t_s)
-        slope = (now - before) / aside
+        aside_s = max(t_s - SECANT * (end_s - start_s), start_s)
+        (before, _), (now, y) = margin(aside_s), margin(t_s)
+        slope, found_s, found = (now - before) / (t_s - aside_s) if t_s > aside_s else 0.0, t_s, y
         for _ in range(SECANTS):
-            if slope >= 0.0 or -FALL_SLACK * step_s * slope >= -now >= 0.0:
-                break  # there; or it only touches zero, and turning round there is as good as anywhere
-            t_s -= (now - 0.5 * FALL_SLACK * step_s * slope) / slope
-            now, y = margin(t_s)
-        return t_s, y
+            if not slope < 0.0 or -slack_s * slope >= -now >= 0.0:
+                break
+            found_s -= (now - 0.5 * slack_s * slope) / slope
+            if not start_s <= found_s <= end_s:
+                return t_s, y
+            now, found = margin(found_s)
+        return found_s, found
 
     def impulses(self, t_s: Array) -> Array | None:
         """Sum of the impulsive reactions before each sample, (n, N-1, 2); None where nothing strikes."""

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from scenarios.effect_checks import check_effects
 from scenarios.effect_tables import EffectsTable, Finite, FiniteEach, NotNegative, Positive, PositiveEach, Table
+from scenarios.start import check_start
+
+Place = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 
 EARTH_MU_M3_S2 = 3.986004418e14  # EGM2008 / IAU value
 EARTH_RADIUS_M = 6378e3  # the paper's R_eq
@@ -48,6 +51,11 @@ class ChainTable(Table):
         "chain",
         description="whose horizontal the angles start from: the one through the chain's centre of mass, "
         "or the one through each bar's own (the paper's phi_j)",
+    )
+    centre_m: list[Place] | None = Field(
+        None,
+        description="places of the bars' centres at t = 0 from any one point, [along the horizontal, up], m; the "
+        "angles decide, and where places contradict them the start is put right or refused",
     )
     rate_factor: FiniteEach = Field(
         1.0,
@@ -101,6 +109,7 @@ class SceneFile(Table):
         """Check what concerns several tables at once."""
         check_run_is_bound(self)
         check_above_surface(self)
+        check_start(self.chain)
         check_effects(self)
         return self
 

@@ -13,7 +13,7 @@ from adapters.initial_state import POINT_PART, chain_model, initial_state
 from barchain.ensemble.variation import VariationError
 from reference_impl.fast import layout
 from reference_impl.fast.batch import Batch
-from reference_impl.simulate import floor_m, safe_perigee_m
+from reference_impl.simulate import floor_m, safe_perigee_m, strongest_pull_m_s2
 from scenarios import Gravity
 
 if TYPE_CHECKING:
@@ -140,18 +140,20 @@ def batch(population: Population, rtol: float) -> Batch:
     com, velocity, angle, rate = starts(population, radius)
     fastest = np.maximum(np.sqrt(mu / radius**3), np.abs(rate).max(axis=1))[:, None]
     turn, place = np.ones((runs, scene.bars)), np.repeat(radius[:, None], 2, axis=1)
-    length = population.length_m.sum(axis=1)
+    length, model = population.length_m.sum(axis=1), chain_model(scene)
     floor = floor_m(surface, length)
+    safe = np.full(runs, np.inf) if model.effects else safe_perigee_m(floor, length)
     return Batch(
         np.full(runs, mu),
         layout.GRAVITY_CODES[POINT_PART[scene.effects.gravity]],
         layout.bar_rows(population.mass_kg, population.length_m, population.inertia_kg_m2),
         laws(population),
-        layout.chain(chain_model(scene)).effects,
+        layout.chain(model).effects,
         layout.pack(com, velocity, angle, rate),
         layout.filled([rtol * turn, rtol * place, rtol * turn * fastest, rtol * place * fastest], 1.0),
         floor,
-        safe_perigee_m(floor, length),
+        safe,
+        np.array([strongest_pull_m_s2(model, height) for height in floor]),
     )
 
 

@@ -56,7 +56,7 @@ def compiled_loop(scene: Scene) -> Callable[[int], None]:
     state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
     y, chain = layout.pack(*state), layout.chain(model)
     twin = Simulation(model, *state, rtol=1.0)
-    hold(chain, modes_at(twin, 0.0, twin.y0))
+    hold(chain, modes_at(twin.packing, 0.0, twin.y0))
     work, rates = layout.work_of(chain), np.zeros_like(y)
     return lambda times: repeat(times, y, rates, chain, work)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
 
-from reference_impl.effect import Effect, Push, Situation
+from reference_impl.effect import EDGE_ON, Effect, Push, Situation
 from reference_impl.plane import squared
 
 if TYPE_CHECKING:
@@ -83,8 +83,10 @@ class Drag(Effect):
         return np.where(self.wind(at).across < 0.0, -1.0, 1.0)
 
     def margin(self, at: Situation, mode: Array) -> Array:
-        """(N,) speeds at which the faces meet the wind, m/s."""
-        return mode * self.wind(at).across
+        """(N,) sines of the angles at which the faces meet the wind, and `EDGE_ON`."""
+        wind = self.wind(at)
+        found: Array = mode * wind.across / np.hypot(wind.along, wind.across) + EDGE_ON
+        return found
 
     def flipped(self, mode: Array, crossed: Indices) -> Array:
         """Other faces."""

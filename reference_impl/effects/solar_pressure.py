@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from reference_impl.effect import Effect, Push, Situation
+from reference_impl.effect import EDGE_ON, Effect, Push, Situation
 
 if TYPE_CHECKING:
     from reference_impl.chain import Array
@@ -65,7 +65,7 @@ class SolarPressure(Effect):
     def margin(self, at: Situation, mode: Array) -> Array:
         """(1 + N,) distance from the shadow's edge, m, and how far each face is turned to the Sun."""
         across = (at.unit.conj() * self.sun(at.t_s)).imag
-        return np.concatenate([[(2.0 * mode[0] - 1.0) * self.daylight(at)], mode[1:] * across])
+        return np.concatenate([[(2.0 * mode[0] - 1.0) * self.daylight(at)], mode[1:] * across + EDGE_ON])
 
     def spell(self, at: Situation) -> float:
         """Side of the shadow's axis, m: far out, one step may lead from one side of the shadow to the other."""

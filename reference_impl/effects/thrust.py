@@ -11,7 +11,7 @@ import numpy as np
 from reference_impl.effect import Effect, Push, Situation
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array
+    from reference_impl.chain import Array, ChainModel
 
 SAME_INSTANT = 1e-12  # of its time: a sample that rounding puts so little after an instant of the table is on it
 
@@ -38,6 +38,10 @@ class Thrust(Effect):
     def breaks_s(self) -> tuple[float, ...]:
         """Instants of the table."""
         return tuple(self.times_s.tolist())
+
+    def strongest_m_s2(self, model: ChainModel) -> float:
+        """Its largest force over the chain's mass."""
+        return float(np.abs(self.force_N).max() / model.mass_kg.sum())
 
     def push(self, at: Situation, mode: Array | None) -> Push:
         """Force and torque on one bar."""

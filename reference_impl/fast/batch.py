@@ -9,7 +9,7 @@ import numpy as np
 from reference_impl.fast.accelerations import evaluate
 from reference_impl.fast.jit import compiled
 from reference_impl.fast.layout import RX, RY, Chain, work
-from reference_impl.fast.walk import ARRIVED, EVALUATIONS, SEEN, STEPS, go, stepper
+from reference_impl.fast.walk import ARRIVED, EVALUATIONS, SEEN, STEPS, Ground, go, stepper
 
 if TYPE_CHECKING:
     from reference_impl.chain import Array
@@ -35,8 +35,10 @@ class Batch(NamedTuple):
     atol: Array
     """(runs, size)"""
     floor_m: Array
-    """(runs,) see `walk.go`"""
+    """(runs,) see `walk.Ground`"""
     safe_m: Array
+    """(runs,)"""
+    pull_m_s2: Array
     """(runs,)"""
 
 
@@ -90,13 +92,11 @@ def walk_all(batch: Batch, t_s: Array, stretches_s: Array, s: Stepper, scratch: 
     for r in range(len(batch.mu_m3_s2)):
         chain = Chain(batch.mu_m3_s2[r], batch.gravity, batch.bars[r], batch.laws[r], batch.effects)
         restart(batch.y0[r], rows[0], s)
+        ground = Ground(batch.floor_m[r], batch.safe_m[r], batch.pull_m_s2[r])
         code = ARRIVED
         for k in range(len(stretches_s)):
             if code == ARRIVED:
-                code = go(
-                    stretches_s[k, 0], stretches_s[k, 1], batch.floor_m[r], batch.safe_m[r], t_s, rows, batch.atol[r],
-                    s, chain, scratch,
-                )  # fmt: skip
+                code = go(stretches_s[k, 0], stretches_s[k, 1], ground, t_s, rows, batch.atol[r], s, chain, scratch)
         seen.code[r], seen.steps[r], seen.evaluations[r] = code, s.clock[STEPS], s.clock[EVALUATIONS]
         note(r, int(s.clock[SEEN]), t_s, rows, s.end, chain, scratch, seen)
 

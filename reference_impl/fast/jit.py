@@ -15,6 +15,7 @@ import numba
 import scipy
 from platformdirs import user_cache_path
 
+from reference_impl.effect import EDGE_ON
 from reference_impl.joints import REFINEMENTS, SETTLED
 from reference_impl.switches import LOOKS
 
@@ -53,7 +54,7 @@ def with_cache(function: F, options: dict[str, object]) -> F:
 @cache
 def cache_folder() -> Path:
     """Folder for compiled code: numba's own if one is set, else the user's, by the hash of all that is compiled in."""
-    constants = LOOKS, REFINEMENTS, SETTLED  # that compiled code takes from elsewhere, as it does SciPy's
+    constants = EDGE_ON, LOOKS, REFINEMENTS, SETTLED  # that compiled code takes from elsewhere, as it does SciPy's
     digest = hashlib.sha256(f"{numba.__version__} {scipy.__version__} {constants}".encode())
     for source in sorted(Path(__file__).parent.rglob("*.py")):
         digest.update(source.read_bytes())

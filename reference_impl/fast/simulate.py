@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.integrate import DOP853
 
+from reference_impl import stiffness
 from reference_impl.effect import Situation
 from reference_impl.fast import layout, walk
 from reference_impl.fast.accelerations import evaluate
@@ -14,7 +17,7 @@ from reference_impl.fast.jit import compiled
 from reference_impl.fast.layout import RX, RY
 from reference_impl.kinematics import gap_vectors, relative_positions
 from reference_impl.plane import along
-from reference_impl.simulate import History, Simulation
+from reference_impl.simulate import History, Minimal, Simulation
 from reference_impl.stepper import Walk, landing, stretches
 from reference_impl.switches import ModelSwitches
 
@@ -24,7 +27,10 @@ if TYPE_CHECKING:
     from reference_impl.chain import Array, ChainModel
     from reference_impl.effect import Modes
     from reference_impl.fast.layout import Chain, Work
+    from reference_impl.simulate import Packing
 
+EXACT_RTOL = 1e-14  # a request below what rounding of states and coefficients leaves: both then are compensated
+LEAST_RTOL = 1e-15  # below it the error estimate is rounding, and steps would collapse
 LOST = "the joint system is not positive definite in double precision"
 
 
@@ -43,13 +49,15 @@ class FastSimulation:
     ) -> None:
         """Set up a run, and have its code compiled."""
         self.model = model
-        self.twin = Simulation(model, com_m, com_velocity_m_s, angle_rad, rate_rad_s, rtol=rtol)
+        self.twin = Simulation(model, com_m, com_velocity_m_s, angle_rad, rate_rad_s, rtol=max(rtol, LEAST_RTOL))
         self.order = reference_order(model.bars)
         self.y0 = layout.pack(com_m, com_velocity_m_s, angle_rad, rate_rad_s)
         self.atol = np.ones_like(self.y0)
         self.atol[self.order] = self.twin.atol
+        self.exact = rtol <= EXACT_RTOL
         self.chain = layout.chain(model)
         self.work = layout.work_of(self.chain)
+        self.twin.packing = CompiledRates(self.chain, self.work, self.order, model)
         self.switches: ModelSwitches | None = None
         self.watching = any(effect.watched for effect in model.effects)
         self.warm_up()
@@ -70,7 +78,7 @@ class FastSimulation:
         """Stand at the start, with the sample instants `t_s` ahead."""
         self.t_s, self.rows = t_s, np.empty((len(t_s), len(self.y0)))
         self.rows[0] = self.y0
-        self.carry = walk.stepper(self.y0)
+        self.carry = walk.stepper(self.y0, exact=self.exact)
         self.carry.clock[walk.NOW] = t_s[0]
         self.carry.clock[walk.SEEN] = 1
 
@@ -79,8 +87,7 @@ class FastSimulation:
         code: int = walk.go(
             start_s,
             end_s,
-            self.twin.floor_m,
-            self.twin.safe_m,
+            walk.Ground(self.twin.floor_m, self.twin.safe_m, self.twin.pull_m_s2),
             self.t_s,
             self.rows,
             self.atol,
@@ -100,6 +107,8 @@ class FastSimulation:
         numpy.linalg.LinAlgError
             If the joint system is not positive definite in double precision.
         """
+        if stiffness.method(self.twin.packing, self.twin.y0, t_s, self.twin.atol) is not DOP853:
+            return self.walk_implicitly(t_s)
         self.aim(t_s)
         if self.model.effects or self.model.impulses:
             self.switches = ModelSwitches(self.twin.packing, float(t_s[-1]))
@@ -111,6 +120,15 @@ class FastSimulation:
         clock = self.carry.clock
         seen = int(clock[walk.SEEN])
         return Walk(self.t_s[:seen], self.rows[:seen], int(clock[walk.STEPS]), int(clock[walk.EVALUATIONS]), stopped_s)
+
+    def walk_implicitly(self, t_s: Array) -> Walk:
+        """The reference's own walk, with compiled rates: an implicit method's time goes into its linear algebra."""
+        self.aim(t_s)
+        seen = self.twin.walk(t_s)
+        self.switches = self.twin.switches
+        rows = np.zeros((len(seen.y), len(self.y0)))
+        rows[:, self.order] = seen.y
+        return dataclasses.replace(seen, y=rows)
 
     def walk_smooth(self, start_s: float, end_s: float) -> float | None:
         """Walk from break to break; instant at which a bar reached the surface, or None."""
@@ -149,7 +167,7 @@ class FastSimulation:
         until = next(t for t in (stopped_s, fallen_s, end) if t is not None)
         walk.take_samples(until, self.t_s, self.rows, True, carry, self.chain, self.work)
         if fallen_s is not None and stopped_s is None and self.switches:
-            fallen_s, state = self.switches.let_go(self.retaken, fallen_s, step)
+            fallen_s, state = self.switches.let_go(self.retaken, fallen_s, (end - step, end))
             self.stand(fallen_s, state)
         else:
             walk.leave_step(carry)
@@ -212,6 +230,7 @@ class FastSimulation:
             seen.evaluations,
             seen.stopped_s,
             self.switches.impulses(seen.t_s) if self.switches else None,
+            stiffness.WORDS[self.twin.method],
         )
 
     def observe(self, seen: Walk, reaction_N: Array, torque_N_m: Array) -> None:
@@ -221,16 +240,16 @@ class FastSimulation:
             observe(seen.t_s, seen.y, self.carry.end, chain, self.work, reaction_N, torque_N_m)
             return
         for k, (t, y) in enumerate(zip(seen.t_s, seen.y, strict=True)):
-            hold(chain, modes_at(self.twin, t, y[self.order]))
+            hold(chain, modes_at(self.twin.packing, t, y[self.order]))
             one = slice(k, k + 1)
             observe(seen.t_s[one], seen.y[one], self.carry.end, chain, self.work, reaction_N[one], torque_N_m[one])
 
 
-def modes_at(twin: Simulation, t_s: float, y: Array) -> Modes:
+def modes_at(packing: Packing, t_s: float, y: Array) -> Modes:
     """What a state of the reference says of its effects' modes."""
-    state = twin.packing.unpack(y)
-    at = Situation(twin.model, t_s, state, along(state.angle_rad))
-    return tuple(effect.mode(at) for effect in twin.model.effects)
+    state = packing.unpack(y)
+    at = Situation(packing.model, t_s, state, along(state.angle_rad))
+    return tuple(effect.mode(at) for effect in packing.model.effects)
 
 
 def hold(chain: Chain, modes: Modes | None) -> None:
@@ -238,6 +257,32 @@ def hold(chain: Chain, modes: Modes | None) -> None:
     for effect, mode in zip(chain.effects, modes or (), strict=True):
         if mode is not None:
             effect.mode[:] = mode
+
+
+class CompiledRates(Minimal):
+    """The reference's vector, its rates by compiled code."""
+
+    def __init__(self, chain: Chain, work: Work, order: Array, model: ChainModel) -> None:
+        """Rates of `chain`, laid out by `order`."""
+        super().__init__(model)
+        self.chain, self.work, self.order = chain, work, order
+        self.y = np.zeros(len(order) + -len(order) % layout.REGISTER)
+        self.rates = np.zeros_like(self.y)
+
+    def rhs(self, t_s: float, y: Array) -> Array:
+        """Time derivative of the reference's vector.
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            If the joint system is not positive definite in double precision.
+        """
+        self.y[self.order] = y
+        hold(self.chain, self.modes or (modes_at(self, t_s, y) if self.model.effects else None))
+        if not evaluate(t_s, self.y, self.rates, self.chain, self.work):
+            raise np.linalg.LinAlgError(LOST)
+        rates: Array = self.rates[self.order]
+        return rates
 
 
 def reference_order(bars: int) -> Array:

@@ -16,6 +16,7 @@ from reference_impl.fast.dop853 import (
     ROWS,
     SAFETY,
     advance,
+    advance_exactly,
     error_norm,
     first_step,
     interpolant,
@@ -35,14 +36,26 @@ ARRIVED, LOOK, COLLAPSED, NOT_FINITE, LOST_JOINT, FALLEN = range(6)
 FROM_START = (0.0, *LOOKS)  # of a step
 RTOL_FLOOR = 100.0 * float(np.finfo(float).eps)  # SciPy's least
 # places in Stepper.clock
-NOW, STEP, TAKEN, STEPS, SEEN, EVALUATIONS = range(6)
+NOW, STEP, TAKEN, STEPS, SEEN, EVALUATIONS, EXACT = range(7)
+
+
+class Ground(NamedTuple):
+    """What a chain may run into."""
+
+    floor_m: float
+    """Distance of the centre of mass from the body's centre above which nothing can touch it; 0: no surface"""
+    safe_m: float
+    """The same for the lowest point of its orbit"""
+    pull_m_s2: float
+    """Bound of what pulls it down"""
 
 
 class Stepper(NamedTuple):
     """Everything that a walk carries from step to step."""
 
     clock: Array
-    """(6,) NOW, s; STEP, size of the next step, s; TAKEN, that of the last; counts: STEPS, SEEN samples, EVALUATIONS"""
+    """(7,) NOW, s; STEP, size of the next step, s; TAKEN, that of the last; counts: STEPS, SEEN samples, EVALUATIONS;
+    EXACT: 1 where steps are taken by `advance_exactly`, else 0"""
     y: Array
     """(size,) state now; `size` is 2N+4, filled up"""
     before: Array
@@ -53,18 +66,24 @@ class Stepper(NamedTuple):
     """(16, size) rates at the stages; row 0 is the rate now"""
     powers: Array
     """(7, size) interpolant of the last step"""
+    residue: Array
+    """(2, size) what the state lacks by rounding, now and at the end of the step tried; zeros unless EXACT"""
 
 
-def stepper(y: Array) -> Stepper:
+def stepper(y: Array, *, exact: bool = False) -> Stepper:
     """Carry of a walk that starts at `y`."""
-    size = len(y)
-    return Stepper(np.zeros(6), y.copy(), y.copy(), np.zeros(size), np.zeros((ROWS, size)), np.zeros((POWER, size)))
+    size, clock = len(y), np.zeros(7)
+    clock[EXACT] = exact
+    slopes, powers, residue = (np.zeros((rows, size)) for rows in (ROWS, POWER, 2))
+    return Stepper(clock, y.copy(), y.copy(), np.zeros(size), slopes, powers, residue)
 
 
 @compiled
 def start(t_s: float, end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int:
     """Begin a smooth stretch of the walk: the rate now and the first step's size; ARRIVED, or what is wrong."""
     s.clock[NOW], s.clock[TAKEN] = t_s, 0.0
+    for i in range(len(s.y)):
+        s.residue[0, i] = 0.0
     well = evaluate(t_s, s.y, s.slopes[0], chain, work)
     s.clock[EVALUATIONS] += 1
     if not well:
@@ -90,14 +109,19 @@ def finite(y: Array, rates: Array) -> bool:
 def step(end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int:
     """One accepted step towards `end_s`, as SciPy's controller takes it."""
     t, h, rejected = s.clock[NOW], s.clock[STEP], False
+    exact = s.clock[EXACT] != 0.0
+    relative = 0.0 if exact else RTOL_FLOOR
     least = 10.0 * abs(np.nextafter(t, np.inf) - t)
     h = max(h, least)
     while h >= least:
         reached = min(t + h, end_s)
         h = reached - t
-        well = advance(t, h, s.y, s.slopes, s.end, chain, work)
+        if exact:
+            well = advance_exactly(t, h, s.y, s.residue[0], s.slopes, s.end, s.residue[1], chain, work)
+        else:
+            well = advance(t, h, s.y, s.slopes, s.end, chain, work)
         s.clock[EVALUATIONS] += 12
-        error = error_norm(2 * chain.bars.shape[1] + 4, h, s.y, s.end, s.slopes, atol, RTOL_FLOOR)
+        error = error_norm(2 * chain.bars.shape[1] + 4, h, s.y, s.end, s.slopes, atol, relative)
         if not well:
             return LOST_JOINT
         if error < 1.0:
@@ -107,6 +131,7 @@ def step(end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int
             s.clock[STEPS] += 1
             for i in range(len(s.y)):
                 s.before[i], s.y[i] = s.y[i], s.end[i]
+                s.residue[0, i] = s.residue[1, i]
             return ARRIVED
         h *= max(LEAST_FACTOR, SAFETY * error**EXPONENT) if np.isfinite(error) else LEAST_FACTOR
         rejected = True
@@ -159,26 +184,21 @@ def perigee(n: int, y: Array, mu_m3_s2: float) -> float:
 
 
 @compiled
-def clear(n: int, h: float, before: Array, y: Array, chain: Chain, floor_m: float, safe_m: float) -> bool:
+def clear(n: int, h: float, before: Array, y: Array, chain: Chain, ground: Ground) -> bool:
     """Whether no point of the chain can have been below the surface in the last step.
 
-    As :meth:`reference_impl.simulate.Simulation.clear`: the orbit's lowest point is high enough, or the centre of mass,
-    which gravity pulls at most with mu/R², can't have fallen so far from either end of the step.
+    As :meth:`reference_impl.simulate.Simulation.clear`.
     """
-    if (
-        chain.gravity != NO_GRAVITY
-        and perigee(n, y, chain.mu_m3_s2) > safe_m
-        and (len(chain.effects) == 0 or perigee(n, before, chain.mu_m3_s2) > safe_m)
-    ):
+    if chain.gravity != NO_GRAVITY and perigee(n, y, chain.mu_m3_s2) > ground.safe_m:
         return True
-    pull = 0.0 if chain.gravity == NO_GRAVITY else chain.mu_m3_s2 / (floor_m * floor_m)
+    pull = ground.pull_m_s2
     half = 0.5 * h
     r0, r1 = np.hypot(before[n], before[n + 1]), np.hypot(y[n], y[n + 1])
     fall0 = (before[n] * before[2 * n + 2] + before[n + 1] * before[2 * n + 3]) / r0
     fall1 = -(y[n] * y[2 * n + 2] + y[n + 1] * y[2 * n + 3]) / r1
     low0 = r0 + min(0.0, fall0) * half - 0.5 * pull * half * half
     low1 = r1 + min(0.0, fall1) * half - 0.5 * pull * half * half
-    return bool(min(low0, low1) > floor_m)
+    return bool(min(low0, low1) > ground.floor_m)
 
 
 @compiled
@@ -199,7 +219,7 @@ def fallen(s: Stepper, chain: Chain, work: Work) -> bool:
 
 
 @compiled
-def go(start_s: float, end_s: float, floor_m: float, safe_m: float, t_s: Array, rows: Array, atol: Array, s: Stepper,
+def go(start_s: float, end_s: float, ground: Ground, t_s: Array, rows: Array, atol: Array, s: Stepper,
        chain: Chain, work: Work) -> int:  # fmt: skip
     """Walk on to `end_s`, from `start_s` if that is now.
 
@@ -210,10 +230,7 @@ def go(start_s: float, end_s: float, floor_m: float, safe_m: float, t_s: Array, 
     ----------
     start_s, end_s : float
         A smooth stretch: no break of a law or an effect is inside.
-    floor_m : float
-        Distance of the centre of mass from the body's centre above which nothing can touch it; 0: no surface.
-    safe_m : float
-        The same for the lowest point of its orbit.
+    ground : Ground
     t_s : ndarray, shape (n,)
         Sample instants.
     rows : ndarray, shape (n, size)
@@ -240,7 +257,7 @@ def go(start_s: float, end_s: float, floor_m: float, safe_m: float, t_s: Array, 
             code = FALLEN if fallen(s, chain, work) else ARRIVED
         if code != ARRIVED:
             continue
-        if floor_m > 0.0 and not clear(n, s.clock[TAKEN], s.before, s.y, chain, floor_m, safe_m):
+        if ground.floor_m > 0.0 and not clear(n, s.clock[TAKEN], s.before, s.y, chain, ground):
             code = LOOK
         else:
             take_samples(s.clock[NOW], t_s, rows, watching, s, chain, work)

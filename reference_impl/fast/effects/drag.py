@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from reference_impl.effect import EDGE_ON
 from reference_impl.fast.jit import inlined
 from reference_impl.fast.layout import (
     AX,
@@ -86,5 +87,6 @@ def crossed(
         x, z = y[n] + (rows[DX, i] - mean_x), y[n + 1] + (rows[DY, i] - mean_y)
         wind_x = y[2 * n + 2] + (moved[VX, i] - drift_x) + rotation * z
         wind_y = y[2 * n + 3] + (moved[VY, i] - drift_y) - rotation * x
-        worst = min(worst, effect.mode[i] * (rows[UX, i] * wind_y - rows[UY, i] * wind_x))
+        across = effect.mode[i] * (rows[UX, i] * wind_y - rows[UY, i] * wind_x)
+        worst = min(worst, across + EDGE_ON * math.hypot(wind_x, wind_y))
     return bool(worst < 0.0)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from reference_impl.effect import EDGE_ON
 from reference_impl.fast.jit import inlined
 from reference_impl.fast.layout import AX, AY, HALF, INVERSE_MASS, UX, UY, Acting, numbers
 
@@ -78,5 +79,5 @@ def crossed(
             worst = -1.0
         effect.table[SIDE, 0] = side
     for i in range(n):
-        worst = min(worst, effect.mode[1 + i] * (rows[UX, i] * sy - rows[UY, i] * sx))
+        worst = min(worst, effect.mode[1 + i] * (rows[UX, i] * sy - rows[UY, i] * sx) + EDGE_ON)
     return bool(worst < 0.0)

@@ -1,0 +1,74 @@
+"""Where a scene's bars are said to be, against where their joints put them: a stated rule for starts that disagree.
+
+The angles are what counts: they and the joints say where every bar is. A file may give the bars' centres besides, as
+another program wrote them. Then the largest gap that these would leave in a joint, over its shorter bar, decides:
+
+====================  ==========================================================================
+up to 1e-9            rounding of what was written: taken as closed, nothing said
+above, up to 1e-6     projected: closed by the angles, and the scene says so
+above                 refused: angles and places are of two different chains
+====================  ==========================================================================
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from scenarios.schema import ChainTable
+
+ROUNDED = 1e-9  # of the shorter bar: what nine digits of a place leave
+PROJECTED = 1e-6  # of the shorter bar: a loose solver's joints; its gaps are nobody's intent
+
+
+def check_start(chain: ChainTable) -> None:
+    """Refuse centres that the joints can't be closed from.
+
+    Raises
+    ------
+    ValueError
+        With the joint, its gap, and what is allowed.
+    """
+    if chain.centre_m is None:
+        return
+    if chain.angle_from != "chain":
+        raise ValueError('chain.centre_m: needs angle_from = "chain": places and angles in the same axes')
+    if len(chain.centre_m) != chain.bars:
+        raise ValueError(f"chain.centre_m: {len(chain.centre_m)} places given, allowed: one for each of {chain.bars}")
+    joint, share = widest(chain)
+    if share > PROJECTED:
+        raise ValueError(
+            f"chain.centre_m: joint {joint} is {share:.3g} of its shorter bar open at the start, "
+            f"allowed: up to {ROUNDED:g}, taken as closed, or up to {PROJECTED:g}, closed by the angles"
+        )
+
+
+def start_note(chain: ChainTable) -> str:
+    """What is said of a start whose joints had to be closed; empty if none had."""
+    if chain.centre_m is None:
+        return ""
+    joint, share = widest(chain)
+    if share <= ROUNDED:
+        return ""
+    return (
+        f"Joint {joint} was given {share:.2g} of its shorter bar open; the places were set right by the angles."
+    )
+
+
+def widest(chain: ChainTable) -> tuple[int, float]:
+    """Joint (from 1) with the largest gap over its shorter bar, and that share; (0, 0.0) without joints."""
+    assert chain.centre_m is not None
+    places = [complex(*place) for place in chain.centre_m]
+    length, angle = each(chain.length_m, chain.bars), each(chain.angle_deg, chain.bars)
+    turned = [math.radians(a) for a in angle]
+    halves = [0.5 * size * complex(math.cos(a), math.sin(a)) for size, a in zip(length, turned, strict=True)]
+    pairs = itertools.pairwise(zip(places, halves, length, strict=True))
+    gaps = [abs((q - h) - (p + g)) / min(a, b) for (p, g, a), (q, h, b) in pairs]
+    return max(((i + 1, gap) for i, gap in enumerate(gaps)), key=lambda found: found[1], default=(0, 0.0))
+
+
+def each(value: float | list[float], count: int) -> tuple[float, ...]:
+    """One value for each bar or joint."""
+    return tuple(map(float, value)) if isinstance(value, list) else (float(value),) * count
