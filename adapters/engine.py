@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 Array = NDArray[np.float64]
+ENDED = "ended_s"
+"""Entry in a trajectory's `info` of an engine that locates the instant at which its run ended, s: it is judged"""
 
 
 class Knob(StrEnum):

@@ -52,7 +52,21 @@ WHFAST_STEPS_PER_ORBIT = 64
 FIRST_STEP = 1e-3  # of the period; IAS15 finds its own at once
 LANDING_SLACK_S = 1e-9  # accuracy of the instant at which the surface is reached
 
-NOT_TURNED = "REBOUND moves a particle, and {} pushes a chain by how its bars are turned"
+NOT_TURNED = "REBOUND moves a particle, and {} a chain by how its bars are turned"
+TURNED = {
+    "drag": "drag",
+    "solar_pressure": "sunlight",
+    "solar_pressure.shadow": "sunlight",
+    "thrust.body": "a thrust that turns with its bar",
+}
+BLOW = "a blow along a bar's own axes"
+
+
+def not_turned(pushes: list[str]) -> str:
+    """Why a particle can't be pushed so."""
+    *most, last = pushes
+    named = f"{', '.join(most)} and {last} push" if most else f"{last} pushes"
+    return NOT_TURNED.format(named)
 
 
 class State(NamedTuple):
@@ -124,20 +138,14 @@ class Rebound(Engine):
         | {"oblateness", "third_body", "joint_spring_damper", "thrust.inertial", "impulse"}
     )
     observables = frozenset({Observable.COM})
-    why_not: ClassVar[dict[str, str]] = {
-        "drag": NOT_TURNED.format("drag"),
-        "solar_pressure": NOT_TURNED.format("sunlight"),
-        "solar_pressure.shadow": NOT_TURNED.format("sunlight"),
-        "thrust.body": NOT_TURNED.format("a thrust that turns with its bar"),
-    }
+    why_not: ClassVar[dict[str, str]] = {name: not_turned([push]) for name, push in TURNED.items()}
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
-        """As every engine; of blows it takes those along fixed directions."""
-        lacking = super().unsupported(scene)
-        turned = any(p.axes is not Axes.INERTIAL for p in scene.effects.impulse)
-        blow = NOT_TURNED.format("a blow along a bar's own axes")
-        return "; ".join(filter(None, [lacking, blow if turned else None])) or None
+        """As every engine, all of it in one sentence; of blows it takes those along fixed directions."""
+        found = [TURNED.get(name, name) for name in sorted(scene.effects.names - cls.effects)]
+        found += [BLOW for p in scene.effects.impulse if p.axes is not Axes.INERTIAL]
+        return not_turned(list(dict.fromkeys(found))) if found else None
 
     def build(self, scene: Scene, setting: Setting) -> None:
         """Set the particle up."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, Protocol, final
 
 import numpy as np
 
-from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Observable, Setting, Trajectory
+from adapters.engine import ENDED, Coordinates, Engine, EngineError, Knob, Ladder, Observable, Setting, Trajectory
 from adapters.initial_state import chain_model, initial_state
 from reference_impl.simulate import GRAINS, CoordinateSet, Simulation
 from scenarios import Gravity
@@ -70,6 +70,9 @@ class ReferenceEngine(Engine):
     def read(self) -> Trajectory:
         """Observables at the samples."""
         h = self.prepared.history(self.seen, condition=self.condition)
+        info: dict[str, float | str] = {"steps": h.steps, "evaluations": h.evaluations, "method": h.method}
+        if h.landed_s is not None:
+            info[ENDED] = h.landed_s
         landed = "" if h.landed_s is None else f"a bar reached the surface at t = {h.landed_s:.6f} s"
         return Trajectory(
             h.t_s,
@@ -84,7 +87,7 @@ class ReferenceEngine(Engine):
             impulse_N_s=h.impulse_N_s,
             condition=h.condition,
             ended=landed,
-            info={"steps": h.steps, "evaluations": h.evaluations},
+            info=info,
         )
 
 

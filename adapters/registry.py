@@ -42,6 +42,8 @@ class Registration:
     """Whether it takes part where no engine is named; those that only a study needs do not"""
     optional: bool = False
     """Whether an extra brings it: where that is not installed it takes part only if it is named"""
+    compiles: bool = False
+    """Whether it compiles code for a scene's effects while it builds, which may take longer than the run"""
 
     @property
     def by_default(self) -> bool:
@@ -96,13 +98,21 @@ def _more(module: str, name: str, requires: str, imported: str = "", *, ours: bo
 
 def _oracle(name: str, *, everyday: bool = True) -> Registration:
     install = "pip install '.[oracle]'"
-    return Registration(f"adapters.heyoka_adapter:{name}", "heyoka", "", install, everyday=everyday, optional=True)
+    return Registration(
+        f"adapters.heyoka_adapter:{name}", "heyoka", "", install, everyday=everyday, optional=True, compiles=True
+    )
 
 
 ENGINES: dict[str, Registration] = {
     "reference": _ours("reference_adapter", "Reference"),
     "reference-fast": Registration(
-        "adapters.reference_fast_adapter:ReferenceFast", "numba", "", "pip install '.[fast]'", ours=True, optional=True
+        "adapters.reference_fast_adapter:ReferenceFast",
+        "numba",
+        "",
+        "pip install '.[fast]'",
+        ours=True,
+        optional=True,
+        compiles=True,
     ),
     "reference-absolute": _ours("reference_adapter", "ReferenceAbsolute"),
     "exudyn": _external("exudyn_adapter", "Exudyn", "exudyn"),

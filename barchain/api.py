@@ -63,7 +63,7 @@ def simulate(
     engine : str
         A registered name.
     time_limit_s : float
-        Wall time after which the worker is ended.
+        Wall time after which the worker is ended; an engine that compiles has ten minutes more for that.
     condition : bool
         Ask for the joint system's condition number at every sample (the reference has it).
     **setting : float
@@ -135,6 +135,7 @@ def compare(
     need_external: bool = False,
     command: str = "",
     progress: Callable[[str, str, str], None] | None = None,
+    notes: Callable[[str], None] | None = None,
     registered: Mapping[str, Registration] | None = None,
 ) -> ComparisonResult:
     """Run scenes in engines, compare each with the truth, and write tables as results come.
@@ -147,7 +148,7 @@ def compare(
     out : Path or str, optional
         Folder for tables and trajectories (see :mod:`reports.tables`); none are kept by default.
     time_limit_s : float
-        Wall time after which one run is ended.
+        Wall time after which one run is ended; an engine that compiles has ten minutes more for that.
     workers : int, optional
         Processes side by side; all cores by default.
     settings : mapping, optional
@@ -160,6 +161,8 @@ def compare(
         What was typed, for the record.
     progress : callable, optional
         Told (scene, engine, outcome) after each verdict.
+    notes : callable, optional
+        Told what goes on before the first of them, in words.
     registered : mapping, optional
         Engines by name, instead of the registry's.
 
@@ -186,7 +189,7 @@ def compare(
     with tempfile.TemporaryDirectory() as scratch:
         order = [(s.name, e) for s in plan.scenes for e in [*chosen, ANY_EXTERNAL]]
         store = Store(Path(out) if out is not None else Path(scratch), new_record(plan, command), order)
-        verdicts = Suite(plan, store, progress or (lambda *_: None)).run()
+        verdicts = Suite(plan, store, progress or (lambda *_: None), notes or (lambda _: None)).run()
         return ComparisonResult(store.metrics(), {pair: v.outcome for pair, v in verdicts.items()})
 
 

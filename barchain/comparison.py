@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from adapters.engine import Observable
+from adapters.engine import ENDED, Observable
+from barchain.checks import TIME_SLACK
 from barchain.drift_bands import drift_bands
 from barchain.local_errors import kinks
 from barchain.model_difference import com_displacement
@@ -164,7 +165,7 @@ class Comparison:
 
     def verdict(self) -> Verdict:
         """All rows, and the series for plots."""
-        early = self.ended_differently() or self.compared_too_little()
+        early = self.ended_differently() or self.ended_elsewhen() or self.compared_too_little()
         rows = [] if early is None else [early]
         for quantity in self.found:
             rows += self.pointwise(quantity)
@@ -181,6 +182,36 @@ class Comparison:
             f"{self.main.ended or 'at its last sample'}; truth: {self.truth.trajectory.ended or 'at its last sample'}"
         )
         return self.row("run", "outcome", None, None, Outcome.INCOMPLETE, reason)
+
+    def ended_elsewhen(self) -> Row | None:
+        """A fault if both located the instant of their end, and their errors don't explain that it is not the same."""
+        mine, theirs = (float(seen.info.get(ENDED, np.nan)) for seen in (self.main, self.truth.trajectory))
+        if np.isnan(mine - theirs):
+            return None
+        apart, allowed = abs(mine - theirs), self.landing_tolerance_s()
+        if apart <= allowed:
+            return None
+        reason = f"ended {apart:.3g} s apart from the truth, {apart / allowed:.3g} times what is explained"
+        return self.row("run", "outcome", None, None, Outcome.INCONSISTENT, reason)
+
+    def landing_tolerance_s(self) -> float:
+        """What explains a difference of the instants at which a bar reached the surface, s.
+
+        The chain's ends are where they are to the errors of track and attitude at the last sample, and of their rates
+        until the next. That over the speed at which they come down, at least the centre of mass' less what they turn
+        with about it. Where that is nothing, the chain grazes the surface, and no instant is judged.
+        """
+        seen, size, last = self.truth.trajectory, self.scene.size_m, self.n - 1
+        if seen.rate_rad_s is None or not {"attitude", "rate"} <= self.found.keys() or not self.inside[last]:
+            return np.inf
+        place, velocity = seen.com_m[last], seen.com_velocity_m_s[last]
+        turning = float(np.abs(seen.rate_rad_s[last]).max())
+        down = -float(place @ velocity) / float(np.linalg.norm(place)) - size * turning
+        off = {name: float(self.tolerance(name)[last]) for name in ("com", "com_velocity", "attitude", "rate")}
+        spacing = self.scene.run.duration_s / (self.scene.run.samples - 1)
+        ends = off["com"] + size * off["attitude"]
+        ends += spacing * (off["com_velocity"] + size * (off["rate"] + turning * off["attitude"]))
+        return TIME_SLACK * self.scene.run.duration_s + ends / down if down > 0.0 else np.inf
 
     def compared_too_little(self) -> Row | None:
         """A fault if the horizon leaves next to nothing to compare."""

@@ -85,16 +85,19 @@ def invariant_floor(engine: type[Engine], setting: Setting, seen: Trajectory, tr
 
 
 def inner_share(scene: Scene, seen: Trajectory) -> float:
-    """Bound of what the motion about the centre of mass has of an invariant: of its kinetic energy, (L w / v)²."""
-    if conserved(scene).relative:
+    """Bound of what the motion about the centre of mass has of an invariant: of its kinetic energy, (L w / v)².
+
+    All of it where the centre of mass is at rest at first.
+    """
+    if conserved(scene).relative or scene.speed0_m_s == 0.0:
         return 1.0
     return float(min(1.0, (scene.size_m * fastest(scene, seen) / scene.speed0_m_s) ** 2))
 
 
 def fastest(scene: Scene, seen: Trajectory) -> float:
-    """Largest rate of a bar, rad/s; at least the orbit's."""
+    """Largest rate of a bar, rad/s; at least the orbit's, where it starts at rest that of its period."""
     spin = 0.0 if seen.rate_rad_s is None else float(np.abs(seen.rate_rad_s).max())
-    return max(spin, scene.orbital_rate_rad_s)
+    return max(spin, scene.orbital_rate_rad_s) or orbit_scale(scene)
 
 
 def rounded_place(engine: type[Engine], truth: Truth) -> float:

@@ -3,16 +3,27 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from barchain.quantities import angular_momentum_drift, conserved, energy_drift
-from scenarios import Gravity
+from scenarios import Actuator, Gravity
 
 if TYPE_CHECKING:
     from adapters.engine import Trajectory
     from scenarios import Scene
+
+
+BODIES = {"moon": "the Moon", "sun": "the Sun"}
+
+
+class Loss(NamedTuple):
+    """Why an invariant is none."""
+
+    words: str
+    energy: bool = True
+    angular_momentum: bool = True
 
 
 def effect_words(scene: Scene) -> list[str]:
@@ -21,7 +32,9 @@ def effect_words(scene: Scene) -> list[str]:
     found = []
     if called.oblateness:
         found.append(f"oblateness, J2 = {called.oblateness.j2:g}")
-    found += [f"tide of the {b.name}, {b.distance_m / 1e3:g} km away" for b in called.third_body]
+    found += [
+        f"tide of {BODIES.get(b.name, 'a third body')}, {b.distance_m / 1e3:g} km away" for b in called.third_body
+    ]
     if called.drag:
         d = called.drag
         found.append(f"drag in {d.density_kg_m3:g} kg/m³ at {d.altitude_m / 1e3:g} km")
@@ -38,14 +51,34 @@ def effect_words(scene: Scene) -> list[str]:
 
 
 def invariant_words(scene: Scene) -> str:
-    """Which invariants the scene has; why, where it is the gravity model that has none."""
-    keeps = conserved(scene)
-    kept = [name for name, stays in (("energy", keeps.energy), ("angular momentum", keeps.angular_momentum)) if stays]
-    if kept:
-        return " and ".join(kept)
-    if scene.effects.gravity is Gravity.GRADIENT:
-        return "neither energy nor angular momentum: the gradient's torque has no counterpart in its force"
-    return "neither energy nor angular momentum: effects without a potential act"
+    """Which invariants the scene has, and every reason why it has not the others."""
+    keeps, lost = conserved(scene), losses(scene)
+    if keeps.energy and keeps.angular_momentum:
+        return "energy and angular momentum"
+    if keeps.energy:
+        return f"energy; not angular momentum: {'; '.join(x.words for x in lost if x.angular_momentum)}"
+    if keeps.angular_momentum:
+        return f"angular momentum; not energy: {'; '.join(x.words for x in lost if x.energy)}"
+    return f"neither energy nor angular momentum: {'; '.join(x.words for x in lost)}"
+
+
+def losses(scene: Scene) -> list[Loss]:
+    """Reasons why invariants are none: effects without a potential first, then the gravity model."""
+    called = scene.effects
+    springs, laws = called.joint_spring_damper, called.prescribed_rotation
+    outside = any(p.actuator is Actuator.EXTERNAL for p in laws)
+    found = [
+        (called.drag, Loss("drag has no potential")),
+        (called.solar_pressure, Loss("sunlight has no potential")),
+        (called.thrust, Loss("a thrust has no potential")),
+        (called.impulse, Loss("a blow has no potential")),
+        (springs and any(springs.damping_N_m_s_rad), Loss("dampers take energy", angular_momentum=False)),
+        (laws, Loss("prescribed rotations do work", angular_momentum=False)),
+        (outside, Loss("their torques come from outside", energy=False)),
+        (called.third_body, Loss("a third body's potential turns with it")),
+        (called.gravity is Gravity.GRADIENT, Loss("the gradient's torque has no counterpart in its force")),
+    ]
+    return [loss for acts, loss in found if acts]
 
 
 def gradient_defect(scene: Scene, truth: Trajectory, horizon_s: float) -> dict[str, Any]:

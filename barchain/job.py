@@ -28,6 +28,12 @@ class Role(StrEnum):
     """The reference at close samples: what its derivatives are."""
     TWIN = "twin"
     """The truth from a slightly perturbed start: how the scene amplifies errors."""
+    COARSE = "coarse"
+    """An engine far below the setting it is judged at: how its error falls with the setting."""
+    PLAIN = "plain"
+    """A library's solver as it comes, at its own default tolerances."""
+    EXACT = "exact"
+    """The compiled reference at the accuracy at which its sums keep what rounding would lose."""
 
 
 TRUTH_ROLES = (Role.TRUTH, Role.TRUTH_CHECK, Role.TWIN, Role.FINE)
@@ -51,7 +57,7 @@ class Job:
         """Name of its trajectory's file inside the scene's folder."""
         if self.role is Role.MAIN:
             return self.engine
-        return f"{self.engine}.finer" if self.role is Role.FINER else str(self.role)
+        return str(self.role) if self.role in TRUTH_ROLES else f"{self.engine}.{self.role}"
 
     @property
     def key(self) -> str:
@@ -76,8 +82,10 @@ class RunResult:
     trajectory: Trajectory | None = None
     seconds: dict[str, float] = field(default_factory=dict)
     """Wall time of `build`, `simulate`, `read`"""
+    refused: bool = False
+    """Whether the engine said, before its first step, that it will not"""
 
 
-def failure(outcome: Outcome, reason: str) -> RunResult:
+def failure(outcome: Outcome, reason: str, *, refused: bool = False) -> RunResult:
     """Result of a run that gave nothing; the reason is kept to one line."""
-    return RunResult(outcome, " ".join(reason.split())[:500])
+    return RunResult(outcome, " ".join(reason.split())[:500], refused=refused)

@@ -25,6 +25,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from adapters.initial_state import chain_model
 from barchain.mean_pull import PUSHES, blows_along, every_nth, pull_along, tides
+from reference_impl.kinematics import relative_positions
 from scenarios import Gravity
 
 if TYPE_CHECKING:
@@ -34,6 +35,10 @@ if TYPE_CHECKING:
 
 RESPONSE_STEPS_PER_RADIAN = 60.0  # of the orbit: the chain's own oscillations are up to ten times as fast
 PUSHED_STEPS_PER_RADIAN = 20.0  # of the fastest bar, where a push goes with its direction and has kinks in it
+SPARSE_RAD = 1.0  # of the orbit between samples: farther apart, nothing can be interpolated, and all is bounded
+PULLED, TURNED = 3.0, 9.0
+"""Times mu I/(M r⁴), I about the centre of the stretched chain: the largest pull that a second moment adds, upright,
+and its largest change per radian, 9/2 where the chain turns as one and twice that where its joints turn too"""
 QUADRATURE_RTOL = 1e-6  # of the displacement; far below what interpolating the attitude leaves
 
 
@@ -57,11 +62,15 @@ def com_displacement(scene: Scene, truth: Trajectory) -> Displacement:
     Its uncertainty is the change on halving the samples used (a bound for cubic interpolation, whose
     error falls 16 times), and the second order of the field it is carried in, the only one left out: the
     displacement times its own size over r, amplified as Kepler motion does, 1 + 3 n t; in velocities that
-    counts at the orbit's rate.
+    counts at the orbit's rate. Where samples are too far apart to be interpolated, nothing is predicted: all of it
+    is uncertain.
     """
     n = len(truth.t_s)
     if not pulled_apart(scene, truth):
         return Displacement(np.zeros((n, 2)), np.zeros(n), np.zeros((n, 2)), np.zeros(n))
+    if sparse(scene, truth):
+        most = bounded(scene, truth.t_s, PULLED)
+        return Displacement(np.zeros((n, 2)), most["com"], np.zeros((n, 2)), most["com_velocity"])
     full = integrate(scene, truth, 1)
     coarse = integrate(scene, truth, 2) if n > 4 else np.zeros_like(full)
     interpolation = np.maximum.accumulate(np.linalg.norm((full - coarse).reshape(n, 2, 2), axis=2))
@@ -83,9 +92,12 @@ def track_response(scene: Scene, truth: Trajectory, aside: Trajectory) -> dict[s
     """
     n = min(len(truth.t_s), len(aside.t_s))
     struck = any(e.name in PUSHES for e in chain_model(scene).effects) or scene.effects.impulse
-    if truth.angle_rad is None or not (pulled_apart(scene, truth) or struck):
+    if truth.angle_rad is None or aside.angle_rad is None or not (pulled_apart(scene, truth) or struck):
         return {"com": np.zeros(n), "com_velocity": np.zeros(n)}
     t = truth.t_s[:n]
+    if sparse(scene, truth) and not struck:
+        aside_rad = np.maximum.accumulate(np.abs(truth.angle_rad[:n] - aside.angle_rad[:n]).max(axis=1))
+        return {name: aside_rad * size for name, size in bounded(scene, t, TURNED).items()}
     count = math.ceil((t[-1] - t[0]) * 2.0 * math.pi / scene.step_period_s * RESPONSE_STEPS_PER_RADIAN)
     if struck and truth.rate_rad_s is not None:
         count = max(count, math.ceil((t[-1] - t[0]) * float(np.abs(truth.rate_rad_s).max()) * PUSHED_STEPS_PER_RADIAN))
@@ -93,6 +105,28 @@ def track_response(scene: Scene, truth: Trajectory, aside: Trajectory) -> dict[s
     times, seen = walk(scene, truth, pulls, max(count, 1), kicks(scene, truth, aside))
     apart = {"com": seen[:, :2], "com_velocity": seen[:, 2:]}
     return {name: np.interp(t, times, np.linalg.norm(d, axis=1)) for name, d in apart.items()}
+
+
+def sparse(scene: Scene, truth: Trajectory) -> bool:
+    """Whether samples of an orbit that returns are too far apart to be interpolated."""
+    spacing = (truth.t_s[-1] - truth.t_s[0]) / max(1, len(truth.t_s) - 1)
+    return scene.bound and bool(spacing * 2.0 * math.pi / scene.step_period_s > SPARSE_RAD)
+
+
+def bounded(scene: Scene, t_s: Array, factor: float) -> dict[str, Array]:
+    """Bound of what a pull of at most `factor` mu I/(M r⁴) moves: ``com`` (m), ``com_velocity`` (m/s), each (n,).
+
+    A constant pull a along the track moves 3/2 a t² and swings by 8 a/n² beside it; what it moves goes round with n.
+    """
+    model = chain_model(scene)
+    place = relative_positions(model, np.zeros(model.bars))[:, 0]
+    inertia = float(model.mass_kg @ place**2 + model.inertia_kg_m2.sum())
+    r0 = scene.radius0_m
+    lowest = min(r0, 2.0 * r0 / (2.0 - scene.orbit.speed_factor**2) - r0)
+    pull = factor * scene.central_body.mu_m3_s2 * inertia / (scene.mass_kg * lowest**4)
+    rate = math.sqrt(scene.central_body.mu_m3_s2 / lowest**3)
+    moved_m = pull * (1.5 * t_s**2 + 8.0 / scene.mean_motion_rad_s**2)
+    return {"com": moved_m, "com_velocity": rate * moved_m}
 
 
 def kicks(scene: Scene, truth: Trajectory, aside: Trajectory) -> list[tuple[float, Array]]:

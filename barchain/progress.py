@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import sys
 import time
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -14,12 +15,24 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 
+@dataclass(frozen=True)
+class Shown:
+    """Callback that shows each verdict as it comes, and what is to be said between them."""
+
+    verdict: Callable[[str, str, str], None]
+    note: Callable[[str], None]
+
+    def __call__(self, scene: str, engine: str, outcome: str) -> None:
+        """Show a verdict."""
+        self.verdict(scene, engine, outcome)
+
+
 @contextlib.contextmanager
-def verdicts_shown(total: int) -> Iterator[Callable[[str, str, str], None]]:
+def verdicts_shown(total: int) -> Iterator[Shown]:
     """Callback that shows each verdict as it comes, of `total` expected."""
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield plain_lines(total)
+        yield Shown(plain_lines(total), plain_note)
         return
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bar:
@@ -30,7 +43,12 @@ def verdicts_shown(total: int) -> Iterator[Callable[[str, str, str], None]]:
             if outcome not in {"pass", "unsupported"}:
                 bar.console.print(f"{scene}  {engine}  [bold]{outcome}[/bold]")
 
-        yield show
+        yield Shown(show, lambda text: bar.console.print(text, markup=False, highlight=False))
+
+
+def plain_note(text: str) -> None:
+    """One line between verdicts, for logs."""
+    print(text, file=sys.stderr, flush=True)
 
 
 def plain_lines(total: int) -> Callable[[str, str, str], None]:

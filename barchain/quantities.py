@@ -104,8 +104,9 @@ def energy_drift(scene: Scene, seen: Trajectory, relative: bool) -> Array:
     energy = kinetic = invariants.relative_kinetic_energy(model, seen.angle_rad, seen.rate_rad_s)
     if not relative:
         kinetic = energy + 0.5 * scene.mass_kg * np.sum(seen.com_velocity_m_s**2, axis=-1)
-        energy = energy + invariants.com_energy(model, seen.com_m, seen.com_velocity_m_s)
-        energy = energy + invariants.tidal_energy(model, seen.com_m, seen.angle_rad)
+        with np.errstate(divide="ignore", invalid="ignore"):  # a place at the body's centre: no number is in a band
+            energy = energy + invariants.com_energy(model, seen.com_m, seen.com_velocity_m_s)
+            energy = energy + invariants.tidal_energy(model, seen.com_m, seen.angle_rad)
     for effect in model.effects:
         energy = energy + effect.energy(model, seen.com_m, seen.angle_rad)
     drift: Array = np.abs(energy - energy[0]) / kinetic[0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from barchain.carriers import carriers
 from barchain.effect_words import effect_words, invariant_words
 from barchain.environment import environment, now, package_version, packages
 from barchain.known import limitations, misprints, tolerances
@@ -26,7 +27,9 @@ def new_record(plan: Plan, command: str) -> dict[str, Any]:
         "environment": environment(),
         "packages": packages(),
         "engines": {name: engine_facts(r) for name, r in plan.engines.items()},
-        "scenes": {scene.name: scene_facts(scene) for scene in plan.scenes},
+        "scenes": {
+            scene.name: scene_facts(scene) | {"carriers": carriers(scene, plan.engines)} for scene in plan.scenes
+        },
         "runs": [],
         "misprints": misprints(),
         "tolerances": tolerances(),

@@ -12,6 +12,7 @@ from adapters.engine import Knob, Setting
 from adapters.registry import ENGINES, Registration
 from adapters.steps import finer_setting
 from barchain.comparison import Verdict, judge, no_verdict
+from barchain.compiling import announcement
 from barchain.effect_words import gradient_defect
 from barchain.job import TRUTH_ROLES, Job, Role, RunResult
 from barchain.model_difference import com_displacement
@@ -64,9 +65,15 @@ class SceneProgress:
 class Suite:
     """One comparison of many scenes and engines."""
 
-    def __init__(self, plan: Plan, store: Store, report: Callable[[str, str, str], None]) -> None:
-        """Prepare; `report` is told (scene, engine, outcome) after each verdict."""
-        self.plan, self.store, self.report = plan, store, report
+    def __init__(
+        self,
+        plan: Plan,
+        store: Store,
+        report: Callable[[str, str, str], None],
+        note: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        """Prepare; `report` is told (scene, engine, outcome) after each verdict, `note` what goes on before."""
+        self.plan, self.store, self.report, self.note = plan, store, report, note
         self.progress = {scene.name: SceneProgress(scene) for scene in plan.scenes}
         self.classes: dict[str, type[Engine]] = {}
 
@@ -82,6 +89,8 @@ class Suite:
                 waiting.append(job)
             else:
                 self.take(job, recalled)
+        for text in beforehand(waiting):
+            self.note(text)
         for job, result in run_jobs(waiting, time_limit_s=self.plan.time_limit_s, workers=self.plan.workers):
             self.take(job, result)
             self.store.record["seconds"] = time.perf_counter() - start
@@ -182,11 +191,20 @@ class Suite:
                 self.settle(name, ANY_EXTERNAL, no_verdict(name, ANY_EXTERNAL, None, Outcome.NOTHING_COMPARED, reason))
 
 
-def truth_jobs(scene: Scene) -> list[Job]:
-    """The runs of the reference that a scene's truth is made of."""
+def beforehand(jobs: list[Job]) -> list[str]:
+    """What is to be said before runs from which no verdict comes yet."""
+    first = [job for job in jobs if job.role in TRUTH_ROLES]
+    scenes = len({job.scene.name for job in first})
+    of = "the scene" if scenes == 1 else f"{scenes} scenes"
+    truths = f"truth of {of} first: {len(first)} runs of the reference at its tightest" if first else ""
+    return [text for text in (truths, announcement(jobs)) if text]
+
+
+def truth_jobs(scene: Scene, engine: str = TRUTH_ENGINE) -> list[Job]:
+    """The runs of the reference, or of its compiled form, that a scene's truth is made of."""
 
     def job(of: Scene, rtol: float, role: Role) -> Job:
-        return Job(of, TRUTH_ENGINE, ENGINES[TRUTH_ENGINE], Setting(Knob.RTOL, rtol), role)
+        return Job(of, engine, ENGINES[engine], Setting(Knob.RTOL, rtol), role)
 
     return [
         job(scene, TRUTH_RTOL, Role.TRUTH),

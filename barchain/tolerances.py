@@ -149,7 +149,7 @@ def explained(
     its errors are a sum of what single steps leave, of any sign, so that two of its runs may meet where both are
     off. The slack is that of the band, NORM_SLACK; for a track asked for in radii, far above what is made, one step.
     """
-    n = min(map(len, own.values()))
+    n = min(len(truth.growth), *map(len, own.values()))  # an engine may run on where the truth has ended
     found = {}
     for name in own.keys() & truth.error.keys():
         both = np.maximum.accumulate(own[name][:n]) + truth.error[name][:n]

@@ -9,6 +9,8 @@ import tempfile
 import time
 from typing import TYPE_CHECKING, TypeVar
 
+import numpy as np
+
 from adapters.engine import EngineError
 from barchain.checks import fault
 from barchain.job import Job, RunResult, failure
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
     from adapters.engine import Engine
 
 T = TypeVar("T")
+BUILD = "build"
 
 
 def run_job(job: Job, log: Path) -> RunResult:
@@ -38,16 +41,22 @@ def run_job(job: Job, log: Path) -> RunResult:
         except ImportError as error:
             return failure(Outcome.MISSING, f"does not import ({error}); try: {job.registration.install}")
         except EngineError as error:
-            return failure(Outcome.FAILED, str(error))
+            return failure(Outcome.FAILED, str(error), refused=refusal(error))
         except Exception as error:
-            return failure(Outcome.FAILED, f"{type(error).__name__}: {error}")
+            return failure(Outcome.FAILED, f"{type(error).__name__}: {error}", refused=refusal(error))
+
+
+def refusal(error: Exception) -> bool:
+    """Whether an exception is an engine's word, while it builds, that it will not; its arithmetic failing is none."""
+    said = isinstance(error, (EngineError, ValueError)) and not isinstance(error, np.linalg.LinAlgError)
+    return said and BUILD in getattr(error, "__notes__", ())
 
 
 def run_phases(job: Job, engine_class: type[Engine]) -> RunResult:
     """Build, simulate and read, each timed, then check what came out."""
     engine = engine_class(**dict.fromkeys(job.options, True))
     seconds: dict[str, float] = {}
-    timed(seconds, "build", lambda: engine.build(job.scene, job.setting))
+    timed(seconds, BUILD, lambda: engine.build(job.scene, job.setting))
     timed(seconds, "simulate", engine.simulate)
     seen = timed(seconds, "read", engine.read)
     found = fault(job.scene, engine_class, seen)
@@ -57,9 +66,13 @@ def run_phases(job: Job, engine_class: type[Engine]) -> RunResult:
 
 
 def timed(seconds: dict[str, float], phase: str, call: Callable[[], T]) -> T:
-    """Result of `call`, its wall time noted."""
+    """Result of `call`, its wall time noted; an exception that leaves it carries the phase as its note."""
     start = time.perf_counter()
-    result = call()
+    try:
+        result = call()
+    except Exception as error:
+        error.add_note(phase)
+        raise
     seconds[phase] = time.perf_counter() - start
     return result
 

@@ -13,6 +13,10 @@ from reports.roundoff_page import render_roundoff
 from reports.roundoff_tables import has_roundoff
 from reports.scaling_page import render_scaling
 from reports.scaling_tables import has_scaling
+from reports.selftest_page import render_selftest
+from reports.selftest_tables import has_selftest
+from reports.stability_page import render_stability
+from reports.stability_tables import has_stability
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -35,6 +39,10 @@ def render_all(folder: Path) -> list[Path]:
         pages.append(render_roundoff(folder))
     if has_effects(folder):
         pages.append(render_effects(folder))
+    if has_selftest(folder):
+        pages.append(render_selftest(folder))
+    if has_stability(folder):
+        pages.append(render_stability(folder))
     if not pages or (folder / "metrics.csv").is_file():
         pages += render(folder)
     return list(dict.fromkeys(pages))

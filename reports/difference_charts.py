@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reports.charts import Legend, Line, log_panel
+from reports.charts import Legend, Line, linear_panel, log_panel
 from reports.palette import COLOURS, Pen
 from reports.scene_data import group
 from reports.series import column
@@ -29,6 +29,7 @@ DRIFTS = {
     "energy": "Energy",
     "angular_momentum": "Angular momentum",
 }
+LITTLE_GROWTH = 10.0  # times; up to it a linear axis shows more than whole decades do
 
 
 class DifferenceCharts:
@@ -86,7 +87,8 @@ class DifferenceCharts:
         if table is None or y is None:
             return None
         lines = [Line(table["t_s"].to_numpy(float) / self.data.unit_s, y, Pen(COLOURS["ink"]))]
-        return log_panel(self.data.frame("growth", "Growth of a small perturbation", "times", lines))
+        frame = self.data.frame("growth", "Growth of a small perturbation", "times", lines)
+        return log_panel(frame) if np.nanmax(y) > LITTLE_GROWTH else linear_panel(frame)
 
     def legend(self, found: list[tuple[Panel | None, list[str]]]) -> tuple[Legend, ...]:
         """Entries of the engines that appear in any of the panels."""

@@ -26,7 +26,6 @@ from reports.effects_words import (
     span_words,
     spoken,
 )
-from reports.numerals import significant
 
 if TYPE_CHECKING:
     from reports.effects_rows import EffectRow, Whole
@@ -91,8 +90,7 @@ def what_it_does(row: EffectRow, worth: Worth, whole: Whole) -> str:
         bounds = ", ".join(f"{NAMES[c.name]} {amount(c, c.bound)}" for c in row.changes)
         return f"stays {NOT_RESOLVED} in {span} ({bounds})"
     if worth is Worth.SMALL:
-        most = max(c.share for c in row.changes)
-        return f"changes nothing above {significant(most, 2)} in {span} ({all_of_it})"
+        return f"changes next to nothing in {span} ({all_of_it})"
     known, hidden = [done(c) for c in row.changes if c.resolved], [named(c) for c in row.changes if not c.resolved]
     aside = f" ({', '.join(hidden)})" if hidden else ""
     return f"{joined(known) or f'may change what is {NOT_RESOLVED}'}{aside} in {span}"
@@ -117,7 +115,7 @@ def gravity_verdict(row: EffectRow, worth: Worth, own: str) -> str:
     return f"{row.model} would do" if worth.needless else f"keep {own}"
 
 
-def headline(advice: tuple[Advice, ...], gravity: str) -> str:
+def headline(advice: tuple[Advice, ...], whole: Whole) -> str:
     """One sentence for each kind of worth, and one for gravity."""
     rest = [a for a in advice if not a.row.model]
     matter = [a.row.title for a in rest if a.worth is Worth.MATTERS]
@@ -125,11 +123,16 @@ def headline(advice: tuple[Advice, ...], gravity: str) -> str:
     untold = [a.row.title for a in rest if a.worth is Worth.UNTOLD]
     said = [
         f"What matters: {joined(matter) or 'nothing that was switched'}.",
-        f"What changes next to nothing: {joined(needless)}." if needless else "",
+        f"What changes next to nothing, {threshold(whole.matters)}: {joined(needless)}." if needless else "",
         f"What can't be told: {joined(untold)}." if untold else "",
-        gravity_headline([a for a in advice if a.row.model], gravity),
+        gravity_headline([a for a in advice if a.row.model], whole.gravity),
     ]
     return " ".join(s for s in said if s)
+
+
+def threshold(matters: float) -> str:
+    """Below what a change is next to nothing."""
+    return f"less than {matters:g} rad, {matters:g} of the largest reaction and of the initial distance from the centre"
 
 
 def gravity_headline(advice: list[Advice], own: str) -> str:

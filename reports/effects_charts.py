@@ -9,10 +9,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from reports.charts import Frame, Legend, Panel, blank_axes, finish, log_axis
-from reports.effects_words import NOT_RESOLVED
+from reports.charts import (
+    BOTTOM,
+    HEIGHT,
+    LEFT,
+    RIGHT,
+    TOP,
+    WIDTH,
+    Frame,
+    Legend,
+    Panel,
+    blank_axes,
+    finish,
+    log_axis,
+)
+from reports.effects_labels import LINE, Anchor, placed
 from reports.palette import COLOURS, Pen, engine_pen
 from reports.series import floor_of
+from reports.svg import TEXT_SIZE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,9 +37,9 @@ if TYPE_CHECKING:
     from reports.series import Floor
 
 TITLES = {
-    "reaction": ("Change of the reactions", "of the largest reaction"),
+    "reaction": ("Change of the reactions", "relative to the largest reaction"),
     "attitude": ("Change of the attitude", "rad"),
-    "com": ("Shift of the centre of mass", "of its initial distance"),
+    "com": ("Shift of the centre of mass", "relative to its initial distance"),
 }
 X_LABEL = "run time with it over run time without"
 MARKER_SIZE = 7.0
@@ -34,8 +48,7 @@ MARGIN = 1.08  # of the horizontal axis beyond the least and the largest ratio
 MOST_TICKS = 7
 CLOSE = 2.0  # times the least ratio: an axis that spans less has tenths
 NARROWEST = 1.15  # ratio that the axis reaches at least, either way
-HOLLOW = f"Outlined, with an arrow: {NOT_RESOLVED}, drawn at that bound."
-LIMIT = "Dashed: from there on it matters."
+PLOT = (WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM)  # px
 
 
 @dataclass(frozen=True)
@@ -50,15 +63,16 @@ class Point:
     @property
     def reach(self) -> tuple[float, float]:
         """Interval of the ratio."""
-        low, high = self.row.time_low, self.row.time_high
+        low, high = self.row.time.low, self.row.time.high
         return (self.ratio if low is None else low, self.ratio if high is None else high)
 
 
-def effect_charts(rows: Sequence[EffectRow], whole: Whole) -> list[Panel]:
-    """One chart for each quantity that there is."""
-    switched = [row for row in rows if row.changes and row.time_ratio]
+def effect_charts(rows: Sequence[EffectRow], whole: Whole) -> tuple[tuple[Panel, ...], tuple[Legend, ...]]:
+    """One chart for each quantity that there is, and the legend of all."""
+    switched = [row for row in rows if row.changes and row.time.value]
     found = (chart(name, points_of(switched, name), whole) for name in TITLES)
-    return [p for p in found if p]
+    legend = tuple(Legend(label(row), engine_pen(k + 2)) for k, row in enumerate(switched))
+    return tuple(p for p in found if p), legend
 
 
 def points_of(rows: Sequence[EffectRow], name: str) -> list[Point]:
@@ -66,8 +80,8 @@ def points_of(rows: Sequence[EffectRow], name: str) -> list[Point]:
     found = []
     for k, row in enumerate(rows):
         change = row.change(name)
-        if change is not None and change.scale and row.time_ratio is not None:
-            found.append(Point(row, change, engine_pen(k + 2), row.time_ratio))
+        if change is not None and change.scale and row.time.value is not None:
+            found.append(Point(row, change, engine_pen(k + 2), row.time.value))
     return found
 
 
@@ -83,9 +97,38 @@ def chart(name: str, points: list[Point], whole: Whole) -> Panel | None:
     ax.axhline(whole.matters, color=COLOURS["muted"].stand_in, linewidth=0.9, linestyle=(0.0, (3.0, 2.5)), zorder=1)
     for point in points:
         draw(ax, point, up)
-    hidden = any(not p.change.resolved for p in points)
-    legend = tuple(Legend(label(p.row), p.pen) for p in points)
-    return Panel(title, finish(ax, frame), f"{LIMIT} {HOLLOW if hidden else ''}".strip(), legend)
+    name_points(ax, points, up)
+    return Panel(title, finish(ax, frame))
+
+
+def name_points(ax: Axes, points: list[Point], up: Floor) -> None:
+    """Name of each effect beside its point, with a line to it where it had to be moved away."""
+    anchors = [anchor(ax, p, up) for p in points]
+    for point, at, box in zip(points, anchors, placed(anchors, *PLOT), strict=True):
+        if box is None:  # the legend has it
+            continue
+        colour, right = point.pen.colour.stand_in, box.left > at.x
+        near = box.left if right else box.right
+        if abs(box.middle - at.y) > LINE:
+            ends = ((at.x, near), (at.y, box.middle))
+            ax.plot(*(np.array(e) / size for e, size in zip(ends, PLOT, strict=True)), color=colour, linewidth=0.5,
+                    transform=ax.transAxes, zorder=1)  # fmt: skip
+        ax.text(
+            near / PLOT[0], box.middle / PLOT[1], point.row.title, transform=ax.transAxes, color=colour,
+            fontsize=TEXT_SIZE, ha="left" if right else "right", va="center_baseline",
+        )  # fmt: skip
+
+
+def anchor(ax: Axes, point: Point, up: Floor) -> Anchor:
+    """Where a point stands in the plot, px."""
+    (left, right), y = ax.get_xlim(), float(up.lift(np.array([point.change.share]))[0][0])
+
+    def across(ratio: float) -> float:
+        return PLOT[0] * math.log(ratio / left) / math.log(right / left)
+
+    height = PLOT[1] * math.log(y / up.low) / math.log(up.high / up.low)
+    low, high = point.reach
+    return Anchor(point.row.title, across(point.ratio), height, (across(low), across(high)))
 
 
 def label(row: EffectRow) -> str:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 MODELS = ("none", "point", "gradient", "quadrupole", "slender")
 """Of gravity, each richer than the one before"""
+FEWEST_ROUNDS = 3  # whose range tells anything: it holds the median with 1 - 2^(1-n), 75 %; of two with a half
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,21 @@ class Change:
 
 
 @dataclass(frozen=True)
+class Ratio:
+    """A time with an effect over that without it, and where it lies."""
+
+    value: float | None
+    low: float | None = None
+    """None where it was measured fewer than :data:`FEWEST_ROUNDS` times"""
+    high: float | None = None
+
+    @property
+    def known(self) -> bool:
+        """Whether the clock tells it from 1."""
+        return self.low is not None and self.high is not None and not self.low <= 1.0 <= self.high
+
+
+@dataclass(frozen=True)
 class EffectRow:
     """One effect."""
 
@@ -62,10 +78,8 @@ class EffectRow:
     changes: tuple[Change, ...]
     compared_s: float | None
     ended: str
-    time_ratio: float | None
-    time_low: float | None
-    time_high: float | None
-    evaluation_ratio: float | None
+    time: Ratio
+    evaluation: Ratio
     evaluations_ratio: float | None
     evaluation_s: float | None
 
@@ -84,16 +98,16 @@ class EffectRow:
         return self.said if self.kind is Kind.GRAVITY else "on" if self.on else "off"
 
     @property
-    def cost_known(self) -> bool:
-        """Whether the clock tells its run from that without it."""
-        if self.time_ratio is None or self.time_low is None or self.time_high is None:
-            return False
-        return not self.time_low <= 1.0 <= self.time_high
+    def rest(self) -> float | None:
+        """What of the run's ratio lies between evaluations: the search for instants, steps begun anew there.
 
-    @property
-    def time_share(self) -> float | None:
-        """Share of the run's time that it takes; negative where it saves some."""
-        return None if self.time_ratio is None else 1.0 - 1.0 / self.time_ratio
+        None where the clock does not tell the ratio.
+        """
+        factors = self.time.value, self.evaluation.value, self.evaluations_ratio
+        if None in factors or not self.time.known:
+            return None
+        run, one, number_of = (f or 0.0 for f in factors)
+        return run / (one * number_of) if one * number_of else None
 
 
 @dataclass(frozen=True)
@@ -113,6 +127,10 @@ class Whole:
     rtol: float
     looser: float
     parted_rad: float
+    rounds: int
+    """Of timing"""
+    timed_s: float
+    """Part of the run that was timed"""
 
 
 def whole_of(record: dict[str, Any]) -> Whole:
@@ -122,11 +140,15 @@ def whole_of(record: dict[str, Any]) -> Whole:
     def value(key: str) -> float:
         return number(scene.get(key)) or 0.0
 
+    def limit(key: str) -> float:
+        return number(record.get(key)) or 0.0
+
     return Whole(
         str(scene.get("name") or ""), str(scene.get("gravity") or ""), bool(scene.get("bound")), value("period_s"),
         value("duration_s"), value("horizon_s"), value("end_s"), str(scene.get("ended") or ""),
         {"com": value("radius0_m"), "attitude": 1.0, "reaction": value("largest_reaction_N")},
-        *(number(record.get(key)) or 0.0 for key in ("matters", "rtol", "looser", "parted_rad")),
+        limit("matters"), limit("rtol"), limit("looser"), limit("parted_rad"),
+        int(limit("rounds")), limit("timed_s") or value("duration_s"),
     )  # fmt: skip
 
 
@@ -142,12 +164,17 @@ def row_of(found: dict[Any, Any], whole: Whole) -> EffectRow:
         known = number(found.get(key))
         return known if known is not None and math.isfinite(known) else None
 
+    def ratio(key: str, measured: float) -> Ratio:
+        spread = (value(f"{key}_low"), value(f"{key}_high")) if measured >= FEWEST_ROUNDS else (None, None)
+        return Ratio(value(key), *spread)
+
     changes = [(q, value(f"{q}_{UNITS[q]}"), value(f"{q}_noise_{UNITS[q]}")) for q in QUANTITIES]
     return EffectRow(
         str(found["effect"]), str(found["title"]), Kind(found["kind"]), bool(found["on"]), str(found["said"]),
         str(found["reason"]), str(found["engine"]),
         {name: (value(f"{name}_start"), value(f"{name}_largest")) for name in SIZES},
         tuple(Change(q, v, n, whole.scales[q]) for q, v, n in changes if v is not None and n is not None),
-        value("compared_s"), str(found["ended"]), value("time_ratio"), value("time_ratio_low"),
-        value("time_ratio_high"), value("evaluation_ratio"), value("evaluations_ratio"), value("evaluation_s"),
+        value("compared_s"), str(found["ended"]),
+        ratio("time_ratio", value("rounds") or 0.0), ratio("evaluation_ratio", math.inf), value("evaluations_ratio"),
+        value("evaluation_s"),
     )  # fmt: skip

@@ -29,7 +29,8 @@ COLUMNS = (
     *(f"{name}_{when}" for when in ("start", "largest") for name in SIZES),
     "com_m", "com_noise_m", "attitude_rad", "attitude_noise_rad", "reaction_N", "reaction_noise_N",
     "compared_s", "ended",
-    "time_ratio", "time_ratio_low", "time_ratio_high", "rounds", "evaluation_ratio", "evaluations_ratio",
+    "time_ratio", "time_ratio_low", "time_ratio_high", "rounds",
+    "evaluation_ratio", "evaluation_ratio_low", "evaluation_ratio_high", "evaluations_ratio",
     "seconds", "evaluation_s", "evaluations",
 )  # fmt: skip
 WORDS = ("effect", "title", "kind", "said", "reason", "engine", "ended")

@@ -16,14 +16,21 @@ from reports.record import mapping
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from reports.charts import Panel
-    from reports.effects_rows import EffectRow, Whole
+    from reports.charts import Legend, Panel
+    from reports.effects_rows import EffectRow, Ratio, Whole
 
-HEADINGS = (
-    "effect", "in the scene", "worth", "moves CM", "turns bars", "changes reactions", "time with / without",
-    "one evaluation", "evaluations", "between bars / tide", "torque / 3n²J", "common / g",
-)  # fmt: skip
-WORDY = 3  # columns of words, at the left
+WORDY = 3  # columns of words, at the left of the consequences; one elsewhere
+
+
+@dataclass(frozen=True)
+class EffectsTable:
+    """One of the chapter's tables: a row for each effect."""
+
+    title: str
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    wordy: int = 1
+    """Columns of words, at the left"""
 
 
 @dataclass(frozen=True)
@@ -34,11 +41,17 @@ class EffectsView:
     whole: Whole
     advice: tuple[Advice, ...]
     """One for each effect, what matters first"""
-    table: tuple[tuple[str, ...], ...]
-    """One row for each effect, in the order of :data:`HEADINGS`"""
+    consequences: EffectsTable
+    price: EffectsTable
+    size: EffectsTable
     charts: tuple[Panel, ...]
+    legend: tuple[Legend, ...]
+    """Of all charts"""
 
-    headings, wordy = HEADINGS, WORDY
+    @property
+    def tables(self) -> tuple[EffectsTable, ...]:
+        """All of them."""
+        return self.consequences, self.price, self.size
 
     @property
     def finished(self) -> bool:
@@ -59,13 +72,23 @@ class EffectsView:
     @property
     def headline(self) -> str:
         """What matters, and what one may do without."""
-        return headline(self.advice, self.whole.gravity)
+        return headline(self.advice, self.whole)
 
     @property
     def horizon(self) -> str:
         """Until when the scene as it is can be compared with itself; empty where that is the whole run."""
         short = 0.0 < self.whole.horizon_s < min(self.whole.end_s, self.whole.duration_s)
         return times(self.whole.horizon_s, self.whole) if short else ""
+
+    @property
+    def timing(self) -> str:
+        """How the price was measured, and how a better one is had; empty before it was."""
+        whole = self.whole
+        if not whole.rounds:
+            return ""
+        over = "" if whole.timed_s >= whole.duration_s else f" over the first {times(whole.timed_s, whole)}"
+        rounds = "round" if whole.rounds == 1 else "rounds"
+        return f"Timed in {whole.rounds} {rounds}{over}; a longer --budget, and more --repeats, narrow the intervals."
 
 
 def view_effects(folder: Path) -> EffectsView | None:
@@ -76,31 +99,49 @@ def view_effects(folder: Path) -> EffectsView | None:
     whole = whole_of(tables.record)
     rows = rows_of(tables, whole)
     advice = [advise(row, whole) for row in rows]
-    order = list(Worth)
+    order, switched = list(Worth), [a.row for a in advice if a.worth is not Worth.NOT_SWITCHED]
     return EffectsView(
         tables.record,
         whole,
         tuple(sorted(advice, key=lambda a: order.index(a.worth))),
-        tuple(cells(a) for a in advice),
-        tuple(effect_charts(rows, whole)),
+        EffectsTable(
+            "What each changes",
+            ("effect", "in the scene", "worth", "moves CM", "turns bars", "changes reactions"),
+            tuple(map(consequence_cells, advice)),
+            WORDY,
+        ),
+        EffectsTable(
+            "What each costs, times as much",
+            ("effect", "run", "one evaluation", "evaluations", "the rest"),
+            tuple(map(price_cells, switched)),
+        ),
+        EffectsTable(
+            "How large each is",
+            ("effect", "between bars / tide", "torque / 3n²J", "common / g"),
+            tuple(map(size_cells, switched)),
+        ),
+        *effect_charts(rows, whole),
     )
 
 
-def cells(advice: Advice) -> tuple[str, ...]:
-    """Row of the table."""
+def consequence_cells(advice: Advice) -> tuple[str, ...]:
+    """Row of what an effect changes."""
     row = advice.row
     if advice.worth is Worth.NOT_SWITCHED:
-        return (row.title, row.state, f"{advice.worth}: {row.reason}", *[""] * (len(HEADINGS) - WORDY))
+        return (row.title, row.state, f"{advice.worth}: {row.reason}", *[""] * len(QUANTITIES))
     changed = (row.change(q) for q in QUANTITIES)
-    return (
-        row.title,
-        row.state,
-        str(advice.worth),
-        *("" if c is None else brief(c) for c in changed),
-        time_text(row),
-        *(ratio_text(r) for r in (row.evaluation_ratio, row.evaluations_ratio)),
-        *(size_text(*row.sizes[name]) for name in SIZES),
-    )
+    return (row.title, row.state, str(advice.worth), *("" if c is None else brief(c) for c in changed))
+
+
+def price_cells(row: EffectRow) -> tuple[str, ...]:
+    """Row of what an effect costs."""
+    count, rest = ("" if r is None else ratio_text(r) for r in (row.evaluations_ratio, row.rest))
+    return (row.title, interval_text(row.time), interval_text(row.evaluation), count, rest)
+
+
+def size_cells(row: EffectRow) -> tuple[str, ...]:
+    """Row of how large an effect is."""
+    return (row.title, *(size_text(*row.sizes[name]) for name in SIZES))
 
 
 def size_text(start: float | None, largest: float | None) -> str:
@@ -111,15 +152,15 @@ def size_text(start: float | None, largest: float | None) -> str:
     return first if first == most else f"{first} (to {most})"
 
 
-def time_text(row: EffectRow) -> str:
-    """``1.62 (1.58–1.70)``."""
-    if row.time_ratio is None:
+def interval_text(ratio: Ratio) -> str:
+    """``1.62 (1.58-1.70)``, with an en dash."""
+    if ratio.value is None:
         return ""
-    if row.time_low is None or row.time_high is None:
-        return f"{row.time_ratio:.2f}"
-    return f"{row.time_ratio:.2f} ({row.time_low:.2f}\N{EN DASH}{row.time_high:.2f})"
+    if ratio.low is None or ratio.high is None:
+        return ratio_text(ratio.value)
+    return f"{ratio_text(ratio.value)} ({ratio_text(ratio.low)}\N{EN DASH}{ratio_text(ratio.high)})"
 
 
-def ratio_text(ratio: float | None) -> str:
-    """``1.62``."""
-    return "" if ratio is None else f"{ratio:.2f}"
+def ratio_text(ratio: float) -> str:
+    """``1.62``, ``23.4``."""
+    return f"{ratio:.2f}" if ratio < 10.0 else significant(ratio)

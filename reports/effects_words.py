@@ -18,6 +18,13 @@ NAMES = {"com": "centre of mass", "attitude": "attitude", "reaction": "reactions
 OF_LARGEST = " of the largest"
 NOT_RESOLVED = "below what the numerics resolve"
 LEAST_PERCENT = 1e-4  # of the largest reaction: smaller shares read better as powers of ten
+MANY_TIMES = 3.0  # from there on a factor says more than a share of the run's time
+TELLING = 1.25  # factor beyond an evaluation's own that is told in words
+SEARCHED = {
+    "drag": "a bar turns its other face to the wind",
+    "solar_pressure.shadow": "the shadow begins or ends",
+    "solar_pressure": "a bar turns its other face to the Sun, or the shadow begins or ends",
+}
 WHOLE_RUN = 1e-9  # of the run: what ends nearer its end than that was compared to it
 
 
@@ -108,13 +115,31 @@ def limit_words(row: EffectRow, whole: Whole) -> str:
 
 
 def cost_words(row: EffectRow) -> str:
-    """What it costs in time, as the end of a sentence; empty where that was not measured."""
-    if row.time_ratio is None:
+    """What it costs in time, as the end of a sentence; empty where that was timed too seldom to tell."""
+    run = row.time
+    if run.value is None or run.low is None:
         return ""
-    if row.time_low is None:
-        return f"; timed once, with it the run takes {significant(row.time_ratio, 2)} times as long"
-    if not row.cost_known:
-        return "; what it costs in time is below what the clock resolves"
-    if row.on and row.time_ratio >= 1.0:
-        return f"; it takes {100.0 * (1.0 - 1.0 / row.time_ratio):.0f} % of the run's time"
-    return f"; with it the run takes {significant(row.time_ratio)} times as long"
+    if not run.known:
+        return "; what it costs in time is too small to measure here"
+    if row.on and 1.0 <= run.value < MANY_TIMES:
+        return f"; it takes {100.0 * (1.0 - 1.0 / run.value):.0f} % of the run's time{why_words(row)}"
+    return f"; with it the run takes {significant(run.value)} times as long{why_words(row)}"
+
+
+def why_words(row: EffectRow) -> str:
+    """Where a run's time goes that one evaluation does not tell; empty where that tells it."""
+    one, number_of, rest = row.evaluation.value, row.evaluations_ratio, row.rest
+    if one is None or number_of is None or rest is None or max(number_of, rest) < TELLING:
+        return ""
+    parts = [f"{significant(one, 2)} times an evaluation"]
+    parts += [f"{significant(number_of, 2)} times as many of them"] if number_of >= TELLING else []
+    parts += [f"{significant(rest, 2)} times for {rest_words(row)}"] if rest >= TELLING else []
+    return f" ({joined(parts)})"
+
+
+def rest_words(row: EffectRow) -> str:
+    """What is done between evaluations."""
+    for effect, words in SEARCHED.items():
+        if row.effect.startswith(effect):
+            return f"the search for instants at which {words}"
+    return "what is done between them"

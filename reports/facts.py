@@ -17,8 +17,15 @@ GRAVITY_WORDS = {
 }
 
 
-def facts(scene: SceneRecord) -> list[tuple[str, Fact]]:
-    """Physics of a scene as pairs of a name and a value; what is not recorded is left out."""
+def facts(scene: SceneRecord, *, of_track: bool = True) -> list[tuple[str, Fact]]:
+    """Physics of a scene as pairs of a name and a value; what is not recorded is left out.
+
+    Parameters
+    ----------
+    scene : SceneRecord
+    of_track : bool
+        Whether an engine ran that follows the centre of mass alone: for such the models' difference is.
+    """
     found: list[tuple[str, str | tuple[float | None, str]]] = [
         ("Bars", each(scene.values("length_m"), "m")),
         ("Masses", each(scene.values("mass_kg"), "kg")),
@@ -35,7 +42,7 @@ def facts(scene: SceneRecord) -> list[tuple[str, Fact]]:
         ("The truth's error", (scene.value("truth_error_rad"), "rad")),
         ("Growth per orbit", (scene.value("growth_per_orbit") if scene.closed else None, "times")),
         ("Growth in all", (scene.value("growth_total"), "times")),
-        ("Model difference", model_difference(scene)),
+        ("Model difference", model_difference(scene) if of_track else ""),
     ]
     kept: list[tuple[str, Fact]] = []
     for name, value in found:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup, escape
 
+from reports.carriers import carrier_words
 from reports.cost_text import decade, ratio_text, span_text
 from reports.cost_view import view_cost
 from reports.effects_view import view_effects
@@ -142,6 +143,7 @@ def context(results: Results, summary: Summary) -> dict[str, Any]:
         "mapping": mapping,
         "engine_pen": engine_pen,
         "orbits": orbits,
+        "carrier_words": carrier_words,
         "light": Markup(variables(0)),
         "dark": Markup(variables(1)),
         "paper": PAPER,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from reports.carriers import carrier_words
 from reports.difference_charts import DifferenceCharts
 from reports.facts import Fact, facts
 from reports.orbit_chart import Geometry, Motion, orbit_panels
@@ -33,8 +34,8 @@ class SceneView:
     orbits: tuple[Panel, ...]
     groups: tuple[Group, ...]
     cells: tuple[Cell, ...]
-    ours_alone: bool
-    """Whether every engine of somebody else's that was asked can't carry the scene"""
+    carriers: tuple[str, str] | None
+    """Why engines of somebody else's were not run: a headline where none was, and more; None where nothing is to say"""
 
 
 def view_scene(results: Results, summary: Summary, scene: SceneRecord) -> SceneView:
@@ -50,11 +51,11 @@ def view_scene(results: Results, summary: Summary, scene: SceneRecord) -> SceneV
     return SceneView(
         scene,
         data.id,
-        tuple(facts(scene)),
+        tuple(facts(scene, of_track=summary.of_track(scene.name))),
         tuple(orbits(data)),
         tuple(g for g in groups if g),
         tuple(summary.of_scene(scene.name)),
-        summary.ours_alone(scene.name),
+        carrier_words(summary, scene),
     )
 
 

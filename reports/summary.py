@@ -166,10 +166,9 @@ class Summary:
         """Cells about several engines of a scene together."""
         return [c for (name, engine), c in self.cells.items() if name == scene and not is_engine(engine)]
 
-    def ours_alone(self, scene: str) -> bool:
-        """Whether engines of somebody else's were asked about a scene, and none can carry it."""
-        outside = [c for c in self.of_scene(scene) if self.external(c.engine)]
-        return bool(outside) and all(c.outcome is Outcome.UNSUPPORTED for c in outside)
+    def of_track(self, scene: str) -> bool:
+        """Whether an engine that follows the centre of mass alone was judged on a scene."""
+        return any(c.row("com") and not c.row("attitude") for c in self.of_scene(scene))
 
     @cached_property
     def all(self) -> list[Cell]:

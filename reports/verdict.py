@@ -11,6 +11,7 @@ from reports.outcome import Outcome
 if TYPE_CHECKING:
     from reports.summary import Cell, QuantityRow, Summary
 
+MOST_NAMED = 3  # scenes in the headline; the sentences below it name all
 ALLOWED = (Outcome.PASS, Outcome.REPORTED, Outcome.UNSUPPORTED)
 
 
@@ -29,7 +30,7 @@ def judge(summary: Summary) -> Verdict:
     failures = tuple(c for c in summary.all if not c.outcome.ok)
     holes = scenes_without_comparison(summary)
     unchecked = [s for s in scenes_without_external(summary) if s not in holes]
-    spoilt = "a scene has none" if holes else "a scene passed in no external engine" if unchecked else ""
+    spoilt = spoilt_words(holes, unchecked, len(summary.scenes))
     good = not failures and not spoilt and summary.finished and bool(summary.with_outcome(Outcome.PASS))
     sentences = [
         counts(summary, failures),
@@ -38,6 +39,23 @@ def judge(summary: Summary) -> Verdict:
         f"No external engine passed on {named(unchecked, len(summary.scenes))}." if unchecked else "",
     ]
     return Verdict(good, headline(summary, failures, spoilt), tuple(s for s in sentences if s), failures)
+
+
+def spoilt_words(holes: list[str], unchecked: list[str], of: int) -> str:
+    """Which scenes were compared in no engine, or else passed in no external one; empty if none."""
+    if holes:
+        return f"{listed(holes)} {'was' if len(holes) == 1 else 'were'} compared in no engine"
+    if len(unchecked) == of > 1:
+        return f"none of the {of} scenes passed in an external engine"
+    return f"{listed(unchecked)} passed in no external engine" if unchecked else ""
+
+
+def listed(scenes: list[str]) -> str:
+    """``scene a``, ``2 scenes (a, b)``, ``7 scenes (a, b, c and 4 more)``."""
+    if len(scenes) == 1:
+        return f"scene {scenes[0]}"
+    more = len(scenes) - MOST_NAMED
+    return f"{len(scenes)} scenes ({', '.join(scenes[:MOST_NAMED])}{f' and {more} more' if more > 0 else ''})"
 
 
 def headline(summary: Summary, failures: tuple[Cell, ...], spoilt: str) -> str:

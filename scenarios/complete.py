@@ -24,6 +24,7 @@ from scenarios.effect import (
 )
 from scenarios.effect_tables import THIRD_BODIES
 from scenarios.scene import CentralBody, Chain, Orbit, Run, Scene
+from scenarios.start import each, start_note
 
 if TYPE_CHECKING:
     from scenarios.effect_tables import (
@@ -49,13 +50,13 @@ def resolve(file: SceneFile, name: str) -> Scene:
     Raises
     ------
     IncompleteError
-        If an impulse is not within the run.
+        If a thrust or an impulse is not within the run.
     """
     scene = Scene(
         name=name,
         title=file.title,
         source=file.source,
-        description=" ".join(file.description.split()),
+        description=" ".join(f"{file.description} {start_note(file.chain)}".split()),
         tags=tuple(file.tags),
         central_body=CentralBody(file.central_body.mu_m3_s2, file.central_body.radius_m),
         orbit=Orbit(file.orbit.altitude_m, file.orbit.speed_factor, math.radians(file.orbit.longitude_deg)),
@@ -82,11 +83,6 @@ def resolve_chain(table: ChainTable) -> Chain:
     )
 
 
-def each(value: float | list[float], count: int) -> tuple[float, ...]:
-    """One value for each bar or joint."""
-    return tuple(map(float, value)) if isinstance(value, list) else (float(value),) * count
-
-
 def resolve_effects(table: EffectsTable, scene: Scene) -> Effects:
     """Effects of a scene that has everything else."""
     bars = scene.bars
@@ -99,7 +95,7 @@ def resolve_effects(table: EffectsTable, scene: Scene) -> Effects:
         drag=None if table.drag is None else resolve_drag(table.drag, bars),
         solar_pressure=None if light is None else resolve_solar_pressure(light, bars),
         joint_spring_damper=None if springs is None else resolve_springs(springs, bars - 1),
-        thrust=tuple(resolve_thrust(t, scene.run.duration_s) for t in table.thrust),
+        thrust=tuple(resolve_thrust(i, t, scene.run.duration_s) for i, t in enumerate(table.thrust)),
         impulse=tuple(resolve_impulse(i, p, scene.run.duration_s) for i, p in enumerate(table.impulse)),
     )
 
@@ -164,14 +160,26 @@ def resolve_springs(table: JointSpringDamperTable, joints: int) -> JointSpringDa
     )
 
 
-def resolve_thrust(table: ThrustTable, run_s: float) -> Thrust:
-    """Thrust as a table in time; a constant one has two equal entries."""
+def resolve_thrust(index: int, table: ThrustTable, run_s: float) -> Thrust:
+    """Thrust as a table in time; a constant one has two equal entries.
+
+    Raises
+    ------
+    IncompleteError
+        If it does not begin before the end of the run.
+    """
     times: tuple[float, ...]
+    begins = table.times_s[0] if table.times_s is not None else table.start_s or 0.0
+    if begins >= run_s:
+        key = "start_s" if table.times_s is None else "times_s"
+        raise IncompleteError(
+            f"effects.thrust[{index}].{key}: begins at {begins:g} s, allowed: before the end of the run, {run_s:g} s"
+        )
     if table.times_s is not None:
         times, force = tuple(map(float, table.times_s)), each(table.force_N, len(table.times_s))
     else:
         start = table.start_s or 0.0
-        end = start + table.duration_s if table.duration_s is not None else max(run_s, math.nextafter(start, math.inf))
+        end = start + table.duration_s if table.duration_s is not None else run_s
         times, force = (start, end), each(table.force_N, 2)
     return Thrust(table.bar, End(table.end), Axes(table.axes), math.radians(table.direction_deg), times, force)
 

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from scenarios.schema import SceneFile
 
 SLENDER_SLACK = 1e-9  # of m l²/12: a moment of inertia written with nine digits is that of a slender bar
+MOST_SCALE_HEIGHTS = 30.0  # between the density's height and the chain: e^30 times the density is a mistaken unit
 
 
 def check_effects(scene: SceneFile) -> None:
@@ -16,6 +17,8 @@ def check_effects(scene: SceneFile) -> None:
     check_prescriptions(scene)
     check_ends(scene)
     check_lists(scene)
+    check_widths(scene)
+    check_air(scene)
     check_fields(scene)
     check_slender(scene)
 
@@ -76,6 +79,36 @@ def check_lists(scene: SceneFile) -> None:
                 f"effects.joint_spring_damper.{key}: {len(value)} values given, allowed: one number, "
                 f"or one value per joint: {bars - 1}"
             )
+
+
+def check_widths(scene: SceneFile) -> None:
+    """A bar is no wider than it is long."""
+    chain = scene.chain
+    length = chain.length_m if isinstance(chain.length_m, list) else [chain.length_m] * chain.bars
+    for name in ("drag", "solar_pressure"):
+        table = getattr(scene.effects, name)
+        if table is None:
+            continue
+        width = table.width_m if isinstance(table.width_m, list) else [table.width_m] * chain.bars
+        for j, (wide, long) in enumerate(zip(width, length, strict=True), start=1):
+            if wide > long:
+                raise ValueError(
+                    f"effects.{name}.width_m: {wide:g} given for bar {j}, allowed: at most its length, {long:g} m"
+                )
+
+
+def check_air(scene: SceneFile) -> None:
+    """The density is told near enough to the chain for its exponential to mean anything there."""
+    air, start_m = scene.effects.drag, scene.orbit.altitude_m
+    if air is None:
+        return
+    heights = (start_m - air.altitude_m) / air.scale_height_m
+    if abs(heights) > MOST_SCALE_HEIGHTS:
+        raise ValueError(
+            f"effects.drag: density_kg_m3 is that at altitude_m = {air.altitude_m:g} m and the chain starts at "
+            f"{start_m:g} m, {abs(heights):.3g} times scale_height_m = {air.scale_height_m:g} m "
+            f"{'above' if heights > 0.0 else 'below'} it; allowed: at most {MOST_SCALE_HEIGHTS:g} times"
+        )
 
 
 def check_fields(scene: SceneFile) -> None:

@@ -65,8 +65,12 @@ class ThirdBodyTable(Table):
     """A point mass on a circular orbit about the centre, in the plane of motion."""
 
     body: Literal["moon", "sun", "other"] = Field("moon", description="gives mu and distance, unless they are given")
-    mu_m3_s2: Positive | None = Field(None, description="gravitational parameter, m^3/s^2")
-    distance_m: Positive | None = Field(None, description="radius of its orbit about the centre, m")
+    mu_m3_s2: Positive | None = Field(
+        None, description="gravitational parameter, m^3/s^2; that of the Moon or the Sun by default"
+    )
+    distance_m: Positive | None = Field(
+        None, description="radius of its orbit about the centre, m; that of the Moon or the Sun by default"
+    )
     longitude_deg: Finite = Field(0.0, description="angle of the body from the z1 axis at t = 0, degrees")
 
     @model_validator(mode="after")
@@ -115,6 +119,13 @@ class JointSpringDamperTable(Table):
     rest_deg: FiniteEach = Field(
         0.0, description="angle of a joint's second bar less that of its first at rest, degrees"
     )
+
+    @model_validator(mode="after")
+    def something(self) -> JointSpringDamperTable:
+        """A table that gives neither says nothing; a zero that is written does."""
+        if not self.model_fields_set & {"stiffness_N_m_rad", "damping_N_m_s_rad"}:
+            raise ValueError("give stiffness_N_m_rad, damping_N_m_s_rad, or both")
+        return self
 
 
 class AtEnd(Table):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -65,9 +65,9 @@ def load_scene(scene: str | Path, folders: Sequence[Path] = (SHIPPED,)) -> Scene
     names = scene_names(folders)
     if path.suffix == ".toml":
         raise SceneError(f"{scene}: no such file")
-    raise SceneError(
-        f"{scene}: no such scene{nearest(str(scene), names)}; there are: {', '.join(names)}, or a file's path"
-    )
+    match = nearest_scene(str(scene), names)
+    meant = f" (did you mean {match}?)" if match else ""
+    raise SceneError(f"{scene}: no such scene{meant}; `barchain scenes` lists those there are, or give a file's path")
 
 
 def read_text(path: Path) -> str:
@@ -104,14 +104,31 @@ def nearest(given: str, allowed: Iterable[str]) -> str:
     return f" (did you mean {match}?)" if match else ""
 
 
+def nearest_scene(given: str, names: Iterable[str]) -> str | None:
+    """Scene nearest to `given` without its folder, which many share; among equals the one whose folder is nearest."""
+
+    def base(name: str) -> str:
+        return name.rpartition("/")[2]
+
+    known = list(names)
+    match = nearest_name(base(given), map(base, known))
+    return None if match is None else nearest_of(given, [name for name in known if base(name) == match])
+
+
 def nearest_name(given: str, allowed: Iterable[str]) -> str | None:
     """Allowed name nearest to `given`, the first of equals, or None if none is near."""
+    best = nearest_of(given, allowed)
+    return best if best is not None and likeness(given, best) >= LIKE_ENOUGH else None
 
-    def likeness(name: str) -> float:
-        return difflib.SequenceMatcher(None, given.lower(), name.lower()).ratio()
 
-    best = max(sorted(allowed), key=likeness, default=None)
-    return best if best is not None and likeness(best) >= LIKE_ENOUGH else None
+def nearest_of(given: str, allowed: Iterable[str]) -> str | None:
+    """Allowed name nearest to `given`, however far, the first of equals; None if there is none."""
+    return max(sorted(allowed), key=lambda name: likeness(given, name), default=None)
+
+
+def likeness(a: str, b: str) -> float:
+    """How alike two names are, 0 to 1, whatever their case."""
+    return difflib.SequenceMatcher(None, a.lower(), b.lower()).ratio()
 
 
 def without_echoes(errors: list[ErrorDetails]) -> list[ErrorDetails]:
@@ -129,8 +146,9 @@ def explain(error: ErrorDetails) -> str:
     loc = keys_only(error["loc"])
     key, given, kind = key_path(loc), error["input"], error["type"]
     if kind == "extra_forbidden":
-        allowed = keys_of_table(loc[:-1])
-        return f"{key}: unknown key{nearest(str(loc[-1]), allowed)}; allowed here: {', '.join(allowed)}"
+        allowed, there = keys_of_table(loc[:-1]), elsewhere(str(loc[-1]), table=is_table(given))
+        meant = f" (did you mean {there}?)" if there else nearest(str(loc[-1]), allowed)
+        return f"{key}: unknown key{meant}; allowed here: {', '.join(allowed)}"
     if kind == "missing":
         return f"{key}: missing"
     message = error["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
@@ -138,10 +156,47 @@ def explain(error: ErrorDetails) -> str:
         if not loc:
             return message
         return f"{key}: {shorten(given)} given, {message}" if not isinstance(given, dict) else f"{key}: {message}"
+    if kind in ("model_type", "list_type"):
+        message = header(loc) or message
     if kind == "literal_error":
         options = [option.strip("' ") for option in message.replace(" or ", ",").split(",")]
-        return f"{key}: {shorten(given)} given, allowed: {message}{nearest(str(given), options)}"
-    return f"{key}: {shorten(given)} given, allowed: {message}"
+        message += nearest(str(given), options)
+    return f"{key}: {kind_of(given)} given, allowed: {message}"
+
+
+def kind_of(value: object) -> str:
+    """What was given in TOML's words, or its value."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return "one table" if isinstance(value, dict) else shorten(value)
+
+
+def header(loc: Sequence[int | str]) -> str:
+    """How the table at `loc` is written, ``a table, write [effects.drag]``; empty of what is no table."""
+    names = [part for part in loc if isinstance(part, str)]
+    path, annotation = ".".join(names), table_at(names[:-1]).model_fields[names[-1]].annotation
+    if not tables_in(annotation):
+        return ""
+    if get_origin(annotation) is list:
+        return f"any number of tables, write [[{path}]]"
+    return f"a table, write [{path}]"
+
+
+def is_table(value: object) -> bool:
+    """Whether a table was given, or a list of them."""
+    return isinstance(value[0] if isinstance(value, list) and value else value, dict)
+
+
+def elsewhere(name: str, *, table: bool) -> str | None:
+    """Path of a key, or `table`, that another table has: ``effects.drag`` for ``drag``; None if none has it."""
+    waiting: list[list[str]] = [[]]
+    while waiting:  # from the outermost tables on
+        path = waiting.pop(0)
+        fields = table_at(path).model_fields
+        if path and name in fields and bool(tables_in(fields[name].annotation)) == table:
+            return ".".join([*path, name])
+        waiting += [[*path, key] for key, field in fields.items() if tables_in(field.annotation)]
+    return None
 
 
 def keys_only(loc: Sequence[int | str]) -> list[int | str]:
@@ -159,13 +214,22 @@ def key_path(loc: Sequence[int | str]) -> str:
 
 def keys_of_table(loc: Sequence[int | str]) -> list[str]:
     """Keys that the table at `loc` may hold."""
+    return list(table_at(loc).model_fields)
+
+
+def table_at(loc: Sequence[int | str]) -> type[BaseModel]:
+    """Model of the table at `loc`."""
     model: type[BaseModel] = SceneFile
     for part in loc:
         if isinstance(part, str):
-            annotation: Any = model.model_fields[part].annotation
-            inner = getattr(annotation, "__args__", (annotation,))
-            model = next(a for a in inner if isinstance(a, type) and issubclass(a, BaseModel))
-    return list(model.model_fields)
+            model = tables_in(model.model_fields[part].annotation)[0]
+    return model
+
+
+def tables_in(annotation: Any) -> list[type[BaseModel]]:
+    """Models that a field may hold, by itself or in a list."""
+    inner = getattr(annotation, "__args__", (annotation,))
+    return [a for a in inner if isinstance(a, type) and issubclass(a, BaseModel)]
 
 
 def shorten(value: object, most: int = 60) -> str:

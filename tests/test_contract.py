@@ -12,7 +12,8 @@ from adapters.reference_adapter import Reference
 from adapters.registry import ENGINES
 from adapters.table import from_frame, to_frame
 from barchain.checks import fault
-from scenarios import load_scene, scene_names
+from scenarios import load_scene
+from tests.scene_lists import ALL, TAME
 
 SHARE = 0.04  # of the run: long enough to move, short enough for every pair
 SAMPLES = 9
@@ -33,7 +34,7 @@ def shortened(name):
 PAIRS = [
     (engine, name)
     for engine, registration in HERE.items()
-    for name in scene_names()
+    for name in TAME
     if registration.load().unsupported(load_scene(name)) is None
 ]
 
@@ -102,7 +103,7 @@ def test_no_engine_is_missing():
     assert {name: r.missing for name, r in ENGINES.items() if r.missing} == {}
 
 
-@pytest.mark.parametrize("name", scene_names())
+@pytest.mark.parametrize("name", TAME)
 def test_every_scene_is_carried_by_an_external_engine_with_reactions_or_has_none(name):
     carried = {e for e, scene in PAIRS if scene == name and e in EXTERNAL}
     assert carried - {"rebound"}
@@ -111,7 +112,7 @@ def test_every_scene_is_carried_by_an_external_engine_with_reactions_or_has_none
 @pytest.mark.parametrize("engine", HERE)
 def test_what_an_engine_cant_carry_has_a_reason(engine):
     loaded = ENGINES[engine].load()
-    for name in scene_names():
+    for name in ALL:
         scene = load_scene(name)
         reason = loaded.unsupported(scene)
         assert reason is None or len(reason.split()) > 3, (engine, name, reason)

@@ -18,11 +18,12 @@ from barchain.effects_budget.changes import Runs, change
 from barchain.effects_budget.limits import FAST, SLOW
 from barchain.effects_budget.measure import make_plan, measure
 from barchain.effects_budget.plan import compiled_can
-from barchain.effects_budget.prices import Timed, price
+from barchain.effects_budget.prices import BATCH_S, BATCHES, Timed, price, shortened, time_evaluations, timed_span_s
 from barchain.effects_budget.sizes import sizes_over
 from barchain.effects_budget.switches import switches
 from reports.effects_tables import COLUMNS, Kind, read_effects
-from scenarios import Gravity, Scene, load_scene, scene_names
+from scenarios import Gravity, Scene, load_scene
+from tests.scene_lists import TAME
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -52,7 +53,7 @@ def motion(scene: Scene, rtol: float = 1e-10) -> Trajectory:
     return Reference().run(scene, Setting(Knob.RTOL, rtol))
 
 
-@pytest.mark.parametrize("name", scene_names())
+@pytest.mark.parametrize("name", TAME)
 def test_every_switch_changes_its_effect_and_nothing_else(name: str) -> None:
     scene = load_scene(name)
     for s in switches(scene):
@@ -186,12 +187,33 @@ def test_a_single_bar_has_no_reactions_to_change() -> None:
 
 
 def test_prices_are_medians_of_ratios_within_rounds() -> None:
-    found = price(Timed([2.0, 4.0, math.nan, 6.0], 20, 3e-6), Timed([1.0, 2.0, 1.0, 2.0], 10, 2e-6))
+    found = price(Timed([2.0, 4.0, math.nan, 6.0], 20, [3e-6]), Timed([1.0, 2.0, 1.0, 2.0], 10, [2e-6]))
     assert found is not None
     assert found.rounds == 3
-    assert (found.time.value, found.evaluation, found.evaluations) == pytest.approx((2.0, 1.5, 2.0))
+    assert found.evaluation is not None
+    assert (found.time.value, found.evaluation.value, found.evaluations) == pytest.approx((2.0, 1.5, 2.0))
     assert price(Timed([math.nan], 0), Timed([1.0], 10)) is None
     assert price(Timed(), Timed()) is None
+
+
+def test_a_run_too_long_for_three_rounds_is_timed_in_part() -> None:
+    scene = load_scene(DRAG)
+    assert timed_span_s(scene, 5.0, 20.0) == scene.run.duration_s
+    assert timed_span_s(scene, 10.0, 20.0) == pytest.approx(0.5 * scene.run.duration_s)
+    assert timed_span_s(scene, 10.0, 20.0, rounds=1) == scene.run.duration_s
+    job = make_plan(scene, engine=SLOW).tight[0]
+    assert shortened(job, scene.run.duration_s) is job
+    part = shortened(job, 0.5 * scene.run.duration_s).scene.run
+    assert part.duration_s / (part.samples - 1) == pytest.approx(scene.run.duration_s / (scene.run.samples - 1))
+    pushed = load_scene("effects/thrust")
+    assert timed_span_s(pushed, 1e3, 20.0) > max(t for t in pushed.effects.breaks_s if t < pushed.run.duration_s)
+
+
+def test_evaluations_are_timed_in_turn_for_long_enough() -> None:
+    assert BATCHES * BATCH_S >= 0.02
+    job, kept = make_plan(brief(load_scene(DRAG)), engine=SLOW).tight[0], [Timed(), Timed()]
+    time_evaluations([(job, kept[0]), (job, kept[1])], turns=2)
+    assert all(len(k.evaluation_s) == 2 and min(k.evaluation_s) > 0.0 for k in kept)
 
 
 def test_both_scenes_of_a_pair_run_in_one_engine() -> None:
@@ -214,10 +236,13 @@ def test_light_on_bars_that_cross_its_edge_together_does_not_stop_the_run() -> N
 @pytest.fixture(scope="module")
 def budget(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Any]]:
     """Folder of a small real budget, and what was told of its progress."""
-    folder, told = tmp_path_factory.mktemp("budget"), []
+    folder, told, noted = tmp_path_factory.mktemp("budget"), [], []
     plan = make_plan(brief(load_scene(DRAG)), rtol=1e-9, engine=SLOW, repeats=1, workers=2)
-    measure(plan, folder, command="barchain effects", progress=lambda *a: told.append(a))
+    measure(plan, folder, command="barchain effects", progress=lambda *a: told.append(a), notes=noted.append)
     assert len(told) == plan.turns
+    runs = len(plan.tight)
+    assert noted[0].startswith(f"timing {runs} runs in turn")  # their first part, on a slow machine
+    assert noted[1:] == [f"timing one evaluation of {runs} right-hand sides by itself"]
     return folder, told
 
 
@@ -227,7 +252,15 @@ def test_every_effect_has_a_row_with_all_that_was_asked_for(budget: Any) -> None
     rows = tables.effects.set_index("effect")
     assert list(rows.index) == [s.effect for s in switches(load_scene(DRAG))]
     assert (rows.reason == "").all()
-    for column in ("com_m", "attitude_rad", "reaction_N", "time_ratio", "evaluation_ratio", "evaluation_s"):
+    for column in (
+        "com_m",
+        "attitude_rad",
+        "reaction_N",
+        "time_ratio",
+        "evaluation_ratio",
+        "evaluation_ratio_low",
+        "evaluation_s",
+    ):
         assert (rows[column] > 0.0).all(), column
     assert rows.on.sum() == 1
     assert rows.loc["oblateness", "com_m"] > 1e4 * rows.loc["third_body.sun", "com_m"] > 0.0

@@ -10,8 +10,10 @@ import pandas as pd
 import pytest
 
 from barchain.cli import run
+from barchain.commands.effects import show_view
 from reports.effects_advice import Worth, advise, worth_of
 from reports.effects_charts import ticks
+from reports.effects_labels import Anchor, placed
 from reports.effects_page import render_effects
 from reports.effects_rows import rows_of, whole_of
 from reports.effects_tables import COLUMNS, read_effects
@@ -41,7 +43,8 @@ def row(effect: str, com_m: float = 1.0, attitude: float = 1e-6, reaction: float
         "com_m": com_m, "com_noise_m": 0.07, "attitude_rad": attitude, "attitude_noise_rad": 1e-8,
         "reaction_N": reaction, "reaction_noise_N": 2e-8, "compared_s": 25_000.0, "ended": "",
         "time_ratio": 2.0, "time_ratio_low": 1.9, "time_ratio_high": 2.1, "rounds": 7, "evaluation_ratio": 2.0,
-        "evaluations_ratio": 1.0, "seconds": 1.0, "evaluation_s": 1e-6, "evaluations": 1000,
+        "evaluation_ratio_low": 1.9, "evaluation_ratio_high": 2.1, "evaluations_ratio": 1.0,
+        "seconds": 1.0, "evaluation_s": 1e-6, "evaluations": 1000,
     }  # fmt: skip
     return found | more
 
@@ -114,13 +117,75 @@ def test_advice_says_what_it_does_over_what_and_what_to_do(tmp_path: Path) -> No
         "Oblateness moves the centre of mass by 612 km, turns bars by 0.11 rad and changes the reactions by 0.13 % in "
         "5 orbits: put it in; with it the run takes 2.00 times as long."
     )
-    assert "changes nothing above 4.3e-07 in 5 orbits" in drag
-    assert "leave it out; what it costs in time is below what the clock resolves" in drag
+    assert "changes next to nothing in 5 orbits (centre of mass 3.0 m, attitude 4.0e-07 rad, react" in drag
+    assert "leave it out; what it costs in time is too small to measure here" in drag
     assert "stays below what the numerics resolve in 5 orbits (centre of mass 70 mm, att" in moon
     assert "it can be left out; it takes 50 % of the run's time" in moon
     assert "keep gradient" in point
     assert "gradient is enough" in slender
     assert light == "Solar_Pressure is not switched: its process <died>."
+
+
+def test_a_price_is_told_only_where_it_was_measured(tmp_path: Path) -> None:
+    once = row("drag", time_ratio=1.4, time_ratio_low=None, time_ratio_high=None)
+    twice = row("drag", rounds=2)
+    below = row("oblateness", time_ratio=0.99, time_ratio_low=0.9, time_ratio_high=1.1)
+    on = row("third_body.moon", on=True)
+    dear = row("solar_pressure", on=True, time_ratio=30.0, time_ratio_low=28.0, time_ratio_high=33.0)
+    said = [a.text for a in advice(tmp_path, [once, twice, below, on, dear])]
+    assert said[0].endswith("leave it out.")
+    assert said[1].endswith("leave it out.")
+    assert said[2].endswith("leave it out; what it costs in time is too small to measure here.")
+    assert "it takes 50 % of the run's time." in said[3]
+    assert "with it the run takes 30.0 times as long" in said[4]
+
+
+def test_a_run_that_takes_longer_than_its_evaluations_says_what_takes_it(tmp_path: Path) -> None:
+    dear = row("drag", time_ratio=30.0, time_ratio_low=28.0, time_ratio_high=33.0, evaluations_ratio=1.5)
+    found = advice(tmp_path, [dear])[0]
+    assert found.row.rest == pytest.approx(10.0)
+    assert (
+        "with it the run takes 30.0 times as long (2.0 times an evaluation, 1.5 times as many of them and 10 times for "
+        "the search for instants at which a bar turns its other face to the wind)."
+    ) in found.text
+    view = view_effects(tmp_path)
+    assert view is not None
+    assert view.price.rows[0][1:] == ("30.0 (28.0\N{EN DASH}33.0)", "2.00 (1.90\N{EN DASH}2.10)", "1.50", "10.0")
+
+
+def test_the_lead_names_the_threshold_and_the_page_how_prices_get_better(tmp_path: Path) -> None:
+    html = render_effects(write(tmp_path, ROWS)).read_text()
+    threshold = "less than 0.001 rad, 0.001 of the largest reaction and of the initial distance from the centre: "
+    assert f"What changes next to nothing, {threshold}Drag and Third_Body.Moon." in html
+    assert "Timed in" not in html
+    record = tmp_path / "effects" / "record.json"
+    record.write_text(json.dumps(json.loads(record.read_text()) | {"rounds": 3, "timed_s": 5000.0}))
+    html = render_effects(tmp_path).read_text()
+    assert "Timed in 3 rounds over the first 1 orbit; a longer --budget, and more --repeats, narrow" in html
+
+
+def test_names_in_a_chart_stand_on_nothing() -> None:
+    points = [Anchor(f"effect {k}", 100.0 + 0.3 * k, 60.0 + 4.0 * k, (98.0, 103.0)) for k in range(8)]
+    boxes = placed(points, 340.0, 192.0)
+    assert all(boxes)
+    for box, k in zip(boxes, range(8), strict=True):
+        assert box
+        others = [b for b in boxes if b and b is not box] + [p.box for p in points]
+        assert not any(box.meets(b) for b in others), k
+    assert placed([Anchor("a name wider than its plot", 5.0, 5.0, (5.0, 5.0))], 20.0, 20.0) == [None]
+
+
+def test_the_console_shows_tables_of_at_most_120_columns(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "240")
+    view = view_effects(write(tmp_path, ROWS))
+    assert view is not None
+    show_view(view)
+    shown = capsys.readouterr().out
+    lines = shown[: shown.index("What matters:")].splitlines()
+    assert max(map(len, map(str.rstrip, lines))) <= 120
+    assert "What each costs" in shown
 
 
 def test_zero_is_never_reported_as_zero(tmp_path: Path) -> None:
@@ -129,7 +194,8 @@ def test_zero_is_never_reported_as_zero(tmp_path: Path) -> None:
     assert "below what the numerics resolve" in found[1].text
     view = view_effects(tmp_path)
     assert view is not None
-    assert [c for c in view.table[1] if "not resolved, <" in c] == list(view.table[1][3:6])
+    cells = view.consequences.rows[1]
+    assert [c for c in cells if "not resolved, <" in c] == list(cells[3:6])
     assert all(" 0 " not in a.text for a in found)
 
 
@@ -158,6 +224,8 @@ def test_the_page_shows_all_of_it_and_is_rendered_again_alike(tmp_path: Path) ->
     assert "nan" not in html.lower().replace("finance", "")
     assert html.count("<svg role=") == 3
     assert "Outlined, with an arrow" in html
+    assert html.count('<ul class="keys">') == 1
+    assert html.count("<table>") == 3
     text = (tmp_path / "effects" / "effects.md").read_text()
     assert text.startswith("## What each effect is worth: own/\\<scene\\>")
     assert run(["report", str(tmp_path)]) == 0

@@ -40,9 +40,9 @@ from scenarios import (
     ThirdBody,
     Thrust,
     load_scene,
-    scene_names,
 )
 from tests.oracle_start import scene_of, start
+from tests.scene_lists import TAME
 
 U = 2.0**-53
 MU = 3.986004418e14
@@ -403,7 +403,7 @@ def test_a_scene_that_a_thrust_brings_down_ends_at_the_surface_as_the_references
     assert len(seen.t_s) == len(truth.t_s) < scene.run.samples
 
 
-@pytest.mark.parametrize("name", [n for n in scene_names() if not n.startswith("effects/")])
+@pytest.mark.parametrize("name", [n for n in TAME if not n.startswith("effects/")])
 def test_a_scene_without_effects_has_no_symbol_nor_parameter_of_theirs(name):
     shape = structure_of(load_scene(name))
     assert shape.effects == EffectShapes()

@@ -20,7 +20,8 @@ from barchain.tolerances import floors
 from barchain.truth import TRUTH_CHECK_RTOL, TRUTH_RTOL, establish, twin
 from barchain.truth_making import check
 from barchain.truth_tables import DamagedTableError, physics_digest, read_table, write_table
-from scenarios import load_scene, scene_names
+from scenarios import load_scene
+from tests.scene_lists import HARD, TAME, TOLD
 
 LONG_RUNS = ("paper/fig05", "paper/fig05_bar_horizontal", "paper/fig09")  # five chaotic orbits each
 QUICK = "basics/two_bars_free"
@@ -40,7 +41,7 @@ def quick():
     return over(QUICK, orbits=0.01, samples=4)
 
 
-@pytest.mark.parametrize("name", scene_names())
+@pytest.mark.parametrize("name", TOLD)
 def test_every_shipped_scene_has_a_committed_truth_of_its_run_and_its_first_orbit(name, tmp_path):
     for scene in (over(name), over(name, orbits=1.0)):
         found = oracle(scene, cache=tmp_path)
@@ -59,7 +60,7 @@ def test_every_shipped_scene_has_a_committed_truth_of_its_run_and_its_first_orbi
 
 
 def test_committed_tables_are_small():
-    assert sum(table_path(load_scene(name)).stat().st_size for name in scene_names()) < 600e3
+    assert sum(table_path(load_scene(name)).stat().st_size for name in TOLD) < 600e3
 
 
 MANY_STEPS = ("effects/slews", "effects/everything")  # of the NumPy reference: half a minute each
@@ -74,7 +75,8 @@ def reference_runs(scene):
 @pytest.mark.parametrize(
     ("name", "orbits"),
     [pytest.param(name, None, marks=[pytest.mark.slow] if name in (*LONG_RUNS, *MANY_STEPS) else [])
-     for name in scene_names()]
+     for name in TAME]
+    + [pytest.param(name, None, marks=pytest.mark.slow) for name in HARD if name in TOLD]
     + [(name, 1.0) for name in LONG_RUNS],
 )  # fmt: skip
 def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_horizon(name, orbits, record_property):
@@ -100,7 +102,7 @@ def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_horizon(nam
 @pytest.mark.parametrize(
     "name",
     [QUICK, "basics/libration", "paper/fig13", "paper/fig17"]
-    + [pytest.param(n, marks=pytest.mark.slow) for n in scene_names() if n.startswith("paper/")],
+    + [pytest.param(n, marks=pytest.mark.slow) for n in TAME if n.startswith("paper/")],
 )
 def test_a_fresh_run_agrees_with_the_committed_table_inside_both_error_bars(name):
     found = check(load_scene(name))

@@ -227,6 +227,13 @@ def test_what_pushes_by_attitude_is_refused_with_the_reason(name, words):
     assert words in reason
 
 
+def test_all_that_a_particle_can_not_feel_is_refused_in_one_sentence():
+    assert Rebound.unsupported(load_scene("effects/everything")) == (
+        "REBOUND moves a particle, and drag, sunlight and a thrust that turns with its bar push a chain by how "
+        "its bars are turned"
+    )
+
+
 def test_what_a_callback_raises_is_raised_by_the_engine_and_not_printed(capfd):
     engine = Rebound()
     engine.build(load_scene("effects/oblateness"), Rebound.ladder.setting())

@@ -21,11 +21,12 @@ from adapters.registry import ENGINES
 from reference_impl import relative
 from reference_impl.fast.simulate import FastSimulation
 from reference_impl.simulate import Simulation
-from scenarios import load_scene, scene_names
+from scenarios import load_scene
 from tests.arbiter import judge
 from tests.fast_evaluation import fast_accelerations, with_angles
 from tests.generic_scenes import generic, steep
 from tests.roundoff import C, Case, U, case, forward, joint_bound, magnitudes, sums
+from tests.scene_lists import TAME
 from tests.test_reference_properties import LAWS
 
 if TYPE_CHECKING:
@@ -90,7 +91,7 @@ def both(scene: Scene, rtol: float = 1e-9):
     return Reference().run(scene, setting), ReferenceFast().run(scene, setting)
 
 
-@pytest.mark.parametrize("name", [n for n in scene_names() if not n.startswith("effects/")])
+@pytest.mark.parametrize("name", [n for n in TAME if not n.startswith("effects/")])
 def test_it_takes_the_references_steps(name: str) -> None:
     """It evaluates once less: the other looks at the start before SciPy does."""
     scene = short(load_scene(name))

@@ -7,7 +7,7 @@ import json
 import re
 import shutil
 from html.parser import HTMLParser
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import pytest
@@ -17,7 +17,7 @@ from reports.numerals import significant
 from reports.outcome import Outcome
 from reports.summary import GRAVITY, WORDS, summarise
 from reports.tables import METRIC_COLUMNS, read_results
-from reports.verdict import judge
+from reports.verdict import judge, spoilt_words
 from tests.report_fixture import ENGINES, build
 
 if TYPE_CHECKING:
@@ -299,7 +299,7 @@ def test_a_scene_checked_by_nobody_else_spoils_the_verdict(tmp_path: Path) -> No
     record = {"engines": {"ours": {"external": False}, "theirs": {"external": True}}}
     verdict = judge(summarise(read_results(write_tables(tmp_path, rows, record))))
     assert not verdict.good
-    assert verdict.headline == "All 3 comparisons passed, but a scene passed in no external engine."
+    assert verdict.headline == "All 3 comparisons passed, but scene t passed in no external engine."
     assert "3 passed (1 of them with external engines)" in verdict.sentences[0]
     assert "No external engine passed on t." in verdict.sentences
     alone = {"engines": {"ours": {"external": False}, "theirs": {"external": False}}}
@@ -326,15 +326,42 @@ def test_a_folder_without_tables_says_what_is_missing(tmp_path: Path) -> None:
 
 def test_a_scene_that_only_our_own_engines_can_carry_says_so(tmp_path: Path) -> None:
     rows = [one_row("pass", engine="ours"), one_row("unsupported", engine="theirs", reason="theirs has no shadow")]
-    record = {"engines": {"ours": {"external": False}, "theirs": {"external": True}}}
-    said = "No engine but our own carries this scene"
-    page, text = (p.read_text() for p in reports.render(write_tables(tmp_path, rows, record)))
-    assert said in page
-    assert said in text
+    record: dict[str, Any] = {"engines": {"ours": {"external": False}, "theirs": {"external": True}}}
+
+    def said(carriers: dict[str, Any] | None = None) -> str:
+        known = {} if carriers is None else {"carriers": carriers}
+        page, text = reports.render(write_tables(tmp_path, rows, record | {"scenes": {"s": known}}))
+        return page.read_text() + " ".join(text.read_text().split())
+
+    assert said().count("No engine asked but our own can do this scene") == 2
+    lacking = said({"lack": {"theirs": ["shadow"]}, "not_asked": ["heyoka"]})
+    assert lacking.count("No engine asked but our own carries this scene’s effects. heyoka can do it and was") == 1
+    assert lacking.count("No engine asked but our own carries this scene’s effects.") == 2
+    assert lacking.count("one derivation in several forms.") == 2
+    assert said({"truth": "real128"}).count("an independent one, heyoka’s, is committed") == 2
+    stopped = {"engines": ["theirs"], "at_s": [100.0], "run": {"duration_s": 5500.0, "samples": 111}}
+    found = said({"instants": stopped})
+    assert found.count("instants, not its effects, keep other engines from it") == 2
+    assert "something jumps at t = 100 s, which is neither a sample nor midway between two" in found
+    assert "duration_s = 5500.0 and samples = 111" in found
     rows.append(one_row("pass", engine="others"))
     record["engines"] |= {"others": {"external": True}}
-    page, text = (p.read_text() for p in reports.render(write_tables(tmp_path, rows, record)))
-    assert said not in page + text
+    assert "but our own" not in said()
+
+
+def test_several_scenes_that_no_external_engine_passed_are_counted_and_named() -> None:
+    assert spoilt_words([], ["a", "b"], 5) == "2 scenes (a, b) passed in no external engine"
+    assert spoilt_words([], list("abcdefg"), 9) == "7 scenes (a, b, c and 4 more) passed in no external engine"
+    assert spoilt_words(["a"], ["b"], 2) == "scene a was compared in no engine"
+    assert spoilt_words([], ["a", "b"], 2) == "none of the 2 scenes passed in an external engine"
+
+
+def test_the_models_difference_is_told_only_where_an_engine_without_attitude_ran(tmp_path: Path) -> None:
+    scenes = {"scenes": {"s": {"model_difference": {"com_m": 0.056, "note": "a chain is no particle"}}}}
+    text = reports.render(write_tables(tmp_path, [one_row("pass")], scenes))[1].read_text()
+    assert "Model difference" not in text
+    text = reports.render(write_tables(tmp_path, [one_row("pass", quantity="com")], scenes))[1].read_text()
+    assert "- Model difference: 0.0560 m in the CM: a chain is no particle" in text
 
 
 def test_what_acts_what_stays_and_how_far_the_gradient_goes_are_among_a_scenes_facts(tmp_path: Path) -> None:

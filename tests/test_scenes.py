@@ -169,6 +169,32 @@ WRONG_EFFECTS = {
     "[[effects.impulse]]\nbar = 1\ndirection_deg = 0.0\nimpulse_N_s = 1.0\nat_s = 1e9": [
         "effects.impulse[0].at_s", "1e+09 given", "before the end of the run",
     ],
+    "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = 1.0\nstart_s = 100.0": [
+        "effects.thrust[0].start_s", "begins at 100 s", "before the end of the run, 100 s",
+    ],
+    "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = [1.0, 2.0]\ntimes_s = [200.0, 300.0]": [
+        "effects.thrust[0].times_s", "begins at 200 s",
+    ],
+    "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = 1.0\ntimes_s = 5.0": [
+        "effects.thrust[0].times_s: 5.0 given", "valid list",
+    ],
+    "[effects.drag]\ndensity_kg_m3 = 1e-11\naltitude_m = 350.0\nscale_height_m = 50.0\nwidth_m = 0.1": [
+        "effects.drag", "altitude_m = 350 m", "starts at 350000 m", "6.99e+03 times", "above it", "at most 30 times",
+    ],
+    "[effects.drag]\ndensity_kg_m3 = 1e-11\naltitude_m = 3e5\nscale_height_m = 5e4\nwidth_m = 100.0": [
+        "effects.drag.width_m", "100 given for bar 1", "at most its length, 10 m",
+    ],
+    "[effects.solar_pressure]\nwidth_m = [0.1, 30.0, 0.1]": [
+        "effects.solar_pressure.width_m", "30 given for bar 2", "at most its length, 20 m",
+    ],
+    "[effects.joint_spring_damper]\nrest_deg = 3.0": [
+        "effects.joint_spring_damper", "give stiffness_N_m_rad, damping_N_m_s_rad, or both",
+    ],
+    "[effects]\noblateness = true": ["effects.oblateness: true given", "a table, write [effects.oblateness]"],
+    "[effects.third_body]\nbody = \"moon\"": ["effects.third_body: one table given", "write [[effects.third_body]]"],
+    "[[effects.drag]]\nwidth_m = 1.0": ["effects.drag", "a table, write [effects.drag]"],
+    "[drag]\nwidth_m = 1.0": ["drag: unknown key", "did you mean effects.drag?"],
+    "[[thrust]]\nbar = 1": ["thrust: unknown key", "did you mean effects.thrust?"],
     "[effects]\ngravity = \"slender\"": ["chain.inertia_kg_m2", "5 given for bar 1", "833.3", "leave it out"],
 }  # fmt: skip
 
@@ -185,6 +211,21 @@ def test_a_wrong_effect_is_refused_in_one_readable_line(effects):
 def test_a_misspelt_scene_name_suggests_the_nearest():
     with pytest.raises(SceneError, match=r"did you mean paper/fig05\?"):
         load_scene("paper/fig5")
+    for given, name in (("drag", "effects/drag"), ("efects/drag", "effects/drag"), ("fig05", "paper/fig05")):
+        with pytest.raises(SceneError, match=rf"did you mean {name}\?"):
+            load_scene(given)
+
+
+def test_a_scene_name_that_is_near_none_is_told_how_to_see_them_all():
+    with pytest.raises(SceneError) as error:
+        load_scene("effects/foo")
+    assert str(error.value) == (
+        "effects/foo: no such scene; `barchain scenes` lists those there are, or give a file's path"
+    )
+
+
+def test_zero_stiffness_that_is_written_is_a_joint_without_a_spring():
+    load_scene("hard/springs_zero")
 
 
 def test_the_command_line_refuses_a_wrong_scene_in_one_line_with_exit_code_2(tmp_path, capsys):

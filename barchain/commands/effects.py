@@ -13,7 +13,11 @@ import click
 from barchain.effects_budget.limits import FAST, MATTERS, REPEATS, RTOL, RTOLS, SECONDS, SLOW
 
 if TYPE_CHECKING:
-    from reports.effects_view import EffectsView
+    from rich.table import Table
+
+    from reports.effects_view import EffectsTable, EffectsView
+
+SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a cell of words or of numbers
 
 
 @click.command()
@@ -52,7 +56,7 @@ def effects(
     with tempfile.TemporaryDirectory() as scratch:
         folder = out or Path(scratch)
         with verdicts_shown(plan.turns) as show:
-            measure(plan, folder, command=shlex.join(["barchain", *sys.argv[1:]]), progress=show)
+            measure(plan, folder, command=shlex.join(["barchain", *sys.argv[1:]]), progress=show, notes=show.note)
         page = render_effects(folder) if out else None
         view = view_effects(folder)
     assert view is not None
@@ -70,18 +74,30 @@ def need(engine: str | None) -> None:
 
 
 def show_view(view: EffectsView) -> None:
-    """Print the table and the advice."""
-    from rich.markup import escape  # noqa: PLC0415
-    from rich.table import Table  # noqa: PLC0415
-
+    """Print the tables and the advice."""
     from barchain.listing import show  # noqa: PLC0415
 
-    table = Table(box=None, header_style="bold")
-    for k, heading in enumerate(view.headings):
-        table.add_column(heading, justify="left" if k < view.wordy else "right")
-    for row in view.table:
-        table.add_row(*map(escape, row))
-    show(table)
+    for table in view.tables:
+        show(printed(table))
     click.echo(view.headline)
     for advice in view.advice:
         click.echo(f"  {advice.text}")
+    if view.timing:
+        click.echo(view.timing)
+
+
+def printed(table: EffectsTable) -> Table:
+    """Table for the terminal: it fits 120 columns, its longest words folded."""
+    from rich.markup import escape  # noqa: PLC0415
+    from rich.table import Table  # noqa: PLC0415
+
+    made = Table(box=None, header_style="bold", title=table.title, title_justify="left", title_style="")
+    columns = len(table.headings)
+    room = (SCREEN - WORDS * table.wordy - 2 * columns) // (columns - table.wordy)
+    for k, heading in enumerate(table.headings):
+        wordy = k < table.wordy
+        width = WORDS if wordy else min(NUMBERS, room)
+        made.add_column(heading, justify="left" if wordy else "right", max_width=width)
+    for row in table.rows:
+        made.add_row(*map(escape, row))
+    return made

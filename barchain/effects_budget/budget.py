@@ -7,9 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from barchain.compiling import announcement
 from barchain.effects_budget.changes import Change, Runs, change, sizes
 from barchain.effects_budget.limits import TIME_LIMIT_S
-from barchain.effects_budget.prices import Timed, price, timed_rounds
+from barchain.effects_budget.prices import (
+    LEAST_ROUNDS,
+    Timed,
+    price,
+    shortened,
+    time_evaluations,
+    timed_rounds,
+    timed_span_s,
+)
 from barchain.effects_budget.sizes import sizes_over
 from barchain.pool import run_jobs
 from reports.effects_tables import COLUMNS, UNITS
@@ -18,6 +27,7 @@ from reports.outcome import Outcome
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from barchain.cost.curves import Interval
     from barchain.effects_budget.plan import Plan
     from barchain.effects_budget.store import EffectsStore
     from barchain.effects_budget.switches import Switch
@@ -27,9 +37,11 @@ if TYPE_CHECKING:
 class EffectsBudget:
     """One budget being measured."""
 
-    def __init__(self, plan: Plan, store: EffectsStore, report: Callable[[str, str, str], None]) -> None:
-        """Prepare; `report` is told (scene, run, outcome) after each step."""
-        self.plan, self.store, self.report = plan, store, report
+    def __init__(
+        self, plan: Plan, store: EffectsStore, report: Callable[[str, str, str], None], note: Callable[[str], None]
+    ) -> None:
+        """Prepare; `report` is told (scene, run, outcome) after each step, `note` what goes on besides."""
+        self.plan, self.store, self.report, self.note = plan, store, report, note
         self.results: dict[str, RunResult] = {}
         self.times: dict[str, Timed] = {}
         self.names = {s.scene.digest: s.title for s in plan.switches if s.scene}
@@ -37,6 +49,9 @@ class EffectsBudget:
     def run(self) -> None:
         """Run everything and write the table after the runs and after the times."""
         start = time.perf_counter()
+        to_compile = announcement(self.plan.runs)
+        if to_compile:
+            self.note(to_compile)
         try:
             for job, result in run_jobs(self.plan.runs, time_limit_s=TIME_LIMIT_S, workers=self.plan.workers):
                 self.results[job.key] = result
@@ -54,12 +69,28 @@ class EffectsBudget:
         return f"{what}, {job.engine} {job.setting}"
 
     def time(self) -> None:
-        """Time what ran well."""
+        """Time what ran well: runs, shortened where three rounds of them would take too long, then evaluations."""
         good = [j for j in self.plan.tight if self.results[j.key].outcome is Outcome.PASS]
-        self.times = timed_rounds(
-            good, repeats=self.plan.repeats, seconds=self.plan.seconds, time_limit_s=TIME_LIMIT_S,
-            told=lambda k: self.report(self.plan.scene.name, f"round {k}", str(Outcome.PASS)),
+        pass_s = sum(self.results[j.key].seconds["simulate"] for j in good)
+        wanted = min(LEAST_ROUNDS, self.plan.repeats)
+        span_s = timed_span_s(self.plan.scene, pass_s, self.plan.seconds, wanted)
+        part = "" if span_s >= self.plan.scene.run.duration_s else f", the first {span_s:.4g} s of each"
+        self.note(f"timing {len(good)} runs in turn{part}: each once to get warm, then in rounds")
+        timed = timed_rounds(
+            [shortened(j, span_s) for j in good], repeats=self.plan.repeats, seconds=self.plan.seconds,
+            time_limit_s=TIME_LIMIT_S, told=lambda k: self.report(self.plan.scene.name, f"round {k}", "pass"),
         )  # fmt: skip
+        self.times = {job.key: found for job, found in zip(good, timed, strict=True)}
+        rounds = max((len(t.seconds) for t in timed), default=0)
+        self.store.record |= {"rounds": rounds, "repeats": self.plan.repeats, "timed_s": span_s}
+        if rounds < self.plan.repeats:
+            self.note(
+                f"{rounds} of {self.plan.repeats} rounds of timing: the budget of {self.plan.seconds:g} s is used up, "
+                "--budget allows more"
+            )
+        self.note(f"timing one evaluation of {len(good)} right-hand sides by itself")
+        self.write()
+        time_evaluations((job, self.times[job.key]) for job in good)
 
     def write(self) -> None:
         """Table and record as they stand."""
@@ -106,12 +137,18 @@ class EffectsBudget:
         found = price(timed, self.times[absent.key])
         if found is None:
             return {}
-        seconds = float(np.nanmedian(timed.seconds))
-        return {
-            "time_ratio": found.time.value, "time_ratio_low": found.time.low, "time_ratio_high": found.time.high,
-            "rounds": found.rounds, "evaluation_ratio": found.evaluation, "evaluations_ratio": found.evaluations,
-            "seconds": seconds, "evaluation_s": timed.evaluation_s, "evaluations": timed.evaluations,
-        }  # fmt: skip
+        one = float(np.median(timed.evaluation_s)) if timed.evaluation_s else None
+        return (
+            spread("time_ratio", found.time)
+            | spread("evaluation_ratio", found.evaluation)
+            | {"rounds": found.rounds, "evaluations_ratio": found.evaluations, "evaluations": timed.evaluations}
+            | {"seconds": float(np.nanmedian(timed.seconds)), "evaluation_s": one}
+        )
+
+
+def spread(name: str, found: Interval | None) -> dict[str, float]:
+    """Columns of a ratio and where it lies."""
+    return {} if found is None else {name: found.value, f"{name}_low": found.low, f"{name}_high": found.high}
 
 
 def size_columns(plan: Plan, switch: Switch, scene: Runs) -> dict[str, float]:

@@ -7,5 +7,5 @@ RTOLS = (1e-14, 1e-3)  # ten times looser is still an accuracy
 MATTERS = 1e-3
 REPEATS = 7  # rounds: the median's interval is drawn from six on
 SECONDS = 20.0  # after which no further round is begun
-TIME_LIMIT_S = 300.0  # of one run, with the compiling of its effects: tens of seconds, once on a machine
+TIME_LIMIT_S = 300.0  # of one run; compiling has its own besides
 FAST, SLOW = "reference-fast", "reference"

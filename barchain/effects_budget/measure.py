@@ -24,7 +24,12 @@ __all__ = ["make_plan", "measure"]
 
 
 def measure(
-    plan: Plan, out: Path, *, command: str = "", progress: Callable[[str, str, str], None] | None = None
+    plan: Plan,
+    out: Path,
+    *,
+    command: str = "",
+    progress: Callable[[str, str, str], None] | None = None,
+    notes: Callable[[str], None] | None = None,
 ) -> None:
     """Measure what each effect of a scene is worth, and write the table into ``out/effects``.
 
@@ -38,9 +43,11 @@ def measure(
         What was typed, for the record.
     progress : callable, optional
         Told (scene, run, outcome) after each step.
+    notes : callable, optional
+        Told what goes on besides, in words.
     """
     store = EffectsStore(out / FOLDER, new_record(plan, command))
-    EffectsBudget(plan, store, progress or (lambda *_: None)).run()
+    EffectsBudget(plan, store, progress or (lambda *_: None), notes or (lambda _: None)).run()
 
 
 def new_record(plan: Plan, command: str) -> dict[str, Any]:

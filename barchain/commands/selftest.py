@@ -1,0 +1,133 @@
+"""`barchain selftest`: whether the harness catches wrong physics."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from barchain.selftest.study import Plan
+    from reports.selftest_view import SelftestView
+
+FAILED = 1
+
+
+@click.command()
+@click.option("--scene", "scenes", multiple=True, metavar="SCENE",
+              help="Scene to put faults into; may be repeated; eight short ones by default.")  # fmt: skip
+@click.option(
+    "--fault", "faults", multiple=True, metavar="NAME", help="Fault to put in; may be repeated; all by default."
+)
+@click.option("--engine", default="reference", show_default=True,
+              help="Engine that is spoilt; faults in the code itself need the reference.")  # fmt: skip
+@click.option("--smallest", is_flag=True, help="Find the smallest size of each continuous fault that is still caught.")
+@click.option("--list", "listed", is_flag=True, help="List the faults, and run nothing.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Folder for tables and page.")
+@click.option("--workers", type=click.IntRange(min=1), help="Processes side by side; all cores by default.")
+def selftest(
+    scenes: tuple[str, ...], faults: tuple[str, ...], engine: str, smallest: bool, listed: bool, out: Path | None,
+    workers: int | None,
+) -> None:  # fmt: skip
+    """Put known faults into an engine, and show which check catches each.
+
+    Ends with exit code 1 if a fault is killed by nothing, or if a check refuses the sound engine.
+    """
+    from barchain.progress import counted  # noqa: PLC0415
+    from barchain.selftest.study import selftest as run  # noqa: PLC0415  # what no other command needs
+    from barchain.selftest.trial import SelftestError  # noqa: PLC0415
+    from reports.selftest_page import render_selftest  # noqa: PLC0415  # plots take a second to import
+    from reports.selftest_view import view_selftest  # noqa: PLC0415
+
+    if listed:
+        show_faults()
+        return
+    plan = plan_of(scenes, faults, engine, smallest, workers)
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = out or Path(scratch)
+        try:
+            tried = run(plan, folder, command=shlex.join(["barchain", *sys.argv[1:]]), counted=counted)
+        except SelftestError as error:
+            raise click.ClickException(str(error)) from error
+        page = render_selftest(folder) if out else None
+        view = view_selftest(folder)
+    assert view is not None
+    show_view(view)
+    if page:
+        click.echo(f"selftest: {page}")
+    if not tried.passed:
+        raise click.exceptions.Exit(FAILED)
+
+
+def plan_of(scenes: tuple[str, ...], faults: tuple[str, ...], engine: str, smallest: bool, workers: int | None) -> Plan:
+    """What is asked for; scenes that the engine can't do are left out, and said so."""
+    from adapters.registry import find_engine  # noqa: PLC0415
+    from barchain.selftest.catalogue import CONTROLS, FAULTS, UnknownFaultError, find  # noqa: PLC0415
+    from barchain.selftest.stages import STAGES, find_scene  # noqa: PLC0415
+    from barchain.selftest.study import Plan  # noqa: PLC0415
+
+    registration = find_engine(engine)
+    if registration.missing:
+        raise click.UsageError(f"--engine {engine}: {registration.missing}")
+    loaded, able = registration.load(), []
+    try:
+        chosen = tuple(f for f in map(find, dict.fromkeys(faults or FAULTS)) if f.name not in CONTROLS)
+    except UnknownFaultError as error:
+        raise click.UsageError(f"--fault {error}") from error
+    for scene in map(find_scene, dict.fromkeys(scenes or STAGES)):
+        reason = loaded.unsupported(scene)
+        if reason:
+            click.echo(f"{scene.name} is left out: {engine} {reason}", err=True)
+        else:
+            able.append(scene)
+    if not able:
+        raise click.UsageError(f"--engine {engine}: can do none of these scenes")
+    return Plan(tuple(able), chosen, engine, smallest, workers)
+
+
+def show_faults() -> None:
+    """Name, size and words of each fault."""
+    from rich.markup import escape  # noqa: PLC0415
+    from rich.table import Table  # noqa: PLC0415
+
+    from barchain.listing import show  # noqa: PLC0415
+    from barchain.selftest.catalogue import FAULTS  # noqa: PLC0415
+
+    table = Table(box=None, header_style="bold")
+    for column in ("fault", "group", "size", "what is wrong"):
+        table.add_column(column)
+    for fault in FAULTS.values():
+        size = f"{fault.natural:g} {fault.size.unit}".removesuffix(" 1") if fault.size else ""
+        table.add_row(fault.name, fault.group, size, escape(fault.words))
+    show(table)
+
+
+def show_view(view: SelftestView) -> None:
+    """Print the matrix, survivors, smallest sizes, and the result."""
+    from rich.markup import escape  # noqa: PLC0415
+    from rich.table import Table  # noqa: PLC0415
+
+    from barchain.listing import show  # noqa: PLC0415
+
+    table = Table("fault", *view.scenes, box=None, header_style="bold")
+    for row in view.rows:
+        table.add_row(row.name, *(escape(c.text) for c in row.cells))
+    show(table)
+    click.echo("; ".join(f"{sign} {name.replace('_', ' ')}" for sign, name, _ in view.signs))
+    if view.smallest:
+        sizes = Table("smallest caught", "natural", *view.scenes, box=None, header_style="bold")
+        for small in view.smallest:
+            sizes.add_row(small.name, f"{small.natural:g} {small.unit}".removesuffix(" 1"), *small.sizes)
+        show(sizes)
+    for fault, cell in view.survivors:
+        click.echo(
+            f"{cell.fate} {fault.name} on {cell.scene} (killed in {fault.killed} of {fault.tried}): {cell.reason}"
+        )
+    for cell in view.wrong:
+        click.echo(f"{cell.fate}: {cell.fault} on {cell.scene}: {cell.title}")
+    for sentence in (view.headline, *view.sentences):
+        click.echo(sentence)

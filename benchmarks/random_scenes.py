@@ -1,0 +1,74 @@
+"""Look for scenes that the reference does not survive, among thousands drawn at random.
+
+    python benchmarks/random_scenes.py [--scenes 10000] [--first 0] [--engine reference-fast] [--out FILE.csv]
+
+Each scene (`barchain.random_scenes.draw`, the same for the same number) is run by one engine of ours and judged by what
+it must keep (`barchain.own_invariants`): closed joints, energy, angular momentum, laws, numbers that are numbers. A run
+that ends in anything but a readable error, or keeps less than it must, is a finding: the command lists it and exits
+with 1. Runs that take too long are counted apart: light and compact bars may turn millions of times.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import click
+import pandas as pd
+
+from adapters.engine import Knob, Setting
+from adapters.registry import find_engine
+from barchain.job import Job, Role, RunResult
+from barchain.own_invariants import broken
+from barchain.pool import run_jobs
+from barchain.progress import verdicts_shown
+from barchain.random_scenes import draw
+from reports.outcome import Outcome
+
+RTOL = 1e-9
+TIME_LIMIT_S = 60.0
+RAISED = re.compile(r"^\w+(Error|Exception|Warning|Interrupt|Exit): ")
+"""How a worker words what is not an engine's own error"""
+
+
+@click.command()
+@click.option("--scenes", default=10_000, show_default=True, help="How many.")
+@click.option("--first", default=0, show_default=True, help="Number of the first.")
+@click.option("--engine", default="reference-fast", show_default=True, help="Which form of the reference.")
+@click.option("--time-limit", default=TIME_LIMIT_S, show_default=True, help="For one run, s, compiling included.")
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Table of all scenes, CSV.")
+def main(scenes: int, first: int, engine: str, time_limit: float, out: Path | None) -> None:
+    """Run the campaign and list what it found."""
+    registration, setting = find_engine(engine), Setting(Knob.RTOL, RTOL)
+    jobs = [Job(draw(seed), engine, registration, setting, Role.MAIN) for seed in range(first, first + scenes)]
+    rows = []
+    with verdicts_shown(len(jobs)) as show:
+        for job, result in run_jobs(jobs, time_limit_s=time_limit):
+            kind, reason = told(job, result)
+            rows.append({"scene": job.scene.name, "kind": kind, "reason": reason})
+            show(job.scene.name, engine, kind)
+    table = pd.DataFrame(rows)
+    if out:
+        table.to_csv(out, index=False)
+    click.echo(table["kind"].value_counts().to_string())
+    findings = table[table["kind"] == "finding"]
+    click.echo(findings.to_string(index=False) if len(findings) else "nothing found")
+    raise SystemExit(bool(len(findings)))
+
+
+def told(job: Job, result: RunResult) -> tuple[str, str]:
+    """Kind of a result, and why: kept, ended by a readable error, too long, or a finding."""
+    if result.outcome is Outcome.TIMED_OUT:
+        return "too long", result.reason
+    if result.outcome is Outcome.FAILED and not RAISED.match(result.reason):
+        return "error in words", result.reason
+    if result.trajectory is None:
+        return "finding", result.reason
+    lost = broken(job.scene, result.trajectory, RTOL)
+    if lost or result.outcome is not Outcome.PASS:
+        return "finding", lost or result.reason
+    return "kept", result.reason
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,97 @@
+"""The stored tables of a self-test: what its page is rendered from, and nothing else is needed.
+
+A folder ``selftest`` inside a result folder holds
+
+``selftest.csv``
+    a row for each fault, scene and quantity, columns :data:`COLUMNS`;
+``smallest.csv``
+    the smallest size of each continuous fault that is caught, columns :data:`SMALLEST`; only if it was asked for;
+``selftest.json``
+    the faults and scenes in words, and what ran where.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FOLDER = "selftest"
+COLUMNS = ("fault", "scene", "fate", "why", "quantity", "check", "ratio", "killed", "reason")
+"""`fate` is that of the fault in the scene, `why` its reason where nothing kills it; `ratio` what was found over what
+is allowed, `reason` the check's own words"""
+SMALLEST = ("fault", "scene", "caught", "missed", "quantity", "check")
+"""Smallest size known to be caught, largest known to be missed; empty where there is none"""
+WORDS = ("fault", "scene", "fate", "why", "quantity", "check", "reason")
+
+
+class Fate(StrEnum):
+    """What became of a fault in a scene."""
+
+    KILLED = "killed"
+    SURVIVES = "survives"
+    INVISIBLE = "invisible"
+    NOTHING = "nothing to spoil"
+    CLEAN = "clean"
+    FALSE_ALARM = "false alarm"
+    BROKEN = "broken"
+
+    @property
+    def advice(self) -> str:
+        """What it means."""
+        return ADVICE[self]
+
+
+ADVICE = {
+    Fate.KILLED: "A check refuses the spoilt engine.",
+    Fate.SURVIVES: "It shows in no check of this scene: all it changes is within what is allowed.",
+    Fate.INVISIBLE: "It changes no observable beyond rounding, as was proven and measured.",
+    Fate.NOTHING: "The scene has nothing that the fault could spoil.",
+    Fate.CLEAN: "A control: nothing is wrong, and no check says so.",
+    Fate.FALSE_ALARM: "A control that a check refuses: the check is wrong.",
+    Fate.BROKEN: "The spoilt engine fails where it should run: the fault is not put in as it is meant.",
+}
+
+
+@dataclass(frozen=True)
+class SelftestTables:
+    """A self-test's folder, read."""
+
+    cells: pd.DataFrame
+    smallest: pd.DataFrame
+    record: dict[str, Any]
+
+
+def has_selftest(folder: Path) -> bool:
+    """Whether a result folder holds a self-test."""
+    return all((folder / FOLDER / name).is_file() for name in ("selftest.csv", "selftest.json"))
+
+
+def read_selftest(folder: Path) -> SelftestTables:
+    """Read the self-test in a result folder.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a table is missing.
+    """
+    inside = folder / FOLDER
+    cells = read_words(inside / "selftest.csv")
+    path = inside / "smallest.csv"
+    smallest = read_words(path) if path.is_file() else pd.DataFrame(columns=list(SMALLEST))
+    return SelftestTables(cells, smallest, json.loads((inside / "selftest.json").read_text(encoding="utf-8")))
+
+
+def read_words(path: Path) -> pd.DataFrame:
+    """Table whose words are never missing."""
+    table = pd.read_csv(path, keep_default_na=False, na_values=[""])
+    for name in WORDS:
+        if name in table:
+            table[name] = table[name].astype(object).fillna("").astype(str)
+    return table

@@ -1,0 +1,103 @@
+"""Who else can carry a scene: lacking an effect is told from instants in the way, and the run proposed is one."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from adapters.registry import ENGINES
+from barchain.carriers import MOST_SAMPLES, carriers, fitting, lasting
+from barchain.effect_words import effect_words, invariant_words, losses
+from barchain.quantities import conserved
+from scenarios import Scene, load_scene, scene_names
+from scenarios.load import parse_scene
+
+ASKED = {name: ENGINES[name] for name in ("reference", "exudyn", "pymunk", "rebound")}
+HERE = {name: r for name, r in ASKED.items() if not r.missing}
+FRAME = """title = "t"
+source = "s"
+[orbit]
+altitude_m = 350e3
+[chain]
+bars = 3
+mass_kg = 100.0
+length_m = 20.0
+angle_deg = 80.0
+[run]
+{run}
+samples = 101
+"""
+THRUST = "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = 1.0\n"
+
+
+def scene(effects: str, run: str = "orbits = 1.0") -> Scene:
+    return parse_scene(FRAME.format(run=run) + effects, name="x", file="x.toml")
+
+
+@pytest.mark.parametrize(
+    ("effects", "run"),
+    [
+        (THRUST + "start_s = 100.0\nduration_s = 700.0", "orbits = 1.0"),
+        (THRUST + "start_s = 100.3", "duration_s = 5000.0"),
+        ("[[effects.impulse]]\nbar = 1\ndirection_deg = 0.0\nimpulse_N_s = 1.0\nat_s = 333.125", "orbits = 1.0"),
+    ],
+)
+def test_a_run_that_is_proposed_is_carried(effects: str, run: str) -> None:
+    own = scene(effects, run)
+    found = carriers(own, HERE)["instants"]
+    assert found["engines"]
+    assert set(found["at_s"]) <= set(own.effects.breaks_s)
+    wanted = fitting(own)
+    assert wanted
+    assert found["run"] == dataclasses.asdict(wanted)
+    assert wanted.samples <= MOST_SAMPLES
+    assert 0.0 <= wanted.duration_s - own.run.duration_s < 0.1 * own.run.duration_s
+    again = carriers(lasting(own, wanted), HERE)
+    assert again["instants"] == {}
+    for name in found["engines"]:
+        assert HERE[name].load().unsupported(own)
+        assert HERE[name].load().unsupported(lasting(own, wanted)) is None
+
+
+def test_a_run_keeps_its_duration_where_samples_alone_will_do() -> None:
+    own = scene(THRUST + "start_s = 100.0\nduration_s = 700.0", "duration_s = 5130.0")
+    wanted = fitting(own)
+    assert wanted
+    assert wanted.duration_s == 5130.0
+    assert wanted.samples == 514  # every 10 s, and midway between two
+
+
+def test_instants_that_share_nothing_have_no_run_proposed() -> None:
+    own = scene(THRUST + "start_s = 100.000017\nduration_s = 700.1")
+    found = carriers(own, HERE)["instants"]
+    assert found["run"] is None
+    assert found["engines"]
+
+
+def test_what_lacks_an_effect_is_told_and_no_instant_blamed() -> None:
+    found = carriers(load_scene("effects/everything"), HERE)
+    assert set(found["lack"]) == {name for name, r in HERE.items() if r.external}
+    assert found["instants"] == {}
+    assert "heyoka" in found["not_asked"]
+    assert found["truth"].startswith("real128")
+    assert carriers(scene(""), HERE)["truth"] == ""
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_every_invariant_that_is_none_has_its_reasons(name: str) -> None:
+    own = load_scene(name)
+    keeps, lost = conserved(own), losses(own)
+    assert keeps.energy == (not any(loss.energy for loss in lost))
+    assert keeps.angular_momentum == (not any(loss.angular_momentum for loss in lost))
+
+
+def test_all_reasons_are_given_effects_first() -> None:
+    assert invariant_words(load_scene("effects/drag")) == (
+        "neither energy nor angular momentum: drag has no potential; "
+        "the gradient's torque has no counterpart in its force"
+    )
+    assert invariant_words(load_scene("effects/joint_springs")) == "angular momentum; not energy: dampers take energy"
+    assert invariant_words(load_scene("effects/slender")) == "energy and angular momentum"
+    words = effect_words(load_scene("effects/third_body"))
+    assert [w.partition(",")[0] for w in words] == ["tide of the Moon", "tide of the Sun"]

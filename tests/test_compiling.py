@@ -1,0 +1,73 @@
+"""Compiling: it has a limit of its own, and is announced once."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+import pytest
+
+from adapters.engine import Knob, Setting
+from adapters.registry import ENGINES
+from barchain.compiling import announcement, compiled
+from barchain.job import Job, Role, RunResult, failure
+from barchain.pool import COMPILE_S, allowed_s, in_time
+from barchain.suite import beforehand, truth_jobs
+from reports.outcome import Outcome
+from scenarios import load_scene
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+SCENE = load_scene("effects/drag")
+
+
+def job(engine: str, scene: str = "effects/drag") -> Job:
+    return Job(load_scene(scene), engine, ENGINES[engine], Setting(Knob.RTOL, 1e-10), Role.MAIN)
+
+
+def test_only_an_engine_that_compiles_has_time_for_it() -> None:
+    assert allowed_s(job("reference"), 120.0) == 120.0
+    assert allowed_s(job("reference-fast"), 120.0) == allowed_s(job("heyoka"), 120.0) == 120.0 + COMPILE_S
+
+
+def test_the_limit_still_holds_for_the_run_of_an_engine_that_compiles() -> None:
+    slow = RunResult(Outcome.PASS, seconds={"build": 200.0, "simulate": 130.0, "read": 1.0})
+    assert in_time(job("reference"), slow, 120.0) is slow  # its process was ended, or the clock was
+    late = in_time(job("reference-fast"), slow, 120.0)
+    assert late.outcome is Outcome.TIMED_OUT
+    assert "simulate took 130 s, allowed: 120 s" in late.reason
+    built = dataclasses.replace(slow, seconds={"build": 200.0, "simulate": 1.0, "read": 1.0})
+    assert in_time(job("reference-fast"), built, 120.0) is built
+    ended = in_time(job("reference-fast"), failure(Outcome.TIMED_OUT, "no result within 720 s"), 120.0)
+    assert "600 s of them for compiling" in ended.reason
+
+
+def test_what_is_new_on_this_machine_is_announced_until_it_has_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jit = pytest.importorskip("reference_impl.fast.jit")
+    monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path)
+    jobs = [job("reference"), job("reference-fast"), job("reference-fast", "paper/fig13")]
+    assert announcement(jobs[:1]) == ""
+    assert "compiles 2 sets of effects, once on this machine" in announcement(jobs)
+    compiled(jobs[1])
+    assert "compiles a set of effects" in announcement(jobs)
+    compiled(jobs[0])
+    assert announcement([*jobs[:2], jobs[2]]) == announcement(jobs[2:])
+    compiled(jobs[2])
+    assert announcement(jobs) == ""
+
+
+def test_scenes_of_one_set_of_effects_are_compiled_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    jit = pytest.importorskip("reference_impl.fast.jit")
+    monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path)
+    assert "compiles a set" in announcement([job("reference-fast", f"paper/fig{n}") for n in ("05", "09", "13")])
+
+
+def test_a_comparison_says_what_goes_on_before_its_first_verdict() -> None:
+    jobs = truth_jobs(SCENE)
+    assert beforehand(jobs) == ["truth of the scene first: 4 runs of the reference at its tightest"]
+    two = [*jobs, *truth_jobs(load_scene("effects/thrust"))]
+    assert beforehand(two) == ["truth of 2 scenes first: 8 runs of the reference at its tightest"]
+    assert beforehand([]) == []

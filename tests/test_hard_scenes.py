@@ -1,0 +1,156 @@
+"""Hard scenes: what each says must hold, by closed forms and limits that owe nothing to the reference."""
+
+import math
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from adapters.initial_state import chain_model, initial_state
+from adapters.kepler import propagate
+from adapters.reference_adapter import Reference
+from adapters.reference_fast_adapter import ReferenceFast
+from barchain.quantities import differences, drifts
+from reference_impl.kinematics import joined_state
+from reference_impl.relative import accelerations
+from scenarios import Scene, load_scene
+
+BOTH = [Reference, ReferenceFast]
+EPS = float(np.finfo(float).eps)
+
+
+def run(engine: type, scene: Scene | str, rtol: float = 1e-10):
+    scene = load_scene(scene) if isinstance(scene, str) else scene
+    return engine().run(scene, engine.ladder.setting(rtol))
+
+
+@pytest.mark.parametrize("engine", BOTH)
+@pytest.mark.parametrize("name", ["parabolic", "hyperbolic", "perigee_099"])
+def test_the_centre_of_mass_follows_its_conic(name: str, engine: type) -> None:
+    """Kepler's closed form, by universal variables; the chain departs from a particle by (L/r)² of the way."""
+    scene = load_scene(f"hard/{name}")
+    if engine is Reference:  # a chain that perigee has spun up takes thousands of steps
+        scene = replace(scene, run=replace(scene.run, duration_s=0.9 * scene.run.duration_s))
+    seen = run(engine, scene)
+    start = initial_state(scene)
+    com, _ = propagate(scene.central_body.mu_m3_s2, start.com_m, start.com_velocity_m_s, seen.t_s)
+    nearest = np.linalg.norm(com, axis=1).min()
+    away = np.linalg.norm(com, axis=1) + np.linalg.norm(start.com_velocity_m_s) * seen.t_s
+    pulled = 10.0 * (scene.size_m / nearest) ** 2 + 1e-10 * float(seen.info["steps"]) * scene.radius0_m / nearest
+    assert (np.linalg.norm(seen.com_m - com, axis=1) <= pulled * away).all()
+
+
+@pytest.mark.parametrize("engine", BOTH)
+def test_a_vertical_fall_ends_when_the_closed_form_says(engine: type) -> None:
+    """Fall from rest: t = sqrt(r0³/2mu) (acos(sqrt x) + sqrt(x (1 - x))), x = r/r0, to where the lowest end touches."""
+    scene = load_scene("hard/vertical_fall")
+    seen = run(engine, scene, 1e-12)
+    ended = float(seen.ended.split("=")[1].split()[0])
+    half = 0.5 * scene.size_m  # the chain hangs nearly along the radius
+    low, high = (fall_s(scene, scene.central_body.radius_m + reach) for reach in (half * 0.9, half * 1.0001))
+    assert high < ended < low
+
+
+def fall_s(scene: Scene, radius_m: float) -> float:
+    """When a particle that falls from rest is at a radius."""
+    r0, mu = scene.radius0_m, scene.central_body.mu_m3_s2
+    x = radius_m / r0
+    return math.sqrt(r0**3 / (2.0 * mu)) * (math.acos(math.sqrt(x)) + math.sqrt(x * (1.0 - x)))
+
+
+@pytest.mark.parametrize("engine", BOTH)
+def test_grazing_by_five_metres_goes_on_and_touching_by_five_ends(engine: type) -> None:
+    assert run(engine, "hard/grazing").ended == ""
+    assert "surface" in run(engine, "hard/grazing_touch").ended
+
+
+@pytest.mark.parametrize("engine", BOTH)
+def test_nothing_depends_on_the_size_but_its_unit(engine: type) -> None:
+    """Bars of 6.4 um and of 6.4 mm: what is left of the size is (l/r), 1e-9, and rounding."""
+    small = load_scene("hard/size_6um")
+    chain = small.chain
+    larger = replace(
+        small,
+        chain=replace(
+            chain,
+            length_m=tuple(1e3 * v for v in chain.length_m),
+            inertia_kg_m2=tuple(1e6 * v for v in chain.inertia_kg_m2),
+        ),
+    )
+    a, b = run(engine, small), run(engine, larger)
+    assert np.abs(a.angle_rad - b.angle_rad).max() < 1e-7
+    assert np.abs(1e3 * a.reaction_N - b.reaction_N).max() < 1e-7 * np.abs(b.reaction_N).max()
+
+
+@pytest.mark.parametrize("engine", BOTH)
+def test_springs_of_no_stiffness_change_no_bit_of_the_motion(engine: type) -> None:
+    scene = load_scene("hard/springs_zero")
+    bare = replace(scene, effects=replace(scene.effects, joint_spring_damper=None))
+    seen, alone = run(engine, scene), run(engine, bare)
+    assert differences(seen, alone)["attitude"].max() < 1e-9
+
+
+@pytest.mark.parametrize("engine", BOTH)
+@pytest.mark.parametrize("name", ["straight_horizontal", "inverted_chain"])
+def test_an_unstable_equilibrium_is_left_no_faster_than_linear_growth_of_rounding(name: str, engine: type) -> None:
+    """All that may be there at t is what each step's rounding has grown to by then: u steps exp(λ t) of a few."""
+    scene = load_scene(f"hard/{name}")
+    seen = run(engine, scene, 1e-12)
+    local = seen.angle_rad - np.unwrap(np.arctan2(seen.com_m[:, 1], seen.com_m[:, 0]))[:, None]
+    off = np.abs(local - local[0]).max(axis=1)
+    rate = growth_rate(scene)
+    assert rate >= 0.99 * math.sqrt(3.0) * scene.mean_motion_rad_s  # a single bar's; a chain's is larger
+    bent = scene.size_m / scene.radius0_m if scene.bars > 1 else 0.0  # a straight chain is none along a circle
+    assert (off <= (64.0 * EPS * float(seen.info["steps"]) + bent) * np.exp(rate * seen.t_s)).all()
+
+
+def growth_rate(scene: Scene) -> float:
+    """Largest rate of linear growth at the start, rad/s, in axes that turn with the orbit: by differences."""
+    model, s = chain_model(scene), initial_state(scene)
+
+    def angular(turned: np.ndarray) -> np.ndarray:
+        state = joined_state(model, s.com_m, s.com_velocity_m_s, s.angle_rad + turned, s.rate_rad_s)
+        return accelerations(model, 0.0, state).angle_rad_s2
+
+    step = 1e-6
+    stiffness = np.array([(angular(step * e) - angular(-step * e)) / (2.0 * step) for e in np.eye(scene.bars)]).T
+    return math.sqrt(max(np.linalg.eigvals(stiffness).real.max(), 0.0))
+
+
+@pytest.mark.parametrize("engine", BOTH)
+@pytest.mark.parametrize("name", ["straight_radial", "folded"])
+def test_a_stable_equilibrium_is_left_by_rounding_only(name: str, engine: type) -> None:
+    scene = load_scene(f"hard/{name}")
+    seen = run(engine, scene, 1e-12)
+    local = seen.angle_rad - np.unwrap(np.arctan2(seen.com_m[:, 1], seen.com_m[:, 0]))[:, None]
+    assert np.abs(local - local[0]).max() < 1e-12 * float(seen.info["steps"]) * 10.0
+
+
+def test_compensated_steps_keep_the_energy_of_a_thousand_orbits_ten_times_better() -> None:
+    """Coefficients rounded to doubles err to the same side in every step, whatever the tolerance."""
+    scene = load_scene("hard/long_1000")
+    plain, exact = (drifts(scene, run(ReferenceFast, scene, rtol))["energy"] for rtol in (1e-13, 1e-14))
+    assert plain[-1] > 1e-12
+    assert exact.max() < 5e-13
+
+
+PEAK = """
+import resource, sys
+from dataclasses import replace
+from adapters.reference_fast_adapter import ReferenceFast
+from scenarios import load_scene
+scene = load_scene("hard/bars_10000")
+scene = replace(scene, run=replace(scene.run, duration_s=float(sys.argv[1]) * scene.run.duration_s))
+seen = ReferenceFast().run(scene, ReferenceFast.ladder.setting(1e-6))
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, seen.info["steps"])
+"""
+
+
+def test_ten_thousand_bars_fit_in_a_gibibyte() -> None:
+    """Peak of a process of their own, in KiB, over the first steps; later ones need no more."""
+    told = subprocess.run([sys.executable, "-c", PEAK, "0.3"], capture_output=True, text=True, check=True)
+    peak_KiB, steps = map(float, told.stdout.split())
+    assert steps > 5
+    assert peak_KiB < 2**20

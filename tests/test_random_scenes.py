@@ -1,0 +1,88 @@
+"""Scenes drawn at random: the reference keeps what it must, and what it must is asked for sharply enough."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from adapters.reference_adapter import Reference
+from adapters.reference_fast_adapter import ReferenceFast
+from barchain.own_invariants import broken
+from barchain.random_scenes import draw
+from scenarios import Gravity, Scene
+
+RTOL = 1e-9
+PLAIN = (Gravity.NONE, Gravity.POINT, Gravity.GRADIENT)  # one compiled form serves them
+
+
+def shortened(scene: Scene, share: float) -> Scene:
+    """The beginning of a scene."""
+    return replace(scene, run=replace(scene.run, duration_s=share * scene.run.duration_s))
+
+
+def run(engine: type, scene: Scene):
+    return engine().run(scene, engine.ladder.setting(RTOL))
+
+
+@settings(max_examples=100, deadline=None)
+@given(seed=st.integers(0, 10**9))
+def test_the_compiled_reference_keeps_what_it_must_in_any_scene(seed: int) -> None:
+    scene = shortened(draw(seed), 0.1)
+    assume(scene.effects.gravity in PLAIN and scene.effects.joint_spring_damper is None)
+    assert broken(scene, run(ReferenceFast, scene), RTOL) == ""
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 10**9))
+def test_the_reference_keeps_what_it_must_in_any_scene(seed: int) -> None:
+    scene = shortened(draw(seed), 0.02)
+    assert broken(scene, run(Reference, scene), RTOL) == ""
+
+
+def test_a_scene_is_the_same_for_ever() -> None:
+    assert draw(7) == draw(7)
+    assert draw(7).digest != draw(8).digest
+    assert {draw(seed).effects.gravity for seed in range(60)} == set(Gravity)
+
+
+def first(wanted, share: float = 0.05) -> Scene:
+    """First scene that is as wanted."""
+    return shortened(next(s for s in map(draw, range(10_000)) if wanted(s)), share)
+
+
+def energetic(scene: Scene) -> bool:
+    return (
+        scene.effects.gravity is Gravity.POINT
+        and scene.bars > 2
+        and not scene.effects.prescribed_rotation
+        and scene.effects.joint_spring_damper is None
+        and scene.orbit.speed_factor > 0.5
+    )
+
+
+def growing(values: np.ndarray) -> np.ndarray:
+    """The same, at the end 1e-5 larger."""
+    return values * np.linspace(1.0, 1.0 + 1e-5, len(values))[:, None]
+
+
+SPOILT = {
+    "velocity": (lambda seen: seen.replace(com_velocity_m_s=growing(seen.com_velocity_m_s)), "energy"),
+    "place": (lambda seen: seen.replace(com_m=growing(seen.com_m)), "energy"),
+    "gap": (lambda seen: seen.replace(gap_m=seen.gap_m + 1e-3), "gap"),
+    "no number": (lambda seen: seen.replace(reaction_N=seen.reaction_N * np.nan), "not finite"),
+}
+
+
+@pytest.mark.parametrize(("spoil", "word"), SPOILT.values(), ids=SPOILT)
+def test_what_is_not_kept_is_seen(spoil, word: str) -> None:
+    scene = first(energetic)
+    assert word in broken(scene, spoil(run(Reference, scene)), RTOL)
+
+
+def test_a_bar_off_its_law_is_seen() -> None:
+    scene = first(lambda s: any(p.frame == "inertial" for p in s.effects.prescribed_rotation) and s.bars > 1, 0.01)
+    seen = run(Reference, scene)
+    off = np.linspace(0.0, 1e-4, len(seen.t_s))[:, None]
+    assert "off its law" in broken(scene, seen.replace(angle_rad=seen.angle_rad + off), RTOL)
