@@ -18,6 +18,8 @@ from barchain.commands.effects import effects
 from barchain.commands.ensemble import ensemble
 from barchain.commands.roundoff import roundoff
 from barchain.commands.scaling import scaling
+from barchain.commands.selftest import selftest
+from barchain.commands.stability import stability
 from barchain.commands.truths import truths
 from barchain.progress import verdicts_shown
 from barchain.truth_tables import DamagedTableError
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
 
 CORE = ("paper/", "basics/")
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
-RESUMED = ("compare", "crossval", "cost", "scaling")
+RESUMED = ("compare", "crossval", "cost", "scaling", "stability")
 
 
 def main() -> None:
@@ -227,6 +229,7 @@ def compare_and_render(
         result = api.compare(
             scenes, names, out, time_limit_s=time_limit, workers=workers, settings=chosen, resume=resume,
             need_external=need_external, command=shlex.join(["barchain", *sys.argv[1:]]), progress=show,
+            notes=show.note,
         )  # fmt: skip
     from reports.render import render  # noqa: PLC0415  # plots take a second to import
 
@@ -250,4 +253,6 @@ cli.add_command(effects)
 cli.add_command(ensemble)
 cli.add_command(roundoff)
 cli.add_command(scaling)
+cli.add_command(selftest)
+cli.add_command(stability)
 cli.add_command(truths)

@@ -7,6 +7,7 @@ import os
 import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
 
 PACKAGES = (
     "numpy", "scipy", "pandas", "pyarrow", "numba", "exudyn", "rebound", "pymunk", "heyoka", "mujoco", "pin",
@@ -50,3 +51,19 @@ def package_version(name: str) -> str:
 def now() -> str:
     """Date and time, to the second, with the offset from UTC."""
     return datetime.datetime.now().astimezone().isoformat(timespec="seconds")
+
+
+def provenance(command: str, extra: dict[str, str] | None = None) -> dict[str, Any]:
+    """How every study's record begins, before anything is run: what made it, when, where and with which packages.
+
+    `extra` are versions of packages besides those that barchain always needs.
+    """
+    return {
+        "barchain": package_version("barchain"),
+        "created": now(),
+        "finished": False,
+        "command": command,
+        "seconds": 0.0,
+        "environment": environment(),
+        "packages": packages() | (extra or {}),
+    }

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from barchain.carriers import carriers
 from barchain.effect_words import effect_words, invariant_words
-from barchain.environment import environment, now, package_version, packages
+from barchain.environment import provenance
 from barchain.known import limitations, misprints, tolerances
 
 if TYPE_CHECKING:
@@ -18,14 +18,7 @@ if TYPE_CHECKING:
 
 def new_record(plan: Plan, command: str) -> dict[str, Any]:
     """run.json before the first run."""
-    return {
-        "barchain": package_version("barchain"),
-        "created": now(),
-        "finished": False,
-        "command": command,
-        "seconds": 0.0,
-        "environment": environment(),
-        "packages": packages(),
+    return provenance(command) | {
         "engines": {name: engine_facts(r) for name, r in plan.engines.items()},
         "scenes": {
             scene.name: scene_facts(scene) | {"carriers": carriers(scene, plan.engines)} for scene in plan.scenes

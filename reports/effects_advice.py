@@ -80,7 +80,8 @@ def sentence(row: EffectRow, worth: Worth, whole: Whole) -> str:
     if worth is Worth.NOT_SWITCHED:
         return f"{spoken(row)} is not switched: {row.reason or 'not run'}."
     found = f"{spoken(row)} {what_it_does(row, worth, whole)}"
-    return f"{found}: {verdict(row, worth, whole)}{cost_words(row)}.{limit_words(row, whole)}"
+    caveat = f" {row.caveat}" if row.caveat else ""
+    return f"{found}: {verdict(row, worth, whole)}{cost_words(row)}.{limit_words(row, whole)}{caveat}"
 
 
 def what_it_does(row: EffectRow, worth: Worth, whole: Whole) -> str:

@@ -72,6 +72,8 @@ class EffectRow:
     said: str
     reason: str
     """Why it was not switched; empty if it was"""
+    caveat: str
+    """What its default can't tell in this scene, in a sentence"""
     engine: str
     sizes: dict[str, tuple[float | None, float | None]]
     """At the start, and the largest over the run"""
@@ -171,7 +173,7 @@ def row_of(found: dict[Any, Any], whole: Whole) -> EffectRow:
     changes = [(q, value(f"{q}_{UNITS[q]}"), value(f"{q}_noise_{UNITS[q]}")) for q in QUANTITIES]
     return EffectRow(
         str(found["effect"]), str(found["title"]), Kind(found["kind"]), bool(found["on"]), str(found["said"]),
-        str(found["reason"]), str(found["engine"]),
+        str(found["reason"]), str(found["caveat"]), str(found["engine"]),
         {name: (value(f"{name}_start"), value(f"{name}_largest")) for name in SIZES},
         tuple(Change(q, v, n, whole.scales[q]) for q, v, n in changes if v is not None and n is not None),
         value("compared_s"), str(found["ended"]),

@@ -25,7 +25,7 @@ SIZES = ("between", "torque", "common")
 """Of an effect's push: differences between bars over the tide's, torque over 3 n² J, what is common over g"""
 QUANTITIES = ("com", "attitude", "reaction")
 COLUMNS = (
-    "effect", "title", "kind", "on", "said", "reason", "engine",
+    "effect", "title", "kind", "on", "said", "reason", "caveat", "engine",
     *(f"{name}_{when}" for when in ("start", "largest") for name in SIZES),
     "com_m", "com_noise_m", "attitude_rad", "attitude_noise_rad", "reaction_N", "reaction_noise_N",
     "compared_s", "ended",
@@ -33,7 +33,7 @@ COLUMNS = (
     "evaluation_ratio", "evaluation_ratio_low", "evaluation_ratio_high", "evaluations_ratio",
     "seconds", "evaluation_s", "evaluations",
 )  # fmt: skip
-WORDS = ("effect", "title", "kind", "said", "reason", "engine", "ended")
+WORDS = ("effect", "title", "kind", "said", "reason", "caveat", "engine", "ended")
 UNITS = {"com": "m", "attitude": "rad", "reaction": "N"}
 
 
@@ -70,7 +70,7 @@ def read_effects(folder: Path) -> EffectsTables:
         If a table is missing.
     """
     inside = folder / FOLDER
-    table = pd.read_csv(inside / "effects.csv", keep_default_na=False, na_values=[""])
+    table = pd.read_csv(inside / "effects.csv", keep_default_na=False, na_values=[""]).reindex(columns=COLUMNS)
     for name in WORDS:
         table[name] = table[name].astype(object).fillna("").astype(str)
     return EffectsTables(table, json.loads((inside / "record.json").read_text(encoding="utf-8")))

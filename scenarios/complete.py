@@ -23,6 +23,7 @@ from scenarios.effect import (
     Thrust,
 )
 from scenarios.effect_tables import THIRD_BODIES
+from scenarios.instants import NEAR, on_sample, table_on_samples, turn_on_samples
 from scenarios.scene import CentralBody, Chain, Orbit, Run, Scene
 from scenarios.start import each, start_note
 
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
         ThirdBodyTable,
         ThrustTable,
     )
+    from scenarios.scene import Array
     from scenarios.schema import ChainTable, SceneFile
 
 
@@ -50,7 +52,7 @@ def resolve(file: SceneFile, name: str) -> Scene:
     Raises
     ------
     IncompleteError
-        If a thrust or an impulse is not within the run.
+        If a thrust or an impulse is not within the run, or two of an effect's instants are next to one sample.
     """
     scene = Scene(
         name=name,
@@ -85,25 +87,35 @@ def resolve_chain(table: ChainTable) -> Chain:
 
 def resolve_effects(table: EffectsTable, scene: Scene) -> Effects:
     """Effects of a scene that has everything else."""
-    bars = scene.bars
+    bars, times_s = scene.bars, scene.times_s
     oblate, light, springs = table.oblateness, table.solar_pressure, table.joint_spring_damper
     return Effects(
         gravity=Gravity(table.gravity),
-        prescribed_rotation=tuple(resolve_rotation(p) for p in table.prescribed_rotation),
+        prescribed_rotation=tuple(resolve_rotation(i, p, times_s) for i, p in enumerate(table.prescribed_rotation)),
         oblateness=None if oblate is None else Oblateness(oblate.j2, oblate.radius_m or scene.central_body.radius_m),
         third_body=tuple(resolve_third_body(b, scene) for b in table.third_body),
         drag=None if table.drag is None else resolve_drag(table.drag, bars),
         solar_pressure=None if light is None else resolve_solar_pressure(light, bars),
         joint_spring_damper=None if springs is None else resolve_springs(springs, bars - 1),
-        thrust=tuple(resolve_thrust(i, t, scene.run.duration_s) for i, t in enumerate(table.thrust)),
-        impulse=tuple(resolve_impulse(i, p, scene.run.duration_s) for i, p in enumerate(table.impulse)),
+        thrust=tuple(resolve_thrust(i, t, times_s) for i, t in enumerate(table.thrust)),
+        impulse=tuple(resolve_impulse(i, p, times_s) for i, p in enumerate(table.impulse)),
     )
 
 
-def resolve_rotation(p: PrescribedRotationTable) -> PrescribedRotation:
-    """Prescribed rotation in radians."""
+def resolve_rotation(index: int, p: PrescribedRotationTable, times_s: Array) -> PrescribedRotation:
+    """Prescribed rotation in radians, its ends on the samples that they are next to.
+
+    Raises
+    ------
+    IncompleteError
+        If both are next to one sample.
+    """
+    try:
+        start_s, duration_s = turn_on_samples(p.start_s, p.duration_s, times_s)
+    except ValueError as error:
+        raise IncompleteError(f"effects.prescribed_rotation[{index}]: {error}") from None
     return PrescribedRotation(
-        p.bar, math.radians(p.amplitude_deg), p.duration_s, p.start_s, Frame(p.frame), Actuator(p.actuator)
+        p.bar, math.radians(p.amplitude_deg), duration_s, start_s, Frame(p.frame), Actuator(p.actuator)
     )
 
 
@@ -160,43 +172,49 @@ def resolve_springs(table: JointSpringDamperTable, joints: int) -> JointSpringDa
     )
 
 
-def resolve_thrust(index: int, table: ThrustTable, run_s: float) -> Thrust:
-    """Thrust as a table in time; a constant one has two equal entries.
+def resolve_thrust(index: int, table: ThrustTable, times_s: Array) -> Thrust:
+    """Thrust as a table in time, its instants on the samples that they are next to.
 
     Raises
     ------
     IncompleteError
-        If it does not begin before the end of the run.
+        If it does not begin before the end of the run, or two instants are next to one sample.
     """
-    times: tuple[float, ...]
-    begins = table.times_s[0] if table.times_s is not None else table.start_s or 0.0
+    where, run_s = f"effects.thrust[{index}]", float(times_s[-1])
+    given, force = thrust_table(table, run_s)
+    begins = on_sample(given[0], times_s)
     if begins >= run_s:
         key = "start_s" if table.times_s is None else "times_s"
-        raise IncompleteError(
-            f"effects.thrust[{index}].{key}: begins at {begins:g} s, allowed: before the end of the run, {run_s:g} s"
-        )
+        raise IncompleteError(f"{where}.{key}: begins at {begins:g} s, allowed: before the end of the run, {run_s:g} s")
+    try:
+        instants_s = table_on_samples(given, times_s)
+    except ValueError as error:
+        raise IncompleteError(f"{where}: {error}") from None
+    return Thrust(table.bar, End(table.end), Axes(table.axes), math.radians(table.direction_deg), instants_s, force)
+
+
+def thrust_table(table: ThrustTable, run_s: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Instants (s) and sizes (N) of a thrust; a constant one has two equal entries."""
     if table.times_s is not None:
-        times, force = tuple(map(float, table.times_s)), each(table.force_N, len(table.times_s))
-    else:
-        start = table.start_s or 0.0
-        end = start + table.duration_s if table.duration_s is not None else run_s
-        times, force = (start, end), each(table.force_N, 2)
-    return Thrust(table.bar, End(table.end), Axes(table.axes), math.radians(table.direction_deg), times, force)
+        return tuple(map(float, table.times_s)), each(table.force_N, len(table.times_s))
+    start = table.start_s or 0.0
+    end = start + table.duration_s if table.duration_s is not None else run_s
+    return (start, end), each(table.force_N, 2)
 
 
-def resolve_impulse(index: int, table: ImpulseTable, run_s: float) -> Impulse:
-    """Impulse in radians.
+def resolve_impulse(index: int, table: ImpulseTable, times_s: Array) -> Impulse:
+    """Impulse in radians, on the sample that it is next to.
 
     Raises
     ------
     IncompleteError
-        If it is not before the end of the run.
+        If it is not between the start and the end of the run: a blow at the start is another initial state.
     """
-    if table.at_s >= run_s:
+    at_s, run_s = on_sample(table.at_s, times_s), float(times_s[-1])
+    if not 0.0 < at_s < run_s:
         raise IncompleteError(
-            f"effects.impulse[{index}].at_s: {table.at_s:g} given, allowed: before the end of the run, {run_s:g} s"
+            f"effects.impulse[{index}].at_s: {table.at_s:g} given, allowed: after the start and before the end of the "
+            f"run, {run_s:g} s, by more than {NEAR:g} of it"
         )
     where: dict[str, Any] = {"bar": table.bar, "end": End(table.end), "axes": Axes(table.axes)}
-    return Impulse(
-        **where, direction_rad=math.radians(table.direction_deg), impulse_N_s=table.impulse_N_s, at_s=table.at_s
-    )
+    return Impulse(**where, direction_rad=math.radians(table.direction_deg), impulse_N_s=table.impulse_N_s, at_s=at_s)

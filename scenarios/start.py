@@ -52,9 +52,7 @@ def start_note(chain: ChainTable) -> str:
     joint, share = widest(chain)
     if share <= ROUNDED:
         return ""
-    return (
-        f"Joint {joint} was given {share:.2g} of its shorter bar open; the places were set right by the angles."
-    )
+    return f"Joint {joint} was given {share:.2g} of its shorter bar open; the places were set right by the angles."
 
 
 def widest(chain: ChainTable) -> tuple[int, float]:

@@ -13,13 +13,14 @@ import pytest
 from adapters.initial_state import initial_state
 from adapters.reference_adapter import Reference
 from barchain.cli import run
-from barchain.effects_budget.atmosphere import LAYERS, layer_at
+from barchain.effects_budget.atmosphere import LAYERS, caveat, density_kg_m3, layer_at
 from barchain.effects_budget.changes import Runs, change
+from barchain.effects_budget.heights import Heights, expected, seen
 from barchain.effects_budget.limits import FAST, SLOW
 from barchain.effects_budget.measure import make_plan, measure
-from barchain.effects_budget.plan import compiled_can
+from barchain.effects_budget.plan import Plan, compiled_can
 from barchain.effects_budget.prices import BATCH_S, BATCHES, Timed, price, shortened, time_evaluations, timed_span_s
-from barchain.effects_budget.sizes import sizes_over
+from barchain.effects_budget.sizes import situation, sizes_over
 from barchain.effects_budget.switches import switches
 from reports.effects_tables import COLUMNS, Kind, read_effects
 from scenarios import Gravity, Scene, load_scene
@@ -89,7 +90,7 @@ def test_no_gravity_is_offered_only_to_what_is_not_bound() -> None:
     ("name", "effect", "words"),
     [
         ("effects/tip_masses", "gravity.slender", "not uniform"),
-        ("effects/solar_pressure", "drag", "no air at the initial height of 35786 km"),
+        ("effects/solar_pressure", "drag", "no air at the run's lowest height of 35786 km"),
         ("basics/two_bars_free", "oblateness", "does not pull"),
     ],
 )
@@ -113,6 +114,71 @@ def test_the_standard_air_is_nearly_continuous_from_entry_to_entry() -> None:
     assert layer_at(349.999e3).base_km == 300
     assert layer_at(350e3).base_km == 350
     assert layer_at(5000e3).base_km == 1000
+
+
+def transfer(samples: int = 41, orbits: float = 1.0) -> Scene:
+    """Scene that starts 1000 km up and comes down to 180 km half an orbit later."""
+    scene = load_scene("paper/fig13")
+    high = scene.central_body.radius_m + 1000e3
+    low = scene.central_body.radius_m + 180e3
+    start = dataclasses.replace(scene.orbit, altitude_m=1000e3, speed_factor=math.sqrt(2.0 * low / (low + high)))
+    point = dataclasses.replace(scene.effects, gravity=Gravity.POINT)
+    return brief(dataclasses.replace(scene, orbit=start, effects=point), orbits, samples)
+
+
+@pytest.mark.parametrize("samples", [201, 12, 2])
+def test_a_perigee_is_found_between_samples(samples: int) -> None:
+    """Of a point's pull on bars of 100 m the orbit is that of two bodies to (l/r)², 1e-10: 1 m is plenty."""
+    scene = transfer(samples)
+    run = motion(scene)
+    found = seen(scene, run)
+    assert found.lowest_m == pytest.approx(180e3, abs=1.0)
+    assert found.highest_m == pytest.approx(1000e3, abs=1.0)
+    assert expected(scene) == pytest.approx(found, abs=1.0)
+    before = transfer(orbits=0.25)
+    assert seen(before, motion(before)).lowest_m > 500e3  # perigee is still to come
+    assert expected(before) == (1000e3, 1000e3)
+
+
+def test_drag_is_taken_in_the_air_of_the_lowest_height() -> None:
+    """Within the 1.5 % by which entries of the table do not meet, it is the table's there."""
+    scene = transfer()
+    for heights in (None, Heights(180.1e3, 1000e3), Heights(179.9e3, 1000e3)):
+        found = next(s for s in switches(scene, heights) if s.effect == "drag")
+        assert found.scene is not None
+        air = found.scene.effects.drag
+        assert air is not None
+        there = air.density_kg_m3 * math.exp(-(180e3 - air.altitude_m) / air.scale_height_m)
+        assert there == pytest.approx(5.464e-10, rel=1.5e-2)
+        assert "lowest height of the run without drag, 1" in found.said
+        assert "scale heights: the table has up to" in found.caveat
+        assert found.caveat.endswith("this drag is a lower bound.")
+
+
+def test_the_budget_takes_the_heights_that_its_own_run_came_to(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A thrust that lifts the chain, or anything besides two bodies, is in them."""
+    asked: list[Heights] = []
+    between = Plan.between
+
+    def kept(self: Plan, heights: Heights) -> Plan:
+        asked.append(heights)
+        return dataclasses.replace(between(self, heights), switches=())
+
+    monkeypatch.setattr(Plan, "between", kept)
+    scene = transfer(11)
+    measure(make_plan(scene, rtol=1e-8, engine=SLOW, repeats=1, workers=2, seconds=0.0), tmp_path)
+    assert asked == [pytest.approx(Heights(180e3, 1000e3), abs=1.0)]
+
+
+def test_one_exponential_says_on_which_side_it_is() -> None:
+    assert caveat(layer_at(400e3), Heights(400e3, 500e3)) == ""  # 1.7 scale heights
+    upper = 3.206e-4 * math.exp(-30.0 / 7.714) / 3.396e-6
+    assert f"it has up to {upper:.2g} times the table's, and its drag is an upper bound." in caveat(
+        layer_at(60e3), Heights(60e3, 90e3)
+    )
+    assert caveat(layer_at(200e3), Heights(200e3, 1000e3)).endswith("this drag is a lower bound.")
+    assert caveat(layer_at(0.0), Heights(0.0, 1e9)).endswith("this drag is no bound.")  # the table ends at 2000 km
+    assert density_kg_m3(250e3) == 7.248e-11
 
 
 def test_sizes_are_those_of_closed_forms() -> None:
@@ -150,6 +216,34 @@ def test_thrusts_are_sized_over_the_run_and_blows_are_not() -> None:
     assert found[1].between > 0.0
     hit = load_scene("effects/impulse")
     assert sizes_over(hit, one_of(hit, "impulse"), motion(hit, 1e-7)) is None
+
+
+def test_a_thrust_between_two_samples_has_its_size() -> None:
+    """F over the chain's mass, over g, whichever way the bars have turned; steady, or a peak that lasts for nothing."""
+    scene = load_scene("effects/thrust")
+    own = scene.effects.thrust[0]
+    start = 0.5 * float(scene.times_s[1])
+    for times, force in (((start, start + 0.01), (1.0, 1.0)), ((start, start + 0.01, start + 0.02), (0.0, 1.0, 0.0))):
+        pulse = dataclasses.replace(own, times_s=times, force_N=force)
+        pulsed = dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, thrust=(pulse,)))
+        found = sizes_over(pulsed, one_of(pulsed, "thrust"), motion(brief(pulsed, 0.1, 3)))
+        assert found is not None
+        assert found[0].common == 0.0
+        expected_m_s2 = 1.0 / scene.mass_kg
+        gravity = scene.central_body.mu_m3_s2 / scene.radius0_m**2
+        assert found[1].common == pytest.approx(expected_m_s2 / gravity, rel=1e-3)  # of r in so little an arc
+
+
+def test_between_samples_a_state_is_the_cubic_of_both() -> None:
+    """Off by at most h⁴/384 of the fourth derivative, largest at perigee: (3 β² - 2) mu²/r⁵."""
+    scene = brief(load_scene("paper/fig13"), 0.1, 21)
+    coarse, fine = motion(brief(scene, 0.1, 6)), motion(scene)
+    assert scene.orbit.speed_factor > 1.0  # it starts at perigee
+    fourth = (3.0 * scene.orbit.speed_factor**2 - 2.0) * scene.central_body.mu_m3_s2**2 / scene.radius0_m**5
+    most = float(coarse.t_s[1]) ** 4 / 384.0 * fourth
+    off = [abs(complex(*fine.com_m[k]) - situation(scene, coarse, float(fine.t_s[k])).com) for k in range(21)]
+    assert 0.5 * most < max(off) < most
+    assert max(off[::4]) == 0.0
 
 
 def test_a_change_below_the_numerics_is_not_resolved() -> None:

@@ -188,6 +188,19 @@ def test_the_console_shows_tables_of_at_most_120_columns(
     assert "What each costs" in shown
 
 
+def test_what_a_default_can_not_tell_follows_its_advice(tmp_path: Path) -> None:
+    plain, limited = (
+        a.text for a in advice(tmp_path, [row("drag"), row("drag", caveat="One exponential can't tell all.")])
+    )
+    assert limited == f"{plain} One exponential can't tell all."
+
+
+def test_a_budget_of_an_earlier_version_is_read_as_far_as_it_goes(tmp_path: Path) -> None:
+    table = write(tmp_path, ROWS) / "effects" / "effects.csv"
+    pd.read_csv(table).drop(columns="caveat").to_csv(table, index=False)
+    assert view_effects(tmp_path) is not None
+
+
 def test_zero_is_never_reported_as_zero(tmp_path: Path) -> None:
     found = advice(tmp_path, [row("drag", 0.0, 0.0, 1e-3), row("third_body.sun", 0.0, 0.0, 0.0)])
     assert found[0].text.count(NOT_RESOLVED) == 2

@@ -9,7 +9,7 @@ from barchain.api import chosen_engines, unique_names
 from barchain.cost.plan import MINUTES, REPEATS, TIME_LIMIT_S, Plan, shortened
 from barchain.cost.store import CostStore
 from barchain.cost.study import CostStudy
-from barchain.environment import environment, now, package_version, packages
+from barchain.environment import provenance
 from barchain.record import engine_facts
 from reports.cost_tables import FOLDER
 from scenarios import Scene, load_scene, scene_names
@@ -102,14 +102,7 @@ def oracle_of() -> Callable[[Scene], Truth]:
 
 def new_record(plan: Plan, command: str) -> dict[str, Any]:
     """run.json before the first run."""
-    return {
-        "barchain": package_version("barchain"),
-        "created": now(),
-        "finished": False,
-        "command": command,
-        "seconds": 0.0,
-        "environment": environment(),
-        "packages": packages() | external_versions(plan.engines),
+    return provenance(command, external_versions(plan.engines)) | {
         "engines": {name: engine_facts(r) for name, r in plan.engines.items()},
         "scenes": {s.name: scene_words(s) for s in plan.scenes},
         "truths": {},

@@ -7,12 +7,18 @@ CIRA-72 above. Each entry holds from its own height to that of the next.
 from __future__ import annotations
 
 import bisect
-from typing import NamedTuple
+import math
+from typing import TYPE_CHECKING, NamedTuple
 
 from scenarios.effect_tables import DragTable
 
+if TYPE_CHECKING:
+    from barchain.effects_budget.heights import Heights
+
 SOURCE = "Vallado, table 8-4"
 HIGHEST_M = 2000e3  # nearly four scale heights beyond the last entry: what the table says there is a guess
+MOST_SCALE_HEIGHTS = 2.0  # that a run may rise above an entry whose exponential is taken for all of it
+DIGITS = 0.02  # by which the table's entries do not meet
 
 
 class Layer(NamedTuple):
@@ -62,20 +68,52 @@ def layer_at(altitude_m: float) -> Layer:
     return LAYERS[max(after - 1, 0)]
 
 
-def standard_drag(altitude_m: float, width_m: list[float]) -> DragTable:
-    """Drag in the air at a height: its entry's exponential is taken for the whole run.
+def density_kg_m3(altitude_m: float, layer: Layer | None = None) -> float:
+    """Density of the table at a height, or what one entry's exponential makes of it there."""
+    entry = layer or layer_at(altitude_m)
+    return entry.density_kg_m3 * math.exp(-(altitude_m / 1e3 - entry.base_km) / entry.scale_height_km)
+
+
+def standard_drag(layer: Layer, width_m: list[float]) -> DragTable:
+    """Drag in the air of one entry: its exponential is taken for the whole run.
 
     Parameters
     ----------
-    altitude_m : float
-        Above the surface.
+    layer : Layer
     width_m : list of float
         One for each bar.
     """
-    layer = layer_at(altitude_m)
     return DragTable(
         density_kg_m3=layer.density_kg_m3,
         altitude_m=1e3 * layer.base_km,
         scale_height_m=1e3 * layer.scale_height_km,
         width_m=width_m,
     )
+
+
+def caveat(layer: Layer, heights: Heights) -> str:
+    """What one entry's exponential can't tell of a run that rises far above it; empty where it tells all.
+
+    Above 100 km the table's scale height rises with height (but for 0.6 % at 350 km), so that one entry's exponential
+    has ever less air than the table, above it and below it too; lower down it may have more.
+    """
+    lowest_km, highest_km = (h / 1e3 for h in heights)
+    rise = (highest_km - lowest_km) / layer.scale_height_km
+    if rise <= MOST_SCALE_HEIGHTS:
+        return ""
+    top_km = min(highest_km, HIGHEST_M / 1e3)
+    known_km = [lowest_km, *(e.base_km for e in LAYERS if lowest_km < e.base_km < top_km), top_km]
+    ratios = [density_kg_m3(1e3 * h) / density_kg_m3(1e3 * h, layer) for h in known_km]
+    return (
+        f"One exponential can't tell all of the air from {lowest_km:.1f} km to {highest_km:.1f} km, {rise:.3g} scale "
+        f"heights: {bound_words(min(ratios), max(ratios))}."
+    )
+
+
+def bound_words(least: float, most: float) -> str:
+    """Which side the drag is told from; `least` and `most` are the table's density over the exponential's."""
+    if most <= 1.0 + DIGITS:
+        return f"it has up to {1.0 / least:.2g} times the table's, and its drag is an upper bound"
+    if least >= 1.0 - DIGITS:
+        return f"the table has up to {most:.2g} times as much, and this drag is a lower bound"
+    return f"the table has {least:.2g} to {most:.2g} times as much, and this drag is no bound"

@@ -9,6 +9,7 @@ import numpy as np
 
 from barchain.compiling import announcement
 from barchain.effects_budget.changes import Change, Runs, change, sizes
+from barchain.effects_budget.heights import seen
 from barchain.effects_budget.limits import TIME_LIMIT_S
 from barchain.effects_budget.prices import (
     LEAST_ROUNDS,
@@ -25,7 +26,7 @@ from reports.effects_tables import COLUMNS, UNITS
 from reports.outcome import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from barchain.cost.curves import Interval
     from barchain.effects_budget.plan import Plan
@@ -44,7 +45,6 @@ class EffectsBudget:
         self.plan, self.store, self.report, self.note = plan, store, report, note
         self.results: dict[str, RunResult] = {}
         self.times: dict[str, Timed] = {}
-        self.names = {s.scene.digest: s.title for s in plan.switches if s.scene}
 
     def run(self) -> None:
         """Run everything and write the table after the runs and after the times."""
@@ -53,9 +53,9 @@ class EffectsBudget:
         if to_compile:
             self.note(to_compile)
         try:
-            for job, result in run_jobs(self.plan.runs, time_limit_s=TIME_LIMIT_S, workers=self.plan.workers):
-                self.results[job.key] = result
-                self.report(self.plan.scene.name, self.said(job), str(result.outcome))
+            self.run_all(self.plan.whole)
+            self.settle()
+            self.run_all(job for job in self.plan.runs if job.key not in self.results)
             self.write()
             self.time()
             self.store.record["finished"] = True
@@ -63,9 +63,22 @@ class EffectsBudget:
             self.store.record["seconds"] = time.perf_counter() - start
             self.write()
 
+    def run_all(self, jobs: Iterable[Job]) -> None:
+        """Run jobs side by side, each reported as it comes."""
+        for job, result in run_jobs(jobs, time_limit_s=TIME_LIMIT_S, workers=self.plan.workers):
+            self.results[job.key] = result
+            self.report(self.plan.scene.name, self.said(job), str(result.outcome))
+
+    def settle(self) -> None:
+        """Take defaults for the heights that the scene as it is came to; those expected where it did not run well."""
+        run = self.results[self.plan.whole[0].key]
+        if run.outcome is Outcome.PASS and run.trajectory is not None:
+            self.plan = self.plan.between(seen(self.plan.scene, run.trajectory))
+
     def said(self, job: Job) -> str:
         """Run in words."""
-        what = "as it is" if job.scene is self.plan.scene else self.names[job.scene.digest]
+        titles = (s.title for s in self.plan.switches if s.scene and s.scene.digest == job.scene.digest)
+        what = "as it is" if job.scene is self.plan.scene else next(titles)
         return f"{what}, {job.engine} {job.setting}"
 
     def time(self) -> None:
@@ -109,7 +122,7 @@ class EffectsBudget:
         """One effect's row."""
         found: dict[str, Any] = dict.fromkeys(COLUMNS) | {
             "effect": switch.effect, "title": switch.title, "kind": str(switch.kind), "on": switch.on,
-            "said": switch.said, "reason": switch.reason,
+            "said": switch.said, "reason": switch.reason, "caveat": switch.caveat,
         }  # fmt: skip
         if switch.scene is None:
             return found

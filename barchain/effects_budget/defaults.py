@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from barchain.effects_budget.atmosphere import HIGHEST_M, SOURCE, standard_drag
+from barchain.effects_budget.atmosphere import HIGHEST_M, SOURCE, caveat, layer_at, standard_drag
 from scenarios import Gravity, Oblateness
 from scenarios.complete import IncompleteError, resolve_drag, resolve_solar_pressure, resolve_third_body
 from scenarios.effect_tables import EARTH_J2, SUNLIGHT_PA, SolarPressureTable, ThirdBodyTable
@@ -14,6 +14,7 @@ from scenarios.schema import EARTH_MU_M3_S2, EARTH_RADIUS_M
 if TYPE_CHECKING:
     from typing import Literal
 
+    from barchain.effects_budget.heights import Heights
     from scenarios import Scene
 
 WIDTH_SHARE = 0.01  # of a bar's length: a slender one
@@ -32,6 +33,8 @@ class Default:
     """Of the scene's `Effects`"""
     said: str
     """What is assumed"""
+    caveat: str = ""
+    """What that can't tell in this scene, in a sentence"""
 
 
 def need_earth(scene: Scene) -> None:
@@ -70,21 +73,23 @@ def default_third_body(scene: Scene, body: Literal["moon", "sun"]) -> Default:
         raise NoDefaultError(str(error).removeprefix("effects.third_body: ")) from None
 
 
-def default_drag(scene: Scene) -> Default:
-    """Standard air at the initial height."""
+def default_drag(scene: Scene, heights: Heights) -> Default:
+    """Standard air of the lowest height that the run comes to: drag is strongest there, by far."""
     need_earth(scene)
-    altitude_m = scene.orbit.altitude_m
-    if altitude_m > HIGHEST_M:
+    lowest_km = heights.lowest_m / 1e3
+    if heights.lowest_m > HIGHEST_M:
         raise NoDefaultError(
-            f"{SOURCE}, has no air at the initial height of {altitude_m / 1e3:.0f} km (none is taken above "
+            f"{SOURCE}, has no air at the run's lowest height of {lowest_km:.0f} km (none is taken above "
             f"{HIGHEST_M / 1e3:.0f} km)"
         )
-    table = standard_drag(altitude_m, widths_m(scene))
+    layer = layer_at(heights.lowest_m)
     said = (
-        f"{table.density_kg_m3:g} kg/m³ at {table.altitude_m / 1e3:g} km, scale height {table.scale_height_m / 1e3:g} "
-        f"km ({SOURCE}); width {WIDTH_SHARE:.0%} of each bar's length; C_n = C_t = 2"
+        f"{layer.density_kg_m3:g} kg/m³ at {layer.base_km:g} km, scale height {layer.scale_height_km:g} km ({SOURCE}, "
+        f"the entry of the lowest height of the run without drag, {lowest_km:.1f} km); width {WIDTH_SHARE:.0%} of each "
+        "bar's length; C_n = C_t = 2"
     )
-    return Default(resolve_drag(table, scene.bars), said)
+    drag = resolve_drag(standard_drag(layer, widths_m(scene)), scene.bars)
+    return Default(drag, said, caveat(layer, heights))
 
 
 def default_solar_pressure(scene: Scene) -> Default:

@@ -9,7 +9,7 @@ from barchain.effects_budget.budget import EffectsBudget
 from barchain.effects_budget.changes import LOOSER
 from barchain.effects_budget.plan import make_plan
 from barchain.effects_budget.store import EffectsStore
-from barchain.environment import environment, now, package_version, packages
+from barchain.environment import provenance
 from barchain.truth import PARTED_RAD
 from reports.effects_tables import FOLDER
 
@@ -52,14 +52,7 @@ def measure(
 
 def new_record(plan: Plan, command: str) -> dict[str, Any]:
     """record.json before the first run."""
-    return {
-        "barchain": package_version("barchain"),
-        "created": now(),
-        "finished": False,
-        "command": command,
-        "seconds": 0.0,
-        "environment": environment(),
-        "packages": packages(),
+    return provenance(command) | {
         "scene": scene_words(plan.scene) | facts(plan.scene),
         "rtol": plan.rtol,
         "looser": LOOSER,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ from barchain.job import Job, Role
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from barchain.effects_budget.heights import Heights
     from scenarios import Scene
 
 
@@ -44,11 +46,20 @@ class Plan:
         return tuple({job.key: job for job in (*self.tight, *map(self.looser, self.tight))}.values())
 
     @property
+    def whole(self) -> tuple[Job, ...]:
+        """Runs of the scene as it is, the tighter first."""
+        own = self.job(self.scene, self.engine_for(self.scene))
+        return own, self.looser(own)
+
+    @property
     def tight(self) -> tuple[Job, ...]:
         """Runs at the tolerance asked for, each once; the scene as it is comes first."""
         pairs = [self.pair(s) for s in self.switches if s.scene]
-        whole = self.job(self.scene, self.engine_for(self.scene))
-        return tuple({job.key: job for job in (whole, *(j for pair in pairs for j in pair))}.values())
+        return tuple({job.key: job for job in (self.whole[0], *(j for pair in pairs for j in pair))}.values())
+
+    def between(self, heights: Heights) -> Plan:
+        """The plan, with defaults for the heights between which the scene as it is was seen to run."""
+        return dataclasses.replace(self, switches=switches(self.scene, heights))
 
     def pair(self, switch: Switch) -> tuple[Job, Job]:
         """Runs of the scene and of the switched one, in one engine."""

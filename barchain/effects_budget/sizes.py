@@ -9,14 +9,19 @@ An effect pushes bar j by an acceleration p_j and turns it by a torque K_j. With
 where g is the pull of the central body as of a point, and n² = mu/r³ at the centre of mass. Of another model of
 gravity, the push is what it adds to the scene's own. What is told is exact to rounding of the effect's own parts:
 large common parts are never subtracted.
+
+An effect is looked at in samples of the scene's own run, and at both ends of each stretch between its breaks: a thrust
+that comes and goes between two samples is largest at one of them. The state there is the cubic through its neighbours.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from adapters.initial_state import chain_model
 from adapters.scene_effects import effects_of
@@ -28,6 +33,8 @@ from reference_impl.relative import external
 from reports.effects_tables import Kind
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from adapters.engine import Array, Trajectory
     from barchain.effects_budget.switches import Switch
     from reference_impl.chain import ChainModel
@@ -35,6 +42,7 @@ if TYPE_CHECKING:
     from scenarios import Effects, Scene
 
 MOST_STATES = 201  # of a run at which an effect is looked at
+JUST = 1e-11  # of the run after a break: more than what effects take as the same instant, 1e-12 of its time
 
 
 class Sizes(NamedTuple):
@@ -50,18 +58,35 @@ def sizes_over(scene: Scene, switch: Switch, seen: Trajectory) -> tuple[Sizes, S
     if switch.part is None or seen.angle_rad is None or seen.rate_rad_s is None:
         return None
     every = max(1, len(seen.t_s) // MOST_STATES)
-    found = np.array([sizes_at(scene, switch, situation(scene, seen, k)) for k in range(0, len(seen.t_s), every)])
+    between = inside_stretches_s(switch.part.breaks_s, float(seen.t_s[-1]))
+    looked_at = (*seen.t_s[::every].tolist(), *between)
+    found = np.array([sizes_at(scene, switch, situation(scene, seen, t)) for t in looked_at])
     return Sizes(*found[0].tolist()), Sizes(*found.max(axis=0).tolist())
 
 
-def situation(scene: Scene, seen: Trajectory, k: int) -> Situation:
-    """Sample of a run as effects see it."""
+def inside_stretches_s(breaks_s: tuple[float, ...], end_s: float) -> Iterator[float]:
+    """Instants just inside each stretch between two breaks: an effect shows what is just before its break."""
+    for start, until in itertools.pairwise(sorted({min(t, end_s) for t in breaks_s})):
+        yield min(start + JUST * end_s, 0.5 * (start + until))
+        yield until
+
+
+def situation(scene: Scene, seen: Trajectory, t_s: float) -> Situation:
+    """State of a run as effects see it: a sample's own, or between two by the cubics through both."""
     model = chain_model(scene)
     assert seen.angle_rad is not None
     assert seen.rate_rad_s is not None
-    angle = seen.angle_rad[k]
-    state = joined_state(model, seen.com_m[k], seen.com_velocity_m_s[k], angle, seen.rate_rad_s[k])
-    return Situation(model, float(seen.t_s[k]), state, along(angle))
+    k = int(np.searchsorted(seen.t_s, t_s))
+    if t_s == seen.t_s[k]:
+        com, velocity, angle, rate = (
+            x[k] for x in (seen.com_m, seen.com_velocity_m_s, seen.angle_rad, seen.rate_rad_s)
+        )
+    else:
+        pair = slice(k - 1, k + 1)
+        place = CubicHermiteSpline(seen.t_s[pair], seen.com_m[pair], seen.com_velocity_m_s[pair])
+        turn = CubicHermiteSpline(seen.t_s[pair], seen.angle_rad[pair], seen.rate_rad_s[pair])
+        com, velocity, angle, rate = place(t_s), place(t_s, 1), turn(t_s), turn(t_s, 1)
+    return Situation(model, t_s, joined_state(model, com, velocity, angle, rate), along(angle))
 
 
 def sizes_at(scene: Scene, switch: Switch, at: Situation) -> Sizes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from barchain.effects_budget.defaults import (
     default_solar_pressure,
     default_third_body,
 )
+from barchain.effects_budget.heights import expected
 from reports.effects_tables import Kind
 from scenarios import Effects, Gravity
 from scenarios.effect_checks import SLENDER_SLACK
@@ -21,6 +23,7 @@ from scenarios.effect_checks import SLENDER_SLACK
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from barchain.effects_budget.heights import Heights
     from scenarios import Scene
 
 DESIGN = ("prescribed_rotation", "joint_spring_damper", "thrust", "impulse")
@@ -57,11 +60,20 @@ class Switch:
     """The effect by itself, under the scene's own gravity: what its push is told from; None if it pushes nothing"""
     reason: str = ""
     """Why it can't be switched"""
+    caveat: str = ""
+    """What its default can't tell in this scene"""
 
 
-def switches(scene: Scene) -> tuple[Switch, ...]:
-    """All effects of a scene: other models of gravity, nature's on or off, the design's where they are on."""
-    return (*gravities(scene), *nature(scene), *design(scene))
+def switches(scene: Scene, heights: Heights | None = None) -> tuple[Switch, ...]:
+    """All effects of a scene: other models of gravity, nature's on or off, the design's where they are on.
+
+    Parameters
+    ----------
+    scene : Scene
+    heights : Heights, optional
+        Between which it runs; by default those of its first orbit as of two bodies.
+    """
+    return (*gravities(scene), *nature(scene, heights or expected(scene)), *design(scene))
 
 
 def switched(scene: Scene, **changes: Any) -> Scene:
@@ -100,11 +112,11 @@ def why_not_gravity(scene: Scene, model: Gravity) -> str:
     return ""
 
 
-def nature(scene: Scene) -> Iterator[Switch]:
+def nature(scene: Scene, heights: Heights) -> Iterator[Switch]:
     """Nature's effects: off where they are on, by default where they are off."""
     yield one(scene, "oblateness", default_oblateness)
     yield from third_bodies(scene)
-    yield one(scene, "drag", default_drag)
+    yield one(scene, "drag", functools.partial(default_drag, heights=heights))
     yield one(scene, "solar_pressure", default_solar_pressure)
     if scene.effects.solar_pressure:
         yield shadow(scene)
@@ -121,7 +133,10 @@ def one(scene: Scene, effect: str, default: Callable[[Scene], Default]) -> Switc
     except NoDefaultError as error:
         return Switch(effect, title, Kind.NATURE, False, "", None, None, str(error))
     added = {effect: taken.value}
-    return Switch(effect, title, Kind.NATURE, False, taken.said, switched(scene, **added), alone(scene, **added))
+    return Switch(
+        effect, title, Kind.NATURE, False, taken.said, switched(scene, **added), alone(scene, **added),
+        caveat=taken.caveat,
+    )  # fmt: skip
 
 
 def third_bodies(scene: Scene) -> Iterator[Switch]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from barchain.environment import environment, now, package_version, packages
+from barchain.environment import package_version, provenance
 from barchain.roundoff.objects import objects
 from barchain.roundoff.plan import SCENE
 from barchain.roundoff.states import MEMBERS
@@ -49,16 +49,9 @@ def measure(
 
 def new_record(plan: Plan, command: str) -> dict[str, Any]:
     """record.json before the first task."""
-    return {
-        "barchain": package_version("barchain"),
-        "created": now(),
-        "finished": False,
-        "command": command,
-        "seconds": 0.0,
+    return provenance(command, {"gmpy2": package_version("gmpy2")}) | {
         "full": plan.full,
         "parts": list(plan.parts),
-        "environment": environment(),
-        "packages": packages() | {"gmpy2": package_version("gmpy2")},
         "scene": SCENE,
         "members": MEMBERS,
         "exact_digits": EXACT_DIGITS,

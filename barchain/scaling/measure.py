@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from adapters.registry import engines
 from barchain.api import chosen_engines
 from barchain.cost.measure import external_versions, scene_words
-from barchain.environment import environment, now, package_version, packages
+from barchain.environment import provenance
 from barchain.record import engine_facts
 from barchain.scaling.plan import BARS, MINUTES, REPEATS, SCENE, TIME_LIMIT_S, Plan
 from barchain.scaling.store import ScalingStore
@@ -87,14 +87,7 @@ def measure(
 
 def new_record(plan: Plan, command: str) -> dict[str, Any]:
     """record.json before the first point."""
-    return {
-        "barchain": package_version("barchain"),
-        "created": now(),
-        "finished": False,
-        "command": command,
-        "seconds": 0.0,
-        "environment": environment(),
-        "packages": packages() | external_versions(plan.engines),
+    return provenance(command, external_versions(plan.engines)) | {
         "engines": {name: engine_facts(r) for name, r in plan.engines.items()},
         "scene": scene_words(plan.scene) | {"name": plan.scene.name, "size_m": plan.scene.size_m},
         "targets": [],

@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from barchain.environment import environment, now, package_version, packages
+from barchain.environment import provenance
 from barchain.job import TRUTH_ROLES, Role
 from barchain.selftest.catalogue import CONTROLS
 from barchain.selftest.matrix import HOST, Matrix, matrix
@@ -84,14 +84,7 @@ def look_for_smallest(plan: Plan, tried: Matrix, ready: list[Ground], store: Sel
 
 def new_record(plan: Plan, command: str) -> dict[str, Any]:
     """selftest.json before the first run."""
-    return {
-        "barchain": package_version("barchain"),
-        "created": now(),
-        "finished": False,
-        "command": command,
-        "seconds": 0.0,
-        "environment": environment(),
-        "packages": packages(),
+    return provenance(command) | {
         "host": plan.host,
         "roles": [str(Role.MAIN), str(Role.FINER)],
         "scenes": {s.name: scene_words(s) for s in plan.scenes},

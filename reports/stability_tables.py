@@ -1,0 +1,139 @@
+"""The stored tables of a stability study: what its page is rendered from, and nothing else is needed.
+
+A folder ``stability`` inside a result folder holds
+
+``outcomes.csv``
+    a row for each scene and engine, columns :data:`OUTCOMES`;
+``evidence.csv``
+    a row for each of their runs, columns :data:`EVIDENCE`;
+``laws.csv``
+    how drifts and differences grow with time in long scenes, columns :data:`LAWS`;
+``long.csv``
+    these drifts and differences over time, columns :data:`SERIES`;
+``plain.csv``
+    SciPy's solvers at their own default tolerances, columns :data:`PLAIN`;
+``run.json``
+    what ran where, and the scenes in words;
+``trajectories/<scene>/<engine>[.coarse|.finer].parquet``
+    one row per sample; ``truth.parquet`` is the truth.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FOLDER = "stability"
+OUTCOMES = (
+    "scene", "engine", "stability", "slow", "reason",
+    "quantity", "exponent", "low", "high", "at_end", "expected", "change",
+)  # fmt: skip
+"""`slow`: it hangs on the machine's speed; the law ``at_end (t/T)^exponent`` of a drift; `expected` and `change` are
+empty where nothing is recorded, and where nothing changed"""
+EVIDENCE = (
+    "scene", "engine", "level", "setting", "run", "reason", "attitude_rad",
+    "consistency", "consistency_of", "band_used", "band_of", "horizon_s",
+    "gap_m", "energy", "angular_momentum", "energy_exponent", "kinetic_ratio", "growth_excess",
+    "steps", "mean_step_s", "simulate_s",
+)  # fmt: skip
+"""`attitude_rad`: largest difference from the truth until its horizon; `gap_m`, `energy`, `angular_momentum`: largest
+drift of the run; `kinetic_ratio`: largest relative kinetic energy over what there can be; `growth_excess`: how many
+times more a departure grew than one of the scene itself"""
+LAWS = ("scene", "engine", "level", "setting", "quantity", "exponent", "low", "high", "at_end")
+SERIES = ("scene", "engine", "level", "quantity", "t_s", "value")
+PLAIN = ("scene", "engine", "run", "reason", "attitude_rad", "judged", "seconds")
+WORDS = (
+    "scene", "engine", "stability", "reason", "quantity", "expected", "change", "level", "setting", "run",
+    "consistency_of", "band_of", "judged",
+)  # fmt: skip
+
+
+class Stability(StrEnum):
+    """How an engine fares in a scene."""
+
+    STABLE = "stable"
+    DRIFTING = "drifting"
+    INACCURATE = "inaccurate"
+    UNSTABLE = "unstable"
+    FAILED = "failed"
+    REFUSED = "refused"
+    UNSUPPORTED = "unsupported"
+
+    @property
+    def advice(self) -> str:
+        """What it means."""
+        return ADVICE[self]
+
+
+ADVICE = {
+    Stability.STABLE: "Every quantity agrees with the truth at the default and at the finer setting, and what should "
+    "stay is in its band.",
+    Stability.DRIFTING: "Point by point all is well, but what should stay drifts out of its band.",
+    Stability.INACCURATE: "Finite, and wrong: a quantity is off by more than the errors explain, or than the method "
+    "should leave.",
+    Stability.UNSTABLE: "Finite, and blown up: energy out of nothing, a departure that grows faster than the scene's "
+    "own, or an error that grows with a finer setting.",
+    Stability.FAILED: "An exception, a crash, a time-out, not a number, or another end than the truth's.",
+    Stability.REFUSED: "The engine says before its first step that it will not.",
+    Stability.UNSUPPORTED: "The scene has what the engine can't carry exactly; it is not run.",
+}
+
+
+@dataclass(frozen=True)
+class StabilityTables:
+    """A stability study's folder, read."""
+
+    folder: Path
+    outcomes: pd.DataFrame
+    evidence: pd.DataFrame
+    laws: pd.DataFrame
+    long: pd.DataFrame
+    plain: pd.DataFrame
+    record: dict[str, Any]
+
+    def trajectory(self, scene: str, name: str) -> pd.DataFrame | None:
+        """Samples of one run, or None if it left none."""
+        path = self.folder / "trajectories" / scene / f"{name}.parquet"
+        return pd.read_parquet(path) if path.is_file() else None
+
+
+def has_stability(folder: Path) -> bool:
+    """Whether a result folder holds a stability study."""
+    return all((folder / FOLDER / name).is_file() for name in ("outcomes.csv", "evidence.csv", "run.json"))
+
+
+def read_stability(folder: Path) -> StabilityTables:
+    """Read the stability study in a result folder.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a table is missing.
+    """
+    inside = folder / FOLDER
+    tables = {
+        "outcomes": read_words(inside / "outcomes.csv", OUTCOMES),
+        "evidence": read_words(inside / "evidence.csv", EVIDENCE),
+        "laws": read_words(inside / "laws.csv", LAWS),
+        "long": read_words(inside / "long.csv", SERIES),
+        "plain": read_words(inside / "plain.csv", PLAIN),
+    }
+    return StabilityTables(inside, **tables, record=json.loads((inside / "run.json").read_text(encoding="utf-8")))
+
+
+def read_words(path: Path, columns: tuple[str, ...]) -> pd.DataFrame:
+    """Table whose words are never missing; an empty one where there is none."""
+    if not path.is_file():
+        return pd.DataFrame(columns=list(columns))
+    table = pd.read_csv(path, keep_default_na=False, na_values=[""])
+    for name in WORDS:
+        if name in table:
+            table[name] = table[name].astype(object).fillna("").astype(str)
+    return table
