@@ -47,20 +47,22 @@ def test_every_shipped_scene_has_a_committed_truth_of_its_run_and_its_first_orbi
         found = oracle(scene, cache=tmp_path)
         assert found.source == "committed"
         assert list(tmp_path.iterdir()) == []
-        np.testing.assert_array_equal(found.trajectory.t_s, scene.times_s)
+        seen = len(found.trajectory.t_s)
+        assert seen == len(scene.times_s) or "surface" in found.trajectory.ended
+        np.testing.assert_array_equal(found.trajectory.t_s, scene.times_s[:seen])
         wanted = {"com", "com_velocity", "attitude", "rate"} | ({"reaction"} if scene.bars > 1 else set())
         wanted |= ({"torque"} if scene.effects.prescribed_rotation else set()) | (
             {"impulse"} if scene.effects.impulse else set()
         )
         assert set(found.error) == wanted
         for bound in found.error.values():
-            assert bound.shape == scene.times_s.shape
+            assert bound.shape == (seen,)
             assert np.all(np.diff(bound) >= 0.0)
             assert bound[-1] > 0.0
 
 
 def test_committed_tables_are_small():
-    assert sum(table_path(load_scene(name)).stat().st_size for name in TOLD) < 600e3
+    assert sum(table_path(load_scene(name)).stat().st_size for name in TOLD) < 15e3 * len(TOLD)
 
 
 MANY_STEPS = ("effects/slews", "effects/everything")  # of the NumPy reference: half a minute each
