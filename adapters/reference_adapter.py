@@ -9,7 +9,8 @@ import numpy as np
 
 from adapters.engine import ENDED, Coordinates, Engine, EngineError, Knob, Ladder, Observable, Setting, Trajectory
 from adapters.initial_state import chain_model, initial_state
-from reference_impl.simulate import GRAINS, CoordinateSet, Simulation
+from reference_impl.packings import GRAINS, CoordinateSet
+from reference_impl.simulate import Simulation
 from scenarios import Gravity
 
 if TYPE_CHECKING:

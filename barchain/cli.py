@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +12,7 @@ import click
 from adapters.engine import EngineError
 from adapters.registry import UnknownEngineError, engines
 from barchain import api, listing
+from barchain.commands import typed
 from barchain.commands.cost import cost
 from barchain.commands.effects import effects
 from barchain.commands.ensemble import ensemble
@@ -228,7 +228,7 @@ def compare_and_render(
     with verdicts_shown(total) as show:
         result = api.compare(
             scenes, names, out, time_limit_s=time_limit, workers=workers, settings=chosen, resume=resume,
-            need_external=need_external, command=shlex.join(["barchain", *sys.argv[1:]]), progress=show,
+            need_external=need_external, command=typed(), progress=show,
             notes=show.note,
         )  # fmt: skip
     from reports.render import render  # noqa: PLC0415  # plots take a second to import

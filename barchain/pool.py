@@ -14,6 +14,7 @@ import signal
 import tempfile
 from concurrent.futures import CancelledError
 from concurrent.futures import TimeoutError as FutureTimeoutError
+from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -60,6 +61,31 @@ class Room(IntEnum):
         return "forkserver" if self is Room.THIRD_PARTY and "forkserver" in known else "spawn"
 
 
+@dataclass(frozen=True)
+class Limit:
+    """How long a run may take."""
+
+    time_s: float
+    compile_s: float = COMPILE_S
+    """On top of it, for an engine that compiles"""
+
+    def allowed_s(self, job: Job) -> float:
+        """Wall time after which a run's process is ended."""
+        return self.time_s + (self.compile_s if job.registration.compiles else 0.0)
+
+    def judged(self, job: Job, result: RunResult) -> RunResult:
+        """Result of a run; a time-out where the engine compiles and was not in time without that, or not with it."""
+        if not job.registration.compiles:
+            return result
+        taken = result.seconds.get("simulate", 0.0)
+        if taken > self.time_s:
+            return failure(Outcome.TIMED_OUT, f"simulate took {taken:.3g} s, allowed: {self.time_s:g} s")
+        if result.outcome is Outcome.TIMED_OUT and self.compile_s:
+            more = f"{self.compile_s:g} s of them for compiling the scene's effects, which is kept for the next run"
+            return failure(result.outcome, f"{result.reason}, {more}")
+        return result
+
+
 def room(job: Job) -> Room:
     """Where a run belongs."""
     if job.role in TRUTH_ROLES:
@@ -68,7 +94,7 @@ def room(job: Job) -> Room:
 
 
 def run_jobs(
-    jobs: Iterable[Job], *, time_limit_s: float, workers: int | None = None
+    jobs: Iterable[Job], *, time_limit_s: float, workers: int | None = None, compile_s: float = COMPILE_S
 ) -> Iterator[tuple[Job, RunResult]]:
     """Run jobs in worker processes and yield each result as it comes.
 
@@ -76,21 +102,21 @@ def run_jobs(
     ----------
     jobs : iterable of Job
     time_limit_s : float
-        Wall time after which a run's process is ended; an engine that compiles has :data:`COMPILE_S` more, and
-        the limit for its `simulate` alone.
+        Wall time after which a run's process is ended; an engine that compiles has `compile_s` more, and the limit
+        for its `simulate` alone.
     workers : int, optional
         Processes side by side; all cores by default.
+    compile_s : float
+        0 where all is known to be compiled.
     """
     waiting = list(jobs)
     for place in Room:
         own = [job for job in waiting if room(job) is place]
         if own:
-            yield from run_together(own, place, time_limit_s=time_limit_s, workers=workers)
+            yield from run_together(own, place, Limit(time_limit_s, compile_s), workers)
 
 
-def run_together(
-    jobs: list[Job], place: Room, *, time_limit_s: float, workers: int | None
-) -> Iterator[tuple[Job, RunResult]]:
+def run_together(jobs: list[Job], place: Room, limit: Limit, workers: int | None) -> Iterator[tuple[Job, RunResult]]:
     """Run jobs that may share processes, and yield each result as it comes."""
     done: queue.SimpleQueue[tuple[Job, Path, ProcessFuture]] = queue.SimpleQueue()
     context = multiprocessing.get_context(place.start_method)
@@ -102,35 +128,17 @@ def run_together(
         try:
             for number, job in enumerate(jobs, start=1):
                 log = Path(logs) / f"{number}.log"
-                future = pool.schedule(run_job, (job, log), timeout=allowed_s(job, time_limit_s))
+                future = pool.schedule(run_job, (job, log), timeout=limit.allowed_s(job))
                 future.add_done_callback(lambda f, job=job, log=log: done.put((job, log, f)))
             for _ in jobs:
                 job, log, future = done.get()
-                result = in_time(job, collect(future, log, allowed_s(job, time_limit_s)), time_limit_s)
+                result = limit.judged(job, collect(future, log, limit.allowed_s(job)))
                 if result.outcome is Outcome.PASS:
                     compiled(job)
                 yield job, result
         finally:
             pool.stop()
             pool.join()
-
-
-def allowed_s(job: Job, time_limit_s: float) -> float:
-    """Wall time after which a run's process is ended."""
-    return time_limit_s + (COMPILE_S if job.registration.compiles else 0.0)
-
-
-def in_time(job: Job, result: RunResult, time_limit_s: float) -> RunResult:
-    """Result of a run; a time-out where the engine compiles and was not in time without that, or not with it."""
-    if not job.registration.compiles:
-        return result
-    taken = result.seconds.get("simulate", 0.0)
-    if taken > time_limit_s:
-        return failure(Outcome.TIMED_OUT, f"simulate took {taken:.3g} s, allowed: {time_limit_s:g} s")
-    if result.outcome is Outcome.TIMED_OUT:
-        more = f"{COMPILE_S:g} s of them for compiling the scene's effects, which is kept for the next run"
-        return failure(result.outcome, f"{result.reason}, {more}")
-    return result
 
 
 def collect(future: ProcessFuture, log: Path, time_limit_s: float) -> RunResult:

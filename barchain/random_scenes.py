@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 EARTH = CentralBody(3.986004418e14, 6378e3)
 MOST_BARS = 12
-TURNS_RAD = 60.0  # of the fastest motion that a scene may hold: some dozens of steps, whatever it is
+TURNS_RAD = 60.0  # of the fastest motion that a scene may hold: some hundreds of steps, whatever it is
 SAMPLES = 21
 LEAST_ALTITUDE_SIZES = 1.1  # heights over the chain's length
 SLEW_TURNS = (1e-3, 1.0)  # duration of a slew over that of the run
@@ -41,7 +41,7 @@ def draw(seed: int) -> Scene:
     base = Scene(name, title, "drawn", "", (), EARTH, orbit, chain, Effects(gravity), Run(1.0, SAMPLES))
     springs = draw_springs(random, base)
     duration = TURNS_RAD / fastest_rad_s(base, Effects(gravity, joint_spring_damper=springs))
-    laws = draw_laws(random, base.bars, duration)
+    laws = draw_laws(random, base, duration)
     effects = Effects(gravity, prescribed_rotation=laws, joint_spring_damper=springs)
     return replace(base, effects=effects, run=Run(duration, SAMPLES))
 
@@ -116,34 +116,44 @@ def draw_springs(random: Generator, scene: Scene) -> JointSpringDamper | None:
     return JointSpringDamper(tuple(stiffness.tolist()), tuple(damping.tolist()), tuple(rest.tolist()))
 
 
-def draw_laws(random: Generator, bars: int, duration_s: float) -> tuple[PrescribedRotation, ...]:
-    """In one scene of four, one bar or several turned from outside."""
+def draw_laws(random: Generator, scene: Scene, duration_s: float) -> tuple[PrescribedRotation, ...]:
+    """In one scene of four, one bar or several turned from outside, so slowly that no joint whips a bar on and on."""
     if random.random() > 0.25:
         return ()
+    count = int(random.integers(1, min(scene.bars, 3) + 1))
+    turned = sorted(random.choice(scene.bars, size=count, replace=False).tolist())
+    return tuple(draw_law(random, bar + 1, duration_s, most_rad=TURNS_RAD / leverage(scene)) for bar in turned)
+
+
+def draw_law(random: Generator, bar: int, duration_s: float, *, most_rad: float) -> PrescribedRotation:
+    """A slew of a share of the run, at a rate that in the whole run would turn a bar by `most_rad`, or slower."""
     low, high = np.log10(SLEW_TURNS)
-    turned = sorted(random.choice(bars, size=int(random.integers(1, min(bars, 3) + 1)), replace=False).tolist())
-    return tuple(
-        PrescribedRotation(
-            bar + 1,
-            float(random.uniform(-2.0, 2.0)),
-            float(duration_s * 10.0 ** random.uniform(low, high)),
-            float(duration_s * random.uniform(0.0, 0.9)),
-            Frame(random.choice([str(f) for f in Frame])),
-            Actuator.EXTERNAL,
-        )
-        for bar in turned
+    share = 10.0 ** random.uniform(low, high)
+    amplitude = random.uniform(-2.0, 2.0) * min(1.0, 0.25 * share * most_rad)
+    return PrescribedRotation(
+        bar,
+        float(amplitude),
+        float(duration_s * share),
+        float(duration_s * random.uniform(0.0, 0.9)),
+        Frame(random.choice([str(f) for f in Frame])),
+        Actuator.EXTERNAL,
     )
 
 
 def fastest_rad_s(scene: Scene, effects: Effects) -> float:
     """About how fast anything may move: the orbit, the bars, compact or unequal bars in their joints, springs."""
-    chain = scene.chain
     orbit = math.sqrt(scene.central_body.mu_m3_s2 / scene.radius0_m**3)
-    spin = max(abs(a) for a in chain.rate_factor) * scene.orbital_rate_rad_s
-    give = max(0.25 * length**2 / j for length, j in zip(chain.length_m, chain.inertia_kg_m2, strict=True))
-    lightest = 1.0 / math.fsum(chain.mass_kg)
-    joints = math.sqrt(1.0 + give / lightest) if scene.bars > 1 else 1.0
+    spin = max(abs(a) for a in scene.chain.rate_factor) * scene.orbital_rate_rad_s
     springs = 0.0
     if effects.joint_spring_damper is not None:
         springs = replace(scene, effects=effects).spring_rate_rad_s
-    return max(orbit, spin) * joints + springs
+    return max(orbit, spin) * leverage(scene) + springs
+
+
+def leverage(scene: Scene) -> float:
+    """How much faster than the chain its bar that is easiest to turn may be, with all of the chain's energy."""
+    if scene.bars == 1:
+        return 1.0
+    chain = scene.chain
+    easiest = max(0.25 * length**2 / j for length, j in zip(chain.length_m, chain.inertia_kg_m2, strict=True))
+    return math.sqrt(1.0 + easiest * math.fsum(chain.mass_kg))

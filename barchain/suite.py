@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from adapters.engine import Knob, Setting
-from adapters.registry import ENGINES, Registration
 from adapters.steps import finer_setting
 from barchain.comparison import Verdict, judge, no_verdict
 from barchain.compiling import announcement
@@ -17,18 +15,19 @@ from barchain.effect_words import gradient_defect
 from barchain.job import TRUTH_ROLES, Job, Role, RunResult
 from barchain.model_difference import com_displacement
 from barchain.pool import run_jobs
-from barchain.truth import FINE_RTOL, TRUTH_CHECK_RTOL, TRUTH_RTOL, Truth, establish, finely, twin
+from barchain.truth import TRUTH_RTOL, Truth
+from barchain.truth_runs import TruthFailedError, truth_jobs, truth_of
 from reports.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.engine import Engine
+    from adapters.engine import Engine, Setting
+    from adapters.registry import Registration
     from barchain.store import Store
     from scenarios import Scene
 
 ANY_EXTERNAL = "(any external)"
-TRUTH_ENGINE = "reference"
 
 
 @dataclass(frozen=True)
@@ -149,14 +148,13 @@ class Suite:
 
     def found_truth(self, progress: SceneProgress) -> None:
         """Establish the truth once its runs are there."""
-        if len(progress.truths) < len(TRUTH_ROLES):
+        try:
+            truth = truth_of(progress.scene, progress.truths)
+        except TruthFailedError as error:
+            progress.truth_failed = f"the truth could not be run ({error})"
             return
-        failed = [r.reason for r in progress.truths.values() if r.outcome is not Outcome.PASS]
-        if failed:  # for the same reason, as a rule, which once is enough to say
-            progress.truth_failed = f"the truth could not be run ({'; '.join(dict.fromkeys(failed))})"
+        if truth is None:
             return
-        seen = {role: r.trajectory for role, r in progress.truths.items() if r.trajectory is not None}
-        truth = establish(progress.scene, *(seen[role] for role in TRUTH_ROLES))
         progress.truth = truth
         self.store.record["scenes"][progress.scene.name] |= truth_facts(truth)
         t = truth.trajectory.t_s[: len(truth.growth)]
@@ -198,20 +196,6 @@ def beforehand(jobs: list[Job]) -> list[str]:
     of = "the scene" if scenes == 1 else f"{scenes} scenes"
     truths = f"truth of {of} first: {len(first)} runs of the reference at its tightest" if first else ""
     return [text for text in (truths, announcement(jobs)) if text]
-
-
-def truth_jobs(scene: Scene, engine: str = TRUTH_ENGINE) -> list[Job]:
-    """The runs of the reference, or of its compiled form, that a scene's truth is made of."""
-
-    def job(of: Scene, rtol: float, role: Role) -> Job:
-        return Job(of, engine, ENGINES[engine], Setting(Knob.RTOL, rtol), role)
-
-    return [
-        job(scene, TRUTH_RTOL, Role.TRUTH),
-        job(scene, TRUTH_CHECK_RTOL, Role.TRUTH_CHECK),
-        job(twin(scene), TRUTH_RTOL, Role.TWIN),
-        job(finely(scene), FINE_RTOL, Role.FINE),
-    ]
 
 
 def truth_facts(truth: Truth) -> dict[str, Any]:

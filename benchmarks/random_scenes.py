@@ -5,13 +5,16 @@
 Each scene (`barchain.random_scenes.draw`, the same for the same number) is run by one engine of ours and judged by what
 it must keep (`barchain.own_invariants`): closed joints, energy, angular momentum, laws, numbers that are numbers. A run
 that ends in anything but a readable error, or keeps less than it must, is a finding: the command lists it and exits
-with 1. Runs that take too long are counted apart: light and compact bars may turn millions of times.
+with 1. Runs that take too long are counted apart: where bars are so unequal that double precision is at its end, steps
+may shrink. What is compiled is compiled first.
 """
 
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import pandas as pd
@@ -20,13 +23,17 @@ from adapters.engine import Knob, Setting
 from adapters.registry import find_engine
 from barchain.job import Job, Role, RunResult
 from barchain.own_invariants import broken
-from barchain.pool import run_jobs
+from barchain.pool import COMPILE_S, run_jobs
 from barchain.progress import verdicts_shown
 from barchain.random_scenes import draw
 from reports.outcome import Outcome
 
+if TYPE_CHECKING:
+    from scenarios import Scene
+
 RTOL = 1e-9
-TIME_LIMIT_S = 60.0
+TIME_LIMIT_S = 30.0
+KINDS = 200  # first scenes: among them is one of each set of effects
 RAISED = re.compile(r"^\w+(Error|Exception|Warning|Interrupt|Exit): ")
 """How a worker words what is not an engine's own error"""
 
@@ -35,25 +42,41 @@ RAISED = re.compile(r"^\w+(Error|Exception|Warning|Interrupt|Exit): ")
 @click.option("--scenes", default=10_000, show_default=True, help="How many.")
 @click.option("--first", default=0, show_default=True, help="Number of the first.")
 @click.option("--engine", default="reference-fast", show_default=True, help="Which form of the reference.")
-@click.option("--time-limit", default=TIME_LIMIT_S, show_default=True, help="For one run, s, compiling included.")
+@click.option("--time-limit", default=TIME_LIMIT_S, show_default=True, help="For one run, s.")
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Table of all scenes, CSV.")
 def main(scenes: int, first: int, engine: str, time_limit: float, out: Path | None) -> None:
     """Run the campaign and list what it found."""
-    registration, setting = find_engine(engine), Setting(Knob.RTOL, RTOL)
-    jobs = [Job(draw(seed), engine, registration, setting, Role.MAIN) for seed in range(first, first + scenes)]
+    known = compile_first(engine)
+    jobs = [job_of(draw(seed), engine) for seed in range(first, first + scenes)]
     rows = []
     with verdicts_shown(len(jobs)) as show:
-        for job, result in run_jobs(jobs, time_limit_s=time_limit):
+        for job, result in run_jobs(jobs, time_limit_s=time_limit, compile_s=0.0 if known else COMPILE_S):
             kind, reason = told(job, result)
             rows.append({"scene": job.scene.name, "kind": kind, "reason": reason})
             show(job.scene.name, engine, kind)
-    table = pd.DataFrame(rows)
+    table = pd.DataFrame(rows).sort_values("scene", key=lambda names: names.str.split("/").str[1].astype(int))
     if out:
         table.to_csv(out, index=False)
     click.echo(table["kind"].value_counts().to_string())
     findings = table[table["kind"] == "finding"]
     click.echo(findings.to_string(index=False) if len(findings) else "nothing found")
     raise SystemExit(bool(len(findings)))
+
+
+def job_of(scene: Scene, engine: str) -> Job:
+    """One run."""
+    return Job(scene, engine, find_engine(engine), Setting(Knob.RTOL, RTOL), Role.MAIN)
+
+
+def compile_first(engine: str) -> bool:
+    """Run the beginning of one scene of each set of effects, so that no run has to be given time to compile."""
+    firsts: dict[object, Scene] = {}
+    for scene in map(draw, range(KINDS)):
+        laws, springs = bool(scene.effects.prescribed_rotation), scene.effects.joint_spring_damper is not None
+        firsts.setdefault((scene.effects.gravity, springs, laws), scene)
+    short = (replace(s, run=replace(s.run, duration_s=1e-3 * s.run.duration_s)) for s in firsts.values())
+    done = [result for _, result in run_jobs([job_of(s, engine) for s in short], time_limit_s=TIME_LIMIT_S)]
+    return all(result.outcome is not Outcome.TIMED_OUT for result in done)
 
 
 def told(job: Job, result: RunResult) -> tuple[str, str]:

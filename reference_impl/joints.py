@@ -18,6 +18,11 @@ if TYPE_CHECKING:
 BAND = 4  # a diagonal and three below it hold 2x2 blocks and their neighbours
 REFINEMENTS = 5  # at most; one is enough up to condition numbers of 1e8
 SETTLED = 1e-10  # of the reactions: a correction below it leaves next to nothing
+ASTRAY = 1e-3  # of the reactions: a last correction above it says that they do not settle
+ROUNDING = 2.0**-51  # of the terms that a pivot is the difference of: one not above this may be of either sign
+LOST = (
+    "the joint system is not positive definite in double precision: its bars are too unequal, too compact or too many"
+)
 
 
 def joint_matrix(model: ChainModel, across: ComplexArray) -> Array:
@@ -70,9 +75,10 @@ class JointSystem:
         self.model, self.unit = model, unit
         self.joints = model.bars - 1
         if self.joints:
-            self.factor, status = dpbtrf(joint_matrix(model, 1j * unit), lower=1)
-            if status != 0:
-                raise np.linalg.LinAlgError("the joint system is not positive definite in double precision")
+            matrix = joint_matrix(model, 1j * unit)
+            self.factor, status = dpbtrf(matrix, lower=1)
+            if status != 0 or (self.factor[0] ** 2 <= ROUNDING * matrix[0]).any():
+                raise np.linalg.LinAlgError(LOST)
 
     def solve(self, right: ComplexArray, *, refine: bool) -> ComplexArray:
         """Reactions for each row of right-hand sides, both (k, N-1), m/s² and N.
@@ -81,15 +87,25 @@ class JointSystem:
         reactions themselves need not lose them: a unit in the last place of masses, lengths and angles changes those
         of a straight chain of 500 bars by as little. With `refine` the digits are got back: what the reactions leave
         of the joints' openings, taken as :meth:`openings` does, is small and known to its own last digits.
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            If refinement does not settle: nothing is left of some reactions but round-off.
         """
         if not self.joints:
             return right
         found = self.raw(right)
-        for _ in range(REFINEMENTS if refine else 0):
+        if not refine:
+            return found
+        for _ in range(REFINEMENTS):
             correction = self.raw(right - self.openings(found))
             found = found + correction
-            if not np.abs(correction).max() > SETTLED * np.abs(found).max():  # each gains as many digits as the last
+            left, largest = np.abs(correction).max(), np.abs(found).max()
+            if not left > SETTLED * largest:  # each gains as many digits as the last
                 break
+        if left > ASTRAY * largest:
+            raise np.linalg.LinAlgError(LOST)
         return found
 
     def raw(self, right: ComplexArray) -> ComplexArray:

@@ -48,6 +48,7 @@ def walk(
     surface: Surface | None = None,
     switches: Switches | None = None,
     method: Method = DOP853,
+    shaken: Callable[[], Array] | None = None,
 ) -> Walk:
     """Integrate ``y' = rhs(t, y)`` from ``t_s[0]`` and sample it.
 
@@ -69,6 +70,9 @@ def walk(
         What makes `rhs` smooth between breaks, by holding what would jump, and says where it must let go.
     method : type
         Which of SciPy's solvers takes the steps.
+    shaken : callable, optional
+        Error of the last components of the state that rounding makes in a step anyway, where the walk is now: no step
+        is asked for less.
 
     Returns
     -------
@@ -88,7 +92,7 @@ def walk(
             y = switches.enter(start, end, y)
         while here < end and log.stopped_s is None:
             solver = method(rhs, here, y, end, rtol=RTOL_FLOOR, atol=atol)  # type: ignore[arg-type]  # stubs know scalars only
-            here, y = run_smooth(solver, log, project, surface, switches)
+            here, y = run_smooth(solver, log, project, surface, switches, shaken if method is DOP853 else None)
             log.evaluations += solver.nfev
         if log.stopped_s is not None:
             break
@@ -101,9 +105,15 @@ def run_smooth(
     project: Callable[[Array], Array] | None,
     surface: Surface | None,
     switches: Switches | None,
+    shaken: Callable[[], Array] | None,
 ) -> tuple[float, Array]:
     """Step to the end of the stretch, to the surface, or to where a switch falls; returns where that is."""
+    step: Any = solver  # stubs do not know its tolerances
+    atol = step.atol
     while solver.status == "running" and log.stopped_s is None:
+        if shaken:
+            rough = shaken()
+            step.atol = np.concatenate([atol[: -len(rough)], np.maximum(atol[-len(rough) :], rough)])
         fallen_s = log.step(solver, surface, switches)
         if fallen_s is not None and switches:
             return switches.let_go(lambda t: retaken(solver, t), fallen_s, (solver.t_old, solver.t))

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from reference_impl.chain import Array
-    from reference_impl.simulate import Packing
+    from reference_impl.packings import Packing
 
 Solver = DOP853 | Radau
 Method = type[DOP853] | type[Radau]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from reference_impl.chain import Array
     from reference_impl.effect import Effect, Indices, Modes
-    from reference_impl.simulate import Packing
+    from reference_impl.packings import Packing
 
 LOOKS = (0.25, 0.5, 0.75, 1.0)  # of a step: where something that falls and rises again within it is looked for
 FALL_SLACK = 1e-12  # of a step: how closely the instant of a fall is found; the state is as good as its interpolant

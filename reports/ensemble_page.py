@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
-from markupsafe import Markup
 
 from reports.ensemble_charts import fans
-from reports.palette import variables
+from reports.pages import write_page
 from reports.record import SceneRecord, mapping, rows
-from reports.render import templates
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -47,19 +45,13 @@ def render_ensemble(folder: Path) -> Path:
     record: dict[str, Any] = json.loads((stored / "record.json").read_text(encoding="utf-8"))
     table = pd.read_csv(stored / "quantiles.csv")
     scene = SceneRecord(str(mapping(record.get("scene")).get("name") or ""), mapping(record.get("scene")))
-    page = folder / "ensemble.html"
     shown = {
         "record": record,
         "scene": scene,
         "groups": groups(table, scene),
         "final": final(table),
-        "environment": mapping(record.get("environment")),
-        "packages": dict(sorted(mapping(record.get("packages")).items())),
-        "light": Markup(variables(0)),
-        "dark": Markup(variables(1)),
     }
-    page.write_text(templates().get_template("ensemble_page.html.j2").render(shown), encoding="utf-8")
-    return page
+    return write_page(folder, "ensemble", shown, record)
 
 
 def groups(table: pd.DataFrame, scene: SceneRecord) -> list[FanGroup]:

@@ -4,18 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from markupsafe import Markup
-
-from reports.palette import variables
-from reports.record import mapping
-from reports.render import render, templates
+from reports.pages import write_chapter, write_text
 from reports.roundoff_tables import FOLDER
 from reports.roundoff_view import view_roundoff
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    from reports.roundoff_view import RoundoffView
 
 
 def render_roundoff(folder: Path) -> Path:
@@ -32,21 +26,5 @@ def render_roundoff(folder: Path) -> Path:
     view = view_roundoff(folder)
     if view is None:
         raise FileNotFoundError(f"{folder}: no {FOLDER}/record.json there; give a folder that roundoff wrote")
-    text = templates().get_template("roundoff.md.j2").render(roundoff=view)
-    (folder / FOLDER / "roundoff.md").write_text(text.strip() + "\n", encoding="utf-8")
-    if (folder / "metrics.csv").is_file() and (folder / "run.json").is_file():
-        return render(folder)[0]
-    return alone(folder / "roundoff.html", view)
-
-
-def alone(page: Path, view: RoundoffView) -> Path:
-    """Write the chapter as a page of its own."""
-    shown = {
-        "roundoff": view,
-        "light": Markup(variables(0)),
-        "dark": Markup(variables(1)),
-        "environment": mapping(view.record.get("environment")),
-        "packages": dict(sorted(mapping(view.record.get("packages")).items())),
-    }
-    page.write_text(templates().get_template("roundoff_page.html.j2").render(shown), encoding="utf-8")
-    return page
+    write_text(folder / FOLDER / "roundoff.md", "roundoff", {"roundoff": view})
+    return write_chapter(folder, "roundoff", {"roundoff": view}, view.record)

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from markupsafe import Markup
-
-from reports.palette import variables
-from reports.record import mapping
-from reports.render import templates
+from reports.pages import write_page, write_text
 from reports.stability_tables import FOLDER
 from reports.stability_view import view_stability
 
@@ -27,16 +23,6 @@ def render_stability(folder: Path) -> Path:
     view = view_stability(folder)
     if view is None:
         raise FileNotFoundError(f"{folder}: no {FOLDER}/outcomes.csv there; give a folder that stability wrote")
-    shown = {
-        "stability": view,
-        "light": Markup(variables(0)),
-        "dark": Markup(variables(1)),
-        "environment": mapping(view.record.get("environment")),
-        "packages": dict(sorted(mapping(view.record.get("packages")).items())),
-    }
-    made = templates()
-    text = made.get_template("stability.md.j2").render(shown)
-    (folder / FOLDER / "stability.md").write_text(text.strip() + "\n", encoding="utf-8")
-    page = folder / "stability.html"
-    page.write_text(made.get_template("stability_page.html.j2").render(shown), encoding="utf-8")
-    return page
+    shown = {"stability": view}
+    write_text(folder / FOLDER / "stability.md", "stability", shown)
+    return write_page(folder, "stability", shown, view.record)

@@ -22,10 +22,10 @@ from scenarios.effect import (
     ThirdBody,
     Thrust,
 )
-from scenarios.effect_tables import THIRD_BODIES
+from scenarios.effect_tables import THIRD_BODIES, each
 from scenarios.instants import NEAR, on_sample, table_on_samples, turn_on_samples
 from scenarios.scene import CentralBody, Chain, Orbit, Run, Scene
-from scenarios.start import each, start_note
+from scenarios.start import start_note
 
 if TYPE_CHECKING:
     from scenarios.effect_tables import (

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from scenarios.effect_tables import each
+
 if TYPE_CHECKING:
     from scenarios.effect_tables import EffectsTable
     from scenarios.schema import SceneFile
@@ -84,12 +86,12 @@ def check_lists(scene: SceneFile) -> None:
 def check_widths(scene: SceneFile) -> None:
     """A bar is no wider than it is long."""
     chain = scene.chain
-    length = chain.length_m if isinstance(chain.length_m, list) else [chain.length_m] * chain.bars
+    length = each(chain.length_m, chain.bars)
     for name in ("drag", "solar_pressure"):
         table = getattr(scene.effects, name)
         if table is None:
             continue
-        width = table.width_m if isinstance(table.width_m, list) else [table.width_m] * chain.bars
+        width = each(table.width_m, chain.bars)
         for j, (wide, long) in enumerate(zip(width, length, strict=True), start=1):
             if wide > long:
                 raise ValueError(

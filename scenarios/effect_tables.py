@@ -29,6 +29,11 @@ SUNLIGHT_PA = 4.56e-6  # 1361 W/m² over the speed of light, at one astronomical
 THIRD_BODIES = {"moon": (4.9028e12, 3.844e8), "sun": (1.32712440018e20, 1.495978707e11)}  # mu m³/s², distance m
 
 
+def each(value: float | list[float], count: int) -> tuple[float, ...]:
+    """One value for each bar or joint."""
+    return tuple(map(float, value)) if isinstance(value, list) else (float(value),) * count
+
+
 class Table(BaseModel):
     """A table of a scene file: unknown keys are errors, numbers are not guessed from strings."""
 

@@ -16,6 +16,8 @@ import itertools
 import math
 from typing import TYPE_CHECKING
 
+from scenarios.effect_tables import each
+
 if TYPE_CHECKING:
     from scenarios.schema import ChainTable
 
@@ -65,8 +67,3 @@ def widest(chain: ChainTable) -> tuple[int, float]:
     pairs = itertools.pairwise(zip(places, halves, length, strict=True))
     gaps = [abs((q - h) - (p + g)) / min(a, b) for (p, g, a), (q, h, b) in pairs]
     return max(((i + 1, gap) for i, gap in enumerate(gaps)), key=lambda found: found[1], default=(0, 0.0))
-
-
-def each(value: float | list[float], count: int) -> tuple[float, ...]:
-    """One value for each bar or joint."""
-    return tuple(map(float, value)) if isinstance(value, list) else (float(value),) * count

@@ -20,14 +20,15 @@ from reference_impl.invariants import (
     tidal_energy,
 )
 from reference_impl.kinematics import joined_state
-from reference_impl.simulate import History, Minimal, Simulation
+from reference_impl.packings import Minimal
+from reference_impl.simulate import History, Simulation
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from reference_impl.chain import Array, ChainModel, State
     from reference_impl.effect import Modes
-    from reference_impl.simulate import CoordinateSet
+    from reference_impl.packings import CoordinateSet
 
 RTOL = 1e-11
 

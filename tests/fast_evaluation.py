@@ -9,11 +9,10 @@ from reference_impl.effect import Situation
 from reference_impl.fast import layout
 from reference_impl.fast.accelerations import evaluate
 from reference_impl.fast.simulate import hold
+from reference_impl.joints import LOST
 from reference_impl.kinematics import joined_state
 from reference_impl.plane import along
 from tests.roundoff import sums
-
-LOST = "the joint system is not positive definite in double precision"
 
 
 def fast_accelerations(model: ChainModel, t_s: float, state: State) -> Accelerations:
@@ -52,6 +51,7 @@ def refined_reactions(model: ChainModel, state: State) -> Array:
     chain = layout.refined(layout.chain(model))
     scratch = layout.work_of(chain)
     y = layout.pack(state.com_m, state.com_velocity_m_s, state.angle_rad, state.rate_rad_s)
-    assert evaluate(0.0, y, np.zeros_like(y), chain, scratch)
+    if not evaluate(0.0, y, np.zeros_like(y), chain, scratch):
+        raise np.linalg.LinAlgError(LOST)
     found: Array = scratch.bars[[layout.RX, layout.RY], : model.bars - 1].T.copy()
     return found

@@ -81,7 +81,7 @@ SUBTRACTIONS = {
         "rate_rad_s, (com_m + as_vectors(position)) - com_m,",
     ),
     "gaps between absolute places": (
-        "simulate.py",
+        "packings.py",
         "gap_vectors(self.model, state.position_m, state.angle_rad)",
         "gap_vectors(self.model, state.com_m + state.position_m, state.angle_rad)",
     ),
@@ -121,7 +121,7 @@ SUBTRACTIONS = {
         "np.linalg.norm(weight @ (s.com_m + s.position_m) - s.com_m)",
     ),
     "redundant places by subtraction": (
-        "simulate.py",
+        "packings.py",
         "y[4 + 5 * n :], d, v)",
         "y[4 + 5 * n :], (y[0:2] + d) - y[0:2], v)",
     ),

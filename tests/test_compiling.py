@@ -11,8 +11,9 @@ from adapters.engine import Knob, Setting
 from adapters.registry import ENGINES
 from barchain.compiling import announcement, compiled
 from barchain.job import Job, Role, RunResult, failure
-from barchain.pool import COMPILE_S, allowed_s, in_time
-from barchain.suite import beforehand, truth_jobs
+from barchain.pool import COMPILE_S, Limit
+from barchain.suite import beforehand
+from barchain.truth_runs import truth_jobs
 from reports.outcome import Outcome
 from scenarios import load_scene
 
@@ -27,19 +28,19 @@ def job(engine: str, scene: str = "effects/drag") -> Job:
 
 
 def test_only_an_engine_that_compiles_has_time_for_it() -> None:
-    assert allowed_s(job("reference"), 120.0) == 120.0
-    assert allowed_s(job("reference-fast"), 120.0) == allowed_s(job("heyoka"), 120.0) == 120.0 + COMPILE_S
+    assert Limit(120.0).allowed_s(job("reference")) == 120.0
+    assert Limit(120.0).allowed_s(job("reference-fast")) == Limit(120.0).allowed_s(job("heyoka")) == 120.0 + COMPILE_S
 
 
 def test_the_limit_still_holds_for_the_run_of_an_engine_that_compiles() -> None:
     slow = RunResult(Outcome.PASS, seconds={"build": 200.0, "simulate": 130.0, "read": 1.0})
-    assert in_time(job("reference"), slow, 120.0) is slow  # its process was ended, or the clock was
-    late = in_time(job("reference-fast"), slow, 120.0)
+    assert Limit(120.0).judged(job("reference"), slow) is slow  # its process was ended, or the clock was
+    late = Limit(120.0).judged(job("reference-fast"), slow)
     assert late.outcome is Outcome.TIMED_OUT
     assert "simulate took 130 s, allowed: 120 s" in late.reason
     built = dataclasses.replace(slow, seconds={"build": 200.0, "simulate": 1.0, "read": 1.0})
-    assert in_time(job("reference-fast"), built, 120.0) is built
-    ended = in_time(job("reference-fast"), failure(Outcome.TIMED_OUT, "no result within 720 s"), 120.0)
+    assert Limit(120.0).judged(job("reference-fast"), built) is built
+    ended = Limit(120.0).judged(job("reference-fast"), failure(Outcome.TIMED_OUT, "no result within 720 s"))
     assert "600 s of them for compiling" in ended.reason
 
 

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from adapters.initial_state import chain_model, initial_state
-from reference_impl import simulate
 from reference_impl.chain import Array, ChainModel, Prescription, State
 from reference_impl.effects.drag import Drag
 from reference_impl.effects.impulse import Impulse
 from reference_impl.effects.solar_pressure import SolarPressure
 from reference_impl.effects.thrust import Thrust
 from reference_impl.kinematics import joined_state
+from reference_impl.packings import Minimal
 from reference_impl.stepper import Log
 from reference_impl.switches import ModelSwitches
 from scenarios import load_scene
@@ -46,9 +46,9 @@ class Watch:
 def watch(monkeypatch: pytest.MonkeyPatch) -> Watch:
     """Every step, every evaluation with what is held in it, and every event."""
     seen, step, fall = Watch(), Log.step, ModelSwitches.let_go
-    plain = simulate.Minimal.rhs
+    plain = Minimal.rhs
 
-    def rhs(self: simulate.Minimal, t: float, y: Array) -> Array:
+    def rhs(self: Minimal, t: float, y: Array) -> Array:
         held = None if self.modes is None else tuple(None if m is None else tuple(m.tolist()) for m in self.modes)
         seen.evaluations.append((float(t), held))
         return plain(self, t, y)
@@ -65,7 +65,7 @@ def watch(monkeypatch: pytest.MonkeyPatch) -> Watch:
         seen.marks[-1] = len(seen.evaluations)  # what finds the instant still belongs to the step
         return found
 
-    monkeypatch.setattr(simulate.Minimal, "rhs", rhs)
+    monkeypatch.setattr(Minimal, "rhs", rhs)
     monkeypatch.setattr(Log, "step", stepped)
     monkeypatch.setattr(ModelSwitches, "let_go", fell)
     return seen

@@ -11,7 +11,8 @@ from adapters.registry import ENGINES, Registration
 from barchain import api
 from barchain.job import TRUTH_ROLES, Job, Role, failure
 from barchain.pool import Room, room
-from barchain.suite import SceneProgress, Suite, truth_jobs
+from barchain.suite import SceneProgress, Suite
+from barchain.truth_runs import truth_jobs
 from reports.outcome import Outcome
 from scenarios import load_scene
 

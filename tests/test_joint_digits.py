@@ -1,20 +1,35 @@
 """Reactions keep nearly all digits in chains whose joint system loses many: long, unequal and compact ones."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from adapters.reference_adapter import Reference
+from adapters.reference_fast_adapter import ReferenceFast
 from reference_impl.chain import ChainModel
 from reference_impl.fast import layout
 from reference_impl.kinematics import joined_state
+from reference_impl.packings import Minimal
 from reference_impl.precision import formulations
 from reference_impl.precision.arithmetic import EXACT, exact_numbers
 from reference_impl.precision.chain import Bars, joined
 from reference_impl.relative import accelerations
+from scenarios import load_scene
 from tests.fast_evaluation import refined_reactions
 
 MU_M3_S2, RADIUS_M = 3.986004418e14, 6728e3
 KEPT = 64.0 * np.finfo(float).eps
 """Of the largest reaction: a few roundings of what is summed along 500 bars, as a random walk"""
+KINDS = [
+    "straight",
+    "straight alternating",
+    "bent alternating",
+    "straight tip",
+    "counter-rotating",
+    "bent compact",
+    "straight compact",
+]
 
 
 def chain(kind: str, bars: int) -> tuple[ChainModel, np.ndarray, np.ndarray]:
@@ -34,9 +49,7 @@ def chain(kind: str, bars: int) -> tuple[ChainModel, np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("bars", [5, 500])
-@pytest.mark.parametrize(
-    "kind", ["straight", "straight alternating", "bent alternating", "straight tip", "counter-rotating", "bent compact"]
-)
+@pytest.mark.parametrize("kind", KINDS)
 def test_reactions_keep_their_digits_whatever_the_condition_number(kind: str, bars: int) -> None:
     model, angle, factor = chain(kind, bars)
     com, rate = np.array([RADIUS_M * 0.6, RADIUS_M * 0.8]), np.sqrt(MU_M3_S2 / RADIUS_M**3) * factor
@@ -50,8 +63,38 @@ def test_reactions_keep_their_digits_whatever_the_condition_number(kind: str, ba
         assert np.abs(reaction - found).max() < KEPT * np.abs(found).max()
 
 
+def test_joints_lost_in_rounding_are_said_to_be_and_those_at_its_edge_are_kept() -> None:
+    """Entries 1e14 apart: five bars keep their digits, of five hundred nothing is left."""
+    for bars, lost in ((5, False), (500, True)):
+        model, angle, factor = chain("straight alternating compact", bars)
+        state = joined_state(model, np.array([RADIUS_M, 0.0]), np.zeros(2), angle, 1e-3 * factor)
+        if lost:
+            with pytest.raises(np.linalg.LinAlgError, match="not positive definite in double precision"):
+                accelerations(model, 0.0, state)
+            with pytest.raises(np.linalg.LinAlgError, match="not positive definite in double precision"):
+                refined_reactions(model, state)
+        else:
+            of_both = accelerations(model, 0.0, state).reaction_N, refined_reactions(model, state)
+            np.testing.assert_allclose(*of_both, rtol=1e-12, atol=1e-14 * np.abs(of_both[0]).max())
+
+
 def test_only_delicate_chains_are_refined_in_every_step() -> None:
     plain, unequal = chain("straight", 5)[0], chain("straight alternating", 5)[0]
     assert not plain.delicate
     assert unequal.delicate
     assert [layout.chain(m).bars[layout.REFINED].any() for m in (plain, unequal)] == [False, True]
+
+
+@pytest.mark.parametrize("engine", [Reference, ReferenceFast])
+def test_no_request_makes_steps_shrink_to_the_rounding_of_angles(engine: type) -> None:
+    """At a tenth of the error the eighth order takes 1.33 times the steps; light bars used to take a thousand times."""
+    scene = load_scene("hard/masses_alternating")
+    scene = replace(scene, run=replace(scene.run, duration_s=0.1 * scene.run.duration_s))
+    coarse, fine = (engine().run(scene, engine.ladder.setting(rtol)).info["steps"] for rtol in (1e-11, 1e-14))
+    assert fine <= 2.0 * 1.34**3 * coarse
+
+
+def test_a_run_that_nothing_pulls_at_is_asked_for_no_less() -> None:
+    """The floor is that of pendulums: free bars have none."""
+    free = Minimal(chain("straight", 5)[0])
+    assert (free.shaken() == 0.0).all()

@@ -14,6 +14,7 @@ from barchain.random_scenes import draw
 from scenarios import Gravity, Scene
 
 RTOL = 1e-9
+# the same ones each time: `benchmarks/random_scenes.py` looks for others, with a limit of time on each
 PLAIN = (Gravity.NONE, Gravity.POINT, Gravity.GRADIENT)  # one compiled form serves them
 
 
@@ -26,7 +27,7 @@ def run(engine: type, scene: Scene):
     return engine().run(scene, engine.ladder.setting(RTOL))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 10**9))
 def test_the_compiled_reference_keeps_what_it_must_in_any_scene(seed: int) -> None:
     scene = shortened(draw(seed), 0.1)
@@ -34,7 +35,7 @@ def test_the_compiled_reference_keeps_what_it_must_in_any_scene(seed: int) -> No
     assert broken(scene, run(ReferenceFast, scene), RTOL) == ""
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 10**9))
 def test_the_reference_keeps_what_it_must_in_any_scene(seed: int) -> None:
     scene = shortened(draw(seed), 0.02)

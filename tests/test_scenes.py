@@ -225,7 +225,9 @@ def test_a_scene_name_that_is_near_none_is_told_how_to_see_them_all():
 
 
 def test_zero_stiffness_that_is_written_is_a_joint_without_a_spring():
-    load_scene("hard/springs_zero")
+    springs = load_scene("hard/springs_zero").effects.joint_spring_damper
+    assert springs is not None
+    assert springs.stiffness_N_m_rad == springs.damping_N_m_s_rad == (0.0, 0.0)
 
 
 def test_the_command_line_refuses_a_wrong_scene_in_one_line_with_exit_code_2(tmp_path, capsys):

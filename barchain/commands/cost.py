@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from pathlib import Path
 
 import click
 
+from barchain.commands import typed
 from barchain.cost.plan import MINUTES, REPEATS, TIME_LIMIT_S
 
 
@@ -44,7 +43,7 @@ def cost(
         scenes or None, names or None, orbits=orbits, repeats=repeats, minutes=minutes, time_limit_s=time_limit
     )
     with verdicts_shown(plan.turns) as show:
-        study = measure(plan, out, resume=resume, command=shlex.join(["barchain", *sys.argv[1:]]), progress=show)
+        study = measure(plan, out, resume=resume, command=typed(), progress=show)
     page, ratios = render_cost(out)
     if markdown:
         click.echo(ratios.read_text(encoding="utf-8"))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from barchain.commands import typed
 from barchain.effects_budget.limits import FAST, MATTERS, REPEATS, RTOL, RTOLS, SECONDS, SLOW
 
 if TYPE_CHECKING:
@@ -56,7 +55,7 @@ def effects(
     with tempfile.TemporaryDirectory() as scratch:
         folder = out or Path(scratch)
         with verdicts_shown(plan.turns) as show:
-            measure(plan, folder, command=shlex.join(["barchain", *sys.argv[1:]]), progress=show, notes=show.note)
+            measure(plan, folder, command=typed(), progress=show, notes=show.note)
         page = render_effects(folder) if out else None
         view = view_effects(folder)
     assert view is not None

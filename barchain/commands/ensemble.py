@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from pathlib import Path
 
 import click
+
+from barchain.commands import typed
 
 
 @click.command()
@@ -51,7 +51,7 @@ def ensemble(
     except (VariationError, ClusterError) as error:
         raise click.UsageError(str(error)) from error
     settings: dict[str, object] = {"rtol": rtol, "seed": seed, "dask": bool(dask)}
-    write(result, out, command=shlex.join(["barchain", *sys.argv[1:]]), vary=vary, settings=settings)
+    write(result, out, command=typed(), vary=vary, settings=settings)
     page = render_ensemble(out)
     counts = ", ".join(f"{n} {word}" for word, n in result.runs["outcome"].value_counts().items())
     click.echo(f"{runs} runs in {result.seconds['run']:.2f} s: {counts}")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from pathlib import Path
 
 import click
+
+from barchain.commands import typed
 
 PARTS = ("evaluation", "trajectories", "engines", "times")
 
@@ -27,5 +27,5 @@ def roundoff(out: Path, parts: tuple[str, ...], full: bool, workers: int | None)
 
     plan = make_plan(parts, full=full)
     with verdicts_shown(plan.turns) as show:
-        measure(plan, out, command=shlex.join(["barchain", *sys.argv[1:]]), workers=workers, progress=show)
+        measure(plan, out, command=typed(), workers=workers, progress=show)
     click.echo(f"round-off study: {render_roundoff(out)}")

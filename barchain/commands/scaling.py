@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from pathlib import Path
 
 import click
 
+from barchain.commands import typed
 from barchain.scaling.plan import BARS, MINUTES, REPEATS, TIME_LIMIT_S
 
 
@@ -40,7 +39,7 @@ def scaling(
 
     plan = make_plan(names or None, bars, repeats=repeats, minutes=minutes, time_limit_s=time_limit)
     with verdicts_shown(plan.turns) as show:
-        study = measure(plan, out, resume=resume, command=shlex.join(["barchain", *sys.argv[1:]]), progress=show)
+        study = measure(plan, out, resume=resume, command=typed(), progress=show)
     click.echo(f"scaling study: {render_scaling(out)}")
     idle = study.idle
     for name, reason in idle.items():

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+
+from barchain.commands import typed
 
 if TYPE_CHECKING:
     from barchain.selftest.study import Plan
@@ -50,7 +50,7 @@ def selftest(
     with tempfile.TemporaryDirectory() as scratch:
         folder = out or Path(scratch)
         try:
-            tried = run(plan, folder, command=shlex.join(["barchain", *sys.argv[1:]]), counted=counted)
+            tried = run(plan, folder, command=typed(), counted=counted)
         except SelftestError as error:
             raise click.ClickException(str(error)) from error
         page = render_selftest(folder) if out else None

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from barchain.commands import typed
 from barchain.stability.limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:
@@ -44,7 +43,7 @@ def stability(
 
     plan = plan_of(scenes, names, time_limit, workers, resume)
     with verdicts_shown(plan.total) as show:
-        result = run(plan, out, command=shlex.join(["barchain", *sys.argv[1:]]), report=show, note=show.note)
+        result = run(plan, out, command=typed(), report=show, note=show.note)
     page = render_stability(out)
     show_result(result)
     if accepted:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 from pebble import ProcessPool
 
 from barchain.job import Job, RunResult
-from barchain.pool import allowed_s, collect
+from barchain.pool import Limit, collect
 from barchain.worker import run_job
 from reports.outcome import Outcome
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 LEAST_S = 0.02  # of simulate in one turn: thousands of ticks of the clock, and longer than a switch of processes
 MOST_RUNS = 100  # in one turn
 LONG_S = 0.5  # runs from here on are timed by their first pass too, and seldom repeated
-STARTUP_S = 120.0  # allowed on top of the limit to a process that has yet to import; `allowed_s` adds for compiling
+STARTUP_S = 120.0  # allowed on top of the limit to a process that has yet to import; `Limit` adds for compiling
 PHASES = ("build", "simulate", "read")
 THREADS = (
     "OMP_NUM_THREADS",
@@ -155,7 +155,7 @@ class Bench:
     def run(self, job: Job, time_limit_s: float) -> RunResult:
         """One turn; the first on a scene, and the first after a crash, may import and compile besides."""
         log, pair = Path(self.logs.name) / f"{job.engine}.log", (job.engine, job.scene.digest)
-        allowed = time_limit_s if pair in self.started else allowed_s(job, time_limit_s) + STARTUP_S
+        allowed = time_limit_s if pair in self.started else Limit(time_limit_s).allowed_s(job) + STARTUP_S
         future = self.pool(job.engine).schedule(turn, (job, log, self.least_s), timeout=allowed)
         result = collect(future, log, allowed)
         if "simulate" in result.seconds:

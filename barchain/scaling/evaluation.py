@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.initial_state import chain_model, initial_state
-from reference_impl.simulate import CoordinateSet, Simulation
+from reference_impl.simulate import Simulation
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from adapters.engine import Array
+    from reference_impl.packings import CoordinateSet
     from scenarios import Scene
 
 LEAST_S = 0.002  # of one batch: thousands of ticks of the clock

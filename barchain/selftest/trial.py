@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 from adapters.registry import find_engine
 from adapters.steps import finer_setting
 from barchain.comparison import Verdict, judge
-from barchain.job import TRUTH_ROLES, Job, Role, RunResult
-from barchain.pool import Room, run_jobs, run_together
+from barchain.job import Job, Role, RunResult
+from barchain.pool import Limit, Room, run_jobs, run_together
 from barchain.selftest.engine import seeded, spoilt
-from barchain.suite import truth_jobs
-from barchain.truth import Truth, establish
+from barchain.truth_runs import truth_jobs, truth_of
 from barchain.worker import run_phases
 from reports.outcome import Outcome
 
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
 
     from adapters.engine import Engine, Setting, Trajectory
     from barchain.selftest.fault import Fault
+    from barchain.truth import Truth
     from scenarios import Scene
 
 TIME_LIMIT_S = 120.0  # a hundred times what the longest sound run takes
@@ -104,8 +104,8 @@ def grounds(
     setting = engine.ladder.setting()
     found = []
     for name, scene in wanted.items():
-        seen = [runs[name][role].trajectory for role in TRUTH_ROLES]
-        truth = establish(scene, *(t for t in seen if t is not None))
+        truth = truth_of(scene, runs[name])
+        assert truth is not None  # all of its runs have come, and none failed
         settings = {Role.MAIN: setting, Role.FINER: finer_setting(scene, engine.ladder, setting)}
         found.append(Ground(truth, host, engine, settings))
     return found
@@ -121,7 +121,7 @@ def run_trials(trials: Iterable[Trial], *, workers: int | None = None) -> Iterat
     jobs = [job for t in waiting.values() if not t.replays for job in t.jobs()]
     if not jobs:
         return
-    for job, result in run_together(jobs, Room.OURS, time_limit_s=TIME_LIMIT_S, workers=workers):
+    for job, result in run_together(jobs, Room.OURS, Limit(TIME_LIMIT_S), workers):
         trial = by_job[job.key]
         both = runs.setdefault(trial.key, {})
         both[job.role] = result

@@ -17,8 +17,8 @@ from barchain.stability.plan import LEVELS, LONG, TRUTH_LIMIT_S, Plan, exact_job
 from barchain.stability.rules import ILL_POSED, Finding, finding
 from barchain.stability.seen import LEVEL_WORDS, WITH_TRAJECTORY, Seen
 from barchain.stability.store import StabilityStore
-from barchain.suite import truth_jobs
-from barchain.truth import TRUTH_RTOL, Truth, establish
+from barchain.truth import TRUTH_RTOL, Truth
+from barchain.truth_runs import TruthFailedError, truth_jobs, truth_of
 from reports.outcome import Outcome
 from reports.stability_tables import FOLDER, Stability
 
@@ -162,17 +162,14 @@ class Study:
 
     def found_truth(self, progress: SceneStudy) -> None:
         """Establish the truth once its runs are there."""
-        if len(progress.truths) < len(TRUTH_ROLES):
-            return
-        failed = [r.reason or str(r.outcome) for r in progress.truths.values() if r.outcome is not Outcome.PASS]
         scene, facts = progress.scene, self.store.record["scenes"][progress.scene.name]
-        if failed:
-            progress.truth_failed = "; ".join(dict.fromkeys(failed))
-            facts["truth_failed"] = progress.truth_failed
-            self.note(f"{scene.name} has no truth: {progress.truth_failed}")
+        try:
+            progress.truth = truth_of(scene, progress.truths)
+        except TruthFailedError as error:
+            progress.truth_failed = facts["truth_failed"] = str(error)
+            self.note(f"{scene.name} has no truth: {error}")
+        if progress.truth is None:
             return
-        seen = [progress.truths[role].trajectory for role in TRUTH_ROLES]
-        progress.truth = establish(scene, *(t for t in seen if t is not None))
         facts |= truth_facts(progress.truth)
         job = next(j for j in truth_jobs(scene, truth_engine()) if j.role is Role.TRUTH)
         self.follow(progress, job, progress.truths[Role.TRUTH])

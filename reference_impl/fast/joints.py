@@ -11,8 +11,9 @@ gives the reaction in between as R = S⁻¹ (g_left - a) + S⁻¹ X R_next with 
 
 The second form has no difference of large terms, so that ratios of masses along the chain cost no more digits than
 the system's condition takes; and its division runs beside the products. Sweeping from both ends halves the chain of
-operations that wait for each other. Delicate chains (:attr:`reference_impl.chain.ChainModel.delicate`), and all where
-reactions are looked at, are refined.
+operations that wait for each other. Delicate chains (:attr:`reference_impl.chain.ChainModel.delicate`) are solved by
+:mod:`reference_impl.fast.cholesky`, unless that loses a joint. They, and all chains where reactions are looked at, are
+refined.
 Notation: w = 1/m, c = l²/(4J), n the unit vector across the bar. It solves the system of :mod:`reference_impl.joints`.
 """
 
@@ -20,11 +21,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from reference_impl.fast.cholesky import factored
 from reference_impl.fast.jit import compiled, inlined
 from reference_impl.fast.layout import (
     BX,
     BY,
     COMPLIANCE,
+    DELICATE,
     DX,
     DY,
     FREED,
@@ -48,12 +51,11 @@ from reference_impl.fast.layout import (
     UX,
     UY,
 )  # fmt: skip
-from reference_impl.joints import REFINEMENTS, SETTLED
+from reference_impl.joints import ASTRAY, REFINEMENTS, ROUNDING, SETTLED
 
 if TYPE_CHECKING:
     from reference_impl.chain import Array
 
-ROUNDING = 2.0**-51  # of its two products, a determinant not above this may be of either sign; NaN is for the stepper
 Sub = tuple[float, float, float, float, float, bool]
 """Mobility (xx, xy, yy) and free acceleration (x, y) of a part's end, and whether all went well."""
 
@@ -89,7 +91,7 @@ def join(sub: Sub, i: int, joint: int, near: int, far: int, bars: Array, rows: A
         freed * kyy + (byx * hxy + byy * hyy),
         rows[far, i] - (xxx * px - kxy * py),
         rows[far + 1, i] - (xyy * py - kxy * px),
-        well and not determinant <= ROUNDING * (sxx * syy),
+        well and not determinant <= ROUNDING * (sxx * syy),  # NaN is for the stepper
     )
 
 
@@ -107,6 +109,14 @@ def reactions(n: int, bars: Array, rows: Array) -> bool:
     """Rows RX, RY: force on bar j from bar j+1, by rows LEFT, RIGHT and K; False if a joint is lost in round-off."""
     if n == 1:
         return True
+    if bars[DELICATE, 0] != 0.0 and factored(n, bars, rows):
+        return True
+    return swept(n, bars, rows)
+
+
+@inlined
+def swept(n: int, bars: Array, rows: Array) -> bool:
+    """The same by the sweeps."""
     last, middle = n - 1, (n - 1) // 2
     both = last - 1 - middle  # joints that each sweep takes beside the other
     left, right = first(0, RIGHT, bars, rows), first(last, LEFT, bars, rows)
@@ -141,7 +151,7 @@ def refine(n: int, bars: Array, rows: Array) -> bool:
     """
     for j in range(n - 1):
         rows[BX, j], rows[BY, j] = rows[LEFT, j + 1] - rows[RIGHT, j], rows[LEFT_Y, j + 1] - rows[RIGHT_Y, j]
-    well = True
+    well, correction, total = True, 0.0, 0.0
     for _ in range(REFINEMENTS):
         leave_openings(n, bars, rows)
         well = reactions(n, bars, rows) and well
@@ -153,7 +163,7 @@ def refine(n: int, bars: Array, rows: Array) -> bool:
             total = max(total, abs(rows[RX, j]), abs(rows[RY, j]))
         if not correction > SETTLED * total:
             break
-    return well
+    return well and not correction > ASTRAY * total
 
 
 @compiled

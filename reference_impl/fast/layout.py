@@ -24,10 +24,11 @@ NO_GRAVITY, GRADIENT = GRAVITY_CODES["none"], GRAVITY_CODES["gradient"]
 
 REGISTER = 8  # numbers that the widest vector instructions take at once
 # rows of Chain.bars
-HALF, WEIGHT, INVERSE_MASS, COMPLIANCE, LEVER, INVERSE_INERTIA, PASSED, FREED, REFINED = range(9)
+HALF, WEIGHT, INVERSE_MASS, COMPLIANCE, LEVER, INVERSE_INERTIA, PASSED, FREED, DELICATE, REFINED = range(10)
 # rows of Work.bars
 UX, UY, DX, DY, GX, GY, SPIN, LEFT, LEFT_Y, RIGHT, RIGHT_Y, KXX, KXY, KYY = range(14)
-RX, RY, PX, PY, HXX, HXY, HYX, HYY, BX, BY = range(14, 24)
+RX, RY, PX, PY, HXX, HXY, HYX, HYY, BX, BY, LYY = range(14, 25)
+LXX, LXY = PX, PY  # of a factor, where a sweep has its own
 # columns of Chain.laws
 BAR, REACTS_ON, LOCAL, AMPLITUDE, DURATION, START, UNIT = range(7)
 # rows of Pushed.bars, places in Pushed.common
@@ -71,8 +72,9 @@ class Chain(NamedTuple):
     gravity: int
     """One of `GRAVITY_CODES`"""
     bars: Array
-    """(9, N) rows HALF l/2, WEIGHT m/M, INVERSE_MASS w = 1/m, COMPLIANCE c = l²/4J, LEVER l/2J, INVERSE_INERTIA 1/J,
-    PASSED 2/(w+c), FREED 4w/(w+c), REFINED 1 where reactions are refined, else 0"""
+    """(10, N) rows HALF l/2, WEIGHT m/M, INVERSE_MASS w = 1/m, COMPLIANCE c = l²/4J, LEVER l/2J, INVERSE_INERTIA 1/J,
+    PASSED 2/(w+c), FREED 4w/(w+c), DELICATE 1 in chains that are, else 0, REFINED 1 where reactions are refined,
+    else 0"""
     laws: Array
     """(P, 7) columns BAR, REACTS_ON (-1: nothing), LOCAL, AMPLITUDE rad, DURATION s, START s, UNIT sqrt(J)"""
     effects: Effects
@@ -83,8 +85,8 @@ class Work(NamedTuple):
     """Scratch of one evaluation, and what it found besides the rates."""
 
     bars: Array
-    """(24, N) rows U unit vectors, D places from the first bar's, G field, SPIN, LEFT and RIGHT accelerations of a
-    bar's ends without reactions, K = c n nᵀ, R reactions (N-1 of them), P and H of the sweep,
+    """(25, N) rows U unit vectors, D places from the first bar's, G field, SPIN, LEFT and RIGHT accelerations of a
+    bar's ends without reactions, K = c n nᵀ, R reactions (N-1 of them), P and H of the sweep, L and H of the factors,
     B openings of the joints without reactions; once gravity is known, D and B serve :func:`joints.refine`"""
     responses: Array
     """(P, 2, N) reactions to a unit of each prescribed torque"""
@@ -128,19 +130,19 @@ def numbers(name: str, values: dict[str, float]) -> NDArray[np.void]:
 
 
 def bar_rows(mass_kg: Array, length_m: Array, inertia_kg_m2: Array) -> Array:
-    """`Chain.bars` of one chain (N,) or of many (..., N); shape (..., 9, N)."""
+    """`Chain.bars` of one chain (N,) or of many (..., N); shape (..., 10, N)."""
     half, w = 0.5 * length_m, 1.0 / mass_kg
     c = half**2 / inertia_kg_m2
     weight = mass_kg / mass_kg.sum(axis=-1, keepdims=True)
-    refined = np.zeros_like(w) + delicate(w, c)[..., None]
-    rows = [half, weight, w, c, half / inertia_kg_m2, 1.0 / inertia_kg_m2, 2.0 / (w + c), 4.0 * w / (w + c), refined]
+    hard = np.zeros_like(w) + delicate(w, c)[..., None]
+    rows = [half, weight, w, c, half / inertia_kg_m2, 1.0 / inertia_kg_m2, 2.0 / (w + c), 4.0 * w / (w + c), hard, hard]
     return np.stack(rows, axis=-2).astype(float)
 
 
 def work(bars: int, laws: int, effects: Effects = ()) -> Work:
     """Scratch for a chain of `bars` bars with `laws` prescribed rotations and some effects."""
     pushed = Pushed(np.zeros((4, bars)), np.zeros(6)) if effects else ()
-    return Work(np.zeros((24, bars)), np.zeros((laws, 2, bars)), np.zeros((laws, laws + 1)), np.zeros(laws), pushed)
+    return Work(np.zeros((25, bars)), np.zeros((laws, 2, bars)), np.zeros((laws, laws + 1)), np.zeros(laws), pushed)
 
 
 def work_of(chain: Chain) -> Work:

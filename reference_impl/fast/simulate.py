@@ -15,9 +15,11 @@ from reference_impl.fast.accelerations import evaluate
 from reference_impl.fast.dop853 import advance, interpolate
 from reference_impl.fast.jit import compiled
 from reference_impl.fast.layout import RX, RY
+from reference_impl.joints import LOST
 from reference_impl.kinematics import gap_vectors, relative_positions
+from reference_impl.packings import Minimal
 from reference_impl.plane import along
-from reference_impl.simulate import History, Minimal, Simulation
+from reference_impl.simulate import History, Simulation
 from reference_impl.stepper import Walk, landing, stretches
 from reference_impl.switches import ModelSwitches
 
@@ -27,11 +29,10 @@ if TYPE_CHECKING:
     from reference_impl.chain import Array, ChainModel
     from reference_impl.effect import Modes
     from reference_impl.fast.layout import Chain, Work
-    from reference_impl.simulate import Packing
+    from reference_impl.packings import Packing
 
 EXACT_RTOL = 1e-14  # a request below what rounding of states and coefficients leaves: both then are compensated
 LEAST_RTOL = 1e-15  # below it the error estimate is rounding, and steps would collapse
-LOST = "the joint system is not positive definite in double precision"
 
 
 class FastSimulation:
@@ -57,7 +58,7 @@ class FastSimulation:
         self.exact = rtol <= EXACT_RTOL
         self.chain = layout.chain(model)
         self.work = layout.work_of(self.chain)
-        self.twin.packing = CompiledRates(self.chain, self.work, self.order, model)
+        self.twin.packing = CompiledRates(self.chain, self.work, self.y0, self.order, model)
         self.switches: ModelSwitches | None = None
         self.watching = any(effect.watched for effect in model.effects)
         self.warm_up()
@@ -236,13 +237,13 @@ class FastSimulation:
     def observe(self, seen: Walk, reaction_N: Array, torque_N_m: Array) -> None:
         """Reactions (n, N-1, 2) and torques (n, P) at the samples; modes, where there are any, as each state says."""
         chain = layout.refined(self.chain)
-        if not any(effect.mode.size for effect in chain.effects):
-            observe(seen.t_s, seen.y, self.carry.end, chain, self.work, reaction_N, torque_N_m)
-            return
-        for k, (t, y) in enumerate(zip(seen.t_s, seen.y, strict=True)):
-            hold(chain, modes_at(self.twin.packing, t, y[self.order]))
-            one = slice(k, k + 1)
-            observe(seen.t_s[one], seen.y[one], self.carry.end, chain, self.work, reaction_N[one], torque_N_m[one])
+        moded = any(effect.mode.size for effect in chain.effects)
+        for one in [slice(k, k + 1) for k in range(len(seen.t_s))] if moded else [slice(None)]:
+            t, y = seen.t_s[one], seen.y[one]
+            if moded:
+                hold(chain, modes_at(self.twin.packing, t[0], y[0, self.order]))
+            if not observe(t, y, self.carry.end, chain, self.work, reaction_N[one], torque_N_m[one]):
+                raise np.linalg.LinAlgError(LOST)
 
 
 def modes_at(packing: Packing, t_s: float, y: Array) -> Modes:
@@ -262,12 +263,11 @@ def hold(chain: Chain, modes: Modes | None) -> None:
 class CompiledRates(Minimal):
     """The reference's vector, its rates by compiled code."""
 
-    def __init__(self, chain: Chain, work: Work, order: Array, model: ChainModel) -> None:
-        """Rates of `chain`, laid out by `order`."""
+    def __init__(self, chain: Chain, work: Work, y0: Array, order: Array, model: ChainModel) -> None:
+        """Rates of `chain`, whose vectors are like `y0` and hold the reference's where `order` says."""
         super().__init__(model)
         self.chain, self.work, self.order = chain, work, order
-        self.y = np.zeros(len(order) + -len(order) % layout.REGISTER)
-        self.rates = np.zeros_like(self.y)
+        self.y, self.rates = np.zeros_like(y0), np.zeros_like(y0)
 
     def rhs(self, t_s: float, y: Array) -> Array:
         """Time derivative of the reference's vector.
@@ -297,12 +297,13 @@ def reference_order(bars: int) -> Array:
 @compiled
 def observe(
     t_s: Array, y: Array, scratch: Array, chain: Chain, work: Work, reaction_N: Array, torque_N_m: Array
-) -> None:
-    """Reactions (n, N-1, 2) and torques (n, P) at the states (n, size)."""
-    joints = chain.bars.shape[1] - 1
+) -> bool:
+    """Reactions (n, N-1, 2) and torques (n, P) at the states (n, size); False where a joint is lost in round-off."""
+    joints, well = chain.bars.shape[1] - 1, True
     for k in range(len(t_s)):
-        evaluate(t_s[k], y[k], scratch, chain, work)
+        well = evaluate(t_s[k], y[k], scratch, chain, work) and well
         for j in range(joints):
             reaction_N[k, j, 0], reaction_N[k, j, 1] = work.bars[RX, j], work.bars[RY, j]
         for p in range(len(chain.laws)):
             torque_N_m[k, p] = work.torque_N_m[p]
+    return well

@@ -23,9 +23,10 @@ from reference_impl.fast.dop853 import (
     interpolate,
 )  # fmt: skip
 from reference_impl.fast.jit import compiled
-from reference_impl.fast.layout import NO_GRAVITY
+from reference_impl.fast.layout import LEVER, NO_GRAVITY, RX, RY
 from reference_impl.fast.places import hang_from_first
 from reference_impl.fast.trigonometry import unit_vectors
+from reference_impl.packings import LAST_DIGIT
 from reference_impl.switches import LOOKS
 
 if TYPE_CHECKING:
@@ -66,6 +67,8 @@ class Stepper(NamedTuple):
     """(16, size) rates at the stages; row 0 is the rate now"""
     powers: Array
     """(7, size) interpolant of the last step"""
+    allowed: Array
+    """(size,) error allowed in the next step"""
     residue: Array
     """(2, size) what the state lacks by rounding, now and at the end of the step tried; zeros unless EXACT"""
 
@@ -75,7 +78,7 @@ def stepper(y: Array, *, exact: bool = False) -> Stepper:
     size, clock = len(y), np.zeros(7)
     clock[EXACT] = exact
     slopes, powers, residue = (np.zeros((rows, size)) for rows in (ROWS, POWER, 2))
-    return Stepper(clock, y.copy(), y.copy(), np.zeros(size), slopes, powers, residue)
+    return Stepper(clock, y.copy(), y.copy(), np.zeros(size), slopes, powers, np.zeros(size), residue)
 
 
 @compiled
@@ -106,6 +109,23 @@ def finite(y: Array, rates: Array) -> bool:
 
 
 @compiled
+def allow(atol: Array, allowed: Array, chain: Chain, work: Work) -> None:
+    """Error allowed in a step from here: `atol`, but no less than the last digit of an angle makes anyway.
+
+    As :meth:`reference_impl.packings.Packing.shaken`, by the reactions of the last evaluation.
+    """
+    n, rows = chain.bars.shape[1], work.bars
+    before_x = before_y = 0.0
+    for i in range(len(atol)):
+        allowed[i] = atol[i]
+    for i in range(n):
+        x, y = (rows[RX, i], rows[RY, i]) if i < n - 1 else (0.0, 0.0)
+        rough = LAST_DIGIT * np.sqrt(chain.bars[LEVER, i] * np.hypot(x + before_x, y + before_y))
+        allowed[n + 2 + i] = max(allowed[n + 2 + i], rough)
+        before_x, before_y = x, y
+
+
+@compiled
 def step(end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int:
     """One accepted step towards `end_s`, as SciPy's controller takes it."""
     t, h, rejected = s.clock[NOW], s.clock[STEP], False
@@ -113,6 +133,7 @@ def step(end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int
     relative = 0.0 if exact else RTOL_FLOOR
     least = 10.0 * abs(np.nextafter(t, np.inf) - t)
     h = max(h, least)
+    allow(atol, s.allowed, chain, work)
     while h >= least:
         reached = min(t + h, end_s)
         h = reached - t
@@ -121,7 +142,7 @@ def step(end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int
         else:
             well = advance(t, h, s.y, s.slopes, s.end, chain, work)
         s.clock[EVALUATIONS] += 12
-        error = error_norm(2 * chain.bars.shape[1] + 4, h, s.y, s.end, s.slopes, atol, relative)
+        error = error_norm(2 * chain.bars.shape[1] + 4, h, s.y, s.end, s.slopes, s.allowed, relative)
         if not well:
             return LOST_JOINT
         if error < 1.0:

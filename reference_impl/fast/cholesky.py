@@ -1,0 +1,76 @@
+"""Joint reactions of delicate chains: block Cholesky from one end to the other.
+
+The sweeps of :mod:`reference_impl.fast.joints` are faster, but pass on inverses. Where the system's entries differ by
+1e8 and more (nearly massless, nearly point-like bars, straight or folded) those lose the small ones, and refinement
+does not come back. Cholesky's pivots keep them. It solves the system of :mod:`reference_impl.joints`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from reference_impl.fast.jit import compiled
+from reference_impl.fast.layout import (
+    HXX,
+    HXY,
+    HYX,
+    HYY,
+    INVERSE_MASS,
+    KXX,
+    KXY,
+    KYY,
+    LEFT,
+    LEFT_Y,
+    LXX,
+    LXY,
+    LYY,
+    RIGHT,
+    RIGHT_Y,
+    RX,
+    RY,
+)
+from reference_impl.joints import ROUNDING
+
+if TYPE_CHECKING:
+    from reference_impl.chain import Array
+
+
+@compiled
+def factored(n: int, bars: Array, rows: Array) -> bool:
+    """Reactions into rows RX, RY, from rows LEFT, RIGHT and K; False if a joint is lost in round-off.
+
+    Rows L hold each joint's factor, H what it takes from the next joint's block.
+    """
+    well = True
+    x = y = xx = xy = yy = 0.0
+    for j in range(n - 1):
+        w, other = bars[INVERSE_MASS, j], bars[INVERSE_MASS, j + 1]
+        kxx, kxy, kyy = rows[KXX, j + 1], rows[KXY, j + 1], rows[KYY, j + 1]
+        dxx, dxy, dyy = (w + other) + (rows[KXX, j] + kxx), rows[KXY, j] + kxy, (w + other) + (rows[KYY, j] + kyy)
+        pivot = dxx - xx
+        lxx = math.sqrt(max(pivot, 0.0))
+        lxy = (dxy - xy) / lxx if pivot != 0.0 else 0.0
+        second = (dyy - yy) - lxy * lxy
+        lyy = math.sqrt(max(second, 0.0))
+        if pivot <= ROUNDING * dxx or second <= ROUNDING * dyy:  # NaN is for the stepper
+            well, lxx, lyy = False, 1.0, 1.0
+        zx = ((rows[LEFT, j + 1] - rows[RIGHT, j]) - x) / lxx
+        zy = ((rows[LEFT_Y, j + 1] - rows[RIGHT_Y, j]) - y - lxy * zx) / lyy
+        uxx, uyy = kxx - other, kyy - other
+        hxx, hyx = uxx / lxx, kxy / lxx
+        hxy, hyy = (kxy - lxy * hxx) / lyy, (uyy - lxy * hyx) / lyy
+        rows[LXX, j], rows[LXY, j], rows[LYY, j] = lxx, lxy, lyy
+        rows[HXX, j], rows[HXY, j], rows[HYX, j], rows[HYY, j] = hxx, hxy, hyx, hyy
+        rows[RX, j], rows[RY, j] = zx, zy
+        x, y = hxx * zx + hxy * zy, hyx * zx + hyy * zy
+        xx, xy, yy = hxx * hxx + hxy * hxy, hxx * hyx + hxy * hyy, hyx * hyx + hyy * hyy
+    x = y = 0.0
+    for k in range(n - 1):
+        j = n - 2 - k
+        zx = rows[RX, j] - (rows[HXX, j] * x + rows[HYX, j] * y)
+        zy = rows[RY, j] - (rows[HXY, j] * x + rows[HYY, j] * y)
+        y = zy / rows[LYY, j]
+        x = (zx - rows[LXY, j] * y) / rows[LXX, j]
+        rows[RX, j], rows[RY, j] = x, y
+    return well
