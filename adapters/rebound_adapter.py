@@ -35,6 +35,7 @@ from scipy.optimize import brentq
 
 from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Observable, Setting, Trajectory
 from adapters.initial_state import initial_state
+from adapters.kepler import perigee_m
 from adapters.rebound_forces import attach, companion, forces
 from scenarios import Axes, Gravity
 
@@ -52,6 +53,7 @@ WHFAST_STEPS_PER_ORBIT = 64
 FIRST_STEP = 1e-3  # of the period; IAS15 finds its own at once
 LANDING_SLACK_S = 1e-9  # accuracy of the instant at which the surface is reached
 
+GRAZES = "REBOUND moves a particle, which passes {:.4g} m above the surface: whether a bar touches is told by its angle"
 NOT_TURNED = "REBOUND moves a particle, and {} a chain by how its bars are turned"
 TURNED = {
     "drag": "drag",
@@ -60,6 +62,14 @@ TURNED = {
     "thrust.body": "a thrust that turns with its bar",
 }
 BLOW = "a blow along a bar's own axes"
+
+
+def lowest_m(scene: Scene) -> float:
+    """Height of the orbit's lowest point, m; infinite where there is nothing to orbit."""
+    if scene.effects.gravity is Gravity.NONE:
+        return math.inf
+    start, body = initial_state(scene), scene.central_body
+    return perigee_m(body.mu_m3_s2, start.com_m, start.com_velocity_m_s) - body.radius_m
 
 
 def not_turned(pushes: list[str]) -> str:
@@ -145,7 +155,10 @@ class Rebound(Engine):
         """As every engine, all of it in one sentence; of blows it takes those along fixed directions."""
         found = [TURNED.get(name, name) for name in sorted(scene.effects.names - cls.effects)]
         found += [BLOW for p in scene.effects.impulse if p.axes is not Axes.INERTIAL]
-        return not_turned(list(dict.fromkeys(found))) if found else None
+        if found:
+            return not_turned(list(dict.fromkeys(found)))
+        above = lowest_m(scene)
+        return GRAZES.format(above) if 0.0 < above < scene.size_m else None
 
     def build(self, scene: Scene, setting: Setting) -> None:
         """Set the particle up."""

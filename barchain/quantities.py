@@ -79,7 +79,7 @@ def drifts(scene: Scene, seen: Trajectory) -> dict[str, Array]:
     """Drift of what should stay, at each sample: ``gap``, ``identity`` (m), ``energy``, ``angular_momentum`` (1).
 
     Energy and angular momentum are rebuilt from the centre of mass and the attitude in the same way for
-    every engine, and divided by their kinetic part at t = 0.
+    every engine, and divided by their kinetic part at t = 0; after a start from rest by the largest there is.
     """
     found: dict[str, Array] = {}
     if seen.gap_m is not None and scene.bars > 1:
@@ -97,7 +97,7 @@ def drifts(scene: Scene, seen: Trajectory) -> dict[str, Array]:
 
 
 def energy_drift(scene: Scene, seen: Trajectory, relative: bool) -> Array:
-    """Change of energy over its initial kinetic part, (n,)."""
+    """Change of energy over its kinetic part, (n,)."""
     assert seen.angle_rad is not None
     assert seen.rate_rad_s is not None
     model = chain_model(scene)
@@ -109,19 +109,26 @@ def energy_drift(scene: Scene, seen: Trajectory, relative: bool) -> Array:
             energy = energy + invariants.tidal_energy(model, seen.com_m, seen.angle_rad)
     for effect in model.effects:
         energy = energy + effect.energy(model, seen.com_m, seen.angle_rad)
-    drift: Array = np.abs(energy - energy[0]) / kinetic[0]
+    return from_first(energy, kinetic[0], kinetic)
+
+
+def from_first(values: Array, unit: float, otherwise: Array) -> Array:
+    """Change since the first one, (n,), in a unit; where that is zero, as at rest, in the largest of `otherwise`."""
+    unit = unit or np.max(otherwise) or 1.0  # nothing ever moves: no drift either
+    drift: Array = np.abs(values - values[0]) / unit
     return drift
 
 
 def angular_momentum_drift(scene: Scene, seen: Trajectory, relative: bool) -> Array:
-    """Change of angular momentum over its initial size, (n,)."""
+    """Change of angular momentum over its size, (n,)."""
     assert seen.angle_rad is not None
     assert seen.rate_rad_s is not None
     model = chain_model(scene)
     momentum = invariants.relative_angular_momentum(model, seen.angle_rad, seen.rate_rad_s)
-    size = np.abs(seen.rate_rad_s[0]) @ model.inertia_kg_m2 + np.abs(momentum[0])
+    size = swung = np.abs(seen.rate_rad_s) @ model.inertia_kg_m2 + np.abs(momentum)
     if not relative:
         momentum = momentum + invariants.com_angular_momentum(model, seen.com_m, seen.com_velocity_m_s)
-        size = size + np.abs(momentum[0])
-    drift: Array = np.abs(momentum - momentum[0]) / size
-    return drift
+        size = size + np.abs(momentum)
+        speed, distance = (np.linalg.norm(v, axis=-1) for v in (seen.com_velocity_m_s, seen.com_m))
+        swung = swung + scene.mass_kg * speed * distance
+    return from_first(momentum, size[0], swung)

@@ -150,6 +150,13 @@ def test_prescribed_rotations_do_not_stand_in_the_way_of_a_track():
     assert Rebound().run(particle(1.1, samples=5)).angle_rad is None
 
 
+def test_a_chain_that_passes_lower_than_it_is_long_is_none_of_a_particles_business() -> None:
+    """It ends where a bar touches; higher up, and where the particle itself comes down, there is no doubt."""
+    assert "whether a bar touches is told by its angle" in str(Rebound.unsupported(load_scene("hard/grazing_touch")))
+    for name in ("hard/vertical_fall", "hard/perigee_099", "paper/fig05"):
+        assert Rebound.unsupported(load_scene(name)) is None
+
+
 def test_nothing_is_printed_or_written(capfd, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for rtol in (1e-6, 1e-12):
