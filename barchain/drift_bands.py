@@ -87,11 +87,12 @@ def invariant_floor(engine: type[Engine], setting: Setting, seen: Trajectory, tr
 def inner_share(scene: Scene, seen: Trajectory) -> float:
     """Bound of what the motion about the centre of mass has of an invariant: of its kinetic energy, (L w / v)².
 
-    All of it where the centre of mass is at rest at first.
+    All of it where the centre of mass never moves.
     """
-    if conserved(scene).relative or scene.speed0_m_s == 0.0:
+    speed = float(np.linalg.norm(seen.com_velocity_m_s, axis=-1).max())
+    if conserved(scene).relative or speed == 0.0:
         return 1.0
-    return float(min(1.0, (scene.size_m * fastest(scene, seen) / scene.speed0_m_s) ** 2))
+    return float(min(1.0, (scene.size_m * fastest(scene, seen) / speed) ** 2))
 
 
 def fastest(scene: Scene, seen: Trajectory) -> float:

@@ -1,4 +1,8 @@
-"""What a run of ours must keep whatever the scene, and how well: derived from what each step was asked for."""
+"""What a run of ours must keep whatever the scene, and how well: derived from what each step was asked for.
+
+It tells crashes, nonsense and lost digits of any scene. Wrong physics it may miss: where gravity acts, what each step
+may lose of the centre of mass's energy is more than all that the bars have. The comparison and the self-test see it.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +14,9 @@ from adapters.initial_state import chain_model
 from barchain.local_errors import ROUNDINGS, UNIT_ROUNDOFF
 from barchain.quantities import conserved
 from reference_impl import invariants
+from reference_impl.joints import ASTRAY
+from reference_impl.kinematics import joined_state
+from reference_impl.relative import accelerations
 from scenarios import Actuator, Frame
 
 if TYPE_CHECKING:
@@ -31,7 +38,7 @@ def broken(scene: Scene, seen: Trajectory, rtol: float) -> str:
     rtol : float
         What each step was asked for.
     """
-    for check in (not_numbers, open_joints, lost_energy, lost_momentum, left_law):
+    for check in (not_numbers, open_joints, lost_energy, lost_momentum, left_law, other_reactions):
         found = check(scene, seen, rtol)
         if found:
             return found
@@ -57,6 +64,30 @@ def open_joints(scene: Scene, seen: Trajectory, rtol: float) -> str:
     return (
         "" if max(gap, identity) <= allowed else f"gap {gap:.3g} m, identity {identity:.3g} m, allowed {allowed:.3g} m"
     )
+
+
+def other_reactions(scene: Scene, seen: Trajectory, rtol: float) -> str:
+    """Reactions must be those that the NumPy form finds at the states told: to what refinement leaves, and rounding.
+
+    Where bars are turned from outside, torques and reactions are differences of larger numbers, and it is not asked.
+    """
+    del rtol
+    if seen.reaction_N is None or scene.bars == 1 or scene.effects.prescribed_rotation:
+        return ""
+    model, (angle, rate) = chain_model(scene), attitude(seen)
+    wound = bent_J(scene) * float(np.abs(angle).max()) / min(scene.chain.length_m)
+    for k, t in enumerate(seen.t_s):
+        state = joined_state(model, seen.com_m[k], seen.com_velocity_m_s[k], angle[k], rate[k])
+        try:
+            own = accelerations(model, float(t), state).reaction_N
+        except np.linalg.LinAlgError:  # at the edge of double precision one form may still tell, the other not
+            return ""
+        tide = scene.central_body.mu_m3_s2 / float(np.linalg.norm(seen.com_m[k])) ** 3
+        forces = scene.mass_kg * scene.size_m * (tide + float(np.abs(rate[k]).max()) ** 2) + wound
+        off, allowed = float(np.abs(own - seen.reaction_N[k]).max()), ASTRAY * np.abs(own).max() + ROUNDED * forces
+        if not off <= allowed:
+            return f"reactions off by {off:.3g} N at t = {t:.6g} s, allowed {allowed:.3g} N"
+    return ""
 
 
 def lost_energy(scene: Scene, seen: Trajectory, rtol: float) -> str:

@@ -79,7 +79,7 @@ def drifts(scene: Scene, seen: Trajectory) -> dict[str, Array]:
     """Drift of what should stay, at each sample: ``gap``, ``identity`` (m), ``energy``, ``angular_momentum`` (1).
 
     Energy and angular momentum are rebuilt from the centre of mass and the attitude in the same way for
-    every engine, and divided by their kinetic part at t = 0; after a start from rest by the largest there is.
+    every engine, and divided by the largest size of their kinetic parts: of a fall from rest there is none at first.
     """
     found: dict[str, Array] = {}
     if seen.gap_m is not None and scene.bars > 1:
@@ -109,13 +109,12 @@ def energy_drift(scene: Scene, seen: Trajectory, relative: bool) -> Array:
             energy = energy + invariants.tidal_energy(model, seen.com_m, seen.angle_rad)
     for effect in model.effects:
         energy = energy + effect.energy(model, seen.com_m, seen.angle_rad)
-    return from_first(energy, kinetic[0], kinetic)
+    return from_first(energy, kinetic)
 
 
-def from_first(values: Array, unit: float, otherwise: Array) -> Array:
-    """Change since the first one, (n,), in a unit; where that is zero, as at rest, in the largest of `otherwise`."""
-    unit = unit or np.max(otherwise) or 1.0  # nothing ever moves: no drift either
-    drift: Array = np.abs(values - values[0]) / unit
+def from_first(values: Array, size: Array) -> Array:
+    """Change since the first one, (n,), in units of the largest size."""
+    drift: Array = np.abs(values - values[0]) / (np.max(size) or 1.0)  # nothing ever moves: no drift either
     return drift
 
 
@@ -125,10 +124,9 @@ def angular_momentum_drift(scene: Scene, seen: Trajectory, relative: bool) -> Ar
     assert seen.rate_rad_s is not None
     model = chain_model(scene)
     momentum = invariants.relative_angular_momentum(model, seen.angle_rad, seen.rate_rad_s)
-    size = swung = np.abs(seen.rate_rad_s) @ model.inertia_kg_m2 + np.abs(momentum)
+    size = np.abs(seen.rate_rad_s) @ model.inertia_kg_m2 + np.abs(momentum)
     if not relative:
         momentum = momentum + invariants.com_angular_momentum(model, seen.com_m, seen.com_velocity_m_s)
-        size = size + np.abs(momentum)
         speed, distance = (np.linalg.norm(v, axis=-1) for v in (seen.com_velocity_m_s, seen.com_m))
-        swung = swung + scene.mass_kg * speed * distance
-    return from_first(momentum, size[0], swung)
+        size = size + scene.mass_kg * speed * distance
+    return from_first(momentum, size)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 BAND = 4  # a diagonal and three below it hold 2x2 blocks and their neighbours
 REFINEMENTS = 5  # at most; one is enough up to condition numbers of 1e8
 SETTLED = 1e-10  # of the reactions: a correction below it leaves next to nothing
-ASTRAY = 1e-3  # of the reactions: a last correction above it says that they do not settle
+ASTRAY = 1e-6  # of the reactions: a last correction above it says that they do not settle
 ROUNDING = 2.0**-51  # of the terms that a pivot is the difference of: one not above this may be of either sign
 LOST = (
     "the joint system is not positive definite in double precision: its bars are too unequal, too compact or too many"

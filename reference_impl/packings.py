@@ -45,13 +45,17 @@ class Packing(ABC):
     def scales(self, radius_m: float, rate_rad_s: float) -> Array:
         """What counts as 1 in each component: the unit of the requested tolerance."""
 
-    def grain(self, radius_m: float, rate_rad_s: float) -> Array | float:
-        """Error that rounding makes in each component anyway: to ask for less makes the steps collapse."""
-        del radius_m, rate_rad_s
-        return 0.0
+    def grain(self, radius_m: float, rate_rad_s: float) -> Array:
+        """Error that rounding makes in each component anyway: to ask for less makes the steps collapse.
 
-    def shaken(self) -> Array:
-        """Error of the rates (N,), rad/s, that the last digit of an angle makes anyway, where the walk is now.
+        Springs make of an angle's last digit a rate by their own frequency.
+        """
+        found = np.zeros_like(self.scales(radius_m, rate_rad_s))
+        found[-self.model.bars :] = LAST_DIGIT * self.model.spring_rate_rad_s
+        return found
+
+    def shaken(self, y: Array) -> Array:
+        """Error of the angles and rates (2N,), rad and rad/s, that rounding an angle makes anyway, at the walk's state.
 
         A bar that its neighbours pull at is a pendulum of frequency sqrt((l/2J) |R_j + R_{j-1}|), and its rate differs
         by that times the difference of its angle. To ask for less makes the steps collapse.
@@ -59,8 +63,9 @@ class Packing(ABC):
         ends = np.zeros((self.model.bars + 1, 2))
         ends[1:-1] = self.reaction_N
         pull = np.linalg.norm(ends[1:] + ends[:-1], axis=1)
-        found: Array = LAST_DIGIT * np.sqrt(self.model.lever * pull)
-        return found
+        turned = np.abs(y[-2 * self.model.bars : -self.model.bars])
+        swing = np.maximum(turned, 1.0) * np.sqrt(self.model.lever * pull)
+        return LAST_DIGIT * np.concatenate([turned, swing])
 
     def accelerations(self, t_s: float, y: Array, *, refine: bool = False) -> Accelerations:
         """Accelerations, reactions and torques at a vector."""
@@ -193,7 +198,9 @@ class Absolute(Packing):
         """Units in the last place of the radius, and of what an angle makes of it over the shortest bar."""
         n, place = self.model.bars, GRAINS * np.finfo(float).eps * radius_m
         turn = place / float(self.model.length_m.min())
-        return np.repeat([place, place * rate_rad_s, turn, turn * rate_rad_s], [2 * n, 2 * n, n, n])
+        rounded = np.repeat([place, place * rate_rad_s, turn, turn * rate_rad_s], [2 * n, 2 * n, n, n])
+        found: Array = np.maximum(rounded, super().grain(radius_m, rate_rad_s))
+        return found
 
     def centre(self, y: Array) -> Array:
         """Weighted mean of the bars' places."""

@@ -48,7 +48,7 @@ def walk(
     surface: Surface | None = None,
     switches: Switches | None = None,
     method: Method = DOP853,
-    shaken: Callable[[], Array] | None = None,
+    shaken: Callable[[Array], Array] | None = None,
 ) -> Walk:
     """Integrate ``y' = rhs(t, y)`` from ``t_s[0]`` and sample it.
 
@@ -71,8 +71,8 @@ def walk(
     method : type
         Which of SciPy's solvers takes the steps.
     shaken : callable, optional
-        Error of the last components of the state that rounding makes in a step anyway, where the walk is now: no step
-        is asked for less.
+        Error of the last components of a state that rounding makes in a step anyway, by the last evaluation of `rhs`:
+        no explicit step from there is asked for less.
 
     Returns
     -------
@@ -85,14 +85,14 @@ def walk(
     """
     if not np.all(np.isfinite([y0, rhs(t_s[0], y0)])):
         raise ArithmeticError("the initial state or its rate is not finite")  # SciPy would look for a step for ever
-    log, y = Log(t_s, [np.array(y0)]), np.array(y0)
+    log, y = Log(t_s, [np.array(y0)], Floor(atol, shaken if method is DOP853 else None)), np.array(y0)
     for start, end in stretches(t_s, breaks_s):
         here = start
         if switches:
             y = switches.enter(start, end, y)
         while here < end and log.stopped_s is None:
             solver = method(rhs, here, y, end, rtol=RTOL_FLOOR, atol=atol)  # type: ignore[arg-type]  # stubs know scalars only
-            here, y = run_smooth(solver, log, project, surface, switches, shaken if method is DOP853 else None)
+            here, y = run_smooth(solver, log, project, surface, switches)
             log.evaluations += solver.nfev
         if log.stopped_s is not None:
             break
@@ -105,15 +105,10 @@ def run_smooth(
     project: Callable[[Array], Array] | None,
     surface: Surface | None,
     switches: Switches | None,
-    shaken: Callable[[], Array] | None,
 ) -> tuple[float, Array]:
     """Step to the end of the stretch, to the surface, or to where a switch falls; returns where that is."""
-    step: Any = solver  # stubs do not know its tolerances
-    atol = step.atol
+    log.floor.follow(solver)
     while solver.status == "running" and log.stopped_s is None:
-        if shaken:
-            rough = shaken()
-            step.atol = np.concatenate([atol[: -len(rough)], np.maximum(atol[-len(rough) :], rough)])
         fallen_s = log.step(solver, surface, switches)
         if fallen_s is not None and switches:
             return switches.let_go(lambda t: retaken(solver, t), fallen_s, (solver.t_old, solver.t))
@@ -172,6 +167,24 @@ class Switches(Protocol):
         """Hold what is right from about this instant on; returns the instant and the state there, by `exact`."""
 
 
+@dataclass(frozen=True)
+class Floor:
+    """Least error that a step may be asked for."""
+
+    atol: Array
+    """(size,) error asked for"""
+    shaken: Callable[[Array], Array] | None
+    """As in :func:`walk`"""
+
+    def follow(self, solver: Solver) -> None:
+        """Ask the solver's next step for no less; to be called right after it has evaluated where it stands."""
+        if self.shaken is None:
+            return
+        rough = self.shaken(solver.y)
+        kept, step = self.atol[: -len(rough)], solver
+        step.atol = np.concatenate([kept, np.maximum(self.atol[-len(rough) :], rough)])  # type: ignore[union-attr]
+
+
 @dataclass
 class Log:
     """What has been seen so far."""
@@ -180,6 +193,8 @@ class Log:
     """(n,) instants wanted"""
     rows: list[Array]
     """States at the instants reached"""
+    floor: Floor
+    """Of what steps are asked for"""
     steps: int = 0
     evaluations: int = 1
     stopped_s: float | None = None
@@ -192,6 +207,7 @@ class Log:
             name = type(solver).__name__
             raise ArithmeticError(f"{name} gave up at t = {solver.t:.6g} s: {message or 'state not finite'}")
         self.steps += 1
+        self.floor.follow(solver)
         dense = cache(solver.dense_output)  # three evaluations, where they are wanted
         watching = switches is not None and switches.watching
         fallen_s = switches.fall(dense(), solver.t_old, solver.t) if switches and watching else None

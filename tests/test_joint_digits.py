@@ -94,7 +94,20 @@ def test_no_request_makes_steps_shrink_to_the_rounding_of_angles(engine: type) -
     assert fine <= 2.0 * 1.34**3 * coarse
 
 
-def test_a_run_that_nothing_pulls_at_is_asked_for_no_less() -> None:
-    """The floor is that of pendulums: free bars have none."""
+def test_bars_that_nothing_pulls_at_are_asked_for_whatever_is_requested() -> None:
+    """The floor of rates is that of pendulums: free bars have none; that of angles is their own last digit."""
     free = Minimal(chain("straight", 5)[0])
-    assert (free.shaken() == 0.0).all()
+    y = np.concatenate([np.ones(4), np.full(5, 100.0), np.ones(5)])
+    assert (free.shaken(y) == np.repeat([100.0 * 2.0**-53, 0.0], 5)).all()
+
+
+@pytest.mark.parametrize("engine", [Reference, ReferenceFast])
+def test_where_samples_are_taken_changes_no_bit_of_a_run(engine: type) -> None:
+    scene = load_scene("hard/masses_alternating_light_ends")
+    short = replace(scene.run, duration_s=0.05 * scene.run.duration_s)
+    ends = [
+        engine().run(replace(scene, run=replace(short, samples=n)), engine.ladder.setting(1e-13)).angle_rad[-1]
+        for n in (2, 11, 201)
+    ]
+    assert (ends[0] == ends[1]).all()
+    assert (ends[0] == ends[2]).all()

@@ -72,6 +72,7 @@ SPOILT = {
     "velocity": (lambda seen: seen.replace(com_velocity_m_s=growing(seen.com_velocity_m_s)), "energy"),
     "place": (lambda seen: seen.replace(com_m=growing(seen.com_m)), "energy"),
     "gap": (lambda seen: seen.replace(gap_m=seen.gap_m + 1e-3), "gap"),
+    "reactions": (lambda seen: seen.replace(reaction_N=1.0001 * seen.reaction_N), "reactions off"),
     "no number": (lambda seen: seen.replace(reaction_N=seen.reaction_N * np.nan), "not finite"),
 }
 

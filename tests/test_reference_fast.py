@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import ast
+import importlib
 import importlib.util
 import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +22,7 @@ from adapters.reference_adapter import Reference
 from adapters.reference_fast_adapter import ReferenceFast
 from adapters.registry import ENGINES
 from reference_impl import relative
+from reference_impl.fast import jit
 from reference_impl.fast.simulate import FastSimulation
 from reference_impl.simulate import Simulation
 from scenarios import load_scene
@@ -30,8 +34,6 @@ from tests.scene_lists import TAME
 from tests.test_reference_properties import LAWS
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from scenarios import Scene
 
 
@@ -229,3 +231,16 @@ def test_its_code_on_disk_goes_by_all_of_its_sources(tmp_path: Path, monkeypatch
     assert jit.cache_folder.__wrapped__() == before
     (tmp_path / "other.py").write_text("2")
     assert jit.cache_folder.__wrapped__() != before
+
+
+def test_compiled_code_is_kept_by_all_constants_that_it_takes_from_elsewhere() -> None:
+    """One that is not in the name of its folder could be changed, and what was compiled before would go on."""
+    taken = set()
+    for source in Path(jit.__file__).parent.rglob("*.py"):
+        for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module and not node.module.startswith("reference_impl.fast"):
+                module = importlib.import_module(node.module)
+                names = [a.name for a in node.names if node.module.startswith("reference_impl") and a.name.isupper()]
+                taken |= {getattr(module, name) for name in names if name not in {"LOST", "WORDS"}}
+    assert taken
+    assert taken <= set(jit.FROM_ELSEWHERE)

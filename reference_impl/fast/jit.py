@@ -16,13 +16,16 @@ import scipy
 from platformdirs import user_cache_path
 
 from reference_impl.effect import EDGE_ON
-from reference_impl.joints import REFINEMENTS, SETTLED
+from reference_impl.joints import ASTRAY, REFINEMENTS, ROUNDING, SETTLED
+from reference_impl.packings import LAST_DIGIT
 from reference_impl.switches import LOOKS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 F = TypeVar("F", bound="Callable[..., object]")
+FROM_ELSEWHERE = ASTRAY, EDGE_ON, LAST_DIGIT, LOOKS, REFINEMENTS, ROUNDING, SETTLED
+"""Constants that compiled code takes from other sources of ours"""
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
 
 
@@ -54,8 +57,7 @@ def with_cache(function: F, options: dict[str, object]) -> F:
 @cache
 def cache_folder() -> Path:
     """Folder for compiled code: numba's own if one is set, else the user's, by the hash of all that is compiled in."""
-    constants = EDGE_ON, LOOKS, REFINEMENTS, SETTLED  # that compiled code takes from elsewhere, as it does SciPy's
-    digest = hashlib.sha256(f"{numba.__version__} {scipy.__version__} {constants}".encode())
+    digest = hashlib.sha256(f"{numba.__version__} {scipy.__version__} {FROM_ELSEWHERE}".encode())
     for source in sorted(Path(__file__).parent.rglob("*.py")):
         digest.update(source.read_bytes())
     root = Path(numba.config.CACHE_DIR) if numba.config.CACHE_DIR else user_cache_path("barchain") / "compiled"

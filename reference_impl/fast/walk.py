@@ -96,6 +96,7 @@ def start(t_s: float, end_s: float, atol: Array, s: Stepper, chain: Chain, work:
     s.clock[EVALUATIONS] += 1
     size = 2 * chain.bars.shape[1] + 4
     s.clock[STEP] = first_step(size, t_s, end_s - t_s, s.y, s.slopes, s.end, atol, RTOL_FLOOR, chain, work)
+    allow(atol, s, chain, work)
     return ARRIVED
 
 
@@ -109,19 +110,21 @@ def finite(y: Array, rates: Array) -> bool:
 
 
 @compiled
-def allow(atol: Array, allowed: Array, chain: Chain, work: Work) -> None:
-    """Error allowed in a step from here: `atol`, but no less than the last digit of an angle makes anyway.
+def allow(atol: Array, s: Stepper, chain: Chain, work: Work) -> None:
+    """Error allowed in the next step: `atol`, but no less than rounding an angle makes anyway.
 
     As :meth:`reference_impl.packings.Packing.shaken`, by the reactions of the last evaluation.
     """
     n, rows = chain.bars.shape[1], work.bars
     before_x = before_y = 0.0
     for i in range(len(atol)):
-        allowed[i] = atol[i]
+        s.allowed[i] = atol[i]
     for i in range(n):
         x, y = (rows[RX, i], rows[RY, i]) if i < n - 1 else (0.0, 0.0)
-        rough = LAST_DIGIT * np.sqrt(chain.bars[LEVER, i] * np.hypot(x + before_x, y + before_y))
-        allowed[n + 2 + i] = max(allowed[n + 2 + i], rough)
+        turned = abs(s.y[i])
+        swing = max(turned, 1.0) * np.sqrt(chain.bars[LEVER, i] * np.hypot(x + before_x, y + before_y))
+        s.allowed[i] = max(atol[i], LAST_DIGIT * turned)
+        s.allowed[n + 2 + i] = max(atol[n + 2 + i], LAST_DIGIT * swing)
         before_x, before_y = x, y
 
 
@@ -133,7 +136,6 @@ def step(end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int
     relative = 0.0 if exact else RTOL_FLOOR
     least = 10.0 * abs(np.nextafter(t, np.inf) - t)
     h = max(h, least)
-    allow(atol, s.allowed, chain, work)
     while h >= least:
         reached = min(t + h, end_s)
         h = reached - t
@@ -153,6 +155,7 @@ def step(end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int
             for i in range(len(s.y)):
                 s.before[i], s.y[i] = s.y[i], s.end[i]
                 s.residue[0, i] = s.residue[1, i]
+            allow(atol, s, chain, work)
             return ARRIVED
         h *= max(LEAST_FACTOR, SAFETY * error**EXPONENT) if np.isfinite(error) else LEAST_FACTOR
         rejected = True
