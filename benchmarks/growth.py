@@ -1,11 +1,11 @@
 """How errors grow over many orbits of a regular swing: the energy's drift, and the place along the orbit.
 
-    python benchmarks/growth.py [--orbits 1000] [--starts 8]
+    python benchmarks/growth.py [--orbits 1000] [--starts 16]
 
 The bar of `hard/long_1000` is started at several angles and longitudes, and each engine's errors are taken as the root
 mean square of all: a single run's exponent tells of one random walk. Energy needs no judge; places are compared with
 heyoka's in long double, whose roundings are two thousand times smaller. Exponents are fitted as everywhere else
-(`barchain.stability.law`): the running maximum over the last two decades of time. Needs the `oracle` extra.
+(`barchain.stability.law`): the running maximum over the last decade of time. Needs the `oracle` extra.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def words(found: Law | None) -> str:
 
 @click.command()
 @click.option("--orbits", default=1000.0, show_default=True)
-@click.option("--starts", "count", default=8, show_default=True)
+@click.option("--starts", "count", default=16, show_default=True)
 def main(orbits: float, count: int) -> None:
     """Run all and print a line for each setting."""
     scenes = starts(orbits, count)

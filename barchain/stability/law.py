@@ -12,14 +12,14 @@ from barchain.cost.orders import slope
 if TYPE_CHECKING:
     from adapters.engine import Array
 
-DECADES = 2.0  # of time, up to the end: earlier, a drift is what single steps leave
+DECADES = 1.0  # of time, up to the end: earlier, a drift is what one revolution leaves, and hides how it grows
 POINTS = 24  # evenly spaced in log t: a running maximum says nothing new from one sample to the next
 FEWEST = 5
 
 
 @dataclass(frozen=True)
 class Law:
-    """``drift = at_end (t/T)^exponent`` over the last two decades of a run that ends at T."""
+    """``drift = at_end (t/T)^exponent`` over the last decade of a run that ends at T."""
 
     exponent: float
     low: float
