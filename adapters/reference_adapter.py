@@ -70,7 +70,10 @@ class ReferenceEngine(Engine):
 
     def read(self) -> Trajectory:
         """Observables at the samples."""
-        h = self.prepared.history(self.seen, condition=self.condition)
+        try:
+            h = self.prepared.history(self.seen, condition=self.condition)
+        except np.linalg.LinAlgError as error:  # where they are looked at, reactions are refined, and may not settle
+            raise EngineError(str(error)) from error
         info: dict[str, float | str] = {"steps": h.steps, "evaluations": h.evaluations, "method": h.method}
         if h.landed_s is not None:
             info[ENDED] = h.landed_s

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from adapters.engine import EngineError
 from adapters.reference_adapter import Reference
 from adapters.reference_fast_adapter import ReferenceFast
 from barchain.own_invariants import broken
@@ -88,3 +89,9 @@ def test_a_bar_off_its_law_is_seen() -> None:
     seen = run(Reference, scene)
     off = np.linspace(0.0, 1e-4, len(seen.t_s))[:, None]
     assert "off its law" in broken(scene, seen.replace(angle_rad=seen.angle_rad + off), RTOL)
+
+
+def test_a_joint_that_only_a_look_at_its_reaction_finds_lost_ends_in_the_engines_own_words() -> None:
+    """Number 13617: entries 1e14 apart, the steps go through, the refined reactions do not settle."""
+    with pytest.raises(EngineError, match="not positive definite in double precision"):
+        run(ReferenceFast, draw(13617))
