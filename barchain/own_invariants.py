@@ -67,7 +67,7 @@ def open_joints(scene: Scene, seen: Trajectory, rtol: float) -> str:
 
 
 def other_reactions(scene: Scene, seen: Trajectory, rtol: float) -> str:
-    """Reactions must be those that the NumPy form finds at the states told: to what refinement leaves in both, and rounding.
+    """Reactions must be those that the NumPy form finds at the states told, but for what refinement and rounding leave.
 
     Where bars are turned from outside, torques and reactions are differences of larger numbers, and it is not asked.
     """
