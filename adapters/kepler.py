@@ -46,14 +46,6 @@ def propagate(mu_m3_s2: float, position_m: Array, velocity_m_s: Array, t_s: Arra
     return position_m + moved, velocity
 
 
-def perigee_m(mu_m3_s2: float, position_m: Array, velocity_m_s: Array) -> float:
-    """Least distance from the centre of the orbit through a position and a velocity, both (2,)."""
-    (x, z), (vx, vz) = position_m.tolist(), velocity_m_s.tolist()
-    parameter: float = (x * vz - z * vx) ** 2 / mu_m3_s2
-    energy: float = 0.5 * (vx * vx + vz * vz) - mu_m3_s2 / math.hypot(x, z)
-    return parameter / (1.0 + math.sqrt(max(0.0, 1.0 + 2.0 * energy * parameter / mu_m3_s2)))
-
-
 def displacements(mu_m3_s2: float, position_m: Array, velocity_m_s: Array, t_s: Array) -> tuple[Array, Array]:
     """As :func:`propagate`, with the position's change x - x0 (n, 2), small where the time is short."""
     r0 = math.hypot(*position_m)

@@ -35,8 +35,8 @@ from scipy.optimize import brentq
 
 from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Observable, Setting, Trajectory
 from adapters.initial_state import initial_state
-from adapters.kepler import perigee_m
 from adapters.rebound_forces import attach, companion, forces
+from reference_impl.gravity import perigee_m
 from scenarios import Axes, Gravity
 
 if TYPE_CHECKING:

@@ -57,3 +57,11 @@ def gradient_spins(model: ChainModel, place_m: ComplexArray, along: ComplexArray
     seen = along.conj() * place_m  # r sin(phi) + i r cos(phi)
     spin: Array = 3.0 * model.mu_m3_s2 * seen.real * seen.imag / (r2 * r2 * np.sqrt(r2))
     return spin
+
+
+def perigee_m(mu_m3_s2: float, place_m: Array, velocity_m_s: Array) -> float:
+    """Lowest point of the Kepler orbit through a place and a velocity, both (2,), m from the body's centre."""
+    (x, z), (vx, vz) = place_m, velocity_m_s
+    parameter = (x * vz - z * vx) ** 2 / mu_m3_s2
+    energy = 0.5 * (vx * vx + vz * vz) - mu_m3_s2 / np.hypot(x, z)
+    return float(parameter / (1.0 + np.sqrt(max(0.0, 1.0 + 2.0 * energy * parameter / mu_m3_s2))))

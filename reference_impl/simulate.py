@@ -11,6 +11,7 @@ from scipy.integrate import DOP853
 
 from reference_impl import stiffness
 from reference_impl.chain import Array, ChainModel, State
+from reference_impl.gravity import perigee_m
 from reference_impl.joints import condition_number, joint_matrix
 from reference_impl.kinematics import joined_state
 from reference_impl.packings import PACKINGS, CoordinateSet, Projected
@@ -169,10 +170,7 @@ class Simulation:
 
     def perigee_m(self, y: Array) -> float:
         """Lowest point of the Kepler orbit through the centre of mass of a vector, m from the body's centre."""
-        (x, z), (vx, vz), mu = self.packing.centre(y), self.packing.drift(y), self.model.mu_m3_s2
-        parameter = (x * vz - z * vx) ** 2 / mu
-        energy = 0.5 * (vx * vx + vz * vz) - mu / np.hypot(x, z)
-        return float(parameter / (1.0 + np.sqrt(max(0.0, 1.0 + 2.0 * energy * parameter / mu))))
+        return perigee_m(self.model.mu_m3_s2, self.packing.centre(y), self.packing.drift(y))
 
     def clear(self, before: Array, after: Array, step_s: float) -> bool:
         """Whether no bar can have touched the surface in a step between these two states.

@@ -181,8 +181,8 @@ class Floor:
         if self.shaken is None:
             return
         rough = self.shaken(solver.y)
-        kept, step = self.atol[: -len(rough)], solver
-        step.atol = np.concatenate([kept, np.maximum(self.atol[-len(rough) :], rough)])  # type: ignore[union-attr]
+        kept, floored = self.atol[: -len(rough)], np.maximum(self.atol[-len(rough) :], rough)
+        solver.atol = np.concatenate([kept, floored])  # type: ignore[union-attr]  # stubs do not know of it
 
 
 @dataclass

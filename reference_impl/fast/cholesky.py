@@ -42,19 +42,20 @@ def factored(n: int, bars: Array, rows: Array) -> bool:
 
     Rows L hold each joint's factor, H what it takes from the next joint's block.
     """
-    well = True
     x = y = xx = xy = yy = 0.0
     for j in range(n - 1):
         w, other = bars[INVERSE_MASS, j], bars[INVERSE_MASS, j + 1]
         kxx, kxy, kyy = rows[KXX, j + 1], rows[KXY, j + 1], rows[KYY, j + 1]
         dxx, dxy, dyy = (w + other) + (rows[KXX, j] + kxx), rows[KXY, j] + kxy, (w + other) + (rows[KYY, j] + kyy)
         pivot = dxx - xx
-        lxx = math.sqrt(max(pivot, 0.0))
-        lxy = (dxy - xy) / lxx if pivot != 0.0 else 0.0
-        second = (dyy - yy) - lxy * lxy
-        lyy = math.sqrt(max(second, 0.0))
-        if pivot <= ROUNDING * dxx or second <= ROUNDING * dyy:  # NaN is for the stepper
-            well, lxx, lyy = False, 1.0, 1.0
+        if pivot <= ROUNDING * dxx:  # NaN is for the stepper
+            return False
+        lxx = math.sqrt(pivot)
+        lxy = (dxy - xy) / lxx
+        pivot = (dyy - yy) - lxy * lxy
+        if pivot <= ROUNDING * dyy:
+            return False
+        lyy = math.sqrt(pivot)
         zx = ((rows[LEFT, j + 1] - rows[RIGHT, j]) - x) / lxx
         zy = ((rows[LEFT_Y, j + 1] - rows[RIGHT_Y, j]) - y - lxy * zx) / lyy
         uxx, uyy = kxx - other, kyy - other
@@ -73,4 +74,4 @@ def factored(n: int, bars: Array, rows: Array) -> bool:
         y = zy / rows[LYY, j]
         x = (zx - rows[LXY, j] * y) / rows[LXX, j]
         rows[RX, j], rows[RY, j] = x, y
-    return well
+    return True
