@@ -24,7 +24,7 @@ FAILED = 1
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path("report"), show_default=True,
               help="Folder for tables and page.")  # fmt: skip
 @click.option("--time-limit", type=click.FloatRange(min=0, min_open=True), default=TIME_LIMIT_S, show_default=True,
-              help="Wall time allowed to one run, s.")  # fmt: skip
+              help="Wall time allowed to one run, s; ten times that to a form of the reference.")  # fmt: skip
 @click.option("--workers", type=click.IntRange(min=1), help="Processes side by side; all cores by default.")
 @click.option("--resume", is_flag=True, help="Go on from what an earlier, cut-off study left in the folder.")
 @click.option("--accept", "accepted", is_flag=True, help="Record these outcomes as the expected ones.")

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 OURS = ("reference", "reference-fast")
 """Engines that must be stable in all scenes that are well-posed"""
+OURS_PATIENCE = 10.0
+"""Times the time limit that these are given: they are to be judged, and NumPy takes minutes for a thousand orbits"""
 WAVES = ((Role.COARSE, Role.PLAIN, Role.EXACT), (Role.MAIN,), (Role.FINER,))
 """Runs in the order in which they are made: those that take longest come last, and only if there is hope"""
 
@@ -86,7 +88,9 @@ class Study:
         self.leave_out()
         self.make([job for s in self.plan.scenes for job in truth_jobs(s, truth_engine())], TRUTH_LIMIT_S)
         for wave in WAVES:
-            self.make(self.hopeful(self.jobs(wave)), self.plan.time_limit_s)
+            jobs = self.hopeful(self.jobs(wave))
+            for limit_s in sorted({self.limit_s(j) for j in jobs}):
+                self.make([j for j in jobs if self.limit_s(j) == limit_s], limit_s)
         self.store.record.update(finished=True, seconds=time.perf_counter() - start)
         self.store.write_record()
         return Result(self.findings, tuple(self.changes), self.unstable_ours())
@@ -119,9 +123,13 @@ class Study:
             if late is None:
                 found.append(job)
             else:
-                said = f"not run: the {LEVEL_WORDS[late]} setting already took longer than {self.plan.time_limit_s:g} s"
+                said = f"not run: the {LEVEL_WORDS[late]} setting already took longer than {self.limit_s(job):g} s"
                 self.take(job, failure(Outcome.TIMED_OUT, said))
         return found
+
+    def limit_s(self, job: Job) -> float:
+        """Wall time allowed to a run."""
+        return self.plan.time_limit_s * (OURS_PATIENCE if job.engine in OURS else 1.0)
 
     def late_before(self, job: Job) -> Role | None:
         """Coarser level of a job's engine that was not in time, if there is one."""
