@@ -13,51 +13,6 @@ from scenarios import load_scene
 QUICK = "basics/libration"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["simulate", "paper/fig5", "--out", "x.csv"], ["no such scene", "did you mean paper/fig05?"]),
-        (
-            ["simulate", QUICK, "--engine", "exudin", "--out", "x.csv"],
-            ["no such engine", "did you mean exudyn?"],
-        ),
-        (["simulate", QUICK, "--out", "x.xlsx"], ["'.xlsx' given", ".parquet, .csv"]),
-        (["simulate", QUICK, "--out", "nowhere/x.csv"], ["no folder nowhere"]),
-        (["simulate", QUICK, "--set", "rtol", "--out", "x.csv"], ["no value", "KNOB=NUMBER"]),
-        (
-            ["simulate", QUICK, "--set", "rtl=1e-9", "--out", "x.csv"],
-            ["no setting rtl", "did you mean rtol?"],
-        ),
-        (["simulate", QUICK, "--set", "rtol=-1", "--out", "x.csv"], ["rtol=-1 given", "allowed"]),
-        (["simulate", QUICK, "--set", "rtol=nan", "--out", "x.csv"], ["rtol=nan given", "allowed"]),
-        (
-            ["simulate", "paper/fig17", "--engine", "pymunk", "--out", "x.csv"],
-            ["pymunk can't do paper/fig17"],
-        ),
-        (["simulate", QUICK], ["--out"]),
-        (["compare", "--out", "x"], ["SCENE"]),
-        (["compare", QUICK, "--out", "x", "--set", "rtol=1"], ["ENGINE:KNOB=NUMBER"]),
-        (["crossval", "--tag", "papr"], ["--tag papr", "did you mean paper?"]),
-        (["scenes", "--tag", "papr"], ["--tag papr", "did you mean paper?"]),
-        (["simulate", QUICK, "--out", "x.csv", "--time-limit", "-1"], ["--time-limit", "-1"]),
-        (["compare", QUICK, "--out", "x", "--time-limit", "0"], ["--time-limit", "0"]),
-        (["cost", QUICK, "--out", "x", "--time-limit", "-1"], ["--time-limit", "-1"]),
-        (["truths", "--check", "paper/fig5"], ["paper/fig5", "did you mean paper/fig05?"]),
-        (["roundoff", "--part", "evaluations"], ["evaluations", "evaluation"]),
-        (["report", "nowhere"], ["metrics.csv"]),
-        (["nonsense"], ["nonsense"]),
-    ],
-)
-def test_bad_usage_gives_one_readable_line_and_exit_code_2(arguments, words, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert run(arguments) == 2
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1
-    assert all(word in error for word in words), error
-    assert "Traceback" not in error
-    assert list(tmp_path.iterdir()) == []
-
-
 @pytest.mark.parametrize("ending", [".csv", ".parquet"])
 def test_simulate_writes_one_row_a_sample_in_named_columns(tmp_path, ending):
     out = tmp_path / f"run{ending}"

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from adapters.registry import Registration
-from barchain.cli import run
 from barchain.cost.findings import front_of, orders_table, price_table, reach_table
 from reports.cost_charts import Setup, Track, by_family, families, overview
 from reports.cost_page import render_cost
@@ -137,25 +136,3 @@ def test_times_ratios_and_targets_read_well() -> None:
     assert ratio_text((1319.0, None, None)) == "×1320"
     assert decade(1e-4) == "10⁻⁴"
     assert decade(0.02) == "0.020"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["cost", "paper/fig5"], "did you mean paper/fig05?"),
-        (["cost", "--engine", "exudin"], "did you mean exudyn?"),
-        (["cost", "--repeats", "0"], "repeats"),
-        (["cost", "--orbits", "0"], "orbits"),
-    ],
-)
-def test_bad_usage_runs_nothing(
-    arguments: list[str],
-    words: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert run(arguments) == 2
-    assert words in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == []

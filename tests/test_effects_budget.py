@@ -12,7 +12,6 @@ import pytest
 
 from adapters.initial_state import initial_state
 from adapters.reference_adapter import Reference
-from barchain.cli import run
 from barchain.effects_budget.atmosphere import LAYERS, caveat, density_kg_m3, layer_at
 from barchain.effects_budget.changes import Runs, change
 from barchain.effects_budget.heights import Heights, expected, seen
@@ -379,20 +378,3 @@ def test_j2_moves_the_centre_of_mass_as_its_closed_form_says(budget: Any) -> Non
 def test_gravity_models_are_told_apart_from_the_scenes_own() -> None:
     found = [s for s in switches(load_scene("effects/slender")) if s.kind is Kind.GRAVITY]
     assert [s.scene.effects.gravity for s in found if s.scene] == [Gravity.POINT, Gravity.GRADIENT, Gravity.QUADRUPOLE]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["effects", "paper/fig1"], "did you mean paper/fig1"),
-        (["effects", "paper/fig13", "--rtol", "1"], "--rtol"),
-        (["effects", "paper/fig13", "--matters", "0"], "--matters"),
-        (["effects", "paper/fig13", "--engine", "exudyn"], "--engine"),
-        (["effects"], "SCENE"),
-    ],
-)
-def test_bad_usage_runs_nothing(arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(arguments) == 2
-    said = capsys.readouterr().err
-    assert words in said
-    assert len(said.strip().splitlines()) == 1

@@ -14,7 +14,6 @@ import pytest
 
 from adapters.initial_state import initial_state
 from adapters.registry import ENGINES, Registration
-from barchain.cli import run
 from barchain.job import Job, Role
 from barchain.scaling.evaluation import DIRECT, calibrated, evaluation_times, loop_of
 from barchain.scaling.fit import FAST, LEAST_MEMORY_B, exponent, fits_table, targets
@@ -378,24 +377,3 @@ def test_an_engine_says_how_many_bars_are_too_many_for_it(tmp_path: Path) -> Non
     assert points.bars.tolist() == [100]
     assert points.outcome.tolist() == ["unsupported"]
     assert "sweeps" in points.reason[0]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["scaling", "--engine", "exudin"], "did you mean exudyn?"),
-        (["scaling", "--bars", "1"], "bars"),
-        (["scaling", "--time-limit", "0"], "time-limit"),
-    ],
-)
-def test_bad_usage_runs_nothing(
-    arguments: list[str],
-    words: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert run(arguments) == 2
-    assert words in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == []

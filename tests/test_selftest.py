@@ -321,23 +321,6 @@ def test_a_fault_killed_by_nothing_ends_with_exit_code_1(
     assert "killed by nothing: scale-rate" in said
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--fault", "scale-rat"], "did you mean scale-rate"),
-        (["--scene", "selftest/fal"], "did you mean selftest/fall"),
-        (["--scene", "paper/fig1"], "no such scene"),
-        (["--engine", "refrence"], "did you mean reference"),
-        (["--engine", "reference-fast", "--workers", "0"], "--workers"),
-    ],
-)
-def test_bad_usage_runs_nothing(arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert command(["selftest", *arguments]) == 2
-    said = capsys.readouterr().err
-    assert words in said
-    assert len(said.strip().splitlines()) == 1
-
-
 def test_faults_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert command(["selftest", "--list"]) == 0
     said = capsys.readouterr().out

@@ -388,21 +388,6 @@ def test_a_study_goes_on_from_what_an_earlier_one_left(folder: Path, monkeypatch
     assert read_stability(folder).outcomes.equals(before)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["hard/whi"], "did you mean"),
-        (["hard/whip", "--engine", "exudin"], "did you mean exudyn"),
-        (["--time-limit", "0"], "--time-limit"),
-    ],
-)
-def test_bad_usage_runs_nothing(arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert command(["stability", *arguments]) == 2
-    said = capsys.readouterr().err
-    assert words in said
-    assert len(said.strip().splitlines()) == 1
-
-
 @pytest.mark.slow
 def test_ours_are_stable_in_all_hard_scenes_and_nothing_changed(tmp_path: Path) -> None:
     scenes = tuple(load_scene(name) for name in hard_scenes())

@@ -1,0 +1,72 @@
+"""Bad usage of any command: one readable line, exit code 2, and nothing run or written."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from barchain.cli import run
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+QUICK = "basics/libration"
+
+
+@pytest.mark.parametrize(
+    ("typed", "words"),
+    [
+        ("nonsense", ["nonsense"]),
+        ("scenes --tag papr", ["--tag papr", "did you mean paper?"]),
+        (f"simulate {QUICK}", ["--out"]),
+        ("simulate paper/fig5 --out x.csv", ["no such scene", "did you mean paper/fig05?"]),
+        (f"simulate {QUICK} --engine exudin --out x.csv", ["no such engine", "did you mean exudyn?"]),
+        (f"simulate {QUICK} --out x.xlsx", ["'.xlsx' given", ".parquet, .csv"]),
+        (f"simulate {QUICK} --out nowhere/x.csv", ["no folder nowhere"]),
+        (f"simulate {QUICK} --set rtol --out x.csv", ["no value", "KNOB=NUMBER"]),
+        (f"simulate {QUICK} --set rtl=1e-9 --out x.csv", ["no setting rtl", "did you mean rtol?"]),
+        (f"simulate {QUICK} --set rtol=-1 --out x.csv", ["rtol=-1 given", "allowed"]),
+        (f"simulate {QUICK} --set rtol=nan --out x.csv", ["rtol=nan given", "allowed"]),
+        (f"simulate {QUICK} --out x.csv --time-limit -1", ["--time-limit", "-1"]),
+        ("simulate paper/fig17 --engine pymunk --out x.csv", ["pymunk can't do paper/fig17"]),
+        ("compare --out x", ["SCENE"]),
+        (f"compare {QUICK} --out x --set rtol=1", ["ENGINE:KNOB=NUMBER"]),
+        (f"compare {QUICK} --out x --time-limit 0", ["--time-limit", "0"]),
+        ("crossval --tag papr", ["--tag papr", "did you mean paper?"]),
+        ("report nowhere", ["metrics.csv"]),
+        ("cost paper/fig5", ["did you mean paper/fig05?"]),
+        ("cost --engine exudin", ["did you mean exudyn?"]),
+        ("cost --repeats 0", ["repeats"]),
+        ("cost --orbits 0", ["orbits"]),
+        (f"cost {QUICK} --out x --time-limit -1", ["--time-limit", "-1"]),
+        ("scaling --engine exudin", ["did you mean exudyn?"]),
+        ("scaling --bars 1", ["bars"]),
+        ("scaling --time-limit 0", ["time-limit"]),
+        ("roundoff --part evaluations", ["evaluations", "evaluation"]),
+        ("effects", ["SCENE"]),
+        ("effects paper/fig1", ["did you mean paper/fig1"]),
+        ("effects paper/fig13 --rtol 1", ["--rtol"]),
+        ("effects paper/fig13 --matters 0", ["--matters"]),
+        ("effects paper/fig13 --engine exudyn", ["--engine"]),
+        ("stability hard/whi", ["did you mean"]),
+        ("stability hard/whip --engine exudin", ["did you mean exudyn"]),
+        ("stability --time-limit 0", ["--time-limit"]),
+        ("selftest --fault scale-rat", ["did you mean scale-rate"]),
+        ("selftest --scene selftest/fal", ["did you mean selftest/fall"]),
+        ("selftest --scene paper/fig1", ["no such scene"]),
+        ("selftest --engine refrence", ["did you mean reference"]),
+        ("selftest --engine reference-fast --workers 0", ["--workers"]),
+        ("truths --check paper/fig5", ["paper/fig5", "did you mean paper/fig05?"]),
+    ],
+)
+def test_bad_usage_gives_one_readable_line_and_exit_code_2(
+    typed: str, words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(typed.split()) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1, error
+    assert all(word in error for word in words), error
+    assert "Traceback" not in error
+    assert list(tmp_path.iterdir()) == []
