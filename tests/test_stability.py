@@ -14,14 +14,14 @@ from adapters.engine import EngineError, Knob, Setting
 from adapters.reference_adapter import Reference
 from adapters.registry import ENGINES, Registration
 from barchain.cli import run as command
-from barchain.job import Job, Role, RunResult, failure
+from barchain.job import TRUTH_ROLES, Job, Role, RunResult, failure
 from barchain.model_difference import com_displacement, track_response
 from barchain.stability import expected
 from barchain.stability.evidence import evidence
 from barchain.stability.expected import SLOW
 from barchain.stability.growth import BLOWN_UP, linear_rate
 from barchain.stability.law import law
-from barchain.stability.plan import HUGE, Plan, coarser, default_engines, hard_scenes, settings
+from barchain.stability.plan import HUGE, Plan, chosen_engines, coarser, default_engines, hard_scenes, settings
 from barchain.stability.rules import Finding, finding
 from barchain.stability.seen import Seen
 from barchain.stability.study import stability
@@ -388,7 +388,23 @@ def test_a_study_goes_on_from_what_an_earlier_one_left(folder: Path, monkeypatch
     assert read_stability(folder).outcomes.equals(before)
 
 
+def test_forms_of_the_reference_get_ten_times_as_long_as_other_engines(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    allowed_s: dict[str, float] = {}
+
+    def noted(jobs: list[Job], *, time_limit_s: float, **_: object) -> list[tuple[Job, RunResult]]:
+        allowed_s.update({job.engine: time_limit_s for job in jobs if job.role not in TRUTH_ROLES})
+        return []
+
+    monkeypatch.setattr("barchain.stability.study.run_jobs", noted)
+    plan = Plan((load_scene("hard/vertical_fall"),), chosen_engines(["reference", "exudyn"]), time_limit_s=7.0)
+    stability(plan, tmp_path, command="test")
+    assert allowed_s == {"reference": 70.0, "exudyn": 7.0}
+
+
 @pytest.mark.slow
+@pytest.mark.timeout(0)  # an hour on two cores
 def test_ours_are_stable_in_all_hard_scenes_and_nothing_changed(tmp_path: Path) -> None:
     scenes = tuple(load_scene(name) for name in hard_scenes())
     result = stability(Plan(scenes, default_engines()), tmp_path, command="test")
