@@ -85,14 +85,21 @@ def row(
 def judge(
     name: str, engine: type[Engine], setting: Setting, main: RunResult, finer: RunResult, truth: Truth
 ) -> Verdict:
-    """Compare an engine's run, and its finer one, with the truth."""
+    """Compare an engine's run, and its finer one, with the truth.
+
+    Samples that arithmetic fails on cost their engine's verdict, not the run that it is part of.
+    """
     scene = truth.scene
     for role, result in (("", main), (" (at its finer setting)", finer)):
         if result.outcome is not Outcome.PASS or result.trajectory is None:
             return no_verdict(scene.name, name, setting, result.outcome, result.reason + role)
     assert main.trajectory is not None
     assert finer.trajectory is not None
-    return Comparison(name, engine, setting, main.trajectory, finer.trajectory, truth).verdict()
+    try:
+        return Comparison(name, engine, setting, main.trajectory, finer.trajectory, truth).verdict()
+    except (ArithmeticError, LookupError, ValueError) as error:
+        said = f"could not be compared: {type(error).__name__}: {error}"
+        return no_verdict(scene.name, name, setting, Outcome.FAILED, said)
 
 
 @dataclass(frozen=True)

@@ -214,7 +214,7 @@ def varying_rate(scene: Scene, seen: Trajectory) -> float:
     if seen.rate_rad_s is None:
         return orbit_scale(scene)
     third = second_derivative(seen.t_s, seen.rate_rad_s)
-    fifth = second_derivative(seen.t_s, np.gradient(np.gradient(seen.rate_rad_s, seen.t_s, axis=0), seen.t_s, axis=0))
+    fifth = second_derivative(seen.t_s, first_derivative(seen.t_s, first_derivative(seen.t_s, seen.rate_rad_s)))
     spin = float(np.abs(seen.rate_rad_s).max())
     slowest = max(spin, math.sqrt(3.0) * orbit_rate_bound(scene, seen))
     return max(slowest, math.sqrt(float(fifth.max()) / max(float(third.max()), slowest**3)))
@@ -232,7 +232,7 @@ def end_derivatives(engine: type[Engine], seen: Trajectory) -> tuple[Array, Arra
     if engine.coordinates is Coordinates.ROTATING_FRAME:
         rate = rate - orbit_rate(seen)[:, None]
     fastest = np.abs(rate).max(axis=1)
-    turn = np.abs(np.gradient(rate, seen.t_s, axis=0)).max(axis=1)
+    turn = np.abs(first_derivative(seen.t_s, rate)).max(axis=1)
     jerk = second_derivative(seen.t_s, rate)
     return turn + fastest**2, jerk + 3.0 * fastest * turn + fastest**3
 
@@ -244,11 +244,16 @@ def orbit_rate(seen: Trajectory) -> Array:
     return rate
 
 
+def first_derivative(t_s: Array, values: Array) -> Array:
+    """First time derivative from samples, shaped as they are; zero where a run ended before its second one."""
+    return np.gradient(values, t_s, axis=0) if len(t_s) > 1 else np.zeros_like(values)
+
+
 def second_derivative(t_s: Array, values: Array) -> Array:
     """Largest second time derivative over all components, (n,), from samples."""
     if len(t_s) < 3:
         return np.zeros(len(t_s))
-    twice = np.gradient(np.gradient(values, t_s, axis=0), t_s, axis=0)
+    twice = first_derivative(t_s, first_derivative(t_s, values))
     largest: Array = np.abs(twice).reshape(len(t_s), -1).max(axis=1)
     return largest
 
