@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 import pytest
 
-from adapters.engine import EngineError, Knob, Setting
+from adapters.engine import Coordinates, EngineError, Knob, Ladder, Setting
 from adapters.reference_adapter import Reference
 from adapters.registry import ENGINES, Registration
 from barchain.cli import run as command
@@ -74,6 +74,32 @@ class WorseWithFiner(Faulty):
 
     def spoil(self, seen: Trajectory) -> Trajectory:
         return seen.replace(angle_rad=seen.angle_rad + 1e-15 / self.rtol * (seen.t_s / seen.t_s[-1])[:, None])
+
+
+class Loose(Faulty):
+    """Errors as its own two settings say, far beyond what it was asked for."""
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        super().build(scene, setting)
+        self.rtol = setting.value
+
+    def spoil(self, seen: Trajectory) -> Trajectory:
+        return seen.replace(angle_rad=seen.angle_rad + 1e6 * self.rtol * (seen.t_s / seen.t_s[-1])[:, None])
+
+
+class EndsAtOnce(Faulty):
+    """A method of equal steps that loses the chain to the ground before its second sample."""
+
+    ladder: ClassVar = Ladder(Knob.STEPS_PER_ORBIT, (1000.0, 4000.0), default=4000.0)
+    order: ClassVar = 2
+    coordinates: ClassVar = Coordinates.ABSOLUTE
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        super().build(scene, Reference.ladder.setting())
+
+    def spoil(self, seen: Trajectory) -> Trajectory:
+        first = {k: v[:1] for k, v in vars(seen).items() if isinstance(v, np.ndarray)}
+        return dataclasses.replace(seen, **first, ended="a bar reached the surface")
 
 
 class RunsAway(Faulty):
@@ -155,6 +181,7 @@ CASES = [
     (faulty_engines.SwapsSign, FREE, Stability.INACCURATE, "reaction: "),
     (faulty_engines.IgnoresJointsInSilence, FREE, Stability.INACCURATE, "attitude"),
     (faulty_engines.IgnoresJoints, FREE, Stability.INACCURATE, "joint 1 is open"),
+    (Loose, FREE, Stability.INACCURATE, "times the band at t = "),
     (BlowsUp, FREE, Stability.UNSTABLE, "kinetic energy"),
     (WorseWithFiner, FREE, Stability.UNSTABLE, "a finer setting makes the attitude's error 10"),
     (RunsAway, FALLS, Stability.UNSTABLE, "grew"),
@@ -163,6 +190,7 @@ CASES = [
     (faulty_engines.ReturnsNan, FREE, Stability.FAILED, "not finite"),
     (faulty_engines.StopsEarly, FREE, Stability.FAILED, "gave no reason"),
     (Lands, FREE, Stability.FAILED, "apart from the truth"),
+    (EndsAtOnce, FREE, Stability.FAILED, "apart from the truth"),
     (CanNotFactor, FREE, Stability.FAILED, "not positive definite"),
     (WillNot, FREE, Stability.REFUSED, "too light"),
 ]

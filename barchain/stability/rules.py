@@ -143,7 +143,10 @@ def refuses(row: Row, seen: Seen) -> bool:
 
 
 def worst(wrong: list[Row]) -> str:
-    """The row farthest outside, in words; those that are inconsistent before those that are out of band."""
+    """The row farthest outside, in words; those that are inconsistent before those that are out of band.
+
+    Of a quantity that is out of band, the row of its largest difference says where.
+    """
 
     def grave(row: Row) -> tuple[bool, bool, float]:
         whole = row["quantity"] == "run"
@@ -152,7 +155,8 @@ def worst(wrong: list[Row]) -> str:
 
     row = max(wrong, key=grave)
     named = "" if row["quantity"] == "run" else f"{row['quantity'].replace('_', ' ')}: "
-    return f"{named}{row['reason']}"
+    said = next(r["reason"] for r in (row, *wrong) if r["quantity"] == row["quantity"] and r["reason"])
+    return f"{named}{said}"
 
 
 def drifting(seen: Seen) -> Finding | None:
