@@ -92,7 +92,9 @@ class StabilityView:
     def sentences(self) -> tuple[str, ...]:
         """What stands below it."""
         counted = ", ".join(f"{n} {s}" for s, n in self.counts.items())
-        said = [f"Of {len(self.outcomes)} pairs of an engine and a scene: {counted}."]
+        late = sum(o.slow for o in self.outcomes)
+        time = f" ({late} of the failed: not in time, which a faster machine may be)" if late else ""
+        said = [f"Of {len(self.outcomes)} pairs of an engine and a scene: {counted}{time}."]
         if self.late:
             words = ", ".join(f"{o.engine} on {o.scene}" for o in self.late)
             said.append(f"Not in time, so that nothing is known: {words}.")

@@ -95,3 +95,11 @@ def test_a_joint_that_only_a_look_at_its_reaction_finds_lost_ends_in_the_engines
     """Number 13617: entries 1e14 apart, the steps go through, the refined reactions do not settle."""
     with pytest.raises(EngineError, match="not positive definite in double precision"):
         run(ReferenceFast, draw(13617))
+
+
+def test_reactions_may_be_off_by_what_the_last_digits_of_angles_make_of_them_and_no_more() -> None:
+    """Number 4935: springs turn bars of half a gram beside one of 6.5 t; the last digit is worth 5e-16 of 1e-10 N."""
+    scene = draw(4935)
+    seen = run(Reference, scene)
+    assert broken(scene, seen.replace(reaction_N=seen.reaction_N + 2.3e-16), RTOL) == ""
+    assert "reactions off" in broken(scene, seen.replace(reaction_N=1.001 * seen.reaction_N), RTOL)
