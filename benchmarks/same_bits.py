@@ -1,8 +1,8 @@
 """Whether scenes without an effect move as they did before the effect was there, to the last bit.
 
 ``python benchmarks/same_bits.py REVISION [ENGINE ...]`` runs the paper's and the basic scenes in the tree and in a
-checkout of a git revision, side by side on this machine, and compares every number of every trajectory. Exits with 1
-if any differs.
+checkout of a git revision, side by side on this machine, and compares every number of every trajectory. It names the
+channels that differ, and exits with 1 if any does.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ ENGINES = ("reference", "reference-absolute", "reference-fast")
 CHANNELS = ("com_m", "com_velocity_m_s", "angle_rad", "rate_rad_s", "reaction_N", "torque_N_m")
 
 
-def digests(engines: list[str]) -> dict[str, str]:
-    """Hash of each plain scene's trajectory in each engine."""
+def digests(engines: list[str]) -> dict[str, dict[str, str]]:
+    """Hash of each channel of each plain scene's trajectory in each engine."""
     import numpy as np  # noqa: PLC0415  # of the checkout that runs
 
     from adapters.registry import find_engine  # noqa: PLC0415
@@ -32,18 +32,19 @@ def digests(engines: list[str]) -> dict[str, str]:
         scene = load_scene(name)
         for engine in engines:
             seen = find_engine(engine).load()().run(scene)
-            values = [getattr(seen, channel) for channel in CHANNELS]
-            text = b"".join(np.ascontiguousarray(v).tobytes() for v in values if v is not None)
-            found[f"{name} in {engine}"] = hashlib.sha256(text).hexdigest()[:16]
+            values = {c: v for c in CHANNELS if (v := getattr(seen, c)) is not None}
+            found[f"{name} in {engine}"] = {
+                c: hashlib.sha256(np.ascontiguousarray(v).tobytes()).hexdigest()[:16] for c, v in values.items()
+            }
     return found
 
 
-def run_in(folder: Path, engines: list[str]) -> dict[str, str]:
+def run_in(folder: Path, engines: list[str]) -> dict[str, dict[str, str]]:
     """Hashes by the sources in a folder, in a process of their own."""
     code = f"import sys; sys.path[:0] = [{str(folder)!r}, {str(Path(__file__).parent)!r}]\n"
     code += f"import json, same_bits; print(json.dumps(same_bits.digests({engines!r})))"
     done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=True)
-    answer: dict[str, str] = json.loads(done.stdout.splitlines()[-1])
+    answer: dict[str, dict[str, str]] = json.loads(done.stdout.splitlines()[-1])
     return answer
 
 
@@ -61,10 +62,12 @@ def main() -> int:
         finally:
             subprocess.run(["git", "worktree", "remove", "--force", tree], cwd=ROOT, check=True)
     now = run_in(ROOT, given.engines)
-    changed = [key for key, digest in before.items() if now.get(key) != digest]
-    for key in before:
-        print(f"{key}: {'DIFFERS' if key in changed else 'the same bits'}")
-    print(f"{len(before) - len(changed)} of {len(before)} trajectories are the same to the last bit")
+    changed = 0
+    for key, channels in before.items():
+        differ = [c for c, digest in channels.items() if now.get(key, {}).get(c) != digest]
+        changed += bool(differ)
+        print(f"{key}: {'DIFFERS in ' + ', '.join(differ) if differ else 'the same bits'}")
+    print(f"{len(before) - changed} of {len(before)} trajectories are the same to the last bit")
     return 1 if changed else 0
 
 
