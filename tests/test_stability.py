@@ -65,23 +65,23 @@ class BlowsUp(Faulty):
         return seen.replace(angle_rad=angle, rate_rad_s=seen.rate_rad_s + rate * grown)
 
 
-class WorseWithFiner(Faulty):
-    """An error that grows as what is asked for shrinks."""
+class KnowsItsRequest(Faulty):
+    """No fault; for those that hang on what is asked for."""
 
     def build(self, scene: Scene, setting: Setting) -> None:
         super().build(scene, setting)
         self.rtol = setting.value
+
+
+class WorseWithFiner(KnowsItsRequest):
+    """An error that grows as what is asked for shrinks."""
 
     def spoil(self, seen: Trajectory) -> Trajectory:
         return seen.replace(angle_rad=seen.angle_rad + 1e-15 / self.rtol * (seen.t_s / seen.t_s[-1])[:, None])
 
 
-class Loose(Faulty):
+class Loose(KnowsItsRequest):
     """Errors as its own two settings say, far beyond what it was asked for."""
-
-    def build(self, scene: Scene, setting: Setting) -> None:
-        super().build(scene, setting)
-        self.rtol = setting.value
 
     def spoil(self, seen: Trajectory) -> Trajectory:
         return seen.replace(angle_rad=seen.angle_rad + 1e6 * self.rtol * (seen.t_s / seen.t_s[-1])[:, None])

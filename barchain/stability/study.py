@@ -86,11 +86,9 @@ class Study:
         self.earlier = self.store.earlier_runs() if self.plan.resume else {}
         self.store.write_record()
         self.leave_out()
-        self.make([job for s in self.plan.scenes for job in truth_jobs(s, truth_engine())], TRUTH_LIMIT_S)
+        self.make([job for s in self.plan.scenes for job in truth_jobs(s, truth_engine())])
         for wave in WAVES:
-            jobs = self.hopeful(self.jobs(wave))
-            for limit_s in sorted({self.limit_s(j) for j in jobs}):
-                self.make([j for j in jobs if self.limit_s(j) == limit_s], limit_s)
+            self.make(self.hopeful(self.jobs(wave)))
         self.store.record.update(finished=True, seconds=time.perf_counter() - start)
         self.store.write_record()
         return Result(self.findings, tuple(self.changes), self.unstable_ours())
@@ -129,6 +127,8 @@ class Study:
 
     def limit_s(self, job: Job) -> float:
         """Wall time allowed to a run."""
+        if job.role in TRUTH_ROLES:
+            return TRUTH_LIMIT_S
         return self.plan.time_limit_s * (OURS_PATIENCE if job.engine in OURS else 1.0)
 
     def late_before(self, job: Job) -> Role | None:
@@ -137,8 +137,8 @@ class Study:
         runs = self.scenes[job.scene.name].runs.get(job.engine, {})
         return next((r for r in before if r in runs and runs[r].outcome is Outcome.TIMED_OUT), None)
 
-    def make(self, jobs: list[Job], time_limit_s: float) -> None:
-        """Make some runs, or recall them."""
+    def make(self, jobs: list[Job]) -> None:
+        """Make some runs, or recall them; those with the same limit side by side."""
         waiting = []
         for job in jobs:
             recalled = self.store.recall(job, self.earlier)
@@ -149,8 +149,10 @@ class Study:
         said = announcement(waiting)
         if said:
             self.note(said)
-        for job, result in run_jobs(waiting, time_limit_s=time_limit_s, workers=self.plan.workers):
-            self.take(job, result)
+        for limit_s in sorted({self.limit_s(job) for job in waiting}):
+            alike = [job for job in waiting if self.limit_s(job) == limit_s]
+            for job, result in run_jobs(alike, time_limit_s=limit_s, workers=self.plan.workers):
+                self.take(job, result)
 
     def take(self, job: Job, result: RunResult) -> None:
         """Note a result, and judge what it completes."""
