@@ -125,6 +125,9 @@ class Trajectory:
     """(n, N-1) distance between the two ends that joint j ties, m"""
     identity_m: Array | None = None
     """(n,) distance of the bars' weighted centre from the centre of mass, |sum mu_j d_j| of eq. (6), m"""
+    position_m: Array | None = field(default=None, kw_only=True)
+    """(n, N, 2) centre of each bar from the chain's centre of mass, inertial axes, m; given by engines whose places of
+    the bars are state of their own (redundant coordinates), None where places follow from the angles"""
     torque_N_m: Array | None = None
     """(n, P) torque on each prescribed bar, positive counter-clockwise, N m"""
     impulse_N_s: Array | None = None
@@ -165,6 +168,10 @@ class EngineError(RuntimeError):
     """An engine could not finish a scene; the message says why, in one line."""
 
 
+class UnsupportedMotionError(EngineError):
+    """A run came to a motion that its engine does not support: a limit it states, and no fault of its own."""
+
+
 class Engine(ABC):
     """One engine in one configuration.
 
@@ -199,6 +206,22 @@ class Engine(ABC):
         if not lacking:
             return None
         return "; ".join(dict.fromkeys(cls.why_not.get(name, f"does not carry {name}") for name in lacking))
+
+    @classmethod
+    def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:
+        """Why this engine can't follow the motion of `scene`, or None if it can.
+
+        Some limits are known only from the motion. An engine that has one extends this, and raises
+        :class:`UnsupportedMotionError` where it comes to it in its own run.
+
+        Parameters
+        ----------
+        scene : Scene
+        motion : Trajectory
+            Reference solution at close samples.
+        """
+        del scene, motion
+        return None
 
     @classmethod
     def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from adapters.engine import Engine, EngineError, Observable, Setting, Trajectory
+from adapters import face_reversal
+from adapters.engine import Engine, EngineError, Observable, Setting, Trajectory, UnsupportedMotionError
 from adapters.exudyn_pieces import pieces_of, run_pieces
-from adapters.exudyn_readout import Seen, gaps, landing, trajectory
+from adapters.exudyn_readout import Seen, gaps, landing, places, trajectory
 from adapters.exudyn_solver import method_for, settings_of, solver_of, steps_of
 from adapters.exudyn_thrust import off_step_s
-from adapters.exudyn_turning import turned_over
 
 if TYPE_CHECKING:
     from adapters.exudyn_model import Model
@@ -37,6 +37,11 @@ class ExudynEngine(Engine):
         """Beyond its effects: instants of a thrust's table must be ends of steps."""
         off = off_step_s(scene)
         return super().unsupported(scene) or (None if off is None else OFF_STEP.format(off))
+
+    @classmethod
+    def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:
+        """Equal steps pass over the instant at which a bar turns its other face to the wind or the Sun."""
+        return face_reversal.unsupported_motion(scene, motion)
 
     def build(self, scene: Scene, setting: Setting) -> None:
         """Assemble the model and the solver."""
@@ -85,12 +90,14 @@ class ExudynEngine(Engine):
         if landed is not None:
             ended = f"a bar was below the surface at t = {self.scene.times_s[landed]:.6g} s, the next sample"
             seen, axes = seen.first(landed), self.model.frame.at(self.scene.times_s[:landed])
-        over = turned_over(self.scene, axes, seen, self.scene.times_s[: len(seen.angle_rad)])
-        if over:
-            raise EngineError(f"Exudyn: {over}")
         found = trajectory(self.scene, axes, seen, ended=ended, info=info | {"steps": self.steps.count})
+        turns = face_reversal.first_reversal(self.scene, found)
+        if turns:
+            raise UnsupportedMotionError(f"Exudyn: {turns}")
+        loose = Observable.GAP in self.observables  # places of the bars are coordinates, which joints may leave open
         return found.replace(
-            gap_m=gaps(self.scene, seen) if Observable.GAP in self.observables else None,
+            gap_m=gaps(self.scene, seen) if loose else None,
+            position_m=places(self.scene, axes, seen) if loose else None,
             torque_N_m=seen.torque_N_m if Observable.TORQUE in self.observables else None,
         )
 

@@ -25,7 +25,7 @@ PILES_UP = 4.0  # of a residual's noise: successive steps' add up while they are
 
 
 def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dict[str, float | Array]:
-    """Errors beyond the method's own: ``reaction`` (n,), ``torque`` (n,), ``rate``, and ``gap`` at index 3.
+    """Errors beyond the method's own: ``reaction``, ``torque`` (n,), ``attitude``, ``rate``, and ``gap`` at index 3.
 
     Index 2 asks for (C_q q')_q, which Exudyn differences forward: half the second derivative times the
     step, DIFFERENCING min(coordinate size) of m l w², or of J w²/l where a bar's inertia is what it has to
@@ -37,6 +37,10 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
     again, by one order of h w less: the law's fourth derivative jumps there, so that the multipliers and their
     first derivative go on. Where a thrust starts or ends the run begins anew, and so does the transient.
 
+    Newton also accepts torques that are off by the residual: a bar's angular acceleration is then off by residual/J,
+    the same way for about a radian of the motion, and its angle by residual/(J w²). In absolute coordinates the
+    residual is as large as round-off of velocities of kilometres a second, and small bars turn wrongly by it.
+
     Parameters
     ----------
     scene : Scene
@@ -47,17 +51,23 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
     chain, mass, length = scene.chain, max(scene.chain.mass_kg), max(scene.chain.length_m)
     rate = scene.fastest_rate_rad_s
     force = np.full(len(t_s), DIFFERENCING * max(method.difference_m, 1.0) * turning_mass(scene) * rate**2)
+    slow = 2.0 * math.pi / scene.step_period_s  # gravity's torques go with the orbit
+    wrong = method.residual_N / min(chain.inertia_kg_m2)
+    turned: Array = np.minimum(wrong * t_s**2, wrong / slow**2)
+    wrong_rate: Array = np.minimum(wrong * t_s, wrong / slow)
     if not method.index3:
         force += PILES_UP * mass * method.residual_N / step_s
-        rate_noise = PILES_UP * method.residual_N / min(chain.length_m)
-        return {"reaction": force, "torque": force * length, "rate": rate_noise}
+        rate_noise = PILES_UP * method.residual_N / min(chain.length_m) + wrong_rate
+        return {"reaction": force, "torque": force * length, "rate": rate_noise, "attitude": turned}
     force += PILES_UP * mass * method.residual_N / step_s**2 / (1.0 - method.spectral_radius)
     transient = transients(scene, step_s, method, t_s)
     residual = PILES_UP * method.residual_N / (min(chain.length_m) * step_s)
     return {
         "reaction": force + transient,
         "torque": (force + transient) * length,
-        "rate": residual + transient * step_s / (mass * scene.size_m),  # what one step of it gives to the chain
+        # what one step of the transient gives to the chain
+        "rate": residual + transient * step_s / (mass * scene.size_m) + wrong_rate,
+        "attitude": turned,
         "gap": PILES_UP * method.residual_N,
     }
 

@@ -77,9 +77,24 @@ def gaps(scene: Scene, seen: Seen) -> Array:
     return distance
 
 
+def weights(scene: Scene) -> Array:
+    """Each bar's share of the mass, (N,)."""
+    share: Array = np.array(scene.chain.mass_kg) / scene.mass_kg
+    return share
+
+
+def places(scene: Scene, axes: Axes, seen: Seen) -> Array:
+    """Centres of the bars from the chain's centre of mass, (n, N, 2), m, inertial axes.
+
+    Subtracted before they are turned: a turn rounds what it turns, and the frame's origin may be far away.
+    """
+    com = np.einsum("j,njk->nk", weights(scene), seen.position_m)
+    return axes.to_inertial(seen.position_m - com[:, None])
+
+
 def trajectory(scene: Scene, axes: Axes, seen: Seen, *, ended: str, info: dict[str, float | str]) -> Trajectory:
-    """Trajectory of the samples in `seen`; the gap is left to engines whose joints can open."""
-    weight = np.array(scene.chain.mass_kg) / scene.mass_kg
+    """Trajectory of the samples in `seen`; gap and places are left to engines whose joints can open."""
+    weight = weights(scene)
     place = axes.to_inertial(seen.position_m)
     motion = axes.carried(seen.position_m, seen.velocity_m_s)
     return Trajectory(

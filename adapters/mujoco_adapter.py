@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
+from adapters import face_reversal
 from adapters.bar_breaks import between_steps, jumps_by_step
 from adapters.bar_effects import CARRIED, chain_loads
 from adapters.bar_loads import LandedError, MovingLoads
@@ -48,6 +49,11 @@ class Mujoco(Engine):
     def unsupported(cls, scene: Scene) -> str | None:
         """Also refuse jumps within a step."""
         return super().unsupported(scene) or between_steps(scene)
+
+    @classmethod
+    def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:
+        """Equal steps pass over the instant at which a bar turns its other face to the wind or the Sun."""
+        return face_reversal.unsupported_motion(scene, motion)
 
     @classmethod
     def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:

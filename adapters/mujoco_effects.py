@@ -10,7 +10,7 @@ import numpy as np
 from adapters.bar_effect import Here, bars_of
 from adapters.bar_thrusts import blows
 from adapters.bar_tree import tree_rates
-from adapters.engine import EngineError
+from adapters.engine import UnsupportedMotionError
 from adapters.mujoco_chain import installed, reactions
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class AppliedEffects:
         ------
         LandedError
             If a bar touches the surface.
-        EngineError
+        UnsupportedMotionError
             If a bar turned its other face to what it faces.
         """
         del model
@@ -84,7 +84,7 @@ class AppliedEffects:
             return
         faces = [effect.faces(here, places, rates) for effect in self.acting.faced]
         if self.faces is not None and faces != self.faces:
-            raise EngineError(
+            raise UnsupportedMotionError(
                 f"a bar turned its other face to the air or the Sun at t = {here.t_s:.6g} s: "
                 "a slope jumps there, and equal steps straddle it"
             )

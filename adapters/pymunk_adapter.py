@@ -224,14 +224,16 @@ class PymunkEngine(Engine):
         mass = np.array(self.scene.chain.mass_kg)
         share = mass / mass.sum()
         pull = mass[:, None] * (gain[..., :2] - self.field(origin, place, mean))
+        com = np.einsum("j,njk->nk", share, place[..., :2])
         return Trajectory(
             self.scene.times_s[:n],
-            origin + np.einsum("j,njk->nk", share, place[..., :2]),
+            origin + com,
             drift + np.einsum("j,njk->nk", share, mean[..., :2]),
             place[..., 2],
             mean[..., 2],
             np.cumsum(pull, axis=1)[:, :-1],
             self.gaps(place),
+            position_m=place[..., :2] - com[:, None],
             impulse_N_s=np.array(self.impulses)[:n] if self.scene.effects.impulse else None,
             ended=self.ended,
             info={

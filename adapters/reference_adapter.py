@@ -88,6 +88,7 @@ class ReferenceEngine(Engine):
             h.gap_m,
             h.identity_m,
             h.torque_N_m,
+            position_m=h.position_m,
             impulse_N_s=h.impulse_N_s,
             condition=h.condition,
             ended=landed,

@@ -14,8 +14,8 @@ def to_frame(trajectory: Trajectory) -> pd.DataFrame:
     """One row per sample; a quantity that the engine lacks has no column.
 
     Columns: ``t_s, com_x_m, com_y_m, com_vx_m_s, com_vy_m_s``, ``angle_j_rad``, ``rate_j_rad_s`` (j = 1..N),
-    ``reaction_j_x_N, reaction_j_y_N, impulse_j_x_N_s, impulse_j_y_N_s, gap_j_m`` (j = 1..N-1), ``torque_p_N_m``,
-    ``identity_m``, ``condition``.
+    ``position_j_x_m, position_j_y_m`` (j = 1..N), ``reaction_j_x_N, reaction_j_y_N, impulse_j_x_N_s, impulse_j_y_N_s,
+    gap_j_m`` (j = 1..N-1), ``torque_p_N_m``, ``identity_m``, ``condition``.
     """
     columns: dict[str, Array] = {
         "t_s": trajectory.t_s,
@@ -27,7 +27,11 @@ def to_frame(trajectory: Trajectory) -> pd.DataFrame:
     for pattern, values in (("angle_{}_rad", trajectory.angle_rad), ("rate_{}_rad_s", trajectory.rate_rad_s)):
         if values is not None:
             columns |= {pattern.format(j + 1): values[:, j] for j in range(values.shape[1])}
-    for name, unit, vectors in (("reaction", "N", trajectory.reaction_N), ("impulse", "N_s", trajectory.impulse_N_s)):
+    for name, unit, vectors in (
+        ("position", "m", trajectory.position_m),
+        ("reaction", "N", trajectory.reaction_N),
+        ("impulse", "N_s", trajectory.impulse_N_s),
+    ):
         if vectors is not None:
             for j in range(vectors.shape[1]):
                 columns[f"{name}_{j + 1}_x_{unit}"] = vectors[:, j, 0]
@@ -74,6 +78,7 @@ def from_frame(frame: pd.DataFrame, *, ended: str = "") -> Trajectory:
         torque_N_m=numbered(r"torque_(\d+)_N_m"),
         impulse_N_s=vectors("impulse", "N_s"),
         identity_m=frame["identity_m"].to_numpy(float) if "identity_m" in frame else None,
+        position_m=vectors("position", "m"),
         condition=frame["condition"].to_numpy(float) if "condition" in frame else None,
         ended=ended,
     )

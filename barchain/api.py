@@ -16,6 +16,7 @@ from barchain.record import new_record
 from barchain.store import Store
 from barchain.suite import ANY_EXTERNAL, Plan, Suite
 from reports.outcome import Outcome
+from reports.tables import REFERENCE_SOLUTION
 from scenarios import Scene, load_scene, nearest
 
 if TYPE_CHECKING:
@@ -37,11 +38,14 @@ class ComparisonResult:
     metrics: pd.DataFrame
     """Tidy: scene, engine, setting, quantity, metric, value, unit, tolerance, outcome, reason, horizon_s"""
     outcomes: dict[tuple[str, str], Outcome]
-    """By (scene, engine)"""
+    """By (scene, engine); an engine or a scene in parentheses is none, see :mod:`reports.tables`"""
 
     @property
     def passed(self) -> bool:
-        """Whether every comparison passed or was declared unsupported, and at least one passed."""
+        """Whether every comparison passed or was declared unsupported, and at least one passed.
+
+        An engine that was named, or had several scenes to do, must have been compared on one of them.
+        """
         found = self.outcomes.values()
         return all(o.ok for o in found) and Outcome.PASS in found
 
@@ -144,7 +148,7 @@ def compare(
     ----------
     scenes : iterable of Scene, str or Path
     engine_names : iterable of str, optional
-        All registered engines by default.
+        All registered engines by default. One that is named, and can do none of the scenes, is a failure.
     out : Path or str, optional
         Folder for tables and trajectories (see :mod:`reports.tables`); none are kept by default.
     time_limit_s : float
@@ -185,9 +189,10 @@ def compare(
         {name: choose_setting(name, values) for name, values in (settings or {}).items()},
         resume,
         need_external,
+        named=engine_names is not None,
     )
     with tempfile.TemporaryDirectory() as scratch:
-        order = [(s.name, e) for s in plan.scenes for e in [*chosen, ANY_EXTERNAL]]
+        order = [(s.name, e) for s in plan.scenes for e in [REFERENCE_SOLUTION, *chosen, ANY_EXTERNAL]]
         store = Store(Path(out) if out is not None else Path(scratch), new_record(plan, command), order)
         verdicts = Suite(plan, store, progress or (lambda *_: None), notes or (lambda _: None)).run()
         return ComparisonResult(store.metrics(), {pair: v.outcome for pair, v in verdicts.items()})

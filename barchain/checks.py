@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.engine import Observable
+from barchain.joint_gaps import disagreement, gaps
 from reports.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -19,7 +20,15 @@ LOOSE_JOINT = 0.1  # of the shorter bar: two ends farther apart than this are no
 
 def fault(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:
     """First fault of a trajectory and its reason, or None if it may be compared."""
-    for check in (missing_channel, wrong_shape, not_finite, cut_short, off_the_clock, joints_ignored):
+    for check in (
+        missing_channel,
+        wrong_shape,
+        not_finite,
+        cut_short,
+        off_the_clock,
+        places_contradict,
+        joints_ignored,
+    ):
         found = check(scene, engine, seen)
         if found:
             return found
@@ -54,6 +63,7 @@ def wrong_shape(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[O
         "impulse_N_s": (n, bars - 1, 2),
         "torque_N_m": (n, len(scene.effects.prescribed_rotation)),
         "identity_m": (n,),
+        "position_m": (n, bars, 2),
     }
     for name, value in arrays(seen).items():
         if name in shapes and value.shape != shapes[name]:
@@ -97,17 +107,25 @@ def off_the_clock(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple
     return Outcome.INCOMPLETE, f"samples are up to {late:.3g} s away from the instants asked for"
 
 
+def places_contradict(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:
+    """What an engine says of its joints must follow from the places that it gives of its bars."""
+    found = disagreement(scene, engine, seen)
+    return (Outcome.INCOMPLETE, found) if found else None
+
+
 def joints_ignored(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:
-    """Bars that a joint ties stay together."""
+    """Bars that a joint ties stay together: by their places where an engine gives them, else as it reports."""
     del engine
-    if seen.gap_m is None or scene.bars == 1:
+    computed = gaps(scene, seen)
+    gap = seen.gap_m if computed is None else computed
+    if gap is None or scene.bars == 1:
         return None
     length = np.array(scene.chain.length_m)
-    loose = seen.gap_m > LOOSE_JOINT * np.minimum(length[:-1], length[1:])
+    loose = gap > LOOSE_JOINT * np.minimum(length[:-1], length[1:])
     if not loose.any():
         return None
     sample, joint = (int(i[0]) for i in np.nonzero(loose))
     return (
         Outcome.JOINTS_IGNORED,
-        f"joint {joint + 1} is open by {seen.gap_m[sample, joint]:.3g} m at t = {seen.t_s[sample]:.6g} s",
+        f"joint {joint + 1} is open by {gap[sample, joint]:.3g} m at t = {seen.t_s[sample]:.6g} s",
     )

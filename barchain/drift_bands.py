@@ -1,4 +1,8 @@
-"""How far what should stay may drift: judged over the whole run, beyond the horizon too."""
+"""How far what should stay may drift: judged over the whole run, beyond the predictability limit too.
+
+Bands follow from the motion of the reference solution. Beyond the limit its path is another one than the engine's, but
+one of the same kind, and the slack of the bands covers that.
+"""
 
 from __future__ import annotations
 
@@ -18,34 +22,29 @@ from barchain.local_errors import (
     step_s,
 )
 from barchain.quantities import conserved, drifts
-from barchain.tolerances import NORM_SLACK, bands, common_samples, reach_m, roundoff_unit, steps_taken
+from barchain.tolerances import NORM_SLACK, reach_m, roundoff_unit
 from barchain.truth import RICHARDSON
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Engine, Setting, Trajectory
+    from adapters.engine import Array, Engine, Trajectory
+    from barchain.error_model import ErrorModel
     from barchain.truth import Truth
-    from scenarios import Scene
 
 QUADRATIC = 4.0  # energy and angular momentum are of second degree in two kinds of things: rates (angles), track
 
 
-def drift_bands(
-    engine: type[Engine], setting: Setting, seen: Trajectory, finer: Trajectory, truth: Truth
-) -> dict[str, Array]:
+def drift_bands(model: ErrorModel, main: Trajectory, finer: Trajectory) -> dict[str, Array]:
     """Band of each drift, shape (n,): ``gap``, ``identity`` (m), ``energy``, ``angular_momentum`` (1)."""
-    scene = truth.scene
-    place = UNIT_ROUNDOFF * ROUNDINGS * rounded_place(engine, truth)
+    place = UNIT_ROUNDOFF * ROUNDINGS * rounded_place(model.engine, model.truth)
     found = {
-        "gap": gap_band(engine, setting, seen, truth),
+        "gap": gap_band(model),
         # a sum over the bars of places that are as good as rounding leaves them: nothing is integrated
-        "identity": np.full(len(seen.t_s), place * np.sqrt(scene.bars)),
+        "identity": np.full(model.n, place * np.sqrt(model.scene.bars)),
     }
-    return found | invariant_bands(engine, setting, seen, finer, truth)
+    return found | invariant_bands(model, main, finer)
 
 
-def invariant_bands(
-    engine: type[Engine], setting: Setting, seen: Trajectory, finer: Trajectory, truth: Truth
-) -> dict[str, Array]:
+def invariant_bands(model: ErrorModel, main: Trajectory, finer: Trajectory) -> dict[str, Array]:
     """Bands of ``energy`` and ``angular_momentum``, (n,): what the method promises, and what the finer run explains.
 
     Promised: energy is quadratic in rates and track, angular momentum bilinear: their relative error is at
@@ -54,15 +53,16 @@ def invariant_bands(
     bounds it, beside round-off. The less of both is the band: neither a loosened tolerance nor
     different physics at both settings is inside.
     """
-    scene, n = truth.scene, common_samples(seen, truth)
-    bound = bands(engine, scene, setting, seen, truth)
+    scene, n = model.scene, model.n
+    bound = model.band
     track = np.zeros(n) if conserved(scene).relative else bound["com"] / scene.radius0_m
     relative = np.zeros(n)
-    if seen.rate_rad_s is not None:
-        relative = inner_share(scene, seen) * scene.bars * (bound["rate"] / fastest(scene, seen) + bound["attitude"])
+    if main.rate_rad_s is not None:
+        spin = fastest(model.truth)
+        relative = inner_share(model.truth) * scene.bars * (bound["rate"] / spin + bound["attitude"])
     promised = QUADRATIC * (relative + track)
-    floor = invariant_floor(engine, setting, seen, truth)
-    mine, theirs = drifts(scene, seen), drifts(scene, finer)
+    floor = invariant_floor(model)
+    mine, theirs = drifts(scene, main), drifts(scene, finer)
     found: dict[str, Array] = {}
     for name in ("energy", "angular_momentum"):
         if name in mine and name in theirs:
@@ -72,32 +72,33 @@ def invariant_bands(
     return found
 
 
-def invariant_floor(engine: type[Engine], setting: Setting, seen: Trajectory, truth: Truth) -> Array:
+def invariant_floor(model: ErrorModel) -> Array:
     """What round-off and the engine's noise leave of an invariant, (n,), relative: a random walk that does not grow."""
-    scene, n = truth.scene, common_samples(seen, truth)
-    steps = np.sqrt(steps_taken(scene, setting, seen)[:n])
-    noise = engine.noise(scene, setting, seen.t_s[:n])
-    unit = roundoff_unit(engine, truth) * orbit_scale(scene) * ROUNDINGS + noise.get("rate", 0.0)
-    walk = (inner_share(scene, seen) * unit / fastest(scene, seen) + ROUNDINGS * UNIT_ROUNDOFF) * steps
+    scene, setting, truth = model.scene, model.setting, model.truth
+    steps = np.sqrt(model.steps_taken(model.t_s))
+    unit = roundoff_unit(model.engine, truth) * orbit_scale(scene) * ROUNDINGS + model.noise.get("rate", 0.0)
+    walk = (inner_share(truth) * unit / fastest(truth) + ROUNDINGS * UNIT_ROUNDOFF) * steps
     requested = NORM_SLACK * setting.value if setting.knob is Knob.RTOL else 0.0
     found: Array = QUADRATIC * scene.bars * (walk + requested)
     return found
 
 
-def inner_share(scene: Scene, seen: Trajectory) -> float:
+def inner_share(truth: Truth) -> float:
     """Bound of what the motion about the centre of mass has of an invariant: of its kinetic energy, (L w / v)².
 
     All of it where the centre of mass never moves.
     """
-    speed = float(np.linalg.norm(seen.com_velocity_m_s, axis=-1).max())
+    scene = truth.scene
+    speed = float(np.linalg.norm(truth.trajectory.com_velocity_m_s, axis=-1).max())
     if conserved(scene).relative or speed == 0.0:
         return 1.0
-    return float(min(1.0, (scene.size_m * fastest(scene, seen) / speed) ** 2))
+    return float(min(1.0, (scene.size_m * fastest(truth) / speed) ** 2))
 
 
-def fastest(scene: Scene, seen: Trajectory) -> float:
+def fastest(truth: Truth) -> float:
     """Largest rate of a bar, rad/s; at least the orbit's, where it starts at rest that of its period."""
-    spin = 0.0 if seen.rate_rad_s is None else float(np.abs(seen.rate_rad_s).max())
+    scene, rate = truth.scene, truth.trajectory.rate_rad_s
+    spin = 0.0 if rate is None else float(np.abs(rate).max())
     return max(spin, scene.orbital_rate_rad_s) or orbit_scale(scene)
 
 
@@ -108,30 +109,31 @@ def rounded_place(engine: type[Engine], truth: Truth) -> float:
     return truth.scene.size_m if engine.coordinates is Coordinates.RELATIVE else reach_m(engine, truth)
 
 
-def gap_band(engine: type[Engine], setting: Setting, seen: Trajectory, truth: Truth) -> Array:
-    """Band of the joint gaps, (n,), m, from the run's own motion.
+def gap_band(model: ErrorModel) -> Array:
+    """Band of the joint gaps, (n,), m.
 
     Joints held at velocity level (index 2) open by what the step's rule leaves of the third derivative of
     a bar's end, joints held by impulses by h²/2 of its second; a method that chooses its steps leaves the
     requested error in each. Round-off adds a random walk, in velocities too: it runs on with n t. Joints that
     every step puts in place are open by where its iterations stop, and by the rounding of a sum over the bars.
     """
-    scene = truth.scene
+    scene, engine, setting, t = model.scene, model.engine, model.setting, model.t_s
     length = max(scene.chain.length_m)
-    steps = steps_taken(scene, setting, seen)
-    unit = UNIT_ROUNDOFF * rounded_place(engine, truth) * ROUNDINGS
-    noise = engine.noise(scene, setting, seen.t_s).get("gap", 0.0)
+    steps = model.steps_taken(t)
+    unit = UNIT_ROUNDOFF * rounded_place(engine, model.truth) * ROUNDINGS
+    noise = model.noise.get("gap", np.zeros(model.n))
     if engine.joints_in_place:
-        return np.full(len(seen.t_s), unit * scene.bars + noise)
+        return unit * scene.bars + noise
     if engine.coordinates is Coordinates.RELATIVE:  # relative positions follow from the angles
-        return np.full(len(seen.t_s), unit * scene.bars)
-    rounding = unit * np.sqrt(steps) * kepler_growth(scene, seen.t_s)
-    left = noise * steps
+        return np.full(model.n, unit * scene.bars)
+    grown = kepler_growth(scene, t - t[0])
+    rounding = unit * np.sqrt(steps) * grown
     if setting.knob is Knob.RTOL:
-        return NORM_SLACK * setting.value * length * steps * kepler_growth(scene, seen.t_s) + rounding
-    second, third = end_derivatives(engine, seen)
+        return NORM_SLACK * setting.value * length * steps * grown + rounding
+    fine = model.truth.fine
+    second, third = end_derivatives(engine, fine)
     h2 = 0.5 * length * step_s(scene, setting) ** 2
-    opened = SECOND_ORDER_CONSTANT * h2 * cumulative_trapezoid(third, seen.t_s, initial=0)
-    held = 0.5 * h2 * np.maximum.accumulate(second)
-    band: Array = NORM_SLACK * (opened + held) + rounding + left
+    opened = np.interp(t, fine.t_s, SECOND_ORDER_CONSTANT * h2 * cumulative_trapezoid(third, fine.t_s, initial=0))
+    held = np.interp(t, fine.t_s, 0.5 * h2 * np.maximum.accumulate(second))
+    band: Array = NORM_SLACK * (opened + held) + rounding + noise * steps
     return band

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cached_property
 from typing import TYPE_CHECKING
+
+from barchain.sources import source_digest
 
 if TYPE_CHECKING:
     from adapters.engine import Setting, Trajectory
@@ -20,6 +23,14 @@ class Role(StrEnum):
     """An engine at the setting it is judged at."""
     FINER = "finer"
     """The same, one setting finer: their difference estimates the engine's own error."""
+    FINEST = "finest"
+    """Finer again, where the two others do not show how the error falls."""
+    PERTURBED_1 = "perturbed-1"
+    """The main setting again, the frame turned and the start moved in its last digits: the round-off of this run."""
+    PERTURBED_2 = "perturbed-2"
+    """As the first, by another angle."""
+    PERTURBED_3 = "perturbed-3"
+    """As the first, by a third angle."""
     TRUTH = "truth"
     """The reference at its tightest."""
     TRUTH_CHECK = "truth-check"
@@ -36,6 +47,8 @@ class Role(StrEnum):
     """The compiled reference at the accuracy at which its sums keep what rounding would lose."""
 
 
+PERTURBED_ROLES = (Role.PERTURBED_1, Role.PERTURBED_2, Role.PERTURBED_3)
+"""Runs that show a run's round-off: what one of them differs by may be small by chance, what three do hardly"""
 TRUTH_ROLES = (Role.TRUTH, Role.TRUTH_CHECK, Role.TWIN, Role.FINE)
 """Runs that a scene's truth is made of, as `barchain.truth.establish` takes them"""
 
@@ -59,14 +72,15 @@ class Job:
             return self.engine
         return str(self.role) if self.role in TRUTH_ROLES else f"{self.engine}.{self.role}"
 
-    @property
+    @cached_property
     def key(self) -> str:
-        """Equal for runs that must give the same trajectory on the same machine."""
+        """Equal for runs that must give the same trajectory on the same machine: of the same code, too."""
         return "|".join(
             [
                 self.scene.digest,
                 self.registration.target,
                 self.registration.version,
+                source_digest(self.registration.target),
                 str(self.setting),
                 self.role,
             ]

@@ -6,7 +6,7 @@ import dataclasses
 from typing import Any
 
 from barchain import tolerances as t
-from barchain.comparison import LEAST_COMPARED
+from barchain.comparison import LEAST_JUDGED
 from barchain.local_errors import ROUNDINGS
 from barchain.truth import FINE_PER_RADIAN, PARTED_RAD, RICHARDSON, TRUTH_CHECK_RTOL, TRUTH_RTOL, TWIN_ASIDE
 from reference_impl.misprint_effects import misprint_effects
@@ -30,7 +30,7 @@ def tolerances() -> list[dict[str, str]]:
          "a truth's twin: far above the truth's own error, and linear until it has grown 1e8 times"),
         ("all", "horizon", f"{PARTED_RAD:g} rad",
          "the earlier instant at which two settings of the engine, or of the truth, part by this in attitude"),
-        ("all", "least compared", f"{LEAST_COMPARED:.0%} of the run",
+        ("all", "least compared", f"{LEAST_JUDGED:.0%} of the run",
          "agreement over a shorter share says nothing about the scene"),
         ("pointwise", "band, fixed steps", f"{t.NORM_SLACK:g} C h^p",
          "C h^p times the integral of |theta^(p+1)| G(t)/G(s), C = 1/8 (second order) or 1/5040 (sixth), carried "
@@ -77,8 +77,9 @@ def limitations() -> list[str]:
         "The reference is compared with a tighter run of itself: its row shows convergence, not independence.",
         "Index 3 starts with multipliers off by first order in the step and damps that in some 50 steps: its first "
         "reactions are judged by a tolerance that says so.",
-        "A joint's gap is what its engine says of it: where an engine reports places of its own, the gap is worked out "
-        "from them by its adapter, and no run is measured from outside. Joints that do not hold show in the attitude.",
+        "Joint gaps and the distance of the bars' weighted centre from the centre of mass are computed from the places "
+        "and angles that an engine gives of its bars, and what it reports of them must agree. Where an engine gives no "
+        "places of its own, they are as reported: joints that do not hold then show in the attitude.",
         "An engine that follows only the centre of mass is judged on that alone.",
         "Wall times are from worker processes running side by side: they tell orders of magnitude, not rankings.",
     ]

@@ -2,7 +2,7 @@
 
 A process is used again for the next run, and what an engine changes in it (a module, a rounding mode, an
 environment variable) is there for that one too. So the truth is run in processes that no engine was in, and an
-engine that is not our adapter has every process for itself.
+engine that is not our adapter has every process for itself. Each computes in one thread.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from pebble import ProcessExpired, ProcessPool
 from adapters.registry import ENGINES
 from barchain.compiling import compiled
 from barchain.job import TRUTH_ROLES, Job, RunResult, failure
+from barchain.threads import one_thread_each
 from barchain.worker import run_job
 from reports.outcome import Outcome
 
@@ -123,7 +124,7 @@ def run_together(jobs: list[Job], place: Room, limit: Limit, workers: int | None
     if place.start_method == "forkserver":
         context.set_forkserver_preload(["barchain.worker"])
     count = min(workers or os.cpu_count() or 1, len(jobs))
-    with tempfile.TemporaryDirectory() as logs:
+    with tempfile.TemporaryDirectory() as logs, one_thread_each():
         pool = ProcessPool(count, max_tasks=place.runs_per_worker, context=context)
         try:
             for number, job in enumerate(jobs, start=1):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.initial_state import chain_model
+from barchain.joint_gaps import measured
 from reference_impl import invariants
 from scenarios import Actuator, Gravity
 
@@ -80,8 +81,10 @@ def drifts(scene: Scene, seen: Trajectory) -> dict[str, Array]:
 
     Energy and angular momentum are rebuilt from the centre of mass and the attitude in the same way for
     every engine, and divided by the largest size of their kinetic parts: of a fall from rest there is none at first.
+    Gaps and the identity come from the bars' places where an engine gives them, else they are as reported.
     """
     found: dict[str, Array] = {}
+    seen = measured(scene, seen)
     if seen.gap_m is not None and scene.bars > 1:
         found["gap"] = seen.gap_m.max(axis=1)
     if seen.identity_m is not None and scene.bars > 1:

@@ -12,12 +12,16 @@ from adapters.steps import finer_setting
 from barchain.comparison import Verdict, judge, no_verdict
 from barchain.compiling import announcement
 from barchain.effect_words import gradient_defect
+from barchain.evidence import follow_up_jobs, gathered
 from barchain.job import TRUTH_ROLES, Job, Role, RunResult
 from barchain.model_difference import com_displacement
 from barchain.pool import run_jobs
+from barchain.sampling import closely_sampled
+from barchain.support import unsupported
 from barchain.truth import TRUTH_RTOL, Truth
-from barchain.truth_runs import TruthFailedError, truth_jobs, truth_of
+from barchain.truth_runs import TruthFailedError, truth_engine, truth_jobs, truth_of
 from reports.outcome import Outcome
+from reports.tables import ALL_SCENES, REFERENCE_SOLUTION
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,6 +32,7 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 ANY_EXTERNAL = "(any external)"
+SEVERAL = 2  # scenes: an engine that can do none of so many was not just unlucky with its scene
 
 
 @dataclass(frozen=True)
@@ -43,6 +48,8 @@ class Plan:
     resume: bool = False
     need_external: bool = False
     """Whether a scene that no external engine passes is a failure"""
+    named: bool = False
+    """Whether somebody asked for these engines by name: one that was compared on no scene is then a failure"""
 
     def setting(self, name: str, engine: type[Engine]) -> Setting:
         """Setting at which an engine is judged."""
@@ -73,30 +80,59 @@ class Suite:
     ) -> None:
         """Prepare; `report` is told (scene, engine, outcome) after each verdict, `note` what goes on before."""
         self.plan, self.store, self.report, self.note = plan, store, report, note
-        self.progress = {scene.name: SceneProgress(scene) for scene in plan.scenes}
+        self.progress = {scene.name: SceneProgress(closely_sampled(scene)) for scene in plan.scenes}
         self.classes: dict[str, type[Engine]] = {}
+        self.idle: dict[str, Verdict] = {}
+        """Verdicts on engines that should have been compared, and were on no scene"""
+        self.doubted: dict[tuple[str, str], Verdict] = {}
+        """Verdicts that wait for the further runs that they ask for"""
 
     def run(self) -> dict[tuple[str, str], Verdict]:
         """Make all runs and judge them; verdicts by (scene, engine)."""
         start = time.perf_counter()
         earlier = self.store.earlier_runs() if self.plan.resume else {}
         self.store.write_record()
-        waiting = []
-        for job in self.jobs():
-            recalled = self.store.recall(job, earlier)
-            if recalled is None:
-                waiting.append(job)
-            else:
-                self.take(job, recalled)
+        waiting = self.recalled(self.jobs(), earlier)
         for text in beforehand(waiting):
             self.note(text)
-        for job, result in run_jobs(waiting, time_limit_s=self.plan.time_limit_s, workers=self.plan.workers):
-            self.take(job, result)
-            self.store.record["seconds"] = time.perf_counter() - start
+        self.make(waiting, start)
+        self.make(self.recalled(self.follow_ups(), earlier), start)
+        for (scene, engine), verdict in self.doubted.items():  # the further runs failed: what was found stands
+            self.settle(scene, engine, verdict)
         self.require_external()
+        self.require_compared()
         self.store.record.update(finished=True, seconds=time.perf_counter() - start)
         self.store.write_record()
-        return {(name, e): v for name, p in self.progress.items() for e, v in p.verdicts.items()}
+        found = {(name, e): v for name, p in self.progress.items() for e, v in p.verdicts.items()}
+        return found | {(ALL_SCENES, e): v for e, v in self.idle.items()}
+
+    def recalled(self, jobs: list[Job], earlier: dict[str, dict[str, Any]]) -> list[Job]:
+        """Jobs that are left to do, after results that an earlier comparison stored are taken."""
+        waiting = []
+        for job in jobs:
+            result = self.store.recall(job, earlier)
+            if result is None:
+                waiting.append(job)
+            else:
+                self.take(job, result)
+        return waiting
+
+    def make(self, jobs: list[Job], start: float) -> None:
+        """Make runs, and take their results as they come."""
+        for job, result in run_jobs(jobs, time_limit_s=self.plan.time_limit_s, workers=self.plan.workers):
+            self.take(job, result)
+            self.store.record["seconds"] = time.perf_counter() - start
+
+    def follow_ups(self) -> list[Job]:
+        """Further runs that doubted verdicts ask for."""
+        jobs = []
+        for (name, engine), verdict in self.doubted.items():
+            scene, loaded = self.progress[name].scene, self.classes[engine]
+            setting = self.plan.setting(engine, loaded)
+            jobs += follow_up_jobs(scene, engine, self.plan.engines[engine], loaded, setting, verdict.asks)
+        if jobs:
+            self.note(f"{len(jobs)} further runs, to tell round-off and slow convergence from wrong physics")
+        return jobs
 
     def jobs(self) -> list[Job]:
         """All runs to make; engines that can't do a scene get their verdict at once."""
@@ -151,7 +187,7 @@ class Suite:
         try:
             truth = truth_of(progress.scene, progress.truths)
         except TruthFailedError as error:
-            progress.truth_failed = f"the truth could not be run ({error})"
+            self.give_up(progress, str(error))
             return
         if truth is None:
             return
@@ -160,17 +196,32 @@ class Suite:
         t = truth.trajectory.t_s[: len(truth.growth)]
         self.store.keep_growth(progress.scene.name, pd.DataFrame({"t_s": t, "growth": truth.growth}))
 
+    def give_up(self, progress: SceneProgress, reason: str) -> None:
+        """Settle a scene that has no reference solution by one verdict; its engines get none."""
+        progress.truth_failed, name = f"the reference solution could not be run ({reason})", progress.scene.name
+        verdict = no_verdict(name, REFERENCE_SOLUTION, None, Outcome.FAILED, progress.truth_failed)
+        self.settle(name, REFERENCE_SOLUTION, verdict)
+
     def judge_if_ready(self, progress: SceneProgress, engine: str) -> None:
-        """Judge an engine once its two runs and the truth are there."""
+        """Judge an engine once its two runs and the truth are there, if it supports what the scene turned out to do."""
         runs, name = progress.runs[engine], progress.scene.name
-        if len(runs) < 2 or engine in progress.verdicts:
+        evidence = gathered(runs)
+        if evidence is None or engine in progress.verdicts or progress.truth is None:
             return
         setting = self.plan.setting(engine, self.classes[engine])
-        if progress.truth_failed:
-            self.settle(name, engine, no_verdict(name, engine, setting, Outcome.FAILED, progress.truth_failed))
-        elif progress.truth is not None:
-            verdict = judge(engine, self.classes[engine], setting, runs[Role.MAIN], runs[Role.FINER], progress.truth)
-            self.settle(name, engine, verdict)
+        reason = unsupported(self.classes[engine], progress.truth)
+        if reason is not None:
+            self.settle(name, engine, no_verdict(name, engine, setting, Outcome.UNSUPPORTED, reason))
+            return
+        earlier = self.doubted.get((name, engine))
+        if earlier is not None and not all(role in runs for role in earlier.asks):
+            return
+        verdict = judge(engine, self.classes[engine], setting, evidence, progress.truth)
+        if verdict.asks and earlier is None:
+            self.doubted[name, engine] = verdict
+            return
+        self.doubted.pop((name, engine), None)
+        self.settle(name, engine, verdict)
 
     def settle(self, scene: str, engine: str, verdict: Verdict) -> None:
         """Keep a verdict and tell of it."""
@@ -183,10 +234,30 @@ class Suite:
         if not self.plan.need_external:
             return
         for name, progress in self.progress.items():
+            if progress.truth_failed:
+                continue
             outside = [v.outcome for e, v in progress.verdicts.items() if self.plan.engines[e].external]
             if Outcome.PASS not in outside:
                 reason = "no external engine was compared and passed on this scene"
                 self.settle(name, ANY_EXTERNAL, no_verdict(name, ANY_EXTERNAL, None, Outcome.NOTHING_COMPARED, reason))
+
+    def require_compared(self) -> None:
+        """An engine that was compared on no scene is no success, if it was named or had several scenes to do."""
+        scenes = [p for p in self.progress.values() if not p.truth_failed]
+        if not self.plan.named and len(scenes) < SEVERAL:
+            return
+        for engine in self.plan.engines:
+            own = [p.verdicts[engine] for p in self.progress.values() if engine in p.verdicts]
+            if own and all(v.outcome is Outcome.UNSUPPORTED for v in own):
+                reasons = "; ".join(dict.fromkeys(row["reason"] for v in own for row in v.rows))
+                self.leave_idle(engine, f"compared on no scene: {reasons}")
+
+    def leave_idle(self, engine: str, reason: str) -> None:
+        """Keep a verdict on an engine in all scenes together, and tell of it."""
+        verdict = no_verdict(ALL_SCENES, engine, None, Outcome.NOTHING_COMPARED, reason)
+        self.idle[engine] = verdict
+        self.store.keep_rows(ALL_SCENES, engine, verdict.rows)
+        self.report(ALL_SCENES, engine, verdict.outcome)
 
 
 def beforehand(jobs: list[Job]) -> list[str]:
@@ -203,6 +274,8 @@ def truth_facts(truth: Truth) -> dict[str, Any]:
     displacement = com_displacement(truth.scene, truth.trajectory)
     inside = truth.trajectory.t_s[: len(truth.growth)] <= truth.horizon_s
     return {
+        "truth_engine": truth_engine(),
+        "truth_method": str(truth.trajectory.info.get("method", "")),
         "truth_setting": f"rtol={TRUTH_RTOL:g}",
         "truth_error_rad": float(truth.error["attitude"][: len(inside)][inside].max()),
         "truth_horizon_s": truth.horizon_s,

@@ -57,7 +57,7 @@ def own_rate(scene: Scene) -> float:
     return max(orbit, turning, scene.spring_rate_rad_s / (MODES_PER_BAR * scene.bars))
 
 
-def finely(scene: Scene) -> Scene:
+def densely_sampled(scene: Scene) -> Scene:
     """`scene` sampled closely enough for derivatives of its motion: its own samples, and equally many in between."""
     intervals = scene.run.samples - 1
     spacing = 1.0 / (FINE_PER_RADIAN * MODES_PER_BAR * scene.bars * own_rate(scene))
@@ -74,7 +74,7 @@ class Truth:
     scene: Scene
     trajectory: Trajectory
     fine: Trajectory
-    """The motion at close samples (:func:`finely`), for its derivatives only"""
+    """The motion at close samples (:func:`densely_sampled`), for its derivatives only"""
     error: dict[str, Array]
     """Estimate for each quantity, (n,), never falling"""
     growth: Array

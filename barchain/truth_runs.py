@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 from adapters.engine import Knob, Setting
 from adapters.registry import ENGINES
+from barchain.compiling import COMPILED
 from barchain.job import TRUTH_ROLES, Job, Role, RunResult
-from barchain.truth import FINE_RTOL, TRUTH_CHECK_RTOL, TRUTH_RTOL, Truth, establish, finely, twin
+from barchain.truth import FINE_RTOL, TRUTH_CHECK_RTOL, TRUTH_RTOL, Truth, densely_sampled, establish, twin
 from reports.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -15,24 +16,37 @@ if TYPE_CHECKING:
 
     from scenarios import Scene
 
-TRUTH_ENGINE = "reference"
+NUMPY = "reference"
 
 
 class TruthFailedError(RuntimeError):
     """A scene has no truth, as one of its runs failed; the message says why, in one line."""
 
 
-def truth_jobs(scene: Scene, engine: str = TRUTH_ENGINE) -> list[Job]:
-    """The runs of the reference, or of its compiled form, that a scene's truth is made of."""
+def truth_engine() -> str:
+    """Form of the reference that truths are made by: the compiled one where it is installed, for its speed."""
+    return NUMPY if ENGINES[COMPILED].missing else COMPILED
+
+
+def truth_jobs(scene: Scene, engine: str | None = None) -> list[Job]:
+    """The runs of the reference that a scene's truth is made of, in the form that :func:`truth_engine` says or another.
+
+    Parameters
+    ----------
+    scene : Scene
+    engine : str, optional
+        Name of the form.
+    """
+    name = engine or truth_engine()
 
     def job(of: Scene, rtol: float, role: Role) -> Job:
-        return Job(of, engine, ENGINES[engine], Setting(Knob.RTOL, rtol), role)
+        return Job(of, name, ENGINES[name], Setting(Knob.RTOL, rtol), role)
 
     return [
         job(scene, TRUTH_RTOL, Role.TRUTH),
         job(scene, TRUTH_CHECK_RTOL, Role.TRUTH_CHECK),
         job(twin(scene), TRUTH_RTOL, Role.TWIN),
-        job(finely(scene), FINE_RTOL, Role.FINE),
+        job(densely_sampled(scene), FINE_RTOL, Role.FINE),
     ]
 
 

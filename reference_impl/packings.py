@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
@@ -21,6 +21,9 @@ CoordinateSet = Literal["minimal", "redundant", "projected", "absolute"]
 
 class Packing(ABC):
     """How a state is laid out in the integrator's vector; see design/coordinates.md."""
+
+    holds_places: ClassVar[bool] = False
+    """Whether places of the bars are in the vector; if not, they follow from the angles"""
 
     def __init__(self, model: ChainModel) -> None:
         self.model = model
@@ -117,6 +120,8 @@ class Minimal(Packing):
 class Redundant(Packing):
     """The paper's unknowns in inertial angles: [Z0, Z0', d, d', theta, theta']; joints may drift."""
 
+    holds_places = True
+
     def pack(self, state: State) -> Array:
         """Vector of 4 + 6N."""
         parts = [state.com_m, state.com_velocity_m_s, state.position_m, state.velocity_m_s]
@@ -161,6 +166,8 @@ class Projected(Redundant):
 
 class Absolute(Packing):
     """Distances from the centre of the body: [Z, Z', theta, theta']."""
+
+    holds_places = True
 
     def pack(self, state: State) -> Array:
         """Vector of 6N."""

@@ -54,6 +54,9 @@ class History:
     """(n, N-1, 2) sum of the impulsive reactions so far; None where nothing strikes"""
     method: str = stiffness.WORDS[DOP853]
     """What took the steps, and why where it is not the usual one"""
+    position_m: Array | None = None
+    """(n, N, 2) bars' centres from the centre of mass, where they are state of their own; None where they follow from
+    the angles"""
 
 
 Length = TypeVar("Length", float, Array)
@@ -218,6 +221,7 @@ class Simulation:
             evaluations=seen.evaluations,
             landed_s=seen.stopped_s,
             method=stiffness.WORDS[self.method],
+            position_m=np.array([s.position_m for s in states]) if packing.holds_places else None,
         )
 
     def condition(self, state: State) -> float:

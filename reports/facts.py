@@ -37,7 +37,7 @@ def facts(scene: SceneRecord, *, of_track: bool = True) -> list[tuple[str, Fact]
         ("Period", span(scene.value("period_s")) if scene.closed else ""),
         ("Duration", duration(scene)),
         *((f"Bar {p.get('bar', '?')} turned", prescription_words(p)) for p in scene.prescribed),
-        ("Truth", scene.text("truth_setting")),
+        ("Truth", ", ".join(filter(None, [scene.text("truth_engine"), scene.text("truth_setting")]))),
         ("Truth holds", truth_holds(scene)),
         ("The truth's error", (scene.value("truth_error_rad"), "rad")),
         ("Growth per orbit", (scene.value("growth_per_orbit") if scene.closed else None, "times")),

@@ -30,4 +30,6 @@ def cell_text(cell: Cell | None, horizon: str = "") -> str:
     if cell is None:
         return "not run"
     errors = [f"{'CM ' * (r.quantity == 'com')}{significant(cell.shown_value(r))} {r.unit}" for r in cell.shown]
-    return "; ".join([cell.word, *errors, *([horizon] if horizon else [])])
+    limit = cell.detection_limit
+    detects = [] if limit is None else [f"detects {significant(limit)}"]
+    return "; ".join([cell.word, *errors, *detects, *([horizon] if horizon else [])])

@@ -11,9 +11,11 @@ class Outcome(StrEnum):
     PASS = "pass"
     REPORTED = "reported"
     UNSUPPORTED = "unsupported"
+    ROUNDOFF_LIMITED = "roundoff_limited"
     INCONSISTENT = "inconsistent"
     OUT_OF_BAND = "out_of_band"
     NOTHING_COMPARED = "nothing_compared"
+    MALFORMED = "malformed"
     INCOMPLETE = "incomplete"
     NOT_FINITE = "not_finite"
     JOINTS_IGNORED = "joints_ignored"
@@ -24,7 +26,7 @@ class Outcome(StrEnum):
     @property
     def ok(self) -> bool:
         """Whether a run with this outcome may still exit with 0."""
-        return self in {Outcome.PASS, Outcome.REPORTED, Outcome.UNSUPPORTED}
+        return self in {Outcome.PASS, Outcome.REPORTED, Outcome.UNSUPPORTED, Outcome.ROUNDOFF_LIMITED}
 
     @property
     def advice(self) -> str:
@@ -36,6 +38,9 @@ ADVICE = {
     Outcome.PASS: "The difference is explained by the errors of both, and inside the engine's band.",
     Outcome.REPORTED: "A measured value that is not judged.",
     Outcome.UNSUPPORTED: "The engine can't carry this scene exactly, says why, and is left out.",
+    Outcome.ROUNDOFF_LIMITED: "The difference is the round-off of this run, measured, in coordinates as large as the "
+    "orbit's radius: not wrong, and not as good as its method. The reason says how many digits are left.",
+    Outcome.MALFORMED: "The values have a form that no integration gives: written with too few digits.",
     Outcome.INCONSISTENT: "The two differ by more than both errors, round-off and the declared model difference: "
     "look for different physics, a wrong sign, or an error estimate that is too small.",
     Outcome.OUT_OF_BAND: "The error is larger than this engine at this setting should make: "

@@ -23,7 +23,7 @@ from reports.roundoff_view import view_roundoff
 from reports.scaling_view import view_scaling
 from reports.scene_data import anchor
 from reports.scene_view import view_scene
-from reports.summary import WORDS, Cell, Summary, summarise
+from reports.summary import SHORT_OF_THE_RUN, WORDS, Cell, Summary, summarise
 from reports.tables import Results, read_results
 from reports.verdict import failure_words, judge
 
@@ -34,9 +34,11 @@ SYMBOLS = {
     Outcome.PASS: "✓",
     Outcome.REPORTED: "·",
     Outcome.UNSUPPORTED: "–",
+    Outcome.ROUNDOFF_LIMITED: "≈",
     Outcome.INCONSISTENT: "≠",
     Outcome.OUT_OF_BAND: "▲",
     Outcome.NOTHING_COMPARED: "○",
+    Outcome.MALFORMED: "#",
     Outcome.INCOMPLETE: "◐",
     Outcome.NOT_FINITE: "?",
     Outcome.JOINTS_IGNORED: "¦",
@@ -163,7 +165,7 @@ def kind(outcome: Outcome) -> str:
     """Class of an outcome's colour."""
     if outcome is Outcome.PASS:
         return "pass"
-    if outcome in (Outcome.REPORTED, Outcome.UNSUPPORTED):
+    if outcome in (Outcome.REPORTED, Outcome.UNSUPPORTED, Outcome.ROUNDOFF_LIMITED):
         return "aside"
     if outcome in (Outcome.MISSING, Outcome.NOTHING_COMPARED, Outcome.TIMED_OUT, Outcome.INCOMPLETE):
         return "gone"
@@ -181,13 +183,15 @@ def orbits(summary: Summary, cell: Cell) -> str:
     if scene is None:
         return ""
     end_s = cell.horizon_s or cell.duration_s
+    if cell.judged_share is not None and cell.judged_share < SHORT_OF_THE_RUN:
+        return f"{cell.judged_share:.0%} of the run judged"
     if cell.shows_first_orbit and scene.closed and end_s:
         return f"first of {orbit_count(end_s / scene.period_s)} orbits"
     if cell.horizon_s is None:
         return ""
     if not scene.closed:
-        return f"to {cell.horizon_s:.3g} s"
-    return f"to {cell.horizon_s / scene.period_s:.2f} orbits"
+        return f"to {cell.horizon_s:.3g} s, then restarted"
+    return f"to {cell.horizon_s / scene.period_s:.2f} orbits, then restarted"
 
 
 def orbit_count(orbits: float) -> str:

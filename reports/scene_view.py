@@ -54,7 +54,7 @@ def view_scene(results: Results, summary: Summary, scene: SceneRecord) -> SceneV
         tuple(facts(scene, of_track=summary.of_track(scene.name))),
         tuple(orbits(data)),
         tuple(g for g in groups if g),
-        tuple(summary.of_scene(scene.name)),
+        tuple(summary.shown_in(scene.name)),
         carrier_words(summary, scene),
     )
 

@@ -12,7 +12,7 @@ import pandas as pd
 from reports.numerals import number
 from reports.outcome import Outcome
 from reports.record import SceneRecord, mapping
-from reports.tables import QUANTITY_UNITS, Results, is_engine
+from reports.tables import ALL_SCENES, QUANTITY_UNITS, REFERENCE_SOLUTION, Results, is_engine
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -22,9 +22,11 @@ GRAVITY = (
     Outcome.REPORTED,
     Outcome.PASS,
     Outcome.UNSUPPORTED,
+    Outcome.ROUNDOFF_LIMITED,
     Outcome.OUT_OF_BAND,
     Outcome.INCONSISTENT,
     Outcome.NOTHING_COMPARED,
+    Outcome.MALFORMED,
     Outcome.INCOMPLETE,
     Outcome.NOT_FINITE,
     Outcome.JOINTS_IGNORED,
@@ -64,6 +66,8 @@ class QuantityRow:
     """Largest ratio of the difference to what the errors of both explain"""
     first_orbit: float | None
     """Largest difference up to one orbit, where the run is longer"""
+    detection_limit: float | None
+    """Smallest relative error that would have been called"""
     horizon_s: float | None
     outcome: Outcome
     reason: str
@@ -93,6 +97,8 @@ class Cell:
     reason: str
     rows: tuple[QuantityRow, ...]
     duration_s: float | None
+    judged_share: float | None = None
+    """Share of the run that was judged, up to the predictability limit and restarted beyond it"""
     shows_first_orbit: bool = False
     """Whether small tables show the first orbit's errors: those at the horizon are what two runs part by"""
 
@@ -114,6 +120,12 @@ class Cell:
     def shown_value(self, row: QuantityRow) -> float | None:
         """Error that a small cell shows of a row."""
         return row.first_orbit if self.shows_first_orbit else row.largest
+
+    @property
+    def detection_limit(self) -> float | None:
+        """Largest detection limit of the rows shown: a smaller relative error than this may have passed."""
+        found = [r.detection_limit for r in self.shown if r.detection_limit is not None]
+        return max(found, default=None)
 
     @property
     def horizon_s(self) -> float | None:
@@ -166,6 +178,20 @@ class Summary:
         """Cells about several engines of a scene together."""
         return [c for (name, engine), c in self.cells.items() if name == scene and not is_engine(engine)]
 
+    @property
+    def unsolved(self) -> list[Cell]:
+        """Why scenes have no reference solution, of those that have none."""
+        return [c for s in self.scenes if (c := self.cell(s.name, REFERENCE_SOLUTION))]
+
+    @property
+    def idle(self) -> list[Cell]:
+        """Why engines were compared on no scene, of those that should have been."""
+        return [c for (scene, _), c in self.cells.items() if scene == ALL_SCENES]
+
+    def shown_in(self, scene: str) -> list[Cell]:
+        """Cells of a scene's own table: why it has no reference solution, if so, and its engines'."""
+        return [*(c for c in self.unsolved if c.scene == scene), *self.of_scene(scene)]
+
     def of_track(self, scene: str) -> bool:
         """Whether an engine that follows the centre of mass alone was judged on a scene."""
         return any(c.row("com") and not c.row("attitude") for c in self.of_scene(scene))
@@ -184,7 +210,7 @@ def summarise(results: Results) -> Summary:
     """Gather the metrics of a result folder."""
     metrics, record = results.metrics, results.record
     known = mapping(record.get("scenes"))
-    names = list(dict.fromkeys([*known, *metrics["scene"].astype(str)]))
+    names = [n for n in dict.fromkeys([*known, *metrics["scene"].astype(str)]) if n != ALL_SCENES]
     scenes = sorted((SceneRecord(n, mapping(known.get(n))) for n in names), key=paper_first)
     engines = list(dict.fromkeys([*mapping(record.get("engines")), *sorted(set(metrics["engine"].astype(str)))]))
     durations = {s.name: s.value("duration_s") for s in scenes}
@@ -233,7 +259,9 @@ def make_cell(scene: str, engine: str, group: pd.DataFrame, duration_s: float | 
     reason = "; ".join(
         r.reason if r.quantity == "run" else f"{r.name}: {r.reason}" for r in found if r.outcome is worst and r.reason
     )
-    return Cell(scene, engine, str(group["setting"].iloc[0]), worst, reason, tuple(found), duration_s)
+    shares = pd.to_numeric(group.loc[group["metric"] == "judged_share", "value"], errors="coerce").dropna()
+    share = None if shares.empty else float(shares.iloc[0])
+    return Cell(scene, engine, str(group["setting"].iloc[0]), worst, reason, tuple(found), duration_s, share)
 
 
 def make_row(quantity: str, group: pd.DataFrame) -> QuantityRow:
@@ -254,6 +282,7 @@ def make_row(quantity: str, group: pd.DataFrame) -> QuantityRow:
         band=finite(stored(largest, "tolerance")),
         ratio=stored(by_metric.get("consistency", {}), "value"),
         first_orbit=stored(by_metric.get("first_orbit", {}), "value"),
+        detection_limit=stored(by_metric.get("detection_limit", {}), "value"),
         horizon_s=None if horizons.empty else float(horizons.min()),
         outcome=worst,
         reason="; ".join(dict.fromkeys(reasons)),

@@ -4,7 +4,8 @@ A result folder holds
 
 ``metrics.csv``
     tidy, one value a row, columns :data:`METRIC_COLUMNS`; an engine in parentheses stands for what was asked of
-    several together, which the report works out itself;
+    several together, which the report works out itself, or for the reference solution where a scene has none; the scene
+    :data:`ALL_SCENES` for what is said of an engine in all scenes together;
 ``run.json``
     what ran where, see :class:`RunRecord`;
 ``trajectories/<scene>/<engine>.parquet``
@@ -53,9 +54,14 @@ QUANTITY_UNITS = {
     "identity": "m",
     "energy": "1",
     "angular_momentum": "1",
+    "relative_energy": "1",
     "run": "",
 }
 TRUTH, GROWTH = "truth", "growth"
+REFERENCE_SOLUTION = "(reference solution)"
+"""Stands in the engine column for a scene's reference solution, where that could not be run"""
+ALL_SCENES = "(all scenes)"
+"""Stands in the scene column of what is said of an engine in all scenes together"""
 
 
 @dataclass(frozen=True)

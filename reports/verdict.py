@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from reports.effects_words import joined
 from reports.numerals import significant
 from reports.outcome import Outcome
 
 if TYPE_CHECKING:
+    from reports.record import SceneRecord
     from reports.summary import Cell, QuantityRow, Summary
 
 MOST_NAMED = 3  # scenes in the headline; the sentences below it name all
@@ -27,18 +29,33 @@ class Verdict:
 
 def judge(summary: Summary) -> Verdict:
     """Put the summary into words."""
-    failures = tuple(c for c in summary.all if not c.outcome.ok)
+    failed = tuple(c for c in summary.all if not c.outcome.ok)
+    failures = (*summary.unsolved, *failed)
     holes = scenes_without_comparison(summary)
     unchecked = [s for s in scenes_without_external(summary) if s not in holes]
-    spoilt = spoilt_words(holes, unchecked, len(summary.scenes))
+    spoilt = [unsolved_words(summary), spoilt_words(holes, unchecked, len(summary.scenes)), idle_words(summary)]
+    spoilt = [words for words in spoilt if words]
     good = not failures and not spoilt and summary.finished and bool(summary.with_outcome(Outcome.PASS))
     sentences = [
-        counts(summary, failures),
+        counts(summary, failed),
         worst(summary),
+        *(f"{c.engine} was {c.reason}." for c in summary.idle),
         f"No engine was compared on {', '.join(holes)}." if holes else "",
         f"No external engine passed on {named(unchecked, len(summary.scenes))}." if unchecked else "",
     ]
-    return Verdict(good, headline(summary, failures, spoilt), tuple(s for s in sentences if s), failures)
+    return Verdict(good, headline(summary, failed, spoilt), tuple(s for s in sentences if s), failures)
+
+
+def unsolved_words(summary: Summary) -> str:
+    """Which scenes have no reference solution; empty if all have one."""
+    found = [c.scene for c in summary.unsolved]
+    return f"the reference solution of {listed(found)} could not be run" if found else ""
+
+
+def idle_words(summary: Summary) -> str:
+    """Which engines were compared on no scene, though they should have been; empty if none."""
+    found = [c.engine for c in summary.idle]
+    return f"{joined(found)} {'was' if len(found) == 1 else 'were'} compared on no scene" if found else ""
 
 
 def spoilt_words(holes: list[str], unchecked: list[str], of: int) -> str:
@@ -58,15 +75,17 @@ def listed(scenes: list[str]) -> str:
     return f"{len(scenes)} scenes ({', '.join(scenes[:MOST_NAMED])}{f' and {more} more' if more > 0 else ''})"
 
 
-def headline(summary: Summary, failures: tuple[Cell, ...], spoilt: str) -> str:
-    """One line that can be read alone."""
+def headline(summary: Summary, failed: tuple[Cell, ...], spoilt: list[str]) -> str:
+    """One line that can be read alone; `failed` are comparisons, `spoilt` what else is no success, in words."""
     judged = [c for c in summary.all if c.outcome not in (Outcome.REPORTED, Outcome.UNSUPPORTED)]
+    unsolved = unsolved_words(summary)
     if not judged:
-        return "Nothing was compared."
+        return f"{unsolved[0].upper()}{unsolved[1:]}." if unsolved else "Nothing was compared."
     so_far = "" if summary.finished else " so far"
-    if failures:
-        return f"{len(failures)} of {count(len(judged), 'comparison')} failed{so_far}."
-    but = f", but {spoilt}" if spoilt else ""
+    if failed:
+        also = f", and {unsolved}" if unsolved else ""
+        return f"{len(failed)} of {count(len(judged), 'comparison')} failed{so_far}{also}."
+    but = f", but {' and '.join(spoilt)}" if spoilt else ""
     if len(judged) == 1:
         return f"The one comparison passed{so_far}{but}."
     return f"All {count(len(judged), 'comparison')} passed{so_far}{but}."
@@ -108,11 +127,17 @@ def ratio_words(cell: Cell, row: QuantityRow) -> str:
     return f"{times} times what the errors of both sides explain ({row.name}, {cell.engine} on {cell.scene})"
 
 
+def solved(summary: Summary) -> list[SceneRecord]:
+    """Scenes that have a reference solution to compare with."""
+    without = {c.scene for c in summary.unsolved}
+    return [s for s in summary.scenes if s.name not in without]
+
+
 def scenes_without_comparison(summary: Summary) -> list[str]:
     """Scenes that no engine was compared on: a hole in the suite."""
     return [
         s.name
-        for s in summary.scenes
+        for s in solved(summary)
         if summary.of_scene(s.name) and not any(c.outcome is not Outcome.UNSUPPORTED for c in summary.of_scene(s.name))
     ]
 
@@ -124,7 +149,7 @@ def scenes_without_external(summary: Summary) -> list[str]:
     """
     return [
         s.name
-        for s in summary.scenes
+        for s in solved(summary)
         if summary.of_scene(s.name)
         and not any(c.outcome is Outcome.PASS and summary.external(c.engine) for c in summary.of_scene(s.name))
         and (summary.outside_known or any(not c.outcome.ok for c in summary.of_several(s.name)))

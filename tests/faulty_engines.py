@@ -10,8 +10,10 @@ import numpy as np
 
 from adapters.engine import Engine, EngineError, Observable
 from adapters.reference_adapter import Reference
+from barchain.threads import THREADS
 
 TRACE = "BARCHAIN_TEST_TRACE"
+UNSOLVABLE = "basics/libration"
 
 
 class Faulty(Engine):
@@ -144,6 +146,29 @@ class SeesTraces(Faulty):
         if TRACE in os.environ:
             raise EngineError("somebody was here before")
         self.inner.simulate()
+
+
+class NeedsOneThread(Faulty):
+    """Refuses to run where libraries may use several threads."""
+
+    def build(self, scene, setting):
+        several = [name for name in THREADS if os.environ.get(name) != "1"]
+        if several:
+            raise EngineError(f"not pinned to one thread: {', '.join(several)}")
+        super().build(scene, setting)
+
+
+class LosesItsGrip(Faulty):
+    """A reference that can't run one scene."""
+
+    def simulate(self):
+        if self.scene == UNSOLVABLE:
+            raise EngineError("the joint system is singular at t = 12 s")
+        self.inner.simulate()
+
+    def build(self, scene, setting):
+        super().build(scene, setting)
+        self.scene = scene.name
 
 
 class IsSloppy(Faulty):

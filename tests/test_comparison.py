@@ -8,6 +8,7 @@ import pytest
 from adapters.engine import Knob, Setting, Trajectory
 from adapters.reference_adapter import Reference
 from barchain.comparison import judge, worst
+from barchain.evidence import Evidence
 from barchain.job import RunResult
 from barchain.model_difference import com_displacement
 from barchain.quantities import conserved, differences, drifts
@@ -47,8 +48,7 @@ def outcomes(truth, main, finer):
         "x",
         Reference,
         setting,
-        RunResult(Outcome.PASS, trajectory=main),
-        RunResult(Outcome.PASS, trajectory=finer),
+        Evidence(RunResult(Outcome.PASS, trajectory=main), RunResult(Outcome.PASS, trajectory=finer)),
         truth,
     )
     return verdict, {(r["quantity"], r["metric"]): Outcome(r["outcome"]) for r in verdict.rows}
@@ -57,7 +57,7 @@ def outcomes(truth, main, finer):
 def test_an_honest_engine_passes_in_every_quantity(truth, honest):
     verdict, found = outcomes(truth, *honest)
     assert verdict.outcome is Outcome.PASS
-    assert {q for q, _ in found} == {"com", "com_velocity", "attitude", "rate", "reaction", "gap", "identity"}
+    assert {q for q, _ in found} - {"run"} == {"com", "com_velocity", "attitude", "rate", "reaction", "gap", "identity"}
 
 
 NAMES = {
@@ -108,10 +108,10 @@ def test_the_horizon_is_the_last_instant_before_two_runs_part():
     assert horizon(a, a.replace(angle_rad=apart)) == 5.0
 
 
-def test_two_settings_that_part_at_once_leave_nothing_to_compare(truth, honest):
+def test_a_finer_run_that_parts_from_the_main_one_is_a_fault_and_no_limit(truth, honest):
     main, finer = honest
     verdict, _ = outcomes(truth, main, finer.replace(angle_rad=finer.angle_rad + np.linspace(0, 1, 101)[:, None]))
-    assert verdict.outcome is Outcome.NOTHING_COMPARED
+    assert verdict.outcome is Outcome.OUT_OF_BAND
 
 
 def test_a_twin_starts_aside_by_what_it_says_and_shows_the_growth_of_the_horizontal_chain():

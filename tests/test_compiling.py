@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from typing import TYPE_CHECKING
 
 import pytest
 
 from adapters.engine import Knob, Setting
 from adapters.registry import ENGINES
+from barchain.api import compare
 from barchain.compiling import announcement, compiled
 from barchain.job import Job, Role, RunResult, failure
 from barchain.pool import COMPILE_S, Limit
 from barchain.suite import beforehand
-from barchain.truth_runs import truth_jobs
+from barchain.truth_runs import truth_engine, truth_jobs
 from reports.outcome import Outcome
+from reports.render import render
 from scenarios import load_scene
 
 if TYPE_CHECKING:
@@ -67,8 +70,33 @@ def test_scenes_of_one_set_of_effects_are_compiled_once(tmp_path: Path, monkeypa
 
 
 def test_a_comparison_says_what_goes_on_before_its_first_verdict() -> None:
-    jobs = truth_jobs(SCENE)
+    jobs = truth_jobs(SCENE, "reference")
     assert beforehand(jobs) == ["truth of the scene first: 4 runs of the reference at its tightest"]
-    two = [*jobs, *truth_jobs(load_scene("effects/thrust"))]
+    two = [*jobs, *truth_jobs(load_scene("effects/thrust"), "reference")]
     assert beforehand(two) == ["truth of 2 scenes first: 8 runs of the reference at its tightest"]
     assert beforehand([]) == []
+
+
+def test_the_reference_solution_is_made_by_the_compiled_form_where_it_is_installed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jit = pytest.importorskip("reference_impl.fast.jit")
+    monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path)
+    jobs = truth_jobs(SCENE)
+    assert {j.engine for j in jobs} == {"reference-fast"}
+    assert "compiles a set of effects" in beforehand(jobs)[1]
+    gone = dataclasses.replace(ENGINES["reference-fast"], requires="not_there")
+    monkeypatch.setitem(ENGINES, "reference-fast", gone)
+    assert {j.engine for j in truth_jobs(SCENE)} == {"reference"}
+
+
+def test_the_record_says_which_form_made_a_reference_solution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = load_scene("basics/free_rotation")
+    for form in ("reference", truth_engine()):
+        monkeypatch.setattr("barchain.truth_runs.truth_engine", lambda form=form: form)
+        monkeypatch.setattr("barchain.suite.truth_engine", lambda form=form: form)
+        compare([scene], ["reference"], tmp_path)
+        record = json.loads((tmp_path / "run.json").read_text())
+        assert record["scenes"][scene.name]["truth_engine"] == form
+        assert {r["engine"] for r in record["runs"] if r["role"] == "truth"} == {form}
+        assert f"- Truth: {form}, rtol=1e-13" in render(tmp_path)[1].read_text()

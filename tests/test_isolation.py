@@ -11,10 +11,18 @@ from adapters.registry import ENGINES, Registration
 from barchain import api
 from barchain.job import TRUTH_ROLES, Job, Role, failure
 from barchain.pool import Room, room
-from barchain.suite import SceneProgress, Suite
+from barchain.record import new_record
+from barchain.store import Store
+from barchain.suite import Plan, Suite
 from barchain.truth_runs import truth_jobs
 from reports.outcome import Outcome
+from reports.render import render
+from reports.summary import summarise
+from reports.tables import read_results
+from reports.verdict import judge
 from scenarios import load_scene
+from tests.faulty_engines import UNSOLVABLE
+from tests.stability_engines import CanNot
 
 SCENE = "basics/two_bars_free"
 FAULTS = {
@@ -90,11 +98,78 @@ def test_the_truth_is_run_where_no_engine_was():
     assert Room.THIRD_PARTY.runs_per_worker == 1
 
 
-def test_why_a_truth_failed_is_said_once():
-    progress = SceneProgress(load_scene(SCENE))
+def test_why_a_reference_solution_failed_is_said_once(tmp_path):
+    plan = Plan([load_scene(SCENE)], {})
+    suite = Suite(plan, Store(tmp_path, new_record(plan, "test"), []), lambda *_: None)
+    progress = suite.progress[SCENE]
     progress.truths = {role: failure(Outcome.FAILED, "no steps left") for role in TRUTH_ROLES}
-    Suite.found_truth(object.__new__(Suite), progress)
-    assert progress.truth_failed == "the truth could not be run (no steps left)"
+    suite.found_truth(progress)
+    assert progress.truth_failed == "the reference solution could not be run (no steps left)"
+
+
+@pytest.fixture(scope="module")
+def unsolved(tmp_path_factory):
+    """Two scenes, of which one has no reference solution, and an engine that can do neither."""
+    folder = tmp_path_factory.mktemp("unsolved")
+    names = {"Sound": "tests.faulty_engines:Sound", "CanNot": "tests.stability_engines:CanNot"}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(ENGINES, "planted", registered(["LosesItsGrip"])["LosesItsGrip"])
+        patch.setattr("barchain.truth_runs.truth_engine", lambda: "planted")
+        both = {name: Registration(target) for name, target in names.items()}
+        result = api.compare([SCENE, UNSOLVABLE], out=folder, registered=both, need_external=True)
+    return folder, result
+
+
+def test_a_scene_without_a_reference_solution_is_one_failure_and_none_of_its_engines(unsolved):
+    _, result = unsolved
+    assert result.outcomes == {
+        (SCENE, "Sound"): Outcome.PASS,
+        (SCENE, "CanNot"): Outcome.UNSUPPORTED,
+        (UNSOLVABLE, "CanNot"): Outcome.UNSUPPORTED,
+        (UNSOLVABLE, "(reference solution)"): Outcome.FAILED,
+    }
+    assert not result.passed
+    own = result.metrics.query("scene == @UNSOLVABLE and engine == '(reference solution)'")
+    assert list(own.reason) == ["the reference solution could not be run (the joint system is singular at t = 12 s)"]
+
+
+def test_the_report_tells_of_a_scene_without_a_reference_solution_once(unsolved):
+    folder, _ = unsolved
+    verdict = judge(summarise(read_results(folder)))
+    assert not verdict.good
+    could_not = "the reference solution of scene basics/libration could not be run"
+    assert verdict.headline == f"The one comparison passed, but {could_not}."
+    assert [(c.scene, c.engine) for c in verdict.failures] == [(UNSOLVABLE, "(reference solution)")]
+    assert "1 passed" in verdict.sentences[0]
+    assert "0 failed, 2 are unsupported and 1 was not run" in verdict.sentences[0]
+    page, text = render(folder)
+    for shown in (page.read_text(), text.read_text()):
+        assert "singular at t = 12 s" in shown
+    assert "| not run |" in text.read_text().split("## Matrix")[1]
+    assert "No engine was compared on" not in text.read_text()
+
+
+@pytest.mark.parametrize("names", [["Sound", "CanNot"], None])
+def test_an_engine_compared_on_no_scene_is_a_failure_if_it_was_named(names, tmp_path):
+    both = registered(["Sound"]) | {"CanNot": Registration("tests.stability_engines:CanNot")}
+    result = api.compare([SCENE], names, tmp_path, registered=both)
+    assert result.passed is (names is None)
+    verdict = judge(summarise(read_results(tmp_path)))
+    assert verdict.good is result.passed
+    reason = CanNot.unsupported(load_scene(SCENE))
+    if names:
+        assert result.outcomes["(all scenes)", "CanNot"] is Outcome.NOTHING_COMPARED
+        assert verdict.headline == "The one comparison passed, but CanNot was compared on no scene."
+        assert f"CanNot was compared on no scene: {reason}." in verdict.sentences
+    assert all("(all scenes)" not in path.read_text() for path in render(tmp_path))
+
+
+def test_an_engine_that_can_do_none_of_several_scenes_is_a_failure_though_nobody_named_it(tmp_path):
+    both = registered(["Sound"]) | {"CanNot": Registration("tests.stability_engines:CanNot")}
+    result = api.compare([SCENE, "basics/free_rotation"], out=tmp_path, registered=both)
+    assert not result.passed
+    assert {pair for pair, o in result.outcomes.items() if not o.ok} == {("(all scenes)", "CanNot")}
+    assert not judge(summarise(read_results(tmp_path))).good
 
 
 def test_results_so_far_are_kept_and_resumed(tmp_path, monkeypatch):

@@ -14,9 +14,9 @@ from adapters.reference_adapter import Reference
 from adapters.registry import Registration
 from barchain import oracle as oracle_module
 from barchain.commands.truths import truths
+from barchain.error_model import ErrorModel
 from barchain.oracle import OracleError, committed, oracle, table_path, table_times
 from barchain.quantities import differences
-from barchain.tolerances import floors
 from barchain.truth import TRUTH_CHECK_RTOL, TRUTH_RTOL, establish, twin
 from barchain.truth_making import check
 from barchain.truth_tables import DamagedTableError, physics_digest, read_table, write_table
@@ -93,7 +93,7 @@ def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_horizon(nam
     seen, setting = reference_runs(scene)
     n = int(np.searchsorted(seen.trajectory.t_s, seen.horizon_s, side="right"))
     assert n > 10
-    floor = floors(Reference, scene, setting, seen.trajectory, seen)
+    floor = ErrorModel(Reference, setting, seen, seen.trajectory).floor
     for quantity, apart in differences(seen.trajectory, judge.trajectory).items():
         allowed = 2.0 * seen.error[quantity][:n] + judge.error[quantity][:n] + floor[quantity][:n]
         record_property(f"{quantity}_apart", float(apart[:n].max()))

@@ -26,7 +26,7 @@ from barchain.selftest.readings import cell, nothing
 from barchain.selftest.smallest import OCTAVES, Bracket, brackets, settled
 from barchain.selftest.stages import FALL, STAGES, find_scene
 from barchain.selftest.trial import Ground, Trial, judged, replayed
-from barchain.truth import FINE_RTOL, establish, finely, twin
+from barchain.truth import FINE_RTOL, densely_sampled, establish, twin
 from barchain.worker import run_job
 from reference_impl import relative
 from reference_impl.effects.slender import Slender
@@ -80,7 +80,7 @@ def ground(name: str) -> Ground:
     def seen(of: Scene, rtol: float):  # type: ignore[no-untyped-def]
         return Reference().run(of, Setting(Knob.RTOL, rtol))
 
-    runs = seen(scene, 1e-13), seen(scene, 1e-12), seen(twin(scene), 1e-13), seen(finely(scene), FINE_RTOL)
+    runs = seen(scene, 1e-13), seen(scene, 1e-12), seen(twin(scene), 1e-13), seen(densely_sampled(scene), FINE_RTOL)
     setting = engine.ladder.setting()
     finer = finer_setting(scene, engine.ladder, setting)
     found = Ground(establish(scene, *runs), HOST, engine, {Role.MAIN: setting, Role.FINER: finer})

@@ -15,9 +15,10 @@ from adapters.rebound_adapter import Rebound
 from adapters.reference_adapter import Reference, ReferenceAbsolute
 from adapters.steps import finer_setting
 from barchain.comparison import judge
+from barchain.evidence import Evidence
 from barchain.job import RunResult
 from barchain.quantities import differences, drifts
-from barchain.truth import FINE_RTOL, establish, finely, twin
+from barchain.truth import FINE_RTOL, densely_sampled, establish, twin
 from reports.outcome import Outcome
 from scenarios import load_scene
 
@@ -79,7 +80,7 @@ def short(name, share, samples):
 
 @functools.cache
 def truth_of(scene, *, fine=True):
-    closely = run(finely(scene), FINE_RTOL) if fine else None
+    closely = run(densely_sampled(scene), FINE_RTOL) if fine else None
     return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(twin(scene), 1e-13), closely)
 
 
@@ -93,7 +94,7 @@ def both(engine, scene, value=None):
 def judged(engine, truth, spoil=lambda seen: seen, value=None):
     """Verdict of an engine whose two runs are spoiled alike."""
     main, finer = (RunResult(Outcome.PASS, trajectory=spoil(seen)) for seen in both(engine, truth.scene, value))
-    return judge("x", engine, engine.ladder.setting(value), main, finer, truth)
+    return judge("x", engine, engine.ladder.setting(value), Evidence(main, finer), truth)
 
 
 def out(verdict, metric=None):
@@ -136,14 +137,14 @@ def test_two_runs_that_meet_where_both_are_off_are_explained_by_a_few_steps_requ
     truth, rtol = truth_of(steep), 1e-8
     off = truth.trajectory.replace(angle_rad=truth.trajectory.angle_rad + 5 * rtol)
     same = RunResult(Outcome.PASS, trajectory=off)
-    found = judge("x", Reference, Setting(Knob.RTOL, rtol), same, same, truth)
+    found = judge("x", Reference, Setting(Knob.RTOL, rtol), Evidence(same, same), truth)
     assert "attitude" not in out(found, "consistency")
 
 
 def test_a_manoeuvre_between_few_samples_is_no_false_alarm(tmp_path):
     (tmp_path / "slew.toml").write_text(SLEW)
     scene = load_scene(tmp_path / "slew.toml")
-    assert finely(scene).run.duration_s / (finely(scene).run.samples - 1) <= 60.0 / 20
+    assert densely_sampled(scene).run.duration_s / (densely_sampled(scene).run.samples - 1) <= 60.0 / 20
     assert out(judged(Exudyn, truth_of(scene))) == set()
     assert "torque" in out(judged(Exudyn, truth_of(scene, fine=False)))  # as seen from the scene's own samples
 
@@ -162,19 +163,31 @@ def test_a_straight_track_is_exact_but_for_rounding(free):
         assert "com" in out(judged(engine, truth, lambda s: s.replace(com_m=s.com_m + 1e-5)), "consistency")
 
 
+def opened_places(seen):
+    """Every bar a little farther from the one before."""
+    aside = 1e-9 * np.arange(seen.position_m.shape[1])[:, None] * np.array([1.0, 0.0])
+    return seen.replace(position_m=seen.position_m + aside - aside.mean(axis=0))
+
+
 def test_joints_put_in_place_are_judged_by_rounding_and_not_by_the_step(steep):
     truth = truth_of(steep)
     assert out(judged(ExudynIndex3, truth)) == set()
-    assert "gap" in out(judged(ExudynIndex3, truth, lambda s: s.replace(gap_m=s.gap_m + 1e-9)))
+    assert "gap" in out(judged(ExudynIndex3, truth, opened_places))
     # what index 2 opens by is within its own band
-    assert "gap" not in out(judged(Exudyn, truth, lambda s: s.replace(gap_m=s.gap_m + 1e-9)))
+    assert "gap" not in out(judged(Exudyn, truth, opened_places))
+
+
+def off_centre(seen, off):
+    """The bars beside the centre of mass, and the engine says so."""
+    places = None if seen.position_m is None else seen.position_m + np.array([off, 0.0])
+    return seen.replace(identity_m=seen.identity_m + off, position_m=places)
 
 
 def test_the_identity_is_judged_by_the_rounding_of_a_sum(steep):
     truth = truth_of(steep)
     for engine, off in ((Reference, 1e-11), (ReferenceAbsolute, 1e-6)):
         assert out(judged(engine, truth)) == set()
-        assert "identity" in out(judged(engine, truth, lambda s, off=off: s.replace(identity_m=s.identity_m + off)))
+        assert "identity" in out(judged(engine, truth, functools.partial(off_centre, off=off)))
 
 
 def test_energy_may_drift_by_what_the_finer_setting_changes_and_no_more(free):
@@ -197,8 +210,7 @@ def test_the_trees_band_follows_the_motion_and_not_the_chains_fastest_mode(steep
         "x",
         ExudynTree,
         ExudynTree.ladder.setting(),
-        RunResult(Outcome.PASS, trajectory=spoiled),
-        RunResult(Outcome.PASS, trajectory=finer),
+        Evidence(RunResult(Outcome.PASS, trajectory=spoiled), RunResult(Outcome.PASS, trajectory=finer)),
         truth,
     )
     assert "attitude" in out(found, "band_used")

@@ -19,7 +19,7 @@ from barchain.stability.law import law
 from barchain.stability.plan import settings
 from barchain.stability.rules import finding
 from barchain.stability.seen import Seen
-from barchain.truth import FINE_RTOL, establish, finely, twin
+from barchain.truth import FINE_RTOL, densely_sampled, establish, twin
 from barchain.worker import run_job
 from reports.outcome import Outcome
 from reports.stability_tables import EVIDENCE, Stability
@@ -59,7 +59,7 @@ def truth(name: str):  # type: ignore[no-untyped-def]
     def seen(each: Scene, rtol: float) -> Trajectory:
         return Reference().run(each, Setting(Knob.RTOL, rtol))
 
-    return establish(of, seen(of, 1e-13), seen(of, 1e-12), seen(twin(of), 1e-13), seen(finely(of), FINE_RTOL))
+    return establish(of, seen(of, 1e-13), seen(of, 1e-12), seen(twin(of), 1e-13), seen(densely_sampled(of), FINE_RTOL))
 
 
 def seen_of(engine: type[Faulty], name: str, tmp_path: Path) -> Seen:

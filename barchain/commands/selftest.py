@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from barchain.commands import typed
+from barchain.commands.selftest_random import RandomOptions, random_options, run_random, show_faults
 
 if TYPE_CHECKING:
     from barchain.selftest.study import Plan
@@ -23,28 +24,44 @@ FAILED = 1
 @click.option(
     "--fault", "faults", multiple=True, metavar="NAME", help="Fault to put in; may be repeated; all by default."
 )
-@click.option("--engine", default="reference", show_default=True,
-              help="Engine that is spoilt; faults in the code itself need the reference.")  # fmt: skip
+@click.option("--engine", "engines", multiple=True, metavar="NAME",
+              help="Engine that is spoilt, the reference by default; faults in the code itself need that. With --random: "
+                   "engine that is judged as it is; may be repeated; all installed by default.")  # fmt: skip
 @click.option("--smallest", is_flag=True, help="Find the smallest size of each continuous fault that is still caught.")
 @click.option("--list", "listed", is_flag=True, help="List the faults, and run nothing.")
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Folder for tables and page.")
 @click.option("--workers", type=click.IntRange(min=1), help="Processes side by side; all cores by default.")
+@random_options
 def selftest(
-    scenes: tuple[str, ...], faults: tuple[str, ...], engine: str, smallest: bool, listed: bool, out: Path | None,
-    workers: int | None,
+    scenes: tuple[str, ...], faults: tuple[str, ...], engines: tuple[str, ...], smallest: bool, listed: bool,
+    out: Path | None, workers: int | None, asked: RandomOptions,
 ) -> None:  # fmt: skip
     """Put known faults into an engine, and show which check catches each.
 
     Ends with exit code 1 if a fault is killed by nothing, or if a check refuses the sound engine.
+
+    With --random N it draws N scenes, judges all engines on them, and puts faults into some. It ends with exit code 1 if
+    a fault is missed that is larger than the verdict says it would detect, or if more than 0.5 % of the verdicts on sound
+    engines are false alarms.
     """
+    if asked.number is not None:
+        if scenes or smallest:
+            raise click.UsageError("--random draws its scenes: leave out --scene and --smallest")
+        run_random(asked, engines, faults, listed, out, workers)
+        return
+    asked.refuse()
+    if len(engines) > 1:
+        raise click.UsageError("--engine: one engine is spoilt; several go with --random N")
+    (engine,) = engines or ("reference",)
     from barchain.progress import counted  # noqa: PLC0415
+    from barchain.selftest.catalogue import FAULTS  # noqa: PLC0415
     from barchain.selftest.study import selftest as run  # noqa: PLC0415  # what no other command needs
     from barchain.selftest.trial import SelftestError  # noqa: PLC0415
     from reports.selftest_page import render_selftest  # noqa: PLC0415  # plots take a second to import
     from reports.selftest_view import view_selftest  # noqa: PLC0415
 
     if listed:
-        show_faults()
+        show_faults(FAULTS.values())
         return
     plan = plan_of(scenes, faults, engine, smallest, workers)
     with tempfile.TemporaryDirectory() as scratch:
@@ -87,23 +104,6 @@ def plan_of(scenes: tuple[str, ...], faults: tuple[str, ...], engine: str, small
     if not able:
         raise click.UsageError(f"--engine {engine}: can do none of these scenes")
     return Plan(tuple(able), chosen, engine, smallest, workers)
-
-
-def show_faults() -> None:
-    """Name, size and words of each fault."""
-    from rich.markup import escape  # noqa: PLC0415
-    from rich.table import Table  # noqa: PLC0415
-
-    from barchain.listing import show  # noqa: PLC0415
-    from barchain.selftest.catalogue import FAULTS  # noqa: PLC0415
-
-    table = Table(box=None, header_style="bold")
-    for column in ("fault", "group", "size", "what is wrong"):
-        table.add_column(column)
-    for fault in FAULTS.values():
-        size = f"{fault.natural:g} {fault.size.unit}".removesuffix(" 1") if fault.size else ""
-        table.add_row(fault.name, fault.group, size, escape(fault.words))
-    show(table)
 
 
 def show_view(view: SelftestView) -> None:

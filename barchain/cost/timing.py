@@ -20,43 +20,20 @@ from pebble import ProcessPool
 
 from barchain.job import Job, RunResult
 from barchain.pool import Limit, collect
+from barchain.threads import one_thread_each
 from barchain.worker import run_job
 from reports.outcome import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable
 
 LEAST_S = 0.02  # of simulate in one turn: thousands of ticks of the clock, and longer than a switch of processes
 MOST_RUNS = 100  # in one turn
 LONG_S = 0.5  # runs from here on are timed by their first pass too, and seldom repeated
 STARTUP_S = 120.0  # allowed on top of the limit to a process that has yet to import; `Limit` adds for compiling
 PHASES = ("build", "simulate", "read")
-THREADS = (
-    "OMP_NUM_THREADS",
-    "OPENBLAS_NUM_THREADS",
-    "MKL_NUM_THREADS",
-    "BLIS_NUM_THREADS",
-    "VECLIB_MAXIMUM_THREADS",
-    "NUMEXPR_NUM_THREADS",
-    "NUMBA_NUM_THREADS",
-)
 
 warmed: set[str] = set()  # digests of the scenes that this process has run: the first run of each is never timed
-
-
-@contextlib.contextmanager
-def one_thread_each() -> Iterator[None]:
-    """Processes started meanwhile compute in one thread."""
-    kept = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
-    try:
-        yield
-    finally:
-        for name, value in kept.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 def pin(core: int | None) -> None:
@@ -134,9 +111,11 @@ class Bench:
         self.pools: dict[str, ProcessPool] = {}
         self.started: set[tuple[str, str]] = set()
         self.logs = tempfile.TemporaryDirectory()
+        self.threads = contextlib.ExitStack()
 
     def __enter__(self) -> Bench:
-        """Nothing to do before the first turn."""
+        """Pin the threads of all processes: a pool starts its own when it is first asked, and others after a crash."""
+        self.threads.enter_context(one_thread_each())
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -145,6 +124,7 @@ class Bench:
             pool.stop()
         for pool in self.pools.values():
             pool.join()
+        self.threads.close()
         self.logs.cleanup()
 
     def start(self, engines: Iterable[str]) -> None:
@@ -168,6 +148,5 @@ class Bench:
         """Process of an engine."""
         if engine not in self.pools:
             context = multiprocessing.get_context("spawn")  # engines are not safe to fork once loaded
-            with one_thread_each():
-                self.pools[engine] = ProcessPool(1, initializer=pin, initargs=(self.core,), context=context)
+            self.pools[engine] = ProcessPool(1, initializer=pin, initargs=(self.core,), context=context)
         return self.pools[engine]

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from pebble import ProcessPool
 
-from barchain.cost.timing import one_thread_each
 from barchain.roundoff.times import time_rows
 from barchain.roundoff.trajectories import truth_of
+from barchain.threads import one_thread_each
 from reports.outcome import Outcome
 
 if TYPE_CHECKING:

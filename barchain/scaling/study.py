@@ -19,12 +19,13 @@ from pebble import ProcessPool
 from adapters.engine import Observable
 from barchain.cost.plan import LeftOut, cannot
 from barchain.cost.store import NOT_RUN
-from barchain.cost.timing import STARTUP_S, one_thread_each, pin, quietest_core
+from barchain.cost.timing import STARTUP_S, pin, quietest_core
 from barchain.pool import collect
 from barchain.scaling.evaluation import DIRECT
 from barchain.scaling.memory import installed
 from barchain.scaling.plan import BUILDS, MEMORY_SHARE, SHARES, affordable, divided, predicted
 from barchain.scaling.point import LONG_TURNS, Measured, Task, measure_point
+from barchain.threads import one_thread_each
 from reports.numerals import span
 from reports.outcome import Outcome
 

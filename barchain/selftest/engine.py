@@ -23,7 +23,7 @@ DECLARED = (
 
 
 class Spoilt(Engine):
-    """A host engine with a fault put in; :func:`spoilt` makes the final class, which declares what its host does."""
+    """A host engine with a fault put in; :func:`spoilt` makes the final class."""
 
     host: ClassVar[type[Engine]]
     fault: ClassVar[Fault]
@@ -43,12 +43,13 @@ class Spoilt(Engine):
 
     def build(self, scene: Scene, setting: Setting) -> None:
         """Give the host what it should not have."""
-        self.scene = scene
+        self.scene, self.setting = scene, setting
         self.sound = self.recorded.get(setting) if self.fault.replays else None
         if self.sound is None:
             self.inner = self.host()
+            used = self.host.ladder.setting() if self.fault.stuck else self.fault.asked(setting, self.size)
             with self.fault.within(self.size):
-                self.inner.build(self.fault.staged(scene, self.size), self.fault.asked(setting, self.size))
+                self.inner.build(self.fault.staged(scene, self.size), used)
 
     def simulate(self) -> None:
         """Let it run."""
@@ -59,19 +60,24 @@ class Spoilt(Engine):
     def read(self) -> Trajectory:
         """Spoil what it shows."""
         if self.sound is not None:
-            return self.fault.seen(self.sound, self.scene, self.size)
+            return self.fault.seen(self.sound, self.scene, self.setting, self.size)
         with self.fault.within(self.size):
             seen = self.inner.read()
-        return self.fault.seen(seen, self.scene, self.size)
+        return self.fault.seen(seen, self.scene, self.setting, self.size)
 
 
 def spoilt(
-    fault: Fault, size: float, host: type[Engine], recorded: Mapping[Setting, Trajectory] | None = None
+    fault: Fault,
+    size: float,
+    host: type[Engine],
+    recorded: Mapping[Setting, Trajectory] | None = None,
+    main: Trajectory | None = None,
 ) -> type[Engine]:
-    """Class of a host engine with a fault in it."""
+    """Class of a host engine with a fault in it; without a `main` run of the host it declares what its host does."""
     kept: dict[str, Any] = {name: getattr(host, name) for name in DECLARED}
     own = {"host": host, "fault": fault, "size": size, "recorded": recorded or {}}
-    return type(f"Spoilt{host.__name__}", (Spoilt,), kept | own)
+    wrong = fault.declares(host, main) if fault.declares and main is not None else {}
+    return type(f"Spoilt{host.__name__}", (Spoilt,), kept | own | wrong)
 
 
 @dataclass(frozen=True)

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 if TYPE_CHECKING:
     from collections.abc import Callable
     from contextlib import AbstractContextManager
+    from typing import Any
 
-    from adapters.engine import Setting, Trajectory
+    from numpy.random import Generator
+
+    from adapters.engine import Engine, Setting, Trajectory
+    from barchain.job import Role
     from barchain.truth import Truth
     from scenarios import Scene
 
@@ -19,7 +26,10 @@ if TYPE_CHECKING:
     SettingChange = Callable[[Setting, float], Setting]
     CodeChange = Callable[[float], AbstractContextManager[object]]
     OutputChange = Callable[[Trajectory, Scene, float], Trajectory]
+    FreshChange = Callable[[Trajectory, Scene, float, Generator], Trajectory]
+    Declaration = Callable[[type[Engine], Trajectory], dict[str, Any]]
     Nothing = Callable[[Truth], str]
+    Foreign = Callable[[type[Engine]], str]
 
 
 class Group(StrEnum):
@@ -34,6 +44,14 @@ class Group(StrEnum):
     START = "scene and start"
     ACCURACY = "accuracy and precision"
     OUTPUT = "what is read out"
+    GARBAGE = "garbage in the course of a run"
+    DECLARED = "what an engine says of itself"
+
+
+def numbers_of(scene: Scene, setting: Setting) -> Generator:
+    """Random numbers of one run."""
+    words = hashlib.sha256(f"{scene.digest}|{setting.knob}={setting.value!r}".encode()).digest()
+    return np.random.default_rng(np.frombuffer(words, "<u4"))
 
 
 @dataclass(frozen=True)
@@ -54,9 +72,19 @@ def everywhere(truth: Truth) -> str:
     return ""
 
 
+def in_any_engine(engine: type[Engine]) -> str:
+    """No engine into which it can't be put."""
+    del engine
+    return ""
+
+
 @dataclass(frozen=True)
 class Fault:
-    """One fault. It is put into the scene that the engine is given, its setting, its code or what is read out of it."""
+    """One fault.
+
+    It is put into the scene that the engine is given, its setting, its code, what is read out of it, or what its class
+    declares.
+    """
 
     name: str
     words: str
@@ -69,9 +97,19 @@ class Fault:
     code: CodeChange | None = None
     """Code of the reference, for as long as the context holds"""
     output: OutputChange | None = None
+    fresh: FreshChange | None = None
+    """What is read out, by random numbers that are other ones in every run, and the same when a run is repeated"""
+    declares: Declaration | None = None
+    """Attributes of the class that are wrong, given the host and its own main run"""
+    stuck: bool = False
+    """Whether every run is at the host's default setting, whatever setting is asked for"""
+    roles: frozenset[Role] | None = None
+    """Runs that are spoilt; None: all"""
     size: Size | None = None
     nothing: Nothing = everywhere
     """Why it has nothing to spoil in the scene of a truth; empty if it has"""
+    foreign: Foreign = in_any_engine
+    """Why it can't be put into an engine; empty if it can"""
     like: str = "sound"
     """Control that it is without its fault"""
     refuses: bool = False
@@ -87,7 +125,11 @@ class Fault:
     @property
     def replays(self) -> bool:
         """Whether it spoils only what is read out: then a sound run serves."""
-        return not (self.scene or self.setting or self.code)
+        return not (self.scene or self.setting or self.code or self.stuck)
+
+    def spoils(self, role: Role) -> bool:
+        """Whether it is put into runs of a role."""
+        return self.roles is None or role in self.roles
 
     def staged(self, scene: Scene, size: float) -> Scene:
         """Scene that the engine is given."""
@@ -101,6 +143,8 @@ class Fault:
         """Context in which the reference's code is wrong."""
         return self.code(size) if self.code else contextlib.nullcontext()
 
-    def seen(self, seen: Trajectory, scene: Scene, size: float) -> Trajectory:
-        """What is read out."""
-        return self.output(seen, scene, size) if self.output else seen
+    def seen(self, seen: Trajectory, scene: Scene, setting: Setting, size: float) -> Trajectory:
+        """What is read out of a run of a scene at a setting."""
+        if self.output:
+            seen = self.output(seen, scene, size)
+        return self.fresh(seen, scene, size, numbers_of(scene, setting)) if self.fresh else seen

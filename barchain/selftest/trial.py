@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from adapters.registry import find_engine
 from adapters.steps import finer_setting
 from barchain.comparison import Verdict, judge
+from barchain.evidence import Evidence
 from barchain.job import Job, Role, RunResult
 from barchain.pool import Limit, Room, run_jobs, run_together
 from barchain.selftest.engine import seeded, spoilt
@@ -140,5 +141,5 @@ def judged(trial: Trial, main: RunResult, finer: RunResult) -> Result:
     """Verdict of the production comparison."""
     ground = trial.ground
     setting = ground.settings[Role.MAIN]
-    verdict = judge(trial.fault.name, ground.engine, setting, main, finer, ground.truth)
+    verdict = judge(trial.fault.name, ground.engine, setting, Evidence(main, finer), ground.truth)
     return Result(trial, main, finer, verdict)

@@ -10,7 +10,8 @@ import pandas as pd
 from adapters.initial_state import chain_model
 from barchain.job import Role
 from barchain.quantities import drifts
-from barchain.stability.growth import attitude_error, growth_excess, kinetic_ratio
+from barchain.relative_energy import kinetic_ratio
+from barchain.stability.growth import attitude_error, growth_excess
 from barchain.stability.law import law
 from barchain.stability.seen import LEVEL_WORDS, OTHER
 from reference_impl.joints import condition_number, joint_matrix

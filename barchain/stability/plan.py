@@ -9,6 +9,7 @@ from adapters.engine import Knob, Setting
 from adapters.registry import ENGINES, engines, find_engine
 from adapters.scipy_adapter import ScipyEngine
 from adapters.steps import finer_setting, steps_between_samples
+from barchain.compiling import COMPILED
 from barchain.job import TRUTH_ROLES, Job, Role
 from barchain.stability.limits import TIME_LIMIT_S
 from scenarios import load_scene, scene_names
@@ -29,7 +30,6 @@ LEVELS = (Role.COARSE, Role.MAIN, Role.FINER)
 COARSER_RTOL, COARSER_STEPS = 100.0, 0.25  # two decades of a request; two halvings of a step
 PLAIN_RTOL = 1e-3  # SciPy's default; its default absolute tolerance of 1e-6 is a thousandth of it, as the adapter takes
 EXACT_RTOL = 1e-14  # of the compiled reference: its sums are compensated from here on
-COMPILED = "reference-fast"
 SCIPY = "scipy-"
 
 
@@ -66,11 +66,6 @@ def default_engines() -> dict[str, Registration]:
 def chosen_engines(names: Iterable[str] | None) -> dict[str, Registration]:
     """Engines by name, or the default ones."""
     return {name: find_engine(name) for name in dict.fromkeys(names)} if names else default_engines()
-
-
-def truth_engine() -> str:
-    """Form of the reference that truths are made by: the compiled one where it is there, for its speed."""
-    return "reference" if ENGINES[COMPILED].missing else COMPILED
 
 
 def settings(scene: Scene, engine: type[Engine]) -> dict[Role, Setting]:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from barchain.comparison import LEAST_COMPARED
+from barchain.comparison import LEAST_JUDGED
 from barchain.job import Role
 from barchain.quantities import drifts
-from barchain.stability.growth import BLOWN_UP, attitude_error, grows_too_fast, growth_excess, kinetic_ratio
+from barchain.relative_energy import BLOWN_UP, kinetic_ratio
+from barchain.stability.growth import attitude_error, grows_too_fast, growth_excess
 from barchain.stability.law import Law, law
 from barchain.stability.seen import JUDGED, LEVEL_WORDS, WITH_TRAJECTORY
 from barchain.tolerances import NORM_SLACK
@@ -138,7 +139,7 @@ def refuses(row: Row, seen: Seen) -> bool:
     """
     outcome = Outcome(row["outcome"])
     if outcome is Outcome.NOTHING_COMPARED:
-        return seen.truth is not None and row["horizon_s"] <= LEAST_COMPARED * seen.truth.horizon_s
+        return seen.truth is not None and row["horizon_s"] <= LEAST_JUDGED * seen.truth.horizon_s
     return not outcome.ok
 
 

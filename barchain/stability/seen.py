@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from adapters.engine import Knob
 from adapters.steps import step_s
 from barchain.comparison import judge
+from barchain.evidence import Evidence
 from barchain.job import Role
 from barchain.stability.plan import LEVELS
 from reports.outcome import Outcome
@@ -69,7 +70,7 @@ class Seen:
         mine, other = self.runs.get(role), self.runs.get(OTHER.get(role, role))
         if self.truth is None or mine is None or other is None or role not in OTHER:
             return None
-        return judge(self.name, self.engine, self.settings[role], mine, other, self.truth)
+        return judge(self.name, self.engine, self.settings[role], Evidence(mine, other), self.truth)
 
     def rows(self, role: Role) -> list[Row]:
         """Rows of one level's verdict."""

@@ -13,12 +13,13 @@ from barchain.pool import run_jobs
 from barchain.stability import expected
 from barchain.stability.evidence import condition_range, laws
 from barchain.stability.growth import linear_rate
-from barchain.stability.plan import LEVELS, LONG, TRUTH_LIMIT_S, Plan, exact_jobs, settings, truth_engine
+from barchain.stability.plan import LEVELS, LONG, TRUTH_LIMIT_S, Plan, exact_jobs, settings
 from barchain.stability.rules import ILL_POSED, Finding, finding
 from barchain.stability.seen import LEVEL_WORDS, WITH_TRAJECTORY, Seen
 from barchain.stability.store import StabilityStore
+from barchain.support import unsupported
 from barchain.truth import TRUTH_RTOL, Truth
-from barchain.truth_runs import TruthFailedError, truth_jobs, truth_of
+from barchain.truth_runs import TruthFailedError, truth_engine, truth_jobs, truth_of
 from reports.outcome import Outcome
 from reports.stability_tables import FOLDER, Stability
 
@@ -86,7 +87,7 @@ class Study:
         self.earlier = self.store.earlier_runs() if self.plan.resume else {}
         self.store.write_record()
         self.leave_out()
-        self.make([job for s in self.plan.scenes for job in truth_jobs(s, truth_engine())])
+        self.make([job for s in self.plan.scenes for job in truth_jobs(s)])
         for wave in WAVES:
             self.make(self.hopeful(self.jobs(wave)))
         self.store.record.update(finished=True, seconds=time.perf_counter() - start)
@@ -181,7 +182,7 @@ class Study:
         if progress.truth is None:
             return
         facts |= truth_facts(progress.truth)
-        job = next(j for j in truth_jobs(scene, truth_engine()) if j.role is Role.TRUTH)
+        job = next(j for j in truth_jobs(scene) if j.role is Role.TRUTH)
         self.follow(progress, job, progress.truths[Role.TRUTH])
         self.store.write_record()
 
@@ -196,7 +197,8 @@ class Study:
         """Judge an engine whose runs are all there."""
         scene, runs, own = progress.scene, progress.runs[engine], self.classes[engine]
         seen = Seen(scene, engine, own, settings(scene, own), runs, progress.truth)
-        found = finding(seen)
+        reason = unsupported(own, progress.truth) if progress.truth is not None else None
+        found = finding(seen) if reason is None else Finding(Stability.UNSUPPORTED, reason)
         self.settle(scene.name, engine, found, seen)
         for role in (Role.MAIN, Role.FINER):
             job = Job(scene, engine, self.plan.engines[engine], seen.settings[role], role)

@@ -1,0 +1,147 @@
+"""From a scene to the TOML file that says it, digit for digit."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from scenarios import parse_scene
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scenarios import Scene
+
+    Data = dict[str, Any]
+
+ANGLES = {"angle_rad", "longitude_rad", "amplitude_rad", "direction_rad", "rest_rad", "sun_longitude_rad"}
+TABLES = ("prescribed_rotation", "third_body", "thrust", "impulse")
+"""Effects of which there may be several"""
+DERIVED = {"third_body": ("rate_rad_s",)}
+"""What a file does not say, as it follows from the rest"""
+RENAMED = {"third_body": {"name": "body"}}
+NEIGHBOURS = 3  # units in the last place: a degree that is a given number of radians is as near, if there is one
+
+T = TypeVar("T")
+
+
+class UnwrittenError(ValueError):
+    """A scene that no file gives back digit for digit."""
+
+
+def in_degrees(rad: float) -> float:
+    """Degrees that are an angle in radians, to the last digit where there are such; else the nearest."""
+    found = math.degrees(rad)
+    near = [found]
+    for end in (-math.inf, math.inf):
+        one = found
+        for _ in range(NEIGHBOURS):
+            one = math.nextafter(one, end)
+            near.append(one)
+    return min(near, key=lambda deg: (abs(math.radians(deg) - rad), abs(deg - found)))
+
+
+def writable(part: T) -> T:
+    """A scene, or a part of one, whose angles are numbers of degrees: moved in their last digit where they are not."""
+    changes: Data = {}
+    for field in dataclasses.fields(part):  # type: ignore[arg-type]
+        value = getattr(part, field.name)
+        if field.name in ANGLES:
+            changes[field.name] = snapped(value)
+        elif dataclasses.is_dataclass(value):
+            changes[field.name] = writable(value)
+        elif isinstance(value, tuple) and value and dataclasses.is_dataclass(value[0]):
+            changes[field.name] = tuple(map(writable, value))
+    return dataclasses.replace(part, **changes)  # type: ignore[type-var]
+
+
+def snapped(value: Any) -> Any:
+    """Angle, or each of several, as degrees give it."""
+    return tuple(map(snapped, value)) if isinstance(value, tuple) else math.radians(math.degrees(value))
+
+
+def scene_data(scene: Scene) -> Data:
+    """Tables of a scene's file, as `tomllib` reads them."""
+    effects = {
+        name: [table(one, name) for one in value] if name in TABLES else table(value, name)
+        for name, value in vars(scene.effects).items()
+        if name != "gravity" and value
+    }
+    return {
+        "title": scene.title,
+        "source": scene.source,
+        "description": scene.description,
+        "tags": list(scene.tags),
+        "central_body": table(scene.central_body),
+        "orbit": table(scene.orbit),
+        "chain": {"bars": scene.bars} | table(scene.chain),
+        "effects": {"gravity": str(scene.effects.gravity)} | effects,
+        "run": table(scene.run),
+    }
+
+
+def table(part: Any, effect: str = "") -> Data:
+    """Table of one part of a scene."""
+    found: Data = {}
+    for name, value in vars(part).items():
+        if name in DERIVED.get(effect, ()):
+            continue
+        key = RENAMED.get(effect, {}).get(name, name)
+        found[key.removesuffix("_rad") + "_deg" if name in ANGLES else key] = plain(value, degrees=name in ANGLES)
+    return found
+
+
+def plain(value: Any, *, degrees: bool) -> Any:
+    """Value as TOML has it."""
+    if isinstance(value, tuple):
+        return [plain(one, degrees=degrees) for one in value]
+    if degrees:
+        return in_degrees(value)
+    return str(value) if isinstance(value, str) else value
+
+
+def toml(data: Data, path: str = "") -> Iterator[str]:
+    """Lines of a file: values first, then tables."""
+    for key, value in data.items():
+        if not is_table(value):
+            yield f"{key} = {written(value)}"
+    for key, value in data.items():
+        if isinstance(value, dict):
+            yield f"\n[{path}{key}]"
+            yield from toml(value, f"{path}{key}.")
+        elif is_table(value):
+            for one in value:
+                yield f"\n[[{path}{key}]]"
+                yield from toml(one, f"{path}{key}.")
+
+
+def is_table(value: Any) -> bool:
+    """Whether a value is a table, or a list of them."""
+    return isinstance(value, dict) or (isinstance(value, list) and bool(value) and isinstance(value[0], dict))
+
+
+def written(value: Any) -> str:
+    """One value; Python's shortest digits of a float are read back as the same one."""
+    if isinstance(value, list):
+        return f"[{', '.join(map(written, value))}]"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(float(value)) if isinstance(value, float) else repr(value)
+
+
+def scene_toml(scene: Scene) -> str:
+    """Text of a file that `barchain compare` takes.
+
+    Raises
+    ------
+    UnwrittenError
+        If it is not read back as the same scene.
+    """
+    text = "\n".join(toml(scene_data(scene))) + "\n"
+    if parse_scene(text, name=scene.name, file=scene.name).digest != scene.digest:
+        raise UnwrittenError(f"{scene.name}: an angle that is no number of degrees, or an instant beside a sample")
+    return text

@@ -1,0 +1,70 @@
+"""What an engine says of itself, taken only as far as something that the engine does not control allows.
+
+An engine's class declares noise, and its runs count steps. Both widen what the engine is allowed. A wrong engine could
+make room for its errors that way, so each has a bound from the scene.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adapters.engine import Knob
+from barchain.local_errors import rate_scale, step_s
+from barchain.scales import scales
+
+if TYPE_CHECKING:
+    from adapters.engine import Array, Engine, Setting
+    from barchain.truth import Truth
+    from scenarios import Scene
+
+MOST_NOISE = 1e-2
+"""Share of a quantity's scale that declared noise may be: with more, nothing worth comparing is left"""
+MOST_ATTITUDE_NOISE_RAD = 1e-5  # it is amplified: a thousandth of what two runs may part by
+STEPS_SLACK = 10.0  # error constants, rejected steps, restarts at events
+LOWEST_ORDER = 4.0  # of the error estimates of methods that choose their steps: rtol^(-1/5) steps a radian
+
+
+def noise(engine: type[Engine], setting: Setting, truth: Truth, t_s: Array) -> dict[str, Array]:
+    """Noise that an engine declares, (n,) for each quantity, as declared.
+
+    Parameters
+    ----------
+    engine : type
+    setting : Setting
+    truth : Truth
+    t_s : ndarray, shape (n,)
+        Instants from the start of the scene, s.
+    """
+    said = engine.noise(truth.scene, setting, t_s)
+    return {name: np.array(np.broadcast_to(np.abs(values), t_s.shape)) for name, values in said.items()}
+
+
+def bounded(noise: dict[str, Array], truth: Truth) -> dict[str, Array]:
+    """Declared noise cut off at :data:`MOST_NOISE` of each quantity's scale, (n,) for each quantity."""
+    size = scales(truth)
+    return {
+        name: np.minimum(values, MOST_ATTITUDE_NOISE_RAD if name == "attitude" else MOST_NOISE * size[name])
+        for name, values in noise.items()
+    }
+
+
+def believed_steps(setting: Setting, truth: Truth, counted: float) -> float:
+    """Steps that a method which chooses them says that it took, or 0 where no method would take so many.
+
+    A method whose error estimate is of order p takes about rtol^(-1/(p+1)) steps in a radian of what it follows. A
+    count beyond that of the lowest order in use, and a generous slack, is no count, and is not used at all.
+    """
+    rate = rate_scale(truth.scene, truth.trajectory)
+    radians = 1.0 + rate * truth.scene.run.duration_s
+    most = STEPS_SLACK * radians * setting.value ** (-1.0 / (LOWEST_ORDER + 1.0))
+    return counted if 0.0 < counted <= max(most, truth.scene.run.samples) else 0.0
+
+
+def steps_taken(scene: Scene, setting: Setting, counted: float, t_s: Array) -> Array:
+    """Steps taken since ``t_s[0]`` up to each instant, (n,): `counted` for the whole run, or by the setting."""
+    by_setting = setting.knob is Knob.STEPS_PER_ORBIT
+    whole = scene.run.duration_s / step_s(scene, setting) if by_setting else counted or scene.run.samples
+    found: Array = 1.0 + (t_s - t_s[0]) / scene.run.duration_s * whole
+    return found

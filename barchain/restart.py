@@ -1,0 +1,178 @@
+"""The reference restarted from an engine's own state: what can be compared beyond the predictability limit.
+
+Two correct runs of a chaotic scene part. But an engine's samples still have to follow the equations of motion: from one
+sample to the next, and for as long as errors do not grow too large. So beyond the limit the reference starts anew from
+the engine's last sample that was found right, and the next stretch of the engine's run is compared with that, as far as
+*its* predictability limit; then from there again. Nonsense shows in the stretch in which it begins.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from adapters.engine import EngineError, Knob, Setting
+from adapters.initial_state import InitialState, chain_model
+from adapters.reference_adapter import Reference
+from adapters.registry import ENGINES
+from barchain.error_model import ErrorModel
+from barchain.quantities import differences
+from barchain.tolerances import NORM_SLACK
+from barchain.truth import TRACK, Truth, answers, densely_sampled, own_rate
+
+if TYPE_CHECKING:
+    from adapters.engine import Array, Trajectory
+    from adapters.reference_adapter import ReferenceEngine
+    from scenarios import Scene
+
+RTOL = 1e-10  # a hundred times better than the engines that lose a chaotic scene's attitude within it
+TIGHT_RTOL = 1e-12  # against an engine that chooses its steps, and is asked for as much
+ASIDE_RAD = 1e-7  # of the perturbed run: a thousand times what the reference leaves, yet linear until 1e5 times larger
+FIRST_TRY = 1.5  # times the length of the stretch before: how far the reference walks before it is known how far to
+MOST_STRETCHES = 60  # some tens of orbits of the most chaotic scenes; what is beyond is told as not judged
+JUDGED = ("attitude", "rate", "reaction", "torque")
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Part of an engine's run, compared with the reference started from the engine's own state; m samples."""
+
+    first: int
+    """Sample that the reference starts from"""
+    found: dict[str, Array]
+    """(m,) difference for each quantity, from sample `first` on"""
+    allowed: dict[str, Array]
+    """(m,) bound of what two correct runs differ by. An engine's samples need not be the state that it goes on from:
+    rates are read off half a step aside, or off impulses that are noise"""
+
+    @property
+    def last(self) -> int:
+        """Last sample compared; `first` where not even the next one can be predicted."""
+        return self.first + len(next(iter(self.found.values()))) - 1
+
+    @property
+    def right(self) -> bool:
+        """Whether all differences are inside their bounds."""
+        return all(np.all(self.found[name] <= self.allowed[name]) for name in self.found)
+
+
+def can_restart(seen: Trajectory) -> bool:
+    """Whether a run shows the whole state."""
+    return seen.angle_rad is not None and seen.rate_rad_s is not None
+
+
+def stretches(errors: ErrorModel, seen: Trajectory, first: int) -> list[Stretch]:
+    """Stretches of a run from sample `first` on, until one of them is wrong or the run ends.
+
+    Parameters
+    ----------
+    errors : ErrorModel
+        Of the engine at its setting in the scene.
+    seen : Trajectory
+        Run of the engine.
+    first : int
+        Last sample that is known to be right.
+    """
+    end = len(seen.t_s) - 1
+    found: list[Stretch] = []
+    ahead = max(first, 1)
+    while first < end and len(found) < MOST_STRETCHES:
+        last = min(end, first + max(2, math.ceil(FIRST_TRY * ahead)))
+        try:
+            stretch = compared(errors, seen, first, last)
+        except (EngineError, ArithmeticError):  # the reference can't go on from there, where its own run could
+            break
+        found.append(stretch)
+        if not stretch.right:
+            break
+        ahead = max(stretch.last - first, 1)
+        first = max(stretch.last, first + 1)
+    return found
+
+
+def compared(errors: ErrorModel, seen: Trajectory, first: int, last: int) -> Stretch:
+    """Compare samples `first` to `last` of a run, as far as they can be predicted from the first.
+
+    What is read off a step may belong to what was before the first sample, such as the end of a manoeuvre: where there
+    are such instants, the errors of reading that the scene has shown until then are allowed besides.
+    """
+    engine, setting = errors.engine, errors.setting
+    restarted = restarted_truth(errors.truth, seen, first, last, TIGHT_RTOL if setting.knob is Knob.RTOL else RTOL)
+    shown = errors.local.immediate if errors.scene.effects.breaks_s else {}
+    before = {name: float(values[min(first, errors.n - 1)]) for name, values in shown.items()}
+    start = ErrorModel(engine, setting, restarted, seen)
+    rate = max(before.get("rate", 0.0), float(start.local.immediate["rate"][0])) + float(errors.floor["rate"][0])
+    model = ErrorModel(engine, setting, restarted, seen, start_rad=rate / own_rate(errors.scene))
+    n = int(np.count_nonzero(model.t_s <= model.limit_s))
+    rows = dataclasses.replace(seen, **{k: v[first : last + 1] for k, v in vars(seen).items() if is_rows(v)})
+    apart = differences(rows, restarted.trajectory)
+    quantities = [name for name in JUDGED if name in apart]
+    return Stretch(
+        first,
+        {name: apart[name][:n] for name in quantities},
+        {
+            name: (model.band[name] + restarted.error[name])[:n] + NORM_SLACK * before.get(name, 0.0)
+            for name in quantities
+        },
+    )
+
+
+def is_rows(value: object) -> bool:
+    """Whether a field of a trajectory has a row for each sample."""
+    return isinstance(value, np.ndarray)
+
+
+def restarted_truth(truth: Truth, seen: Trajectory, first: int, last: int, rtol: float) -> Truth:
+    """Reference solution from a sample of a run on: growth, derivatives and its own error as the scene's truth has."""
+    scene = truth.scene
+    between = max(1, (densely_sampled(scene).run.samples - 1) // (scene.run.samples - 1))
+    times = seen.t_s[first : last + 1]
+    closely = np.interp(np.arange((len(times) - 1) * between + 1) / between, np.arange(len(times)), times)
+    closely[::between] = times
+    fine = walked(scene, seen, first, closely, rtol, 0.0)
+    aside = walked(scene, seen, first, times, rtol, ASIDE_RAD)
+    arrays = {k: v[::between] for k, v in vars(fine).items() if is_rows(v)}
+    main = dataclasses.replace(fine, **arrays)
+    parted = differences(main, aside)
+    n = min(len(main.t_s), len(aside.t_s))
+    attitude = np.maximum.accumulate(parted["attitude"])[:n]
+    response = answers(parted, n, 0.0) | {name: np.zeros(n) for name in TRACK}
+    made = Truth(scene, main, fine, {}, attitude / attitude[0], response, float(main.t_s[n - 1]))
+    own = ErrorModel(Reference, Setting(Knob.RTOL, rtol), made, main)
+    return dataclasses.replace(made, error=own.band)
+
+
+def walked(scene: Scene, seen: Trajectory, first: int, t_s: Array, rtol: float, aside_rad: float) -> Trajectory:
+    """Run of the reference from sample `first` of `seen`, at instants (m,) s; its start moved aside by an angle.
+
+    Raises
+    ------
+    EngineError
+        If the reference can't go on from there.
+    """
+    assert seen.angle_rad is not None
+    assert seen.rate_rad_s is not None
+    rng = np.random.default_rng(20020812)
+    bars, unit = scene.bars, own_rate(scene)
+    moved = aside_rad * rng.choice([-1.0, 1.0], (2, bars)) * rng.uniform(0.5, 1.0, (2, bars))
+    nothing = np.zeros((bars, 2))
+    start = InitialState(
+        seen.com_m[first], seen.com_velocity_m_s[first], seen.angle_rad[first] + moved[0],
+        seen.rate_rad_s[first] + unit * moved[1], nothing, nothing,
+    )  # fmt: skip
+    model = chain_model(scene)
+    model = dataclasses.replace(model, impulses=tuple(b for b in model.impulses if b.at_s >= t_s[0]))
+    run = form()
+    run.times_s, run.prepared = t_s, run.prepare(model, start, rtol)
+    run.simulate()
+    return run.read()
+
+
+def form() -> ReferenceEngine:
+    """Return the compiled reference where it is installed, else NumPy's."""
+    compiled = ENGINES["reference-fast"]
+    return Reference() if compiled.missing else cast("ReferenceEngine", compiled.load()())

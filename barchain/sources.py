@@ -1,0 +1,74 @@
+"""Digests of the sources that decide a run: a result may be taken over only from the same code."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+OURS = ("adapters", "reference_impl", "scenarios")
+"""Packages that decide a run of any engine behind the contract"""
+COMPILED = {".so", ".pyd", ".dylib", ".dll"}
+DIGITS = 16
+
+
+def source_digest(target: str) -> str:
+    """Digest of the sources behind an engine: ours, and those of a third party's own package or file.
+
+    Parameters
+    ----------
+    target : str
+        ``module:Class``, as it is registered. The module is not imported.
+    """
+    top = target.partition(":")[0].partition(".")[0]
+    return our_digest() if top in OURS else f"{our_digest()}+{digest_of(top)}"
+
+
+@cache
+def our_digest() -> str:
+    """Digest of our own sources, worked out once in a process."""
+    return digest_of(*OURS)
+
+
+def digest_of(*names: str) -> str:
+    """Digest of top-level packages or modules as they are now: text of Python sources, size and date of compiled files.
+
+    Of what is not there it is that of nothing.
+    """
+    found = hashlib.sha256()
+    for name in names:
+        for path, inside in files_of(name):
+            found.update(f"{name}/{inside}\0".encode() + fingerprint(path) + b"\0")
+    return found.hexdigest()[:DIGITS]
+
+
+def files_of(name: str) -> Iterator[tuple[Path, str]]:
+    """Files of a top-level package or module that decide what it does, with their names in it; none if it is not there.
+
+    A name without dots is found without being imported.
+    """
+    try:
+        spec = importlib.util.find_spec(name)
+    except (ImportError, ValueError):  # a module made by hand has no spec
+        return
+    if spec is None:
+        return
+    for folder in map(Path, spec.submodule_search_locations or ()):
+        for path in sorted(folder.rglob("*")):
+            if path.suffix == ".py" or path.suffix in COMPILED:
+                yield path, path.relative_to(folder).as_posix()
+    if not spec.submodule_search_locations and spec.origin and Path(spec.origin).is_file():
+        yield Path(spec.origin), Path(spec.origin).name
+
+
+def fingerprint(path: Path) -> bytes:
+    """Text of a source, or size and date of a compiled file."""
+    if path.suffix in COMPILED:
+        about = path.stat()
+        return f"{about.st_size} {about.st_mtime_ns}".encode()
+    return path.read_bytes()
