@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
-from adapters.engine import ENDED, Observable
-from barchain.beyond import beyond_limit
-from barchain.checks import TIME_SLACK
+from adapters.engine import EngineError
 from barchain.drift_bands import drift_bands
-from barchain.error_model import ErrorModel
+from barchain.ending import ended_differently, ended_elsewhen
+from barchain.extrapolation import FIELDS
 from barchain.form import rounded_values
 from barchain.job import PERTURBED_ROLES, Role
-from barchain.model_difference import com_displacement
-from barchain.quantities import differences, drifts
+from barchain.quantities import drifts
 from barchain.relative_energy import BLOWN_UP, kinetic_ratio
+from barchain.residuals import Residuals, worst
 from barchain.restart import Stretch, can_restart, stretches
-from barchain.roundoff_limit import coarsest_roundoff, measured_roundoff
-from barchain.scales import scales
 from barchain.tolerances import NORM_SLACK
 from barchain.truth import PARTED_RAD, RICHARDSON, TRACK
 from reports.outcome import Outcome
@@ -29,22 +25,21 @@ from reports.summary import gravest
 from reports.tables import QUANTITY_UNITS
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from adapters.engine import Array, Engine, Setting, Trajectory
     from barchain.evidence import Evidence
     from barchain.truth import Truth
 
 LEAST_JUDGED = 0.1  # of the run: agreement over less says nothing about the scene
-SHRINKS = 0.5  # of the error at the main setting, two settings finer: a method of first order leaves a quarter
 HOPELESS = 100.0  # times what is allowed: no slowly converging method is behind that
-ASKED = frozenset({"consistency", "band_used", "finer_band_used", "drift"})
+ASKED = frozenset({"consistency", "band_used", "finer_band_used", "drift", "offset_used"})
 """Metrics that are judged by their tolerance"""
+OF_TWO_SETTINGS = frozenset({"offset_used", "finer_band_used", "restarted_at_its_finer_setting"})
+"""Metrics that need the second run to be the finer one"""
 DOUBTED = {Outcome.INCONSISTENT, Outcome.OUT_OF_BAND}
 """Outcomes that round-off or slow convergence may be behind"""
 END_SLACK = 1e-6  # of an orbit: a sample meant to be at its end is in it
 
-UNITLESS = frozenset({"consistency", "band_used", "finer_band_used", "detection_limit", "judged_share"})
+UNITLESS = frozenset({"consistency", "band_used", "finer_band_used", "detection_limit", "judged_share", "offset_used"})
 """Metrics that are ratios, whatever their quantity's unit"""
 
 Row = dict[str, Any]
@@ -132,72 +127,18 @@ def judge(name: str, engine: type[Engine], setting: Setting, evidence: Evidence,
         return no_verdict(scene.name, name, setting, Outcome.FAILED, said)
 
 
-@dataclass(frozen=True)
-class ModelDifference:
-    """What an engine's model is predicted to leave out of one quantity; n samples, in its unit."""
-
-    size: Array
-    """(n,) never falling; added to drawn tolerances"""
-    uncertainty: Array
-    """(n,) of the prediction; added to the judged ones"""
-
-
-class Comparison:
-    """One engine, one scene: what is needed to judge it, computed once."""
+class Comparison(Residuals):
+    """Rows of the verdict on one engine in one scene."""
 
     def __init__(self, name: str, engine: type[Engine], setting: Setting, evidence: Evidence, truth: Truth) -> None:
-        assert evidence.main.trajectory is not None
-        assert evidence.finer.trajectory is not None
-        self.name, self.engine, self.setting, self.truth, self.scene = name, engine, setting, truth, truth.scene
-        self.evidence = evidence
-        self.main, self.finer = evidence.main.trajectory, evidence.finer.trajectory
-        self.errors = ErrorModel(engine, setting, truth, self.main)
-        self.n = min(self.errors.n, len(self.finer.t_s))
-        self.t = self.main.t_s[: self.n]
-        self.horizon_s = self.errors.limit_s
-        self.scale = scales(truth)
-        self.found = {k: d[: self.n] for k, d in differences(self.main, truth.trajectory).items()}
-        self.residual = dict(self.found)
-        self.finer_residual = {k: d[: self.n] for k, d in differences(self.finer, truth.trajectory).items()}
-        self.model = self.remove_model_difference() if self.com_only else {}
-        own = differences(self.main, self.finer)
-        self.explained = self.errors.explained(own)
-        self.band = self.errors.band
-        self.beyond = beyond_limit(truth, self.t, self.horizon_s)
-        self.roundoff = measured_roundoff(self.scene, (self.main, *evidence.perturbed)) if evidence.perturbed else {}
+        super().__init__(engine, setting, evidence, truth)
+        self.name = name
         self.drift_band = drift_bands(self.errors, self.main, self.finer)
-
-    @property
-    def com_only(self) -> bool:
-        """Whether the engine follows the centre of mass as a particle."""
-        return Observable.ATTITUDE not in self.engine.observables
-
-    def inside(self, quantity: str) -> NDArray[np.bool_]:
-        """Samples at which a quantity is compared, (n,): all for the centre of mass, whose track is not chaotic."""
-        return np.ones(self.n, bool) if quantity in TRACK else self.t <= self.horizon_s
-
-    def remove_model_difference(self) -> dict[str, ModelDifference]:
-        """Take what the chain's centre of mass is predicted to do besides a particle's motion out of the residuals."""
-        predicted = com_displacement(self.scene, self.truth.trajectory)
-        return {
-            "com": self.removed("com", "com_m", predicted.vector_m, predicted.uncertainty_m),
-            "com_velocity": self.removed(
-                "com_velocity", "com_velocity_m_s", predicted.vector_m_s, predicted.uncertainty_m_s
-            ),
-        }
-
-    def removed(self, quantity: str, field: str, predicted: Array, uncertainty: Array) -> ModelDifference:
-        """Set the residuals of one quantity to what its prediction leaves of them."""
-        n, right = self.n, getattr(self.truth.trajectory, field)
-        for residual, run in ((self.residual, self.main), (self.finer_residual, self.finer)):
-            apart = right[:n] - getattr(run, field)[:n]
-            residual[quantity] = np.linalg.norm(apart - predicted[:n], axis=1)
-        size = np.maximum.accumulate(np.linalg.norm(predicted[:n], axis=1))
-        return ModelDifference(size, uncertainty[:n])
+        self.stretches: list[Stretch] = []
 
     def verdict(self) -> Verdict:
         """All rows, the series for plots, and what further runs would settle."""
-        early = self.ended_differently() or self.ended_elsewhen() or self.compared_too_little() or self.malformed()
+        early = self.early_fault()
         rows = [] if early is None else [early]
         for quantity in self.found:
             rows += self.pointwise(quantity)
@@ -207,6 +148,15 @@ class Comparison:
         rows += self.offset_rows()
         rows += [self.share_row(rows)] if early is None else []
         return Verdict(rows, self.series(), self.asks(rows))
+
+    def early_fault(self) -> Row | None:
+        """First thing that speaks against the run as a whole."""
+        other_end, other_instant = ended_differently(self), ended_elsewhen(self)
+        if other_end is not None:
+            return self.row("run", "outcome", None, None, Outcome.INCOMPLETE, other_end)
+        if other_instant is not None:
+            return self.row("run", "outcome", None, None, Outcome.INCONSISTENT, other_instant)
+        return self.compared_too_little() or self.malformed()
 
     def asks(self, rows: list[Row]) -> tuple[Role, ...]:
         """Further runs that would tell round-off and slow convergence from wrong physics, if they are still to come.
@@ -222,60 +172,6 @@ class Comparison:
         if not self.evidence.perturbed and all(self.may_be_roundoff(r["quantity"]) for r in doubted):
             asked += PERTURBED_ROLES
         return tuple(asked)
-
-    def may_be_roundoff(self, quantity: str) -> bool:
-        """Whether a difference is no larger than round-off can make it in the engine's coordinates."""
-        if quantity not in self.residual:
-            return True  # drifts of what should stay: rounding is all that there is
-        most = coarsest_roundoff(self.errors, quantity)[: self.n] + self.errors.unbounded_floor[quantity]
-        allowed = np.maximum(self.tolerance(quantity), self.margin(quantity)) + most
-        return worst(self.residual[quantity], allowed, self.inside(quantity))[0] <= 1.0
-
-    def ended_differently(self) -> Row | None:
-        """A fault if one of the two stopped at an event that the other does not know."""
-        spacing = self.scene.run.duration_s / (self.scene.run.samples - 1)
-        apart = abs(len(self.main.t_s) - len(self.truth.trajectory.t_s))
-        if apart <= 1 and bool(self.main.ended) == bool(self.truth.trajectory.ended):
-            return None
-        reason = (
-            f"ended {apart * spacing:.3g} s apart from the reference: "
-            f"{self.main.ended or 'at its last sample'}; reference: "
-            f"{self.truth.trajectory.ended or 'at its last sample'}"
-        )
-        return self.row("run", "outcome", None, None, Outcome.INCOMPLETE, reason)
-
-    def ended_elsewhen(self) -> Row | None:
-        """A fault if both located the instant of their end, and their errors don't explain that it is not the same."""
-        mine, theirs = (float(seen.info.get(ENDED, np.nan)) for seen in (self.main, self.truth.trajectory))
-        if np.isnan(mine - theirs):
-            return None
-        apart, allowed = abs(mine - theirs), self.landing_tolerance_s()
-        if apart <= allowed:
-            return None
-        reason = f"ended {apart:.3g} s apart from the reference, {apart / allowed:.3g} times what is explained"
-        return self.row("run", "outcome", None, None, Outcome.INCONSISTENT, reason)
-
-    def landing_tolerance_s(self) -> float:
-        """What explains a difference of the instants at which a bar reached the surface, s.
-
-        The chain's ends are where they are to the errors of track and attitude at the last sample, and of their rates
-        until the next; beyond the predictability limit a bar may point anywhere. That over the speed at which they come
-        down, at least the centre of mass' less what they turn with about it. Where that is nothing, the chain grazes
-        the surface, and no instant is judged but to a sample.
-        """
-        seen, size, last = self.truth.trajectory, self.scene.size_m, self.n - 1
-        spacing = self.scene.run.duration_s / (self.scene.run.samples - 1)
-        if seen.rate_rad_s is None or not {"attitude", "rate"} <= self.found.keys():
-            return spacing
-        place, velocity = seen.com_m[last], seen.com_velocity_m_s[last]
-        turning = float(np.abs(seen.rate_rad_s[last]).max())
-        down = -float(place @ velocity) / float(np.linalg.norm(place)) - size * turning
-        off = {name: float(self.tolerance(name)[last]) for name in ("com", "com_velocity", "attitude", "rate")}
-        if self.t[last] > self.horizon_s:
-            off |= {"attitude": 1.0, "rate": turning}
-        ends = off["com"] + size * off["attitude"]
-        ends += spacing * (off["com_velocity"] + size * (off["rate"] + turning * off["attitude"]))
-        return TIME_SLACK * self.scene.run.duration_s + ends / down if down > 0.0 else spacing
 
     def compared_too_little(self) -> Row | None:
         """A fault if nothing after the start can be compared."""
@@ -307,24 +203,6 @@ class Comparison:
             self.scene.name, self.name, self.setting, quantity, metric, value, tolerance, outcome, reason, limit_s
         )
 
-    def tolerance(self, quantity: str) -> Array:
-        """What explains a residual, (n,)."""
-        return self.explained[quantity][: self.n] + self.left_out(quantity).uncertainty + self.apart(quantity)
-
-    def margin(self, quantity: str) -> Array:
-        """Expected-error bound of a residual, (n,): the engine's, and the reference's own error."""
-        bound = self.band[quantity][: self.n] + RICHARDSON * self.truth.error[quantity][: self.n]
-        return bound + self.left_out(quantity).uncertainty + self.apart(quantity)
-
-    def apart(self, quantity: str) -> Array:
-        """What attitudes that have parted may do to the track beyond the limit, (n,); of all else nothing is judged."""
-        return self.beyond.get(quantity, np.zeros(self.n))
-
-    def left_out(self, quantity: str) -> ModelDifference:
-        """Declared model difference of a quantity; of most, none."""
-        none = np.zeros(self.n)
-        return self.model.get(quantity, ModelDifference(none, none))
-
     def pointwise(self, quantity: str) -> list[Row]:
         """Size of the difference up to the limit, whether it is explained, and whether it is good enough."""
         inside = self.inside(quantity)
@@ -343,93 +221,6 @@ class Comparison:
             self.row(quantity, "band_used", good.ratio, 1.0, good.outcome, ""),
             self.row(quantity, "consistency", consistency.ratio, 1.0, consistency.outcome, consistency.words),
         ]
-
-    def checks(self, quantity: str) -> tuple[Check, Check]:
-        """Whether a residual is explained, and whether it is inside the expected-error bound.
-
-        Measured round-off counts in both up to what the coordinates' own floor explains (times the slack of bands).
-        Beyond that the engine is not right but limited by round-off, and that only as far as coordinates as large as
-        the orbit's radius can be.
-        """
-        inside, residual = self.inside(quantity), self.residual[quantity]
-        tolerance, margin = self.tolerance(quantity), self.margin(quantity)
-        noise = self.limiting_noise(quantity)
-        if self.roundoff:
-            granted = np.minimum(self.roundoff[quantity][: self.n], NORM_SLACK * self.errors.floor[quantity][: self.n])
-            tolerance, margin = tolerance + granted, margin + granted
-        checks = []
-        for allowed, verdict, words in (
-            (tolerance, Outcome.INCONSISTENT, "what is explained"),
-            (margin, Outcome.OUT_OF_BAND, "the expected-error bound"),
-        ):
-            used, at = worst(residual, allowed, inside)
-            if used <= 1.0:
-                checks.append(Check(used, Outcome.PASS, ""))
-            elif worst(residual, allowed + noise, inside)[0] <= 1.0:
-                checks.append(Check(used, Outcome.ROUNDOFF_LIMITED, self.digits_words(quantity, inside)))
-            else:
-                said = f"{used:.3g} times {words} at t = {self.t[at]:.6g} s"
-                checks.append(Check(used, verdict, said + self.convergence_words(quantity)))
-        return checks[0], checks[1]
-
-    def limiting_noise(self, quantity: str) -> Array:
-        """Noise that may be behind too large an error, (n,): measured, and no more than rounding can make.
-
-        Perturbed runs show it. Where the error does not shrink with the setting, so do the runs at other settings:
-        wrong physics is the same at each of them, and noise is not.
-        """
-        if not self.evidence.perturbed or self.com_only:
-            return np.zeros(self.n)
-        runs = [self.main, *self.evidence.perturbed]
-        if self.errors_by_setting(quantity) and not self.shrinks(quantity):
-            runs += [run for run in (self.finer, self.finest) if run is not None]
-        noise = measured_roundoff(self.scene, runs)[quantity][: self.n] + self.errors.unbounded_floor[quantity]
-        return np.minimum(noise, coarsest_roundoff(self.errors, quantity)[: self.n])
-
-    def digits_words(self, quantity: str, inside: NDArray[np.bool_]) -> str:
-        """How many digits round-off leaves of a quantity."""
-        noise = float(self.residual[quantity][inside].max())
-        left = max(0.0, -math.log10(noise / self.scale[quantity]))
-        unit = QUANTITY_UNITS[quantity]
-        return f"limited by round-off, which moves it by {noise:.2g} {unit}: {left:.1f} digits are left"
-
-    @property
-    def finest(self) -> Trajectory | None:
-        """Run at the finest setting, where one was asked for and came."""
-        return self.evidence.finest.trajectory if self.evidence.finest else None
-
-    def errors_by_setting(self, quantity: str) -> tuple[float, ...]:
-        """Largest errors of a quantity from the coarsest to the finest of three settings; empty without a third one."""
-        finest = None if self.finest is None else differences(self.finest, self.truth.trajectory).get(quantity)
-        if finest is None or self.com_only:
-            return ()
-        inside = self.inside(quantity)
-        each = (self.residual[quantity], self.finer_residual[quantity], finest[: self.n])
-        return tuple(float(r[inside[: len(r)]].max()) for r in each)
-
-    def shrinks(self, quantity: str) -> bool:
-        """Whether a quantity's error falls from the first to the last of three settings."""
-        sizes = self.errors_by_setting(quantity)
-        return sizes[-1] < SHRINKS * sizes[0]
-
-    def convergence_words(self, quantity: str) -> str:
-        """Errors at three settings, where the third was asked for: whether they shrink is half of the diagnosis."""
-        sizes = self.errors_by_setting(quantity)
-        if not sizes:
-            return ""
-        told = ", ".join(f"{size:.2g}" for size in sizes)
-        how = "shrinks" if self.shrinks(quantity) else "does not shrink"
-        return f"; the error {how} with the setting: {told} {QUANTITY_UNITS[quantity]} from coarse to fine"
-
-    def detection_limit(self, quantity: str) -> float:
-        """Smallest relative error that would have been called at any sample: the worst one's.
-
-        An error that is the same at both settings, and larger than this share of the quantity's scale, is outside a
-        tolerance wherever it is, whatever the sign of the error that the engine makes itself.
-        """
-        inside = self.inside(quantity)
-        allowed = np.minimum(self.tolerance(quantity), self.margin(quantity)) + self.residual[quantity]
-        return float(allowed[inside].max() / self.scale[quantity])
 
     def first_orbit(self, quantity: str) -> list[Row]:
         """Largest difference up to one orbit: on a chaotic scene that at the limit says little."""
@@ -473,14 +264,20 @@ class Comparison:
     def beyond_rows(self) -> list[Row]:
         """Rows on what is judged beyond the predictability limit."""
         first = int(np.count_nonzero(self.t <= self.horizon_s)) - 1
-        self.stretches: list[Stretch] = []
         if first >= self.n - 1 or self.com_only:
             return []
         rows = [self.energy_row()]
         for role, run in (("", self.main), (" at its finer setting", self.finer)):
             if not can_restart(run):
+                said = f"no rates{role}: nothing can be judged beyond the predictability limit, {self.horizon_s:.4g} s"
+                rows.append(self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, said))
                 continue
-            found = stretches(self.errors, run, first)
+            try:
+                found = stretches(self.errors, run, first)
+            except (EngineError, ArithmeticError) as error:
+                said = f"the reference can't be restarted from the engine's states{role}: {error}"
+                rows.append(self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, said))
+                continue
             self.stretches = self.stretches or found
             rows += self.stretch_rows(found, role)
         return rows
@@ -523,7 +320,7 @@ class Comparison:
         if self.com_only or last == 0:
             return self.row("run", "judged_share", 1.0, None, Outcome.REPORTED)
         judged = self.t <= self.horizon_s
-        for s in getattr(self, "stretches", []):
+        for s in self.stretches:
             judged[s.first + 1 : s.last + 1] = True
         share = float(np.count_nonzero(judged[1:]) / last)
         if share >= LEAST_JUDGED or any(not Outcome(r["outcome"]).ok for r in rows):
@@ -532,8 +329,31 @@ class Comparison:
         return self.row("run", "judged_share", share, LEAST_JUDGED, Outcome.NOTHING_COMPARED, reason)
 
     def offset_rows(self) -> list[Row]:
-        """Errors that do not shrink as the method's order says; see `barchain.form`."""
-        return []
+        """Errors that do not fall as the method's order says, of methods that have one (`barchain.extrapolation`)."""
+        if self.engine.order is None or self.com_only:
+            return []
+        return [self.offset_row(name) for name in FIELDS if name in self.found and name in self.errors.floor]
+
+    def offset_row(self, quantity: str) -> Row:
+        """Whether the extrapolation of a quantity is right; where not, a third setting must confirm it."""
+        inside = self.inside(quantity)
+        size, allowed = self.offset(quantity, self.main, self.finer)
+        if self.roundoff:
+            granted = np.minimum(self.roundoff[quantity][: self.n], NORM_SLACK * self.errors.floor[quantity][: self.n])
+            allowed = allowed + granted[: len(allowed)]
+        used, at = worst(size, allowed, inside[: len(size)])
+        if used <= 1.0 or not self.stays(quantity, size > allowed, size):
+            return self.row(quantity, "offset_used", used, 1.0, Outcome.PASS)
+        noise = self.limiting_noise(quantity)[: len(allowed)]
+        if worst(size, allowed + noise, inside[: len(size)])[0] <= 1.0:
+            return self.row(
+                quantity, "offset_used", used, 1.0, Outcome.ROUNDOFF_LIMITED, self.digits_words(quantity, inside)
+            )
+        unit = QUANTITY_UNITS[quantity]
+        reason = (
+            f"{size[at]:.2g} {unit} at t = {self.t[at]:.6g} s do not shrink with the step, {used:.3g} times the allowed"
+        )
+        return self.row(quantity, "offset_used", used, 1.0, Outcome.INCONSISTENT, reason)
 
     def series(self) -> pd.DataFrame:
         """Differences, tolerances, bands and drifts over time, for plots."""
@@ -550,30 +370,7 @@ class Comparison:
         return pd.DataFrame(columns)
 
 
-@dataclass(frozen=True)
-class Check:
-    """What one question asked of a residual found."""
-
-    ratio: float
-    """Largest ratio of the residual to what is allowed"""
-    outcome: Outcome
-    words: str
-
-
 def padded(values: Array, like: Trajectory) -> Array:
     """`values` with NaN for the samples of `like` beyond them."""
     n = len(like.t_s)
     return np.concatenate([values[:n], np.full(n - min(len(values), n), np.nan)])
-
-
-def worst(found: Array, allowed: Array, inside: NDArray[np.bool_]) -> tuple[float, int]:
-    """Largest ratio of what is found to what is allowed, and where; infinite where nothing is allowed.
-
-    A difference of exactly zero needs no allowance. Not-a-number is never inside.
-    """
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.where(found == 0.0, 0.0, found / allowed)
-    ratio = np.where(np.isnan(ratio), np.inf, ratio)
-    ratio = np.where(inside, ratio, -np.inf)
-    at = int(np.argmax(ratio))
-    return float(ratio[at]), at

@@ -42,12 +42,16 @@ def noise(engine: type[Engine], setting: Setting, truth: Truth, t_s: Array) -> d
 
 
 def bounded(noise: dict[str, Array], truth: Truth) -> dict[str, Array]:
-    """Declared noise cut off at :data:`MOST_NOISE` of each quantity's scale, (n,) for each quantity."""
-    size = scales(truth)
-    return {
-        name: np.minimum(values, MOST_ATTITUDE_NOISE_RAD if name == "attitude" else MOST_NOISE * size[name])
-        for name, values in noise.items()
-    }
+    """Declared noise as far as it is believed, (n,) for each quantity.
+
+    What dies away in the course of the run, such as a transient of the start, is cut off at :data:`MOST_NOISE` of the
+    quantity's scale. Noise that is still larger at the end is not believed at all: an engine that noisy can't pass.
+    """
+    size, found = scales(truth), {}
+    for name, values in noise.items():
+        most = MOST_ATTITUDE_NOISE_RAD if name == "attitude" else MOST_NOISE * size[name]
+        found[name] = np.minimum(values, most) if values[-1] <= most else np.zeros_like(values)
+    return found
 
 
 def believed_steps(setting: Setting, truth: Truth, counted: float) -> float:

@@ -165,6 +165,11 @@ class ErrorModel:
         found["com_velocity"] += track * orbit_rate_bound(self.scene, self.truth.trajectory)
         return found
 
+    @cached_property
+    def missed(self) -> dict[str, Array]:
+        """What fixed steps may miss where a manoeuvre starts or ends inside one, (n,) for each quantity."""
+        return kinks(self.engine, self.scene, self.setting, self.truth)
+
     def explained(self, own: dict[str, Array]) -> dict[str, Array]:
         """What may stand between the engine and the reference if both are right, (n,) for each quantity.
 
@@ -173,7 +178,7 @@ class ErrorModel:
         single steps leave, of any sign, so that two of its runs may meet where both are off. The slack is that of the
         band, NORM_SLACK; for a track asked for in radii, far above what is made, one step.
         """
-        missed = kinks(self.engine, self.scene, self.setting, self.truth)
+        missed = self.missed
         found = {}
         for name in own.keys() & self.truth.error.keys():
             n = min(self.n, len(own[name]))  # an engine may run on where the reference has ended

@@ -7,7 +7,10 @@ from typing import Any
 
 from barchain import tolerances as t
 from barchain.comparison import LEAST_JUDGED
+from barchain.declared import MOST_NOISE
+from barchain.extrapolation import SHARE
 from barchain.local_errors import ROUNDINGS
+from barchain.roundoff_limit import SPREAD
 from barchain.truth import FINE_PER_RADIAN, PARTED_RAD, RICHARDSON, TRUTH_CHECK_RTOL, TRUTH_RTOL, TWIN_ASIDE
 from reference_impl.misprint_effects import misprint_effects
 
@@ -28,10 +31,20 @@ def tolerances() -> list[dict[str, str]]:
          "a random walk of the steps' roundings (u r/l in absolute coordinates), amplified by the measured growth G"),
         ("all", "growth G(t)", f"twin started {TWIN_ASIDE:g} rad aside",
          "a truth's twin: far above the truth's own error, and linear until it has grown 1e8 times"),
-        ("all", "horizon", f"{PARTED_RAD:g} rad",
-         "the earlier instant at which two settings of the engine, or of the truth, part by this in attitude"),
-        ("all", "least compared", f"{LEAST_JUDGED:.0%} of the run",
+        ("all", "predictability limit", f"{PARTED_RAD:g} rad",
+         "the last sample at which the expected-error bound of the attitude is below this: growth of the reference "
+         "solution times the errors that the method promises; the engine's own runs have no say in it"),
+        ("all", "beyond the limit", "the reference restarted",
+         "from the engine's last good sample, as far as that can be predicted, and again; the track of the centre of "
+         "mass, gaps and invariants are judged over the whole run"),
+        ("all", "least judged", f"{LEAST_JUDGED:.0%} of the run",
          "agreement over a shorter share says nothing about the scene"),
+        ("all", "declared noise", f"{MOST_NOISE:g} of the scale",
+         "what dies away is cut off there; noise that is larger at the end of the run is not believed"),
+        ("all", "measured round-off", f"{SPREAD:g} times the spread of four runs",
+         "the same setting in turned frames, from starts moved in their last digits; made where a verdict is in doubt"),
+        ("attitude, rate, reaction, com", "extrapolation", f"{SHARE:g} of the change between settings",
+         "what Richardson's extrapolation of two runs may be off by; more must be there at a third setting, too"),
         ("pointwise", "band, fixed steps", f"{t.NORM_SLACK:g} C h^p",
          "C h^p times the integral of |theta^(p+1)| G(t)/G(s), C = 1/8 (second order) or 1/5040 (sixth), carried "
          "into rates, reactions and track by the twin's measured response; the slack covers norms and stages"),
@@ -72,8 +85,8 @@ def limitations() -> list[str]:
         "exponential atmosphere without shading of one bar by another, third bodies on circles that nothing moves.",
         "The paper's gravity gradient has a torque without its counterpart in the force: energy and angular momentum "
         "are then conserved by no method, to O((l/r)²), and are not judged.",
-        "Error estimates and the truth come from double precision. On chaotic scenes they end at the horizon; beyond "
-        "it only drifts are judged.",
+        "Error estimates and the reference solution come from double precision. On chaotic scenes they end at the "
+        "predictability limit; beyond it a run is compared with the reference restarted from the run's own states.",
         "The reference is compared with a tighter run of itself: its row shows convergence, not independence.",
         "Index 3 starts with multipliers off by first order in the step and damps that in some 50 steps: its first "
         "reactions are judged by a tolerance that says so.",

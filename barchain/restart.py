@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from adapters.engine import EngineError, Knob, Setting
+from adapters.engine import Knob, Setting
 from adapters.initial_state import InitialState, chain_model
 from adapters.reference_adapter import Reference
 from adapters.registry import ENGINES
+from barchain.compiling import COMPILED, mark
 from barchain.error_model import ErrorModel
 from barchain.quantities import differences
 from barchain.tolerances import NORM_SLACK
@@ -76,16 +77,18 @@ def stretches(errors: ErrorModel, seen: Trajectory, first: int) -> list[Stretch]
         Run of the engine.
     first : int
         Last sample that is known to be right.
+
+    Raises
+    ------
+    EngineError
+        If the reference can't go on from one of the engine's states.
     """
     end = len(seen.t_s) - 1
     found: list[Stretch] = []
     ahead = max(first, 1)
     while first < end and len(found) < MOST_STRETCHES:
         last = min(end, first + max(2, math.ceil(FIRST_TRY * ahead)))
-        try:
-            stretch = compared(errors, seen, first, last)
-        except (EngineError, ArithmeticError):  # the reference can't go on from there, where its own run could
-            break
+        stretch = compared(errors, seen, first, last)
         found.append(stretch)
         if not stretch.right:
             break
@@ -166,13 +169,18 @@ def walked(scene: Scene, seen: Trajectory, first: int, t_s: Array, rtol: float, 
     )  # fmt: skip
     model = chain_model(scene)
     model = dataclasses.replace(model, impulses=tuple(b for b in model.impulses if b.at_s >= t_s[0]))
-    run = form()
+    run = form(scene)
     run.times_s, run.prepared = t_s, run.prepare(model, start, rtol)
     run.simulate()
     return run.read()
 
 
-def form() -> ReferenceEngine:
-    """Return the compiled reference where it is installed, else NumPy's."""
-    compiled = ENGINES["reference-fast"]
-    return Reference() if compiled.missing else cast("ReferenceEngine", compiled.load()())
+def form(scene: Scene) -> ReferenceEngine:
+    """Return the compiled reference where its code for the scene's effects is there, else NumPy's.
+
+    Compiling takes longer than any stretch does in NumPy.
+    """
+    compiled = ENGINES[COMPILED]
+    if compiled.missing or not mark(scene).is_file():
+        return Reference()
+    return cast("ReferenceEngine", compiled.load()())

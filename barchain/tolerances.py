@@ -1,6 +1,6 @@
-"""Every tolerance of the comparison, in one place, each with its derivation.
+"""What the tolerances of the comparison are made of; `barchain.error_model` puts them together.
 
-Two questions are asked of a difference from the truth, at every sample up to the horizon.
+Two questions are asked of a difference from the reference solution, at every sample up to the predictability limit.
 
 *Consistent?* It is explained by the two error estimates, round-off, and the declared model difference:
 ``explained = 2 (E_engine + E_truth) + floor + model``. The 2 is Richardson's, see `barchain.truth.RICHARDSON`.

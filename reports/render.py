@@ -189,9 +189,10 @@ def orbits(summary: Summary, cell: Cell) -> str:
         return f"first of {orbit_count(end_s / scene.period_s)} orbits"
     if cell.horizon_s is None:
         return ""
+    then = "" if cell.judged_share is None else ", then restarted"
     if not scene.closed:
-        return f"to {cell.horizon_s:.3g} s, then restarted"
-    return f"to {cell.horizon_s / scene.period_s:.2f} orbits, then restarted"
+        return f"to {cell.horizon_s:.3g} s{then}"
+    return f"to {cell.horizon_s / scene.period_s:.2f} orbits{then}"
 
 
 def orbit_count(orbits: float) -> str:

@@ -118,6 +118,14 @@ class CanNot(Faulty):
     effects: ClassVar = frozenset()
 
 
+class CanNotFollow(Faulty):
+    """Has a limit that is known only from the motion."""
+
+    @classmethod
+    def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:
+        return f"{len(motion.t_s)} samples of {scene.name} are too many for me"
+
+
 @functools.cache
 def scene(name: str) -> Scene:
     """Scene, the unstable one for an orbit, the free one for as long as its faults take to show."""

@@ -10,7 +10,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from adapters.engine import Engine, EngineError, Knob, Setting, Trajectory
+from adapters.engine import Engine, Knob, Setting, Trajectory, UnsupportedMotionError
 from adapters.exudyn_adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
 from adapters.exudyn_clock import orbit_given
 from adapters.exudyn_frames import OrbitFrame, frame_of, turned
@@ -339,7 +339,7 @@ def test_a_bar_that_turns_its_other_face_ends_the_run_with_a_reason(engine: type
     light = scene.effects.solar_pressure
     assert light is not None
     scene = with_effects("solar_shadow", solar_pressure=dataclasses.replace(light, shadow=False))
-    with pytest.raises(EngineError, match=r"other face to the Sun between t = "):
+    with pytest.raises(UnsupportedMotionError, match=r"other face to the Sun between t = "):
         engine().run(scene, Setting(Knob.STEPS_PER_ORBIT, 500))
 
 

@@ -22,7 +22,7 @@ from reports.stability_tables import EVIDENCE, OUTCOMES, Stability, read_stabili
 from reports.stability_view import view_stability
 from scenarios import load_scene
 from tests import faulty_engines
-from tests.stability_engines import FREE, CanNot, registration, scene
+from tests.stability_engines import FREE, CanNot, CanNotFollow, registration, scene
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -94,10 +94,15 @@ def test_what_is_recorded_is_of_scenes_and_engines_that_are_there() -> None:
 
 
 def test_engines_that_can_not_are_left_out_and_no_engine_is_run_without_hope(tmp_path: Path) -> None:
-    planted: dict[str, type[Faulty]] = {"can-not": CanNot, "hangs": faulty_engines.Hangs}
+    planted: dict[str, type[Faulty]] = {
+        "can-not": CanNot, "can-not-follow": CanNotFollow, "hangs": faulty_engines.Hangs,
+    }  # fmt: skip
     plan = Plan((scene(FREE),), {n: registration(e) for n, e in planted.items()}, time_limit_s=1.0, workers=1)
     result = stability(plan, tmp_path, command="test")
     assert result.findings[FREE, "can-not"].stability is Stability.UNSUPPORTED
+    follows = result.findings[FREE, "can-not-follow"]
+    assert follows.stability is Stability.UNSUPPORTED
+    assert follows.reason.endswith(f"samples of {FREE} are too many for me")
     late = result.findings[FREE, "hangs"]
     assert (late.stability, late.slow) == (Stability.FAILED, True)
     assert late.reason.startswith("not run: the coarse setting already took longer than 1 s")

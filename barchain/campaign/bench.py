@@ -1,4 +1,4 @@
-"""Trials from runs to cells: sound engines first, then the faults, each with the further runs that its verdict asks for."""
+"""Trials from runs to cells: sound engines first, then faults, each with the further runs that its verdict asks for."""
 
 from __future__ import annotations
 
@@ -9,8 +9,11 @@ import numpy as np
 from adapters.registry import find_engine
 from barchain.campaign.cells import Cell, Kind
 from barchain.campaign.trial import FIRST, Case, Trial
+from barchain.sampling import closely_sampled
+from barchain.support import unsupported
 from barchain.truth_runs import TruthFailedError, truth_jobs, truth_of
 from reports.outcome import Outcome
+from reports.tables import REFERENCE_SOLUTION
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -32,29 +35,32 @@ class Bench:
         self.failed: dict[str, str] = {}
         self.sound: dict[tuple[str, str], Judged] = {}
 
-    def establish(self, scenes: Iterable[Scene]) -> None:
-        """Reference solutions of scenes."""
+    def establish(self, drawn: Iterable[Scene]) -> list[Scene]:
+        """Scenes as a comparison samples them, their reference solutions found."""
+        scenes = list(map(closely_sampled, drawn))
         jobs = {scene.name: truth_jobs(scene) for scene in scenes}
         self.runs.make(job for each in jobs.values() for job in each)
         for scene in scenes:
             try:
                 truth = truth_of(scene, {job.role: self.runs[job] for job in jobs[scene.name]})
             except TruthFailedError as error:
-                self.failed[scene.name] = f"the truth could not be run ({error})"
+                self.failed[scene.name] = f"the reference solution could not be run ({error})"
                 continue
             assert truth is not None  # all of its runs are there
             self.truths[scene.name] = truth
+        return scenes
 
     def try_sound(self, scene: Scene, engines: Iterable[str]) -> tuple[list[Cell], list[Trial]]:
         """Cells of engines that are not run on a scene, and trials of those that are."""
+        if scene.name in self.failed:
+            why, failed = self.failed[scene.name], str(Outcome.FAILED)
+            return [Cell(scene.name, REFERENCE_SOLUTION, "", Kind.FALSE_ALARM, failed, reason=why)], []
         cells, trials = [], []
         for name in engines:
-            reason = find_engine(name).load().unsupported(scene)
+            host = find_engine(name).load()
+            reason = host.unsupported(scene) or unsupported(host, self.truths[scene.name])
             if reason is not None:
                 cells.append(Cell(scene.name, name, "", Kind.UNSUPPORTED, str(Outcome.UNSUPPORTED), reason=reason))
-            elif scene.name in self.failed:
-                why = self.failed[scene.name]
-                cells.append(Cell(scene.name, name, "", Kind.FALSE_ALARM, str(Outcome.FAILED), reason=why))
             else:
                 trials.append(Trial(scene, name))
         return cells, trials

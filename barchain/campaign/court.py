@@ -56,7 +56,7 @@ def limits_of(verdict: Verdict) -> dict[str, Limit]:
 
 def unjudged(case: Case, results: dict[Role, RunResult]) -> Cell | None:
     """Cell of a fault that changes nothing, or whose runs fail; None where there is something to judge."""
-    failed = next((r for r in results.values() if r.outcome in UNRUN), None)
+    failed = next((results[role] for role in FIRST if results[role].outcome in UNRUN), None)
     if failed:
         return new_cell(case, Kind.BROKEN, outcome=str(failed.outcome), reason=failed.reason)
     fault = case.trial.planted
@@ -136,7 +136,9 @@ def compared_cell(
     case: Case, verdict: Verdict, kind: Kind, quantity: str, found: dict[str, float], *, reason: str = ""
 ) -> Cell:
     """Cell of a fault with its size in one quantity, and the limits of that."""
-    limit, own = (limits[quantity].share if quantity in limits else None for limits in (case.limits, limits_of(verdict)))
+    limit, own = (
+        limits[quantity].share if quantity in limits else None for limits in (case.limits, limits_of(verdict))
+    )
     return new_cell(
         case, kind, outcome=str(verdict.outcome), quantity=quantity, reason=reason, size=found.get(quantity),
         limit=limit, own_limit=own,

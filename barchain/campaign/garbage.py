@@ -33,7 +33,7 @@ ALL = tuple(CHANNELS)
 
 
 def since(t_s: Array, duration_s: float, share: float, *, growing: bool) -> Array:
-    """Weight of the garbage at each sample, (n,): 0 before a share of the run, then 1, or growing exponentially to 1."""
+    """Weight of the garbage, (n,): 0 before a share of the run, then 1, or growing exponentially to 1."""
     begins = share * duration_s
     reached = np.clip((t_s - begins) / (duration_s - begins), 0.0, 1.0)
     weight = LEAST ** (1.0 - reached) if growing else np.ones(len(t_s))

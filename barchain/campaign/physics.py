@@ -66,8 +66,7 @@ def stretched(scene: Scene, size: float) -> Scene:
     slews = [replace(p, start_s=k * p.start_s, duration_s=k * p.duration_s) for p in called.prescribed_rotation]
     thrusts = [replace(p, times_s=tuple(k * t for t in p.times_s)) for p in called.thrust]
     blows = [replace(p, at_s=k * p.at_s) for p in called.impulse]
-    timed: dict[str, Any] = {"prescribed_rotation": slews, "thrust": thrusts, "impulse": blows}
-    effects = replace(called, **{name: tuple(found) for name, found in timed.items()})
+    effects = replace(called, prescribed_rotation=tuple(slews), thrust=tuple(thrusts), impulse=tuple(blows))
     return replace(scene, effects=effects, run=replace(scene.run, duration_s=k * scene.run.duration_s))
 
 

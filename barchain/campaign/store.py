@@ -59,8 +59,8 @@ class CampaignStore:
         """File of a finding's scene."""
         folder = self.folder / SCENES
         folder.mkdir(exist_ok=True)
-        words = [cell.scene.rpartition("/")[2], cell.engine, *([cell.fault] if cell.fault else [])]
-        return folder / f"{'-'.join(words)}.toml"
+        words = (cell.scene.rpartition("/")[2], cell.engine.strip("()").replace(" ", "-"), cell.fault)
+        return folder / f"{'-'.join(filter(None, words))}.toml"
 
     def write_record(self) -> None:
         """Write the record as it stands."""

@@ -68,6 +68,7 @@ class Plan:
 class Campaign:
     """What a campaign found."""
 
+    plan: Plan
     cells: list[Cell]
     rates: list[Rate]
     findings: list[Found] = field(default_factory=list)
@@ -113,16 +114,16 @@ def campaign(plan: Plan, out: Path, run: Runner, court: Court, *, command: str, 
     groups = kinds(cell for cell in cells if cell.is_finding)
     with counted("findings", len(groups)) as done:
         kept = kept_findings(groups, store, plan.shrink_s, done)
-    result = Campaign(cells, rates(cells), kept)
+    result = Campaign(plan, cells, rates(cells), kept)
     store.record.update(finished=True, passed=result.passed, seconds=time.perf_counter() - start)
     store.write_record()
     return result
 
 
-def tried(plan: Plan, scenes: list[Scene], run: Runner, court: Court) -> list[Cell]:
+def tried(plan: Plan, drawn: list[Scene], run: Runner, court: Court) -> list[Cell]:
     """Cells of some scenes."""
     bench = Bench(Runs(run), court)
-    bench.establish(scenes)
+    scenes = bench.establish(drawn)
     cells, trials = [], []
     for scene in scenes:
         left_out, more = bench.try_sound(scene, plan.sound)

@@ -25,9 +25,9 @@ ENGINES = (Kind.PASS, Kind.LIMITED, Kind.FALSE_ALARM, Kind.UNSUPPORTED)
 def show_campaign(found: Campaign, *, kept: bool) -> None:
     """Print the cells' classes by engine and by fault, the findings, and the rates; `kept`: scenes can be looked at."""
     engines, faults = ([c for c in found.cells if bool(c.fault) is planted] for planted in (False, True))
-    show(classes("engine", [(c.engine, c) for c in engines], ENGINES))
+    show(classes("engine", found.plan.sound, [(c.engine, c) for c in engines], ENGINES))
     if faults:
-        show(classes("fault", [(c.fault, c) for c in faults], PLANTED))
+        show(classes("fault", found.plan.faults, [(c.fault, c) for c in faults], PLANTED))
     for one in found.findings:
         print(finding_words(one, kept=kept))
     for rate in found.rates:
@@ -36,13 +36,13 @@ def show_campaign(found: Campaign, *, kept: bool) -> None:
     print("passed" if found.passed else "not passed")
 
 
-def classes(what: str, named: list[tuple[str, Cell]], kinds: tuple[Kind, ...]) -> Table:
+def classes(what: str, names: tuple[str, ...], named: list[tuple[str, Cell]], kinds: tuple[Kind, ...]) -> Table:
     """How many cells of each class each name has."""
     table = Table(what, *(str(k) for k in kinds), box=None, header_style="bold")
     for column in table.columns[1:]:
         column.justify = "right"
     counts = Counter((name, cell.kind) for name, cell in named)
-    for name in dict.fromkeys(name for name, _ in named):
+    for name in names:
         table.add_row(escape(name), *(str(counts[name, k] or "") for k in kinds))
     return table
 

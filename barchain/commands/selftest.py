@@ -25,8 +25,8 @@ FAILED = 1
     "--fault", "faults", multiple=True, metavar="NAME", help="Fault to put in; may be repeated; all by default."
 )
 @click.option("--engine", "engines", multiple=True, metavar="NAME",
-              help="Engine that is spoilt, the reference by default; faults in the code itself need that. With --random: "
-                   "engine that is judged as it is; may be repeated; all installed by default.")  # fmt: skip
+              help="Engine that is spoilt, the reference by default; faults in the code itself need that. With "
+                   "--random: engine that is judged as it is; may be repeated; all installed by default.")  # fmt: skip
 @click.option("--smallest", is_flag=True, help="Find the smallest size of each continuous fault that is still caught.")
 @click.option("--list", "listed", is_flag=True, help="List the faults, and run nothing.")
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Folder for tables and page.")
@@ -40,9 +40,9 @@ def selftest(
 
     Ends with exit code 1 if a fault is killed by nothing, or if a check refuses the sound engine.
 
-    With --random N it draws N scenes, judges all engines on them, and puts faults into some. It ends with exit code 1 if
-    a fault is missed that is larger than the verdict says it would detect, or if more than 0.5 % of the verdicts on sound
-    engines are false alarms.
+    With --random N it draws N scenes, judges all engines on them, and puts faults into some. It ends with exit code 1
+    if a fault is missed that is larger than the verdict says it would detect, or if more than 0.5 % of the verdicts on
+    sound engines are false alarms.
     """
     if asked.number is not None:
         if scenes or smallest:

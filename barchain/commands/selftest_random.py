@@ -38,7 +38,8 @@ class RandomOptions:
         """Refuse them without --random."""
         given = [f.name for f in fields(self) if getattr(self, f.name) not in (None, ())]
         if given:
-            raise click.UsageError(f"--{given[0].removesuffix('s').replace('_', '-')} goes with --random N")
+            name = {"hosts": "host"}.get(given[0], given[0].replace("_", "-"))
+            raise click.UsageError(f"--{name} goes with --random N")
 
 
 def random_options(command: Callable[..., None]) -> Callable[..., None]:

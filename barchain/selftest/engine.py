@@ -37,6 +37,11 @@ class Spoilt(Engine):
         return cls.host.unsupported(scene)
 
     @classmethod
+    def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:
+        """As its host."""
+        return cls.host.unsupported_motion(scene, motion)
+
+    @classmethod
     def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
         """As its host."""
         return cls.host.noise(scene, setting, t_s)

@@ -17,7 +17,14 @@ if TYPE_CHECKING:
     from barchain.selftest.fault import Fault
     from barchain.selftest.trial import Ground, Result, Trial
 
-CHECKS = {"consistency": "consistency", "band_used": "band", "drift": "drift"}
+CHECKS = {
+    "consistency": "consistency",
+    "band_used": "band",
+    "finer_band_used": "band",
+    "restarted": "restarted",
+    "restarted_at_its_finer_setting": "restarted",
+    "drift": "drift",
+}
 """Metrics that judge, and what their checks are called; `max` is judged as `band_used` is"""
 
 
@@ -69,7 +76,7 @@ def reading(row: Row) -> Reading | None:
     killed = not outcome.ok
     if row["metric"] == "outcome":
         return Reading(row["quantity"], str(outcome), np.inf if killed else 0.0, killed, row["reason"])
-    if row["metric"] not in CHECKS:
+    if row["metric"] not in CHECKS or row["value"] is None:
         return None
     value, allowed = float(row["value"]), float(row["tolerance"])
     ratio = 0.0 if value == 0.0 else value / allowed if allowed else np.inf

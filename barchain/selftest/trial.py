@@ -12,7 +12,7 @@ from barchain.evidence import Evidence
 from barchain.job import Job, Role, RunResult
 from barchain.pool import Limit, Room, run_jobs, run_together
 from barchain.selftest.engine import seeded, spoilt
-from barchain.truth_runs import truth_jobs, truth_of
+from barchain.truth_runs import NUMPY, truth_jobs, truth_of
 from barchain.worker import run_phases
 from reports.outcome import Outcome
 
@@ -96,7 +96,7 @@ def grounds(
     engine = find_engine(host).load()
     wanted = {s.name: s for s in scenes}
     runs: dict[str, dict[Role, RunResult]] = {name: {} for name in wanted}
-    jobs = [(name, job) for name, s in wanted.items() for job in truth_jobs(s)]
+    jobs = [(name, job) for name, s in wanted.items() for job in truth_jobs(s, NUMPY)]
     for job, result in run_jobs([job for _, job in jobs], time_limit_s=TIME_LIMIT_S, workers=workers):
         if result.outcome is not Outcome.PASS:
             raise SelftestError(f"{job.scene.name}: the truth could not be run ({result.reason})")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from barchain.comparison import LEAST_JUDGED
+from barchain.comparison import LEAST_JUDGED, OF_TWO_SETTINGS
 from barchain.job import Role
 from barchain.quantities import drifts
 from barchain.relative_energy import BLOWN_UP, kinetic_ratio
@@ -126,7 +126,8 @@ def inaccurate(seen: Seen) -> Finding | None:
         result = seen.runs[role]
         if result.outcome is Outcome.JOINTS_IGNORED:
             return Finding(Stability.INACCURATE, result.reason + at(role))
-        wrong = [r for r in seen.rows(role) if r["metric"] != DRIFT and refuses(r, seen)]
+        rows = [r for r in seen.rows(role) if r["metric"] != DRIFT and r["metric"] not in OF_TWO_SETTINGS]
+        wrong = [r for r in rows if refuses(r, seen)]
         if wrong:
             return Finding(Stability.INACCURATE, worst(wrong) + at(role))
     return None

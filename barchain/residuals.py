@@ -1,0 +1,250 @@
+"""Differences of one engine's runs from the reference solution, and everything that may explain them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adapters.engine import Observable
+from barchain.beyond import beyond_limit
+from barchain.error_model import ErrorModel
+from barchain.extrapolation import FIELDS, SHARE, STAYS, left_over
+from barchain.model_difference import com_displacement
+from barchain.quantities import differences
+from barchain.roundoff_limit import coarsest_roundoff, measured_roundoff
+from barchain.scales import scales
+from barchain.tolerances import NORM_SLACK
+from barchain.truth import RICHARDSON, TRACK
+from reports.outcome import Outcome
+from reports.tables import QUANTITY_UNITS
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from adapters.engine import Array, Engine, Setting, Trajectory
+    from barchain.evidence import Evidence
+    from barchain.truth import Truth
+
+SHRINKS = 0.5  # of the error at the main setting, two settings finer: a method of first order leaves a quarter
+
+
+@dataclass(frozen=True)
+class ModelDifference:
+    """What an engine's model is predicted to leave out of one quantity; n samples, in its unit."""
+
+    size: Array
+    """(n,) never falling; added to drawn tolerances"""
+    uncertainty: Array
+    """(n,) of the prediction; added to the judged ones"""
+
+
+@dataclass(frozen=True)
+class Check:
+    """What one question asked of a residual found."""
+
+    ratio: float
+    """Largest ratio of the residual to what is allowed"""
+    outcome: Outcome
+    words: str
+
+
+class Residuals:
+    """Residuals of an engine's two runs, n common samples, and their bounds; computed once for a verdict."""
+
+    def __init__(self, engine: type[Engine], setting: Setting, evidence: Evidence, truth: Truth) -> None:
+        assert evidence.main.trajectory is not None
+        assert evidence.finer.trajectory is not None
+        self.engine, self.setting, self.truth, self.scene = engine, setting, truth, truth.scene
+        self.evidence = evidence
+        self.main, self.finer = evidence.main.trajectory, evidence.finer.trajectory
+        self.errors = ErrorModel(engine, setting, truth, self.main)
+        self.n = min(self.errors.n, len(self.finer.t_s))
+        self.t = self.main.t_s[: self.n]
+        self.horizon_s = self.errors.limit_s
+        self.scale = scales(truth)
+        self.found = {k: d[: self.n] for k, d in differences(self.main, truth.trajectory).items()}
+        self.residual = dict(self.found)
+        self.finer_residual = {k: d[: self.n] for k, d in differences(self.finer, truth.trajectory).items()}
+        self.model = self.remove_model_difference() if self.com_only else {}
+        self.explained = self.errors.explained(differences(self.main, self.finer))
+        self.band = self.errors.band
+        self.beyond = beyond_limit(truth, self.t, self.horizon_s)
+        self.roundoff = measured_roundoff(self.scene, (self.main, *evidence.perturbed)) if evidence.perturbed else {}
+
+    @property
+    def com_only(self) -> bool:
+        """Whether the engine follows the centre of mass as a particle."""
+        return Observable.ATTITUDE not in self.engine.observables
+
+    def inside(self, quantity: str) -> NDArray[np.bool_]:
+        """Samples at which a quantity is compared, (n,): all for the centre of mass, whose track is not chaotic."""
+        return np.ones(self.n, bool) if quantity in TRACK else self.t <= self.horizon_s
+
+    def remove_model_difference(self) -> dict[str, ModelDifference]:
+        """Take what the chain's centre of mass is predicted to do besides a particle's motion out of the residuals."""
+        predicted = com_displacement(self.scene, self.truth.trajectory)
+        return {
+            "com": self.removed("com", "com_m", predicted.vector_m, predicted.uncertainty_m),
+            "com_velocity": self.removed(
+                "com_velocity", "com_velocity_m_s", predicted.vector_m_s, predicted.uncertainty_m_s
+            ),
+        }
+
+    def removed(self, quantity: str, field: str, predicted: Array, uncertainty: Array) -> ModelDifference:
+        """Set the residuals of one quantity to what its prediction leaves of them."""
+        n, right = self.n, getattr(self.truth.trajectory, field)
+        for residual, run in ((self.residual, self.main), (self.finer_residual, self.finer)):
+            apart = right[:n] - getattr(run, field)[:n]
+            residual[quantity] = np.linalg.norm(apart - predicted[:n], axis=1)
+        size = np.maximum.accumulate(np.linalg.norm(predicted[:n], axis=1))
+        return ModelDifference(size, uncertainty[:n])
+
+    def may_be_roundoff(self, quantity: str) -> bool:
+        """Whether a difference is no larger than round-off can make it in the engine's coordinates."""
+        if quantity not in self.residual:
+            return True  # drifts of what should stay: rounding is all that there is
+        most = coarsest_roundoff(self.errors, quantity)[: self.n] + self.errors.unbounded_floor[quantity]
+        allowed = np.maximum(self.tolerance(quantity), self.margin(quantity)) + most
+        return worst(self.residual[quantity], allowed, self.inside(quantity))[0] <= 1.0
+
+    def tolerance(self, quantity: str) -> Array:
+        """What explains a residual, (n,)."""
+        return self.explained[quantity][: self.n] + self.left_out(quantity).uncertainty + self.apart(quantity)
+
+    def margin(self, quantity: str) -> Array:
+        """Expected-error bound of a residual, (n,): the engine's, and the reference's own error."""
+        bound = self.band[quantity][: self.n] + RICHARDSON * self.truth.error[quantity][: self.n]
+        return bound + self.left_out(quantity).uncertainty + self.apart(quantity)
+
+    def apart(self, quantity: str) -> Array:
+        """What attitudes that have parted may do to the track beyond the limit, (n,); of all else nothing is judged."""
+        return self.beyond.get(quantity, np.zeros(self.n))
+
+    def left_out(self, quantity: str) -> ModelDifference:
+        """Declared model difference of a quantity; of most, none."""
+        none = np.zeros(self.n)
+        return self.model.get(quantity, ModelDifference(none, none))
+
+    def checks(self, quantity: str) -> tuple[Check, Check]:
+        """Whether a residual is explained, and whether it is inside the expected-error bound.
+
+        Measured round-off counts in both up to what the coordinates' own floor explains (times the slack of bands).
+        Beyond that the engine is not right but limited by round-off, and that only as far as coordinates as large as
+        the orbit's radius can be.
+        """
+        inside, residual = self.inside(quantity), self.residual[quantity]
+        tolerance, margin = self.tolerance(quantity), self.margin(quantity)
+        noise = self.limiting_noise(quantity)
+        if self.roundoff:
+            granted = np.minimum(self.roundoff[quantity][: self.n], NORM_SLACK * self.errors.floor[quantity][: self.n])
+            tolerance, margin = tolerance + granted, margin + granted
+        checks = []
+        for allowed, verdict, words in (
+            (tolerance, Outcome.INCONSISTENT, "what is explained"),
+            (margin, Outcome.OUT_OF_BAND, "the expected-error bound"),
+        ):
+            used, at = worst(residual, allowed, inside)
+            if used <= 1.0:
+                checks.append(Check(used, Outcome.PASS, ""))
+            elif worst(residual, allowed + noise, inside)[0] <= 1.0:
+                checks.append(Check(used, Outcome.ROUNDOFF_LIMITED, self.digits_words(quantity, inside)))
+            else:
+                said = f"{used:.3g} times {words} at t = {self.t[at]:.6g} s"
+                checks.append(Check(used, verdict, said + self.convergence_words(quantity)))
+        return checks[0], checks[1]
+
+    def limiting_noise(self, quantity: str) -> Array:
+        """Noise that may be behind too large an error, (n,): measured, and no more than rounding can make.
+
+        Perturbed runs show it. Where the error does not shrink with the setting, so do the runs at other settings:
+        wrong physics is the same at each of them, and noise is not.
+        """
+        if not self.evidence.perturbed or self.com_only:
+            return np.zeros(self.n)
+        runs = [self.main, *self.evidence.perturbed]
+        if self.errors_by_setting(quantity) and not self.shrinks(quantity):
+            runs += [run for run in (self.finer, self.finest) if run is not None]
+        noise = measured_roundoff(self.scene, runs)[quantity][: self.n] + self.errors.unbounded_floor[quantity]
+        return np.minimum(noise, coarsest_roundoff(self.errors, quantity)[: self.n])
+
+    def digits_words(self, quantity: str, inside: NDArray[np.bool_]) -> str:
+        """How many digits round-off leaves of a quantity."""
+        noise = float(self.residual[quantity][inside].max())
+        left = max(0.0, -math.log10(noise / self.scale[quantity]))
+        unit = QUANTITY_UNITS[quantity]
+        return f"limited by round-off, which moves it by {noise:.2g} {unit}: {left:.1f} digits are left"
+
+    @property
+    def finest(self) -> Trajectory | None:
+        """Run at the finest setting, where one was asked for and came."""
+        return self.evidence.finest.trajectory if self.evidence.finest else None
+
+    def errors_by_setting(self, quantity: str) -> tuple[float, ...]:
+        """Largest errors of a quantity from the coarsest to the finest of three settings; empty without a third one."""
+        finest = None if self.finest is None else differences(self.finest, self.truth.trajectory).get(quantity)
+        if finest is None or self.com_only:
+            return ()
+        inside = self.inside(quantity)
+        each = (self.residual[quantity], self.finer_residual[quantity], finest[: self.n])
+        return tuple(float(r[inside[: len(r)]].max()) for r in each)
+
+    def shrinks(self, quantity: str) -> bool:
+        """Whether a quantity's error falls from the first to the last of three settings."""
+        sizes = self.errors_by_setting(quantity)
+        return sizes[-1] < SHRINKS * sizes[0]
+
+    def convergence_words(self, quantity: str) -> str:
+        """Errors at three settings, where the third was asked for: whether they shrink is half of the diagnosis."""
+        sizes = self.errors_by_setting(quantity)
+        if not sizes:
+            return ""
+        told = ", ".join(f"{size:.2g}" for size in sizes)
+        how = "shrinks" if self.shrinks(quantity) else "does not shrink"
+        return f"; the error {how} with the setting: {told} {QUANTITY_UNITS[quantity]} from coarse to fine"
+
+    def detection_limit(self, quantity: str) -> float:
+        """Smallest relative error that would have been called at any sample: the worst one's.
+
+        An error that is the same at both settings, and larger than this share of the quantity's scale, is outside a
+        tolerance wherever it is, whatever the sign of the error that the engine makes itself.
+        """
+        inside = self.inside(quantity)
+        allowed = np.minimum(self.tolerance(quantity), self.margin(quantity)) + self.residual[quantity]
+        if self.engine.order is not None and quantity in FIELDS and not self.com_only:
+            left, most = self.offset(quantity, self.main, self.finer)
+            allowed[: len(left)] = np.minimum(allowed[: len(left)], left + most)
+        return float(allowed[inside].max() / self.scale[quantity])
+
+    def offset(self, quantity: str, coarse: Trajectory, fine: Trajectory) -> tuple[Array, Array]:
+        """What the extrapolation of two runs is off by, and what it may be: each (n,)."""
+        assert self.engine.order is not None
+        size, own = left_over(quantity, coarse, fine, self.truth.trajectory, self.engine.order)
+        n = min(self.n, len(size))
+        fixed = self.errors.floor[quantity] + RICHARDSON * self.truth.error[quantity][: self.errors.n]
+        missed = self.errors.missed.get(quantity, np.zeros(self.errors.n))
+        return size[:n], SHARE * own[:n] + (fixed + missed)[:n] + self.apart(quantity)[:n]
+
+    def stays(self, quantity: str, over: NDArray[np.bool_], size: Array) -> bool:
+        """Whether what is left over is there at the next setting too; taken for granted until that is run."""
+        if self.finest is None:
+            return True
+        later, allowed = self.offset(quantity, self.finer, self.finest)
+        n = min(len(later), len(size))
+        stays = over[:n] & (later[:n] > allowed[:n]) & (later[:n] > STAYS * size[:n])
+        return bool(np.any(stays & self.inside(quantity)[:n]))
+
+
+def worst(found: Array, allowed: Array, inside: NDArray[np.bool_]) -> tuple[float, int]:
+    """Largest ratio of what is found to what is allowed, and where; infinite where nothing is allowed.
+
+    A difference of exactly zero needs no allowance. Not-a-number is never inside.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(found == 0.0, 0.0, found / allowed)
+    ratio = np.where(np.isnan(ratio), np.inf, ratio)
+    ratio = np.where(inside, ratio, -np.inf)
+    at = int(np.argmax(ratio))
+    return float(ratio[at]), at

@@ -1,0 +1,310 @@
+"""A pass means right: nothing that an engine's run gives decides where it stops being judged."""
+
+import dataclasses
+import functools
+
+import numpy as np
+import pytest
+
+from adapters.engine import Coordinates, Knob, Observable, Setting
+from adapters.exudyn_adapter import Exudyn, ExudynAbsolute
+from adapters.pymunk_adapter import Pymunk
+from adapters.reference_adapter import Reference
+from adapters.steps import finer_setting
+from barchain.comparison import judge
+from barchain.declared import believed_steps, bounded
+from barchain.evidence import TURNED_RAD, Evidence, perturbed, turned_back
+from barchain.form import rounded_values
+from barchain.job import PERTURBED_ROLES, Role, RunResult
+from barchain.quantities import differences
+from barchain.sampling import MOST_TURNED_RAD, closely_sampled
+from barchain.scales import scales
+from barchain.truth import establish, twin
+from reports.outcome import Outcome
+from scenarios import load_scene
+
+SETTING = Setting(Knob.RTOL, 1e-8)
+
+
+def run(scene, rtol):
+    return Reference().run(scene, Setting(Knob.RTOL, rtol))
+
+
+def lasting(name, orbits, samples):
+    scene = load_scene(name)
+    return dataclasses.replace(
+        scene, run=dataclasses.replace(scene.run, duration_s=orbits * scene.period_s, samples=samples)
+    )
+
+
+@functools.cache
+def truth_of(scene):
+    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(twin(scene), 1e-13))
+
+
+@pytest.fixture(scope="module")
+def chaotic():
+    """Three orbits of the horizontal chain: at this setting its attitude can be predicted for about one."""
+    return truth_of(lasting("paper/fig05", 3.0, 121))
+
+
+@pytest.fixture(scope="module")
+def sound(chaotic):
+    return run(chaotic.scene, 1e-8), run(chaotic.scene, 1e-9)
+
+
+def judged(truth, main, finer, engine=Reference, setting=SETTING, **more):
+    evidence = Evidence(RunResult(Outcome.PASS, trajectory=main), RunResult(Outcome.PASS, trajectory=finer), **more)
+    return judge("x", engine, setting, evidence, truth)
+
+
+def value(verdict, quantity, metric):
+    return next(r["value"] for r in verdict.rows if (r["quantity"], r["metric"]) == (quantity, metric))
+
+
+def garbage(seen, share, *, growing, seed):
+    """Nonsense from a share of the run on: 1400 km, radians, several newtons."""
+    rng = np.random.default_rng(seed)
+    reached = np.clip((seen.t_s / seen.t_s[-1] - share) / (1.0 - share), 0.0, 1.0)
+    weight = 1e-9 * np.expm1(reached * np.log(1e9)) if growing else (reached > 0.0).astype(float)
+
+    def spoilt(values, size):
+        pushed = size * rng.uniform(0.5, 1.5, values.shape) * rng.choice([-1.0, 1.0], values.shape)
+        return values + weight.reshape(-1, *[1] * (values.ndim - 1)) * pushed
+
+    return seen.replace(
+        com_m=spoilt(seen.com_m, 1.4e6),
+        com_velocity_m_s=spoilt(seen.com_velocity_m_s, 1e3),
+        angle_rad=spoilt(seen.angle_rad, 1.0),
+        rate_rad_s=spoilt(seen.rate_rad_s, 1e-3),
+        reaction_N=spoilt(seen.reaction_N, 5.0),
+    )
+
+
+def test_a_sound_run_is_judged_to_its_end_far_beyond_what_can_be_predicted(chaotic, sound):
+    verdict = judged(chaotic, *sound)
+    assert verdict.outcome is Outcome.PASS
+    limit_s = next(r["horizon_s"] for r in verdict.rows if r["quantity"] == "attitude")
+    assert 0.3 < limit_s / chaotic.scene.period_s < 2.0
+    assert value(verdict, "run", "judged_share") == 1.0
+    assert value(verdict, "attitude", "restarted") < 1.0
+
+
+@pytest.mark.parametrize("growing", [False, True], ids=["sudden", "growing"])
+@pytest.mark.parametrize("which", ["main", "finer", "both"])
+@pytest.mark.parametrize("share", [0.25, 0.5, 0.9])
+def test_garbage_from_any_instant_on_in_either_run_does_not_pass(chaotic, sound, share, which, growing):
+    main, finer = sound
+    if which in ("main", "both"):
+        main = garbage(main, share, growing=growing, seed=1)
+    if which in ("finer", "both"):
+        finer = garbage(finer, share, growing=growing, seed=2)
+    assert not judged(chaotic, main, finer).outcome.ok
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda s, late: s.replace(angle_rad=s.angle_rad + late[:, None] * 1.0),
+        lambda s, late: s.replace(rate_rad_s=s.rate_rad_s * (1.0 + 0.5 * late[:, None])),
+        lambda s, late: s.replace(reaction_N=-s.reaction_N * late[:, None, None] + s.reaction_N * ~late[:, None, None]),
+        lambda s, late: s.replace(com_m=s.com_m + 100.0 * late[:, None]),
+    ],
+    ids=["angles", "rates", "reactions", "track"],
+)
+def test_one_wrong_channel_beyond_the_predictability_limit_is_seen(chaotic, sound, spoil):
+    """Attitudes have parted there, yet each stretch follows from the engine's own state before it."""
+    late = sound[0].t_s > 2.5 * chaotic.scene.period_s
+    main, finer = (spoil(seen, late) for seen in sound)
+    assert not judged(chaotic, main, finer).outcome.ok
+
+
+def test_an_engine_without_rates_is_not_passed_on_the_predictable_part_alone(chaotic, sound):
+    class NoRates(NoisyReference):
+        observables = Reference.observables - {Observable.RATE}
+        noise = Reference.noise
+
+    main, finer = (seen.replace(rate_rad_s=None) for seen in sound)
+    assert judged(chaotic, main, finer, engine=NoRates).outcome is Outcome.NOTHING_COMPARED
+
+
+def test_runs_that_are_unstable_each_in_its_own_way_do_not_pass(chaotic, sound):
+    """The old way to a green cell: two runs that part early are not compared any more."""
+    grown = np.expm1(np.linspace(0.0, 12.0, len(sound[0].t_s)))[:, None] * 1e-5
+    main = sound[0].replace(angle_rad=sound[0].angle_rad + grown)
+    finer = sound[1].replace(angle_rad=sound[1].angle_rad - 3.0 * grown)
+    assert not judged(chaotic, main, finer).outcome.ok
+
+
+def test_a_count_of_steps_that_no_method_takes_widens_nothing(chaotic):
+    sloppy = [run(chaotic.scene, rtol) for rtol in (1e-5, 1e-6)]
+    lying = [dataclasses.replace(seen, info=seen.info | {"steps": 1e9}) for seen in sloppy]
+    assert believed_steps(SETTING, chaotic, 1e9) == 0.0
+    assert believed_steps(SETTING, chaotic, 500.0) == 500.0
+    assert not judged(chaotic, *lying).outcome.ok
+
+
+def test_declared_noise_counts_up_to_a_hundredth_of_each_quantity(chaotic):
+    n, most = len(chaotic.growth), 1e-2 * scales(chaotic)["reaction"]
+    dying = np.geomspace(1e9, 1e-30, n)
+    assert bounded({"reaction": dying}, chaotic)["reaction"].max() == most
+    assert np.all(bounded({"reaction": np.full(n, 0.9 * most)}, chaotic)["reaction"] == 0.9 * most)
+    assert not bounded({"reaction": np.full(n, 1e9)}, chaotic)["reaction"].any()
+
+
+class NoisyReference(Reference.__mro__[1]):  # the abstract base of the NumPy forms
+    """Says that it is as noisy as its results are large."""
+
+    title, coordinates, coordinate_set = "noisy", Coordinates.RELATIVE, "minimal"
+
+    @classmethod
+    def noise(cls, scene, setting, t_s):
+        return {"reaction": 1e9, "attitude": 1e9, "rate": 1e9, "com": 1e12, "com_velocity": 1e9}
+
+
+def test_an_engine_that_declares_any_noise_does_not_pass_with_a_wrong_mass(chaotic):
+    scene = chaotic.scene
+    heavy = dataclasses.replace(scene.chain, mass_kg=(*scene.chain.mass_kg[:-1], 1.1 * scene.chain.mass_kg[-1]))
+    wrong = dataclasses.replace(scene, chain=heavy)
+    assert not judged(chaotic, run(wrong, 1e-8), run(wrong, 1e-9), engine=NoisyReference).outcome.ok
+
+
+def test_a_run_equal_to_its_finer_one_bit_for_bit_is_no_estimate_of_zero(chaotic, sound):
+    """Too little tells the finer run from the main one; the method's own request explains what is off."""
+    verdict = judged(chaotic, sound[0], sound[0])
+    assert verdict.outcome is Outcome.PASS or verdict.asks
+
+
+def test_every_quantity_states_a_detection_limit_and_a_scene_of_second_order_a_coarser_one(chaotic, sound):
+    fine = judged(chaotic, *sound)
+    for quantity in ("com", "attitude", "rate", "reaction"):
+        assert 0.0 < value(fine, quantity, "detection_limit") < 1.0
+
+
+def test_an_error_above_the_detection_limit_is_called_and_its_tenth_need_not_be():
+    truth = truth_of(lasting("paper/fig15", 0.3, 61))
+    main, finer = run(truth.scene, 1e-8), run(truth.scene, 1e-9)
+    limit = value(judged(truth, main, finer), "reaction", "detection_limit")
+    size = 1.01 * limit * scales(truth)["reaction"]
+    for at in (5, 30, 60):
+        wrong = []
+        for seen in (main, finer):
+            reaction = seen.reaction_N.copy()
+            reaction[at, 0, 0] += size
+            wrong.append(seen.replace(reaction_N=reaction))
+        assert not judged(truth, *wrong).outcome.ok
+
+
+@pytest.fixture(scope="module")
+def steep():
+    return truth_of(lasting("paper/fig15", 0.3, 61))
+
+
+def three_settings(engine, scene):
+    main = engine.ladder.setting()
+    finer = finer_setting(scene, engine.ladder, main)
+    finest = finer_setting(scene, engine.ladder, finer)
+    return main, [engine().run(scene, s) for s in (main, finer, finest)]
+
+
+@pytest.mark.parametrize("engine", [Exudyn, Pymunk])
+def test_noise_and_offsets_far_below_a_second_order_method_s_own_error_are_seen(steep, engine):
+    setting, runs = three_settings(engine, steep.scene)
+    rng = np.random.default_rng(5)
+    own = np.abs(runs[0].angle_rad - runs[1].angle_rad).max()
+    drawn = 0.3 * own * (runs[0].t_s / runs[0].t_s[-1])[:, None] ** 2
+
+    def verdict(spoil):
+        main, finer, finest = (spoil(seen) for seen in runs)
+        return judged(steep, main, finer, engine, setting, finest=RunResult(Outcome.PASS, trajectory=finest))
+
+    def noisy(seen):
+        scale = 0.3 * np.abs(runs[0].reaction_N - runs[1].reaction_N).max()
+        return seen.replace(reaction_N=seen.reaction_N + scale * rng.uniform(-1.0, 1.0, seen.reaction_N.shape))
+
+    assert verdict(lambda seen: seen).outcome is Outcome.PASS
+    assert not verdict(lambda seen: seen.replace(angle_rad=seen.angle_rad + drawn)).outcome.ok
+    assert not verdict(noisy).outcome.ok
+
+
+@pytest.mark.parametrize(
+    ("channel", "said", "rounded"),
+    [
+        ("com_m", "1e-3", lambda v: np.round(v, 3)),
+        ("angle_rad", "1e-6 of degrees", lambda v: np.radians(np.round(np.degrees(v), 6))),
+        ("reaction_N", "single precision", lambda v: v.astype(np.float32).astype(float)),
+    ],
+)
+def test_values_with_too_few_digits_are_told_by_their_form(steep, channel, said, rounded):
+    seen = run(steep.scene, 1e-8)
+    assert rounded_values(seen) is None
+    assert said in rounded_values(seen.replace(**{channel: rounded(getattr(seen, channel))}))
+
+
+def test_a_turned_scene_turned_back_is_the_scene_itself():
+    """Every effect's directions turn with the frame; what is left are the last digits that the start was moved by."""
+    scene = lasting("effects/everything", 0.05, 21)
+    scene = dataclasses.replace(
+        scene, effects=dataclasses.replace(scene.effects, thrust=(), impulse=(), prescribed_rotation=())
+    )
+    straight = run(scene, 1e-12)
+    for number, turn in enumerate(TURNED_RAD):
+        apart = differences(turned_back(run(perturbed(scene, number), 1e-12), turn), straight)
+        assert apart["attitude"].max() < 1e-10
+        assert apart["com"].max() < 1e-4
+        assert apart["reaction"].max() < 1e-10 * max(1.0, np.abs(straight.reaction_N).max())
+
+
+def test_an_engine_in_absolute_coordinates_that_round_off_ruins_is_limited_and_neither_wrong_nor_right():
+    scene = lasting("paper/fig15", 0.2, 41)
+    chain = dataclasses.replace(
+        scene.chain,
+        length_m=tuple(1e-3 * length for length in scene.chain.length_m),
+        inertia_kg_m2=tuple(1e-6 * j for j in scene.chain.inertia_kg_m2),
+    )
+    scene = dataclasses.replace(scene, chain=chain)
+    truth, (setting, runs) = truth_of(scene), three_settings(ExudynAbsolute, scene)
+    first = judged(truth, runs[0], runs[1], ExudynAbsolute, setting)
+    assert not first.outcome.ok
+    assert set(first.asks) >= set(PERTURBED_ROLES)
+    others = tuple(turned_back(ExudynAbsolute().run(perturbed(scene, k), setting), a) for k, a in enumerate(TURNED_RAD))
+    final = judged(
+        truth, runs[0], runs[1], ExudynAbsolute, setting,
+        perturbed=others, finest=RunResult(Outcome.PASS, trajectory=runs[2]),
+    )  # fmt: skip
+    assert final.outcome is Outcome.ROUNDOFF_LIMITED
+    assert any("digits are left" in r["reason"] for r in final.rows)
+
+
+def test_an_engine_in_relative_coordinates_can_not_pass_as_limited_by_round_off(chaotic, sound):
+    """However noisy its runs are: coordinates as small as the chain leave no room."""
+    rng = np.random.default_rng(3)
+
+    def noisy(seen):
+        return seen.replace(reaction_N=seen.reaction_N + 1e-4 * rng.normal(size=seen.reaction_N.shape))
+
+    verdict = judged(chaotic, noisy(sound[0]), noisy(sound[1]), perturbed=tuple(noisy(sound[0]) for _ in TURNED_RAD))
+    assert verdict.outcome not in (Outcome.PASS, Outcome.ROUNDOFF_LIMITED)
+
+
+def test_garbage_asks_for_no_further_runs(chaotic, sound):
+    wrong = [garbage(seen, 0.25, growing=False, seed=k) for k, seen in enumerate(sound)]
+    assert judged(chaotic, *wrong).asks == ()
+    assert Role.FINEST not in judged(chaotic, *wrong).asks
+
+
+def test_a_comparison_looks_closely_enough_and_keeps_a_scene_s_own_instants():
+    scene = lasting("paper/fig05", 2.0, 5)
+    close = closely_sampled(scene)
+    spacing = close.run.duration_s / (close.run.samples - 1)
+    assert spacing * scene.orbital_rate_rad_s <= MOST_TURNED_RAD
+    assert set(scene.times_s) <= set(close.times_s)
+    assert closely_sampled(lasting("paper/fig05", 1.0, 101)).run.samples == 101
+
+
+def test_five_samples_over_two_chaotic_orbits_are_judged_and_not_only_the_first():
+    truth = truth_of(closely_sampled(lasting("paper/fig05", 2.0, 5)))
+    main, finer = run(truth.scene, 1e-8), run(truth.scene, 1e-9)
+    assert value(judged(truth, main, finer), "run", "judged_share") == 1.0
+    noise = np.random.default_rng(1).normal(size=main.angle_rad.shape) * (main.t_s > 0.0)[:, None]
+    assert not judged(truth, main.replace(angle_rad=main.angle_rad + 0.1 * noise), finer).outcome.ok
