@@ -33,7 +33,7 @@ LEAST_JUDGED = 0.1  # of the run: agreement over less says nothing about the sce
 HOPELESS = 100.0  # times what is allowed: no slowly converging method is behind that
 ASKED = frozenset({"consistency", "band_used", "finer_band_used", "drift", "offset_used"})
 """Metrics that are judged by their tolerance"""
-OF_TWO_SETTINGS = frozenset({"offset_used", "finer_band_used", "restarted_at_its_finer_setting"})
+OF_TWO_SETTINGS = frozenset({"offset_used", "finer_band_used"})
 """Metrics that need the second run to be the finer one"""
 DOUBTED = {Outcome.INCONSISTENT, Outcome.OUT_OF_BAND}
 """Outcomes that round-off or slow convergence may be behind"""
@@ -267,51 +267,40 @@ class Comparison(Residuals):
         if first >= self.n - 1 or self.com_only:
             return []
         rows = [self.energy_row()]
-        for role, run in (("", self.main), (" at its finer setting", self.finer)):
-            if not can_restart(run):
-                said = f"no rates{role}: nothing can be judged beyond the predictability limit, {self.horizon_s:.4g} s"
-                rows.append(self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, said))
-                continue
-            try:
-                found = stretches(self.errors, run, first)
-            except (EngineError, ArithmeticError) as error:
-                said = f"the reference can't be restarted from the engine's states{role}: {error}"
-                rows.append(self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, said))
-                continue
-            self.stretches = self.stretches or found
-            rows += self.stretch_rows(found, role)
-        return rows
+        if not can_restart(self.main):
+            said = f"no rates: nothing can be judged beyond the predictability limit, {self.horizon_s:.4g} s"
+            return [*rows, self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, said)]
+        try:
+            self.stretches = stretches(self.errors, self.main, first)
+        except (EngineError, ArithmeticError) as error:
+            said = f"the reference can't be restarted from the engine's states: {error}"
+            return [*rows, self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, said)]
+        return rows + self.stretch_rows(self.stretches)
 
     def energy_row(self) -> Row:
         """Kinetic energy about the centre of mass over the largest that there can be."""
         unlimited = self.scene.effects.thrust or self.scene.effects.impulse or self.scene.effects.prescribed_rotation
-        ratio = None if unlimited else kinetic_ratio(self.main, self.truth)
+        each = [] if unlimited else [kinetic_ratio(run, self.truth) for run in (self.main, self.finer)]
+        ratio = max((r for r in each if r is not None), default=None)
         if ratio is None:
             return self.row("relative_energy", "drift", None, None, Outcome.REPORTED)
         good = Outcome.PASS if ratio <= BLOWN_UP else Outcome.OUT_OF_BAND
         reason = "" if ratio <= BLOWN_UP else f"{ratio:.3g} times the largest kinetic energy there can be"
         return self.row("relative_energy", "drift", ratio, BLOWN_UP, good, reason)
 
-    def stretch_rows(self, found: list[Stretch], role: str) -> list[Row]:
+    def stretch_rows(self, found: list[Stretch]) -> list[Row]:
         """Largest share of its bound that each quantity uses in stretches from the engine's own states."""
         rows = []
         for quantity in found[0].found if found else ():
-            each = [
-                (*worst(s.found[quantity], s.allowed[quantity], np.ones(len(s.found[quantity]), bool)), s)
-                for s in found
-            ]
+            each = [(*worst(s.found[quantity], s.allowed[quantity], s.everywhere), s) for s in found]
             used, at, stretch = max(each, key=lambda e: e[0])
             good = Outcome.PASS if used <= 1.0 else Outcome.OUT_OF_BAND
-            when = self.main.t_s[stretch.first + at]
+            when, start = (self.main.t_s[k] for k in (stretch.first + at, stretch.first))
             reason = (
-                ""
-                if used <= 1.0
-                else (
-                    f"{used:.3g} times the expected-error bound at t = {when:.6g} s{role}, compared with the reference "
-                    f"restarted from the engine's own state at t = {self.main.t_s[stretch.first]:.6g} s"
-                )
+                f"{used:.3g} times the expected-error bound at t = {when:.6g} s, compared with the reference "
+                f"restarted from the engine's own state at t = {start:.6g} s"
             )
-            rows.append(self.row(quantity, f"restarted{role.replace(' ', '_')}", used, 1.0, good, reason))
+            rows.append(self.row(quantity, "restarted", used, 1.0, good, "" if used <= 1.0 else reason))
         return rows
 
     def share_row(self, rows: list[Row]) -> Row:

@@ -169,6 +169,7 @@ def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, trut
     if engine.coordinates is Coordinates.JOINT:  # the centre of mass is not a coordinate: it shares the angles' errors
         track = track + power * jerk * scene.size_m
     immediate = {name: power * values for name, values in read_off(scene, seen, turn, jerk).items()}
+    immediate["com_velocity"] = track  # h² times the second derivative of a velocity: read off half a step aside
     samples = truth.trajectory.t_s[: len(truth.growth)]
     return LocalErrors(
         t, power * jerk + turned, track, {name: so_far(t, values, samples) for name, values in immediate.items()}

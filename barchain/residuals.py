@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.engine import Observable
+from adapters.engine import Coordinates, Observable
 from barchain.beyond import beyond_limit
 from barchain.error_model import ErrorModel
 from barchain.extrapolation import FIELDS, SHARE, STAYS, left_over
@@ -162,7 +162,7 @@ class Residuals:
         Perturbed runs show it. Where the error does not shrink with the setting, so do the runs at other settings:
         wrong physics is the same at each of them, and noise is not.
         """
-        if not self.evidence.perturbed or self.com_only:
+        if not self.evidence.perturbed or self.engine.coordinates is not Coordinates.ABSOLUTE:
             return np.zeros(self.n)
         runs = [self.main, *self.evidence.perturbed]
         if self.errors_by_setting(quantity) and not self.shrinks(quantity):
@@ -209,14 +209,16 @@ class Residuals:
         """Smallest relative error that would have been called at any sample: the worst one's.
 
         An error that is the same at both settings, and larger than this share of the quantity's scale, is outside a
-        tolerance wherever it is, whatever the sign of the error that the engine makes itself.
+        tolerance wherever it is, whatever the sign of the error that the engine makes itself, and whatever round-off
+        further runs may grant.
         """
         inside = self.inside(quantity)
         allowed = np.minimum(self.tolerance(quantity), self.margin(quantity)) + self.residual[quantity]
         if self.engine.order is not None and quantity in FIELDS and not self.com_only:
             left, most = self.offset(quantity, self.main, self.finer)
             allowed[: len(left)] = np.minimum(allowed[: len(left)], left + most)
-        return float(allowed[inside].max() / self.scale[quantity])
+        granted = 0.0 if self.com_only else NORM_SLACK * self.errors.floor[quantity][: self.n]
+        return float((allowed + granted)[inside].max() / self.scale[quantity])
 
     def offset(self, quantity: str, coarse: Trajectory, fine: Trajectory) -> tuple[Array, Array]:
         """What the extrapolation of two runs is off by, and what it may be: each (n,)."""

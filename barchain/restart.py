@@ -26,14 +26,16 @@ from barchain.tolerances import NORM_SLACK
 from barchain.truth import TRACK, Truth, answers, densely_sampled, own_rate
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from adapters.engine import Array, Trajectory
     from adapters.reference_adapter import ReferenceEngine
     from scenarios import Scene
 
-RTOL = 1e-10  # a hundred times better than the engines that lose a chaotic scene's attitude within it
-TIGHT_RTOL = 1e-12  # against an engine that chooses its steps, and is asked for as much
-ASIDE_RAD = 1e-7  # of the perturbed run: a thousand times what the reference leaves, yet linear until 1e5 times larger
-FIRST_TRY = 1.5  # times the length of the stretch before: how far the reference walks before it is known how far to
+RTOL = 1e-8  # its own error is counted too; engines that lose a chaotic scene's attitude within it are far coarser
+TIGHTER = 0.1  # than what an engine that chooses its steps is asked for
+ASIDE_RAD = 1e-5  # of the perturbed run: a hundred times what the reference leaves, yet linear until 1e4 times larger
+FIRST_TRY = 1.2  # times the length of the stretch before: how far the reference walks before it is known how far to
 MOST_STRETCHES = 60  # some tens of orbits of the most chaotic scenes; what is beyond is told as not judged
 JUDGED = ("attitude", "rate", "reaction", "torque")
 
@@ -54,6 +56,11 @@ class Stretch:
     def last(self) -> int:
         """Last sample compared; `first` where not even the next one can be predicted."""
         return self.first + len(next(iter(self.found.values()))) - 1
+
+    @property
+    def everywhere(self) -> NDArray[np.bool_]:
+        """All of its samples, (m,)."""
+        return np.ones(self.last - self.first + 1, bool)
 
     @property
     def right(self) -> bool:
@@ -104,7 +111,8 @@ def compared(errors: ErrorModel, seen: Trajectory, first: int, last: int) -> Str
     are such instants, the errors of reading that the scene has shown until then are allowed besides.
     """
     engine, setting = errors.engine, errors.setting
-    restarted = restarted_truth(errors.truth, seen, first, last, TIGHT_RTOL if setting.knob is Knob.RTOL else RTOL)
+    rtol = min(RTOL, TIGHTER * setting.value) if setting.knob is Knob.RTOL else RTOL
+    restarted = restarted_truth(errors.truth, seen, first, last, rtol)
     shown = errors.local.immediate if errors.scene.effects.breaks_s else {}
     before = {name: float(values[min(first, errors.n - 1)]) for name, values in shown.items()}
     start = ErrorModel(engine, setting, restarted, seen)

@@ -84,6 +84,7 @@ def test_degrees_are_found_where_there_are_such() -> None:
     for deg in np.random.default_rng(1).uniform(-400.0, 400.0, 300).tolist():
         assert math.radians(in_degrees(math.radians(deg))) == math.radians(deg)
     assert in_degrees(1.0) == pytest.approx(TURNED_DEG)
+    assert in_degrees(math.radians(30.0)) == 30.0
 
 
 def test_an_angle_that_no_degrees_give_is_refused() -> None:

@@ -93,10 +93,11 @@ def fault_cell(case: Case, results: dict[Role, RunResult], verdict: Verdict) -> 
     whole, compared = (fault_sizes(case, results, to_horizon=inside) for inside in (False, True))
     if not verdict.outcome.ok:
         return refused(case, verdict, Kind.CAUGHT, whole)
-    quantity, excess = worst(case, compared)
+    limits = stated(case.limits, limits_of(verdict))
+    quantity, excess = worst(limits, compared)
     if excess > 1.0:
         return compared_cell(case, verdict, Kind.MISSED, quantity, compared)
-    quantity, excess = worst(case, whole)
+    quantity, excess = worst(limits, whole)
     return compared_cell(case, verdict, Kind.BEYOND if excess > 1.0 else Kind.BELOW, quantity, whole)
 
 
@@ -111,15 +112,23 @@ def fault_sizes(case: Case, results: dict[Role, RunResult], *, to_horizon: bool)
     return found
 
 
-def worst(case: Case, found: dict[str, float]) -> tuple[str, float]:
+def stated(sound: dict[str, Limit], own: dict[str, Limit]) -> dict[str, Limit]:
+    """Limits that a fault is held against: the larger share of those in the sound verdict and in the fault's own.
+
+    A fault that differs from run to run makes the engine's error estimate larger, and its own verdict says so.
+    """
+    return {name: max(limit, own.get(name, limit), key=lambda each: each.share) for name, limit in sound.items()}
+
+
+def worst(limits: dict[str, Limit], found: dict[str, float]) -> tuple[str, float]:
     """Quantity whose change is largest over its detection limit, and that ratio; 0 where nothing with a limit changes.
 
     A limit that is not a number is none.
     """
     ratios = {
-        name: size / case.limits[name].share if case.limits[name].share > 0.0 else math.inf
+        name: size / limits[name].share if limits[name].share > 0.0 else math.inf
         for name, size in found.items()
-        if name in case.limits and size > 0.0
+        if name in limits and size > 0.0
     }
     quantity = max(ratios, key=lambda name: ratios[name], default="")
     return quantity, ratios.get(quantity, 0.0)

@@ -67,7 +67,7 @@ def write_scene(scene: Scene, cell: Cell, path: Path) -> None:
     """Write a scene with what it shows."""
     what = f"{cell.engine} with {cell.fault}" if cell.fault else cell.engine
     said = f"{what}: {cell.kind}, {cell.outcome}. {cell.quantity} {cell.reason}".strip()
-    named = replace(scene, title=f"{cell.scene} made simpler", description=said)
+    named = replace(scene, title=f"From {cell.scene}", description=said)
     write_atomically(path, scene_toml(named))
 
 

@@ -32,7 +32,7 @@ class UnwrittenError(ValueError):
 
 
 def in_degrees(rad: float) -> float:
-    """Degrees that are an angle in radians, to the last digit where there are such; else the nearest."""
+    """Degrees that are an angle in radians to the last digit, the shortest where there are such; else the nearest."""
     found = math.degrees(rad)
     near = [found]
     for end in (-math.inf, math.inf):
@@ -40,7 +40,7 @@ def in_degrees(rad: float) -> float:
         for _ in range(NEIGHBOURS):
             one = math.nextafter(one, end)
             near.append(one)
-    return min(near, key=lambda deg: (abs(math.radians(deg) - rad), abs(deg - found)))
+    return min(near, key=lambda deg: (abs(math.radians(deg) - rad), len(repr(deg)), abs(deg - found)))
 
 
 def writable(part: T) -> T:

@@ -22,7 +22,6 @@ CHECKS = {
     "band_used": "band",
     "finer_band_used": "band",
     "restarted": "restarted",
-    "restarted_at_its_finer_setting": "restarted",
     "drift": "drift",
 }
 """Metrics that judge, and what their checks are called; `max` is judged as `band_used` is"""
