@@ -65,6 +65,12 @@ def wrong_shape(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[O
         "identity_m": (n,),
         "position_m": (n, bars, 2),
     }
+    for name in ("t_s", "com_m", "com_velocity_m_s"):
+        if not isinstance(getattr(seen, name), np.ndarray):
+            return Outcome.INCOMPLETE, f"{name} is a {type(getattr(seen, name)).__name__}, wanted an array"
+    for name, value in arrays(seen).items():
+        if value.dtype != np.float64:
+            return Outcome.INCOMPLETE, f"{name} holds {value.dtype}, wanted float64"
     for name, value in arrays(seen).items():
         if name in shapes and value.shape != shapes[name]:
             return Outcome.INCOMPLETE, f"{name} has shape {value.shape}, wanted {shapes[name]}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from adapters.engine import EngineError
+from adapters.engine import Coordinates, EngineError
 from barchain.drift_bands import drift_bands
 from barchain.ending import ended_differently, ended_elsewhen
 from barchain.extrapolation import FIELDS
@@ -16,10 +16,11 @@ from barchain.form import rounded_values
 from barchain.job import PERTURBED_ROLES, Role
 from barchain.quantities import drifts
 from barchain.relative_energy import BLOWN_UP, kinetic_ratio
-from barchain.residuals import Residuals, worst
+from barchain.residuals import FINEST_NOISE, Residuals, worst
 from barchain.restart import Stretch, can_restart, stretches
+from barchain.roundoff_limit import coarsest_roundoff
 from barchain.tolerances import NORM_SLACK
-from barchain.truth import PARTED_RAD, RICHARDSON, TRACK
+from barchain.truth import PARTED_RAD, TRACK
 from reports.outcome import Outcome
 from reports.summary import gravest
 from reports.tables import QUANTITY_UNITS
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from barchain.truth import Truth
 
 LEAST_JUDGED = 0.1  # of the run: agreement over less says nothing about the scene
+HALVED = 4.0  # noise of differences over a step goes as 1/h²
 HOPELESS = 100.0  # times what is allowed: no slowly converging method is behind that
 ASKED = frozenset({"consistency", "band_used", "finer_band_used", "drift", "offset_used"})
 """Metrics that are judged by their tolerance"""
@@ -122,7 +124,7 @@ def judge(name: str, engine: type[Engine], setting: Setting, evidence: Evidence,
             return no_verdict(scene.name, name, setting, result.outcome, result.reason + role)
     try:
         return Comparison(name, engine, setting, evidence, truth).verdict()
-    except (ArithmeticError, LookupError, ValueError) as error:
+    except Exception as error:
         said = f"could not be compared: {type(error).__name__}: {error}"
         return no_verdict(scene.name, name, setting, Outcome.FAILED, said)
 
@@ -151,9 +153,11 @@ class Comparison(Residuals):
 
     def early_fault(self) -> Row | None:
         """First thing that speaks against the run as a whole."""
-        other_end, other_instant = ended_differently(self), ended_elsewhen(self)
-        if other_end is not None:
-            return self.row("run", "outcome", None, None, Outcome.INCOMPLETE, other_end)
+        for role, run in (("", self.main), (" (at its finer setting)", self.finer)):
+            other_end = ended_differently(run, self.truth)
+            if other_end is not None:
+                return self.row("run", "outcome", None, None, Outcome.INCOMPLETE, other_end + role)
+        other_instant = ended_elsewhen(self)
         if other_instant is not None:
             return self.row("run", "outcome", None, None, Outcome.INCONSISTENT, other_instant)
         return self.compared_too_little() or self.malformed()
@@ -164,10 +168,12 @@ class Comparison(Residuals):
         None where the errors are so far outside that neither could be behind them.
         """
         doubted = [r for r in rows if Outcome(r["outcome"]) in DOUBTED and r["metric"] in ASKED]
-        if not doubted or self.com_only:
+        absolute = self.engine.coordinates is Coordinates.ABSOLUTE
+        if not doubted or self.com_only or (absolute and not all(self.may_be_roundoff(r["quantity"]) for r in doubted)):
             return ()
         asked = []
-        if self.evidence.finest is None and all(r["value"] <= HOPELESS * r["tolerance"] for r in doubted):
+        near = all(r["value"] <= HOPELESS * r["tolerance"] for r in doubted)
+        if self.evidence.finest is None and (near or absolute):
             asked.append(Role.FINEST)
         if not self.evidence.perturbed and all(self.may_be_roundoff(r["quantity"]) for r in doubted):
             asked += PERTURBED_ROLES
@@ -175,7 +181,7 @@ class Comparison(Residuals):
 
     def compared_too_little(self) -> Row | None:
         """A fault if nothing after the start can be compared."""
-        if self.com_only or np.count_nonzero(self.t <= self.horizon_s) > 1 or self.n == 1:
+        if self.com_only or np.count_nonzero(self.t <= self.horizon_s) > 1 or len(self.truth.growth) == 1:
             return None
         reason = (
             f"the next sample is beyond what {self.setting} can predict: the expected error of the attitude reaches "
@@ -185,7 +191,7 @@ class Comparison(Residuals):
 
     def malformed(self) -> Row | None:
         """A fault if values have a form that no integration gives them."""
-        said = rounded_values(self.main)
+        said = rounded_values(self.main, self.truth)
         return None if said is None else self.row("run", "outcome", None, None, Outcome.MALFORMED, said)
 
     def row(
@@ -253,8 +259,8 @@ class Comparison(Residuals):
         rows = []
         for quantity, residual in self.finer_residual.items():
             inside = self.inside(quantity)[: len(residual)]
-            margin = self.margin(quantity)[: len(residual)] + RICHARDSON * self.errors.floor[quantity][: len(residual)]
-            margin = margin + RICHARDSON * self.limiting_noise(quantity)[: len(residual)]
+            margin = self.margin(quantity)[: len(residual)] + self.finer_floor(quantity)[: len(residual)]
+            margin = margin + HALVED * self.limiting_noise(quantity)[: len(residual)]
             used, at = worst(residual, margin, inside)
             if used > 1.0:
                 reason = f"{used:.3g} times the expected-error bound at t = {self.t[at]:.6g} s at its finer setting"
@@ -294,7 +300,7 @@ class Comparison(Residuals):
         for quantity in found[0].found if found else ():
             each = [(*worst(s.found[quantity], s.allowed[quantity], s.everywhere), s) for s in found]
             used, at, stretch = max(each, key=lambda e: e[0])
-            good = Outcome.PASS if used <= 1.0 else Outcome.OUT_OF_BAND
+            good = Outcome.PASS if used <= 1.0 else self.out_of_stretch(quantity, found)
             when, start = (self.main.t_s[k] for k in (stretch.first + at, stretch.first))
             reason = (
                 f"{used:.3g} times the expected-error bound at t = {when:.6g} s, compared with the reference "
@@ -303,9 +309,17 @@ class Comparison(Residuals):
             rows.append(self.row(quantity, "restarted", used, 1.0, good, "" if used <= 1.0 else reason))
         return rows
 
+    def out_of_stretch(self, quantity: str, found: list[Stretch]) -> Outcome:
+        """Outcome of a quantity that is outside in a stretch: rounding of absolute coordinates is no fault."""
+        if self.engine.coordinates is not Coordinates.ABSOLUTE:
+            return Outcome.OUT_OF_BAND
+        most = coarsest_roundoff(self.errors, quantity)
+        right = [np.all(s.found[quantity] <= s.allowed[quantity] + most[s.first : s.last + 1]) for s in found]
+        return Outcome.ROUNDOFF_LIMITED if all(right) else Outcome.OUT_OF_BAND
+
     def share_row(self, rows: list[Row]) -> Row:
         """Share of the run that was judged: up to the limit, and in stretches beyond it."""
-        last = self.n - 1
+        last = len(self.truth.growth) - 1  # of the reference solution, not of what the engine's runs have
         if self.com_only or last == 0:
             return self.row("run", "judged_share", 1.0, None, Outcome.REPORTED)
         judged = self.t <= self.horizon_s
@@ -333,7 +347,7 @@ class Comparison(Residuals):
         used, at = worst(size, allowed, inside[: len(size)])
         if used <= 1.0 or not self.stays(quantity, size > allowed, size):
             return self.row(quantity, "offset_used", used, 1.0, Outcome.PASS)
-        noise = self.limiting_noise(quantity)[: len(allowed)]
+        noise = FINEST_NOISE * self.limiting_noise(quantity)[: len(allowed)]
         if worst(size, allowed + noise, inside[: len(size)])[0] <= 1.0:
             return self.row(
                 quantity, "offset_used", used, 1.0, Outcome.ROUNDOFF_LIMITED, self.digits_words(quantity, inside)

@@ -13,6 +13,7 @@ import numpy as np
 from adapters.engine import Knob
 from barchain.local_errors import rate_scale, step_s
 from barchain.scales import scales
+from barchain.truth import TRACK
 
 if TYPE_CHECKING:
     from adapters.engine import Array, Engine, Setting
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 MOST_NOISE = 1e-2
 """Share of a quantity's scale that declared noise may be: with more, nothing worth comparing is left"""
 MOST_ATTITUDE_NOISE_RAD = 1e-5  # it is amplified: a thousandth of what two runs may part by
+MOST_TRACK_NOISE = 1e-6  # of the distance and the speed: a track is good to 1e-9 in all engines here
+MOST_STEPS = 1e8  # of a run: with more, none would end
 STEPS_SLACK = 10.0  # error constants, rejected steps, restarts at events
 LOWEST_ORDER = 4.0  # of the error estimates of methods that choose their steps: rtol^(-1/5) steps a radian
 
@@ -49,7 +52,8 @@ def bounded(noise: dict[str, Array], truth: Truth) -> dict[str, Array]:
     """
     size, found = scales(truth), {}
     for name, values in noise.items():
-        most = MOST_ATTITUDE_NOISE_RAD if name == "attitude" else MOST_NOISE * size[name]
+        share = MOST_TRACK_NOISE if name in TRACK else MOST_NOISE
+        most = MOST_ATTITUDE_NOISE_RAD if name == "attitude" else share * size[name]
         found[name] = np.minimum(values, most) if values[-1] <= most else np.zeros_like(values)
     return found
 
@@ -70,5 +74,5 @@ def steps_taken(scene: Scene, setting: Setting, counted: float, t_s: Array) -> A
     """Steps taken since ``t_s[0]`` up to each instant, (n,): `counted` for the whole run, or by the setting."""
     by_setting = setting.knob is Knob.STEPS_PER_ORBIT
     whole = scene.run.duration_s / step_s(scene, setting) if by_setting else counted or scene.run.samples
-    found: Array = 1.0 + (t_s - t_s[0]) / scene.run.duration_s * whole
+    found: Array = 1.0 + (t_s - t_s[0]) / scene.run.duration_s * min(whole, MOST_STEPS)
     return found

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from adapters.engine import Coordinates, Knob
+from barchain.declared import MOST_NOISE
 from barchain.local_errors import (
     ROUNDINGS,
     SECOND_ORDER_CONSTANT,
@@ -135,5 +136,7 @@ def gap_band(model: ErrorModel) -> Array:
     h2 = 0.5 * length * step_s(scene, setting) ** 2
     opened = np.interp(t, fine.t_s, SECOND_ORDER_CONSTANT * h2 * cumulative_trapezoid(third, fine.t_s, initial=0))
     held = np.interp(t, fine.t_s, 0.5 * h2 * np.maximum.accumulate(second))
-    band: Array = NORM_SLACK * (opened + held) + rounding + noise * steps
+    band: Array = (
+        NORM_SLACK * (opened + held) + rounding + np.minimum(noise * steps, MOST_NOISE * min(scene.chain.length_m))
+    )
     return band

@@ -10,19 +10,22 @@ from adapters.engine import ENDED
 from barchain.checks import TIME_SLACK
 
 if TYPE_CHECKING:
+    from adapters.engine import Trajectory
     from barchain.residuals import Residuals
+    from barchain.truth import Truth
 
 
-def ended_differently(run: Residuals) -> str | None:
-    """Say why, if one of the two stopped at an event that the other does not know."""
-    spacing = run.scene.run.duration_s / (run.scene.run.samples - 1)
-    apart = abs(len(run.main.t_s) - len(run.truth.trajectory.t_s))
-    if apart <= 1 and bool(run.main.ended) == bool(run.truth.trajectory.ended):
+def ended_differently(seen: Trajectory, truth: Truth) -> str | None:
+    """Say why, if a run and the reference solution do not end at the same event, to one sample."""
+    run, right = truth.scene.run, truth.trajectory
+    spacing = run.duration_s / (run.samples - 1)
+    apart = abs(len(seen.t_s) - len(right.t_s))
+    if apart <= 1 and bool(seen.ended) == bool(right.ended) and (len(seen.t_s) > 1 or len(right.t_s) == 1):
         return None
     return (
         f"ended {apart * spacing:.3g} s apart from the reference: "
-        f"{run.main.ended or 'at its last sample'}; reference: "
-        f"{run.truth.trajectory.ended or 'at its last sample'}"
+        f"{seen.ended or 'at its last sample'}; reference: "
+        f"{right.ended or 'at its last sample'}"
     )
 
 

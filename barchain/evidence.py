@@ -17,6 +17,7 @@ import numpy as np
 
 from adapters.steps import finer_setting
 from barchain.job import PERTURBED_ROLES, Job, Role, RunResult
+from reports.outcome import Outcome
 from scenarios import Axes, Impulse, Thrust
 
 if TYPE_CHECKING:
@@ -53,7 +54,8 @@ def gathered(runs: dict[Role, RunResult]) -> Evidence | None:
     if Role.MAIN not in runs or Role.FINER not in runs:
         return None
     turned = [(runs[role], angle) for role, angle in zip(PERTURBED_ROLES, TURNED_RAD, strict=True) if role in runs]
-    back = tuple(turned_back(r.trajectory, angle) for r, angle in turned if r.trajectory is not None)
+    complete = [(r.trajectory, angle) for r, angle in turned if r.outcome is Outcome.PASS and r.trajectory is not None]
+    back = tuple(turned_back(trajectory, angle) for trajectory, angle in complete)
     return Evidence(runs[Role.MAIN], runs[Role.FINER], runs.get(Role.FINEST), back)
 
 

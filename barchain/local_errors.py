@@ -120,23 +120,30 @@ def requested_errors(
     track = made * track_unit(engine, scene, made)
     rate, chain_rate = orbit_rate_bound(scene, truth.trajectory), rate_scale(scene, truth.trajectory)
     counted = (steps or 0.0) / scene.run.duration_s
+    shared = made * scene.size_m if engine.coordinates is Coordinates.JOINT else 0.0  # of the angles it is made of
     return LocalErrors(
         truth.trajectory.t_s[:n],
         np.full(n, made * max(chain_rate, counted)),
-        np.full(n, track * max(chain_rate if engine.track_by_length else rate, counted)),
-        reading | {"com": np.full(n, track), "com_velocity": np.full(n, track * rate)},
+        np.full(n, track * max(chain_rate if engine.track_by_length else rate, counted) + shared * chain_rate),
+        reading | {"com": np.full(n, track + shared), "com_velocity": np.full(n, track * rate + shared * chain_rate)},
     )
 
 
 def track_unit(engine: type[Engine], scene: Scene, rtol: float) -> float:
-    """What the requested accuracy counts in for the centre of mass, m; 0 for a straight track, which is exact.
+    """What the requested accuracy counts in for the centre of mass, m; 0 for a straight track that nothing bends.
 
     Less than the roundings of a place can't be asked for.
     """
-    if scene.effects.gravity is Gravity.NONE:
+    if scene.effects.gravity is Gravity.NONE and not pushed(scene):
         return 0.0
     length = max(scene.chain.length_m) if engine.track_by_length else scene.radius0_m
     return max(length, ROUNDINGS * UNIT_ROUNDOFF * scene.radius0_m / rtol)
+
+
+def pushed(scene: Scene) -> bool:
+    """Whether air, light, a thruster or a blow pushes the chain as a whole."""
+    effects = scene.effects
+    return bool(effects.drag or effects.solar_pressure or effects.thrust or effects.impulse)
 
 
 def error_constant(order: float) -> float:

@@ -112,13 +112,19 @@ def energy_drift(scene: Scene, seen: Trajectory, relative: bool) -> Array:
             energy = energy + invariants.tidal_energy(model, seen.com_m, seen.angle_rad)
     for effect in model.effects:
         energy = energy + effect.energy(model, seen.com_m, seen.angle_rad)
-    return from_first(energy, kinetic)
+    least = 0.5 * float(model.inertia_kg_m2.sum()) * slowest_rate(scene) ** 2
+    return from_first(energy, kinetic, least)
 
 
-def from_first(values: Array, size: Array) -> Array:
-    """Change since the first one, (n,), in units of the largest size."""
-    drift: Array = np.abs(values - values[0]) / (np.max(size) or 1.0)  # nothing ever moves: no drift either
+def from_first(values: Array, size: Array, least: float) -> Array:
+    """Change since the first one, (n,), in units of the largest size, or of the `least` where hardly anything moves."""
+    drift: Array = np.abs(values - values[0]) / max(float(np.max(size)), least)
     return drift
+
+
+def slowest_rate(scene: Scene) -> float:
+    """Rate in which motion counts that is none, rad/s: v0/r0, or the orbit's own where the chain starts at rest."""
+    return scene.orbital_rate_rad_s or 2.0 * np.pi / scene.step_period_s
 
 
 def angular_momentum_drift(scene: Scene, seen: Trajectory, relative: bool) -> Array:
@@ -132,4 +138,4 @@ def angular_momentum_drift(scene: Scene, seen: Trajectory, relative: bool) -> Ar
         momentum = momentum + invariants.com_angular_momentum(model, seen.com_m, seen.com_velocity_m_s)
         speed, distance = (np.linalg.norm(v, axis=-1) for v in (seen.com_velocity_m_s, seen.com_m))
         size = size + scene.mass_kg * speed * distance
-    return from_first(momentum, size)
+    return from_first(momentum, size, float(model.inertia_kg_m2.sum()) * slowest_rate(scene))

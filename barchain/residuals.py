@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from adapters.engine import Coordinates, Observable
+from adapters.steps import finer_setting
 from barchain.beyond import beyond_limit
+from barchain.ending import ended_differently
 from barchain.error_model import ErrorModel
 from barchain.extrapolation import FIELDS, SHARE, STAYS, left_over
 from barchain.model_difference import com_displacement
@@ -28,6 +31,8 @@ if TYPE_CHECKING:
     from barchain.evidence import Evidence
     from barchain.truth import Truth
 
+FINER_NOISE = 4.0 / 3.0  # what an extrapolation of second order makes of the finer run's noise
+FINEST_NOISE = 4.0 * FINER_NOISE  # of the finer run's, after another halving: noise of differences goes as 1/h²
 SHRINKS = 0.5  # of the error at the main setting, two settings finer: a method of first order leaves a quarter
 
 
@@ -77,7 +82,7 @@ class Residuals:
     @property
     def com_only(self) -> bool:
         """Whether the engine follows the centre of mass as a particle."""
-        return Observable.ATTITUDE not in self.engine.observables
+        return self.engine.observables <= {Observable.COM}
 
     def inside(self, quantity: str) -> NDArray[np.bool_]:
         """Samples at which a quantity is compared, (n,): all for the centre of mass, whose track is not chaotic."""
@@ -106,7 +111,7 @@ class Residuals:
         """Whether a difference is no larger than round-off can make it in the engine's coordinates."""
         if quantity not in self.residual:
             return True  # drifts of what should stay: rounding is all that there is
-        most = coarsest_roundoff(self.errors, quantity)[: self.n] + self.errors.unbounded_floor[quantity]
+        most = (coarsest_roundoff(self.errors, quantity) + self.errors.unbounded_floor[quantity])[: self.n]
         allowed = np.maximum(self.tolerance(quantity), self.margin(quantity)) + most
         return worst(self.residual[quantity], allowed, self.inside(quantity))[0] <= 1.0
 
@@ -157,18 +162,17 @@ class Residuals:
         return checks[0], checks[1]
 
     def limiting_noise(self, quantity: str) -> Array:
-        """Noise that may be behind too large an error, (n,): measured, and no more than rounding can make.
+        """Noise that may be behind too large an error in absolute coordinates, (n,).
 
-        Perturbed runs show it. Where the error does not shrink with the setting, so do the runs at other settings:
-        wrong physics is the same at each of them, and noise is not.
+        Perturbed runs show it, and declared noise adds to it. An error that does not shrink with the setting may be
+        all that rounding of such coordinates can make: the two can't be told apart.
         """
         if not self.evidence.perturbed or self.engine.coordinates is not Coordinates.ABSOLUTE:
             return np.zeros(self.n)
-        runs = [self.main, *self.evidence.perturbed]
+        most = coarsest_roundoff(self.errors, quantity)[: self.n]
         if self.errors_by_setting(quantity) and not self.shrinks(quantity):
-            runs += [run for run in (self.finer, self.finest) if run is not None]
-        noise = measured_roundoff(self.scene, runs)[quantity][: self.n] + self.errors.unbounded_floor[quantity]
-        return np.minimum(noise, coarsest_roundoff(self.errors, quantity)[: self.n])
+            return most
+        return np.minimum(self.roundoff[quantity][: self.n] + self.errors.unbounded_floor[quantity][: self.n], most)
 
     def digits_words(self, quantity: str, inside: NDArray[np.bool_]) -> str:
         """How many digits round-off leaves of a quantity."""
@@ -180,7 +184,10 @@ class Residuals:
     @property
     def finest(self) -> Trajectory | None:
         """Run at the finest setting, where one was asked for and came."""
-        return self.evidence.finest.trajectory if self.evidence.finest else None
+        result = self.evidence.finest
+        if result is None or result.outcome is not Outcome.PASS or result.trajectory is None:
+            return None
+        return None if ended_differently(result.trajectory, self.truth) else result.trajectory
 
     def errors_by_setting(self, quantity: str) -> tuple[float, ...]:
         """Largest errors of a quantity from the coarsest to the finest of three settings; empty without a third one."""
@@ -220,20 +227,34 @@ class Residuals:
         granted = 0.0 if self.com_only else NORM_SLACK * self.errors.floor[quantity][: self.n]
         return float((allowed + granted)[inside].max() / self.scale[quantity])
 
-    def offset(self, quantity: str, coarse: Trajectory, fine: Trajectory) -> tuple[Array, Array]:
-        """What the extrapolation of two runs is off by, and what it may be: each (n,)."""
+    def offset(
+        self, quantity: str, coarse: Trajectory, fine: Trajectory, noise: float = FINER_NOISE
+    ) -> tuple[Array, Array]:
+        """What the extrapolation of two runs is off by, and may be, each (n,); `noise`: share of the finer floor."""
         assert self.engine.order is not None
         size, own = left_over(quantity, coarse, fine, self.truth.trajectory, self.engine.order)
         n = min(self.n, len(size))
         fixed = self.errors.floor[quantity] + RICHARDSON * self.truth.error[quantity][: self.errors.n]
+        fixed = fixed + noise * self.finer_floor(quantity)
         missed = self.errors.missed.get(quantity, np.zeros(self.errors.n))
         return size[:n], SHARE * own[:n] + (fixed + missed)[:n] + self.apart(quantity)[:n]
+
+    def finer_floor(self, quantity: str) -> Array:
+        """Floor of the finer run, (n,): noise of differences over a step grows as the step shrinks."""
+        return self.finer_errors.floor[quantity][: self.errors.n]
+
+    @cached_property
+    def finer_errors(self) -> ErrorModel:
+        """Error model of the finer setting."""
+        return ErrorModel(
+            self.engine, finer_setting(self.scene, self.engine.ladder, self.setting), self.truth, self.main
+        )
 
     def stays(self, quantity: str, over: NDArray[np.bool_], size: Array) -> bool:
         """Whether what is left over is there at the next setting too; taken for granted until that is run."""
         if self.finest is None:
             return True
-        later, allowed = self.offset(quantity, self.finer, self.finest)
+        later, allowed = self.offset(quantity, self.finer, self.finest, FINEST_NOISE)
         n = min(len(later), len(size))
         stays = over[:n] & (later[:n] > allowed[:n]) & (later[:n] > STAYS * size[:n])
         return bool(np.any(stays & self.inside(quantity)[:n]))

@@ -37,7 +37,7 @@ TIGHTER = 0.1  # than what an engine that chooses its steps is asked for
 ASIDE_RAD = 1e-5  # of the perturbed run: a hundred times what the reference leaves, yet linear until 1e4 times larger
 FIRST_TRY = 1.2  # times the length of the stretch before: how far the reference walks before it is known how far to
 MOST_STRETCHES = 60  # some tens of orbits of the most chaotic scenes; what is beyond is told as not judged
-JUDGED = ("attitude", "rate", "reaction", "torque")
+JUDGED = ("attitude", "rate", "reaction", "torque", "impulse")
 
 
 @dataclass(frozen=True)
@@ -116,10 +116,13 @@ def compared(errors: ErrorModel, seen: Trajectory, first: int, last: int) -> Str
     shown = errors.local.immediate if errors.scene.effects.breaks_s else {}
     before = {name: float(values[min(first, errors.n - 1)]) for name, values in shown.items()}
     start = ErrorModel(engine, setting, restarted, seen)
-    rate = max(before.get("rate", 0.0), float(start.local.immediate["rate"][0])) + float(errors.floor["rate"][0])
+    noise = float(errors.floor["rate"][min(first, errors.n - 1)])
+    rate = max(before.get("rate", 0.0), float(start.local.immediate["rate"][0])) + noise
     model = ErrorModel(engine, setting, restarted, seen, start_rad=rate / own_rate(errors.scene))
     n = int(np.count_nonzero(model.t_s <= model.limit_s))
     rows = dataclasses.replace(seen, **{k: v[first : last + 1] for k, v in vars(seen).items() if is_rows(v)})
+    if rows.impulse_N_s is not None:  # the restarted reference counts its blows from its own start
+        rows = rows.replace(impulse_N_s=rows.impulse_N_s - rows.impulse_N_s[0])
     apart = differences(rows, restarted.trajectory)
     quantities = [name for name in JUDGED if name in apart]
     return Stretch(

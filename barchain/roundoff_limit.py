@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from barchain.error_model import ErrorModel
     from scenarios import Scene
 
+PILES_UP = 10.0  # multipliers that are damped by a tenth in each step add up
 SPREAD = 5.0
 """Times the largest difference among four runs: of four errors of one distribution, one is farther from the right value
 than this with a chance of 1e-3"""
@@ -65,13 +66,14 @@ def coarsest_roundoff(model: ErrorModel, quantity: str) -> Array:
     if model.setting.knob is Knob.STEPS_PER_ORBIT:  # velocities made of places a step apart
         turn = turn + place / (min(scene.chain.length_m) * step) * t * model.growth
     size = scales(truth)
+    force = PILES_UP * max(scene.chain.mass_kg) * place / step**2
     found = {
         "com": place * walk * kepler_growth(scene, t),
         "com_velocity": place * walk * kepler_growth(scene, t) * orbit_scale(scene),
         "attitude": turn,
         "rate": turn * size["rate"] + place / (min(scene.chain.length_m) * step),
-        "reaction": turn * size["reaction"] + max(scene.chain.mass_kg) * place / step**2,
-        "torque": turn * size["torque"] + max(scene.chain.mass_kg) * place / step**2 * max(scene.chain.length_m),
+        "reaction": turn * size["reaction"] + force,
+        "torque": turn * size["torque"] + force * max(scene.chain.length_m),
         "impulse": turn * size["impulse"] + max(scene.chain.mass_kg) * place / step,
     }
     largest: Array = NORM_SLACK * found[quantity]

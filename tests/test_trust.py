@@ -308,3 +308,97 @@ def test_five_samples_over_two_chaotic_orbits_are_judged_and_not_only_the_first(
     assert value(judged(truth, main, finer), "run", "judged_share") == 1.0
     noise = np.random.default_rng(1).normal(size=main.angle_rad.shape) * (main.t_s > 0.0)[:, None]
     assert not judged(truth, main.replace(angle_rad=main.angle_rad + 0.1 * noise), finer).outcome.ok
+
+
+def cut(seen, samples, ended="a bar reached the surface"):
+    rows = {name: v[:samples] for name, v in vars(seen).items() if isinstance(v, np.ndarray)}
+    return dataclasses.replace(seen, **rows, ended=ended)
+
+
+@pytest.mark.parametrize("samples", [1, 2, 30])
+def test_a_finer_run_that_ends_early_does_not_shorten_what_is_judged(chaotic, sound, samples):
+    wrong = garbage(sound[0], samples / 121, growing=False, seed=1)
+    assert judged(chaotic, wrong, cut(sound[1], samples)).outcome is Outcome.INCOMPLETE
+    assert judged(chaotic, cut(sound[0], samples), sound[1]).outcome is Outcome.INCOMPLETE
+
+
+def test_a_finest_run_that_ends_early_or_failed_is_no_evidence(steep):
+    setting, runs = three_settings(Exudyn, steep.scene)
+    own = np.abs(runs[0].angle_rad - runs[1].angle_rad).max()
+    wrong = [seen.replace(angle_rad=seen.angle_rad + 0.3 * own) for seen in runs]
+    for finest in (RunResult(Outcome.PASS, trajectory=cut(wrong[2], 1)), RunResult(Outcome.NOT_FINITE, "", wrong[2])):
+        assert not judged(steep, *wrong[:2], Exudyn, setting, finest=finest).outcome.ok
+
+
+def test_an_engine_that_declares_no_attitude_but_reactions_is_no_particle(chaotic, sound):
+    class NoAttitude(NoisyReference):
+        observables = frozenset({Observable.COM, Observable.RATE, Observable.REACTION})
+        noise = Reference.noise
+
+    main, finer = (seen.replace(angle_rad=None) for seen in sound)
+    assert judged(chaotic, main, finer, engine=NoAttitude).outcome is Outcome.NOTHING_COMPARED
+
+
+def test_noise_declared_for_the_start_alone_does_not_loosen_restarts(chaotic, sound):
+    class LoudAtFirst(NoisyReference):
+        @classmethod
+        def noise(cls, scene, setting, t_s):
+            return {"rate": (t_s == 0.0).astype(float)}
+
+    rng = np.random.default_rng(4)
+    late = (sound[0].t_s > 2.0 * chaotic.scene.period_s)[:, None]
+    main = sound[0].replace(angle_rad=sound[0].angle_rad + late * rng.uniform(-3, 3, sound[0].angle_rad.shape))
+    assert not judged(chaotic, main, sound[1], engine=LoudAtFirst).outcome.ok
+
+
+def test_a_run_that_can_not_be_compared_costs_its_own_row(chaotic, sound):
+    odd = dataclasses.replace(sound[0], info=None)
+    assert judged(chaotic, odd, sound[1]).outcome is Outcome.FAILED
+
+
+def test_a_track_may_not_be_declared_noisier_than_a_millionth(chaotic):
+    n = len(chaotic.growth)
+    assert not bounded({"com": np.full(n, 6e4)}, chaotic)["com"].any()
+
+
+RADIAL = """
+title = "One bar standing upright on a circular orbit"
+source = "made up"
+[orbit]
+altitude_m = 350e3
+[chain]
+bars = 1
+mass_kg = 100.0
+length_m = 100.0
+angle_deg = 90.0
+rate_factor = 1.0
+[run]
+orbits = 0.25
+samples = 26
+"""
+AT_REST = """
+title = "Two bars at rest in free space"
+source = "made up"
+[orbit]
+altitude_m = 350e3
+[chain]
+bars = 2
+mass_kg = 10.0
+length_m = 10.0
+angle_deg = 0.0
+rate_factor = 0.0
+[effects]
+gravity = "none"
+[run]
+duration_s = 100.0
+samples = 21
+"""
+
+
+@pytest.mark.parametrize(("text", "engine"), [(RADIAL, Exudyn), (AT_REST, Pymunk), (AT_REST, Exudyn)])
+def test_exact_decimals_and_rest_accuse_nobody(tmp_path, text, engine):
+    """3.6 degrees between samples are no rounding, and of no motion nothing is lost."""
+    (tmp_path / "scene.toml").write_text(text)
+    truth = truth_of(load_scene(tmp_path / "scene.toml"))
+    setting, runs = three_settings(engine, truth.scene)
+    assert judged(truth, runs[0], runs[1], engine, setting).outcome is Outcome.PASS
