@@ -341,9 +341,7 @@ class Comparison(Residuals):
         """Whether the extrapolation of a quantity is right; where not, a third setting must confirm it."""
         inside = self.inside(quantity)
         size, allowed = self.offset(quantity, self.main, self.finer)
-        if self.roundoff:
-            granted = np.minimum(self.roundoff[quantity][: self.n], NORM_SLACK * self.errors.floor[quantity][: self.n])
-            allowed = allowed + granted[: len(allowed)]
+        allowed = allowed + self.granted(quantity)[: len(allowed)]
         used, at = worst(size, allowed, inside[: len(size)])
         if used <= 1.0 or not self.stays(quantity, size > allowed, size):
             return self.row(quantity, "offset_used", used, 1.0, Outcome.PASS)

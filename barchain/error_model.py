@@ -34,9 +34,10 @@ if TYPE_CHECKING:
 class ErrorModel:
     """Floors, expected-error bounds and the predictability limit of one engine at one setting in one scene."""
 
-    def __init__(
-        self, engine: type[Engine], setting: Setting, truth: Truth, run: Trajectory, *, start_rad: float = 0.0
-    ) -> None:
+    start_rad: float = 0.0
+    """Error of the initial state, in what growth is counted in, rad: none but for a restart from an engine's samples"""
+
+    def __init__(self, engine: type[Engine], setting: Setting, truth: Truth, run: Trajectory) -> None:
         """Prepare.
 
         Parameters
@@ -46,11 +47,8 @@ class ErrorModel:
         truth : Truth
         run : Trajectory
             Of the engine: its number of samples, and its count of steps as far as that is believed.
-        start_rad : float
-            Error of the initial state, in what growth is counted in, rad.
         """
         self.engine, self.setting, self.truth, self.scene = engine, setting, truth, truth.scene
-        self.start_rad = start_rad
         self.n = min(len(run.t_s), len(truth.growth))
         self.t_s = truth.trajectory.t_s[: self.n]
         self.growth = truth.growth[: self.n]

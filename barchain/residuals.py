@@ -143,9 +143,8 @@ class Residuals:
         inside, residual = self.inside(quantity), self.residual[quantity]
         tolerance, margin = self.tolerance(quantity), self.margin(quantity)
         noise = self.limiting_noise(quantity)
-        if self.roundoff:
-            granted = np.minimum(self.roundoff[quantity][: self.n], NORM_SLACK * self.errors.floor[quantity][: self.n])
-            tolerance, margin = tolerance + granted, margin + granted
+        granted = self.granted(quantity)
+        tolerance, margin = tolerance + granted, margin + granted
         checks = []
         for allowed, verdict, words in (
             (tolerance, Outcome.INCONSISTENT, "what is explained"),
@@ -160,6 +159,12 @@ class Residuals:
                 said = f"{used:.3g} times {words} at t = {self.t[at]:.6g} s"
                 checks.append(Check(used, verdict, said + self.convergence_words(quantity)))
         return checks[0], checks[1]
+
+    def granted(self, quantity: str) -> Array:
+        """Measured round-off that counts towards a pass, (n,): up to the floor of the coordinates, with slack."""
+        if not self.roundoff:
+            return np.zeros(self.n)
+        return np.minimum(self.roundoff[quantity][: self.n], NORM_SLACK * self.errors.floor[quantity][: self.n])
 
     def limiting_noise(self, quantity: str) -> Array:
         """Noise that may be behind too large an error in absolute coordinates, (n,).
@@ -181,7 +186,7 @@ class Residuals:
         unit = QUANTITY_UNITS[quantity]
         return f"limited by round-off, which moves it by {noise:.2g} {unit}: {left:.1f} digits are left"
 
-    @property
+    @cached_property
     def finest(self) -> Trajectory | None:
         """Run at the finest setting, where one was asked for and came."""
         result = self.evidence.finest

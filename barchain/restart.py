@@ -23,7 +23,7 @@ from barchain.compiling import COMPILED, mark
 from barchain.error_model import ErrorModel
 from barchain.quantities import differences
 from barchain.tolerances import NORM_SLACK
-from barchain.truth import TRACK, Truth, answers, densely_sampled, own_rate
+from barchain.truth import TRACK, Truth, answers, densely_sampled, moves_aside, own_rate
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -115,10 +115,10 @@ def compared(errors: ErrorModel, seen: Trajectory, first: int, last: int) -> Str
     restarted = restarted_truth(errors.truth, seen, first, last, rtol)
     shown = errors.local.immediate if errors.scene.effects.breaks_s else {}
     before = {name: float(values[min(first, errors.n - 1)]) for name, values in shown.items()}
-    start = ErrorModel(engine, setting, restarted, seen)
+    model = ErrorModel(engine, setting, restarted, seen)
     noise = float(errors.floor["rate"][min(first, errors.n - 1)])
-    rate = max(before.get("rate", 0.0), float(start.local.immediate["rate"][0])) + noise
-    model = ErrorModel(engine, setting, restarted, seen, start_rad=rate / own_rate(errors.scene))
+    rate = max(before.get("rate", 0.0), float(model.local.immediate["rate"][0])) + noise
+    model.start_rad = rate / own_rate(errors.scene)
     n = int(np.count_nonzero(model.t_s <= model.limit_s))
     rows = dataclasses.replace(seen, **{k: v[first : last + 1] for k, v in vars(seen).items() if is_rows(v)})
     if rows.impulse_N_s is not None:  # the restarted reference counts its blows from its own start
@@ -170,10 +170,8 @@ def walked(scene: Scene, seen: Trajectory, first: int, t_s: Array, rtol: float, 
     """
     assert seen.angle_rad is not None
     assert seen.rate_rad_s is not None
-    rng = np.random.default_rng(20020812)
-    bars, unit = scene.bars, own_rate(scene)
-    moved = aside_rad * rng.choice([-1.0, 1.0], (2, bars)) * rng.uniform(0.5, 1.0, (2, bars))
-    nothing = np.zeros((bars, 2))
+    unit, moved = own_rate(scene), aside_rad * moves_aside(scene.bars)
+    nothing = np.zeros((scene.bars, 2))
     start = InitialState(
         seen.com_m[first], seen.com_velocity_m_s[first], seen.angle_rad[first] + moved[0],
         seen.rate_rad_s[first] + unit * moved[1], nothing, nothing,

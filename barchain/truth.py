@@ -39,8 +39,7 @@ PARTED_RAD = 1e-2  # two runs whose attitudes differ by more have parted: nothin
 def twin(scene: Scene) -> Scene:
     """`scene` with every bar's angle and rate moved aside by :data:`TWIN_ASIDE`, in fixed arbitrary proportions."""
     chain = scene.chain
-    rng = np.random.default_rng(20020812)  # any fixed numbers do; the same in every run
-    aside = TWIN_ASIDE * rng.choice([-1.0, 1.0], (2, chain.bars)) * rng.uniform(0.5, 1.0, (2, chain.bars))
+    aside = TWIN_ASIDE * moves_aside(chain.bars)
     unit = max(1.0, *(abs(a) for a in chain.rate_factor))
     moved = dataclasses.replace(
         chain,
@@ -48,6 +47,13 @@ def twin(scene: Scene) -> Scene:
         rate_factor=tuple(a + unit * float(d) for a, d in zip(chain.rate_factor, aside[1], strict=True)),
     )
     return dataclasses.replace(scene, chain=moved)
+
+
+def moves_aside(bars: int) -> Array:
+    """Fixed arbitrary proportions in which angles and rates are moved aside, (2, N), each 0.5 to 1 in size."""
+    rng = np.random.default_rng(20020812)  # any fixed numbers do; the same in every run
+    moves: Array = rng.choice([-1.0, 1.0], (2, bars)) * rng.uniform(0.5, 1.0, (2, bars))
+    return moves
 
 
 def own_rate(scene: Scene) -> float:
