@@ -73,9 +73,11 @@ class CvodeSolver:
         steps = (
             problem.looks - looks - 1 - len(instants_s)
         )  # it looks at the start, after each step and at each instant
+        alone = len(instants_s) == 1  # it then shows every step of its own, the last of them at the instant
         if found.t_events is None:
-            return Stretch(found.y[1:], None, steps, int(found.njev))
-        return Stretch(found.y[1:-1], float(found.t_events[0]), steps, int(found.njev))  # the last one is the event's
+            return Stretch(found.y[-1:] if alone else found.y[1:], None, steps, int(found.njev))
+        reached = found.y[:0] if alone else found.y[1:-1]  # the last one is the event's
+        return Stretch(reached, float(found.t_events[0]), steps, int(found.njev))
 
 
 class CvodeEngine(SolverEngine):

@@ -30,7 +30,7 @@ from adapters.engine import (
 )
 from adapters.falling_frame import falling, track_noise
 from adapters.initial_state import InitialState, initial_state
-from adapters.pymunk_sweeps import SETTLED_STEPS, sweeps
+from adapters.pymunk_sweeps import MOST_SWEEPS, SETTLED_STEPS, step_sweeps, sweeps
 from adapters.steps import step_s, steps_between_samples
 from reference_impl.kinematics import directions
 from scenarios import Gravity
@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     from adapters.pymunk_space import Glimpse
     from scenarios import Scene
 
-MOST_SWEEPS = 1000  # of a step: about 57 equal bars, at a millisecond or two for each step
 NOISE_GRAINS = 8.0  # measured: at most 6.3 in reactions (1.4 rms), less in rates, dt 0.005 to 0.3 s
 
 NO_MOTOR = "pymunk's motors hold a rate with a limited impulse, they do not follow a law of angle"
@@ -107,7 +106,8 @@ class PymunkEngine(Engine):
         self.dt_s = scene.run.duration_s / (intervals * self.every)
         self.scene, self.start = scene, initial_state(scene)
         origin, drift = self.frame(scene, self.start, np.zeros(1))
-        self.chain = ChainSpace(scene.chain, self.start, origin[0], drift[0], self.dt_s)
+        needed = step_sweeps(scene, self.dt_s)
+        self.chain = ChainSpace(scene.chain, self.start, origin[0], drift[0], self.dt_s, needed)
         self.gravity = self.loads(scene)
         self.prepare_effects()
         self.install()

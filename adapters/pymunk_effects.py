@@ -18,6 +18,7 @@ import numpy as np
 from adapters.bar_effect import bars_of
 from adapters.initial_state import InitialState, chain_model
 from adapters.pymunk_space import ChainSpace
+from adapters.pymunk_sweeps import step_sweeps
 from reference_impl.kinematics import relative_positions, relative_velocities
 
 if TYPE_CHECKING:
@@ -98,14 +99,16 @@ def beginning(scene: Scene, start: InitialState, impulses: Sequence[Impulse], dt
     found = np.zeros((scene.bars - 1, 2))
     if impulses:
         start, found = struck(scene, start, impulses, dt_s)
-    return Beginning(ChainSpace(scene.chain, start, nothing, nothing, dt_s), start, found)
+    chain = ChainSpace(scene.chain, start, nothing, nothing, dt_s, step_sweeps(scene, dt_s))
+    return Beginning(chain, start, found)
 
 
 def struck(scene: Scene, start: InitialState, impulses: Sequence[Impulse], dt_s: float) -> tuple[InitialState, Array]:
     """State after blows, and the impulsive reactions: what the engine's joints give, by momentum along the chain."""
     from adapters.bar_thrusts import blows
 
-    chain, mass = ChainSpace(scene.chain, start, np.zeros(2), np.zeros(2), dt_s), np.array(scene.chain.mass_kg)
+    chain = ChainSpace(scene.chain, start, np.zeros(2), np.zeros(2), dt_s, step_sweeps(scene, dt_s))
+    mass = np.array(scene.chain.mass_kg)
     jumps = blows(bars_of(scene.chain), impulses, start.angle_rad.tolist())
     before = np.array(chain.velocities())
     chain.strike(jumps)

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pymunk
 
-from adapters.pymunk_sweeps import COLD_START_FACTOR, sweeps
+from adapters.pymunk_sweeps import COLD_START_FACTOR
 from reference_impl.kinematics import directions
 
 if TYPE_CHECKING:
@@ -42,7 +42,9 @@ WIDEST_GAP = 0.1  # of the shortest bar; wider, either the joints burst or a bar
 class ChainSpace:
     """The engine's space, its bars and its joints."""
 
-    def __init__(self, chain: Chain, start: InitialState, origin_m: Array, drift_m_s: Array, dt_s: float) -> None:
+    def __init__(
+        self, chain: Chain, start: InitialState, origin_m: Array, drift_m_s: Array, dt_s: float, sweeps: int
+    ) -> None:
         """Set the chain up.
 
         Parameters
@@ -52,12 +54,14 @@ class ChainSpace:
         origin_m, drift_m_s : ndarray, shape (2,)
             Where the space's origin is at t = 0, and how it moves.
         dt_s : float
+        sweeps : int
+            Over the joints in each step.
         """
         self.dt_s = dt_s
         self.half_m = [0.5 * length for length in chain.length_m]
         self.space = pymunk.Space()
         self.space.damping = 1.0
-        self.sweeps = sweeps(chain)
+        self.sweeps = sweeps
         place = start.com_m - origin_m + start.position_m + opening(chain, start, dt_s)
         velocity = start.com_velocity_m_s - drift_m_s + start.velocity_m_s
         self.bars = [pymunk.Body(m, J) for m, J in zip(chain.mass_kg, chain.inertia_kg_m2, strict=True)]

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from adapters.engine import Coordinates, EngineError
+from barchain.declared import too_noisy
 from barchain.drift_bands import drift_bands
 from barchain.ending import ended_differently, ended_elsewhen
 from barchain.extrapolation import FIELDS
@@ -149,7 +150,35 @@ class Comparison(Residuals):
             rows += self.beyond_rows()
         rows += self.offset_rows()
         rows += [self.share_row(rows)] if early is None else []
-        return Verdict(rows, self.series(), self.asks(rows))
+        asks = self.asks(rows)
+        wait = asks and self.engine.coordinates is Coordinates.ABSOLUTE  # which may turn out limited by round-off
+        declined = None if wait else self.declined(rows)
+        if declined is not None:
+            return no_verdict(self.scene.name, self.name, self.setting, Outcome.UNSUPPORTED, declined)
+        return Verdict(rows, self.series(), asks)
+
+    def declined(self, rows: list[Row]) -> str | None:
+        """Why the engine can't be compared by its own account: it declares too much noise, and that explains all.
+
+        Noise that is declared is a stated limit of the engine as long as it is behind every refusal; it makes no pass.
+        """
+        refused = [r for r in rows if not Outcome(r["outcome"]).ok]
+        said = too_noisy(self.errors.declared_noise, self.truth) if refused else None
+        if said is None or not all(r["metric"] in (*ASKED, "max") and self.is_noise(r) for r in refused):
+            return None
+        return said
+
+    def is_noise(self, refused: Row) -> bool:
+        """Whether declared noise explains what a row refuses."""
+        quantity, finer = refused["quantity"], refused["metric"] == "finer_band_used"
+        found = (self.finer_residual if finer else self.residual).get(quantity)
+        if found is None or refused["metric"] == "drift":
+            return False
+        model = self.finer_errors if finer else self.errors
+        n = min(self.n, len(found))
+        allowed = np.maximum(self.tolerance(quantity), self.margin(quantity))[:n]
+        allowed = allowed + NORM_SLACK * model.unbounded_floor[quantity][:n]
+        return worst(found[:n], allowed, self.inside(quantity)[:n])[0] <= 1.0
 
     def early_fault(self) -> Row | None:
         """First thing that speaks against the run as a whole."""

@@ -14,6 +14,7 @@ from adapters.engine import Knob
 from barchain.local_errors import rate_scale, step_s
 from barchain.scales import scales
 from barchain.truth import TRACK
+from reports.tables import QUANTITY_UNITS
 
 if TYPE_CHECKING:
     from adapters.engine import Array, Engine, Setting
@@ -52,10 +53,30 @@ def bounded(noise: dict[str, Array], truth: Truth) -> dict[str, Array]:
     """
     size, found = scales(truth), {}
     for name, values in noise.items():
-        share = MOST_TRACK_NOISE if name in TRACK else MOST_NOISE
-        most = MOST_ATTITUDE_NOISE_RAD if name == "attitude" else share * size[name]
+        most = most_noise(name, size)
         found[name] = np.minimum(values, most) if values[-1] <= most else np.zeros_like(values)
     return found
+
+
+def most_noise(quantity: str, size: dict[str, float]) -> float:
+    """Largest declared noise of a quantity that is believed, in its unit; `size`: the quantities' scales."""
+    if quantity == "attitude":
+        return MOST_ATTITUDE_NOISE_RAD
+    return (MOST_TRACK_NOISE if quantity in TRACK else MOST_NOISE) * size[quantity]
+
+
+def too_noisy(noise: dict[str, Array], truth: Truth) -> str | None:
+    """What an engine declares that is more than is believed, where it is most so; None if all is believed."""
+    size = scales(truth)
+    over = {name: float(values.max()) / most_noise(name, size) for name, values in noise.items()}
+    worst = max(over, key=lambda name: over[name], default="")
+    if not worst or over[worst] <= 1.0:
+        return None
+    unit, said = QUANTITY_UNITS[worst], float(noise[worst].max())
+    return (
+        f"its adapter declares that iterations and rounding leave {said:.2g} {unit} of the {worst} uncertain here; "
+        f"at most {most_noise(worst, size):.2g} {unit} can be compared"
+    )
 
 
 def believed_steps(setting: Setting, truth: Truth, counted: float) -> float:

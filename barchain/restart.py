@@ -32,11 +32,16 @@ if TYPE_CHECKING:
     from adapters.reference_adapter import ReferenceEngine
     from scenarios import Scene
 
-RTOL = 1e-8  # its own error is counted too; engines that lose a chaotic scene's attitude within it are far coarser
+RTOL = 1e-7  # its own error is counted too; engines that lose a chaotic scene's attitude within it are far coarser
 TIGHTER = 0.1  # than what an engine that chooses its steps is asked for
-ASIDE_RAD = 1e-5  # of the perturbed run: a hundred times what the reference leaves, yet linear until 1e4 times larger
+ASIDE_RTOL = 1e-6  # of the perturbed run, whose distance is asked for, to some per cent
+ASIDE_RAD = 3e-5  # of the perturbed run: thirty times what its steps leave, yet linear until 3e3 times larger
 FIRST_TRY = 1.2  # times the length of the stretch before: how far the reference walks before it is known how far to
-MOST_STRETCHES = 60  # some tens of orbits of the most chaotic scenes; what is beyond is told as not judged
+SHORTER = 0.2  # of what is predictable from exact initial values: an engine's own samples have errors of reading
+IN_A_ROW = 10
+"""Stretches one after the other from the predictability limit on"""
+SPREAD_OUT = 15
+"""Stretches spread over the rest of the run, where those in a row do not reach its end"""
 JUDGED = ("attitude", "rate", "reaction", "torque", "impulse")
 
 
@@ -76,6 +81,10 @@ def can_restart(seen: Trajectory) -> bool:
 def stretches(errors: ErrorModel, seen: Trajectory, first: int) -> list[Stretch]:
     """Stretches of a run from sample `first` on, until one of them is wrong or the run ends.
 
+    Each starts from the engine's own state, so that they need not follow on each other: where the run is longer than
+    :data:`IN_A_ROW` of them, some more are spread over the rest. What goes on being wrong is met by one of them,
+    wherever it began; a single sample that is wrong may fall in between.
+
     Parameters
     ----------
     errors : ErrorModel
@@ -90,18 +99,39 @@ def stretches(errors: ErrorModel, seen: Trajectory, first: int) -> list[Stretch]
     EngineError
         If the reference can't go on from one of the engine's states.
     """
+    found = in_a_row(errors, seen, first)
+    reached, end = found[-1].last if found else first, len(seen.t_s) - 1
+    if reached >= end or not all(s.right for s in found):
+        return found
+    length = max(1, round(np.mean([s.last - s.first for s in found])))
+    latest = max(end - length, reached)
+    for planned in np.linspace(reached, latest, SPREAD_OUT).astype(int):
+        start = max(int(planned), found[-1].last)
+        if start >= end or not found[-1].right:
+            break
+        if start == planned or planned == latest:  # what an earlier one covers needs no other, but for the run's end
+            found.append(compared(errors, seen, start, min(end, start + tried(length))))
+    return found
+
+
+def in_a_row(errors: ErrorModel, seen: Trajectory, first: int) -> list[Stretch]:
+    """Stretches of a run from sample `first` on, each from the end of the one before, at most :data:`IN_A_ROW`."""
     end = len(seen.t_s) - 1
     found: list[Stretch] = []
-    ahead = max(first, 1)
-    while first < end and len(found) < MOST_STRETCHES:
-        last = min(end, first + max(2, math.ceil(FIRST_TRY * ahead)))
-        stretch = compared(errors, seen, first, last)
+    ahead = max(SHORTER * first, 1.0)
+    while first < end and len(found) < IN_A_ROW:
+        stretch = compared(errors, seen, first, min(end, first + tried(ahead)))
         found.append(stretch)
         if not stretch.right:
             break
-        ahead = max(stretch.last - first, 1)
+        ahead = max(stretch.last - first, 1.0)
         first = max(stretch.last, first + 1)
     return found
+
+
+def tried(samples: float) -> int:
+    """Samples that the reference walks where about so many are expected to be predictable."""
+    return max(2, math.ceil(FIRST_TRY * samples))
 
 
 def compared(errors: ErrorModel, seen: Trajectory, first: int, last: int) -> Stretch:
@@ -148,7 +178,7 @@ def restarted_truth(truth: Truth, seen: Trajectory, first: int, last: int, rtol:
     closely = np.interp(np.arange((len(times) - 1) * between + 1) / between, np.arange(len(times)), times)
     closely[::between] = times
     fine = walked(scene, seen, first, closely, rtol, 0.0)
-    aside = walked(scene, seen, first, times, rtol, ASIDE_RAD)
+    aside = walked(scene, seen, first, times, max(rtol, ASIDE_RTOL), ASIDE_RAD)
     arrays = {k: v[::between] for k, v in vars(fine).items() if is_rows(v)}
     main = dataclasses.replace(fine, **arrays)
     parted = differences(main, aside)

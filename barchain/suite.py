@@ -13,7 +13,9 @@ from barchain.comparison import Verdict, judge, no_verdict
 from barchain.compiling import announcement
 from barchain.effect_words import gradient_defect
 from barchain.evidence import follow_up_jobs, gathered
+from barchain.error_model import ErrorModel
 from barchain.job import TRUTH_ROLES, Job, Role, RunResult
+from barchain.judging import Judges
 from barchain.model_difference import com_displacement
 from barchain.pool import run_jobs
 from barchain.sampling import closely_sampled
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
 
     from adapters.engine import Engine, Setting
     from adapters.registry import Registration
+    from barchain.evidence import Evidence
     from barchain.store import Store
     from scenarios import Scene
 
@@ -86,9 +89,19 @@ class Suite:
         """Verdicts on engines that should have been compared, and were on no scene"""
         self.doubted: dict[tuple[str, str], Verdict] = {}
         """Verdicts that wait for the further runs that they ask for"""
+        self.asked: set[tuple[str, str]] = set()
+        """Engines in scenes that a verdict is being given on"""
+        self.judges: Judges[tuple[str, str]] = Judges(plan.workers)
 
     def run(self) -> dict[tuple[str, str], Verdict]:
         """Make all runs and judge them; verdicts by (scene, engine)."""
+        try:
+            return self.judged_runs()
+        finally:
+            self.judges.close()
+
+    def judged_runs(self) -> dict[tuple[str, str], Verdict]:
+        """Verdicts by (scene, engine), of runs as they come."""
         start = time.perf_counter()
         earlier = self.store.earlier_runs() if self.plan.resume else {}
         self.store.write_record()
@@ -121,7 +134,9 @@ class Suite:
         """Make runs, and take their results as they come."""
         for job, result in run_jobs(jobs, time_limit_s=self.plan.time_limit_s, workers=self.plan.workers):
             self.take(job, result)
+            self.collect(wait=False)
             self.store.record["seconds"] = time.perf_counter() - start
+        self.collect(wait=True)
 
     def follow_ups(self) -> list[Job]:
         """Further runs that doubted verdicts ask for."""
@@ -206,7 +221,7 @@ class Suite:
         """Judge an engine once its two runs and the truth are there, if it supports what the scene turned out to do."""
         runs, name = progress.runs[engine], progress.scene.name
         evidence = gathered(runs)
-        if evidence is None or engine in progress.verdicts or progress.truth is None:
+        if evidence is None or engine in progress.verdicts or progress.truth is None or (name, engine) in self.asked:
             return
         setting = self.plan.setting(engine, self.classes[engine])
         reason = unsupported(self.classes[engine], progress.truth)
@@ -216,8 +231,27 @@ class Suite:
         earlier = self.doubted.get((name, engine))
         if earlier is not None and not all(role in runs for role in earlier.asks):
             return
-        verdict = judge(engine, self.classes[engine], setting, evidence, progress.truth)
-        if verdict.asks and earlier is None:
+        if goes_beyond(self.classes[engine], setting, evidence, progress.truth):
+            self.asked.add((name, engine))
+            given = (engine, self.plan.engines[engine], setting, evidence, progress.truth)
+            self.judges.submit((name, engine), judge_loaded, *given)
+        else:
+            self.judged(name, engine, judge(engine, self.classes[engine], setting, evidence, progress.truth))
+
+    def collect(self, *, wait: bool) -> None:
+        """Take verdicts from the processes that give them; of one that does not come, the engine's row says so."""
+        for (name, engine), verdict in self.judges.collected(wait=wait):
+            self.asked.discard((name, engine))
+            if isinstance(verdict, Verdict):
+                self.judged(name, engine, verdict)
+                continue
+            said = f"no verdict: {type(verdict).__name__}: {verdict}"
+            setting = self.plan.setting(engine, self.classes[engine])
+            self.settle(name, engine, no_verdict(name, engine, setting, Outcome.FAILED, said))
+
+    def judged(self, name: str, engine: str, verdict: Verdict) -> None:
+        """Settle a verdict, or wait for the further runs that it asks for."""
+        if verdict.asks and (name, engine) not in self.doubted:
             self.doubted[name, engine] = verdict
             return
         self.doubted.pop((name, engine), None)
@@ -258,6 +292,20 @@ class Suite:
         self.idle[engine] = verdict
         self.store.keep_rows(ALL_SCENES, engine, verdict.rows)
         self.report(ALL_SCENES, engine, verdict.outcome)
+
+
+def judge_loaded(name: str, registration: Registration, setting: Setting, evidence: Evidence, truth: Truth) -> Verdict:
+    """Verdict in a process that has to load the engine's class itself; arguments as of `judge`."""
+    return judge(name, registration.load(), setting, evidence, truth)
+
+
+def goes_beyond(engine: type[Engine], setting: Setting, evidence: Evidence, truth: Truth) -> bool:
+    """Whether a verdict compares beyond the predictability limit, which takes long."""
+    run = evidence.main.trajectory
+    try:
+        return run is not None and ErrorModel(engine, setting, truth, run).limit_s < truth.trajectory.t_s[-1]
+    except Exception:  # of samples that arithmetic fails on, or an adapter's own: the verdict says so
+        return False
 
 
 def beforehand(jobs: list[Job]) -> list[str]:

@@ -12,7 +12,7 @@ import math
 import numpy as np
 import pytest
 
-import adapters.pymunk_space as space_module
+import adapters.pymunk_adapter as adapter_module
 from adapters.engine import EngineError, Knob, Observable, Setting
 from adapters.falling_frame import falling
 from adapters.initial_state import chain_model, initial_state
@@ -111,6 +111,19 @@ def test_reactions_are_right_from_the_first_sample_on():
     scene = steep(orbits=0.1, samples=21)  # every fifth step: see pymunk_space on the very first one
     error = np.abs(seen(Pymunk, scene, 1000).reaction_N - truth(scene).reaction_N).max(axis=(1, 2))
     assert error[:4].max() < HEADROOM * error[4:].max()
+
+
+@pytest.mark.parametrize("sample", [4, 6])
+def test_reactions_do_not_jump_where_the_engine_goes_over_to_fewer_sweeps(sample):
+    """After the start it sweeps more often; what fewer sweeps leave of a step's change is of second order as well."""
+    scene = steep()
+    dt_s = scene.step_period_s / 10_000
+    short = dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=7.99 * sample * dt_s, samples=9))
+    engine = Pymunk()
+    seen, right = engine.run(short, Setting(Knob.STEPS_PER_ORBIT, 10_000)), truth(short)
+    assert engine.every == sample
+    error = np.abs(seen.reaction_N - right.reaction_N).max(axis=(1, 2))[1:]
+    assert error[0] < 3.0 * error[1:].max()
 
 
 @BOTH
@@ -237,7 +250,7 @@ def test_an_exception_in_the_engines_callback_is_not_swallowed(fault):
 
 
 def test_joints_that_burst_are_an_error(monkeypatch):
-    monkeypatch.setattr(space_module, "sweeps", lambda chain: 8)
+    monkeypatch.setattr(adapter_module, "step_sweeps", lambda scene, dt_s: 8)
     engine = Pymunk()
     light_between_heavy = of_masses(steep(orbits=0.25), 1e3, 1.0, 1e3, 1.0, 1e3)  # needs 2999 sweeps
     engine.build(light_between_heavy, Setting(Knob.STEPS_PER_ORBIT, 2000))

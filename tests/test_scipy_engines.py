@@ -52,6 +52,16 @@ def test_error_follows_the_tolerance(engine):
 
 
 @ALL
+def test_a_sample_on_a_break_and_none_since_the_last_one_is_where_it_is_asked_for(engine):
+    """CVODE shows its own steps when it is asked for one instant: the first of them is not that instant."""
+    full = slewed()
+    _, end = full.effects.prescribed_rotation[0].breaks_s
+    alone = dataclasses.replace(full, run=dataclasses.replace(full.run, duration_s=2.0 * end, samples=3))
+    seen, right = run(engine, alone, 1e-9), truth(alone)
+    assert np.linalg.norm(seen.com_m - right.com_m, axis=1).max() < 1.0  # a step of its own is kilometres off
+
+
+@ALL
 def test_no_step_straddles_a_break(engine, monkeypatch):
     """Each stretch is a run of its own, so that no solver looks beyond a break before it has stopped there."""
     asked = []

@@ -166,7 +166,22 @@ def test_an_engine_that_declares_any_noise_does_not_pass_with_a_wrong_mass(chaot
     scene = chaotic.scene
     heavy = dataclasses.replace(scene.chain, mass_kg=(*scene.chain.mass_kg[:-1], 1.1 * scene.chain.mass_kg[-1]))
     wrong = dataclasses.replace(scene, chain=heavy)
-    assert not judged(chaotic, run(wrong, 1e-8), run(wrong, 1e-9), engine=NoisyReference).outcome.ok
+    verdict = judged(chaotic, run(wrong, 1e-8), run(wrong, 1e-9), engine=NoisyReference)
+    assert verdict.outcome is Outcome.UNSUPPORTED
+    assert "declares" in verdict.rows[0]["reason"]
+
+
+def test_declared_noise_in_one_quantity_is_no_excuse_for_an_error_in_another(chaotic, sound):
+    class Noisy(NoisyReference):
+        @classmethod
+        def noise(cls, scene, setting, t_s):
+            return {"reaction": 1e9}
+
+    off = sound[0].angle_rad + 1e-3 * sound[0].t_s[:, None] / sound[0].t_s[-1]
+    assert not judged(chaotic, *(s.replace(angle_rad=off) for s in sound), engine=Noisy).outcome.ok
+    loud = [s.replace(reaction_N=1.5 * s.reaction_N) for s in sound]
+    assert judged(chaotic, *loud, engine=Noisy).outcome is Outcome.UNSUPPORTED
+    assert judged(chaotic, *sound, engine=Noisy).outcome is Outcome.PASS
 
 
 def test_a_run_equal_to_its_finer_one_bit_for_bit_is_no_estimate_of_zero(chaotic, sound):

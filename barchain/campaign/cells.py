@@ -21,6 +21,8 @@ class Kind(StrEnum):
     """A sound engine that its round-off limits, as the judge says"""
     UNSUPPORTED = "unsupported"
     """An engine that can't carry the scene, and says so"""
+    LATE = "not in time"
+    """An engine whose run is ended by the campaign's limit of time: nobody says that it is wrong"""
     FALSE_ALARM = "false alarm"
     """A sound engine that the judge refuses"""
     CAUGHT = "caught"

@@ -80,6 +80,8 @@ def same(a: Trajectory | None, b: Trajectory | None) -> bool:
 def sound_cell(case: Case, verdict: Verdict) -> Cell:
     """Cell of a sound engine."""
     outcome = verdict.outcome
+    if outcome is Outcome.TIMED_OUT:
+        return refused(case, verdict, Kind.LATE)
     if not outcome.ok:
         return refused(case, verdict, Kind.FALSE_ALARM)
     kinds = {Outcome.UNSUPPORTED: Kind.UNSUPPORTED, Outcome.ROUNDOFF_LIMITED: Kind.LIMITED}
@@ -91,7 +93,7 @@ def sound_cell(case: Case, verdict: Verdict) -> Cell:
 def fault_cell(case: Case, results: dict[Role, RunResult], verdict: Verdict) -> Cell:
     """Cell of a fault: whether it is caught, and if not, whether it is as small as is said."""
     whole, compared = (fault_sizes(case, results, to_horizon=inside) for inside in (False, True))
-    if not verdict.outcome.ok:
+    if not verdict.outcome.ok or verdict.outcome is Outcome.UNSUPPORTED:  # that is no pass
         return refused(case, verdict, Kind.CAUGHT, whole)
     limits = stated(case.limits, limits_of(verdict))
     quantity, excess = worst(limits, compared)
