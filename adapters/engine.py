@@ -155,7 +155,7 @@ class Trajectory:
 
     def to_frame(self) -> pd.DataFrame:
         """Table with one row per sample and one named column per quantity (`angle_1_rad`, ...)."""
-        from adapters.table import to_frame
+        from adapters.trajectory_table import to_frame
 
         return to_frame(self)
 

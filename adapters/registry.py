@@ -99,14 +99,14 @@ def _more(module: str, name: str, requires: str, imported: str = "", *, ours: bo
 def _oracle(name: str, *, everyday: bool = True) -> Registration:
     install = "pip install '.[oracle]'"
     return Registration(
-        f"adapters.heyoka_adapter:{name}", "heyoka", "", install, everyday=everyday, optional=True, compiles=True
+        f"adapters.heyoka.adapter:{name}", "heyoka", "", install, everyday=everyday, optional=True, compiles=True
     )
 
 
 ENGINES: dict[str, Registration] = {
     "reference": _ours("reference_adapter", "Reference"),
     "reference-fast": Registration(
-        "adapters.reference_fast_adapter:ReferenceFast",
+        "adapters.reference.compiled_engine:ReferenceFast",
         "numba",
         "",
         "pip install '.[fast]'",

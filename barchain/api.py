@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 from adapters.engine import EngineError, Knob, Setting, Trajectory
 from adapters.registry import Registration, engines, find_engine
-from barchain.job import Job, Role
-from barchain.pool import run_jobs
-from barchain.record import new_record
-from barchain.store import Store
-from barchain.suite import ANY_EXTERNAL, Plan, Suite
-from reports.outcome import Outcome
-from reports.tables import REFERENCE_SOLUTION
+from barchain.crossval.store import Store
+from barchain.crossval.suite import ANY_EXTERNAL, Plan, Suite
+from barchain.record.scene import new_record
+from barchain.run.job import Job, Role
+from barchain.run.pool import run_jobs
+from reports.tables.crossval import REFERENCE_SOLUTION
+from reports.tables.outcome import Outcome
 from scenarios import Scene, load_scene, nearest
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ class ComparisonResult:
     metrics: pd.DataFrame
     """Tidy: scene, engine, setting, quantity, metric, value, unit, tolerance, outcome, reason, horizon_s"""
     outcomes: dict[tuple[str, str], Outcome]
-    """By (scene, engine); an engine or a scene in parentheses is none, see :mod:`reports.tables`"""
+    """By (scene, engine); an engine or a scene in parentheses is none, see :mod:`reports.tables.crossval`"""
 
     @property
     def passed(self) -> bool:
@@ -150,7 +150,7 @@ def compare(
     engine_names : iterable of str, optional
         All registered engines by default. One that is named, and can do none of the scenes, is a failure.
     out : Path or str, optional
-        Folder for tables and trajectories (see :mod:`reports.tables`); none are kept by default.
+        Folder for tables and trajectories (see :mod:`reports.tables.crossval`); none are kept by default.
     time_limit_s : float
         Wall time after which one run is ended; an engine that compiles has ten minutes more for that.
     workers : int, optional

@@ -5,7 +5,7 @@
 The bar of `hard/long_1000` is started at several angles and longitudes, and each engine's errors are taken as the root
 mean square of all: a single run's exponent tells of one random walk. Energy needs no judge; places are compared with
 heyoka's in long double, whose roundings are two thousand times smaller. Exponents are fitted as everywhere else
-(`barchain.stability.law`): the running maximum over the last decade of time. Needs the `oracle` extra.
+(`barchain.studies.stability.law`): the running maximum over the last decade of time. Needs the `oracle` extra.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ import numpy as np
 
 from adapters.engine import Knob, Setting
 from adapters.registry import find_engine
-from barchain.quantities import differences, drifts
-from barchain.stability.law import law
+from barchain.metrics.quantities import differences, drifts
+from barchain.studies.stability.law import law
 from scenarios import load_scene
 
 if TYPE_CHECKING:
     from adapters.engine import Array, Trajectory
-    from barchain.stability.law import Law
+    from barchain.studies.stability.law import Law
     from scenarios import Scene
 
 SCENE = "hard/long_1000"

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from barchain.cost.measure import make_plan, measure
-from barchain.environment import processor
-from reports.cost_tables import read_cost
-from reports.cost_view import BASELINE
+from barchain.record.environment import processor
+from barchain.studies.cost.measure import make_plan, measure
+from reports.chapters.cost.view import BASELINE
+from reports.tables.cost import read_cost
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING
 import numba
 import numpy as np
 
-from reference_impl.chain import ChainModel
 from reference_impl.fast import dop853, layout
 from reference_impl.fast.accelerations import com_acceleration, evaluate, turn
 from reference_impl.fast.field import ends, gravity, hang_from_first
 from reference_impl.fast.jit import OPTIONS
 from reference_impl.fast.joints import reactions
 from reference_impl.fast.trigonometry import unit_vectors
+from reference_impl.model.chain import ChainModel
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -2,8 +2,8 @@
 
     python benchmarks/random_scenes.py [--scenes 10000] [--first 0] [--engine reference-fast] [--out FILE.csv]
 
-Each scene (`barchain.random_scenes.draw`, the same for the same number) is run by one engine of ours and judged by what
-it must keep (`barchain.own_invariants`): closed joints, energy, angular momentum, laws, numbers that are numbers. A run
+Each scene (`barchain.fuzzing.random_scenes.draw`, the same for the same number) is run by one engine of ours and judged by what
+it must keep (`barchain.fuzzing.reference_checks`): closed joints, energy, angular momentum, laws, numbers that are numbers. A run
 that ends in anything but a readable error, or keeps less than it must, is a finding: the command lists it and exits
 with 1. Runs that take too long are counted apart: where bars are so unequal that double precision is at its end, steps
 may shrink. What is compiled is compiled first.
@@ -21,12 +21,12 @@ import pandas as pd
 
 from adapters.engine import Knob, Setting
 from adapters.registry import find_engine
-from barchain.job import Job, Role, RunResult
-from barchain.own_invariants import broken
-from barchain.pool import COMPILE_S, run_jobs
-from barchain.progress import verdicts_shown
-from barchain.random_scenes import draw
-from reports.outcome import Outcome
+from barchain.cli.progress import verdicts_shown
+from barchain.fuzzing.random_scenes import draw
+from barchain.fuzzing.reference_checks import broken
+from barchain.run.job import Job, Role, RunResult
+from barchain.run.pool import COMPILE_S, run_jobs
+from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from scenarios import Scene

@@ -16,17 +16,17 @@ import click
 import numpy as np
 import pandas as pd
 
-from barchain.cost.curves import cost_at, locate
-from barchain.cost.measure import make_plan, measure
-from barchain.cost.reach import curve_of
-from barchain.cost.timing import pin, quietest_core
-from barchain.ensemble.ensemble import ensemble
-from barchain.environment import now, processor
-from barchain.scaling.evaluation import evaluation_times, loop_of
-from barchain.scaling.fit import FAST, FAST_BARS, exponent
-from barchain.scaling.plan import BARS, SCENE, divided
-from reports.cost_tables import FOLDER, read_cost
-from reports.cost_text import span_text
+from barchain.record.environment import now, processor
+from barchain.studies.cost.curves import cost_at, locate
+from barchain.studies.cost.measure import make_plan, measure
+from barchain.studies.cost.reach import curve_of
+from barchain.studies.cost.timing import pin, quietest_core
+from barchain.studies.ensemble.ensemble import ensemble
+from barchain.studies.scaling.evaluation import evaluation_times, loop_of
+from barchain.studies.scaling.fit import FAST, FAST_BARS, exponent
+from barchain.studies.scaling.plan import BARS, SCENE, divided
+from reports.chapters.cost.text import span_text
+from reports.tables.cost import FOLDER, read_cost
 from scenarios import load_scene
 
 ORBIT = "paper/fig05"

@@ -16,8 +16,8 @@ from dataclasses import replace
 import click
 
 from adapters.engine import Knob, Setting
-from adapters.reference_fast_adapter import ReferenceFast
-from barchain.scaling.plan import divided
+from adapters.reference.compiled_engine import ReferenceFast
+from barchain.studies.scaling.plan import divided
 from scenarios import load_scene
 
 SCENE = "hard/bars_10000"

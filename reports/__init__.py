@@ -4,4 +4,4 @@ Pages are made by :mod:`reports.render`, which is not imported here: plots take 
 process imports this package for the words of an outcome.
 """
 
-from reports.outcome import Outcome as Outcome
+from reports.tables.outcome import Outcome as Outcome

@@ -8,24 +8,24 @@ from typing import TYPE_CHECKING, Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup, escape
 
-from reports.carriers import carrier_words
-from reports.cost_text import decade, ratio_text, span_text
-from reports.cost_view import view_cost
-from reports.effects_view import view_effects
-from reports.facts import facts
-from reports.markdown import cell_text, escape_text, table_row
-from reports.mathematics import effect, written, written_row
-from reports.numerals import as_given, given_markup, number, powers_in, significant, span, typeset
-from reports.outcome import Outcome
-from reports.palette import PAPER, engine_pen, variables
-from reports.record import mapping, rows
-from reports.roundoff_view import view_roundoff
-from reports.scaling_view import view_scaling
-from reports.scene_data import anchor
-from reports.scene_view import view_scene
-from reports.summary import SHORT_OF_THE_RUN, WORDS, Cell, Summary, summarise
-from reports.tables import Results, read_results
-from reports.verdict import failure_words, judge
+from reports.chapters.cost.text import decade, ratio_text, span_text
+from reports.chapters.cost.view import view_cost
+from reports.chapters.crossval.external_coverage import carrier_words
+from reports.chapters.crossval.scene_data import anchor
+from reports.chapters.crossval.scene_view import view_scene
+from reports.chapters.crossval.summary import SHORT_OF_THE_RUN, WORDS, Cell, Summary, summarise
+from reports.chapters.crossval.verdict import failure_words, judge
+from reports.chapters.effects.view import view_effects
+from reports.chapters.roundoff.view import view_roundoff
+from reports.chapters.scaling.view import view_scaling
+from reports.plotting.palette import PAPER, engine_pen, variables
+from reports.tables.crossval import Results, read_results
+from reports.tables.outcome import Outcome
+from reports.text.facts import facts
+from reports.text.markdown import cell_text, escape_text, table_row
+from reports.text.mathematics import effect, written, written_row
+from reports.text.numerals import as_given, given_markup, number, powers_in, significant, span, typeset
+from reports.text.record import mapping, rows
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -54,7 +54,7 @@ def render(folder: Path) -> tuple[Path, Path]:
     Parameters
     ----------
     folder : Path
-        As described in :mod:`reports.tables`.
+        As described in :mod:`reports.tables.crossval`.
 
     Returns
     -------

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.effect import Effects, Gravity
+from scenarios.forces import Effects, Gravity
 
 Array = NDArray[np.float64]
 

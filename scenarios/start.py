@@ -16,10 +16,10 @@ import itertools
 import math
 from typing import TYPE_CHECKING
 
-from scenarios.effect_tables import each
+from scenarios.toml.tables import each
 
 if TYPE_CHECKING:
-    from scenarios.schema import ChainTable
+    from scenarios.toml.schema import ChainTable
 
 ROUNDED = 1e-9  # of the shorter bar: what nine digits of a place leave
 PROJECTED = 1e-6  # of the shorter bar: a loose solver's joints; its gaps are nobody's intent

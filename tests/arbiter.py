@@ -16,7 +16,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from reference_impl.chain import Array, ChainModel, Prescription, State
+    from reference_impl.model.chain import Array, ChainModel, Prescription, State
 
 DIGITS = 50
 getcontext().prec = DIGITS

@@ -11,21 +11,21 @@ from unittest import mock
 
 import numpy as np
 
-from barchain.roundoff.formulations import FORMULATIONS, Turned
-from barchain.roundoff.production import model_of
-from barchain.roundoff.states import Case, Kind, exact_case
-from reference_impl.chain import Accelerations, ChainModel, Prescription, State
+from barchain.studies.roundoff.formulations import FORMULATIONS, Turned
+from barchain.studies.roundoff.production import model_of
+from barchain.studies.roundoff.states import Case, Kind, exact_case
 from reference_impl.fast import layout
 from reference_impl.fast.accelerations import evaluate
-from reference_impl.invariants import relative_angular_momentum, relative_kinetic_energy, tidal_energy
-from reference_impl.plane import along
+from reference_impl.integrate.simulate import Simulation
+from reference_impl.integrate.stepper import Walk
+from reference_impl.model.chain import Accelerations, ChainModel, Prescription, State
+from reference_impl.model.complex_vectors import along
+from reference_impl.model.invariants import relative_angular_momentum, relative_kinetic_energy, tidal_energy
+from reference_impl.model.relative import accelerations, external
 from reference_impl.precision import formulations
 from reference_impl.precision.arithmetic import EXACT, FLOAT64, exact_numbers
 from reference_impl.precision.chain import Found, directions, dot, hung, joined
 from reference_impl.precision.formulations import absolute, gradient_spins
-from reference_impl.relative import accelerations, external
-from reference_impl.simulate import Simulation
-from reference_impl.stepper import Walk
 
 RATIO, MEMBERS = 1e-9, 4  # bars of 6 mm: a cancelling subtraction leaves 7 digits
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reports.cost_tables import POINT_COLUMNS
+from reports.tables.cost import POINT_COLUMNS
 
 FLOOR = 1e-14
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.chain import Array, ChainModel, State
-from reference_impl.effect import Effect, Situation
+from reference_impl.effects.base import Effect, Situation
 from reference_impl.effects.drag import Drag
 from reference_impl.effects.joint_spring_damper import JointSpringDamper
 from reference_impl.effects.oblateness import Oblateness
@@ -17,8 +16,9 @@ from reference_impl.effects.slender import Slender
 from reference_impl.effects.solar_pressure import SolarPressure
 from reference_impl.effects.third_body import ThirdBody
 from reference_impl.effects.thrust import Thrust
-from reference_impl.kinematics import joined_state
-from reference_impl.plane import along
+from reference_impl.model.chain import Array, ChainModel, State
+from reference_impl.model.complex_vectors import along
+from reference_impl.model.kinematics import joined_state
 
 if TYPE_CHECKING:
     from collections.abc import Callable

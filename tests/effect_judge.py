@@ -25,8 +25,8 @@ from reference_impl.effects.thrust import Thrust
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reference_impl.chain import Array, ChainModel, State
-    from reference_impl.effect import Effect
+    from reference_impl.effects.base import Effect
+    from reference_impl.model.chain import Array, ChainModel, State
 
 DIGITS = 50
 DEGREE = 4  # 24 nodes leave (l/4r)^48 of an integral, less than the digits kept

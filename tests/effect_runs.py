@@ -10,25 +10,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl import relative
 from reference_impl.effects.joint_spring_damper import JointSpringDamper
-from reference_impl.invariants import (
+from reference_impl.integrate.coordinate_sets import Minimal
+from reference_impl.integrate.simulate import History, Simulation
+from reference_impl.model import relative
+from reference_impl.model.invariants import (
     com_angular_momentum,
     com_energy,
     relative_angular_momentum,
     relative_kinetic_energy,
     tidal_energy,
 )
-from reference_impl.kinematics import joined_state
-from reference_impl.packings import Minimal
-from reference_impl.simulate import History, Simulation
+from reference_impl.model.kinematics import joined_state
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reference_impl.chain import Array, ChainModel, State
-    from reference_impl.effect import Modes
-    from reference_impl.packings import CoordinateSet
+    from reference_impl.effects.base import Modes
+    from reference_impl.integrate.coordinate_sets import CoordinateSet
+    from reference_impl.model.chain import Array, ChainModel, State
 
 RTOL = 1e-11
 

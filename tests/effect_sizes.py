@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array, ChainModel, State
+    from reference_impl.model.chain import Array, ChainModel, State
     from tests.roundoff import Case
 
 

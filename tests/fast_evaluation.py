@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from reference_impl.chain import Accelerations, Array, ChainModel, State
-from reference_impl.effect import Situation
+from reference_impl.effects.base import Situation
 from reference_impl.fast import layout
 from reference_impl.fast.accelerations import evaluate
 from reference_impl.fast.simulate import hold
-from reference_impl.joints import LOST
-from reference_impl.kinematics import joined_state
-from reference_impl.plane import along
+from reference_impl.model.chain import Accelerations, Array, ChainModel, State
+from reference_impl.model.complex_vectors import along
+from reference_impl.model.joints import LOST
+from reference_impl.model.kinematics import joined_state
 from tests.roundoff import sums
 
 
 def fast_accelerations(model: ChainModel, t_s: float, state: State) -> Accelerations:
-    """As :func:`reference_impl.relative.accelerations` of a joined state, by compiled code.
+    """As :func:`reference_impl.model.relative.accelerations` of a joined state, by compiled code.
 
     What it has no need to make, the centres' accelerations from the chain's, is put together from its field and
     reactions.

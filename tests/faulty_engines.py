@@ -9,8 +9,8 @@ from typing import ClassVar
 import numpy as np
 
 from adapters.engine import Engine, EngineError, Observable
-from adapters.reference_adapter import Reference
-from barchain.threads import THREADS
+from adapters.reference.numpy_engines import Reference
+from barchain.run.threads import THREADS
 
 TRACE = "BARCHAIN_TEST_TRACE"
 UNSOLVABLE = "basics/libration"

@@ -7,11 +7,11 @@ import functools
 
 import numpy as np
 
+from adapters.common.initial_state import chain_model, initial_state
 from adapters.engine import Array, Knob, Setting, Trajectory
-from adapters.initial_state import chain_model, initial_state
-from adapters.reference_adapter import Reference
-from reference_impl.chain import Accelerations, State
-from reference_impl.relative import accelerations
+from adapters.reference.numpy_engines import Reference
+from reference_impl.model.chain import Accelerations, State
+from reference_impl.model.relative import accelerations
 from scenarios import Gravity, Scene, load_scene
 
 

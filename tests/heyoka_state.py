@@ -8,11 +8,11 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
-from adapters.heyoka_compiled import QUAD, Precision, symbols
-from adapters.heyoka_structure import PI, LawShape, Part, Structure
-from reference_impl.chain import Accelerations, Array, ChainModel, State
-from reference_impl.kinematics import hang_together
-from reference_impl.plane import along, as_vectors
+from adapters.heyoka.compiled import QUAD, Precision, symbols
+from adapters.heyoka.structure import PI, LawShape, Part, Structure
+from reference_impl.model.chain import Accelerations, Array, ChainModel, State
+from reference_impl.model.complex_vectors import along, as_vectors
+from reference_impl.model.kinematics import hang_together
 
 
 def shape_of(model: ChainModel) -> Structure:

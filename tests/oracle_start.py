@@ -8,9 +8,9 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 
-from adapters.heyoka_compiled import QUAD, Precision, function, observe, value
-from adapters.heyoka_structure import parameters_of, start_of, structure_of, units_of
-from adapters.heyoka_switches import Modes
+from adapters.heyoka.compiled import QUAD, Precision, function, observe, value
+from adapters.heyoka.discrete_modes import Modes
+from adapters.heyoka.structure import parameters_of, start_of, structure_of, units_of
 from scenarios import Effects, Scene, load_scene
 
 

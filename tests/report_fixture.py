@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 
 from adapters.engine import Setting
-from adapters.reference_adapter import Reference
-from reports.tables import METRIC_COLUMNS, QUANTITY_UNITS
+from adapters.reference.numpy_engines import Reference
+from reports.tables.crossval import METRIC_COLUMNS, QUANTITY_UNITS
 from scenarios import Scene, load_scene
 from tests.scene_lists import TAME
 

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reference_impl.chain import Accelerations, Array, ChainModel, Prescription, State
-from reference_impl.kinematics import directions, joined_state
+from reference_impl.model.chain import Accelerations, Array, ChainModel, Prescription, State
+from reference_impl.model.kinematics import directions, joined_state
 
 MU, RADIUS = 3.986004418e14, 6378e3
 U = 2.0**-53

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from adapters.engine import Coordinates, EngineError, Knob, Ladder, Setting
-from adapters.reference_adapter import Reference
+from adapters.reference.numpy_engines import Reference
 from adapters.registry import Registration
-from barchain.relative_energy import BLOWN_UP
+from barchain.metrics.relative_energy import BLOWN_UP
 from scenarios import load_scene
 from tests import faulty_engines
 from tests.faulty_engines import Faulty

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.cli import run
+from barchain.cli.main import run
 
 if TYPE_CHECKING:
     from pathlib import Path

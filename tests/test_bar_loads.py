@@ -9,15 +9,15 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from adapters.bar_breaks import between_steps, inner_breaks_s, jumps_by_step
-from adapters.bar_effect import Here, bars_of
-from adapters.bar_effects import chain_loads
-from adapters.bar_loads import AbsoluteLoads, MovingLoads
-from adapters.bar_thrusts import blows, size_N
-from adapters.bar_tree import tree_places, tree_rates
-from adapters.falling_frame import falling, track_noise
-from adapters.initial_state import initial_state
-from adapters.joint_coordinates import places, velocities
+from adapters.bar_loads.assemble import chain_loads
+from adapters.bar_loads.gravity import AbsoluteLoads, MovingLoads
+from adapters.bar_loads.interface import Here, bars_of
+from adapters.bar_loads.thrusts import blows, size_N
+from adapters.bar_loads.tree import tree_places, tree_rates
+from adapters.common.falling_frame import falling, track_noise
+from adapters.common.initial_state import initial_state
+from adapters.common.joint_coordinates import places, velocities
+from adapters.common.step_alignment import between_steps, inner_breaks_s, jumps_by_step
 from scenarios import Axes, End, Gravity, Impulse, Thrust, load_scene
 
 mp.mp.dps = 50
@@ -137,7 +137,7 @@ def test_fields_from_the_centre_are_whole(name):
 
 @pytest.mark.parametrize("size", [1.0, 1e-3, 1e-6])
 def test_what_a_short_slender_bar_feels_beyond_a_point_keeps_all_digits(size):
-    from adapters.bar_shape import slender
+    from adapters.bar_loads.second_moment import slender
 
     mu, z, u = mp.mpf("3.986004418e14"), mp.mpc(6.1e6, 2.3e6), mp.expj(mp.mpf(0.7))
     ax, ay, spin = slender(float(mu), 6.1e6, 2.3e6, 0.7, 0.5 * size)
@@ -321,5 +321,5 @@ def test_a_scene_without_effects_imports_none():
     loaded = set(said.split())
     optional = {"drag", "shape", "springs", "sunlight", "thrusts", "tides"}
     assert not loaded & {f"adapters.bar_{name}" for name in optional}
-    assert "adapters.mujoco_effects" not in loaded
-    assert "adapters.pymunk_effects" not in loaded
+    assert "adapters.mujoco.effects" not in loaded
+    assert "adapters.pymunk.effects" not in loaded

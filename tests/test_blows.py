@@ -8,10 +8,10 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from reference_impl.chain import Array, ChainModel, Prescription, State
 from reference_impl.effects.impulse import Impulse, struck
-from reference_impl.kinematics import cross, joined_state
-from reference_impl.plane import along
+from reference_impl.model.chain import Array, ChainModel, Prescription, State
+from reference_impl.model.complex_vectors import along
+from reference_impl.model.kinematics import cross, joined_state
 from tests.effect_cases import chain, motion
 from tests.roundoff import C, Case, U, forward
 

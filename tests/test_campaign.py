@@ -13,34 +13,34 @@ import pandas as pd
 import pytest
 
 from adapters.engine import Coordinates, Knob, Setting
-from adapters.exudyn_adapter import Exudyn
-from adapters.pymunk_adapter import Pymunk
-from adapters.reference_adapter import Reference
+from adapters.exudyn.adapter import Exudyn
+from adapters.pymunk.adapter import Pymunk
+from adapters.reference.numpy_engines import Reference
 from adapters.registry import find_engine
-from barchain.campaign import court
-from barchain.campaign.bench import Bench, thinned
-from barchain.campaign.cells import COLUMNS, Cell, Kind
-from barchain.campaign.draw import draw
-from barchain.campaign.faults import FAULTS, find
-from barchain.campaign.findings import kept_findings, kinds, search
-from barchain.campaign.garbage import LEAST, SHARES
-from barchain.campaign.judging import at_once
-from barchain.campaign.rates import RATE_COLUMNS, Rate, passed, rates
-from barchain.campaign.runs import Runs, in_this_process, planted
-from barchain.campaign.scene_file import UnwrittenError, in_degrees, scene_toml
-from barchain.campaign.shrink import alike, simplest
-from barchain.campaign.simpler import Form, effects_of, simplified, whole
-from barchain.campaign.sizes import sizes
-from barchain.campaign.store import CampaignStore
-from barchain.campaign.study import Campaign, Plan, campaign
-from barchain.campaign.summary import finding_words, rate_words, show_campaign
-from barchain.campaign.trial import Trial
-from barchain.cli import run as command
-from barchain.comparison import no_verdict
-from barchain.job import Role
-from barchain.selftest.catalogue import UnknownFaultError
-from barchain.selftest.engine import spoilt
-from reports.outcome import Outcome
+from barchain.cli.main import run as command
+from barchain.judge.comparison import no_verdict
+from barchain.run.job import Role
+from barchain.studies.campaign import court
+from barchain.studies.campaign.bench import Bench, thinned
+from barchain.studies.campaign.cells import COLUMNS, Cell, Kind
+from barchain.studies.campaign.faults.catalogue import FAULTS, find
+from barchain.studies.campaign.faults.garbage import LEAST, SHARES
+from barchain.studies.campaign.findings import kept_findings, kinds, search
+from barchain.studies.campaign.judging import at_once
+from barchain.studies.campaign.rates import RATE_COLUMNS, Rate, passed, rates
+from barchain.studies.campaign.runs import Runs, in_this_process, planted
+from barchain.studies.campaign.scenes.draw import draw
+from barchain.studies.campaign.scenes.scene_file import UnwrittenError, in_degrees, scene_toml
+from barchain.studies.campaign.scenes.shrink import alike, simplest
+from barchain.studies.campaign.scenes.simpler import Form, effects_of, simplified, whole
+from barchain.studies.campaign.sizes import sizes
+from barchain.studies.campaign.store import CampaignStore
+from barchain.studies.campaign.study import Campaign, Plan, campaign
+from barchain.studies.campaign.summary import finding_words, rate_words, show_campaign
+from barchain.studies.campaign.trial import Trial
+from barchain.studies.selftest.catalogue import UnknownFaultError
+from barchain.studies.selftest.engine import spoilt
+from reports.tables.outcome import Outcome
 from scenarios import Gravity, load_scene
 
 if TYPE_CHECKING:

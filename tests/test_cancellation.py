@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from barchain.roundoff.evaluation import BOTH, REACTION, errors
-from barchain.roundoff.formulations import FORMULATIONS
-from barchain.roundoff.plan import DECADES
-from barchain.roundoff.production import PRODUCTION
-from barchain.roundoff.states import Case, Kind, exact_case
+from barchain.studies.roundoff.evaluation import BOTH, REACTION, errors
+from barchain.studies.roundoff.formulations import FORMULATIONS
+from barchain.studies.roundoff.plan import DECADES
+from barchain.studies.roundoff.production import PRODUCTION
+from barchain.studies.roundoff.states import Case, Kind, exact_case
 from reference_impl.precision.arithmetic import FLOAT32, FLOAT64, exact_numbers
 from tests.cancellation import errors_of_all
 

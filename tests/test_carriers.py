@@ -7,9 +7,9 @@ import dataclasses
 import pytest
 
 from adapters.registry import ENGINES
-from barchain.carriers import MOST_SAMPLES, carriers, fitting, lasting
-from barchain.effect_words import effect_words, invariant_words, losses
-from barchain.quantities import conserved
+from barchain.crossval.external_coverage import MOST_SAMPLES, carriers, fitting, lasting
+from barchain.metrics.quantities import conserved
+from barchain.record.scene_description import effect_words, invariant_words, losses
 from scenarios import Scene, load_scene, scene_names
 from scenarios.load import parse_scene
 

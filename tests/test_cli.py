@@ -6,8 +6,8 @@ import pandas as pd
 import pytest
 
 from adapters.registry import ENGINES, Registration
-from barchain.cli import run
-from barchain.listing import show_engines
+from barchain.cli.listing import show_engines
+from barchain.cli.main import run
 from scenarios import load_scene
 
 QUICK = "basics/libration"

@@ -18,8 +18,8 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk
 
-from adapters.reference_adapter import Reference
-from adapters.reference_fast_adapter import ReferenceFast
+from adapters.reference.compiled_engine import ReferenceFast
+from adapters.reference.numpy_engines import Reference
 from scenarios import Scene, load_scene
 
 if TYPE_CHECKING:

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from adapters.engine import Knob, Setting, Trajectory
-from adapters.reference_adapter import Reference
-from barchain.comparison import judge, worst
-from barchain.evidence import Evidence
-from barchain.job import RunResult
-from barchain.model_difference import com_displacement
-from barchain.quantities import conserved, differences, drifts
-from barchain.truth import PARTED_RAD, TWIN_ASIDE, establish, horizon, twin
-from reports.outcome import Outcome
+from adapters.reference.numpy_engines import Reference
+from barchain.judge.comparison import judge, worst
+from barchain.judge.evidence import Evidence
+from barchain.metrics.model_difference import com_displacement
+from barchain.metrics.quantities import conserved, differences, drifts
+from barchain.run.job import RunResult
+from barchain.solutions.reference import PARTED_RAD, TWIN_ASIDE, establish, horizon, twin
+from reports.tables.outcome import Outcome
 from scenarios import Actuator, load_scene
 
 

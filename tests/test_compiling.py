@@ -11,13 +11,13 @@ import pytest
 from adapters.engine import Knob, Setting
 from adapters.registry import ENGINES
 from barchain.api import compare
-from barchain.compiling import announcement, compiled
-from barchain.job import Job, Role, RunResult, failure
-from barchain.pool import COMPILE_S, Limit
-from barchain.suite import beforehand
-from barchain.truth_runs import truth_engine, truth_jobs
-from reports.outcome import Outcome
+from barchain.crossval.suite import beforehand
+from barchain.run.compilation import announcement, compiled
+from barchain.run.job import Job, Role, RunResult, failure
+from barchain.run.pool import COMPILE_S, Limit
+from barchain.solutions.reference_runs import truth_engine, truth_jobs
 from reports.render import render
+from reports.tables.outcome import Outcome
 from scenarios import load_scene
 
 if TYPE_CHECKING:
@@ -93,8 +93,8 @@ def test_the_reference_solution_is_made_by_the_compiled_form_where_it_is_install
 def test_the_record_says_which_form_made_a_reference_solution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = load_scene("basics/free_rotation")
     for form in ("reference", truth_engine()):
-        monkeypatch.setattr("barchain.truth_runs.truth_engine", lambda form=form: form)
-        monkeypatch.setattr("barchain.suite.truth_engine", lambda form=form: form)
+        monkeypatch.setattr("barchain.solutions.reference_runs.truth_engine", lambda form=form: form)
+        monkeypatch.setattr("barchain.crossval.suite.truth_engine", lambda form=form: form)
         compare([scene], ["reference"], tmp_path)
         record = json.loads((tmp_path / "run.json").read_text())
         assert record["scenes"][scene.name]["truth_engine"] == form

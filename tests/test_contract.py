@@ -6,12 +6,12 @@ import os
 import numpy as np
 import pytest
 
+from adapters.common.initial_state import initial_state
 from adapters.engine import Observable
-from adapters.initial_state import initial_state
-from adapters.reference_adapter import Reference
+from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
-from adapters.table import from_frame, to_frame
-from barchain.checks import fault
+from adapters.trajectory_table import from_frame, to_frame
+from barchain.run.trajectory_checks import fault
 from scenarios import load_scene
 from tests.scene_lists import ALL, TAME
 

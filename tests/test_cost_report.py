@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from adapters.registry import Registration
-from barchain.cost.findings import front_of, orders_table, price_table, reach_table
-from reports.cost_charts import Setup, Track, by_family, families, overview
-from reports.cost_page import render_cost
-from reports.cost_text import decade, ratio_text, span_text
+from barchain.studies.cost.findings import front_of, orders_table, price_table, reach_table
+from reports.chapters.cost.charts import Setup, Track, by_family, families, overview
+from reports.chapters.cost.page import render_cost
+from reports.chapters.cost.text import decade, ratio_text, span_text
 from reports.render import render
 from tests.cost_points import engine_points, point, table, times_of
 from tests.report_fixture import build
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-REFERENCE = Registration("adapters.reference_adapter:Reference", ours=True)
+REFERENCE = Registration("adapters.reference.numpy_engines:Reference", ours=True)
 
 
 def write(folder: Path, points: pd.DataFrame, *, finished: bool = True) -> Path:

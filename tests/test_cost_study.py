@@ -9,19 +9,19 @@ import pytest
 
 from adapters.engine import Knob, Ladder, Setting
 from adapters.registry import ENGINES, Registration
-from barchain.cost.findings import orders_table
-from barchain.cost.fixed_steps import errors_at_equal_steps
-from barchain.cost.measure import make_plan, measure
-from barchain.cost.orders import fit_order
-from barchain.cost.plan import ladders, shortened
-from barchain.cost.points import errors_of, under_floor
-from barchain.cost.store import CostStore
-from barchain.cost.study import CostStudy, columns_of, too_fine, too_long
-from barchain.job import RunResult
-from barchain.oracle import oracle
-from reports.cost_page import render_cost
-from reports.cost_tables import POINT_COLUMNS, read_cost
-from reports.outcome import Outcome
+from barchain.run.job import RunResult
+from barchain.solutions.certified import oracle
+from barchain.studies.cost.findings import orders_table
+from barchain.studies.cost.fixed_steps import errors_at_equal_steps
+from barchain.studies.cost.measure import make_plan, measure
+from barchain.studies.cost.orders import fit_order
+from barchain.studies.cost.plan import ladders, shortened
+from barchain.studies.cost.points import errors_of, under_floor
+from barchain.studies.cost.store import CostStore
+from barchain.studies.cost.study import CostStudy, columns_of, too_fine, too_long
+from reports.chapters.cost.page import render_cost
+from reports.tables.cost import POINT_COLUMNS, read_cost
+from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.test_cost_findings import truth_stand_in
 

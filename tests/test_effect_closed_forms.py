@@ -9,17 +9,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adapters.initial_state import chain_model, initial_state
-from reference_impl.chain import Array, ChainModel, Prescription, State
+from adapters.common.initial_state import chain_model, initial_state
 from reference_impl.effects.drag import Drag
 from reference_impl.effects.joint_spring_damper import JointSpringDamper
 from reference_impl.effects.oblateness import Oblateness
 from reference_impl.effects.solar_pressure import SolarPressure
 from reference_impl.effects.third_body import ThirdBody
 from reference_impl.effects.thrust import Thrust
-from reference_impl.kinematics import cross, joined_state
-from reference_impl.relative import accelerations
-from reference_impl.switches import ModelSwitches
+from reference_impl.integrate.discrete_modes import ModelSwitches
+from reference_impl.model.chain import Array, ChainModel, Prescription, State
+from reference_impl.model.kinematics import cross, joined_state
+from reference_impl.model.relative import accelerations
 from scenarios import load_scene
 from tests import effect_cases
 from tests.effect_cases import J2, MU, RADIUS, chain, seen, vectors

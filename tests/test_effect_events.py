@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adapters.initial_state import chain_model, initial_state
-from reference_impl.chain import Array, ChainModel, Prescription, State
+from adapters.common.initial_state import chain_model, initial_state
 from reference_impl.effects.drag import Drag
 from reference_impl.effects.impulse import Impulse
 from reference_impl.effects.solar_pressure import SolarPressure
 from reference_impl.effects.thrust import Thrust
-from reference_impl.kinematics import joined_state
-from reference_impl.packings import Minimal
-from reference_impl.stepper import Log
-from reference_impl.switches import ModelSwitches
+from reference_impl.integrate.coordinate_sets import Minimal
+from reference_impl.integrate.discrete_modes import ModelSwitches
+from reference_impl.integrate.stepper import Log
+from reference_impl.model.chain import Array, ChainModel, Prescription, State
+from reference_impl.model.kinematics import joined_state
 from scenarios import load_scene
 from scenarios.load import parse_scene
 from scenarios.scene import Orbit
@@ -26,7 +26,7 @@ from tests.effect_cases import MU, RADIUS, chain
 from tests.effect_runs import placed, ran, started
 
 if TYPE_CHECKING:
-    from reference_impl.simulate import Simulation
+    from reference_impl.integrate.simulate import Simulation
 
 EVENTFUL = ["solar_shadow", "thrust_table", "impulse", "everything", "drag"]
 

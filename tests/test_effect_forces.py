@@ -17,8 +17,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reference_impl import relative
 from reference_impl.effects import oblateness, quadrupole, second_moment, slender, third_body
+from reference_impl.model import relative
 from tests.effect_bounds import Bounds, C, U, bounds
 from tests.effect_cases import (
     KINDS,
@@ -35,7 +35,7 @@ from tests.effect_cases import (
 from tests.effect_judge import Verdict, energy, judge
 
 if TYPE_CHECKING:
-    from reference_impl.effect import Effect, Push
+    from reference_impl.effects.base import Effect, Push
 
 LENGTHS_M = [1e-3, 1e-1, 1e1, 1e3, 1e5]
 SEEDS = st.integers(0, 2**32 - 1)

@@ -14,16 +14,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reference_impl import absolute, relative
-from reference_impl.chain import ChainModel, Prescription, State
-from reference_impl.effect import Effect, Modes, Situation, pushed
+from reference_impl.effects.base import Effect, Modes, Situation, pushed
 from reference_impl.effects.joint_spring_damper import JointSpringDamper
 from reference_impl.effects.quadrupole import Quadrupole
 from reference_impl.effects.slender import Slender
 from reference_impl.effects.third_body import ThirdBody
 from reference_impl.effects.thrust import Thrust
-from reference_impl.plane import along
-from reference_impl.switches import ModelSwitches
+from reference_impl.integrate.discrete_modes import ModelSwitches
+from reference_impl.model import absolute, relative
+from reference_impl.model.chain import ChainModel, Prescription, State
+from reference_impl.model.complex_vectors import along
 from tests import effect_cases
 from tests.effect_cases import KINDS, MU, RADIUS, T_S, chain, motion, seen
 from tests.effect_runs import (
@@ -38,7 +38,7 @@ from tests.effect_runs import (
 )
 
 if TYPE_CHECKING:
-    from reference_impl.relative import Accelerations
+    from reference_impl.model.relative import Accelerations
 
 SEEDS = st.integers(0, 2**32 - 1)
 GRAVITIES: dict[str, tuple[str, tuple[Effect, ...]]] = {
@@ -287,14 +287,14 @@ import dataclasses, hashlib, json, sys
 if {blocked}:
     class Blocked:
         def find_spec(self, name, path=None, target=None):
-            if name.startswith("reference_impl.effects") or name == "adapters.scene_effects":
+            if name.startswith("reference_impl.effects") or name == "adapters.common.scene_effects":
                 raise ImportError(name)
     sys.meta_path.insert(0, Blocked())
 from adapters.engine import Knob, Setting
-from adapters.reference_adapter import Reference, ReferenceAbsolute
+from adapters.reference.numpy_engines import Reference, ReferenceAbsolute
 from scenarios import load_scene
 if not {blocked} and {others}:
-    import pkgutil, importlib, reference_impl.effects as them, adapters.scene_effects
+    import pkgutil, importlib, reference_impl.effects as them, adapters.common.scene_effects
     for found in pkgutil.iter_modules(them.__path__):
         importlib.import_module("reference_impl.effects." + found.name)
 bits = {{}}
@@ -306,7 +306,7 @@ for name in {names}:
         seen = engine().run(scene, Setting(Knob.RTOL, 1e-7))
         parts = (seen.com_m, seen.com_velocity_m_s, seen.angle_rad, seen.rate_rad_s, seen.reaction_N, seen.torque_N_m)
         bits[name + engine.__name__] = hashlib.sha256(b"".join(p.tobytes() for p in parts)).hexdigest()
-loaded = [m for m in sys.modules if m.startswith("reference_impl.effects") or m == "adapters.scene_effects"]
+loaded = [m for m in sys.modules if m.startswith("reference_impl.effects") or m == "adapters.common.scene_effects"]
 print(json.dumps([bits, loaded]))
 """
 

@@ -10,18 +10,26 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adapters.initial_state import initial_state
-from adapters.reference_adapter import Reference
-from barchain.effects_budget.atmosphere import LAYERS, caveat, density_kg_m3, layer_at
-from barchain.effects_budget.changes import Runs, change
-from barchain.effects_budget.heights import Heights, expected, seen
-from barchain.effects_budget.limits import FAST, SLOW
-from barchain.effects_budget.measure import make_plan, measure
-from barchain.effects_budget.plan import Plan, compiled_can
-from barchain.effects_budget.prices import BATCH_S, BATCHES, Timed, price, shortened, time_evaluations, timed_span_s
-from barchain.effects_budget.sizes import situation, sizes_over
-from barchain.effects_budget.switches import switches
-from reports.effects_tables import COLUMNS, Kind, read_effects
+from adapters.common.initial_state import initial_state
+from adapters.reference.numpy_engines import Reference
+from barchain.studies.effects.altitude_range import Heights, expected, seen
+from barchain.studies.effects.atmosphere import LAYERS, caveat, density_kg_m3, layer_at
+from barchain.studies.effects.cost_ratio import (
+    BATCH_S,
+    BATCHES,
+    Timed,
+    price,
+    shortened,
+    time_evaluations,
+    timed_span_s,
+)
+from barchain.studies.effects.effect_toggles import switches
+from barchain.studies.effects.limits import FAST, SLOW
+from barchain.studies.effects.measure import make_plan, measure
+from barchain.studies.effects.plan import Plan, compiled_can
+from barchain.studies.effects.sensitivity import Runs, change
+from barchain.studies.effects.sizes import situation, sizes_over
+from reports.tables.effects import COLUMNS, Kind, read_effects
 from scenarios import Gravity, Scene, load_scene
 from tests.scene_lists import TAME
 
@@ -29,7 +37,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adapters.engine import Trajectory
-    from barchain.effects_budget.switches import Switch
+    from barchain.studies.effects.effect_toggles import Switch
 
 DRAG = "effects/drag"
 

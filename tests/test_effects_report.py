@@ -9,23 +9,23 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 import pytest
 
-from barchain.cli import run
-from barchain.commands.effects import show_view
-from reports.effects_advice import Worth, advise, worth_of
-from reports.effects_charts import ticks
-from reports.effects_labels import Anchor, placed
-from reports.effects_page import render_effects
-from reports.effects_rows import rows_of, whole_of
-from reports.effects_tables import COLUMNS, read_effects
-from reports.effects_view import view_effects
-from reports.effects_words import NOT_RESOLVED, length_text, share_text
-from reports.numerals import powers_in
+from barchain.cli.effects import show_view
+from barchain.cli.main import run
+from reports.chapters.effects.advice import Worth, advise, worth_of
+from reports.chapters.effects.charts import ticks
+from reports.chapters.effects.labels import Anchor, placed
+from reports.chapters.effects.page import render_effects
+from reports.chapters.effects.rows import rows_of, whole_of
+from reports.chapters.effects.view import view_effects
+from reports.chapters.effects.words import NOT_RESOLVED, length_text, share_text
+from reports.tables.effects import COLUMNS, read_effects
+from reports.text.numerals import powers_in
 from tests.report_fixture import build
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from reports.effects_advice import Advice
+    from reports.chapters.effects.advice import Advice
 
 SCENE: dict[str, Any] = {
     "name": "own/<scene>", "title": "Five bars", "gravity": "gradient", "bound": True, "period_s": 5000.0,

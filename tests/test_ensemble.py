@@ -10,12 +10,12 @@ import pytest
 pytest.importorskip("numba", reason="ensembles run in the compiled reference")
 
 from adapters.engine import Setting
-from adapters.reference_fast_adapter import ReferenceFast
-from barchain.cli import run as barchain
-from barchain.ensemble.ensemble import ensemble
-from barchain.ensemble.population import populate
-from barchain.ensemble.tasks import ClusterError, run_task, tasks
-from barchain.ensemble.variation import VariationError, parse
+from adapters.reference.compiled_engine import ReferenceFast
+from barchain.cli.main import run as barchain
+from barchain.studies.ensemble.ensemble import ensemble
+from barchain.studies.ensemble.population import populate
+from barchain.studies.ensemble.tasks import ClusterError, run_task, tasks
+from barchain.studies.ensemble.variation import VariationError, parse
 from scenarios import load_scene
 
 RTOL = 1e-8

@@ -9,14 +9,14 @@ import math
 import numpy as np
 import pytest
 
-import adapters.exudyn_solver as solver_module
+import adapters.exudyn.solve.solver as solver_module
 from adapters.engine import Engine, EngineError, Knob, Observable, Setting, Trajectory
-from adapters.exudyn_adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
-from adapters.exudyn_clock import NAMES, coefficients
-from adapters.exudyn_frames import turned
-from adapters.exudyn_orbit import KeplerOrbit
-from adapters.exudyn_timetable import Steps
-from adapters.reference_adapter import Reference
+from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
+from adapters.exudyn.frames.clock import NAMES, coefficients
+from adapters.exudyn.frames.frames import turned
+from adapters.exudyn.frames.orbit import KeplerOrbit
+from adapters.exudyn.solve.timetable import Steps
+from adapters.reference.numpy_engines import Reference
 from scenarios import Actuator, Frame, Scene, load_scene, scene_names
 
 ENGINES = (Exudyn, ExudynIndex3, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynTree)

@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 
 from adapters.engine import Engine, Knob, Setting, Trajectory, UnsupportedMotionError
-from adapters.exudyn_adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
-from adapters.exudyn_clock import orbit_given
-from adapters.exudyn_frames import OrbitFrame, frame_of, turned
-from adapters.exudyn_loading import Loading
-from adapters.exudyn_loads import Motion, OrbitNumbers
-from adapters.exudyn_pieces import Pieces
-from adapters.exudyn_solver import method_for, steps_of
-from adapters.exudyn_thrust import jump_steps, sizes
-from adapters.exudyn_timetable import Steps
-from adapters.reference_adapter import Reference
+from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
+from adapters.exudyn.frames.clock import orbit_given
+from adapters.exudyn.frames.frames import OrbitFrame, frame_of, turned
+from adapters.exudyn.loads.loading import Loading
+from adapters.exudyn.loads.loads import Motion, OrbitNumbers
+from adapters.exudyn.loads.thrust import jump_steps, sizes
+from adapters.exudyn.solve.restart_segments import Pieces
+from adapters.exudyn.solve.solver import method_for, steps_of
+from adapters.exudyn.solve.timetable import Steps
+from adapters.reference.numpy_engines import Reference
 from scenarios import Gravity, Scene, load_scene
 
 ENGINES = (Exudyn, ExudynIndex3, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynTree)

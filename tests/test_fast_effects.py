@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from adapters.initial_state import chain_model
-from adapters.reference_adapter import Reference
-from adapters.reference_fast_adapter import ReferenceFast
-from barchain.ensemble.ensemble import ensemble
-from barchain.ensemble.variation import VariationError
-from reference_impl import relative
+from adapters.common.initial_state import chain_model
+from adapters.reference.compiled_engine import ReferenceFast
+from adapters.reference.numpy_engines import Reference
+from barchain.studies.ensemble.ensemble import ensemble
+from barchain.studies.ensemble.variation import VariationError
 from reference_impl.effects.drag import Drag
 from reference_impl.effects.joint_spring_damper import JointSpringDamper
 from reference_impl.effects.oblateness import Oblateness
@@ -25,7 +24,8 @@ from reference_impl.effects.slender import Slender
 from reference_impl.effects.solar_pressure import SolarPressure
 from reference_impl.effects.third_body import ThirdBody
 from reference_impl.effects.thrust import Thrust
-from reference_impl.kinematics import joined_state
+from reference_impl.model import relative
+from reference_impl.model.kinematics import joined_state
 from scenarios import load_scene, scene_names
 from tests.effect_sizes import sizes
 from tests.fast_evaluation import fast_accelerations
@@ -34,8 +34,8 @@ from tests.test_reference_properties import LAWS
 
 if TYPE_CHECKING:
     from adapters.engine import Trajectory
-    from reference_impl.chain import Accelerations, Array
-    from reference_impl.effect import Effect
+    from reference_impl.effects.base import Effect
+    from reference_impl.model.chain import Accelerations, Array
     from scenarios import Scene
 
 BARS, NOW_S = 5, 25.0
@@ -190,7 +190,7 @@ def test_it_takes_the_references_steps_and_blows(name: str) -> None:
 
 def test_the_shadow_is_entered_and_left_when_the_reference_does(monkeypatch: pytest.MonkeyPatch) -> None:
     """To what the interpolants of both, some 1e-13 apart, leave of an instant: 1e-9 of a step of minutes."""
-    from reference_impl.switches import ModelSwitches
+    from reference_impl.integrate.discrete_modes import ModelSwitches
 
     found: list[list[float]] = []
     plain = ModelSwitches.let_go
@@ -223,7 +223,7 @@ def test_what_is_seen_on_a_jump_is_what_was_before_it() -> None:
 
 SEEN = """
 import sys
-from adapters.reference_fast_adapter import ReferenceFast
+from adapters.reference.compiled_engine import ReferenceFast
 from scenarios import load_scene
 ReferenceFast().run(load_scene(sys.argv[1]))
 print(sorted(m.rsplit(".", 1)[1] for m in sys.modules if m.startswith("reference_impl.fast.effects.")))

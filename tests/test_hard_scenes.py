@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from adapters.initial_state import chain_model, initial_state
-from adapters.kepler import propagate
-from adapters.reference_adapter import Reference
-from adapters.reference_fast_adapter import ReferenceFast
-from barchain.quantities import differences, drifts
-from reference_impl.kinematics import joined_state
-from reference_impl.relative import accelerations
+from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.kepler import propagate
+from adapters.reference.compiled_engine import ReferenceFast
+from adapters.reference.numpy_engines import Reference
+from barchain.metrics.quantities import differences, drifts
+from reference_impl.model.kinematics import joined_state
+from reference_impl.model.relative import accelerations
 from scenarios import Gravity, Scene, load_scene
 
 BOTH = [Reference, ReferenceFast]
@@ -151,7 +151,7 @@ PEAK = """
 import sys
 from dataclasses import replace
 from pathlib import Path
-from adapters.reference_fast_adapter import ReferenceFast
+from adapters.reference.compiled_engine import ReferenceFast
 from scenarios import load_scene
 scene = load_scene("hard/bars_10000")
 scene = replace(scene, run=replace(scene.run, duration_s=float(sys.argv[1]) * scene.run.duration_s))

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from adapters.engine import EngineError, Knob, Setting
-from adapters.heyoka_adapter import Heyoka, HeyokaLong, HeyokaQuad
-from adapters.heyoka_compiled import DOUBLE, QUAD, symbols
-from adapters.heyoka_equations import visit
-from adapters.heyoka_run import Run
-from adapters.heyoka_structure import structure_of, units_of
-from adapters.reference_adapter import Reference
+from adapters.heyoka.adapter import Heyoka, HeyokaLong, HeyokaQuad
+from adapters.heyoka.compiled import DOUBLE, QUAD, symbols
+from adapters.heyoka.equations import visit
+from adapters.heyoka.run import Run
+from adapters.heyoka.structure import structure_of, units_of
+from adapters.reference.numpy_engines import Reference
 from barchain.api import SettingError, choose_setting
-from barchain.quantities import differences
-from reference_impl import relative
-from reference_impl.chain import Accelerations
+from barchain.metrics.quantities import differences
+from reference_impl.model import relative
+from reference_impl.model.chain import Accelerations
 from scenarios import load_scene
 from tests.arbiter import judge
 from tests.heyoka_state import compiled, oracle_accelerations
@@ -78,7 +78,7 @@ def test_the_symmetric_step_is_the_general_one(monkeypatch):
     model, state = chain(5, 5, equal=False, laws="none")
     short = oracle_accelerations(model, 25.0, state)
     monkeypatch.setattr(
-        "adapters.heyoka_equations.visit_free",
+        "adapters.heyoka.equations.visit_free",
         lambda bar, beyond: visit(bar, beyond, None, motor=False, pushed=False),
     )
     forget()

@@ -13,17 +13,17 @@ import mpmath as mp
 import numpy as np
 import pytest
 
+from adapters.common.initial_state import chain_model, initial_state
 from adapters.engine import Knob, Setting
-from adapters.heyoka_adapter import Heyoka, HeyokaQuad
-from adapters.heyoka_compiled import DOUBLE, QUAD
-from adapters.heyoka_effects import EffectShapes
-from adapters.heyoka_run import Run
-from adapters.heyoka_structure import structure_of
-from adapters.heyoka_switches import Modes
-from adapters.initial_state import chain_model, initial_state
-from adapters.reference_adapter import Reference
-from reference_impl import invariants
-from reference_impl.kinematics import relative_positions, relative_velocities
+from adapters.heyoka.adapter import Heyoka, HeyokaQuad
+from adapters.heyoka.compiled import DOUBLE, QUAD
+from adapters.heyoka.discrete_modes import Modes
+from adapters.heyoka.effects import EffectShapes
+from adapters.heyoka.run import Run
+from adapters.heyoka.structure import structure_of
+from adapters.reference.numpy_engines import Reference
+from reference_impl.model import invariants
+from reference_impl.model.kinematics import relative_positions, relative_velocities
 from scenarios import (
     Actuator,
     Axes,

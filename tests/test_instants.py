@@ -9,8 +9,9 @@ import pytest
 
 from adapters.engine import Knob, Setting
 from adapters.registry import ENGINES
-from scenarios import instants, load_scene
+from scenarios import load_scene
 from scenarios.load import SceneError, parse_scene
+from scenarios.toml import alignment as instants
 from tests.scene_lists import ALL
 
 if TYPE_CHECKING:

@@ -9,17 +9,17 @@ import pytest
 from adapters.engine import Knob, Setting
 from adapters.registry import ENGINES, Registration
 from barchain import api
-from barchain.job import TRUTH_ROLES, Job, Role, failure
-from barchain.pool import Room, room
-from barchain.record import new_record
-from barchain.store import Store
-from barchain.suite import Plan, Suite
-from barchain.truth_runs import truth_jobs
-from reports.outcome import Outcome
+from barchain.crossval.store import Store
+from barchain.crossval.suite import Plan, Suite
+from barchain.record.scene import new_record
+from barchain.run.job import TRUTH_ROLES, Job, Role, failure
+from barchain.run.pool import Room, room
+from barchain.solutions.reference_runs import truth_jobs
+from reports.chapters.crossval.summary import summarise
+from reports.chapters.crossval.verdict import judge
 from reports.render import render
-from reports.summary import summarise
-from reports.tables import read_results
-from reports.verdict import judge
+from reports.tables.crossval import read_results
+from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.faulty_engines import UNSOLVABLE
 from tests.stability_engines import CanNot
@@ -114,7 +114,7 @@ def unsolved(tmp_path_factory):
     names = {"Sound": "tests.faulty_engines:Sound", "CanNot": "tests.stability_engines:CanNot"}
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(ENGINES, "planted", registered(["LosesItsGrip"])["LosesItsGrip"])
-        patch.setattr("barchain.truth_runs.truth_engine", lambda: "planted")
+        patch.setattr("barchain.solutions.reference_runs.truth_engine", lambda: "planted")
         both = {name: Registration(target) for name, target in names.items()}
         result = api.compare([SCENE, UNSOLVABLE], out=folder, registered=both, need_external=True)
     return folder, result
@@ -177,7 +177,7 @@ def test_results_so_far_are_kept_and_resumed(tmp_path, monkeypatch):
     record = json.loads((tmp_path / "run.json").read_text())
     assert record["finished"]
     made = []
-    monkeypatch.setattr("barchain.suite.run_jobs", lambda jobs, **_: made.extend(jobs) or iter(()))
+    monkeypatch.setattr("barchain.crossval.suite.run_jobs", lambda jobs, **_: made.extend(jobs) or iter(()))
     second = api.compare([SCENE], out=tmp_path, resume=True, registered=registered(["Sound", "GivesUp"]))
     assert [job.engine for job in made] == ["GivesUp", "GivesUp"]  # only what failed is tried again
     kept = first.metrics.query("engine == 'Sound'")

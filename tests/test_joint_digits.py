@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adapters.reference_adapter import Reference
-from adapters.reference_fast_adapter import ReferenceFast
-from reference_impl.chain import ChainModel
+from adapters.reference.compiled_engine import ReferenceFast
+from adapters.reference.numpy_engines import Reference
 from reference_impl.fast import layout
-from reference_impl.kinematics import joined_state
-from reference_impl.packings import Minimal
+from reference_impl.integrate.coordinate_sets import Minimal
+from reference_impl.model.chain import ChainModel
+from reference_impl.model.kinematics import joined_state
+from reference_impl.model.relative import accelerations
 from reference_impl.precision import formulations
 from reference_impl.precision.arithmetic import EXACT, exact_numbers
 from reference_impl.precision.chain import Bars, joined
-from reference_impl.relative import accelerations
 from scenarios import load_scene
 from tests.fast_evaluation import refined_reactions
 

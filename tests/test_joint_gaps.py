@@ -9,17 +9,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from adapters.common.initial_state import chain_model, initial_state
 from adapters.engine import Coordinates, Engine, Knob, Setting, Trajectory
-from adapters.exudyn_adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
-from adapters.initial_state import chain_model, initial_state
-from adapters.pymunk_adapter import Pymunk, PymunkAbsolute
-from adapters.reference_adapter import Reference, ReferenceAbsolute
-from adapters.table import from_frame, to_frame
-from barchain.checks import fault
-from barchain.joint_gaps import centre_of_mass_residual, disagreement, gaps, measured
-from barchain.quantities import drifts
-from reference_impl.simulate import Simulation
-from reports.outcome import Outcome
+from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
+from adapters.pymunk.adapter import Pymunk, PymunkAbsolute
+from adapters.reference.numpy_engines import Reference, ReferenceAbsolute
+from adapters.trajectory_table import from_frame, to_frame
+from barchain.metrics.joint_gaps import centre_of_mass_residual, disagreement, gaps, measured
+from barchain.metrics.quantities import drifts
+from barchain.run.trajectory_checks import fault
+from reference_impl.integrate.simulate import Simulation
+from reports.tables.outcome import Outcome
 from scenarios import Scene, load_scene
 
 WITH_PLACES = (

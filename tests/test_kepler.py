@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from adapters.kepler import displacements, propagate, stumpff
+from adapters.common.kepler import displacements, propagate, stumpff
 
 MU = 3.986004418e14  # m³/s²
 R0 = 6.728e6  # m

@@ -2,7 +2,7 @@
 
 import pytest
 
-from reports.mathematics import AS_NONE, effect, written
+from reports.text.mathematics import AS_NONE, effect, written
 from tests.report_fixture import build
 
 

@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 
+from adapters.common.kepler import propagate
 from adapters.engine import EngineError, Knob, Setting
-from adapters.kepler import propagate
-from adapters.mujoco_adapter import Mujoco
+from adapters.mujoco.adapter import Mujoco
 from scenarios import Gravity, load_scene
 from tests.generic_scenes import generic, of_bars, steep, truth, truth_at_start, worst
 from tests.step_order import JUMPING, SMOOTH, by_steps, effect_scene, errors
@@ -138,7 +138,7 @@ def test_an_exception_in_the_callback_comes_out_and_the_callbacks_are_put_back(m
     before = mujoco.get_mjcb_control(), mujoco.get_mju_user_warning()
     engine = Mujoco()
     engine.build(steep(), Mujoco.ladder.setting())
-    monkeypatch.setattr("adapters.mujoco_adapter.MovingLoads.load", fails)
+    monkeypatch.setattr("adapters.mujoco.adapter.MovingLoads.load", fails)
     with pytest.raises(EngineError, match="no distance"):
         engine.simulate()
     assert (mujoco.get_mjcb_control(), mujoco.get_mju_user_warning()) == before

@@ -9,17 +9,17 @@ import pytest
 from click.testing import CliRunner
 
 from adapters.engine import Knob, Setting
-from adapters.heyoka_adapter import HeyokaLong
-from adapters.reference_adapter import Reference
+from adapters.heyoka.adapter import HeyokaLong
+from adapters.reference.numpy_engines import Reference
 from adapters.registry import Registration
-from barchain import oracle as oracle_module
-from barchain.commands.truths import truths
-from barchain.error_model import ErrorModel
-from barchain.oracle import OracleError, committed, oracle, table_path, table_times
-from barchain.quantities import differences
-from barchain.truth import TRUTH_CHECK_RTOL, TRUTH_RTOL, establish, twin
-from barchain.truth_making import check
-from barchain.truth_tables import DamagedTableError, physics_digest, read_table, write_table
+from barchain.cli.certified import truths
+from barchain.judge.error_model import ErrorModel
+from barchain.metrics.quantities import differences
+from barchain.solutions import certified as oracle_module
+from barchain.solutions.certified import OracleError, committed, oracle, table_path, table_times
+from barchain.solutions.certified_commit import check
+from barchain.solutions.certified_table import DamagedTableError, physics_digest, read_table, write_table
+from barchain.solutions.reference import TRUTH_CHECK_RTOL, TRUTH_RTOL, establish, twin
 from scenarios import load_scene
 from tests.scene_lists import HARD, TAME, TOLD
 

@@ -17,15 +17,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reference_impl import relative
-from reference_impl.chain import Accelerations, ChainModel, Prescription, State
-from reference_impl.kinematics import joined_state
-from reference_impl.misprint_effects import generic_model, generic_state, misprint_effects
-from reference_impl.misprints import ERRATA, Effect, Misprint
-from reference_impl.paper_form import NotSquareError, paper_accelerations, solve
-from reference_impl.paper_matrices import matrices
-from reference_impl.paper_state import paper_state, units_of
-from reference_impl.plane import along
+from reference_impl.model import relative
+from reference_impl.model.chain import Accelerations, ChainModel, Prescription, State
+from reference_impl.model.complex_vectors import along
+from reference_impl.model.kinematics import joined_state
+from reference_impl.paper.form import NotSquareError, paper_accelerations, solve
+from reference_impl.paper.matrices import matrices
+from reference_impl.paper.misprint_effects import generic_model, generic_state, misprint_effects
+from reference_impl.paper.misprints import ERRATA, Effect, Misprint
+from reference_impl.paper.state import paper_state, units_of
 from tests.arbiter import judge
 
 MU, RADIUS = 3.986004418e14, 6378e3

@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from adapters.common.kepler import propagate
 from adapters.engine import EngineError, Knob, Setting
-from adapters.kepler import propagate
-from adapters.pinocchio_adapter import Pinocchio
+from adapters.pinocchio.adapter import Pinocchio
 from scenarios import Gravity, load_scene
 from tests.generic_scenes import generic, of_bars, steep, truth, truth_at_start, worst
 from tests.step_order import JUMPING, SMOOTH, effect_scene, errors

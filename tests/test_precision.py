@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from barchain.roundoff.formulations import FORMULATIONS
-from barchain.roundoff.states import Case, Kind, exact_case
-from reference_impl import absolute as plain_absolute
-from reference_impl import relative as plain_relative
+from barchain.studies.roundoff.formulations import FORMULATIONS
+from barchain.studies.roundoff.states import Case, Kind, exact_case
+from reference_impl.model import absolute as plain_absolute
+from reference_impl.model import relative as plain_relative
 from reference_impl.precision import steppers
 from reference_impl.precision.arithmetic import EXACT, FLOAT32, FLOAT64, LONG, Arithmetic, each, exact_numbers
 from reference_impl.precision.chain import Absolute, Bars, Relative

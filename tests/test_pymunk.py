@@ -12,15 +12,15 @@ import math
 import numpy as np
 import pytest
 
-import adapters.pymunk_adapter as adapter_module
+import adapters.pymunk.adapter as adapter_module
+from adapters.common.falling_frame import falling
+from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.kepler import propagate
 from adapters.engine import EngineError, Knob, Observable, Setting
-from adapters.falling_frame import falling
-from adapters.initial_state import chain_model, initial_state
-from adapters.kepler import propagate
-from adapters.pymunk_adapter import Pymunk, PymunkAbsolute
-from adapters.pymunk_sweeps import sweeps
-from adapters.reference_adapter import Reference
-from reference_impl.invariants import relative_angular_momentum, relative_kinetic_energy
+from adapters.pymunk.adapter import Pymunk, PymunkAbsolute
+from adapters.pymunk.iteration_count import sweeps
+from adapters.reference.numpy_engines import Reference
+from reference_impl.model.invariants import relative_angular_momentum, relative_kinetic_energy
 from scenarios import Gravity, load_scene
 from tests.step_order import JUMPING, SMOOTH, by_steps, effect_scene, errors
 

@@ -8,10 +8,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from adapters.engine import EngineError
-from adapters.reference_adapter import Reference
-from adapters.reference_fast_adapter import ReferenceFast
-from barchain.own_invariants import broken
-from barchain.random_scenes import draw
+from adapters.reference.compiled_engine import ReferenceFast
+from adapters.reference.numpy_engines import Reference
+from barchain.fuzzing.random_scenes import draw
+from barchain.fuzzing.reference_checks import broken
 from scenarios import Gravity, Scene
 
 RTOL = 1e-9

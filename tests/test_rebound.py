@@ -6,10 +6,10 @@ import math
 import numpy as np
 import pytest
 
+from adapters.common.kepler import propagate
 from adapters.engine import EngineError, Knob, Setting
-from adapters.kepler import propagate
-from adapters.rebound_adapter import Rebound
-from adapters.reference_adapter import Reference
+from adapters.rebound.adapter import Rebound
+from adapters.reference.numpy_engines import Reference
 from scenarios import Gravity, load_scene
 
 EPS = np.finfo(float).eps

@@ -10,15 +10,15 @@ import rebound
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
-import barchain.mean_pull
+import barchain.metrics.mean_acceleration
+from adapters.common.initial_state import initial_state
+from adapters.common.kepler import propagate
 from adapters.engine import EngineError, Knob, Setting
-from adapters.initial_state import initial_state
-from adapters.kepler import propagate
-from adapters.rebound_adapter import Rebound
-from adapters.rebound_forces import companion
-from adapters.reference_adapter import Reference
-from barchain.model_difference import com_displacement, track_response
-from barchain.truth import twin
+from adapters.rebound.adapter import Rebound
+from adapters.rebound.forces import companion
+from adapters.reference.numpy_engines import Reference
+from barchain.metrics.model_difference import com_displacement, track_response
+from barchain.solutions.reference import twin
 from scenarios import Actuator, Axes, Drag, Frame, Gravity, Impulse, PrescribedRotation, Thrust, load_scene
 
 EPS = np.finfo(float).eps
@@ -272,7 +272,9 @@ def prediction(scene):
 
 @pytest.mark.parametrize("left_out", ["quadrupole", "oblateness"])
 def test_a_mean_pull_that_were_left_out_of_the_prediction_would_be_seen(left_out, monkeypatch):
-    monkeypatch.setattr(barchain.mean_pull, "FIELDS", barchain.mean_pull.FIELDS - {left_out})
+    monkeypatch.setattr(
+        barchain.metrics.mean_acceleration, "FIELDS", barchain.metrics.mean_acceleration.FIELDS - {left_out}
+    )
     scene = under(load_scene("effects/quadrupole"), oblateness=load_scene("effects/oblateness").effects.oblateness)
     scene = scene if left_out == "quadrupole" else under(load_scene("effects/oblateness"), gravity=Gravity.QUADRUPOLE)
     apart, allowed, _ = prediction(scene)

@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adapters.initial_state import chain_model, initial_state
-from adapters.reference_adapter import Reference
-from reference_impl.chain import ChainModel, Prescription
+from adapters.common.initial_state import chain_model, initial_state
+from adapters.reference.numpy_engines import Reference
 from reference_impl.fast.simulate import FastSimulation
-from reference_impl.invariants import com_energy, relative_kinetic_energy, tidal_energy
-from reference_impl.kinematics import relative_positions
-from reference_impl.simulate import History, Simulation
-from reference_impl.stepper import walk
+from reference_impl.integrate.simulate import History, Simulation
+from reference_impl.integrate.stepper import walk
+from reference_impl.model.chain import ChainModel, Prescription
+from reference_impl.model.invariants import com_energy, relative_kinetic_energy, tidal_energy
+from reference_impl.model.kinematics import relative_positions
 from scenarios import Gravity, Scene, load_scene
 
 MU, RADIUS = 3.986004418e14, 6378e3

@@ -18,13 +18,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from adapters.reference_adapter import Reference
-from adapters.reference_fast_adapter import ReferenceFast
+from adapters.reference.compiled_engine import ReferenceFast
+from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
-from reference_impl import relative
 from reference_impl.fast import jit
 from reference_impl.fast.simulate import FastSimulation
-from reference_impl.simulate import Simulation
+from reference_impl.integrate.simulate import Simulation
+from reference_impl.model import relative
 from scenarios import load_scene
 from tests.arbiter import judge
 from tests.fast_evaluation import fast_accelerations, with_angles
@@ -182,7 +182,7 @@ def test_without_numba_it_is_missing_with_advice(monkeypatch: pytest.MonkeyPatch
 
 
 COUNT = """
-from reference_impl.fast import walk
+from reference_impl.fast import stepper as walk
 from tests.roundoff import case
 from reference_impl.fast.simulate import FastSimulation
 s = (c := case(1, 3, "point", 0.0)).state

@@ -13,19 +13,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reference_impl import absolute, relative
-from reference_impl.chain import Accelerations, Array, Prescription, State
 from reference_impl.fast.simulate import FastSimulation
-from reference_impl.invariants import (
+from reference_impl.integrate.simulate import Simulation
+from reference_impl.model import absolute, relative
+from reference_impl.model.chain import Accelerations, Array, Prescription, State
+from reference_impl.model.complex_vectors import along, as_vectors
+from reference_impl.model.invariants import (
     com_angular_momentum,
     com_energy,
     relative_angular_momentum,
     relative_kinetic_energy,
     tidal_energy,
 )
-from reference_impl.kinematics import cross, directions
-from reference_impl.plane import along, as_vectors
-from reference_impl.simulate import Simulation
+from reference_impl.model.kinematics import cross, directions
 from tests.arbiter import field as exact_field
 from tests.fast_evaluation import fast_accelerations
 from tests.roundoff import MU, RADIUS, C, Case, U, case, forward, joint_bound, magnitudes, sums

@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from reports.charts import Frame, Line, log_panel
-from reports.numerals import as_given, powers, prefixed, significant, typeset
-from reports.orbit_chart import Geometry, joints
-from reports.palette import PAPER, SERIES, engine_pen
-from reports.reaction_charts import Reactions, nearest, spread
+from reports.chapters.crossval.orbit import Geometry, joints
+from reports.chapters.crossval.reactions import Reactions, nearest, spread
+from reports.plotting.palette import PAPER, SERIES, engine_pen
+from reports.plotting.panels import Frame, Line, log_panel
+from reports.plotting.series import floor_of, thin
 from reports.render import breakable
-from reports.series import floor_of, thin
+from reports.text.numerals import as_given, powers, prefixed, significant, typeset
 
 LEAST_CONTRAST = 3.0  # WCAG 2 for graphical objects
 

@@ -13,11 +13,11 @@ import pandas as pd
 import pytest
 
 from reports import render as reports
-from reports.numerals import significant
-from reports.outcome import Outcome
-from reports.summary import GRAVITY, WORDS, summarise
-from reports.tables import METRIC_COLUMNS, read_results
-from reports.verdict import judge, spoilt_words
+from reports.chapters.crossval.summary import GRAVITY, WORDS, summarise
+from reports.chapters.crossval.verdict import judge, spoilt_words
+from reports.tables.crossval import METRIC_COLUMNS, read_results
+from reports.tables.outcome import Outcome
+from reports.text.numerals import significant
 from tests.report_fixture import ENGINES, build
 
 if TYPE_CHECKING:

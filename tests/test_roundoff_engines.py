@@ -6,20 +6,20 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import barchain.roundoff.engines as module
-from adapters.exudyn_adapter import ExudynAbsoluteIndex3
-from adapters.initial_state import initial_state
-from adapters.reference_adapter import Reference
+import barchain.studies.roundoff.engines as module
+from adapters.common.initial_state import initial_state
+from adapters.exudyn.adapter import ExudynAbsoluteIndex3
+from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES, Registration, UnknownEngineError
-from barchain.roundoff import plan, third_parties
-from barchain.roundoff.engine_laws import NEAR, UNEXPLAINED, engine_laws
-from barchain.roundoff.engines import attempt, engine_rows, scene_at, setting_of
-from barchain.roundoff.evaluation import errors, rows_of
-from barchain.roundoff.laws import evaluation_laws, expected_exponent
-from barchain.roundoff.plan import LADDERS, make_plan
-from barchain.roundoff.states import Case, Kind, exact_case
-from barchain.roundoff.third_parties import THIRD_PARTIES, present
-from barchain.roundoff.trajectories import Family, truth_of
+from barchain.studies.roundoff import plan, third_parties
+from barchain.studies.roundoff.engine_laws import NEAR, UNEXPLAINED, engine_laws
+from barchain.studies.roundoff.engines import attempt, engine_rows, scene_at, setting_of
+from barchain.studies.roundoff.evaluation import errors, rows_of
+from barchain.studies.roundoff.laws import evaluation_laws, expected_exponent
+from barchain.studies.roundoff.plan import LADDERS, make_plan
+from barchain.studies.roundoff.states import Case, Kind, exact_case
+from barchain.studies.roundoff.third_parties import THIRD_PARTIES, present
+from barchain.studies.roundoff.trajectories import Family, truth_of
 from reference_impl.precision.arithmetic import EXACT, FLOAT64, exact_numbers
 from scenarios import load_scene
 
@@ -137,7 +137,7 @@ def test_what_is_missing_or_refused_says_so(truth, monkeypatch):
     monkeypatch.setattr(Reference, "unsupported", classmethod(lambda cls, scene: "not today"))
     rows = engine_rows(truth, "reference", 0, 1e-6)
     assert {(row["outcome"], row["reason"]) for row in rows} == {("unsupported", "not today")}
-    missing = Registration("adapters.reference_adapter:Reference", "no-such-thing", "no_such_thing", "get it")
+    missing = Registration("adapters.reference.numpy_engines:Reference", "no-such-thing", "no_such_thing", "get it")
     use(monkeypatch, missing)
     rows = engine_rows(truth, "reference", 0, 1e-6)
     assert {(row["outcome"], row["reason"]) for row in rows} == {("missing", missing.missing)}

@@ -8,18 +8,18 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from barchain.roundoff.objects import objects
+from barchain.studies.roundoff.objects import objects
+from reports.chapters.roundoff.axes import box, free, place, staggered, width
+from reports.chapters.roundoff.charts import evaluation_panels
+from reports.chapters.roundoff.page import render_roundoff
+from reports.chapters.roundoff.rows import growth_words
+from reports.chapters.roundoff.run_charts import run_panels
+from reports.chapters.roundoff.series import Fit, Key, Spread, Study
+from reports.chapters.roundoff.verdict import verdict
+from reports.chapters.roundoff.view import view_roundoff
+from reports.chapters.roundoff.words import length, listed, spelled
 from reports.render import render
-from reports.roundoff_axes import box, free, place, staggered, width
-from reports.roundoff_charts import evaluation_panels
-from reports.roundoff_page import render_roundoff
-from reports.roundoff_rows import growth_words
-from reports.roundoff_run_charts import run_panels
-from reports.roundoff_series import Fit, Key, Spread, Study
-from reports.roundoff_tables import COLUMNS, read_roundoff
-from reports.roundoff_verdict import verdict
-from reports.roundoff_view import view_roundoff
-from reports.roundoff_words import length, listed, spelled
+from reports.tables.roundoff import COLUMNS, read_roundoff
 from tests.report_fixture import build
 
 U = {"float32": 2.0**-24, "float64": 2.0**-53, "long double": 2.0**-64}

@@ -6,16 +6,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from barchain.roundoff import laws
-from barchain.roundoff.evaluation import rows_of
-from barchain.roundoff.laws import best_laws, best_table, evaluation_laws, growth_laws
-from barchain.roundoff.longitudes import longitude_rows
-from barchain.roundoff.measure import measure
-from barchain.roundoff.plan import DECADES, PARTS, Plan, Task, make_plan
-from barchain.roundoff.states import Case, Kind
-from barchain.roundoff.times import many_states, one_state
-from barchain.roundoff.trajectories import Family, chosen_step_rows, equal_step_rows, growth_rows, truth_of
-from reports.roundoff_tables import COLUMNS, read_roundoff
+from barchain.studies.roundoff import laws
+from barchain.studies.roundoff.evaluation import rows_of
+from barchain.studies.roundoff.laws import best_laws, best_table, evaluation_laws, growth_laws
+from barchain.studies.roundoff.longitudes import longitude_rows
+from barchain.studies.roundoff.measure import measure
+from barchain.studies.roundoff.plan import DECADES, PARTS, Plan, Task, make_plan
+from barchain.studies.roundoff.states import Case, Kind
+from barchain.studies.roundoff.times import many_states, one_state
+from barchain.studies.roundoff.trajectories import Family, chosen_step_rows, equal_step_rows, growth_rows, truth_of
+from reports.tables.roundoff import COLUMNS, read_roundoff
 from scenarios import load_scene
 
 MEMBERS = 12
@@ -206,7 +206,7 @@ def test_the_plan_has_every_state_size_and_arithmetic_and_at_least_30_members():
 
 def small_plan():
     """A second's work, with a task that fails."""
-    function = "barchain.roundoff.evaluation:rows_of"
+    function = "barchain.studies.roundoff.evaluation:rows_of"
     ways = (("relative", "absolute"), ("float64",))
     cases = [Case(Kind.GENERIC, 2, r, 4) for r in (1e-3, 1e-5, 1e-7)]
     good = [Task("evaluation", f"{c.ratio:g}", function, (c, *ways)) for c in cases]
@@ -250,7 +250,7 @@ def test_a_timing_is_a_ratio_with_an_interval(pair):
 
 
 def test_parts_are_known_to_the_command_line():
-    from barchain.commands.roundoff import PARTS as OFFERED
+    from barchain.cli.roundoff import PARTS as OFFERED
 
     assert OFFERED == PARTS
     assert laws.LOST == 0.1

@@ -12,22 +12,22 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from adapters.initial_state import initial_state
+from adapters.common.initial_state import initial_state
 from adapters.registry import ENGINES, Registration
-from barchain.job import Job, Role
-from barchain.scaling.evaluation import DIRECT, calibrated, evaluation_times, loop_of
-from barchain.scaling.fit import FAST, LEAST_MEMORY_B, exponent, fits_table, targets
-from barchain.scaling.measure import make_plan, measure
-from barchain.scaling.memory import Peak, mark
-from barchain.scaling.plan import BARS, SHARES, affordable, divided, predicted
-from barchain.scaling.point import Task, measure_point
-from barchain.scaling.store import ScalingStore
-from barchain.scaling.study import ScalingStudy
-from reports.outcome import Outcome
+from barchain.run.job import Job, Role
+from barchain.studies.scaling.evaluation import DIRECT, calibrated, evaluation_times, loop_of
+from barchain.studies.scaling.fit import FAST, LEAST_MEMORY_B, exponent, fits_table, targets
+from barchain.studies.scaling.measure import make_plan, measure
+from barchain.studies.scaling.memory import Peak, mark
+from barchain.studies.scaling.plan import BARS, SHARES, affordable, divided, predicted
+from barchain.studies.scaling.point import Task, measure_point
+from barchain.studies.scaling.store import ScalingStore
+from barchain.studies.scaling.study import ScalingStudy
+from reports.chapters.scaling.page import render_scaling
+from reports.chapters.scaling.view import memory_text, view_scaling
 from reports.render import render
-from reports.scaling_page import render_scaling
-from reports.scaling_tables import FIT_COLUMNS, POINT_COLUMNS, read_scaling
-from reports.scaling_view import memory_text, view_scaling
+from reports.tables.outcome import Outcome
+from reports.tables.scaling import FIT_COLUMNS, POINT_COLUMNS, read_scaling
 from scenarios import load_scene
 from tests.faulty_engines import Faulty
 from tests.report_fixture import build
@@ -65,8 +65,8 @@ def test_the_chain_keeps_its_length_mass_angle_and_rate(bars: int) -> None:
 
 
 def test_the_smallest_share_of_an_orbit_leaves_every_engine_its_own_step() -> None:
+    from adapters.common.equal_steps import step_s
     from adapters.engine import Knob
-    from adapters.steps import step_s
 
     scene = divided(load_scene(SCENE), 2, SHARES[-1])
     for name, registration in ENGINES.items():
@@ -266,10 +266,10 @@ def test_evaluations_are_timed_by_themselves(engine: str) -> None:
 
 def test_the_timed_loop_evaluates_the_chain_at_its_start() -> None:
     """Same operations in the same order as one call, contracted or not: some roundings of the terms that enter."""
-    from adapters.initial_state import chain_model
-    from barchain.scaling.compiled_loop import repeat
+    from adapters.common.initial_state import chain_model
+    from barchain.studies.scaling.compiled_loop import repeat
     from reference_impl.fast import layout
-    from reference_impl.kinematics import joined_state
+    from reference_impl.model.kinematics import joined_state
     from tests.fast_evaluation import fast_accelerations
     from tests.roundoff import C, Case, U, magnitudes
 

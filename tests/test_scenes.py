@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from adapters.initial_state import initial_state
-from barchain.cli import run
+from adapters.common.initial_state import initial_state
+from barchain.cli.main import run
 from scenarios import SceneError, SceneFile, load_scene, parse_scene, scene_names
 
 GOOD = """

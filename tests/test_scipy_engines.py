@@ -6,14 +6,14 @@ import functools
 import numpy as np
 import pytest
 
-import adapters.scipy_solver as scipy_module
-from adapters.cvode_adapter import CvodeAdams, CvodeBdf
+import adapters.ode_solvers.scipy_solver as scipy_module
 from adapters.engine import EngineError, Knob, Setting
-from adapters.library_solver import Problem, drive
+from adapters.ode_solvers.cvode_engines import CvodeAdams, CvodeBdf
+from adapters.ode_solvers.driver import Problem, drive
+from adapters.ode_solvers.engine import ATOL_SHARE
+from adapters.ode_solvers.scipy_engines import ScipyDop853, ScipyLsoda, ScipyRadau, ScipyRK45
+from adapters.ode_solvers.scipy_solver import RTOL_FLOOR, ScipySolver
 from adapters.registry import ENGINES
-from adapters.scipy_adapter import ScipyDop853, ScipyLsoda, ScipyRadau, ScipyRK45
-from adapters.scipy_solver import RTOL_FLOOR, ScipySolver
-from adapters.solver_adapter import ATOL_SHARE
 from scenarios import load_scene
 from tests.generic_scenes import steep, truth, worst
 
@@ -132,7 +132,7 @@ def test_a_success_that_lsoda_claims_for_a_state_that_is_not_finite_is_an_error(
 
 def test_cvodes_failure_is_an_error(monkeypatch, capfd):
     pytest.importorskip("sksundae")
-    monkeypatch.setattr("adapters.cvode_adapter.MOST_STEPS", 3)
+    monkeypatch.setattr("adapters.ode_solvers.cvode_engines.MOST_STEPS", 3)
     with pytest.raises(EngineError, match="CVODE, Adams"):
         CvodeAdams().run(steep(), Setting(Knob.RTOL, 1e-8))
     capfd.readouterr()

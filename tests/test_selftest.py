@@ -12,36 +12,36 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from adapters.common.equal_steps import finer_setting
 from adapters.engine import ENDED, Knob, Setting
-from adapters.reference_adapter import Reference
+from adapters.reference.numpy_engines import Reference
 from adapters.registry import find_engine
-from adapters.steps import finer_setting
-from barchain.cli import run as command
-from barchain.job import Role
-from barchain.selftest import matrix as matrix_module
-from barchain.selftest.catalogue import CONTROLS, FAULTS, SOUND, find
-from barchain.selftest.fault import Fault, Group, Size
-from barchain.selftest.matrix import Matrix, matrix, with_control
-from barchain.selftest.readings import cell, nothing
-from barchain.selftest.smallest import OCTAVES, Bracket, brackets, settled
-from barchain.selftest.stages import FALL, STAGES, find_scene
-from barchain.selftest.trial import Ground, Trial, judged, replayed
-from barchain.truth import FINE_RTOL, densely_sampled, establish, twin
-from barchain.worker import run_job
-from reference_impl import relative
+from barchain.cli.main import run as command
+from barchain.run.job import Role
+from barchain.run.worker import run_job
+from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, twin
+from barchain.studies.selftest import matrix as matrix_module
+from barchain.studies.selftest.catalogue import CONTROLS, FAULTS, SOUND, find
+from barchain.studies.selftest.check_results import cell, nothing
+from barchain.studies.selftest.detection_limit import OCTAVES, Bracket, brackets, settled
+from barchain.studies.selftest.fault import Fault, Group, Size
+from barchain.studies.selftest.matrix import Matrix, matrix, with_control
+from barchain.studies.selftest.scenes import FALL, STAGES, find_scene
+from barchain.studies.selftest.trial import Ground, Trial, judged, replayed
 from reference_impl.effects.slender import Slender
-from reports.outcome import Outcome
-from reports.selftest_page import render_selftest
-from reports.selftest_tables import COLUMNS, SMALLEST, Fate, read_selftest
-from reports.selftest_view import view_selftest
+from reference_impl.model import relative
+from reports.chapters.selftest.page import render_selftest
+from reports.chapters.selftest.view import view_selftest
+from reports.tables.outcome import Outcome
+from reports.tables.selftest import COLUMNS, SMALLEST, Fate, read_selftest
 from scenarios import load_scene
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from adapters.engine import Trajectory
-    from barchain.job import RunResult
-    from barchain.selftest.trial import Result
+    from barchain.run.job import RunResult
+    from barchain.studies.selftest.trial import Result
     from scenarios import Scene
 
 CHEAP = ("basics/libration", "basics/two_bars_free", "paper/fig15", "effects/impulse", FALL, "paper/fig17")
@@ -153,7 +153,7 @@ def test_an_engine_that_fails_by_mistake_is_no_kill() -> None:
     where = ground("basics/two_bars_free")
     broken = dataclasses.replace(FAULTS["mu"], code=lambda _: stumble(None, None, 0.0))
     trial = Trial(where, broken, 1.0)
-    from barchain.job import failure
+    from barchain.run.job import failure
 
     fell = failure(Outcome.FAILED, "TypeError: not as it is meant")
     found = cell(judged(trial, fell, fell))
@@ -167,7 +167,7 @@ def test_a_claim_to_be_invisible_is_measured() -> None:
     assert "measured" in cell(tried(where, beta)).reason
     seen = FAULTS["misprint-w-third-row"]
     claimed = dataclasses.replace(seen, invisible="it is small")
-    from barchain.selftest.invisible import moved_beyond_rounding
+    from barchain.studies.selftest.invisible import moved_beyond_rounding
 
     assert moved_beyond_rounding(Trial(where, beta, 1.0)) <= 1.0
     assert moved_beyond_rounding(Trial(where, claimed, 1.0)) > 1e3
@@ -315,7 +315,9 @@ def test_a_fault_killed_by_nothing_ends_with_exit_code_1(
 ) -> None:
     small = dataclasses.replace(FAULTS["scale-rate"], size=Size(1e-15))
     monkeypatch.setitem(FAULTS, "scale-rate", small)
-    monkeypatch.setattr("barchain.selftest.study.grounds", lambda scenes, *_, **__: [ground(s.name) for s in scenes])
+    monkeypatch.setattr(
+        "barchain.studies.selftest.study.grounds", lambda scenes, *_, **__: [ground(s.name) for s in scenes]
+    )
     assert command(["selftest", "--scene", "basics/libration", "--fault", "scale-rate"]) == 1
     said = capsys.readouterr().out
     assert "killed by nothing: scale-rate" in said
@@ -335,7 +337,7 @@ def test_every_default_scene_is_short() -> None:
 
 @pytest.mark.slow
 def test_the_full_matrix_has_no_survivor() -> None:
-    from barchain.selftest.trial import grounds
+    from barchain.studies.selftest.trial import grounds
 
     found = grounds([stage.scene() for stage in STAGES.values()], HOST)
     whole, _ = matrix(FAULTS.values(), found, HOST)

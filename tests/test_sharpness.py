@@ -6,20 +6,20 @@ import functools
 import numpy as np
 import pytest
 
-import barchain.truth
+import barchain.solutions.reference
+from adapters.common.equal_steps import finer_setting
 from adapters.engine import Knob, Setting
-from adapters.exudyn_adapter import Exudyn, ExudynIndex3, ExudynTree
-from adapters.exudyn_noise import engine_noise
-from adapters.exudyn_solver import method_for
-from adapters.rebound_adapter import Rebound
-from adapters.reference_adapter import Reference, ReferenceAbsolute
-from adapters.steps import finer_setting
-from barchain.comparison import judge
-from barchain.evidence import Evidence
-from barchain.job import RunResult
-from barchain.quantities import differences, drifts
-from barchain.truth import FINE_RTOL, densely_sampled, establish, twin
-from reports.outcome import Outcome
+from adapters.exudyn.adapter import Exudyn, ExudynIndex3, ExudynTree
+from adapters.exudyn.noise import engine_noise
+from adapters.exudyn.solve.solver import method_for
+from adapters.rebound.adapter import Rebound
+from adapters.reference.numpy_engines import Reference, ReferenceAbsolute
+from barchain.judge.comparison import judge
+from barchain.judge.evidence import Evidence
+from barchain.metrics.quantities import differences, drifts
+from barchain.run.job import RunResult
+from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, twin
+from reports.tables.outcome import Outcome
 from scenarios import load_scene
 
 SLEW = """
@@ -228,7 +228,9 @@ def test_a_manoeuvre_stirs_index_3_by_its_own_bar_and_one_order_less_than_the_st
 
 def test_the_tracks_answer_to_attitude_is_that_of_a_twin_far_enough_aside_to_be_seen(steep, monkeypatch):
     truth = truth_of(steep)
-    monkeypatch.setattr(barchain.truth, "TWIN_ASIDE", 1e-3)  # a thousandth of a metre: above the track's own error
+    monkeypatch.setattr(
+        barchain.solutions.reference, "TWIN_ASIDE", 1e-3
+    )  # a thousandth of a metre: above the track's own error
     apart = differences(truth.trajectory, run(twin(steep), 1e-13))
     seen = apart["com"][-1] / np.maximum.accumulate(apart["attitude"])[-1]
     assert truth.response["com"][-1] == pytest.approx(seen, rel=0.2)
@@ -244,5 +246,5 @@ def test_a_chain_of_points_keeps_its_energy_and_angular_momentum_with_the_tidal_
 
 def test_the_chain_of_points_needs_the_tidal_part(monkeypatch):
     scene = short("basics/point_chain", 0.5, 31)
-    monkeypatch.setattr("barchain.quantities.invariants.tidal_energy", lambda *_: 0.0)
+    monkeypatch.setattr("barchain.metrics.quantities.invariants.tidal_energy", lambda *_: 0.0)
     assert drifts(scene, run(scene, 1e-12))["energy"].max() > 1e-11

@@ -11,15 +11,15 @@ import pytest
 from adapters.engine import Knob, Setting
 from adapters.registry import ENGINES, Registration
 from barchain import api
-from barchain.job import Job, Role
-from barchain.sources import digest_of, source_digest
-from reports.outcome import Outcome
+from barchain.record.sources import digest_of, source_digest
+from barchain.run.job import Job, Role
+from reports.tables.outcome import Outcome
 from scenarios import load_scene
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.job import RunResult
+    from barchain.run.job import RunResult
 
 SCENE = "basics/two_bars_free"
 PLUG_IN = """
@@ -57,7 +57,7 @@ def test_a_changed_byte_of_a_plug_in_makes_a_comparison_run_it_anew(
     out = tmp_path / "out"
     assert api.compare([SCENE], out=out, registered=registered).outcomes[SCENE, "plugged"] is Outcome.PASS
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("barchain.suite.run_jobs", noted)
+        patch.setattr("barchain.crossval.suite.run_jobs", noted)
         assert api.compare([SCENE], out=out, registered=registered, resume=True).passed
     assert not made
     plug_in.write_text(PLUG_IN.replace("+seen", "-seen"))

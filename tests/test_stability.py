@@ -10,16 +10,16 @@ import pytest
 
 from adapters.engine import Knob, Setting
 from adapters.registry import ENGINES
-from barchain.cli import run as command
-from barchain.job import TRUTH_ROLES, Job, Role, RunResult
-from barchain.stability import expected
-from barchain.stability.expected import SLOW
-from barchain.stability.plan import HUGE, Plan, chosen_engines, coarser, default_engines, hard_scenes, settings
-from barchain.stability.rules import Finding
-from barchain.stability.study import stability
-from reports.stability_page import render_stability
-from reports.stability_tables import EVIDENCE, OUTCOMES, Stability, read_stability
-from reports.stability_view import view_stability
+from barchain.cli.main import run as command
+from barchain.run.job import TRUTH_ROLES, Job, Role, RunResult
+from barchain.studies.stability import expected
+from barchain.studies.stability.expected import SLOW
+from barchain.studies.stability.plan import HUGE, Plan, chosen_engines, coarser, default_engines, hard_scenes, settings
+from barchain.studies.stability.rules import Finding
+from barchain.studies.stability.study import stability
+from reports.chapters.stability.page import render_stability
+from reports.chapters.stability.view import view_stability
+from reports.tables.stability import EVIDENCE, OUTCOMES, Stability, read_stability
 from scenarios import load_scene
 from tests import faulty_engines
 from tests.stability_engines import FREE, CanNot, CanNotFollow, registration, scene
@@ -162,7 +162,7 @@ def test_a_study_goes_on_from_what_an_earlier_one_left(folder: Path, monkeypatch
         return []
 
     before = read_stability(folder).outcomes
-    monkeypatch.setattr("barchain.stability.study.run_jobs", nothing)
+    monkeypatch.setattr("barchain.studies.stability.study.run_jobs", nothing)
     named = [word for name in (*ours(), "scipy-rk45") for word in ("--engine", name)]
     assert command(["stability", *before.scene.unique(), *named, "--out", str(folder), "--resume"]) == 0
     assert read_stability(folder).outcomes.equals(before)
@@ -177,7 +177,7 @@ def test_forms_of_the_reference_get_ten_times_as_long_as_other_engines(
         allowed_s.update({job.engine: time_limit_s for job in jobs if job.role not in TRUTH_ROLES})
         return []
 
-    monkeypatch.setattr("barchain.stability.study.run_jobs", noted)
+    monkeypatch.setattr("barchain.studies.stability.study.run_jobs", noted)
     plan = Plan((load_scene("hard/vertical_fall"),), chosen_engines(["reference", "exudyn"]), time_limit_s=7.0)
     stability(plan, tmp_path, command="test")
     assert allowed_s == {"reference": 70.0, "exudyn": 7.0}

@@ -10,19 +10,19 @@ import numpy as np
 import pytest
 
 from adapters.engine import Knob, Setting
-from adapters.reference_adapter import Reference
-from barchain.job import Job, Role, RunResult, failure
-from barchain.model_difference import com_displacement, track_response
-from barchain.stability.evidence import evidence
-from barchain.stability.growth import linear_rate
-from barchain.stability.law import law
-from barchain.stability.plan import settings
-from barchain.stability.rules import finding
-from barchain.stability.seen import Seen
-from barchain.truth import FINE_RTOL, densely_sampled, establish, twin
-from barchain.worker import run_job
-from reports.outcome import Outcome
-from reports.stability_tables import EVIDENCE, Stability
+from adapters.reference.numpy_engines import Reference
+from barchain.metrics.model_difference import com_displacement, track_response
+from barchain.run.job import Job, Role, RunResult, failure
+from barchain.run.worker import run_job
+from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, twin
+from barchain.studies.stability.engine_runs import Seen
+from barchain.studies.stability.evidence import evidence
+from barchain.studies.stability.growth import linear_rate
+from barchain.studies.stability.law import law
+from barchain.studies.stability.plan import settings
+from barchain.studies.stability.rules import finding
+from reports.tables.outcome import Outcome
+from reports.tables.stability import EVIDENCE, Stability
 from scenarios import load_scene
 from tests import faulty_engines
 from tests.stability_engines import (
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adapters.engine import Array, Trajectory
-    from barchain.model_difference import Displacement
+    from barchain.metrics.model_difference import Displacement
     from scenarios import Scene
     from tests.faulty_engines import Faulty
 

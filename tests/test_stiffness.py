@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adapters.reference_adapter import Reference
-from adapters.reference_fast_adapter import ReferenceFast
-from barchain.quantities import differences
+from adapters.reference.compiled_engine import ReferenceFast
+from adapters.reference.numpy_engines import Reference
+from barchain.metrics.quantities import differences
 from scenarios import Scene, load_scene
 from scenarios.scene import Chain
 

@@ -9,12 +9,12 @@ import pytest
 
 from adapters.engine import Knob, Setting
 from adapters.registry import ENGINES, Registration
-from barchain import pool
-from barchain.cost.timing import Bench
-from barchain.job import Job, Role
-from barchain.pool import Room, room, run_jobs
-from barchain.threads import THREADS, one_thread_each
-from reports.outcome import Outcome
+from barchain.run import pool
+from barchain.run.job import Job, Role
+from barchain.run.pool import Room, room, run_jobs
+from barchain.run.threads import THREADS, one_thread_each
+from barchain.studies.cost.timing import Bench
+from reports.tables.outcome import Outcome
 from scenarios import load_scene
 
 if TYPE_CHECKING:

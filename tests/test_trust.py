@@ -6,21 +6,21 @@ import functools
 import numpy as np
 import pytest
 
+from adapters.common.equal_steps import finer_setting
 from adapters.engine import Coordinates, Knob, Observable, Setting
-from adapters.exudyn_adapter import Exudyn, ExudynAbsolute
-from adapters.pymunk_adapter import Pymunk
-from adapters.reference_adapter import Reference
-from adapters.steps import finer_setting
-from barchain.comparison import judge
-from barchain.declared import believed_steps, bounded
-from barchain.evidence import TURNED_RAD, Evidence, perturbed, turned_back
-from barchain.form import rounded_values
-from barchain.job import PERTURBED_ROLES, Role, RunResult
-from barchain.quantities import differences
-from barchain.sampling import MOST_TURNED_RAD, closely_sampled
-from barchain.scales import scales
-from barchain.truth import establish, twin
-from reports.outcome import Outcome
+from adapters.exudyn.adapter import Exudyn, ExudynAbsolute
+from adapters.pymunk.adapter import Pymunk
+from adapters.reference.numpy_engines import Reference
+from barchain.judge.checks.digits import rounded_values
+from barchain.judge.comparison import judge
+from barchain.judge.declared_noise import believed_steps, bounded
+from barchain.judge.evidence import TURNED_RAD, Evidence, perturbed, turned_back
+from barchain.metrics.quantities import differences
+from barchain.metrics.scales import scales
+from barchain.run.job import PERTURBED_ROLES, Role, RunResult
+from barchain.solutions.reference import establish, twin
+from barchain.solutions.sampling import MOST_TURNED_RAD, closely_sampled
+from reports.tables.outcome import Outcome
 from scenarios import load_scene
 
 SETTING = Setting(Knob.RTOL, 1e-8)

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from adapters.common.face_reversal import Facing, first_reversal, turns_and_returns, unsupported_motion
 from adapters.engine import Engine, Knob, Setting, Trajectory, UnsupportedMotionError
-from adapters.face_reversal import Facing, first_reversal, turns_and_returns, unsupported_motion
-from adapters.reference_adapter import Reference
+from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
 from barchain import api
-from barchain.support import unsupported
-from barchain.truth import establish, twin
-from reports.outcome import Outcome
+from barchain.judge.support import unsupported
+from barchain.solutions.reference import establish, twin
+from reports.tables.outcome import Outcome
 from scenarios import Axes, Gravity, Impulse, Scene, load_scene
-from scenarios.effect import End
+from scenarios.forces import End
 from tests.generic_scenes import of_bars
 
 if TYPE_CHECKING:
@@ -174,7 +174,9 @@ def instants(said: str) -> list[float]:
 def test_a_comparison_leaves_such_engines_out_with_the_bar_and_the_instant(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("barchain.truth_runs.truth_engine", lambda: "reference")  # another set would be compiled
+    monkeypatch.setattr(
+        "barchain.solutions.reference_runs.truth_engine", lambda: "reference"
+    )  # another set would be compiled
     result = api.compare([lit()], ["reference", "exudyn-tree", "pymunk"], tmp_path)
     assert result.outcomes["lit", "exudyn-tree"] is Outcome.UNSUPPORTED
     assert {result.outcomes["lit", name] for name in ("reference", "pymunk")} == {Outcome.PASS}

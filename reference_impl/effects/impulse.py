@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from reference_impl.plane import along, as_vectors
-from reference_impl.relative import Turning, balanced_torques
+from reference_impl.model.complex_vectors import along, as_vectors
+from reference_impl.model.relative import Turning, balanced_torques
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array, ChainModel, State
+    from reference_impl.model.chain import Array, ChainModel, State
 
 
 @final

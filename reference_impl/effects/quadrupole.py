@@ -9,14 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
-from reference_impl.effect import Effect, Push, Situation
 from reference_impl.effects import second_moment
-from reference_impl.kinematics import relative_positions
-from reference_impl.plane import along, as_complex
+from reference_impl.effects.base import Effect, Push, Situation
+from reference_impl.model.complex_vectors import along, as_complex
+from reference_impl.model.kinematics import relative_positions
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array, ChainModel
-    from reference_impl.plane import ComplexArray
+    from reference_impl.model.chain import Array, ChainModel
+    from reference_impl.model.complex_vectors import ComplexArray
 
 
 @final

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.plane import squared
+from reference_impl.model.complex_vectors import squared
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array
-    from reference_impl.plane import ComplexArray
+    from reference_impl.model.chain import Array
+    from reference_impl.model.complex_vectors import ComplexArray
 
 
 def spins(mu_m3_s2: float, from_mass_m: ComplexArray, along: ComplexArray) -> Array:

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
 
-from reference_impl.effect import Effect, Push, Situation
+from reference_impl.effects.base import Effect, Push, Situation
 from reference_impl.effects.quadrupole import placed
-from reference_impl.plane import along, as_complex, squared
+from reference_impl.model.complex_vectors import along, as_complex, squared
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array, ChainModel
-    from reference_impl.plane import ComplexArray
+    from reference_impl.model.chain import Array, ChainModel
+    from reference_impl.model.complex_vectors import ComplexArray
 
 SERIES_BELOW = 0.1  # of artanh's argument: there ten terms reach the last digit
 SERIES_TERMS = 10

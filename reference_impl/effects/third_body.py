@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from reference_impl.effect import Effect, Push, Situation
 from reference_impl.effects import second_moment
-from reference_impl.gravity import differences
-from reference_impl.plane import squared
+from reference_impl.effects.base import Effect, Push, Situation
+from reference_impl.model.complex_vectors import squared
+from reference_impl.model.gravity import differences
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array
-    from reference_impl.plane import ComplexArray
+    from reference_impl.model.chain import Array
+    from reference_impl.model.complex_vectors import ComplexArray
 
 
 @final

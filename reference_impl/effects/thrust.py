@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from reference_impl.effect import Effect, Push, Situation
+from reference_impl.effects.base import Effect, Push, Situation
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array, ChainModel
+    from reference_impl.model.chain import Array, ChainModel
 
 SAME_INSTANT = 1e-12  # of its time: a sample that rounding puts so little after an instant of the table is on it
 

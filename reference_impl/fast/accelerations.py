@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from reference_impl.fast.acting import move
+from reference_impl.fast.effect_dispatch import move
 from reference_impl.fast.field import ends, forces
 from reference_impl.fast.jit import compiled, inlined
 from reference_impl.fast.joints import reactions, refine
@@ -14,7 +14,7 @@ from reference_impl.fast.layout import GX, GY, LEVER, NO_GRAVITY, REFINED, RX, R
 from reference_impl.fast.trigonometry import unit_vectors
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array
+    from reference_impl.model.chain import Array
 
 
 @compiled

@@ -9,12 +9,12 @@ import numpy as np
 from reference_impl.fast.accelerations import evaluate
 from reference_impl.fast.jit import compiled
 from reference_impl.fast.layout import RX, RY, Chain, work
-from reference_impl.fast.walk import ARRIVED, EVALUATIONS, SEEN, STEPS, Ground, go, stepper
+from reference_impl.fast.stepper import ARRIVED, EVALUATIONS, SEEN, STEPS, Ground, go, stepper
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array
     from reference_impl.fast.layout import Effects, Work
-    from reference_impl.fast.walk import Stepper
+    from reference_impl.fast.stepper import Stepper
+    from reference_impl.model.chain import Array
 
 
 class Batch(NamedTuple):
@@ -50,7 +50,7 @@ class Seen(NamedTuple):
     reaction_N: Array
     """(runs, n, N-1) sizes of the joint reactions"""
     code: Array
-    """(runs,) how each walk ended, one of the codes of :mod:`reference_impl.fast.walk`"""
+    """(runs,) how each walk ended, one of the codes of :mod:`reference_impl.fast.stepper`"""
     steps: Array
     """(runs,)"""
     evaluations: Array

@@ -2,7 +2,7 @@
 
 The sweeps of :mod:`reference_impl.fast.joints` are faster, but pass on inverses. Where the system's entries differ by
 1e8 and more (nearly massless, nearly point-like bars, straight or folded) those lose the small ones, and refinement
-does not come back. Cholesky's pivots keep them. It solves the system of :mod:`reference_impl.joints`.
+does not come back. Cholesky's pivots keep them. It solves the system of :mod:`reference_impl.model.joints`.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from reference_impl.fast.layout import (
     RX,
     RY,
 )
-from reference_impl.joints import ROUNDING
+from reference_impl.model.joints import ROUNDING
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array
+    from reference_impl.model.chain import Array
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""Gravity on the bars and all that acts besides, as in :mod:`reference_impl.gravity`, in closed form.
+"""Gravity on the bars and all that acts besides, as in :mod:`reference_impl.model.gravity`, in closed form.
 
 With s = 1 + q, Encke's change s^(-3/2) - 1 is -q (3 + 3q + q²)/(s^(3/2) (1 + s^(3/2))): no digits are lost however
 small q is, and one root and one division serve field and gradient torque of a bar.
@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from reference_impl.fast.acting import keep, push
+from reference_impl.fast.bar_positions import hang_from_first
+from reference_impl.fast.effect_dispatch import keep, push
 from reference_impl.fast.jit import inlined
 from reference_impl.fast.layout import (
     COMPLIANCE,
@@ -33,10 +34,9 @@ from reference_impl.fast.layout import (
     Chain,
     Work,
 )  # fmt: skip
-from reference_impl.fast.places import hang_from_first
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array
+    from reference_impl.model.chain import Array
 
 
 @inlined

@@ -11,10 +11,10 @@ gives the reaction in between as R = S⁻¹ (g_left - a) + S⁻¹ X R_next with 
 
 The second form has no difference of large terms, so that ratios of masses along the chain cost no more digits than
 the system's condition takes; and its division runs beside the products. Sweeping from both ends halves the chain of
-operations that wait for each other. Delicate chains (:attr:`reference_impl.chain.ChainModel.delicate`) are solved by
+operations that wait for each other. Delicate chains (:attr:`reference_impl.model.chain.ChainModel.delicate`) are solved by
 :mod:`reference_impl.fast.cholesky`, unless that loses a joint. They, and all chains where reactions are looked at, are
 refined.
-Notation: w = 1/m, c = l²/(4J), n the unit vector across the bar. It solves the system of :mod:`reference_impl.joints`.
+Notation: w = 1/m, c = l²/(4J), n the unit vector across the bar. It solves the system of :mod:`reference_impl.model.joints`.
 """
 
 from __future__ import annotations
@@ -51,10 +51,10 @@ from reference_impl.fast.layout import (
     UX,
     UY,
 )  # fmt: skip
-from reference_impl.joints import ASTRAY, REFINEMENTS, ROUNDING, SETTLED
+from reference_impl.model.joints import ASTRAY, REFINEMENTS, ROUNDING, SETTLED
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array
+    from reference_impl.model.chain import Array
 
 Sub = tuple[float, float, float, float, float, bool]
 """Mobility (xx, xy, yy) and free acceleration (x, y) of a part's end, and whether all went well."""
@@ -145,7 +145,7 @@ def swept(n: int, bars: Array, rows: Array) -> bool:
 
 @compiled
 def refine(n: int, bars: Array, rows: Array) -> bool:
-    """Iterative refinement, as :meth:`reference_impl.joints.JointSystem.solve` does it.
+    """Iterative refinement, as :meth:`reference_impl.model.joints.JointSystem.solve` does it.
 
     Rows B keep the joints' openings without reactions; rows LEFT become what the reactions leave of them.
     """

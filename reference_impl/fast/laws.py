@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from reference_impl.fast.acting import sideways
+from reference_impl.fast.effect_dispatch import sideways
 from reference_impl.fast.jit import compiled
 from reference_impl.fast.joints import reactions, refine
 from reference_impl.fast.layout import (
@@ -36,7 +36,7 @@ from reference_impl.fast.layout import (
 )  # fmt: skip
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array
+    from reference_impl.model.chain import Array
 
 
 @compiled
@@ -89,7 +89,7 @@ def followed(
     """Acceleration of the angle that `law` prescribes, from its bar's and (local horizontal) its longitude's.
 
     Gravity is central: of the bar's acceleration only the reactions' share turns its longitude, and that of effects
-    which are not central, :func:`reference_impl.fast.acting.sideways`.
+    which are not central, :func:`reference_impl.fast.effect_dispatch.sideways`.
     """
     if law[LOCAL] == 0.0:
         return angular

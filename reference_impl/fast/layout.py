@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from reference_impl.chain import delicate
+from reference_impl.model.chain import delicate
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from reference_impl.chain import Array, ChainModel, GravityModel
-    from reference_impl.effect import Effect
+    from reference_impl.effects.base import Effect
+    from reference_impl.model.chain import Array, ChainModel, GravityModel
 
 GRAVITY_CODES: dict[GravityModel, int] = {"none": 0, "point": 1, "gradient": 2}
 NO_GRAVITY, GRADIENT = GRAVITY_CODES["none"], GRAVITY_CODES["gradient"]

@@ -1,4 +1,4 @@
-"""One run of the compiled reference: the same scene, messages and observables as :mod:`reference_impl.simulate`."""
+"""One run of the compiled reference: the same scene, messages and observables as :mod:`reference_impl.integrate.simulate`."""
 
 from __future__ import annotations
 
@@ -8,28 +8,29 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import DOP853
 
-from reference_impl import stiffness
-from reference_impl.effect import Situation
-from reference_impl.fast import layout, walk
+from reference_impl.effects.base import Situation
+from reference_impl.fast import layout
+from reference_impl.fast import stepper as walk
 from reference_impl.fast.accelerations import evaluate
 from reference_impl.fast.dop853 import advance, interpolate
 from reference_impl.fast.jit import compiled
 from reference_impl.fast.layout import RX, RY
-from reference_impl.joints import LOST
-from reference_impl.kinematics import gap_vectors, relative_positions
-from reference_impl.packings import Minimal
-from reference_impl.plane import along
-from reference_impl.simulate import History, Simulation
-from reference_impl.stepper import Walk, landing, stretches
-from reference_impl.switches import ModelSwitches
+from reference_impl.integrate import stiffness
+from reference_impl.integrate.coordinate_sets import Minimal
+from reference_impl.integrate.discrete_modes import ModelSwitches
+from reference_impl.integrate.simulate import History, Simulation
+from reference_impl.integrate.stepper import Walk, landing, stretches
+from reference_impl.model.complex_vectors import along
+from reference_impl.model.joints import LOST
+from reference_impl.model.kinematics import gap_vectors, relative_positions
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reference_impl.chain import Array, ChainModel
-    from reference_impl.effect import Modes
+    from reference_impl.effects.base import Modes
     from reference_impl.fast.layout import Chain, Work
-    from reference_impl.packings import Packing
+    from reference_impl.integrate.coordinate_sets import Packing
+    from reference_impl.model.chain import Array, ChainModel
 
 EXACT_RTOL = 1e-14  # a request below what rounding of states and coefficients leaves: both then are compensated
 LEAST_RTOL = 1e-15  # below it the error estimate is rounding, and steps would collapse

@@ -18,7 +18,7 @@ from reference_impl.precision.formulations import absolute, relative
 if TYPE_CHECKING:
     from reference_impl.precision.arithmetic import Arithmetic, Values
 
-GRAINS = 4.0  # roundings of a stage that a coordinate keeps, as in reference_impl.simulate
+GRAINS = 4.0  # roundings of a stage that a coordinate keeps, as in reference_impl.integrate.simulate
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def tide(a: Arithmetic, bars: Bars, com_m: Values, position_m: Values) -> tuple[Values, Values, Values]:
     """Gravity at the bars less that at the centre of mass (2, N, B), its mean, and that at the centre (2, B).
 
-    Encke's way, as in :mod:`reference_impl.gravity`: no two large numbers are subtracted.
+    Encke's way, as in :mod:`reference_impl.model.gravity`: no two large numbers are subtracted.
     """
     com = com_m[:, None]
     r2 = dot(com, com)

@@ -1,6 +1,6 @@
 """The joint system of eq. (23) in any arithmetic: block elimination, symmetric and positive definite, O(N).
 
-The same matrix as in :mod:`reference_impl.joints`, whose banded solver knows double precision only.
+The same matrix as in :mod:`reference_impl.model.joints`, whose banded solver knows double precision only.
 """
 
 from __future__ import annotations

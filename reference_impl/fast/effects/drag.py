@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.effect import EDGE_ON
+from reference_impl.effects.base import EDGE_ON
+from reference_impl.fast.bar_positions import move_from_first
 from reference_impl.fast.jit import inlined
 from reference_impl.fast.layout import (
     AX,
@@ -25,12 +26,11 @@ from reference_impl.fast.layout import (
     Acting,
     numbers,
 )
-from reference_impl.fast.places import move_from_first
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array
     from reference_impl.effects.drag import Drag
     from reference_impl.fast.layout import Chain, Work
+    from reference_impl.model.chain import Array
 
 
 def acting(effect: Drag) -> Acting:

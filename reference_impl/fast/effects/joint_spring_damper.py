@@ -10,9 +10,9 @@ from reference_impl.fast.jit import inlined
 from reference_impl.fast.layout import INVERSE_INERTIA, SPIN, Acting, numbers
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array
     from reference_impl.effects.joint_spring_damper import JointSpringDamper
     from reference_impl.fast.layout import Chain, Work
+    from reference_impl.model.chain import Array
 
 STIFFNESS, DAMPING, REST = range(3)
 

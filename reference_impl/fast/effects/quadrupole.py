@@ -11,9 +11,9 @@ from reference_impl.fast.jit import inlined
 from reference_impl.fast.layout import AX, AY, DX, DY, INVERSE_INERTIA, INVERSE_MASS, UX, UY, Acting, numbers
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array
     from reference_impl.effects.quadrupole import Quadrupole
     from reference_impl.fast.layout import Chain, Work
+    from reference_impl.model.chain import Array
 
 
 def acting(effect: Quadrupole) -> Acting:

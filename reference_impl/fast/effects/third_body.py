@@ -28,9 +28,9 @@ from reference_impl.fast.layout import (
 )
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array
     from reference_impl.effects.third_body import ThirdBody
     from reference_impl.fast.layout import Chain, Work
+    from reference_impl.model.chain import Array
 
 
 def acting(effect: ThirdBody) -> Acting:

@@ -11,9 +11,9 @@ from reference_impl.fast.jit import inlined
 from reference_impl.fast.layout import AX, AY, INVERSE_MASS, LEVER, SPIN, UX, UY, Acting, numbers
 
 if TYPE_CHECKING:
-    from reference_impl.chain import Array
     from reference_impl.effects.thrust import Thrust
     from reference_impl.fast.layout import Chain, Work
+    from reference_impl.model.chain import Array
 
 TIME, FORCE = range(2)
 

@@ -1,0 +1,58 @@
+"""Drag on bars in plain floats: free-molecular flow on a flat bar, docs/effects/drag.md."""
+
+from __future__ import annotations
+
+from math import copysign, cos, exp, hypot, sin
+from typing import TYPE_CHECKING, ClassVar
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adapters.bar_loads.interface import Bar, Here, Load, Place, Rate
+    from scenarios import Drag
+
+
+class Air:
+    """Force and torque of the air on each bar."""
+
+    of_rates: ClassVar[bool] = True
+
+    def __init__(self, bars: list[Bar], drag: Drag, radius_m: float) -> None:
+        """Drag about a body of `radius_m`."""
+        self.bars, self.drag = list(zip(bars, drag.width_m, strict=True)), drag
+        self.reference_m = radius_m + drag.altitude_m
+
+    def __call__(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+        """Load of each bar."""
+        r0 = hypot(here.x, here.y)
+        return [
+            self.load(here, r0, place, rate, bar, width)
+            for place, rate, (bar, width) in zip(places, rates, self.bars, strict=True)
+        ]
+
+    def load(self, here: Here, r0: float, place: Place, rate: Rate, bar: Bar, width: float) -> Load:
+        """Load of one bar; the frame's origin is `r0` m from the centre of the body."""
+        (x, y, angle), (vx, vy, w), drag = place, rate, self.drag
+        px, py, c, s = here.x + x, here.y + y, cos(angle), sin(angle)
+        r = hypot(px, py)
+        higher = ((here.x + px) * x + (here.y + py) * y) / (r + r0)  # r - r0
+        density = drag.density_kg_m3 * exp((self.reference_m - r0 - higher) / drag.scale_height_m)
+        kappa = (c * px + s * py) / (r * drag.scale_height_m)
+        turn = drag.rotation_rad_s
+        wx, wy, w = here.vx + vx + turn * py, here.vy + vy - turn * px, w - turn
+        across, along, length = c * wy - s * wx, c * wx + s * wy, 2.0 * bar.half
+        i2, i4 = length**3 / 12.0, length**5 / 80.0
+        k = -0.5 * width * density * copysign(1.0, across)
+        normal = k * drag.normal_coefficient * (across * (length * across - 2.0 * kappa * i2 * w) + i2 * w * w)
+        tangent = k * drag.tangential_coefficient * along * (length * across - kappa * i2 * w)
+        square = i2 * across * across + i4 * w * w
+        torque = k * drag.normal_coefficient * (2.0 * i2 * across * w - kappa * square)
+        return (tangent * c - normal * s) / bar.mass, (tangent * s + normal * c) / bar.mass, torque / bar.inertia
+
+    def faces(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[bool]:
+        """Which face of each bar meets the air."""
+        turn = self.drag.rotation_rad_s
+        return [
+            cos(a) * (here.vy + vy - turn * (here.x + x)) > sin(a) * (here.vx + vx + turn * (here.y + y))
+            for (x, y, a), (vx, vy, _) in zip(places, rates, strict=True)
+        ]

@@ -1,0 +1,71 @@
+"""What gravity does to a bar beyond a point and the gradient's torque, in plain floats: docs/effects/gravity.md."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, hypot, sin, sqrt
+from typing import TYPE_CHECKING, ClassVar
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adapters.bar_loads.fields import Central
+    from adapters.bar_loads.interface import Bar, Here, Load, Place, Rate
+
+
+@dataclass(frozen=True)
+class SecondMoment:
+    """The central body's force on a bar beyond that on a point, to the bar's second moment."""
+
+    of_rates: ClassVar[bool] = False
+    bars: list[Bar]
+    field: Central
+
+    def __call__(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+        """Load of each bar."""
+        del rates
+        return [self.load(here.x + x, here.y + y, a, bar) for (x, y, a), bar in zip(places, self.bars, strict=True)]
+
+    def load(self, x: float, y: float, angle: float, bar: Bar) -> Load:
+        """Load of one bar at (x, y) m from the centre of the body."""
+        return *self.field.second_moment(x, y, cos(angle), sin(angle), bar.inertia / bar.mass), 0.0
+
+
+@dataclass(frozen=True)
+class Slender:
+    """The central body's force on a uniform slender bar beyond that on a point, and its torque."""
+
+    of_rates: ClassVar[bool] = False
+    bars: list[Bar]
+    mu: float
+    """m³/s²"""
+
+    def __call__(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+        """Load of each bar."""
+        del rates
+        return [
+            slender(self.mu, here.x + x, here.y + y, a, bar.half)
+            for (x, y, a), bar in zip(places, self.bars, strict=True)
+        ]
+
+
+def slender(mu: float, x: float, y: float, angle: float, h: float) -> Load:
+    """What a bar of half length `h` at (x, y) m from the body feels beyond a point; nothing in it cancels."""
+    ux, uy = cos(angle), sin(angle)
+    p, q, r2 = ux * x + uy * y, ux * y - uy * x, x * x + y * y
+    e, turned = h * h / r2, 1.0 - 2.0 * p * p / r2
+    delta = small_root(e * (2.0 * turned + e))  # ab/r² - 1
+    sigma, tau = 0.5 * (e + delta), 0.5 * (delta - e)  # S²/4r² - 1, and (S² - l²)/4r² - 1
+    stretch = small_root(sigma)  # S/2r - 1
+    b = (delta + (1.0 + delta) * stretch) / (1.0 + delta + (1.0 + delta) * stretch)
+    c = (tau + delta + tau * delta - stretch) / ((1.0 + tau) * (1.0 + delta))
+    k = mu / (r2 * sqrt(r2))
+    ends = hypot(x - h * ux, y - h * uy), hypot(x + h * ux, y + h * uy)
+    ab, total = ends[0] * ends[1], ends[0] + ends[1]
+    spin = 24.0 * mu * p * q / (ab * total * (total * total - 4.0 * h * h))  # torque over m l²/12
+    return k * (p * b * ux - q * c * uy), k * (p * b * uy + q * c * ux), spin
+
+
+def small_root(x: float) -> float:
+    """Give sqrt(1 + x) - 1."""
+    return x / (1.0 + sqrt(1.0 + x))

@@ -1,0 +1,49 @@
+"""Sunlight on bars in plain floats: flat bars that face the Sun, docs/effects/solar_pressure.md; no shadow."""
+
+from __future__ import annotations
+
+from math import copysign, cos, sin
+from typing import TYPE_CHECKING, ClassVar
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adapters.bar_loads.interface import Bar, Here, Load, Place, Rate
+    from scenarios import SolarPressure
+
+
+class Sunlight:
+    """Push of the light on each bar."""
+
+    of_rates: ClassVar[bool] = False
+
+    def __init__(self, bars: list[Bar], light: SolarPressure) -> None:
+        """Light of a scene."""
+        self.light = light
+        areas = zip(bars, light.width_m, strict=True)
+        self.weight = [light.pressure_Pa * width * 2.0 * bar.half / bar.mass for bar, width in areas]
+
+    def sun(self, t_s: float) -> tuple[float, float]:
+        """Unit vector to the Sun."""
+        longitude = self.light.sun_longitude_rad + self.light.sun_rate_rad_s * t_s
+        return cos(longitude), sin(longitude)
+
+    def __call__(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+        """Load of each bar."""
+        del rates
+        sx, sy = self.sun(here.t_s)
+        return [self.load(sx, sy, angle, weight) for (_, _, angle), weight in zip(places, self.weight, strict=True)]
+
+    def load(self, sx: float, sy: float, angle: float, weight: float) -> Load:
+        """Load of one bar, `weight` m/s² where it is black and faces the Sun."""
+        c, s, mirrored = cos(angle), sin(angle), self.light.reflectivity
+        facing = c * sy - s * sx
+        side = 2.0 * mirrored * facing  # 2 rho k n' = 2 rho (n·s) n
+        k = -weight * copysign(facing, 1.0)
+        return k * ((1.0 - mirrored) * sx - side * s), k * ((1.0 - mirrored) * sy + side * c), 0.0
+
+    def faces(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[bool]:
+        """Which face of each bar is lit."""
+        del rates
+        sx, sy = self.sun(here.t_s)
+        return [cos(a) * sy > sin(a) * sx for _, _, a in places]

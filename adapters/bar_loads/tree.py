@@ -1,0 +1,30 @@
+"""A tree of joints in plain floats: where its bars are and how they move."""
+
+from __future__ import annotations
+
+from itertools import accumulate
+from math import cos, sin
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from adapters.bar_loads.interface import Bar, Place, Rate
+
+
+def tree_places(q: Sequence[float], bars: Sequence[Bar]) -> Iterator[Place]:
+    """Each bar's place in the frame, of joint coordinates (N + 2)."""
+    x, y = q[:2]
+    for angle, bar in zip(accumulate(q[2:]), bars, strict=True):
+        reach_x, reach_y = bar.half * cos(angle), bar.half * sin(angle)
+        yield x + reach_x, y + reach_y, angle
+        x, y = x + 2.0 * reach_x, y + 2.0 * reach_y
+
+
+def tree_rates(q: Sequence[float], q_t: Sequence[float], bars: Sequence[Bar]) -> Iterator[Rate]:
+    """Each bar's rates in the frame, of joint coordinates and their rates, each (N + 2)."""
+    vx, vy = q_t[:2]
+    for angle, rate, bar in zip(accumulate(q[2:]), accumulate(q_t[2:]), bars, strict=True):
+        reach_x, reach_y = -bar.half * rate * sin(angle), bar.half * rate * cos(angle)
+        yield vx + reach_x, vy + reach_y, rate
+        vx, vy = vx + 2.0 * reach_x, vy + 2.0 * reach_y

@@ -1,0 +1,1 @@
+"""What several engines need: initial state, Kepler's orbit, equal steps, falling frame, joint coordinates."""

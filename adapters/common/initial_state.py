@@ -1,0 +1,157 @@
+"""The initial state of a scene: the same numbers for every engine.
+
+Angles count from the horizontal, which is the radial direction turned by -90 degrees. A prescribed
+bar takes the rate of its law, so that law and state agree from the first instant.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reference_impl.model.chain import Array, ChainModel, GravityModel, Prescription
+from reference_impl.model.kinematics import (
+    cross,
+    directions,
+    hang_together,
+    relative_positions,
+    relative_velocities,
+)
+from scenarios import Actuator, Frame, Gravity, PrescribedRotation
+
+if TYPE_CHECKING:
+    from scenarios import Scene
+
+POINT_PART: dict[Gravity, GravityModel] = {
+    Gravity.NONE: "none",
+    Gravity.POINT: "point",
+    Gravity.GRADIENT: "gradient",
+    Gravity.QUADRUPOLE: "gradient",
+    Gravity.SLENDER: "point",
+}
+"""Gravity of the central body as the reference sees it: what is beyond is an effect of its own"""
+HORIZON_SWEEPS = 50  # the fixed point contracts by the chain's size over its radius, 1e-5 in the paper's scenes
+
+
+@dataclass(frozen=True)
+class InitialState:
+    """Where and how fast everything is at t = 0, in inertial axes."""
+
+    com_m: Array
+    """(2,)"""
+    com_velocity_m_s: Array
+    """(2,)"""
+    angle_rad: Array
+    """(N,) theta_j from the z1 axis"""
+    rate_rad_s: Array
+    """(N,)"""
+    position_m: Array
+    """(N, 2) d_j = Z_j - Z0"""
+    velocity_m_s: Array
+    """(N, 2)"""
+
+
+def initial_state(scene: Scene) -> InitialState:
+    """Initial state of `scene`, joints closed in position and velocity."""
+    model = chain_model(scene)
+    longitude = scene.orbit.longitude_rad
+    radial = np.array([math.cos(longitude), math.sin(longitude)])
+    com = scene.radius0_m * radial
+    com_velocity = scene.speed0_m_s * np.array([-radial[1], radial[0]])
+    angle = initial_angles(scene, model, com)
+    rate = initial_rates(scene, model, com, com_velocity, angle)
+    return InitialState(
+        com,
+        com_velocity,
+        angle,
+        rate,
+        relative_positions(model, angle),
+        relative_velocities(model, angle, rate),
+    )
+
+
+def initial_angles(scene: Scene, model: ChainModel, com_m: Array) -> Array:
+    """theta_j(0), (N,): from the chain's horizontal, or by fixed point from each bar's own."""
+    longitude = scene.orbit.longitude_rad
+    phi = np.array(scene.chain.angle_rad)
+    angle: Array = phi + longitude - 0.5 * math.pi
+    if scene.chain.angle_from == "chain":
+        return angle
+    for _ in range(HORIZON_SWEEPS):
+        before = angle
+        angle = phi + longitude + longitude_differences(com_m, relative_positions(model, angle)) - 0.5 * math.pi
+        if np.array_equal(angle, before):
+            break
+    return angle
+
+
+def longitude_differences(com_m: Array, position_m: Array) -> Array:
+    """Longitude of each bar's centre less that of the chain's, (N,) rad, free of cancellation."""
+    difference: Array = np.arctan2(cross(com_m, position_m), com_m @ com_m + position_m @ com_m)
+    return difference
+
+
+def initial_rates(scene: Scene, model: ChainModel, com_m: Array, com_velocity_m_s: Array, angle_rad: Array) -> Array:
+    """theta_j'(0), (N,): alpha v0/r0, and the law's own for prescribed bars.
+
+    Against the local horizontal the law asks for theta' = omega', where the bar's own longitude
+    rate depends on all bars' rates: a linear system with one row per prescribed bar.
+    """
+    rate = np.array(scene.chain.rate_factor) * scene.orbital_rate_rad_s
+    laws = scene.effects.prescribed_rotation
+    for law in laws:
+        rate[law.bar - 1] = 0.0
+    local = [p.bar - 1 for p in laws if p.frame is Frame.LOCAL_HORIZONTAL]
+    if not local:
+        return rate
+    place = com_m + relative_positions(model, angle_rad)
+    r2 = np.sum(place**2, axis=-1)
+    base = cross(place, com_velocity_m_s + relative_velocities(model, angle_rad, rate)) / r2
+    _, across = directions(angle_rad)
+    system = np.eye(len(local))
+    for column, bar in enumerate(local):
+        unit = np.zeros((model.bars, 2))
+        unit[bar] = model.half_m[bar] * across[bar]
+        system[:, column] -= (cross(place, hang_together(model, unit)) / r2)[local]
+    rate[local] = np.linalg.solve(system, base[local])
+    return rate
+
+
+def chain_model(scene: Scene) -> ChainModel:
+    """The reference's description of `scene`."""
+    model = ChainModel(
+        mu_m3_s2=scene.central_body.mu_m3_s2,
+        mass_kg=np.array(scene.chain.mass_kg),
+        length_m=np.array(scene.chain.length_m),
+        inertia_kg_m2=np.array(scene.chain.inertia_kg_m2),
+        gravity=POINT_PART[scene.effects.gravity],
+        body_radius_m=scene.central_body.radius_m,
+        prescriptions=tuple(prescription(p) for p in scene.effects.prescribed_rotation),
+    )
+    if not scene.effects.more:
+        return model
+    from adapters.common.scene_effects import effects_of, impulses_of
+
+    return dataclasses.replace(
+        model,
+        effects=effects_of(scene),
+        impulses=impulses_of(scene),
+        spring_rate_rad_s=scene.spring_rate_rad_s,
+    )
+
+
+def prescription(p: PrescribedRotation) -> Prescription:
+    """The reference's description of a prescribed rotation."""
+    neighbour = p.bar - 2 if p.bar > 1 else 1  # counted from 0
+    return Prescription(
+        bar=p.bar - 1,
+        amplitude_rad=p.amplitude_rad,
+        duration_s=p.duration_s,
+        start_s=p.start_s,
+        local_horizontal=p.frame is Frame.LOCAL_HORIZONTAL,
+        reacts_on=neighbour if p.actuator is Actuator.JOINT else None,
+    )

@@ -1,0 +1,78 @@
+"""A chain as a tree of joints: one bar's end, and each bar's angle against the one before.
+
+Coordinates (N + 2,): x and y of bar 1's left end in the frame, bar 1's angle from the frame's x axis,
+then the angle at each joint.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from reference_impl.model.kinematics import directions
+
+if TYPE_CHECKING:
+    from adapters.engine import Array
+
+
+class Posture(Protocol):
+    """Where the bars are in the frame, whose origin is the centre of mass."""
+
+    @property
+    def position_m(self) -> Array:
+        """(N, 2)."""
+
+    @property
+    def velocity_m_s(self) -> Array:
+        """(N, 2)."""
+
+    @property
+    def angle_rad(self) -> Array:
+        """(N,)."""
+
+    @property
+    def rate_rad_s(self) -> Array:
+        """(N,)."""
+
+
+def folded(length_m: Array, start: Posture) -> tuple[Array, Array]:
+    """Coordinates and rates, each (N + 2,), of a posture."""
+    (along, *_), (across, *_) = directions(start.angle_rad)
+    half = 0.5 * length_m[0]
+    left = start.position_m[0] - half * along
+    motion = start.velocity_m_s[0] - half * start.rate_rad_s[0] * across
+    return (
+        np.concatenate([left, start.angle_rad[:1], np.diff(start.angle_rad)]),
+        np.concatenate([motion, start.rate_rad_s[:1], np.diff(start.rate_rad_s)]),
+    )
+
+
+def angles(q: Array) -> Array:
+    """Bars' own angles (or rates), (n, N), of coordinates (or their rates), (n, N + 2)."""
+    return np.cumsum(q[:, 2:], axis=1)
+
+
+def places(length_m: Array, q: Array) -> Array:
+    """Bars' centres in the frame, (n, N, 2), of coordinates (n, N + 2)."""
+    along, _ = directions(angles(q))
+    return hung(q, 0.5 * length_m[:, None] * along)
+
+
+def velocities(length_m: Array, q: Array, q_t: Array) -> Array:
+    """Velocities of the bars' centres in the frame, (n, N, 2)."""
+    _, across = directions(angles(q))
+    return hung(q_t, 0.5 * length_m[:, None] * angles(q_t)[..., None] * across)
+
+
+def accelerations(length_m: Array, q: Array, q_t: Array, q_tt: Array) -> Array:
+    """Accelerations of the bars' centres in the frame, (n, N, 2)."""
+    along, across = directions(angles(q))
+    turning = angles(q_tt)[..., None] * across - (angles(q_t) ** 2)[..., None] * along
+    return hung(q_tt, 0.5 * length_m[:, None] * turning)
+
+
+def hung(base: Array, reach: Array) -> Array:
+    """Centres (n, N, 2) of bars that reach from centre to right end by `reach`, the first hung up at `base`."""
+    total: Array = base[:, None, :2] + 2.0 * np.cumsum(reach, axis=1) - reach
+    return total

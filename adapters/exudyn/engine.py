@@ -1,0 +1,115 @@
+"""What every Exudyn engine does: build, run quietly, and check what Exudyn leaves unchecked."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from adapters.common import face_reversal
+from adapters.engine import Engine, EngineError, Observable, Setting, Trajectory, UnsupportedMotionError
+from adapters.exudyn.loads.thrust import off_step_s
+from adapters.exudyn.readout import Seen, gaps, landing, places, trajectory
+from adapters.exudyn.solve.restart_segments import pieces_of, run_pieces
+from adapters.exudyn.solve.solver import method_for, settings_of, solver_of, steps_of
+
+if TYPE_CHECKING:
+    from adapters.exudyn.models.model import Model
+    from adapters.exudyn.solve.timetable import Steps
+    from scenarios import Scene
+
+SHOWN = frozenset({Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION})
+OFF_STEP = "thrust: t = {:g} s of its table is neither a sample nor half way between two; equal steps would straddle it"
+START_TOLERANCE = 1e-12  # rad, and of the largest coordinate: the first sample must be the state given
+
+
+class ExudynEngine(Engine):
+    """What all of them share: settings, running, and the checks that Exudyn leaves to its user."""
+
+    observables = SHOWN
+    absolute: ClassVar[bool] = False
+    index3: ClassVar[bool] = False
+    explicit: ClassVar[bool] = False
+
+    @classmethod
+    def unsupported(cls, scene: Scene) -> str | None:
+        """Beyond its effects: instants of a thrust's table must be ends of steps."""
+        off = off_step_s(scene)
+        return super().unsupported(scene) or (None if off is None else OFF_STEP.format(off))
+
+    @classmethod
+    def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:
+        """Equal steps pass over the instant at which a bar turns its other face to the wind or the Sun."""
+        return face_reversal.unsupported_motion(scene, motion)
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        """Assemble the model and the solver."""
+        self.scene = scene
+        self.steps = steps_of(scene, setting.value)
+        self.method = method_for(scene, explicit=self.explicit, index3=self.index3, absolute=self.absolute)
+        self.model = self.make(self.steps)
+        self.settings = settings_of(self.steps, scene.run.samples, self.method)
+        self.solver = solver_of(self.method)
+        self.pieces = pieces_of(scene, self.steps, self.method)
+
+    @abstractmethod
+    def make(self, steps: Steps) -> Model:
+        """Model of the scene."""
+
+    def simulate(self) -> None:
+        """Run the solver; whether it got to the end is seen in :meth:`read`."""
+        try:
+            self.finished = self._solve()
+        except Exception as error:
+            raise EngineError(f"Exudyn: {str(error).strip().splitlines()[0]}") from error
+
+    def _solve(self) -> bool:
+        if len(self.pieces.marks) > 2:
+            return run_pieces(self.model, self.pieces, self.settings, self.method)
+        return bool(self.solver.SolveSystem(self.model.mbs, self.settings))
+
+    def read(self) -> Trajectory:
+        """Bring out the samples up to the surface, in inertial axes."""
+        try:
+            return self._read()
+        finally:
+            self.model.close()
+
+    @abstractmethod
+    def seen(self) -> tuple[Seen, dict[str, float | str]]:
+        """Return what the sensors stored, and what else is worth telling."""
+
+    def _read(self) -> Trajectory:
+        seen, info = self.seen()
+        stored = len(seen.angle_rad)
+        axes = self.model.frame.at(self.scene.times_s[:stored])
+        landed = landing(self.scene, axes, seen)
+        self._check(seen, stored if landed is None else landed, whole=landed is None)
+        ended = ""
+        if landed is not None:
+            ended = f"a bar was below the surface at t = {self.scene.times_s[landed]:.6g} s, the next sample"
+            seen, axes = seen.first(landed), self.model.frame.at(self.scene.times_s[:landed])
+        found = trajectory(self.scene, axes, seen, ended=ended, info=info | {"steps": self.steps.count})
+        turns = face_reversal.first_reversal(self.scene, found)
+        if turns:
+            raise UnsupportedMotionError(f"Exudyn: {turns}")
+        loose = Observable.GAP in self.observables  # places of the bars are coordinates, which joints may leave open
+        return found.replace(
+            gap_m=gaps(self.scene, seen) if loose else None,
+            position_m=places(self.scene, axes, seen) if loose else None,
+            torque_N_m=seen.torque_N_m if Observable.TORQUE in self.observables else None,
+        )
+
+    def _check(self, seen: Seen, used: int, *, whole: bool) -> None:
+        """Refuse what Exudyn passes over in silence."""
+        t = self.scene.times_s
+        good = seen.finite[:used]
+        if not good.all():
+            raise EngineError(f"Exudyn: the state is not finite at t = {t[int(np.argmin(good))]:.6g} s")
+        if whole and (not self.finished or used != self.scene.run.samples):
+            raise EngineError(f"Exudyn: the solver gave up after t = {t[used - 1]:.6g} s of {t[-1]:.6g} s")
+        start = self.model.start
+        off = np.abs(seen.position_m[0] - start.position_m).max() / (np.abs(start.position_m).max() + self.scene.size_m)
+        if max(off, np.abs(seen.angle_rad[0] - start.angle_rad).max()) > START_TOLERANCE:
+            raise EngineError("Exudyn: the first sample is not the initial state")

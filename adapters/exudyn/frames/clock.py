@@ -1,0 +1,53 @@
+"""The orbit's numbers inside Exudyn's symbolic loads.
+
+Kepler's equation has no closed solution, and Exudyn evaluates a symbolic expression once for each place
+it stands in, so an unrolled Newton iteration would grow threefold with every sweep. Instead the exact
+orbit is tabulated when the model is built, see :mod:`adapters.exudyn.solve.timetable`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from adapters.exudyn.loads.loads import OrbitNumbers
+from adapters.exudyn.solve.timetable import Steps, Timetable, tabulated
+
+if TYPE_CHECKING:
+    from adapters.engine import Array
+    from adapters.exudyn.frames.orbit import KeplerOrbit
+    from adapters.exudyn.solve.timetable import Given
+
+INSIDE_DEGREE = 7  # (h n/4)^8/8! of a number's own size: below 1e-13 at 50 steps per orbit, round-off at 400
+NAMES = tuple(f.name for f in fields(OrbitNumbers))
+
+
+class Clock:
+    """Symbolic numbers of the orbit; constants if it is circular."""
+
+    def __init__(self, orbit: KeplerOrbit, steps: Steps, *, degree: int) -> None:
+        """Tabulate `orbit` as polynomials of `degree` over each of `steps`."""
+        given = orbit_given(orbit)
+        self.first = given(np.zeros(1), np.zeros(1))[0].tolist()
+        self.table = None if orbit.circular else Timetable(given, len(NAMES), steps, degree=degree)
+
+    def numbers(self, t_s: Any) -> OrbitNumbers:
+        """Orbit's numbers as functions of the symbolic time `t_s`, also inside a step."""
+        return OrbitNumbers(*(self.first if self.table is None else self.table.numbers(t_s)))
+
+
+def orbit_given(orbit: KeplerOrbit) -> Given:
+    """Orbit's numbers as functions of time."""
+
+    def given(at_s: Array, _inside_s: Array) -> Array:
+        track = orbit.at(at_s)
+        return np.stack([getattr(track, name) for name in NAMES], axis=1)
+
+    return given
+
+
+def coefficients(orbit: KeplerOrbit, steps: Steps, degree: int) -> Array:
+    """Polynomials of the orbit's numbers, (count + 1, 5 (degree + 1)), see :func:`tabulated`."""
+    return tabulated(orbit_given(orbit), steps, degree)

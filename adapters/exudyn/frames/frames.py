@@ -1,0 +1,144 @@
+"""The axes in which Exudyn's coordinates are counted, and the way back to inertial ones.
+
+Three frames: one that follows the chain's Kepler orbit and turns with its radius (x outwards, y along
+the motion), one in uniform motion where there is no gravity, and the inertial axes of the central body.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+
+from adapters.exudyn.frames.orbit import KeplerOrbit
+from scenarios import Gravity
+
+if TYPE_CHECKING:
+    from adapters.engine import Array
+    from scenarios import Scene
+
+
+@dataclass(frozen=True)
+class Axes:
+    """A frame at n instants."""
+
+    origin_m: Array
+    """(n, 2) in inertial axes"""
+    origin_velocity_m_s: Array
+    """(n, 2) in inertial axes"""
+    turn_rad: Array
+    """(n,) angle of the frame's x axis from z1, unwrapped"""
+    rate_rad_s: Array
+    """(n,)"""
+    longitude_rad: Array
+    """(n,) of the Kepler (or uniform) track, unwrapped: near it lies each bar's own"""
+
+    def to_inertial(self, vector: Array) -> Array:
+        """Components in inertial axes of (n, k, 2) vectors given in the frame's."""
+        return turned(vector, self.turn_rad[:, None])
+
+    def to_frame(self, vector: Array) -> Array:
+        """Components in the frame's axes of (n, k, 2) vectors given in inertial ones."""
+        return turned(vector, -self.turn_rad[:, None])
+
+    def relative(self, position_m: Array, velocity_m_s: Array) -> tuple[Array, Array]:
+        """Turn (n, k, 2) offsets from the origin, in inertial axes, into what the frame sees."""
+        seen = self.to_frame(position_m)
+        return seen, self.to_frame(velocity_m_s) - self.rate_rad_s[:, None, None] * perpendicular(seen)
+
+    def carried(self, seen_m: Array, velocity_m_s: Array) -> Array:
+        """Velocity from the origin, in inertial axes, of (n, k, 2) as the frame sees it."""
+        return self.to_inertial(velocity_m_s + self.rate_rad_s[:, None, None] * perpendicular(seen_m))
+
+
+def turned(vector: Array, angle_rad: Array) -> Array:
+    """Plane vectors (..., 2) turned by angles (...)."""
+    c, s = np.cos(angle_rad), np.sin(angle_rad)
+    x, y = vector[..., 0], vector[..., 1]
+    return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+
+
+def perpendicular(vector: Array) -> Array:
+    """Plane vectors (..., 2) turned by +90 degrees."""
+    return np.stack([-vector[..., 1], vector[..., 0]], axis=-1)
+
+
+class Frame(ABC):
+    """Where the axes are at any time."""
+
+    @abstractmethod
+    def at(self, t_s: Array) -> Axes:
+        """Axes at the instants `t_s`, (n,)."""
+
+
+@final
+class OrbitFrame(Frame):
+    """Rotating axes on the Kepler orbit of the chain's initial centre of mass."""
+
+    def __init__(self, orbit: KeplerOrbit) -> None:
+        self.orbit = orbit
+
+    def at(self, t_s: Array) -> Axes:
+        """Axes along the radius."""
+        track = self.orbit.at(t_s)
+        along = np.stack([track.radius_m, np.zeros_like(track.radius_m)], axis=-1)
+        motion = np.stack([track.climb_m_s, track.radius_m * track.rate_rad_s], axis=-1)
+        turn = track.longitude_rad
+        return Axes(turned(along, turn), turned(motion, turn), turn, track.rate_rad_s, turn)
+
+
+@final
+class UniformFrame(Frame):
+    """Non-rotating axes that move with the chain's centre of mass where nothing pulls it."""
+
+    def __init__(self, radius_m: float, speed_m_s: float, longitude_rad: float) -> None:
+        self.radius_m, self.speed_m_s, self.longitude_rad = radius_m, speed_m_s, longitude_rad
+
+    def at(self, t_s: Array) -> Axes:
+        """Axes parallel to the inertial ones."""
+        zero = np.zeros_like(t_s)
+        start = np.stack([zero + self.radius_m, self.speed_m_s * t_s], axis=-1)
+        speed = np.stack([zero, zero + self.speed_m_s], axis=-1)
+        longitude = self.longitude_rad + np.arctan2(start[:, 1], start[:, 0])
+        return Axes(
+            turned(start, zero + self.longitude_rad),
+            turned(speed, zero + self.longitude_rad),
+            zero,
+            zero,
+            longitude,
+        )
+
+
+@final
+class FixedFrame(Frame):
+    """The inertial axes themselves; it knows the track only to unwrap longitudes."""
+
+    def __init__(self, track: Frame) -> None:
+        self.track = track
+
+    def at(self, t_s: Array) -> Axes:
+        """Axes at rest in the centre of the body."""
+        zero, still = np.zeros_like(t_s), np.zeros((len(t_s), 2))
+        return Axes(still, still, zero, zero, self.track.at(t_s).longitude_rad)
+
+
+def orbit_of(scene: Scene) -> KeplerOrbit:
+    """Kepler orbit of the chain's initial centre of mass."""
+    return KeplerOrbit(
+        scene.central_body.mu_m3_s2, scene.radius0_m, scene.orbit.speed_factor, scene.orbit.longitude_rad
+    )
+
+
+def moving_frame(scene: Scene) -> OrbitFrame | UniformFrame:
+    """Frame that follows the chain's centre of mass."""
+    if scene.effects.gravity is Gravity.NONE:
+        return UniformFrame(scene.radius0_m, scene.speed0_m_s, scene.orbit.longitude_rad)
+    return OrbitFrame(orbit_of(scene))
+
+
+def frame_of(scene: Scene, *, absolute: bool) -> Frame:
+    """Frame of a scene."""
+    follower = moving_frame(scene)
+    return FixedFrame(follower) if absolute else follower

@@ -1,0 +1,138 @@
+"""A bar as seen from the centre of the body, in the axes of the frame: what effects beside gravity's own ask for.
+
+Written once for symbolic numbers and for NumPy arrays, as :mod:`adapters.exudyn.loads.loads`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+
+from adapters.exudyn.frames.frames import OrbitFrame, UniformFrame
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adapters.engine import Array
+    from adapters.exudyn.frames.frames import Frame
+    from adapters.exudyn.frames.orbit import KeplerOrbit
+    from adapters.exudyn.loads.loads import Motion, Number, OrbitNumbers
+
+
+@dataclass(frozen=True)
+class View:
+    """A bar's place from the centre of the body, and its inertial motion, all in the frame's axes."""
+
+    x_m: Number
+    y_m: Number
+    vx_m_s: Number
+    vy_m_s: Number
+    cosine: Number
+    """of the bar's angle from the frame's x axis"""
+    sine: Number
+    rate_rad_s: Number
+    """inertial"""
+
+    @property
+    def square_m2(self) -> Number:
+        """|Z|²."""
+        return self.x_m * self.x_m + self.y_m * self.y_m
+
+    @property
+    def along_m(self) -> Number:
+        """P = u·Z."""
+        return self.cosine * self.x_m + self.sine * self.y_m
+
+    @property
+    def across_m(self) -> Number:
+        """Q = n·Z."""
+        return self.cosine * self.y_m - self.sine * self.x_m
+
+    def body(self, along: Number, across: Number) -> tuple[Number, Number]:
+        """Components in the frame's axes of a vector given along the bar and across it."""
+        return self.cosine * along - self.sine * across, self.sine * along + self.cosine * across
+
+    def fixed(self, x: Number, y: Number) -> tuple[Number, Number]:
+        """Components along the bar and across it of a vector given in the frame's axes."""
+        return self.cosine * x + self.sine * y, self.cosine * y - self.sine * x
+
+
+class Seat(ABC):
+    """From where the frame sees: its own place and motion, as far as they depend on time."""
+
+    width: int
+    """How many numbers of time :meth:`view` asks for"""
+
+    @abstractmethod
+    def given(self, at_s: Array, inside_s: Array) -> Array:
+        """Those numbers, see :data:`adapters.exudyn.solve.timetable.Given`."""
+
+    @abstractmethod
+    def view(self, m: Motion, orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> View:
+        """Turn a bar's motion in the frame into a view."""
+
+
+@final
+class OrbitSeat(Seat):
+    """On the Kepler orbit, turning with it."""
+
+    def __init__(self, orbit: KeplerOrbit, *, moving: bool) -> None:
+        """Prepare views; the frame's climb is tabulated only if velocities are asked for, and it climbs."""
+        self.orbit = orbit
+        self.width = 1 if moving and not orbit.circular else 0
+
+    def given(self, at_s: Array, _inside_s: Array) -> Array:
+        """Rate r' of the frame's distance."""
+        return self.orbit.at(at_s).climb_m_s[:, None][:, : self.width]
+
+    def view(self, m: Motion, orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> View:
+        """Place (r + x, y), and its rate in turning axes."""
+        assert orbit is not None
+        w, x, y = orbit.rate_rad_s, orbit.radius_m + m.x_m, m.y_m
+        vx = m.vx_m_s - w * y
+        return View(x, y, numbers[0] + vx if numbers else vx, m.vy_m_s + w * x, m.cosine, m.sine, m.spin_rad_s + w)
+
+
+@final
+class UniformSeat(Seat):
+    """In uniform motion, axes parallel to the inertial ones."""
+
+    width = 2
+
+    def __init__(self, frame: UniformFrame) -> None:
+        self.frame = frame
+        self.drift = frame.at(np.zeros(1)).origin_velocity_m_s[0].tolist()
+
+    def given(self, at_s: Array, _inside_s: Array) -> Array:
+        """Place of the frame's origin."""
+        return self.frame.at(at_s).origin_m
+
+    def view(self, m: Motion, _orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> View:
+        """Origin and offset added up."""
+        (x, y), (vx, vy) = numbers, self.drift
+        return View(x + m.x_m, y + m.y_m, vx + m.vx_m_s, vy + m.vy_m_s, m.cosine, m.sine, m.spin_rad_s)
+
+
+@final
+class FixedSeat(Seat):
+    """In the centre of the body."""
+
+    width = 0
+
+    def given(self, at_s: Array, _inside_s: Array) -> Array:
+        """Nothing."""
+        return np.empty((len(at_s), 0))
+
+    def view(self, m: Motion, _orbit: OrbitNumbers | None, _numbers: Sequence[Number]) -> View:
+        """The same."""
+        return View(m.x_m, m.y_m, m.vx_m_s, m.vy_m_s, m.cosine, m.sine, m.spin_rad_s)
+
+
+def seat_of(frame: Frame, *, moving: bool) -> Seat:
+    """Seat of a frame; `moving` if velocities are asked for."""
+    if isinstance(frame, OrbitFrame):
+        return OrbitSeat(frame.orbit, moving=moving)
+    return UniformSeat(frame) if isinstance(frame, UniformFrame) else FixedSeat()

@@ -1,0 +1,152 @@
+"""Fields beside the point mass of the central body: its second moment in a bar, the exact bar, J2, Moon and Sun.
+
+Each load here is what the effect adds to :func:`adapters.exudyn.loads.loads.orbit_load` or `absolute_load`. All are small
+against gravity as they stand, so that none of them has to be a difference.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any, final
+
+from adapters.exudyn.loads.interface import Effect, directions_of
+from adapters.exudyn.loads.loads import encke
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adapters.engine import Array
+    from adapters.exudyn.frames.frames import Frame
+    from adapters.exudyn.frames.inertial_view import View
+    from adapters.exudyn.loads.interface import Extra
+    from adapters.exudyn.loads.loads import Number
+    from scenarios import Gravity, Scene, ThirdBody
+
+    Vector = tuple[Number, Number]
+
+
+@final
+class Quadrupole(Effect):
+    """Force of a bar's second moment in the central field; its torque is the gradient's."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.strength = [1.5 * scene.central_body.mu_m3_s2 * j for j in scene.chain.inertia_kg_m2]
+
+    def load(self, bar: int, view: View, _numbers: Sequence[Number], math: Any) -> Extra:
+        """(3 mu J/2r⁵) (2 p u + Z - 5 c² Z)."""
+        return *moment_force(self.strength[bar] / fifth(view.square_m2, math), 5.0, view), None
+
+
+@final
+class Slender(Effect):
+    """The exact pull on a uniform bar, less that on a point: force and torque in closed form."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.mu = scene.central_body.mu_m3_s2
+        self.mass = scene.chain.mass_kg
+        self.half = [0.5 * length for length in scene.chain.length_m]
+
+    def load(self, bar: int, view: View, _numbers: Sequence[Number], math: Any) -> Extra:
+        """(mu m e/r³) (p b u + q c n) and (mu m e/r³) p q/(D E T), with e = (h/r)².
+
+        In the words of docs/effects/gravity.md: x = e X, D² = 1 + x, 2 E² = 1 + e + D, T = E² - e, and so
+        B = 1 - 1/(D E) = e b, C = 1 - E/(T D) = e c. The factor e is taken out by hand: b and c are of order 1,
+        nothing small is a difference, and an expression stands in few places:
+
+            b = (X + D² (1 + X/(1+D))/2)/(D E (D E + 1)),   c = (T (X/(1+D)/2 - 1/2 + X T) - 1)/(T D (T D + E)).
+        """
+        h, r2, p = self.half[bar], view.square_m2, view.along_m
+        e = (h * h) / r2
+        x = 2.0 + e - 4.0 * (p * p) / r2
+        d2 = 1.0 + e * x
+        d = math.sqrt(d2)
+        square = 0.5 * (1.0 + e + d)
+        t = 0.5 * (1.0 - e + d)
+        root = math.sqrt(square)
+        half = 0.5 * x / (1.0 + d)
+        b = (x + d2 * (0.5 + half)) / (d2 * square + d * root)
+        c = (t * (half - 0.5 + x * t) - 1.0) / (d2 * t * t + t * d * root)
+        strength = self.mu * self.mass[bar] * e / (r2 * math.sqrt(r2))
+        q = view.across_m
+        fx, fy = view.body(p * b, q * c)
+        return strength * fx, strength * fy, strength * p * q / (d * root * t)
+
+
+@final
+class Oblate(Effect):
+    """J2 of the central body, in its equatorial plane."""
+
+    def __init__(self, scene: Scene) -> None:
+        flat = scene.effects.oblateness
+        assert flat is not None
+        self.b = 0.5 * scene.central_body.mu_m3_s2 * flat.j2 * flat.radius_m**2
+        self.gravity = scene.effects.gravity
+        self.mass, self.inertia = scene.chain.mass_kg, scene.chain.inertia_kg_m2
+
+    def load(self, bar: int, view: View, _numbers: Sequence[Number], math: Any) -> Extra:
+        """-3 B m Z/r⁵; 15 B J p q/r⁷; (15 B J/2r⁷) (Z + 2 p u - 7 c² Z)."""
+        r5 = fifth(view.square_m2, math)
+        pull = -3.0 * self.b * self.mass[bar] / r5
+        fx, fy = pull * view.x_m, pull * view.y_m
+        if not self.gravity.turns:
+            return fx, fy, None
+        strength = 15.0 * self.b * self.inertia[bar] / (r5 * view.square_m2)
+        if has_moment(self.gravity):
+            gx, gy = moment_force(0.5 * strength, 7.0, view)
+            fx, fy = fx + gx, fy + gy
+        return fx, fy, strength * view.along_m * view.across_m
+
+
+@final
+class Third(Effect):
+    """A body on a circle: its pull on a bar less that on the central body, by Encke's q."""
+
+    width = 2
+
+    def __init__(self, scene: Scene, body: ThirdBody, frame: Frame) -> None:
+        self.body, self.frame = body, frame
+        self.gravity = scene.effects.gravity
+        self.mass, self.inertia = scene.chain.mass_kg, scene.chain.inertia_kg_m2
+
+    def given(self, at_s: Array, _inside_s: Array) -> Array:
+        """Direction to the body in the frame's axes."""
+        return directions_of(self.frame, at_s, self.body.longitude_rad + self.body.rate_rad_s * at_s)
+
+    def load(self, bar: int, view: View, numbers: Sequence[Number], math: Any) -> Extra:
+        """-(mu_b m/D³) (Z + (Z - X) c) with c = (1+q)^(-3/2) - 1 and q = Z·(Z - 2X)/D²; the bar's second moment."""
+        far = self.body.distance_m
+        bx, by = (far * n for n in numbers)
+        q = (view.x_m * (view.x_m - 2.0 * bx) + view.y_m * (view.y_m - 2.0 * by)) / far**2
+        c, cube = encke(q, math.sqrt)
+        pull = -self.body.mu_m3_s2 * self.mass[bar] / far**3
+        fx, fy = pull * (view.x_m + (view.x_m - bx) * c), pull * (view.y_m + (view.y_m - by) * c)
+        if not self.gravity.turns:
+            return fx, fy, None
+        from_body = seen_from(view, bx, by)
+        strength = 3.0 * self.body.mu_m3_s2 * self.inertia[bar] / far**5 / ((1.0 + q) * cube)
+        if has_moment(self.gravity):
+            gx, gy = moment_force(0.5 * strength, 5.0, from_body)
+            fx, fy = fx + gx, fy + gy
+        return fx, fy, strength * from_body.along_m * from_body.across_m
+
+
+def has_moment(gravity: Gravity) -> bool:
+    """Whether a field pulls on a bar's second moment, and not only turns it."""
+    return gravity.turns and gravity.has_potential
+
+
+def fifth(square: Number, math: Any) -> Number:
+    """r⁵ of r²."""
+    return square * square * math.sqrt(square)
+
+
+def moment_force(strength: Number, power: float, view: View) -> Vector:
+    """Strength times (2 p u + Z - power c² Z)."""
+    p = view.along_m
+    radial = 1.0 - power * (p * p) / view.square_m2
+    return strength * (2.0 * p * view.cosine + radial * view.x_m), strength * (2.0 * p * view.sine + radial * view.y_m)
+
+
+def seen_from(view: View, x_m: Number, y_m: Number) -> View:
+    """Same bar, its place counted from another one."""
+    return dataclasses.replace(view, x_m=view.x_m - x_m, y_m=view.y_m - y_m)

@@ -1,0 +1,109 @@
+"""What acts on a bar, written once for Exudyn's symbolic numbers and for NumPy arrays.
+
+In the rotating frame on a Kepler orbit (radius r, rate w, k = mu/r³), a bar at (x, y) is accelerated by
+
+    2 w y' + w' y + k ((e cos f - c) x - c r),   -2 w x' - w' x + k (e cos f - c) y,
+
+where c = (1+q)^(-3/2) - 1 with q = ((2r + x) x + y²)/r² is Encke's, and w² - k = k e cos f is Kepler's
+orbit: the large terms (870 N a bar) are gone before any number is formed. A symbolic expression is
+evaluated once for each place it stands in, so `c` is written down as seldom as can be.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+Number = Any
+"""A float, an array, or Exudyn's symbolic Real: all of them add and multiply."""
+
+
+@dataclass(frozen=True)
+class Bar:
+    """What loads need to know of a bar."""
+
+    mass_kg: float
+    inertia_kg_m2: float = 0.0
+    gradient: bool = False
+    """Whether the gravity-gradient torque of eq. (17) acts"""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A bar in the frame's axes."""
+
+    x_m: Number
+    y_m: Number
+    vx_m_s: Number
+    vy_m_s: Number
+    cosine: Number
+    """of the bar's angle from the frame's x axis"""
+    sine: Number
+    spin_rad_s: Number = 0.0
+    """of the bar against the frame"""
+
+
+@dataclass(frozen=True)
+class OrbitNumbers:
+    """The frame's orbit, named as in :class:`adapters.exudyn.frames.orbit.OrbitTrack`."""
+
+    radius_m: Number
+    rate_rad_s: Number
+    spin_up_rad_s2: Number
+    pull_s2: Number
+    shape: Number
+
+
+Load = tuple[Number, Number, Number]
+"""Force along x and y (N), torque (N m)"""
+
+
+def orbit_load(bar: Bar, orbit: OrbitNumbers, m: Motion, sqrt: Callable[[Number], Number]) -> Load:
+    """Gravity and the rotating frame's forces on a bar."""
+    r, w, k = orbit.radius_m, orbit.rate_rad_s, orbit.pull_s2
+    q = ((2.0 * r + m.x_m) * m.x_m + m.y_m * m.y_m) / (r * r)
+    c, cube = encke(q, sqrt)
+    ax = 2.0 * w * m.vy_m_s + orbit.spin_up_rad_s2 * m.y_m + k * (orbit.shape * m.x_m - c * (r + m.x_m))
+    ay = -2.0 * w * m.vx_m_s - orbit.spin_up_rad_s2 * m.x_m + k * (orbit.shape - c) * m.y_m
+    torque = -bar.inertia_kg_m2 * orbit.spin_up_rad_s2 + 0.0 * m.x_m  # the frame turns faster: the bar falls behind
+    if bar.gradient:
+        torque = torque + gradient_torque(3.0 * bar.inertia_kg_m2 * k / (r * r), r + m.x_m, m, (1.0 + q) * cube)
+    return bar.mass_kg * ax, bar.mass_kg * ay, torque
+
+
+def encke(q: Number, sqrt: Callable[[Number], Number]) -> tuple[Number, Number]:
+    """(1+q)^(-3/2) - 1 without cancellation, and (1+q)^(3/2)."""
+    cube = (1.0 + q) * sqrt(1.0 + q)
+    return -1.0 * q * (3.0 + q * (3.0 + q)) / (cube * (1.0 + cube)), cube
+
+
+def absolute_load(bar: Bar, mu_m3_s2: float, m: Motion, sqrt: Callable[[Number], Number]) -> Load:
+    """Gravity on a bar whose place is counted from the centre of the body."""
+    r2 = m.x_m * m.x_m + m.y_m * m.y_m
+    cube = r2 * sqrt(r2)
+    pull = -mu_m3_s2 * bar.mass_kg / cube
+    torque = 0.0 * m.x_m
+    if bar.gradient:
+        torque = gradient_torque(3.0 * bar.inertia_kg_m2 * mu_m3_s2, m.x_m, m, r2 * cube)
+    return pull * m.x_m, pull * m.y_m, torque
+
+
+def gradient_torque(strength: Number, across: Number, m: Motion, fifth: Number) -> Number:
+    """3 mu J sin(phi) cos(phi)/rho³ by eq. (17), corrected in sign: towards the radial.
+
+    Parameters
+    ----------
+    strength : number
+        3 mu J in the unit that `fifth` leaves.
+    across : number
+        Radial component of the bar's place: its x from the centre of the body.
+    m : Motion
+    fifth : number
+        rho⁵ in that unit.
+    """
+    sine = m.cosine * across + m.sine * m.y_m  # rho sin(phi)
+    cosine = m.cosine * m.y_m - m.sine * across  # rho cos(phi)
+    return strength * sine * cosine / fifth

@@ -1,0 +1,31 @@
+"""Springs and dampers in the joints: between two bars' angles, or on a tree's own joint angle."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from adapters.exudyn.library import items
+
+if TYPE_CHECKING:
+    from scenarios import JointSpringDamper
+
+
+def add_springs(mbs: Any, springs: JointSpringDamper, markers: list[tuple[Any, Any]]) -> None:
+    """Tie pairs of coordinates, one for each joint: the second is turned by -k (difference - rest) - c its rate.
+
+    The coordinates are counted, not folded into a turn, so that springs wind up.
+
+    Parameters
+    ----------
+    mbs : MainSystem
+    springs : JointSpringDamper
+    markers : list of (MarkerIndex, MarkerIndex)
+        Of the angle before each joint and the one after it.
+    """
+    columns = zip(springs.stiffness_N_m_rad, springs.damping_N_m_s_rad, springs.rest_rad, markers, strict=True)
+    for stiffness, damping, rest, pair in columns:
+        mbs.AddObject(
+            items().ObjectConnectorCoordinateSpringDamper(
+                markerNumbers=list(pair), stiffness=stiffness, damping=damping, offset=rest
+            )
+        )

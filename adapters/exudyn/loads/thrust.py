@@ -1,0 +1,83 @@
+"""Thrust: a force on a bar's end whose size is a function of time, and the instants at which it jumps."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, final
+
+import numpy as np
+
+from adapters.exudyn.loads.interface import Effect, directions_of
+from scenarios import Axes
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adapters.engine import Array
+    from adapters.exudyn.frames.frames import Frame
+    from adapters.exudyn.frames.inertial_view import View
+    from adapters.exudyn.loads.interface import Extra
+    from adapters.exudyn.loads.loads import Number
+    from adapters.exudyn.solve.timetable import Steps
+    from scenarios import Scene, Thrust
+
+WHOLE = 1e-9  # of half a sample interval: a break this near to a step's end is at it
+
+
+@final
+class Push(Effect):
+    """One thruster."""
+
+    def __init__(self, scene: Scene, thrust: Thrust, frame: Frame) -> None:
+        self.thrust, self.frame = thrust, frame
+        self.arm = thrust.end.sign * 0.5 * scene.chain.length_m[thrust.bar - 1]
+        self.in_body = thrust.axes is Axes.BODY
+        self.width = 1 if self.in_body else 2
+
+    def acts_on(self, bar: int) -> bool:
+        """Whether the thruster is on `bar`."""
+        return bar == self.thrust.bar - 1
+
+    def given(self, at_s: Array, inside_s: Array) -> Array:
+        """Size, or the force in the frame's axes."""
+        size = sizes(self.thrust, at_s, inside_s)[:, None]
+        if self.in_body:
+            return size
+        return size * directions_of(self.frame, at_s, np.full_like(at_s, self.thrust.direction_rad))
+
+    def load(self, _bar: int, view: View, numbers: Sequence[Number], _math: Any) -> Extra:
+        """F, and ±h (u × F)."""
+        if not self.in_body:
+            x, y = numbers
+            return x, y, self.arm * view.fixed(x, y)[1]
+        along, across = math.cos(self.thrust.direction_rad), math.sin(self.thrust.direction_rad)
+        x, y = view.body(along, across)
+        return numbers[0] * x, numbers[0] * y, numbers[0] * (self.arm * across)
+
+
+def sizes(thrust: Thrust, at_s: Array, inside_s: Array) -> Array:
+    """Size at instants (k,) by the straight line that holds at other ones (k,), N; 0 outside the table."""
+    t, f = np.array(thrust.times_s), np.array(thrust.force_N)
+    i = np.searchsorted(t, inside_s) - 1
+    within = (i >= 0) & (i < len(t) - 1)
+    i = np.clip(i, 0, len(t) - 2)
+    line: Array = f[i] + (f[i + 1] - f[i]) * ((at_s - t[i]) / (t[i + 1] - t[i]))
+    return np.where(within, line, 0.0)
+
+
+def jumps_s(scene: Scene) -> list[float]:
+    """Instants inside the run at which a thrust starts or ends at once."""
+    ends = {(t.times_s[i], t.force_N[i]) for t in scene.effects.thrust for i in (0, -1)}
+    return sorted({t for t, force in ends if force and 0.0 < t < scene.run.duration_s})
+
+
+def jump_steps(scene: Scene, steps: Steps) -> list[int]:
+    """Steps at whose end a thrust starts or ends, without the last one."""
+    return sorted({steps.index(t) for t in jumps_s(scene)} - {0, steps.count})
+
+
+def off_step_s(scene: Scene) -> float | None:
+    """First instant of a thrust's table that need not be the end of a step, whatever their number, or None."""
+    half = 0.5 * scene.run.duration_s / (scene.run.samples - 1)
+    inside = sorted(t for p in scene.effects.thrust for t in p.times_s if 0.0 < t < scene.run.duration_s)
+    return next((t for t in inside if abs(t / half - round(t / half)) > WHOLE), None)

@@ -1,0 +1,194 @@
+"""The chain as an Exudyn system: the loads, the clock and the sensors that all models share."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from adapters.common.initial_state import initial_state
+from adapters.exudyn.frames.clock import Clock
+from adapters.exudyn.frames.frames import Axes, Frame, OrbitFrame, frame_of
+from adapters.exudyn.library import exu, items, symbolic_function
+from adapters.exudyn.loads.loading import Loading
+from adapters.exudyn.loads.loads import Motion
+from adapters.exudyn.solve.timetable import Timetable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from adapters.engine import Array
+    from adapters.exudyn.loads.interface import Extra
+    from adapters.exudyn.solve.timetable import Steps
+    from scenarios import Scene
+
+
+@dataclass(frozen=True)
+class Start:
+    """Initial coordinates in the frame's axes."""
+
+    position_m: Array
+    """(N, 2)"""
+    velocity_m_s: Array
+    """(N, 2)"""
+    angle_rad: Array
+    """(N,)"""
+    rate_rad_s: Array
+    """(N,)"""
+
+
+def start_of(scene: Scene, axes: Axes, *, absolute: bool) -> Start:
+    """See the initial state of `scene` from `axes`, one instant of a frame."""
+    s = initial_state(scene)
+    place, motion = s.position_m, s.velocity_m_s
+    if absolute:
+        place, motion = place + s.com_m, motion + s.com_velocity_m_s
+    seen, velocity = axes.relative(place[None], motion[None])
+    return Start(seen[0], velocity[0], s.angle_rad - axes.turn_rad[0], s.rate_rad_s - axes.rate_rad_s[0])
+
+
+class Model(ABC):
+    """An assembled system with its sensors; keeps alive what Exudyn only refers to."""
+
+    inside_degree: int
+    """Degree of the orbit's numbers within a step: 0 where loads are evaluated at its end only."""
+
+    def __init__(self, scene: Scene, steps: Steps, *, absolute: bool) -> None:
+        self.scene, self.steps, self.absolute = scene, steps, absolute
+        self.frame: Frame = frame_of(scene, absolute=absolute)
+        self.start = start_of(scene, self.frame.at(np.zeros(1)), absolute=absolute)
+        self.loading = Loading(scene, self.frame)
+        self.symbolic = exu().symbolic
+        self.system = exu().SystemContainer()
+        self.mbs: Any = self.system.AddSystem()
+        self.kept: list[Any] = []
+        self.sensors_added: list[Any] = []
+        self.stored: dict[int, list[Array]] = {}
+        self.clock: Clock | None = None
+        self.tables: list[Timetable] = []
+        self.timetable: Timetable | None = None
+        self._add_clock()
+        self._add_timetable()
+        self._start_tables()
+        self.add_chain()
+        self.mbs.Assemble()
+
+    @abstractmethod
+    def add_chain(self) -> None:
+        """Add bars, joints, loads and sensors."""
+
+    def history(self, sensor: Any) -> Array:
+        """Read what a sensor stored at the samples, (n, 1 + width), time first."""
+        pieces = self.stored.get(sensor.GetIndex())
+        return np.concatenate(pieces) if pieces else self._stored_now(sensor)
+
+    def put_away(self, samples: Callable[[int], Array]) -> None:
+        """Keep what the sensors stored, which the next run of the solver clears.
+
+        Parameters
+        ----------
+        samples : callable
+            Of the number of rows stored: which of them are samples, (rows,).
+        """
+        for sensor in self.sensors_added:
+            rows = self._stored_now(sensor)
+            self.stored.setdefault(sensor.GetIndex(), []).append(rows[samples(len(rows))])
+
+    def add_sensor(self, sensor: Any) -> Any:
+        """Add a sensor that keeps its samples in memory."""
+        index = self.mbs.AddSensor(sensor)
+        self.sensors_added.append(index)
+        return index
+
+    def _stored_now(self, sensor: Any) -> Array:
+        rows: Array = np.atleast_2d(np.array(self.mbs.GetSensorStoredData(sensor)))
+        return rows
+
+    def close(self) -> None:
+        """Free the system: symbolic functions leak without it."""
+        self.mbs.Reset()
+
+    def load(self, bar: int, m: Motion, t_s: Any) -> Extra:
+        """Load on a bar, of symbolic numbers."""
+        orbit = None if self.clock is None else self.clock.numbers(t_s)
+        numbers = [] if self.timetable is None else self.timetable.numbers(t_s)
+        return self.loading.on(bar, m, orbit, numbers, self.symbolic)
+
+    def add_load(self, bar: int, ground: Any, marker: Any) -> None:
+        """Let all loads on a bar act on the body of `marker`, between it and the ground."""
+        if not self.loading.acts_on(bar):
+            return
+        connector = "ObjectConnectorRigidBodySpringDamper"
+        function = symbolic_function(self.mbs, self.pull_on(bar), "springForceTorqueUserFunction", connector)
+        self.kept.append(function)
+        self.mbs.AddObject(
+            items().ObjectConnectorRigidBodySpringDamper(
+                markerNumbers=[ground, marker],
+                stiffness=np.zeros((6, 6)),
+                damping=np.zeros((6, 6)),
+                springForceTorqueUserFunction=function,
+            )
+        )
+
+    def pull_on(self, bar: int) -> Callable[..., list[Any]]:
+        """Return the user function of a bar's load; a connector pulls back, hence the signs."""
+
+        def pull(
+            _mbs: Any,
+            t: Any,
+            _item: Any,
+            displacement: Any,
+            rotation: Any,
+            velocity: Any,
+            spin: Any,
+            _stiffness: Any,
+            _damping: Any,
+            _axes0: Any,
+            _axes1: Any,
+            _offset: Any,
+        ) -> list[Any]:
+            c, s = self.symbolic.cos(rotation[2]), self.symbolic.sin(rotation[2])
+            m = Motion(displacement[0], displacement[1], velocity[0], velocity[1], c, s, spin[2])
+            fx, fy, torque = self.load(bar, m, t)
+            zero = 0.0 * displacement[0]
+            return [-fx, -fy, zero, zero, zero, zero if torque is None else -torque]
+
+        return pull
+
+    def add_ground(self) -> Any:
+        """Marker at the frame's origin."""
+        ground = self.mbs.AddObject(items().ObjectGround())
+        return self.mbs.AddMarker(items().MarkerBodyRigid(bodyNumber=ground))
+
+    def sense_node(self, node: Any, what: Any) -> Any:
+        """Add a sensor on a node; it keeps its samples in memory."""
+        return self.add_sensor(
+            items().SensorNode(nodeNumber=node, outputVariableType=what, storeInternal=True, writeToFile=False)
+        )
+
+    def _add_clock(self) -> None:
+        if not isinstance(self.frame, OrbitFrame):
+            return
+        self.clock = Clock(self.frame.orbit, self.steps, degree=self.inside_degree)
+        if self.clock.table is not None:
+            self.tables.append(self.clock.table)
+
+    def _add_timetable(self) -> None:
+        loading = self.loading
+        if loading.width:
+            self.timetable = Timetable(loading.given, loading.width, self.steps, degree=self.inside_degree)
+            self.tables.append(self.timetable)
+
+    def _start_tables(self) -> None:
+        for table in self.tables:
+            table.start(self.symbolic)
+        if self.tables:
+            self.mbs.SetPreStepUserFunction(self._tick)
+
+    def _tick(self, _mbs: object, t_s: float) -> bool:
+        """Before each step: Exudyn's preStepUserFunction, which gets the step's end."""
+        for table in self.tables:
+            table.tick(t_s)
+        return True

@@ -1,0 +1,143 @@
+"""What limits Exudyn's multipliers whatever the step: declared to the comparison, and derived here."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adapters.exudyn.frames.departure import departure
+from adapters.exudyn.loads.thrust import jumps_s
+
+if TYPE_CHECKING:
+    from adapters.engine import Array
+    from adapters.exudyn.solve.solver import Method
+    from scenarios import Scene
+
+DIFFERENCING = 1e-8  # Exudyn's relative step in (C_q q')_q, of `minimumCoordinateSize` or of the coordinate
+TRANSIENT = 4.0  # of h w times the chain's inertia forces: first multipliers of index 3, measured up to 2
+TREE_ROUNDINGS = 16.0  # a handful for each entry of the tree's mass matrix
+ELIMINATION = 2.0  # roundings of the mass matrix's largest entry: one on the way down, one on the way back
+PUSHED_APART = 7.0  # of a constant push along the orbit: the largest acceleration against the frame, 4 cos(nt) - 3
+LAW_PEAK = 18.0 / 16.0  # bound of the law's second derivative, eq. (28), over its amplitude and (pi/t_m)²
+PILES_UP = 4.0  # of a residual's noise: successive steps' add up while they are being damped
+
+
+def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dict[str, float | Array]:
+    """Errors beyond the method's own: ``reaction``, ``torque`` (n,), ``attitude``, ``rate``, and ``gap`` at index 3.
+
+    Index 2 asks for (C_q q')_q, which Exudyn differences forward: half the second derivative times the
+    step, DIFFERENCING min(coordinate size) of m l w², or of J w²/l where a bar's inertia is what it has to
+    turn. Newton stops at a residual, a velocity there, so that accelerations are off by residual/h, a few at a
+    time, as the trapezoidal rule damps nothing. At index 3 the residual is a place (and so a gap): over h for
+    velocities, over h² for forces, and generalized-alpha damps it by rho a step only, so that 1/(1 - rho) of
+    them add up. It also starts with multipliers of first order in the step. Its three stiff roots are all rho:
+    that transient dies away as (1 + n (1 - rho))² rho^n in n steps. Where a manoeuvre starts or ends it stirs
+    again, by one order of h w less: the law's fourth derivative jumps there, so that the multipliers and their
+    first derivative go on. Where a thrust starts or ends the run begins anew, and so does the transient.
+
+    Newton also accepts torques that are off by the residual: a bar's angular acceleration is then off by residual/J,
+    the same way for about a radian of the motion, and its angle by residual/(J w²). In absolute coordinates the
+    residual is as large as round-off of velocities of kilometres a second, and small bars turn wrongly by it.
+
+    Parameters
+    ----------
+    scene : Scene
+    step_s : float
+    method : Method
+    t_s : ndarray, shape (n,)
+    """
+    chain, mass, length = scene.chain, max(scene.chain.mass_kg), max(scene.chain.length_m)
+    rate = scene.fastest_rate_rad_s
+    force = np.full(len(t_s), DIFFERENCING * max(method.difference_m, 1.0) * turning_mass(scene) * rate**2)
+    slow = 2.0 * math.pi / scene.step_period_s  # gravity's torques go with the orbit
+    wrong = method.residual_N / min(chain.inertia_kg_m2)
+    turned: Array = np.minimum(wrong * t_s**2, wrong / slow**2)
+    wrong_rate: Array = np.minimum(wrong * t_s, wrong / slow)
+    if not method.index3:
+        force += PILES_UP * mass * method.residual_N / step_s
+        rate_noise = PILES_UP * method.residual_N / min(chain.length_m) + wrong_rate
+        return {"reaction": force, "torque": force * length, "rate": rate_noise, "attitude": turned}
+    force += PILES_UP * mass * method.residual_N / step_s**2 / (1.0 - method.spectral_radius)
+    transient = transients(scene, step_s, method, t_s)
+    residual = PILES_UP * method.residual_N / (min(chain.length_m) * step_s)
+    return {
+        "reaction": force + transient,
+        "torque": (force + transient) * length,
+        # what one step of the transient gives to the chain
+        "rate": residual + transient * step_s / (mass * scene.size_m) + wrong_rate,
+        "attitude": turned,
+        "gap": PILES_UP * method.residual_N,
+    }
+
+
+def turning_mass(scene: Scene, length_m: float | None = None) -> float:
+    """What times w² is the largest force of inertia at a joint, kg m: m l, or J/l of a bar that is hard to turn.
+
+    `length_m` is what counts as l in the first; the longest bar by default.
+    """
+    chain = scene.chain
+    turning = max(j / length for j, length in zip(chain.inertia_kg_m2, chain.length_m, strict=True))
+    return max(max(chain.mass_kg) * (length_m or max(chain.length_m)), turning)
+
+
+def transients(scene: Scene, step_s: float, method: Method, t_s: Array) -> Array:
+    """Bound of index 3's transients, at the start and at each end of a manoeuvre, (n,), N.
+
+    At the start no manoeuvre has any acceleration yet: the forces are those of the free motion. A manoeuvre
+    turns one bar, which carries the ends of the next ones along.
+    """
+    chain = scene.chain
+    rate = max(2.0 * math.pi / scene.step_period_s, scene.orbital_rate_rad_s * max(1.0, *map(abs, chain.rate_factor)))
+    thrusts = scene.effects.thrust
+    if thrusts:
+        rate = max(rate, thrust_rate_rad_s(scene))
+    force_N = turning_mass(scene, scene.size_m) * rate**2
+    found = start_transient(force_N, rate, step_s, method, t_s)
+    for start in jumps_s(scene) if thrusts else ():
+        found = np.maximum(found, start_transient(force_N, rate, step_s, method, t_s - start))
+    for p in scene.effects.prescribed_rotation:
+        own, rate = p.bar - 1, math.pi / p.duration_s
+        moved = max(chain.mass_kg[max(own - 1, 0) : own + 2]) * chain.length_m[own]
+        turning = max(moved, chain.inertia_kg_m2[own] / chain.length_m[own])
+        force_N = turning * LAW_PEAK * abs(p.amplitude_rad) * rate**2
+        for start in p.breaks_s:
+            again = start_transient(force_N * step_s * rate, rate, step_s, method, t_s - start)
+            found = np.maximum(found, again)
+    return found
+
+
+def thrust_rate_rad_s(scene: Scene) -> float:
+    """Rate at which the strongest thrust turns its own bar by a radian, when it pushes across its end."""
+    chain = scene.chain
+    return max(
+        math.sqrt(max(map(abs, p.force_N)) * 0.5 * chain.length_m[p.bar - 1] / chain.inertia_kg_m2[p.bar - 1])
+        for p in scene.effects.thrust
+    )
+
+
+def start_transient(force_N: float, rate_rad_s: float, step_s: float, method: Method, t_s: Array) -> Array:
+    """Bound of index 3's first multipliers' error, dying away, (n,), N; none before the start."""
+    n, rho = np.maximum(t_s / step_s, 0.0), method.spectral_radius
+    bound = TRANSIENT * step_s * rate_rad_s * force_N * (1.0 + n * (1.0 - rho)) ** 2 * rho**n
+    return np.where(t_s < -step_s, 0.0, bound)
+
+
+def tree_noise(scene: Scene) -> float:
+    """Error of the reactions recovered from a tree's accelerations, N.
+
+    They come from a dense mass matrix in joint coordinates, whose condition number grows as N³ at least. Its entries
+    go from the chain's mass to its moment of inertia about the first end, in SI units: elimination leaves a residual
+    of the largest entry times the largest acceleration in every row, the forces' rows too. Measured: 2e-10 N of the
+    9e-10 N that one rounding of it makes on effects/oblateness, 6e-10 N of 4e-10 N on effects/tip_masses.
+    """
+    chain, rate = scene.chain, scene.fastest_rate_rad_s
+    force = turning_mass(scene, scene.size_m) * rate**2
+    ends = np.cumsum(chain.length_m)
+    inertia = float(
+        np.sum(np.array(chain.mass_kg) * (ends - 0.5 * np.array(chain.length_m)) ** 2 + chain.inertia_kg_m2)
+    )
+    acceleration = scene.size_m * rate**2 + PUSHED_APART * departure(scene).push_m_s2
+    residual = float(np.finfo(float).eps) * ELIMINATION * inertia * acceleration
+    return residual + float(np.finfo(float).eps) * TREE_ROUNDINGS * scene.bars**3 * force

@@ -1,0 +1,1 @@
+"""Solver settings, initial accelerations, equal steps, and runs divided where loads jump."""

@@ -1,0 +1,128 @@
+"""Exudyn's solver settings: quiet, without files, with tolerances in the scene's own units."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from adapters.common.equal_steps import steps_between_samples
+from adapters.exudyn.frames.departure import departure
+from adapters.exudyn.library import exu
+from adapters.exudyn.solve.timetable import Steps
+
+if TYPE_CHECKING:
+    from scenarios import Scene
+
+SAMPLE_SLACK = 1e-7  # of a sample interval: the summed time falls short of a sample by its round-off
+# Of the least bar's inertia forces. On paper/fig05 1e-6 shows in the angles, 1e-8 in their last digits; 1e-10
+# and less change nothing (index 2 in the moving frame; index 3 asks for it at 10000 steps per orbit).
+RESIDUAL_FRACTION = 1e-10
+# Of the largest force or velocity, 45 units in the last place. On paper/fig05 in absolute coordinates 1.3e-15
+# of the velocity is still reached, 1.7e-16 is not, and Newton gives up.
+FLOOR = 1e-14
+POSITION_FLOOR = 1e-15  # of a position, for joints held at position level
+DIFFERENCE_FRACTION = 1e-2  # of a bar: least coordinate by which Exudyn's numerical derivatives step
+LARGEST_DIFFERENCE = 100.0  # in absolute coordinates; larger ones turn angles so far that it shows in multipliers
+ITERATIONS = 200  # joint motors converge linearly
+
+
+def steps_of(scene: Scene, steps_per_orbit: float) -> Steps:
+    """Choose at least as many steps as asked for, a whole number of them between samples."""
+    count = steps_between_samples(scene, steps_per_orbit) * (scene.run.samples - 1)
+    return Steps(scene.run.duration_s / count, count)
+
+
+@dataclass(frozen=True)
+class Method:
+    """Which integrator, and how hard Newton tries."""
+
+    explicit: bool = False
+    index3: bool = False
+    spectral_radius: float = 0.9
+    """of index 3: with 1 the multipliers oscillate undamped"""
+    residual_N: float = 1e-12
+    difference_m: float = 1.0
+
+
+def settings_of(steps: Steps, samples: int, method: Method) -> Any:
+    """SimulationSettings for a run."""
+    settings = exu().SimulationSettings()
+    end_s = steps.size_s * steps.count
+    time = settings.timeIntegration
+    time.endTime, time.numberOfSteps = end_s, steps.count
+    time.verboseMode = time.verboseModeFile = 0
+    time.adaptiveStep = False
+    time.stepInformation = 0
+    settings.solution.file.write = False
+    settings.solution.sensors.writePeriod = end_s / (samples - 1) * (1.0 - SAMPLE_SLACK)
+    if method.explicit:
+        time.solverType = exu().DynamicSolverType.RK67
+        time.explicit.computeEndOfStepAccelerations = True
+        return settings
+    time.newton.relativeTolerance = 0.0
+    time.newton.absoluteTolerance = method.residual_N
+    time.newton.useModifiedNewton = True
+    time.newton.maxIterations = time.newton.maxModifiedNewtonIterations = ITERATIONS
+    time.newton.numericalDifferentiation.minimumCoordinateSize = method.difference_m
+    alpha = time.generalizedAlpha
+    alpha.computeInitialAccelerations = True
+    alpha.useNewmark = alpha.useIndex2Constraints = not method.index3
+    alpha.spectralRadius = method.spectral_radius
+    return settings
+
+
+def solver_of(method: Method) -> Any:
+    """Solver object; calling it directly avoids the banner that mbs.SolveDynamic prints on failure."""
+    return exu().MainSolverExplicit() if method.explicit else exu().MainSolverImplicitSecondOrder()
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Sizes of what Newton's residual is made of: it adds up forces, velocities and (index 3) positions."""
+
+    least_force_N: float
+    """inertia force of the bar with the smallest"""
+    force_N: float
+    """the largest force that enters"""
+    velocity_m_s: float
+    position_m: float
+    torque_per_gap_N: float = 1.0
+    """What counts as a gap of 1 m in the residual: no less than that, or than the reactions' torque on a bar that is
+    turned to close it"""
+
+
+def scales_of(scene: Scene, *, absolute: bool) -> Scales:
+    """Scales of a scene in a moving frame or in absolute coordinates."""
+    chain = scene.chain
+    rate = max(scene.orbital_rate_rad_s, scene.mean_motion_rad_s)
+    rate *= max(1.0, *map(abs, chain.rate_factor))
+    least = min(m * length for m, length in zip(chain.mass_kg, chain.length_m, strict=True)) * rate**2
+    slews = [abs(p.amplitude_rad) * (math.pi / p.duration_s) ** 2 for p in scene.effects.prescribed_rotation]
+    force = max(chain.mass_kg) * scene.size_m * (rate**2 + max(slews, default=0.0))
+    if not absolute:
+        away = departure(scene)
+        force += away.force_N(scene)
+        return Scales(least, force, scene.size_m * rate + away.speed_m_s, scene.size_m + away.distance_m)
+    gravity = scene.central_body.mu_m3_s2 / scene.radius0_m**2 * max(chain.mass_kg)
+    speed = max(scene.speed0_m_s, scene.size_m * rate)
+    return Scales(least, max(force, gravity), speed, scene.radius0_m, max(1.0, force))
+
+
+def residual_N(scales: Scales, bars: int, *, index3: bool) -> float:
+    """Newton's absolute tolerance: a small part of the least bar's forces, but never below round-off."""
+    floor = FLOOR * math.sqrt(bars) * max(scales.force_N, scales.velocity_m_s)
+    if index3:
+        floor = max(floor, POSITION_FLOOR * math.sqrt(bars) * scales.position_m * scales.torque_per_gap_N)
+    return max(RESIDUAL_FRACTION * scales.least_force_N, floor)
+
+
+def method_for(scene: Scene, *, explicit: bool, index3: bool, absolute: bool) -> Method:
+    """Integrator and tolerances for a scene."""
+    bar = min(scene.chain.length_m)
+    return Method(
+        explicit=explicit,
+        index3=index3,
+        residual_N=residual_N(scales_of(scene, absolute=absolute), scene.bars, index3=index3),
+        difference_m=min(bar, LARGEST_DIFFERENCE) if absolute else DIFFERENCE_FRACTION * bar,
+    )

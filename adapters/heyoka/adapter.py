@@ -1,0 +1,81 @@
+"""The oracle: heyoka's Taylor integration of equations derived apart from the reference's; see design/oracle.md."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, ClassVar, final
+
+from adapters.engine import Coordinates, Engine, Knob, Ladder, Observable, Setting, Trajectory
+from adapters.heyoka.compiled import DOUBLE, LONG, QUAD, Precision
+from adapters.heyoka.run import Run
+
+if TYPE_CHECKING:
+    from scenarios import Scene
+
+EVERYTHING = frozenset(
+    {f"gravity.{model}" for model in ("none", "point", "gradient", "quadrupole", "slender")}
+    | {"oblateness", "third_body", "drag", "solar_pressure", "solar_pressure.shadow", "joint_spring_damper"}
+    | {"thrust.body", "thrust.inertial", "impulse"}
+    | {f"prescribed_rotation.{what}" for what in ("inertial", "local_horizontal", "external", "joint")}
+)
+
+
+def rungs(finest: int) -> tuple[float, ...]:
+    """1e-4 to 1e-`finest`, a decade each."""
+    return tuple(float(f"1e-{k}") for k in range(4, finest + 1))
+
+
+class HeyokaEngine(Engine):
+    """What all precisions share: centre of mass and inertial angles, no joint that could open."""
+
+    coordinates = Coordinates.RELATIVE
+    order = None
+    effects = EVERYTHING
+    observables = frozenset(
+        {Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION, Observable.TORQUE}
+        | {Observable.IMPULSE}
+    )
+    precision: ClassVar[Precision]
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        """Derive and compile."""
+        begun = time.perf_counter()
+        self.ran = Run(scene, scene.times_s, self.precision, setting.value)
+        self.compile_s = time.perf_counter() - begun
+
+    def simulate(self) -> None:
+        """Integrate; samples come by dense output."""
+        self.ran.walk()
+
+    def read(self) -> Trajectory:
+        """Observables at the samples, reactions and torques by a compiled function of the states."""
+        seen = self.ran.trajectory()
+        seen.info["compile_s"] = self.compile_s
+        return seen
+
+
+@final
+class Heyoka(HeyokaEngine):
+    """Double precision."""
+
+    title = "heyoka, Taylor series of adaptive order, double precision"
+    ladder = Ladder(Knob.RTOL, rungs(16), default=1e-12)
+    precision = DOUBLE
+
+
+@final
+class HeyokaLong(HeyokaEngine):
+    """Extended precision of x86, 64 bits of mantissa."""
+
+    title = "heyoka, Taylor series of adaptive order, long double"
+    ladder = Ladder(Knob.RTOL, rungs(19), default=1e-15)
+    precision = LONG
+
+
+@final
+class HeyokaQuad(HeyokaEngine):
+    """Quadruple precision, in software."""
+
+    title = "heyoka, Taylor series of adaptive order, quadruple precision"
+    ladder = Ladder(Knob.RTOL, rungs(30), default=1e-20)
+    precision = QUAD

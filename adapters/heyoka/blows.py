@@ -1,0 +1,63 @@
+"""Blows in the oracle's equations: the articulated chain with impulses for forces, and jumps for accelerations.
+
+Newton's and Euler's laws integrated over an instant: m (c - t) is the impulse of a bar's joints, with c the jump of
+its centre's velocity and t the blow's share, I/m; J times the jump of the rate is the moment of all impulses. What
+does not grow within an instant drops out: rates, gravity, springs, air. A free bar is met as ever; a prescribed one
+keeps the rate of its law, so that its jump is 0 in inertial axes, and against the local horizontal that of its
+longitude's rate, (Z x c)/r². The motor, or what holds it, gives the impulsive torque for that.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+from adapters.heyoka.equations import Bar, Symbol, motion
+from adapters.heyoka.fields import Pair, cross
+from adapters.heyoka.pushes import end_force
+from adapters.heyoka.structure import Part
+from adapters.heyoka.system import as_symbol, parameter, total
+
+if TYPE_CHECKING:
+    from adapters.heyoka.structure import Structure
+    from adapters.heyoka.system import System
+
+
+def jumps(structure: Structure, whole: System) -> list[Symbol]:
+    """Jumps of Z0' (2) and of theta' (N), and the impulsive reactions on bar j from bar j+1 (2 each)."""
+    angle = whole.variables[4 : 4 + structure.bars]
+    impulses = [impulse(structure, j, bar, angle[j]) for j, bar in enumerate(whole.bars)]
+    bars = [struck(bar, *blow) for bar, blow in zip(whole.bars, impulses, strict=True)]
+    found = motion(bars, structure, [0.0] * len(structure.laws))
+    share = shares(structure)
+    track = [total(share, [b.tide[k] for b in bars]) for k in (0, 1)]
+    return [as_symbol(x) for x in [*track, *found.turn, *(x for pair in found.reaction for x in pair)]]
+
+
+def shares(structure: Structure) -> list[Any]:
+    """m_j/M."""
+    return [parameter(structure, Part.SHARE, j) for j in range(structure.bars)]
+
+
+def impulse(structure: Structure, j: int, bar: Bar, angle: Symbol) -> tuple[Pair, Symbol]:
+    """Sum of the blows on a bar, and their moment about its centre."""
+    import heyoka as hy
+
+    x: Symbol = 0.0
+    y: Symbol = 0.0
+    moment: Symbol = 0.0
+    for k, shape in enumerate(structure.effects.blows):
+        if shape.bar == j:
+            direction, size = (hy.par[structure.slot(f"blow_{k}_{what}")] for what in ("direction", "size"))
+            blow = end_force(shape, direction, size, angle)
+            x, y = x + blow[0], y + blow[1]
+            moment = moment + shape.side * cross(bar.reach, blow)
+    return (x, y), moment
+
+
+def struck(bar: Bar, blow: Pair, moment: Symbol) -> Bar:
+    """A bar in which jumps stand for accelerations: no rates, and the blow for gravity."""
+    jump = blow[0] / bar.mass, blow[1] / bar.mass
+    return dataclasses.replace(
+        bar, rate=0.0, velocity=(0.0, 0.0), tide=jump, torque=moment, swerve=cross(bar.place, jump)
+    )

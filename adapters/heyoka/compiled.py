@@ -1,0 +1,149 @@
+"""Compiled integrators and functions, shared by the runs of one process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from adapters.heyoka.system import System, system
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from adapters.heyoka.structure import Numbers, Structure
+
+KEPT = 64  # compiled codes kept by a process; one takes some megabytes
+
+
+@dataclass(frozen=True)
+class Precision:
+    """A floating-point type of heyoka."""
+
+    name: str
+    """``double``, ``long double`` or ``real128``"""
+
+    @property
+    def type(self) -> Any:
+        """The type itself."""
+        import heyoka as hy
+
+        return {"double": float, "long double": np.longdouble}.get(self.name) or hy.real128
+
+    @property
+    def number(self) -> Callable[[Any], Any]:
+        """What makes a number of it from a float or a decimal string, without rounding the one to the other."""
+        return self.type  # type: ignore[no-any-return]
+
+
+DOUBLE, LONG, QUAD = Precision("double"), Precision("long double"), Precision("real128")
+
+
+@lru_cache(maxsize=KEPT)
+def symbols(structure: Structure) -> System:
+    """Equations of a structure."""
+    return system(structure)
+
+
+@lru_cache(maxsize=KEPT)
+def integrator(structure: Structure, precision: Precision, rtol: float) -> Any:
+    """Integrator of a structure, to be filled with parameters and a state; one is used by one run at a time."""
+    import heyoka as hy
+
+    found, number = symbols(structure), precision.number
+    watched = events(structure, precision)
+    return hy.taylor_adaptive(
+        list(zip(found.variables, found.rates, strict=True)),
+        tol=number(rtol),
+        fp_type=precision.type,
+        compact_mode=True,
+        **({"t_events": watched} if watched else {}),
+    )
+
+
+def events(structure: Structure, precision: Precision) -> list[Any]:
+    """Events that stop a run: the surface's (`Structure.surfaces` of them), then those that switch a mode."""
+    found = surface_events(structure, precision) if structure.lands else []
+    if structure.effects.modes:
+        from adapters.heyoka.discrete_modes import switch_events
+
+        found += switch_events(structure, precision)
+    return found
+
+
+def surface_events(structure: Structure, precision: Precision) -> list[Any]:
+    """Events that stop a run: an end of a bar on the surface, or the bar's line where its foot is on the bar."""
+    import heyoka as hy
+
+    found = symbols(structure)
+    falling = hy.event_direction.negative
+    ends = [hy.t_event(e, direction=falling, fp_type=precision.type) for e in found.ends]
+    lines = [
+        hy.t_event(e, direction=falling, fp_type=precision.type, callback=OffTheBar(structure, precision, j))
+        for j, e in enumerate(found.middles)
+    ]
+    return ends + lines
+
+
+class OffTheBar:
+    """Tells heyoka to go on where a bar's line, but not the bar itself, touches the surface."""
+
+    def __init__(self, structure: Structure, precision: Precision, bar: int) -> None:
+        """Keep what is asked at the event; compiled on its first use."""
+        self.structure, self.precision, self.bar = structure, precision, bar
+
+    def __call__(self, run: Any, falling: int) -> bool:
+        """Whether the nearest point of the line is beyond the bar's ends."""
+        del falling
+        import heyoka as hy
+
+        found = symbols(self.structure)
+        foot = hy.cfunc([found.feet[self.bar]], vars=found.variables, fp_type=self.precision.type)
+        return bool(foot(run.state, pars=run.pars[: foot.nparams])[0] > 0.0)
+
+
+@lru_cache(maxsize=KEPT)
+def function(structure: Structure, precision: Precision, what: str) -> Any:
+    """Function of the state: ``rates``, ``switches`` (and Z0·s last), or the ``jumps`` of a blow."""
+    import heyoka as hy
+
+    found = symbols(structure)
+    if what == "jumps":
+        from adapters.heyoka.blows import jumps
+
+        wanted = jumps(structure, found)
+    else:
+        wanted = found.rates if what == "rates" else [*found.switches, found.sunward]
+    return hy.cfunc(wanted, vars=found.variables, fp_type=precision.type, compact_mode=True)
+
+
+def value(function: Any, state: Numbers, at: Any, parameters: Numbers) -> Any:
+    """Value of a compiled function at one state and instant."""
+    given = {"pars": parameters[: function.nparams]} if function.nparams else {}
+    if function.is_time_dependent:
+        given["time"] = at
+    return function(state, **given)
+
+
+@lru_cache(maxsize=KEPT)
+def observer(structure: Structure, precision: Precision) -> Any:
+    """Function of the state: reactions and torques; None where there are none."""
+    import heyoka as hy
+
+    found = symbols(structure)
+    if not found.observables:
+        return None
+    return hy.cfunc(found.observables, vars=found.variables, fp_type=precision.type, compact_mode=True)
+
+
+def observe(structure: Structure, precision: Precision, states: Numbers, times: Numbers, parameters: Numbers) -> Any:
+    """Observables (n, k) of states (n, size) at `times` (n,), with parameters (n, m), in the working precision."""
+    function = observer(structure, precision)
+    if function is None:
+        return np.zeros((len(states), 0))
+    given = {"pars": np.ascontiguousarray(parameters[:, : function.nparams].T)} if function.nparams else {}
+    if function.is_time_dependent:
+        given["time"] = np.ascontiguousarray(times)
+    return function(np.ascontiguousarray(states.T), **given).T

@@ -1,0 +1,162 @@
+r"""Forces on bars in the oracle's equations that are no fields: air, light, thrusters, and the joints' springs.
+
+Signs that jump are parameters, constant over a stretch: which face of a bar meets the wind, which one the Sun, and
+whether there is light. What passes zero where they jump is given as well, for the integrator to stop at.
+
+*Air.* A point s along the bar is pushed per length by -(b/2) rho (1 - kappa s) sigma (v + s w) times
+C_n (v + s w) n + C_t t u, sigma the sign of v. With A, B, C the integrals of b/2 times 1, s² and s⁴ over the bar,
+
+    force  -rho sigma (C_n (A v² + B w (w - 2 kappa v)) n + C_t t (A v - B kappa w) u)
+    torque -rho sigma C_n (B v (2 w - kappa v) - C kappa w²)
+
+rho is that of the chain's centre times exp(-(r - r0)/H), r - r0 = r0 q/(1 + sqrt(1 + q)) (`heyoka_fields`).
+
+*Light.* With g = n·s and sigma its sign, k n' is g n, and k is sigma g: -P b l sigma g ((1 - rho) s + 2 rho g n).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from adapters.heyoka.fields import Load, Pair, Symbol, closeness, cross
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from adapters.heyoka.effects import PushShape
+
+    Parameter = Callable[[str], Any]
+
+
+@dataclass(frozen=True)
+class Moving:
+    """A bar as the air, the light and thrusters see it."""
+
+    index: int
+    mass: Symbol
+    along: Pair
+    """u"""
+    offset: Pair
+    place: Pair
+    velocity: Pair
+    reach: Pair
+    rate: Symbol
+
+    @property
+    def across(self) -> Pair:
+        """Unit vector n."""
+        return -self.along[1], self.along[0]
+
+    def pushed(self, force: Pair, torque: Symbol = 0.0) -> Load:
+        """Load of a force at its centre."""
+        push = force[0] / self.mass, force[1] / self.mass
+        return Load(push, torque, cross(self.place, push))
+
+
+def dot(a: Pair, b: Pair) -> Symbol:
+    """Component of one along the other, times its length."""
+    return a[0] * b[0] + a[1] * b[1]
+
+
+@dataclass(frozen=True)
+class Air:
+    """The atmosphere about the chain's centre."""
+
+    parameter: Parameter
+    centre: Pair
+    r2: Symbol
+
+    def wind(self, bar: Moving) -> Pair:
+        """W, of the bar's centre through the air."""
+        turn = self.parameter("drag_turn")
+        return bar.velocity[0] + turn * bar.place[1], bar.velocity[1] - turn * bar.place[0]
+
+    def facing(self, bar: Moving) -> Symbol:
+        """v, whose sign tells the face."""
+        return dot(bar.across, self.wind(bar))
+
+    def load(self, bar: Moving) -> Load:
+        """Of one bar."""
+        import heyoka as hy
+
+        p, j = self.parameter, bar.index
+        area, second, fourth = (p(f"drag_{x}_{j}") for x in ("area", "second", "fourth"))
+        near, radius = closeness(self.centre, self.r2, bar.offset), hy.sqrt(self.r2)
+        higher = radius * near.q * near.y / (1.0 + near.y)
+        at_centre = p("drag_density") * hy.exp((p("drag_radius") - radius) / p("drag_height"))
+        strength = p(f"drag_face_{j}") * at_centre * hy.exp(-higher / p("drag_height"))
+        kappa = dot(bar.along, bar.place) * near.y / (radius * p("drag_height"))
+        v, t, w = self.facing(bar), dot(bar.along, self.wind(bar)), bar.rate - p("drag_turn")
+        normal = -strength * p("drag_normal")
+        over = normal * (area * v * v + second * w * (w - 2.0 * kappa * v))
+        down = -strength * p("drag_tangential") * t * (area * v - second * kappa * w)
+        torque = normal * (second * v * (2.0 * w - kappa * v) - fourth * kappa * w * w)
+        (ux, uy), (nx, ny) = bar.along, bar.across
+        return bar.pushed((over * nx + down * ux, over * ny + down * uy), torque)
+
+
+@dataclass(frozen=True)
+class Sunlight:
+    """Light from a Sun far away."""
+
+    parameter: Parameter
+    shadow: bool
+
+    @property
+    def sun(self) -> Pair:
+        """Unit vector s."""
+        import heyoka as hy
+
+        at = self.parameter("light_longitude") + self.parameter("light_rate") * hy.time
+        return hy.cos(at), hy.sin(at)
+
+    def facing(self, bar: Moving) -> Symbol:
+        """n·s, whose sign tells the face."""
+        return dot(bar.across, self.sun)
+
+    def load(self, bar: Moving) -> Load:
+        """On one bar."""
+        p, j, (sx, sy), (nx, ny) = self.parameter, bar.index, self.sun, bar.across
+        g = self.facing(bar)
+        strength = -p(f"light_area_{j}") * p(f"light_face_{j}") * g
+        if self.shadow:
+            strength = strength * p("lit")
+        black, mirror = p("light_absorbed"), p("light_mirrored") * g
+        return bar.pushed((strength * (black * sx + mirror * nx), strength * (black * sy + mirror * ny)))
+
+    def edge(self, centre: Pair, radius: Symbol) -> Symbol:
+        """Square of the distance from the shadow's axis less that of its wall; negative in the dark."""
+        aside = cross(centre, self.sun)
+        return aside * aside - radius * radius
+
+
+def end_force(shape: PushShape, direction: Symbol, size: Symbol, angle: Symbol) -> Pair:
+    """Force, or blow, on an end."""
+    import heyoka as hy
+
+    at = angle + direction if shape.body else direction
+    return size * hy.cos(at), size * hy.sin(at)
+
+
+def thrust_load(shape: PushShape, parameter: Parameter, k: int, bar: Moving, angle: Symbol) -> Load:
+    """Of thrust k, its size a line in time."""
+    import heyoka as hy
+
+    size = parameter(f"thrust_{k}_size")
+    if shape.sloped:
+        size = size + parameter(f"thrust_{k}_slope") * (hy.time - parameter(f"thrust_{k}_since"))
+    force = end_force(shape, parameter(f"thrust_{k}_direction"), size, angle)
+    return bar.pushed(force, shape.side * cross(bar.reach, force))
+
+
+def spring_torques(parameter: Parameter, angle: list[Symbol], rate: list[Symbol]) -> list[Symbol]:
+    """Torque on each bar of the springs and dampers in its joints."""
+    torque: list[Symbol] = [0.0] * len(angle)
+    for j in range(len(angle) - 1):
+        bend = angle[j + 1] - angle[j] - parameter(f"spring_rest_{j}")
+        bending = rate[j + 1] - rate[j]
+        straightening = -parameter(f"spring_stiffness_{j}") * bend - parameter(f"spring_damping_{j}") * bending
+        torque[j] = torque[j] - straightening
+        torque[j + 1] = torque[j + 1] + straightening
+    return torque

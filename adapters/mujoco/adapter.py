@@ -1,0 +1,175 @@
+"""MuJoCo behind the engines' contract: joint coordinates in a freely falling frame, its own RK4.
+
+Reactions are MuJoCo's inner forces: `cfrc_int` of a body is what its parent exerts on it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar, final
+
+import numpy as np
+
+from adapters.bar_loads.assemble import CARRIED, chain_loads
+from adapters.bar_loads.gravity import LandedError, MovingLoads
+from adapters.common import face_reversal
+from adapters.common.equal_steps import step_s, steps_between_samples
+from adapters.common.falling_frame import falling, track_noise
+from adapters.common.initial_state import initial_state
+from adapters.common.joint_coordinates import angles, folded, places, velocities
+from adapters.common.step_alignment import between_steps, jumps_by_step
+from adapters.engine import Array, Coordinates, Engine, EngineError, Knob, Ladder, Observable, Setting, Trajectory
+from scenarios import Gravity
+
+if TYPE_CHECKING:
+    from adapters.mujoco.chain import AppliedLoads
+    from adapters.mujoco.effects import AppliedEffects
+    from scenarios import Scene
+
+NO_LAW = "prescribed rotation: MuJoCo's constraints are soft, so that none holds a law of angle exactly"
+NO_EVENT = "solar_pressure.shadow: equal steps straddle the shadow's edge, where the light jumps"
+
+
+@final
+class Mujoco(Engine):
+    """Tree of hinges on two slides."""
+
+    title = "MuJoCo, joint coordinates in a freely falling frame, RK4"
+    coordinates = Coordinates.JOINT
+    order = 4.0
+    ladder = Ladder(Knob.STEPS_PER_ORBIT, (50, 100, 200, 500, 1000, 2000, 5000), default=1000)
+    effects = CARRIED
+    observables = frozenset(
+        {Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION, Observable.IMPULSE}
+    )
+    why_not: ClassVar[dict[str, str]] = {
+        f"prescribed_rotation.{what}": NO_LAW for what in ("inertial", "local_horizontal", "external", "joint")
+    } | {"solar_pressure.shadow": NO_EVENT}
+
+    @classmethod
+    def unsupported(cls, scene: Scene) -> str | None:
+        """Also refuse jumps within a step."""
+        return super().unsupported(scene) or between_steps(scene)
+
+    @classmethod
+    def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:
+        """Equal steps pass over the instant at which a bar turns its other face to the wind or the Sun."""
+        return face_reversal.unsupported_motion(scene, motion)
+
+    @classmethod
+    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
+        """Error of the frame's track, where it is integrated."""
+        del setting
+        return track_noise(scene, t_s)
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        """Make the model; the frame's track is part of the run and is computed there."""
+        from adapters.mujoco.chain import model_of, posed
+
+        self.scene, self.start = scene, initial_state(scene)
+        self.every, self.dt_s = steps_between_samples(scene, setting.value), step_s(scene, setting.value)
+        self.length_m = np.array(scene.chain.length_m)
+        self.model = model_of(scene.chain, self.dt_s)
+        self.data = posed(self.model, *folded(self.length_m, self.start))
+        self.seen: list[tuple[Array, Array]] = []
+        self.blows = {step: found for step, found in jumps_by_step(scene, self.dt_s).items() if found}
+        self.impulse_N_s: Array = np.zeros((scene.bars - 1, 2))
+        self.impulses: list[Array] = []
+        self.landed_s: float | None = None
+
+    def simulate(self) -> None:
+        """Step from sample to sample, and from blow to blow."""
+        import mujoco as mj
+
+        from adapters.mujoco.chain import installed
+
+        data, step = self.data, 0
+        halves: Array = 0.5 * self.dt_s * np.arange(2 * self.last_step + 1, dtype=np.float64)
+        self.origin_m, self.drift_m_s = falling(self.scene, self.start, halves)
+        self.control = self.controlled()
+        try:
+            with installed(self.control):
+                self.strike(0)
+                self.look()
+                for stop in sorted({*range(self.every, self.last_step + 1, self.every), *self.blows} - {0}):
+                    mj.mj_step(self.model, data, nstep=stop - step)
+                    if stop % self.every == 0:
+                        self.look()
+                    self.strike(stop)
+                    step = stop
+        except LandedError:
+            self.landed_s = float(data.time)
+        except (ArithmeticError, ValueError) as error:
+            raise EngineError(f"the chain was lost at t = {data.time:.6g} s: {error}") from error
+
+    @property
+    def last_step(self) -> int:
+        """Number of steps."""
+        return self.every * (self.scene.run.samples - 1)
+
+    def controlled(self) -> AppliedLoads | AppliedEffects | None:
+        """What acts on the bars: as little as the scene calls for."""
+        loads, half_s, chain = MovingLoads(self.scene), 0.5 * self.dt_s, self.scene.chain
+        acting = chain_loads(self.scene, loads, falls=True)
+        if acting:
+            from adapters.mujoco.effects import AppliedEffects
+
+            return AppliedEffects(chain, self.data, acting, np.hstack([self.origin_m, self.drift_m_s]), half_s)
+        if self.scene.effects.gravity is Gravity.NONE:
+            return None
+        from adapters.mujoco.chain import AppliedLoads
+
+        return AppliedLoads(chain, self.data, loads, self.origin_m, half_s)
+
+    def look(self) -> None:
+        """Keep the state at a sample."""
+        self.seen.append((self.data.qpos.copy(), self.data.qvel.copy()))
+        self.impulses.append(self.impulse_N_s)
+
+    def strike(self, step: int) -> None:
+        """Let the blows at the end of `step` fall."""
+        if step in self.blows:
+            from adapters.mujoco.effects import strike
+
+            found = strike(self.model, self.data, self.scene.chain, self.blows[step])
+            self.impulse_N_s = self.impulse_N_s + found
+
+    def read(self) -> Trajectory:
+        """Observables at the samples."""
+        reaction = self.reactions()
+        n = len(reaction)
+        q, q_t = (np.array(rows)[:n] for rows in zip(*self.seen, strict=True))
+        weight = np.array(self.scene.chain.mass_kg) / self.scene.mass_kg
+        origin, drift = (track[:: 2 * self.every][:n] for track in (self.origin_m, self.drift_m_s))
+        return Trajectory(
+            self.scene.times_s[:n],
+            origin + np.einsum("j,njk->nk", weight, places(self.length_m, q)),
+            drift + np.einsum("j,njk->nk", weight, velocities(self.length_m, q, q_t)),
+            angles(q),
+            angles(q_t),
+            reaction,
+            impulse_N_s=np.array(self.impulses)[:n] if self.scene.effects.impulse else None,
+            ended="" if self.landed_s is None else f"a bar reached the surface at t = {self.landed_s:.6f} s",
+            info={
+                "steps": (len(self.seen) - 1) * self.every,
+                "dt_s": self.dt_s,
+                "evaluations": 4 * (len(self.seen) - 1) * self.every,
+            },
+        )
+
+    def reactions(self) -> Array:
+        """Force on each bar from the next, (n, N-1, 2), at the samples before the surface."""
+        from adapters.mujoco.chain import installed, reactions
+
+        data, found = self.data, []
+        try:
+            with installed(self.control):
+                for k, (t, (q, q_t)) in enumerate(zip(self.scene.times_s, self.seen, strict=False)):
+                    if self.landed_s is not None and t >= self.landed_s:
+                        break
+                    data.time, data.qpos, data.qvel = t, q, q_t
+                    if self.control:
+                        self.control.arrive(2 * self.every * k)
+                    found.append(reactions(self.model, data))
+        except LandedError:
+            self.landed_s = float(data.time)
+        return np.array(found)

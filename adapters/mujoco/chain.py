@@ -1,0 +1,143 @@
+"""A chain as a MuJoCo model in a freely falling frame, and the loads on it.
+
+MuJoCo knows nothing of orbits: gravity less that at the frame's origin is applied to each bar's centre
+through `xfrc_applied` (through `qfrc_passive` the reactions would leave it out), in the control callback,
+which MuJoCo calls at every stage of its RK4. Callbacks belong to the whole process.
+"""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from itertools import accumulate
+from typing import TYPE_CHECKING, Any
+
+from adapters.engine import EngineError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from adapters.bar_loads.gravity import Loads
+    from adapters.engine import Array
+    from scenarios.scene import Chain
+
+SWITCHED_OFF = ("CONSTRAINT", "CONTACT", "EQUALITY", "LIMIT", "FRICTIONLOSS", "SPRING", "DAMPER", "GRAVITY",
+                "WARMSTART", "SENSOR", "ISLAND", "AUTORESET")  # fmt: skip
+"""What could act besides the loads, or cost time; and the reset that hides a state that is not finite."""
+
+
+def model_of(chain: Chain, dt_s: float) -> Any:
+    """MuJoCo's model: two massless slides, then a hinge at each bar's left end."""
+    import mujoco as mj
+
+    spec = mj.MjSpec()
+    body, left_m = spec.worldbody, 0.0
+    for j, (mass, length, inertia) in enumerate(zip(chain.mass_kg, chain.length_m, chain.inertia_kg_m2, strict=True)):
+        # a thin rod's inertia about all its axes: MuJoCo refuses 0 along it, and in the plane only one counts
+        body = body.add_body(
+            pos=[left_m, 0.0, 0.0],
+            mass=mass,
+            ipos=[0.5 * length, 0.0, 0.0],
+            inertia=[inertia] * 3,
+            explicitinertial=True,
+        )
+        if j == 0:
+            body.add_joint(type=mj.mjtJoint.mjJNT_SLIDE, axis=[1.0, 0.0, 0.0])
+            body.add_joint(type=mj.mjtJoint.mjJNT_SLIDE, axis=[0.0, 1.0, 0.0])
+        body.add_joint(type=mj.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0])
+        left_m = length
+    model = spec.compile()
+    model.opt.timestep = dt_s
+    model.opt.integrator = mj.mjtIntegrator.mjINT_RK4
+    for what in SWITCHED_OFF:
+        model.opt.disableflags |= getattr(mj.mjtDisableBit, f"mjDSBL_{what}", 0)  # older versions lack some
+    return model
+
+
+class AppliedLoads:
+    """The control callback: what acts on each bar where it is."""
+
+    def __init__(self, chain: Chain, data: Any, loads: Loads, origin_m: Array, every_s: float) -> None:
+        """Prepare the callback.
+
+        Parameters
+        ----------
+        chain : Chain
+        data : MjData
+        loads : Loads
+        origin_m : ndarray, shape (n, 2)
+            Frame's origin every `every_s` from t = 0.
+        """
+        self.loads, self.origin, self.every_s = loads, origin_m.tolist(), every_s
+        self.bars = [
+            (m, J, 0.5 * length)
+            for m, J, length in zip(chain.mass_kg, chain.inertia_kg_m2, chain.length_m, strict=True)
+        ]
+        self.place, self.joints = data.xipos[1:, :2], data.qpos[2:]
+        self.applied = data.xfrc_applied[1:]
+        self.evaluations = 0
+
+    def arrive(self, index: int) -> None:
+        """Be asked next for the state at `index`: all is smooth there, and nothing to be prepared."""
+
+    def __call__(self, model: Any, data: Any) -> None:
+        """Apply forces and torques.
+
+        Raises
+        ------
+        LandedError
+            If a bar touches the surface.
+        """
+        del model
+        self.evaluations += 1
+        self.loads.move_to(*self.origin[round(data.time / self.every_s)])
+        load = self.loads.load
+        rows = []
+        for (x, y), angle, (mass, inertia, half) in zip(
+            self.place.tolist(), accumulate(self.joints.tolist()), self.bars, strict=True
+        ):
+            ax, ay, spin = load(x, y, angle, half)
+            rows.append((mass * ax, mass * ay, 0.0, 0.0, 0.0, inertia * spin))
+        self.applied[:] = rows
+
+
+def posed(model: Any, q: Array, q_t: Array) -> Any:
+    """Data of a model at coordinates and rates, each (N + 2,)."""
+    import mujoco as mj
+
+    data = mj.MjData(model)
+    data.qpos, data.qvel = q, q_t
+    return data
+
+
+def reactions(model: Any, data: Any) -> Array:
+    """Force on each bar from the next, (N-1, 2), N, at the state in `data`; where the loads are installed."""
+    import mujoco as mj
+
+    mj.mj_forward(model, data)
+    mj.mj_rnePostConstraint(model, data)
+    found: Array = -data.cfrc_int[2:, 3:5]
+    return found
+
+
+@contextmanager
+def installed(control: Callable[[Any, Any], None] | None) -> Iterator[None]:
+    """Let `control` act, and warnings be errors instead of lines in a log file.
+
+    Raises
+    ------
+    EngineError
+        At the end, if MuJoCo warned of anything.
+    """
+    import mujoco as mj
+
+    said: list[str] = []
+    before = mj.get_mjcb_control(), mj.get_mju_user_warning()
+    mj.set_mjcb_control(control)
+    mj.set_mju_user_warning(said.append)
+    try:
+        yield
+    finally:
+        mj.set_mjcb_control(before[0])
+        mj.set_mju_user_warning(before[1])
+    if said:
+        raise EngineError(f"MuJoCo: {said[0]}")

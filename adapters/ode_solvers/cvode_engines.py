@@ -1,0 +1,121 @@
+"""SUNDIALS' CVODE, by way of scikit-sundae, behind the engines' contract."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, final
+
+import numpy as np
+
+from adapters.engine import EngineError, Knob, Ladder
+from adapters.ode_solvers.driver import Stretch
+from adapters.ode_solvers.engine import SolverEngine
+from scenarios import Gravity
+
+if TYPE_CHECKING:
+    from adapters.engine import Array, Setting
+    from adapters.ode_solvers.driver import Problem
+    from scenarios import Scene
+
+CORRECTED = 10.0  # requests of a step that its correctors leave in a radian of the orbit
+MOST_STEPS = 10_000_000  # between two samples: its own limit of 500 is a guard against runs too long, and so is ours
+
+
+class Surface:
+    """The event that ends a run."""
+
+    terminal = (True,)
+    direction = (-1,)
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+
+    def __call__(self, t_s: float, y: Array, height: Array) -> None:
+        """Fill in the height of the chain."""
+        height[0] = self.problem.look(t_s, y)
+
+
+@dataclass(frozen=True)
+class CvodeSolver:
+    """One linear multistep method of CVODE at one pair of tolerances."""
+
+    method: str
+    rtol: float
+    atol: float
+
+    def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> Stretch:
+        """Go from state `y` at `start_s` to the last of `instants_s`, by way of the others.
+
+        Raises
+        ------
+        EngineError
+            If CVODE reports no success.
+        """
+        from sksundae.cvode import CVODE
+
+        def rate(t_s: float, state: Array, out: Array) -> None:
+            out[:] = problem.rate(t_s, state)
+
+        solver = CVODE(
+            rate,
+            method=self.method,
+            rtol=self.rtol,
+            atol=self.atol,
+            eventsfn=Surface(problem),
+            num_events=1,
+            max_num_steps=MOST_STEPS,
+        )
+        looks = problem.looks
+        found: Any = solver.solve(np.concatenate([[start_s], instants_s]), y)
+        if not found.success:
+            raise EngineError(f"CVODE, {self.method}: {found.message}")
+        steps = (
+            problem.looks - looks - 1 - len(instants_s)
+        )  # it looks at the start, after each step and at each instant
+        alone = len(instants_s) == 1  # it then shows every step of its own, the last of them at the instant
+        if found.t_events is None:
+            return Stretch(found.y[-1:] if alone else found.y[1:], None, steps, int(found.njev))
+        reached = found.y[:0] if alone else found.y[1:-1]  # the last one is the event's
+        return Stretch(reached, float(found.t_events[0]), steps, int(found.njev))
+
+
+class CvodeEngine(SolverEngine):
+    """What both methods share."""
+
+    method: ClassVar[str]
+
+    @classmethod
+    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
+        """On a straight track: what its iterations leave of the requested accuracy.
+
+        A multistep method is exact there, but its corrector stops within the tolerance, asked for in radii, in each
+        step. Velocities are off by that in a radian of the orbit, and the place by what they run on.
+        """
+        if scene.effects.gravity is not Gravity.NONE:
+            return {}
+        turned = 1.0 + 2.0 * math.pi * t_s / scene.step_period_s
+        place = CORRECTED * setting.value * scene.radius0_m * turned
+        return {"com": place, "com_velocity": place * 2.0 * math.pi / scene.step_period_s}
+
+    def solver(self, rtol: float, atol: float) -> CvodeSolver:
+        """CVODE with this method."""
+        return CvodeSolver(self.method, rtol, atol)
+
+
+@final
+class CvodeAdams(CvodeEngine):
+    """Adams-Moulton, orders 1 to 12: for problems that are not stiff."""
+
+    title = "CVODE (SUNDIALS), Adams, on the reference's equations"
+    method = "Adams"
+    ladder = Ladder(Knob.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), default=1e-10)
+
+
+@final
+class CvodeBdf(CvodeEngine):
+    """Backward differences, orders 1 to 5: for stiff problems."""
+
+    title = "CVODE (SUNDIALS), BDF, on the reference's equations"
+    method = "BDF"
+    ladder = Ladder(Knob.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11), default=1e-9)

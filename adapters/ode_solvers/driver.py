@@ -1,0 +1,121 @@
+"""A library's ODE solver, driven as its user would drive it: from break to break, up to the surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from adapters.engine import EngineError
+from reference_impl.integrate.stepper import BREAK_SLACK, Walk, stretches
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from adapters.engine import Array
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """What a solver returned from one break to the next."""
+
+    y: Array
+    """(k, size) states at the instants asked for, as far as it got"""
+    stopped_s: float | None
+    """Instant at which the chain reached the surface"""
+    steps: int
+    jacobians: int
+    """Jacobians it formed; the evaluations they took are counted with the others"""
+
+
+@dataclass
+class Problem:
+    """An initial value problem that counts what a solver asks of it.
+
+    Libraries tell neither their steps, where they were asked for samples, nor the evaluations that went into
+    differenced Jacobians. Steps can be had from how often they look for events.
+    """
+
+    rhs: Callable[[float, Array], Array]
+    y0: Array
+    """(size,)"""
+    height: Callable[[Array], float]
+    """Least distance of the chain from the surface, m"""
+    evaluations: int = field(default=0, init=False)
+    looks: int = field(default=0, init=False)
+
+    def rate(self, t_s: float, y: Array) -> Array:
+        """Time derivative of the state, counted."""
+        self.evaluations += 1
+        return self.rhs(t_s, y)
+
+    def look(self, t_s: float, y: Array) -> float:
+        """Height of the chain, counted."""
+        del t_s
+        self.looks += 1
+        return self.height(y)
+
+
+class Solver(Protocol):
+    """One library's solver at one setting."""
+
+    def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> Stretch:
+        """Go from state `y` at `start_s` to the last of `instants_s`, by way of the others.
+
+        Raises
+        ------
+        EngineError
+            If the solver says that it failed.
+        """
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What a solver saw, and what it took."""
+
+    walk: Walk
+    jacobians: int
+
+
+class Breaks(Protocol):
+    """What happens at a break."""
+
+    def enter(self, start_s: float, end_s: float, y: Array) -> Array:
+        """State just after a break, from which the solver goes on to the next."""
+
+
+def drive(
+    solver: Solver,
+    problem: Problem,
+    t_s: Array,
+    breaks_s: tuple[float, ...] = (),
+    breaks: Breaks | None = None,
+) -> Driven:
+    """Integrate over the samples `t_s`, (n,), anew from every break, as the law of motion changes there.
+
+    Raises
+    ------
+    EngineError
+        If the solver fails, or its state is not finite.
+    """
+    if not np.isfinite([problem.y0, problem.rhs(t_s[0], problem.y0)]).all():
+        raise EngineError("the initial state or its rate is not finite")  # solvers would look for a step for ever
+    rows, y, stopped, steps, jacobians = [problem.y0], problem.y0, None, 0, 0
+    slack = BREAK_SLACK * (t_s[-1] - t_s[0])
+    for start, end in stretches(t_s, breaks_s):
+        if breaks:
+            y = breaks.enter(start, end, y)
+        wanted = t_s[(t_s > start + slack) & (t_s <= end + slack)]
+        instants = np.minimum(wanted, end)
+        if not len(wanted) or instants[-1] < end:
+            instants = np.append(instants, end)
+        found = solver.solve(problem, start, instants, y)
+        if not np.isfinite(found.y).all():
+            raise EngineError(f"the state is not finite between t = {start:.6g} and {end:.6g} s")
+        rows += list(found.y[: len(wanted)])
+        steps, jacobians, stopped = steps + found.steps, jacobians + found.jacobians, found.stopped_s
+        if stopped is not None:
+            break
+        y = found.y[-1]
+    return Driven(Walk(t_s[: len(rows)], np.array(rows), steps, problem.evaluations, stopped), jacobians)

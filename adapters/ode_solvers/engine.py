@@ -1,0 +1,77 @@
+"""Libraries' solvers on the reference's right-hand side: what a user has without writing a stepper.
+
+They show what a solver costs and how it errs, and are no check on the physics, which is the reference's own.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import abstractmethod
+from typing import TYPE_CHECKING, ClassVar
+
+from adapters.engine import Coordinates, Trajectory
+from adapters.ode_solvers.driver import Problem, Solver, drive
+from adapters.reference.numpy_engines import EVERYTHING, ReferenceEngine
+from reference_impl.integrate.discrete_modes import ModelSwitches
+from reference_impl.integrate.simulate import Simulation
+
+if TYPE_CHECKING:
+    from adapters.common.initial_state import InitialState
+    from reference_impl.integrate.simulate import History
+    from reference_impl.integrate.stepper import Walk
+    from reference_impl.model.chain import Array, ChainModel
+
+ATOL_SHARE = 1e-3
+"""Absolute tolerance over the relative one. A plain user has one number for metres, radians and both their rates;
+SciPy's defaults are 1e-3 and 1e-6, and that ratio suits the smallest of these, rates of 1e-3 rad/s in orbit."""
+
+
+class SolverRun:
+    """One simulation by a library's solver."""
+
+    jacobians = 0
+
+    def __init__(self, simulation: Simulation, solver: Solver) -> None:
+        self.simulation, self.solver = simulation, solver
+
+    def walk(self, t_s: Array) -> Walk:
+        """Integrate over the samples, `t_s` (n,)."""
+        own = self.simulation
+        problem = Problem(own.packing.rhs, own.y0, own.height)
+        if own.model.effects or own.model.impulses:
+            own.switches = ModelSwitches(own.packing, float(t_s[-1]), watching=False)
+        try:
+            driven = drive(self.solver, problem, t_s, own.model.breaks_s, own.switches)
+        finally:
+            own.packing.modes = None
+        self.jacobians = driven.jacobians
+        return driven.walk
+
+    def history(self, seen: Walk, *, condition: bool = False) -> History:
+        """Observables at the samples."""
+        return self.simulation.history(seen, condition=condition)
+
+
+class SolverEngine(ReferenceEngine):
+    """The reference's equations, minimal coordinates, stepped by somebody else."""
+
+    coordinates = Coordinates.RELATIVE
+    effects = EVERYTHING - {"solar_pressure.shadow"}
+    why_not: ClassVar[dict[str, str]] = {
+        "solar_pressure.shadow": "solar pressure with a shadow: a plain solver steps over its edge"
+    }
+    prepared: SolverRun
+
+    @abstractmethod
+    def solver(self, rtol: float, atol: float) -> Solver:
+        """Library's solver at these tolerances."""
+
+    def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> SolverRun:
+        """Right-hand side and solver."""
+        state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
+        return SolverRun(Simulation(model, *state, rtol=rtol), self.solver(rtol, ATOL_SHARE * rtol))
+
+    def read(self) -> Trajectory:
+        """Observables at the samples, and how many Jacobians were formed."""
+        seen = super().read()
+        return dataclasses.replace(seen, info=seen.info | {"jacobians": self.prepared.jacobians})

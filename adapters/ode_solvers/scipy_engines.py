@@ -1,0 +1,59 @@
+"""SciPy's solvers behind the engines' contract."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+from adapters.engine import Knob, Ladder
+from adapters.ode_solvers.engine import SolverEngine
+from adapters.ode_solvers.scipy_solver import Method, ScipySolver
+
+
+class ScipyEngine(SolverEngine):
+    """What all methods of `solve_ivp` share."""
+
+    method: ClassVar[Method]
+
+    def solver(self, rtol: float, atol: float) -> ScipySolver:
+        """`solve_ivp` with this method."""
+        return ScipySolver(self.method, rtol, atol)
+
+
+@final
+class ScipyRK45(ScipyEngine):
+    """The default of `solve_ivp`."""
+
+    title = "SciPy's RK45 on the reference's equations"
+    method = "RK45"
+    ladder = Ladder(
+        Knob.RTOL,
+        (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11),
+        default=1e-8,
+        finer_rtol=0.01,  # on paper/fig05 the errors at 1e-8 and 1e-9 differ by a factor of 2 only, and are no estimate
+    )
+
+
+@final
+class ScipyDop853(ScipyEngine):
+    """The method of highest order in `solve_ivp`."""
+
+    title = "SciPy's DOP853 on the reference's equations"
+    method = "DOP853"
+
+
+@final
+class ScipyRadau(ScipyEngine):
+    """Implicit, for stiff problems, which this is not."""
+
+    title = "SciPy's Radau on the reference's equations"
+    method = "Radau"
+    ladder = Ladder(Knob.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10), default=1e-7)
+
+
+@final
+class ScipyLsoda(ScipyEngine):
+    """Adams and BDF by turns."""
+
+    title = "SciPy's LSODA on the reference's equations"
+    method = "LSODA"
+    ladder = Ladder(Knob.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), default=1e-10)

@@ -1,0 +1,70 @@
+"""`scipy.integrate.solve_ivp` as a plain user calls it."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from adapters.engine import EngineError
+from adapters.ode_solvers.driver import Stretch
+
+if TYPE_CHECKING:
+    from adapters.engine import Array
+    from adapters.ode_solvers.driver import Problem
+
+Method = Literal["RK45", "DOP853", "Radau", "LSODA"]
+RTOL_FLOOR = 100.0 * np.finfo(float).eps  # the least SciPy takes: below it warns and takes this
+
+
+@dataclass(frozen=True)
+class ScipySolver:
+    """One method of `solve_ivp` at one pair of tolerances."""
+
+    method: Method
+    rtol: float
+    atol: float | Array
+
+    def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> Stretch:
+        """Go from state `y` at `start_s` to the last of `instants_s`, by way of the others.
+
+        Raises
+        ------
+        EngineError
+            If SciPy reports no success; with its warnings, which say more.
+        """
+        looks = problem.looks
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            found = solve_ivp(
+                problem.rate,
+                (start_s, instants_s[-1]),
+                y,
+                method=self.method,
+                t_eval=instants_s,
+                events=Surface(problem),
+                rtol=max(self.rtol, RTOL_FLOOR),
+                atol=self.atol,
+            )
+        if not found.success:
+            words = dict.fromkeys([str(w.message) for w in said] + [str(found.message)])
+            raise EngineError(f"{self.method}: {' '.join(words)}")
+        stopped = float(found.t_events[0][0]) if found.t_events and found.status == 1 else None
+        steps = problem.looks - looks - 1  # it looks once at the start and once after each step
+        return Stretch(found.y.T, stopped, steps, int(found.njev))
+
+
+@dataclass
+class Surface:
+    """The event that ends a run."""
+
+    problem: Problem
+    terminal: bool = True
+    direction: float = -1.0
+
+    def __call__(self, t_s: float, y: Array) -> float:
+        """Height of the chain."""
+        return self.problem.look(t_s, y)

@@ -1,0 +1,94 @@
+"""Pinocchio behind the engines' contract: its accelerations, stepped by SciPy's DOP853, as it has no integrator."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, ClassVar, final
+
+import numpy as np
+
+from adapters.bar_loads.assemble import CARRIED
+from adapters.common.initial_state import initial_state
+from adapters.common.joint_coordinates import angles, folded, places, velocities
+from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Observable, Setting, Trajectory
+from adapters.ode_solvers.driver import Problem, drive
+from adapters.ode_solvers.scipy_solver import RTOL_FLOOR, ScipySolver
+
+if TYPE_CHECKING:
+    from adapters.engine import Array
+    from scenarios import Scene
+
+NO_LAW = "prescribed rotation: Pinocchio's forward dynamics takes torques; which of them makes a bar follow a law " \
+    "of angle would have to be found outside of it"  # fmt: skip
+NO_EVENT = "solar_pressure.shadow: SciPy's stepper is started anew at instants known beforehand; the shadow's edges " \
+    "depend on the motion"  # fmt: skip
+
+
+@final
+class Pinocchio(Engine):
+    """Joint coordinates, articulated-body algorithm."""
+
+    title = "Pinocchio, joint coordinates in a freely falling frame, ABA stepped by SciPy's DOP853"
+    coordinates = Coordinates.JOINT
+    order = None
+    ladder = Ladder(Knob.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13), default=1e-10)
+    effects = CARRIED
+    observables = frozenset(
+        {Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION, Observable.IMPULSE}
+    )
+    why_not: ClassVar[dict[str, str]] = {
+        f"prescribed_rotation.{what}": NO_LAW for what in ("inertial", "local_horizontal", "external", "joint")
+    } | {"solar_pressure.shadow": NO_EVENT}
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        """Make the model and the initial value problem."""
+        from adapters.pinocchio.chain import PinocchioChain
+        from adapters.pinocchio.jumps import Jumps
+
+        start, self.times_s = initial_state(scene), scene.times_s
+        self.weight = np.array(scene.chain.mass_kg) / scene.mass_kg
+        self.chain = PinocchioChain(scene)
+        q, q_t = folded(self.chain.length_m, start)
+        self.jumps, self.breaks_s = Jumps(scene, self.chain), scene.effects.breaks_s
+        self.struck = bool(scene.effects.impulse)
+        y0 = self.jumps.begin(np.concatenate([start.com_m, start.com_velocity_m_s, q, q_t]))
+        self.problem = Problem(self.chain.rate, y0, self.chain.height)
+        self.solver = ScipySolver("DOP853", RTOL_FLOOR, setting.value * scales(scene))
+
+    def simulate(self) -> None:
+        """Integrate."""
+        try:
+            self.walk = drive(self.solver, self.problem, self.times_s, self.breaks_s, self.jumps).walk
+        except ArithmeticError as error:
+            raise EngineError(str(error)) from error
+
+    def read(self) -> Trajectory:
+        """Observables at the samples."""
+        y, width, length = self.walk.y, self.chain.width, self.chain.length_m
+        q, q_t = y[:, 4 : 4 + width], y[:, 4 + width :]
+        stopped = self.walk.stopped_s
+        return Trajectory(
+            self.walk.t_s,
+            y[:, :2] + np.einsum("j,njk->nk", self.weight, places(length, q)),
+            y[:, 2:4] + np.einsum("j,njk->nk", self.weight, velocities(length, q, q_t)),
+            angles(q),
+            angles(q_t),
+            np.array([self.reaction_N(t, row) for t, row in zip(self.walk.t_s, y, strict=True)]),
+            impulse_N_s=self.jumps.impulses(self.walk.t_s) if self.struck else None,
+            ended="" if stopped is None else f"a bar reached the surface at t = {stopped:.6f} s",
+            info={"steps": self.walk.steps, "evaluations": self.walk.evaluations},
+        )
+
+    def reaction_N(self, t_s: float, state: Array) -> Array:
+        """Force on each bar from the next, (N-1, 2), at a sample; just before it where something jumps."""
+        self.chain.inside_s = self.jumps.before(t_s)
+        return self.chain.reactions(state, t_s)
+
+
+def scales(scene: Scene) -> Array:
+    """What counts as 1 in each component of a state: radius, bar length, radian, and each with its rate."""
+    circular = math.sqrt(scene.central_body.mu_m3_s2 / scene.radius0_m**3)
+    rate = max(circular, *(abs(a) * scene.orbital_rate_rad_s for a in scene.chain.rate_factor))
+    units = np.repeat([scene.radius0_m, scene.radius0_m * rate], 2)
+    joints = np.repeat([max(scene.chain.length_m), 1.0], [2, scene.bars])
+    return np.concatenate([units, joints, rate * joints])

@@ -1,0 +1,163 @@
+"""A chain as a Pinocchio model, its loads and its equations of motion in a freely falling frame.
+
+The frame's origin is integrated with the chain: it falls as a particle, so that the bars feel the
+differences from it only. State (4 + 2 (N + 2),): the origin and its velocity, joint coordinates and
+their rates. Only effects depend on time, and on which side of a jump is meant: see `inside_s`.
+"""
+
+from __future__ import annotations
+
+from itertools import accumulate
+from math import cos, sin, sqrt
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from adapters.bar_loads.assemble import chain_loads
+from adapters.bar_loads.gravity import MovingLoads
+from adapters.bar_loads.interface import Here, bars_of
+from adapters.bar_loads.particle import fields_beside
+from adapters.bar_loads.tree import tree_places, tree_rates
+from adapters.common.joint_coordinates import angles, places
+from reference_impl.model.kinematics import directions
+from scenarios import Gravity
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adapters.bar_loads.gravity import Loads
+    from adapters.bar_loads.interface import Bar, Load
+    from adapters.engine import Array
+    from scenarios import Impulse, Scene
+    from scenarios.scene import Chain
+
+FIRST = 3  # Pinocchio's number of bar 1's joint, after the universe and two slides
+
+
+def model_of(chain: Chain) -> Any:
+    """Pinocchio's model: two massless slides, then a joint about z at each bar's left end."""
+    import pinocchio as pin
+
+    model, here = pin.Model(), pin.SE3.Identity()
+    model.gravity = pin.Motion.Zero()
+    joint = model.addJoint(0, pin.JointModelPX(), here, "x")
+    joint = model.addJoint(joint, pin.JointModelPY(), here, "y")
+    place = here
+    for j, (mass, length, inertia) in enumerate(zip(chain.mass_kg, chain.length_m, chain.inertia_kg_m2, strict=True)):
+        joint = model.addJoint(joint, pin.JointModelRZ(), place, f"bar{j + 1}")
+        centre = np.array([0.5 * length, 0.0, 0.0])
+        model.appendBodyToJoint(joint, pin.Inertia(mass, centre, inertia * np.eye(3)), here)
+        place = pin.SE3(np.eye(3), np.array([length, 0.0, 0.0]))
+    return model
+
+
+class PinocchioChain:
+    """Accelerations and reactions of a state."""
+
+    def __init__(self, scene: Scene, loads: Loads | None = None) -> None:
+        """Make the model; `loads` other than the falling frame's put the joint coordinates into another one."""
+        import pinocchio as pin
+
+        self.pin, chain = pin, scene.chain
+        self.model = model_of(chain)
+        self.data = self.model.createData()
+        self.width = scene.bars + 2
+        self.mu = 0.0 if scene.effects.gravity is Gravity.NONE else scene.central_body.mu_m3_s2
+        self.loads = loads or MovingLoads(scene, surface=False)
+        self.length_m, self.radius_m = np.array(chain.length_m), scene.central_body.radius_m
+        self.acting = chain_loads(scene, self.loads, falls=True)
+        self.beside = fields_beside(scene)
+        self.bars = bars_of(chain)
+        self.inside_s = 0.0  # an instant between the two jumps that the states asked for are between
+        self.forces = pin.StdVec_Force()  # one for each joint: of a shorter list Pinocchio reads what lies behind it
+        for _ in range(self.model.njoints):
+            self.forces.append(pin.Force.Zero())
+        self.no_torques, self.row = np.zeros(self.width), np.zeros(6)
+
+    def rate(self, t_s: float, state: Array) -> Array:
+        """Time derivative of a state."""
+        x, y, vx, vy = state[:4].tolist()
+        r2 = x * x + y * y
+        pull = -self.mu / (r2 * sqrt(r2))
+        ax, ay = pull * x, pull * y
+        for field in self.beside:
+            dx, dy = field(t_s, x, y)
+            ax, ay = ax + dx, ay + dy
+        return np.concatenate([(vx, vy, ax, ay), state[4 + self.width :], self.accelerations(t_s, state)])
+
+    def accelerations(self, t_s: float, state: Array) -> Array:
+        """Second derivatives of the joint coordinates, (N + 2,)."""
+        q, q_t = state[4 : 4 + self.width], state[4 + self.width :]
+        if self.acting:
+            self.act(t_s, state[:4].tolist(), q.tolist(), q_t.tolist())
+        elif self.mu:
+            self.apply(float(state[0]), float(state[1]), q.tolist())
+        found: Array = self.pin.aba(self.model, self.data, q, q_t, self.no_torques, self.forces)
+        return found
+
+    def act(self, t_s: float, origin: list[float], q: list[float], q_t: list[float]) -> None:
+        """Let everything act that the scene calls for, with the frame's origin (4,): m, m/s."""
+        assert self.acting is not None
+        places = list(tree_places(q, self.bars))
+        rates = list(tree_rates(q, q_t, self.bars)) if self.acting.of_rates else []
+        x, y, vx, vy = origin
+        loads = self.acting(Here(x, y, vx, vy, t_s, self.inside_s), places, rates)
+        for j, ((*_, angle), bar, load) in enumerate(zip(places, self.bars, loads, strict=True)):
+            self.put(j, cos(angle), sin(angle), bar, load)
+
+    def apply(self, x: float, y: float, q: list[float]) -> None:
+        """Put the loads at `q` (N + 2,) into the bars' own axes, at their left ends, as Pinocchio takes them."""
+        self.loads.move_to(x, y)
+        left_x, left_y = q[:2]
+        for j, (angle, bar) in enumerate(zip(accumulate(q[2:]), self.bars, strict=True)):
+            c, s, half = cos(angle), sin(angle), bar.half
+            self.put(j, c, s, bar, self.loads.load(left_x + half * c, left_y + half * s, angle, half))
+            left_x, left_y = left_x + 2.0 * half * c, left_y + 2.0 * half * s
+
+    def put(self, j: int, c: float, s: float, bar: Bar, load: Load) -> None:
+        """Put the load of bar `j`, along (c, s), where Pinocchio takes it."""
+        ax, ay, spin = load
+        mass, inertia, half = bar
+        across = mass * (c * ay - s * ax)
+        row = self.row
+        row[0], row[1], row[5] = mass * (c * ax + s * ay), across, inertia * spin + half * across
+        self.forces[FIRST + j] = self.pin.Force(row)
+
+    def reactions(self, state: Array, t_s: float = 0.0) -> Array:
+        """Force on each bar from the next, (N-1, 2), N, by inverse dynamics at the accelerations found."""
+        return self.inner(state[4 : 4 + self.width], state[4 + self.width :], self.accelerations(t_s, state))
+
+    def strike(self, state: Array, impulses: Sequence[Impulse]) -> tuple[Array, Array]:
+        """State after blows, and the impulsive reactions on each bar from the next, (N-1, 2), N s.
+
+        With all rates zero, accelerations by forces are what jumps by impulses are: one system, the joints' own.
+        """
+        from adapters.bar_loads.thrusts import blows
+
+        q, rest = state[4 : 4 + self.width], np.zeros(self.width)
+        angle = list(accumulate(q[2:].tolist()))
+        for j, (a, bar, blow) in enumerate(zip(angle, self.bars, blows(self.bars, impulses, angle), strict=True)):
+            self.put(j, cos(a), sin(a), bar, blow)
+        jump = self.pin.aba(self.model, self.data, q, rest, self.no_torques, self.forces)
+        after = state.copy()
+        after[4 + self.width :] += jump
+        found = self.inner(q, rest, jump)
+        for j in range(len(self.bars)):  # what no load overwrites would go on acting
+            self.forces[FIRST + j] = self.pin.Force.Zero()
+        return after, found
+
+    def inner(self, q: Array, q_t: Array, q_tt: Array) -> Array:
+        """Force on each bar from the next, (N-1, 2), N, at the loads last put on."""
+        self.pin.rnea(self.model, self.data, q, q_t, q_tt, self.forces)
+        # what bar j exerts on bar j + 1, in the axes of that one
+        inner = np.array([self.data.f[FIRST + j].linear[:2] for j in range(1, len(self.bars))]).reshape(-1, 2)
+        along, across = directions(angles(q[None])[0, 1:])
+        found: Array = -(inner[:, :1] * along + inner[:, 1:] * across)
+        return found
+
+    def height(self, state: Array) -> float:
+        """Least distance of any point of any bar from the surface, m."""
+        q, half = state[None, 4 : 4 + self.width], 0.5 * self.length_m
+        place, (along, _) = state[:2] + places(self.length_m, q)[0], directions(angles(q)[0])
+        foot = np.clip(-np.sum(place * along, axis=-1), -half, half)  # nearest point of the bar, from its centre
+        return float(np.linalg.norm(place + foot[:, None] * along, axis=-1).min() - self.radius_m)

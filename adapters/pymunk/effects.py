@@ -1,0 +1,118 @@
+"""Effects beyond point and gradient gravity in pymunk's steps, and starting anew where something jumps.
+
+Velocities are half a step ahead of the places. What depends on them is asked at the places' instant, with the line
+through the last two, (3 v(n-1/2) - v(n-3/2))/2: second order. Just after a start there are the rates of the start, and
+then those half a step later: the line through these.
+
+Where something jumps, the run begins anew as it did at t = 0: from the angles, their rates and the centre of mass just
+before, changed by what blows give to chains that hold together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adapters.bar_loads.interface import bars_of
+from adapters.common.initial_state import InitialState, chain_model
+from adapters.pymunk.iteration_count import step_sweeps
+from adapters.pymunk.space import ChainSpace
+from reference_impl.model.kinematics import relative_positions, relative_velocities
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from adapters.bar_loads.assemble import ChainLoads
+    from adapters.bar_loads.interface import Here, Load
+    from adapters.engine import Array
+    from adapters.pymunk.space import Glimpse, Rows
+    from scenarios import Impulse, Scene
+
+
+class ActingNow:
+    """What acts on each bar in the step being taken."""
+
+    def __init__(self, acting: ChainLoads) -> None:
+        """Prepare for the first step."""
+        self.acting = acting
+        self.steps = 0
+        self.before: Rows = []
+        self.found: list[Load] = []
+
+    def begin(self) -> None:
+        """Forget the velocities: the chain starts anew."""
+        self.steps, self.before = 0, []
+
+    def move_to(self, here: Here) -> None:
+        """Be ready for a step onto `here`."""
+        self.here, self.found = here, []
+
+    def load(self, j: int, places: Callable[[], Rows], velocities: Callable[[], Rows]) -> Load:
+        """Load of bar `j`; those of all are worked out when the first is asked for."""
+        if not self.found:
+            rates = self.rates(velocities()) if self.acting.of_rates else []
+            self.found = self.acting(self.here, places(), rates)
+        return self.found[j]
+
+    def rates(self, now: Rows) -> Rows:
+        """Velocities at the instant of the places, from those half a step before."""
+        step, before, self.before = self.steps, self.before, now
+        self.steps += 1
+        if step == 0:
+            return now
+        ahead = 1.0 if step == 1 else 0.5  # of what was gained in the last half step, or whole step
+        return [
+            (vx + ahead * (vx - ux), vy + ahead * (vy - uy), w + ahead * (w - u))
+            for (vx, vy, w), (ux, uy, u) in zip(now, before, strict=True)
+        ]
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """A chain about to start."""
+
+    chain: ChainSpace
+    start: InitialState
+    impulse_N_s: Array
+    """(N-1, 2) impulsive reactions of the blows, on each bar from the next"""
+
+
+def seen_at(scene: Scene, glimpse: Glimpse) -> InitialState:
+    """State in the space's axes at an instant between two half steps, its joints closed."""
+    place, before, after = (np.array(rows) for rows in glimpse)
+    mean, share = 0.5 * (before + after), np.array(scene.chain.mass_kg) / scene.mass_kg
+    return closed(scene, share @ place[:, :2], share @ mean[:, :2], place[:, 2], mean[:, 2])
+
+
+def closed(scene: Scene, com_m: Array, com_velocity_m_s: Array, angle: Array, rate: Array) -> InitialState:
+    """State of a chain whose joints hold."""
+    model = chain_model(scene)
+    place, velocity = relative_positions(model, angle), relative_velocities(model, angle, rate)
+    return InitialState(com_m, com_velocity_m_s, angle, rate, place, velocity)
+
+
+def beginning(scene: Scene, start: InitialState, impulses: Sequence[Impulse], dt_s: float) -> Beginning:
+    """Start from `start`, in the space's axes, after blows."""
+    nothing = np.zeros(2)
+    found = np.zeros((scene.bars - 1, 2))
+    if impulses:
+        start, found = struck(scene, start, impulses, dt_s)
+    chain = ChainSpace(scene.chain, start, nothing, nothing, dt_s, step_sweeps(scene, dt_s))
+    return Beginning(chain, start, found)
+
+
+def struck(scene: Scene, start: InitialState, impulses: Sequence[Impulse], dt_s: float) -> tuple[InitialState, Array]:
+    """State after blows, and the impulsive reactions: what the engine's joints give, by momentum along the chain."""
+    from adapters.bar_loads.thrusts import blows
+
+    chain = ChainSpace(scene.chain, start, np.zeros(2), np.zeros(2), dt_s, step_sweeps(scene, dt_s))
+    mass = np.array(scene.chain.mass_kg)
+    jumps = blows(bars_of(scene.chain), impulses, start.angle_rad.tolist())
+    before = np.array(chain.velocities())
+    chain.strike(jumps)
+    after, given = np.array(chain.velocities()), np.array(jumps)
+    held = np.cumsum(mass[:, None] * (after - before - given)[:, :2], axis=0)[:-1]
+    gained = mass @ given[:, :2] / mass.sum()
+    return closed(scene, start.com_m, start.com_velocity_m_s + gained, start.angle_rad, after[:, 2]), held

@@ -1,0 +1,226 @@
+"""A chain in a pymunk space, stepped to second order: positions and velocities half a step apart.
+
+Inside a step the engine moves the positions, then asks for the velocities' change, then solves the
+joints. So the loads are evaluated at the new positions, and a first half step that leaves the positions
+alone puts the velocities half a step ahead. With `error_bias = 0` the joints' velocities are chosen to
+close, at the end of the step and to first order, the gap they find: what remains is the bars' turning
+in one step,
+
+    gap = (dt²/2) (h_j w_j² u_j + h_{j+1} w_{j+1}² u_{j+1}),   h half length, w rate,
+
+and that is where this method's joints live. The chain is started there, half of it taken out in the
+first half step, so that the reactions are right from the first instant on. (But for the one step after
+that: the gap there follows the rates half a step earlier, and the reaction, m gap/dt², is right to first
+order only. It is seen if a sample falls on it, that is, with one step from sample to sample.)
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pymunk
+
+from adapters.pymunk.iteration_count import COLD_START_FACTOR
+from reference_impl.model.kinematics import directions
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from adapters.bar_loads.gravity import Loads
+    from adapters.common.initial_state import InitialState
+    from adapters.engine import Array
+    from adapters.pymunk.effects import ActingNow
+    from scenarios.scene import Chain
+
+Rows = list[tuple[float, float, float]]
+Glimpse = tuple[Rows, Rows, Rows]  # each bar's x, y, angle at a sample; their rates half a step before, and after
+WIDEST_GAP = 0.1  # of the shortest bar; wider, either the joints burst or a bar turns by half a radian in a step
+
+
+class ChainSpace:
+    """The engine's space, its bars and its joints."""
+
+    def __init__(
+        self, chain: Chain, start: InitialState, origin_m: Array, drift_m_s: Array, dt_s: float, sweeps: int
+    ) -> None:
+        """Set the chain up.
+
+        Parameters
+        ----------
+        chain : Chain
+        start : InitialState
+        origin_m, drift_m_s : ndarray, shape (2,)
+            Where the space's origin is at t = 0, and how it moves.
+        dt_s : float
+        sweeps : int
+            Over the joints in each step.
+        """
+        self.dt_s = dt_s
+        self.half_m = [0.5 * length for length in chain.length_m]
+        self.space = pymunk.Space()
+        self.space.damping = 1.0
+        self.sweeps = sweeps
+        place = start.com_m - origin_m + start.position_m + opening(chain, start, dt_s)
+        velocity = start.com_velocity_m_s - drift_m_s + start.velocity_m_s
+        self.bars = [pymunk.Body(m, J) for m, J in zip(chain.mass_kg, chain.inertia_kg_m2, strict=True)]
+        for j, bar in enumerate(self.bars):
+            bar.position = (float(place[j, 0]), float(place[j, 1]))
+            bar.velocity = (float(velocity[j, 0]), float(velocity[j, 1]))
+            bar.angle, bar.angular_velocity = float(start.angle_rad[j]), float(start.rate_rad_s[j])
+        joints = [
+            pymunk.PivotJoint(a, b, (ha, 0.0), (-hb, 0.0))
+            for a, b, ha, hb in zip(self.bars, self.bars[1:], self.half_m, self.half_m[1:], strict=False)
+        ]
+        for joint in joints:
+            joint.error_bias = 0.0
+            joint.collide_bodies = False
+        self.joints = joints
+        self.space.add(*self.bars, *joints)
+        self.fault: Exception | None = None
+
+    def install(self, loads: Loads) -> None:
+        """Let gravity act; an exception is kept for :meth:`step`, because the engine would swallow it."""
+        for bar, half in zip(self.bars, self.half_m, strict=True):
+            bar.velocity_func = self.velocity_function(loads.load, half)
+
+    def velocity_function(self, load: Callable[..., tuple[float, float, float]], half_m: float) -> Callable[..., None]:
+        """Engine's callback that changes a bar's velocities, at its new place."""
+        integrate = pymunk.Body.update_velocity
+
+        def change(bar: Any, gravity: Any, damping: float, dt: float) -> None:
+            try:
+                x, y = bar.position
+                ax, ay, spin = load(x, y, bar.angle, half_m)
+                mass = bar.mass
+                bar.force = (mass * ax, mass * ay)
+                bar.torque = bar.moment * spin
+            except Exception as fault:
+                self.fault = self.fault or fault
+            integrate(bar, gravity, damping, dt)
+
+        return change
+
+    def install_all(self, acting: ActingNow) -> None:
+        """Let everything act that a scene calls for: the engine asks bar by bar, all are answered at the first."""
+        for j, bar in enumerate(self.bars):
+            bar.velocity_func = self.answer(acting, j)
+
+    def answer(self, acting: ActingNow, j: int) -> Callable[..., None]:
+        """Engine's callback for bar `j`: all bars have moved by then, and those before it have new velocities."""
+        integrate = pymunk.Body.update_velocity
+
+        def change(bar: Any, gravity: Any, damping: float, dt: float) -> None:
+            try:
+                ax, ay, spin = acting.load(j, self.places, self.velocities)
+                mass = bar.mass
+                bar.force = (mass * ax, mass * ay)
+                bar.torque = bar.moment * spin
+            except Exception as fault:
+                self.fault = self.fault or fault
+            integrate(bar, gravity, damping, dt)
+
+        return change
+
+    def strike(self, jumps: Sequence[tuple[float, float, float]]) -> None:
+        """Give each bar its jump of velocities (m/s, m/s, rad/s), and let the joints hold: a step without time.
+
+        What the joints do in a step that closes no gap and in which nothing acts does not depend on how long it is.
+        """
+        for bar, (x, y, turn) in zip(self.bars, jumps, strict=True):
+            vx, vy = bar.velocity
+            bar.velocity, bar.angular_velocity = (vx + x, vy + y), bar.angular_velocity + turn
+            bar.position_func = stay
+        for joint in self.joints:
+            joint.error_bias = 1.0
+        self.space.iterations = COLD_START_FACTOR * self.sweeps
+        self.step(self.dt_s)
+
+    def half_step(self) -> None:
+        """Put the velocities half a step ahead of the positions."""
+        for bar in self.bars:
+            bar.position_func = stay
+        for joint in self.joints:
+            joint.error_bias = 0.5 ** (2.0 / self.dt_s)  # the fraction left after 1 s: half the gap in half a step
+        self.space.iterations = COLD_START_FACTOR * self.sweeps
+        self.step(0.5 * self.dt_s)
+        for bar in self.bars:
+            bar.position_func = pymunk.Body.update_position
+        for joint in self.joints:
+            joint.error_bias = 0.0
+
+    def settle(self) -> None:
+        """Go on with the usual number of sweeps, after SETTLED_STEPS."""
+        self.space.iterations = self.sweeps
+
+    def step(self, dt_s: float) -> None:
+        """One step of the engine.
+
+        Raises
+        ------
+        Exception
+            Whatever a load raised.
+        """
+        self.space.step(dt_s)
+        if self.fault is not None:
+            raise self.fault
+
+    def look(self, *, first: bool) -> Glimpse:
+        """Step onto a sample: what is there, and the velocities half a step before and after.
+
+        The first sample is where the chain already is; its velocities are those there, and half a step after.
+
+        Raises
+        ------
+        ArithmeticError
+            If anything is not finite.
+        """
+        before = self.velocities()
+        if first:
+            self.half_step()
+        else:
+            self.step(self.dt_s)
+        glimpse = (self.places(), before, self.velocities())
+        if not all(math.isfinite(value) for rows in glimpse for row in rows for value in row):
+            raise ArithmeticError("the state is not finite")
+        return glimpse
+
+    def check_joints(self) -> None:
+        """See that the joints hold: where the sweeps do not settle they burst, and the engine says nothing.
+
+        Raises
+        ------
+        ArithmeticError
+            If two tied ends are a tenth of the shortest bar apart.
+        """
+        widest = 0.0
+        for joint in self.joints:
+            a, b = joint.a.local_to_world(joint.anchor_a), joint.b.local_to_world(joint.anchor_b)
+            widest = max(widest, math.hypot(b[0] - a[0], b[1] - a[1]))
+        if widest > WIDEST_GAP * 2.0 * min(self.half_m):
+            raise ArithmeticError(f"the ends of a joint are {widest:.3g} m apart")
+
+    def places(self) -> Rows:
+        """Place (m) and angle (rad) of each bar."""
+        return [(*bar.position, bar.angle) for bar in self.bars]
+
+    def velocities(self) -> Rows:
+        """Rates of x, y (m/s) and angle (rad/s) of each bar."""
+        return [(*bar.velocity, bar.angular_velocity) for bar in self.bars]
+
+
+def stay(bar: Any, dt: float) -> None:
+    """Leave a bar where it is."""
+
+
+def opening(chain: Chain, start: InitialState, dt_s: float) -> Array:
+    """Displacements of the bars, (N, 2) m, that open each joint by the method's own gap."""
+    along, _ = directions(start.angle_rad)
+    inward = 0.5 * np.array(chain.length_m) * start.rate_rad_s**2
+    turn = 0.5 * dt_s**2 * inward[:, None] * along
+    apart = np.zeros_like(turn)
+    apart[1:] = np.cumsum(turn[:-1] + turn[1:], axis=0)
+    mass = np.array(chain.mass_kg)
+    displaced: Array = apart - mass @ apart / mass.sum()
+    return displaced

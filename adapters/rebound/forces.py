@@ -1,0 +1,116 @@
+"""Accelerations of REBOUND's particle besides those of its own gravity, and how its callback takes them.
+
+Each is a plain function of time and place: m, s and m/s², relative to the central body. A particle feels them as the
+chain's centre of mass would if all its mass were there; none of them asks for an attitude.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from scenarios import Axes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from scenarios import Scene
+    from scenarios.forces import Oblateness, ThirdBody, Thrust
+
+    Force = Callable[[float, float, float], tuple[float, float]]
+
+SAME_RATE = 1e-14  # of its square: a few roundings
+
+
+def forces(scene: Scene, start_s: float, end_s: float) -> list[Force]:
+    """What acts between two instants at which nothing jumps, continued smoothly beyond them; no `companion`."""
+    effects = scene.effects
+    found = [] if effects.oblateness is None else [oblate(scene.central_body.mu_m3_s2, effects.oblateness)]
+    if companion(scene) is None:
+        found += [tide(body) for body in effects.third_body]
+    for thrust in effects.thrust:
+        found += pushes(thrust, scene.mass_kg, 0.5 * (start_s + end_s))
+    return found
+
+
+def companion(scene: Scene) -> ThirdBody | None:
+    """Third body that can be a particle of its own: the only one, at the rate that the two bodies' pull gives it.
+
+    Several are not: as particles they would pull on each other, and the central body would answer to all of them at
+    once, so that none would stay on the circle that the scene puts it on.
+    """
+    bodies, mu = scene.effects.third_body, scene.central_body.mu_m3_s2
+    if len(bodies) != 1:
+        return None
+    pull = (mu + bodies[0].mu_m3_s2) / bodies[0].distance_m ** 3
+    return bodies[0] if math.isclose(bodies[0].rate_rad_s ** 2, pull, rel_tol=SAME_RATE) else None
+
+
+def oblate(mu_m3_s2: float, body: Oblateness) -> Force:
+    """-3 B Z/r⁵, B = mu J2 R²/2."""
+    strength = 1.5 * mu_m3_s2 * body.j2 * body.radius_m**2
+
+    def pull(_t: float, x: float, y: float) -> tuple[float, float]:
+        r2 = x * x + y * y
+        k = -strength / (r2 * r2 * math.sqrt(r2))
+        return k * x, k * y
+
+    return pull
+
+
+def tide(body: ThirdBody) -> Force:
+    """-mu (Y/|Y|³ + X/D³) with Y = Z - X: (mu/D³) (f X - (1 + f) Z), f = (D/|Y|)³ - 1 free of cancellation."""
+    d2 = body.distance_m**2
+    strength = body.mu_m3_s2 / (d2 * body.distance_m)
+
+    def pull(t: float, x: float, y: float) -> tuple[float, float]:
+        angle = body.longitude_rad + body.rate_rad_s * t
+        bx, by = body.distance_m * math.cos(angle), body.distance_m * math.sin(angle)
+        f = math.expm1(-1.5 * math.log1p((x * x + y * y - 2.0 * (bx * x + by * y)) / d2))
+        return strength * (f * bx - (1.0 + f) * x), strength * (f * by - (1.0 + f) * y)
+
+    return pull
+
+
+def pushes(thrust: Thrust, mass_kg: float, within_s: float) -> list[Force]:
+    """Thrust along a fixed direction: the straight piece of its table that holds an instant; none outside.
+
+    Raises
+    ------
+    ValueError
+        If it turns with a bar.
+    """
+    if thrust.axes is not Axes.INERTIAL:
+        raise ValueError("a particle has no bar for a thrust to turn with")
+    pieces = zip(thrust.times_s, thrust.times_s[1:], thrust.force_N, thrust.force_N[1:], strict=False)
+    c, s = math.cos(thrust.direction_rad) / mass_kg, math.sin(thrust.direction_rad) / mass_kg
+
+    def piece(t0: float, t1: float, f0: float, f1: float) -> Force:
+        def push(t: float, _x: float, _y: float) -> tuple[float, float]:
+            size = f0 + (f1 - f0) * ((t - t0) / (t1 - t0))
+            return size * c, size * s
+
+        return push
+
+    return [piece(*p) for p in pieces if p[0] < within_s < p[1]]
+
+
+def attach(sim: Any, acting: list[Force], failed: list[Exception]) -> None:
+    """Let forces act on the last particle of a simulation, its place relative to the first.
+
+    ctypes prints and forgets what a callback raises: it is put into `failed`, and the simulation told to stop.
+    """
+    centre, particle = sim.particles[0], sim.particles[sim.N - 1]
+
+    def callback(pointer: Any) -> None:
+        try:
+            t, x, y = pointer.contents.t, particle.x - centre.x, particle.y - centre.y
+            for force in acting:
+                ax, ay = force(t, x, y)
+                particle.ax += ax
+                particle.ay += ay
+        except Exception as error:
+            failed.append(error)
+            pointer.contents.stop()
+
+    sim.additional_forces = callback  # which REBOUND's wrapper keeps referenced

@@ -1,0 +1,146 @@
+"""The NumPy reference behind the engines' contract."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import TYPE_CHECKING, ClassVar, Protocol, final
+
+import numpy as np
+
+from adapters.common.initial_state import chain_model, initial_state
+from adapters.engine import ENDED, Coordinates, Engine, EngineError, Knob, Ladder, Observable, Setting, Trajectory
+from reference_impl.integrate.coordinate_sets import GRAINS, CoordinateSet
+from reference_impl.integrate.simulate import Simulation
+from scenarios import Gravity
+
+if TYPE_CHECKING:
+    from adapters.common.initial_state import InitialState
+    from reference_impl.integrate.simulate import History
+    from reference_impl.integrate.stepper import Walk
+    from reference_impl.model.chain import Array, ChainModel
+    from scenarios import Scene
+
+EVERYTHING = frozenset(
+    {f"gravity.{g}" for g in Gravity}
+    | {f"prescribed_rotation.{what}" for what in ("inertial", "local_horizontal", "external", "joint")}
+    | {"oblateness", "third_body", "drag", "solar_pressure", "solar_pressure.shadow", "joint_spring_damper"}
+    | {"thrust.body", "thrust.inertial", "impulse"}
+)
+FEW_STEPS = 10.0  # largest component against the norm that a step is held by, and what is read off between steps
+
+
+class Run(Protocol):
+    """One simulation, of either kind."""
+
+    def walk(self, t_s: Array) -> Walk:
+        """Integrate over the samples."""
+
+    def history(self, seen: Walk, *, condition: bool = False) -> History:
+        """Observables at the samples."""
+
+
+class ReferenceEngine(Engine):
+    """What all forms of the reference share."""
+
+    order = None
+    ladder = Ladder(Knob.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14), default=1e-10)
+    effects = EVERYTHING
+    observables = frozenset(Observable)
+    options = frozenset({"condition"})
+
+    def __init__(self, *, condition: bool = False) -> None:
+        """Prepare a run; `condition` asks for the joint system's condition number at every sample."""
+        self.condition = condition
+
+    @abstractmethod
+    def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> Run:
+        """Set up the integrator."""
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        """Set up the integrator."""
+        self.times_s = scene.times_s
+        self.prepared = self.prepare(chain_model(scene), initial_state(scene), setting.value)
+
+    def simulate(self) -> None:
+        """Integrate."""
+        try:
+            self.seen = self.prepared.walk(self.times_s)
+        except (ArithmeticError, np.linalg.LinAlgError) as error:
+            raise EngineError(str(error)) from error
+
+    def read(self) -> Trajectory:
+        """Observables at the samples."""
+        try:
+            h = self.prepared.history(self.seen, condition=self.condition)
+        except np.linalg.LinAlgError as error:  # where they are looked at, reactions are refined, and may not settle
+            raise EngineError(str(error)) from error
+        info: dict[str, float | str] = {"steps": h.steps, "evaluations": h.evaluations, "method": h.method}
+        if h.landed_s is not None:
+            info[ENDED] = h.landed_s
+        landed = "" if h.landed_s is None else f"a bar reached the surface at t = {h.landed_s:.6f} s"
+        return Trajectory(
+            h.t_s,
+            h.com_m,
+            h.com_velocity_m_s,
+            h.angle_rad,
+            h.rate_rad_s,
+            h.reaction_N,
+            h.gap_m,
+            h.identity_m,
+            h.torque_N_m,
+            position_m=h.position_m,
+            impulse_N_s=h.impulse_N_s,
+            condition=h.condition,
+            ended=landed,
+            info=info,
+        )
+
+
+class ReferenceNumPy(ReferenceEngine):
+    """What both coordinate sets of the NumPy reference share."""
+
+    coordinate_set: ClassVar[CoordinateSet]
+
+    def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> Run:
+        """SciPy's stepper on NumPy's right-hand side."""
+        state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
+        return Simulation(model, *state, rtol=rtol, coordinates=self.coordinate_set)
+
+
+@final
+class Reference(ReferenceNumPy):
+    """Relative formulation, minimal coordinates."""
+
+    title = "NumPy reference, relative formulation, DOP853"
+    coordinates = Coordinates.RELATIVE
+    coordinate_set = "minimal"
+
+
+@final
+class ReferenceAbsolute(ReferenceNumPy):
+    """Absolute inertial coordinates."""
+
+    title = "NumPy reference in absolute inertial coordinates, DOP853"
+    coordinates = Coordinates.ABSOLUTE
+    coordinate_set = "absolute"
+    track_by_length = True
+
+    @classmethod
+    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
+        """Where its steps stop to shrink, whatever is asked for.
+
+        No step is held to less than GRAINS roundings of a radius, in velocities times the fastest rate w. With a
+        step a radian of w, they add up as a random walk of w t steps; those of velocities run on, by t. In angles it is
+        that over the shortest bar, as a request would be: FEW_STEPS of them may stand in one sample.
+        """
+        del setting
+        place, w = GRAINS * np.finfo(float).eps * scene.radius0_m, scene.fastest_rate_rad_s
+        steps = np.sqrt(1.0 + w * t_s)
+        rate = place * w * steps / min(scene.chain.length_m)
+        turn = FEW_STEPS * place / min(scene.chain.length_m)
+        return {
+            "com": place * steps * (1.0 + w * t_s),
+            "com_velocity": place * w * steps,
+            "rate": rate,
+            "attitude": turn,
+        }

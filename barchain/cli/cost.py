@@ -1,0 +1,55 @@
+"""`barchain cost`: what accuracy costs in time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from barchain.record.command import typed
+from barchain.studies.cost.plan import MINUTES, REPEATS, TIME_LIMIT_S
+
+
+@click.command()
+@click.argument("scenes", metavar="[SCENE]...", nargs=-1)
+@click.option(
+    "--engine", "names", multiple=True, metavar="NAME", help="Engine to measure; may be repeated; all by default."
+)
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path("report"), show_default=True,
+              help="Folder for tables and chapter; that of a comparison gets the chapter into its report.")  # fmt: skip
+@click.option("--orbits", type=click.FloatRange(min=0, min_open=True), default=1.0, show_default=True,
+              help="How much of each scene is run, from its start.")  # fmt: skip
+@click.option("--repeats", type=click.IntRange(min=1), default=REPEATS, show_default=True,
+              help="Times that each point is measured.")  # fmt: skip
+@click.option("--budget", "minutes", type=click.FloatRange(min=0), default=MINUTES, show_default=True,
+              help="Minutes aimed at: repeats, then long runs are given up; each setting is run once.")  # fmt: skip
+@click.option("--time-limit", type=click.FloatRange(min=0, min_open=True), default=TIME_LIMIT_S, show_default=True,
+              help="Runs expected to take longer, s, are left out.")  # fmt: skip
+@click.option("--markdown", is_flag=True, help="Print the table of speed ratios as Markdown.")
+@click.option("--resume", is_flag=True, help="Go on from what an earlier, cut-off study left in the folder.")
+def cost(
+    scenes: tuple[str, ...], names: tuple[str, ...], out: Path, orbits: float, repeats: int, minutes: float,
+    time_limit: float, markdown: bool, resume: bool,
+) -> None:  # fmt: skip
+    """Measure what accuracy costs: errors against the oracle and times, for every setting of every engine.
+
+    SCENEs are names or files; the paper's by default, each over its first orbit.
+    """
+    from barchain.cli.progress import verdicts_shown  # noqa: PLC0415
+    from barchain.studies.cost.measure import make_plan, measure  # noqa: PLC0415  # statistics that no other command needs
+    from reports.chapters.cost.page import render_cost  # noqa: PLC0415
+
+    plan = make_plan(
+        scenes or None, names or None, orbits=orbits, repeats=repeats, minutes=minutes, time_limit_s=time_limit
+    )
+    with verdicts_shown(plan.turns) as show:
+        study = measure(plan, out, resume=resume, command=typed(), progress=show)
+    page, ratios = render_cost(out)
+    if markdown:
+        click.echo(ratios.read_text(encoding="utf-8"))
+    click.echo(f"cost study: {page}", err=markdown)
+    idle = {o["engine"]: o["reason"] for o in study.store.record["left_out"] if o["engine"] not in study.ran}
+    for name, reason in idle.items():
+        click.echo(f"{name} is left out: {reason}", err=True)
+    if set(names) & set(idle):  # asked for by name, and not there
+        raise click.exceptions.Exit(1)

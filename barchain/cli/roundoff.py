@@ -1,0 +1,31 @@
+"""`barchain roundoff`: what absolute and relative coordinates leave of the reactions' digits."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from barchain.record.command import typed
+
+PARTS = ("evaluation", "trajectories", "engines", "times")
+
+
+@click.command()
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path("report"), show_default=True,
+              help="Folder for tables and chapter; that of a comparison gets the chapter into its report.")  # fmt: skip
+@click.option("--part", "parts", multiple=True, type=click.Choice(PARTS), default=PARTS,
+              help="Part of the study; may be repeated; all by default.")  # fmt: skip
+@click.option("--full", is_flag=True, help="All sizes, arithmetics and numbers of bars, finer steps, longer runs.")
+@click.option("--workers", type=click.IntRange(min=1), help="Processes side by side; all cores by default.")
+def roundoff(out: Path, parts: tuple[str, ...], full: bool, workers: int | None) -> None:
+    """Measure how many digits of the reactions each kind of coordinates leaves, and at which size the last one goes."""
+    from barchain.cli.progress import verdicts_shown  # noqa: PLC0415
+    from barchain.studies.roundoff.measure import measure  # noqa: PLC0415  # multiple precision no other command needs
+    from barchain.studies.roundoff.plan import make_plan  # noqa: PLC0415
+    from reports.chapters.roundoff.page import render_roundoff  # noqa: PLC0415
+
+    plan = make_plan(parts, full=full)
+    with verdicts_shown(plan.turns) as show:
+        measure(plan, out, command=typed(), workers=workers, progress=show)
+    click.echo(f"round-off study: {render_roundoff(out)}")

@@ -1,0 +1,338 @@
+"""Scenes × engines: plan the runs, judge each as soon as it can be, keep everything as it comes."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from adapters.common.equal_steps import finer_setting
+from barchain.judge.comparison import Verdict, judge, no_verdict
+from barchain.judge.error_model import ErrorModel
+from barchain.judge.evidence import follow_up_jobs, gathered
+from barchain.judge.support import unsupported
+from barchain.metrics.model_difference import com_displacement
+from barchain.record.scene_description import gradient_defect
+from barchain.run.compilation import announcement
+from barchain.run.job import TRUTH_ROLES, Job, Role, RunResult
+from barchain.run.pool import run_jobs
+from barchain.run.verdict_workers import Judges
+from barchain.solutions.reference import TRUTH_RTOL, Truth
+from barchain.solutions.reference_runs import TruthFailedError, truth_engine, truth_jobs, truth_of
+from barchain.solutions.sampling import closely_sampled
+from reports.tables.crossval import ALL_SCENES, REFERENCE_SOLUTION
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from adapters.engine import Engine, Setting
+    from adapters.registry import Registration
+    from barchain.crossval.store import Store
+    from barchain.judge.evidence import Evidence
+    from scenarios import Scene
+
+ANY_EXTERNAL = "(any external)"
+SEVERAL = 2  # scenes: an engine that can do none of so many was not just unlucky with its scene
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be compared."""
+
+    scenes: list[Scene]
+    engines: dict[str, Registration]
+    time_limit_s: float = 120.0
+    workers: int | None = None
+    settings: dict[str, Setting] = field(default_factory=dict)
+    """Setting of an engine other than its default"""
+    resume: bool = False
+    need_external: bool = False
+    """Whether a scene that no external engine passes is a failure"""
+    named: bool = False
+    """Whether somebody asked for these engines by name: one that was compared on no scene is then a failure"""
+
+    def setting(self, name: str, engine: type[Engine]) -> Setting:
+        """Setting at which an engine is judged."""
+        return self.settings.get(name, engine.ladder.setting())
+
+
+@dataclass
+class SceneProgress:
+    """Results of one scene as they come."""
+
+    scene: Scene
+    truths: dict[Role, RunResult] = field(default_factory=dict)
+    runs: dict[str, dict[Role, RunResult]] = field(default_factory=dict)
+    verdicts: dict[str, Verdict] = field(default_factory=dict)
+    truth: Truth | None = None
+    truth_failed: str = ""
+
+
+class Suite:
+    """One comparison of many scenes and engines."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        store: Store,
+        report: Callable[[str, str, str], None],
+        note: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        """Prepare; `report` is told (scene, engine, outcome) after each verdict, `note` what goes on before."""
+        self.plan, self.store, self.report, self.note = plan, store, report, note
+        self.progress = {scene.name: SceneProgress(closely_sampled(scene)) for scene in plan.scenes}
+        self.classes: dict[str, type[Engine]] = {}
+        self.idle: dict[str, Verdict] = {}
+        """Verdicts on engines that should have been compared, and were on no scene"""
+        self.doubted: dict[tuple[str, str], Verdict] = {}
+        """Verdicts that wait for the further runs that they ask for"""
+        self.asked: set[tuple[str, str]] = set()
+        """Engines in scenes that a verdict is being given on"""
+        self.judges: Judges[tuple[str, str]] = Judges(plan.workers)
+
+    def run(self) -> dict[tuple[str, str], Verdict]:
+        """Make all runs and judge them; verdicts by (scene, engine)."""
+        try:
+            return self.judged_runs()
+        finally:
+            self.judges.close()
+
+    def judged_runs(self) -> dict[tuple[str, str], Verdict]:
+        """Verdicts by (scene, engine), of runs as they come."""
+        start = time.perf_counter()
+        earlier = self.store.earlier_runs() if self.plan.resume else {}
+        self.store.write_record()
+        waiting = self.recalled(self.jobs(), earlier)
+        for text in beforehand(waiting):
+            self.note(text)
+        self.make(waiting, start)
+        self.make(self.recalled(self.follow_ups(), earlier), start)
+        for (scene, engine), verdict in self.doubted.items():  # the further runs failed: what was found stands
+            self.settle(scene, engine, verdict)
+        self.require_external()
+        self.require_compared()
+        self.store.record.update(finished=True, seconds=time.perf_counter() - start)
+        self.store.write_record()
+        found = {(name, e): v for name, p in self.progress.items() for e, v in p.verdicts.items()}
+        return found | {(ALL_SCENES, e): v for e, v in self.idle.items()}
+
+    def recalled(self, jobs: list[Job], earlier: dict[str, dict[str, Any]]) -> list[Job]:
+        """Jobs that are left to do, after results that an earlier comparison stored are taken."""
+        waiting = []
+        for job in jobs:
+            result = self.store.recall(job, earlier)
+            if result is None:
+                waiting.append(job)
+            else:
+                self.take(job, result)
+        return waiting
+
+    def make(self, jobs: list[Job], start: float) -> None:
+        """Make runs, and take their results as they come."""
+        for job, result in run_jobs(jobs, time_limit_s=self.plan.time_limit_s, workers=self.plan.workers):
+            self.take(job, result)
+            self.collect(wait=False)
+            self.store.record["seconds"] = time.perf_counter() - start
+        self.collect(wait=True)
+
+    def follow_ups(self) -> list[Job]:
+        """Further runs that doubted verdicts ask for."""
+        jobs = []
+        for (name, engine), verdict in self.doubted.items():
+            scene, loaded = self.progress[name].scene, self.classes[engine]
+            setting = self.plan.setting(engine, loaded)
+            jobs += follow_up_jobs(scene, engine, self.plan.engines[engine], loaded, setting, verdict.asks)
+        if jobs:
+            self.note(f"{len(jobs)} further runs, to tell round-off and slow convergence from wrong physics")
+        return jobs
+
+    def jobs(self) -> list[Job]:
+        """All runs to make; engines that can't do a scene get their verdict at once."""
+        jobs = []
+        for name, progress in self.progress.items():
+            scene = progress.scene
+            jobs += truth_jobs(scene)
+            for engine, registration in self.plan.engines.items():
+                reason = self.cannot(engine, registration, scene)
+                if reason is not None:
+                    self.settle(name, engine, no_verdict(name, engine, None, *reason))
+                else:
+                    jobs += self.engine_jobs(scene, engine, registration)
+        return jobs
+
+    def cannot(self, engine: str, registration: Registration, scene: Scene) -> tuple[Outcome, str] | None:
+        """Why an engine is not run on a scene, or None."""
+        if registration.missing:
+            return Outcome.MISSING, registration.missing
+        try:
+            self.classes[engine] = registration.load()
+        except Exception as error:
+            return Outcome.FAILED, f"its adapter does not load: {type(error).__name__}: {error}"
+        reason = self.classes[engine].unsupported(scene)
+        return None if reason is None else (Outcome.UNSUPPORTED, reason)
+
+    def engine_jobs(self, scene: Scene, engine: str, registration: Registration) -> list[Job]:
+        """The two runs of one engine on one scene."""
+        setting = self.plan.setting(engine, self.classes[engine])
+        finer = finer_setting(scene, self.classes[engine].ladder, setting)
+        return [
+            Job(scene, engine, registration, setting, Role.MAIN),
+            Job(scene, engine, registration, finer, Role.FINER),
+        ]
+
+    def take(self, job: Job, result: RunResult) -> None:
+        """Note a result, and judge whatever it completes."""
+        self.store.keep_run(job, result)
+        progress = self.progress[job.scene.name]
+        if job.role in TRUTH_ROLES:
+            progress.truths[job.role] = result
+            self.found_truth(progress)
+            ready = list(progress.runs)
+        else:
+            progress.runs.setdefault(job.engine, {})[job.role] = result
+            ready = [job.engine]
+        for engine in ready:
+            self.judge_if_ready(progress, engine)
+
+    def found_truth(self, progress: SceneProgress) -> None:
+        """Establish the truth once its runs are there."""
+        try:
+            truth = truth_of(progress.scene, progress.truths)
+        except TruthFailedError as error:
+            self.give_up(progress, str(error))
+            return
+        if truth is None:
+            return
+        progress.truth = truth
+        self.store.record["scenes"][progress.scene.name] |= truth_facts(truth)
+        t = truth.trajectory.t_s[: len(truth.growth)]
+        self.store.keep_growth(progress.scene.name, pd.DataFrame({"t_s": t, "growth": truth.growth}))
+
+    def give_up(self, progress: SceneProgress, reason: str) -> None:
+        """Settle a scene that has no reference solution by one verdict; its engines get none."""
+        progress.truth_failed, name = f"the reference solution could not be run ({reason})", progress.scene.name
+        verdict = no_verdict(name, REFERENCE_SOLUTION, None, Outcome.FAILED, progress.truth_failed)
+        self.settle(name, REFERENCE_SOLUTION, verdict)
+
+    def judge_if_ready(self, progress: SceneProgress, engine: str) -> None:
+        """Judge an engine once its two runs and the truth are there, if it supports what the scene turned out to do."""
+        runs, name = progress.runs[engine], progress.scene.name
+        evidence = gathered(runs)
+        if evidence is None or engine in progress.verdicts or progress.truth is None or (name, engine) in self.asked:
+            return
+        setting = self.plan.setting(engine, self.classes[engine])
+        reason = unsupported(self.classes[engine], progress.truth)
+        if reason is not None:
+            self.settle(name, engine, no_verdict(name, engine, setting, Outcome.UNSUPPORTED, reason))
+            return
+        earlier = self.doubted.get((name, engine))
+        if earlier is not None and not all(role in runs for role in earlier.asks):
+            return
+        if goes_beyond(self.classes[engine], setting, evidence, progress.truth):
+            self.asked.add((name, engine))
+            given = (engine, self.plan.engines[engine], setting, evidence, progress.truth)
+            self.judges.submit((name, engine), judge_loaded, *given)
+        else:
+            self.judged(name, engine, judge(engine, self.classes[engine], setting, evidence, progress.truth))
+
+    def collect(self, *, wait: bool) -> None:
+        """Take verdicts from the processes that give them; of one that does not come, the engine's row says so."""
+        for (name, engine), verdict in self.judges.collected(wait=wait):
+            self.asked.discard((name, engine))
+            if isinstance(verdict, Verdict):
+                self.judged(name, engine, verdict)
+                continue
+            said = f"no verdict: {type(verdict).__name__}: {verdict}"
+            setting = self.plan.setting(engine, self.classes[engine])
+            self.settle(name, engine, no_verdict(name, engine, setting, Outcome.FAILED, said))
+
+    def judged(self, name: str, engine: str, verdict: Verdict) -> None:
+        """Settle a verdict, or wait for the further runs that it asks for."""
+        if verdict.asks and (name, engine) not in self.doubted:
+            self.doubted[name, engine] = verdict
+            return
+        self.doubted.pop((name, engine), None)
+        self.settle(name, engine, verdict)
+
+    def settle(self, scene: str, engine: str, verdict: Verdict) -> None:
+        """Keep a verdict and tell of it."""
+        self.progress[scene].verdicts[engine] = verdict
+        self.store.keep_rows(scene, engine, verdict.rows, verdict.series)
+        self.report(scene, engine, verdict.outcome)
+
+    def require_external(self) -> None:
+        """A scene that no external engine passes has not been cross-validated."""
+        if not self.plan.need_external:
+            return
+        for name, progress in self.progress.items():
+            if progress.truth_failed:
+                continue
+            outside = [v.outcome for e, v in progress.verdicts.items() if self.plan.engines[e].external]
+            if Outcome.PASS not in outside:
+                reason = "no external engine was compared and passed on this scene"
+                self.settle(name, ANY_EXTERNAL, no_verdict(name, ANY_EXTERNAL, None, Outcome.NOTHING_COMPARED, reason))
+
+    def require_compared(self) -> None:
+        """An engine that was compared on no scene is no success, if it was named or had several scenes to do."""
+        scenes = [p for p in self.progress.values() if not p.truth_failed]
+        if not self.plan.named and len(scenes) < SEVERAL:
+            return
+        for engine in self.plan.engines:
+            own = [p.verdicts[engine] for p in self.progress.values() if engine in p.verdicts]
+            if own and all(v.outcome is Outcome.UNSUPPORTED for v in own):
+                reasons = "; ".join(dict.fromkeys(row["reason"] for v in own for row in v.rows))
+                self.leave_idle(engine, f"compared on no scene: {reasons}")
+
+    def leave_idle(self, engine: str, reason: str) -> None:
+        """Keep a verdict on an engine in all scenes together, and tell of it."""
+        verdict = no_verdict(ALL_SCENES, engine, None, Outcome.NOTHING_COMPARED, reason)
+        self.idle[engine] = verdict
+        self.store.keep_rows(ALL_SCENES, engine, verdict.rows)
+        self.report(ALL_SCENES, engine, verdict.outcome)
+
+
+def judge_loaded(name: str, registration: Registration, setting: Setting, evidence: Evidence, truth: Truth) -> Verdict:
+    """Verdict in a process that has to load the engine's class itself; arguments as of `judge`."""
+    return judge(name, registration.load(), setting, evidence, truth)
+
+
+def goes_beyond(engine: type[Engine], setting: Setting, evidence: Evidence, truth: Truth) -> bool:
+    """Whether a verdict compares beyond the predictability limit, which takes long."""
+    run = evidence.main.trajectory
+    try:
+        return run is not None and ErrorModel(engine, setting, truth, run).limit_s < truth.trajectory.t_s[-1]
+    except Exception:  # of samples that arithmetic fails on, or an adapter's own: the verdict says so
+        return False
+
+
+def beforehand(jobs: list[Job]) -> list[str]:
+    """What is to be said before runs from which no verdict comes yet."""
+    first = [job for job in jobs if job.role in TRUTH_ROLES]
+    scenes = len({job.scene.name for job in first})
+    of = "the scene" if scenes == 1 else f"{scenes} scenes"
+    truths = f"truth of {of} first: {len(first)} runs of the reference at its tightest" if first else ""
+    return [text for text in (truths, announcement(jobs)) if text]
+
+
+def truth_facts(truth: Truth) -> dict[str, Any]:
+    """What run.json says of a scene's truth."""
+    displacement = com_displacement(truth.scene, truth.trajectory)
+    inside = truth.trajectory.t_s[: len(truth.growth)] <= truth.horizon_s
+    return {
+        "truth_engine": truth_engine(),
+        "truth_method": str(truth.trajectory.info.get("method", "")),
+        "truth_setting": f"rtol={TRUTH_RTOL:g}",
+        "truth_error_rad": float(truth.error["attitude"][: len(inside)][inside].max()),
+        "truth_horizon_s": truth.horizon_s,
+        "growth_per_orbit": truth.growth_per_orbit,
+        "growth_total": float(truth.growth[-1]),
+        "model_difference": {
+            "com_m": float(abs(displacement.vector_m).max()),
+            "note": "departure of the chain's centre of mass from a particle's track, O((L/r)^2), "
+            "predicted along the truth's attitude and taken out before engines without attitude are judged",
+        },
+        **gradient_defect(truth.scene, truth.trajectory, truth.horizon_s),
+    }

@@ -1,0 +1,159 @@
+"""Scenes drawn at random, far beyond what anybody would fly: to look for what the reference does not survive."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scenarios.forces import Actuator, Effects, Frame, Gravity, JointSpringDamper, PrescribedRotation
+from scenarios.scene import CentralBody, Chain, Orbit, Run, Scene
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
+    from adapters.engine import Array
+
+EARTH = CentralBody(3.986004418e14, 6378e3)
+MOST_BARS = 12
+TURNS_RAD = 60.0  # of the fastest motion that a scene may hold: some hundreds of steps, whatever it is
+SAMPLES = 21
+LEAST_ALTITUDE_SIZES = 1.1  # heights over the chain's length
+SLEW_TURNS = (1e-3, 1.0)  # duration of a slew over that of the run
+
+
+def draw(seed: int) -> Scene:
+    """Scene number `seed`: the same for ever.
+
+    Bars of 1e-6 to 1e4 m, masses up to 1e8 apart, bars up to 1e8 times as compact as uniform ones, spins up to 1e4
+    times the orbit's rate, starts from rest to twice the escape speed, straight, folded and any other chains, all
+    models of gravity, springs and dampers, prescribed rotations.
+    """
+    random = np.random.default_rng(seed)
+    gravity = Gravity(random.choice([str(g) for g in Gravity]))
+    chain = draw_chain(random, gravity)
+    size = math.fsum(chain.length_m)
+    altitude = max(LEAST_ALTITUDE_SIZES * size, 10.0 ** random.uniform(4.0, 9.0))
+    orbit = Orbit(altitude, float(draw_speed(random)), float(random.uniform(-np.pi, np.pi)))
+    name, title = f"random/{seed}", f"Random scene {seed}"
+    base = Scene(name, title, "drawn", "", (), EARTH, orbit, chain, Effects(gravity), Run(1.0, SAMPLES))
+    springs = draw_springs(random, base)
+    duration = TURNS_RAD / fastest_rad_s(base, Effects(gravity, joint_spring_damper=springs))
+    laws = draw_laws(random, base, duration)
+    effects = Effects(gravity, prescribed_rotation=laws, joint_spring_damper=springs)
+    return replace(base, effects=effects, run=Run(duration, SAMPLES))
+
+
+def draw_speed(random: Generator) -> float:
+    """Speed over the circular one: now and then exactly at rest, circular or parabolic."""
+    return float(random.choice([0.0, 1.0, math.sqrt(2.0), random.uniform(0.0, 3.0), random.uniform(0.9, 1.1)]))
+
+
+def draw_chain(random: Generator, gravity: Gravity) -> Chain:
+    """Bars of any sizes and shapes."""
+    n = int(random.integers(1, MOST_BARS + 1))
+    typical = 10.0 ** random.uniform(-6.0, 4.0)
+    length = typical * 10.0 ** random.uniform(-1.0, 0.0, n)
+    mass = 10.0 ** random.uniform(-3.0, 5.0) * unequal(random, n)
+    compact = np.ones(n) if gravity is Gravity.SLENDER else 10.0 ** -random.choice([0.0, random.uniform(0.0, 8.0)])
+    inertia = mass * length**2 / 12.0 * compact
+    return Chain(
+        tuple(mass.tolist()),
+        tuple(length.tolist()),
+        tuple(inertia.tolist()),
+        tuple(draw_angles(random, n).tolist()),
+        str(random.choice(["chain", "bar"])) if typical < 1e3 else "chain",
+        tuple(draw_rates(random, n).tolist()),
+    )
+
+
+def unequal(random: Generator, bars: int) -> Array:
+    """Factors of the masses: alike, of one order, or up to 1e8 apart."""
+    decades = random.choice([0.0, 1.0, 8.0])
+    found: Array = 10.0 ** (decades * random.uniform(-0.5, 0.5, bars))
+    return found
+
+
+def draw_angles(random: Generator, bars: int) -> Array:
+    """Any, straight, exactly along the axes, or folded."""
+    kind, one = random.integers(4), random.uniform(-np.pi, np.pi)
+    kinds = (
+        random.uniform(-np.pi, np.pi, bars),
+        np.full(bars, one),
+        np.full(bars, random.choice([0.0, 0.5 * np.pi])),
+        one + np.pi * (np.arange(bars) % 2),
+    )
+    found: Array = np.asarray(kinds[kind], float)
+    return found
+
+
+def draw_rates(random: Generator, bars: int) -> Array:
+    """With the orbit, at rest, of any kind, or spinning, alike or against each other."""
+    kind, fast = random.integers(5), 10.0 ** random.uniform(0.0, 4.0)
+    kinds = (
+        np.ones(bars),
+        np.zeros(bars),
+        random.uniform(-3.0, 3.0, bars),
+        np.full(bars, fast),
+        fast * (-1.0) ** np.arange(bars),
+    )
+    found: Array = np.asarray(kinds[kind], float)
+    return found
+
+
+def draw_springs(random: Generator, scene: Scene) -> JointSpringDamper | None:
+    """In one scene of four, springs and dampers about as strong as what else turns the bars, give or take 1e3."""
+    joints = scene.bars - 1
+    if joints == 0 or random.random() > 0.25:
+        return None
+    rate = fastest_rad_s(scene, scene.effects)
+    inertia = min(scene.chain.inertia_kg_m2)
+    stiffness = inertia * rate**2 * 10.0 ** random.uniform(-3.0, 3.0, joints)
+    damping = inertia * rate * 10.0 ** random.uniform(-3.0, 3.0, joints) * random.choice([0.0, 1.0])
+    rest = random.uniform(-0.1, 0.1, joints) + np.diff(scene.chain.angle_rad)
+    return JointSpringDamper(tuple(stiffness.tolist()), tuple(damping.tolist()), tuple(rest.tolist()))
+
+
+def draw_laws(random: Generator, scene: Scene, duration_s: float) -> tuple[PrescribedRotation, ...]:
+    """In one scene of four, one bar or several turned from outside, so slowly that no joint whips a bar on and on."""
+    if random.random() > 0.25:
+        return ()
+    count = int(random.integers(1, min(scene.bars, 3) + 1))
+    turned = sorted(random.choice(scene.bars, size=count, replace=False).tolist())
+    return tuple(draw_law(random, bar + 1, duration_s, most_rad=TURNS_RAD / leverage(scene)) for bar in turned)
+
+
+def draw_law(random: Generator, bar: int, duration_s: float, *, most_rad: float) -> PrescribedRotation:
+    """A slew of a share of the run, at a rate that in the whole run would turn a bar by `most_rad`, or slower."""
+    low, high = np.log10(SLEW_TURNS)
+    share = 10.0 ** random.uniform(low, high)
+    amplitude = random.uniform(-2.0, 2.0) * min(1.0, 0.25 * share * most_rad)
+    return PrescribedRotation(
+        bar,
+        float(amplitude),
+        float(duration_s * share),
+        float(duration_s * random.uniform(0.0, 0.9)),
+        Frame(random.choice([str(f) for f in Frame])),
+        Actuator.EXTERNAL,
+    )
+
+
+def fastest_rad_s(scene: Scene, effects: Effects) -> float:
+    """About how fast anything may move: the orbit, the bars, compact or unequal bars in their joints, springs."""
+    orbit = math.sqrt(scene.central_body.mu_m3_s2 / scene.radius0_m**3)
+    spin = max(abs(a) for a in scene.chain.rate_factor) * scene.orbital_rate_rad_s
+    springs = 0.0
+    if effects.joint_spring_damper is not None:
+        springs = replace(scene, effects=effects).spring_rate_rad_s
+    return max(orbit, spin) * leverage(scene) + springs
+
+
+def leverage(scene: Scene) -> float:
+    """How much faster than the chain its bar that is easiest to turn may be, with all of the chain's energy."""
+    if scene.bars == 1:
+        return 1.0
+    chain = scene.chain
+    easiest = max(0.25 * length**2 / j for length, j in zip(chain.length_m, chain.inertia_kg_m2, strict=True))
+    return math.sqrt(1.0 + easiest * math.fsum(chain.mass_kg))

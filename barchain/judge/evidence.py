@@ -1,0 +1,139 @@
+"""The runs that a verdict on one engine in one scene rests on, and the further ones that can decide it.
+
+Two runs are made of every engine: at the setting that it is judged at, and at the next finer one. Where these can't
+settle the verdict, more are asked for: a still finer run, and runs at the same setting whose rounding differs. The
+scene is turned by an arbitrary angle, and the start is moved in its last digits; what the runs then differ by is the
+round-off of this very run.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from adapters.common.equal_steps import finer_setting
+from barchain.run.job import PERTURBED_ROLES, Job, Role, RunResult
+from reports.tables.outcome import Outcome
+from scenarios import Axes, Impulse, Thrust
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from adapters.engine import Array, Engine, Setting, Trajectory
+    from adapters.registry import Registration
+    from scenarios import Scene
+    from scenarios.forces import Effects
+
+Push = TypeVar("Push", Thrust, Impulse)
+TURNED_RAD = (0.7390851332151607, 2.0, -1.1)
+"""Arbitrary angles, none a multiple of another: every coordinate in inertial axes gets other digits"""
+LAST_DIGITS = 4.0 * float(np.finfo(float).eps)
+"""Relative change of the initial angles and rates: a few units in the last place"""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Results of the runs of one engine in one scene."""
+
+    main: RunResult
+    """At the setting that the engine is judged at"""
+    finer: RunResult
+    """At the next finer setting"""
+    finest: RunResult | None = None
+    """Finer again; only where asked for"""
+    perturbed: tuple[Trajectory, ...] = ()
+    """Runs at the main setting with other rounding, turned back; only where asked for"""
+
+
+def gathered(runs: dict[Role, RunResult]) -> Evidence | None:
+    """Evidence of results by role, perturbed runs turned back; None without the two runs that always are."""
+    if Role.MAIN not in runs or Role.FINER not in runs:
+        return None
+    turned = [(runs[role], angle) for role, angle in zip(PERTURBED_ROLES, TURNED_RAD, strict=True) if role in runs]
+    complete = [(r.trajectory, angle) for r, angle in turned if r.outcome is Outcome.PASS and r.trajectory is not None]
+    back = tuple(turned_back(trajectory, angle) for trajectory, angle in complete)
+    return Evidence(runs[Role.MAIN], runs[Role.FINER], runs.get(Role.FINEST), back)
+
+
+def follow_up_jobs(
+    scene: Scene, name: str, registration: Registration, engine: type[Engine], setting: Setting, asks: Iterable[Role]
+) -> list[Job]:
+    """The further runs that a verdict asks for.
+
+    Parameters
+    ----------
+    scene : Scene
+    name : str
+        Of the engine.
+    registration : Registration
+    engine : type
+        Its class, for its ladder.
+    setting : Setting
+        At which the engine is judged.
+    asks : iterable of Role
+    """
+    finer = finer_setting(scene, engine.ladder, setting)
+    jobs = []
+    for role in asks:
+        if role is Role.FINEST:
+            jobs.append(Job(scene, name, registration, finer_setting(scene, engine.ladder, finer), role))
+        else:
+            number = PERTURBED_ROLES.index(role)
+            jobs.append(Job(perturbed(scene, number), name, registration, setting, role))
+    return jobs
+
+
+def perturbed(scene: Scene, number: int) -> Scene:
+    """`scene` turned by an arbitrary angle, its initial angles and rates moved in their last digits."""
+    turn, chain = TURNED_RAD[number], scene.chain
+    rng = np.random.default_rng([number, 17])  # the same moves in every run
+
+    def moved(values: tuple[float, ...]) -> tuple[float, ...]:
+        return tuple(float(v) for v in np.array(values) * (1.0 + LAST_DIGITS * rng.uniform(-1.0, 1.0, len(values))))
+
+    return dataclasses.replace(
+        scene,
+        orbit=dataclasses.replace(scene.orbit, longitude_rad=scene.orbit.longitude_rad + turn),
+        chain=dataclasses.replace(chain, angle_rad=moved(chain.angle_rad), rate_factor=moved(chain.rate_factor)),
+        effects=turned_effects(scene.effects, turn),
+    )
+
+
+def turned_effects(effects: Effects, turn: float) -> Effects:
+    """Effects whose directions in inertial axes are turned by an angle, rad."""
+    light = effects.solar_pressure
+    return dataclasses.replace(
+        effects,
+        third_body=tuple(dataclasses.replace(b, longitude_rad=b.longitude_rad + turn) for b in effects.third_body),
+        solar_pressure=light and dataclasses.replace(light, sun_longitude_rad=light.sun_longitude_rad + turn),
+        thrust=tuple(turned_push(p, turn) for p in effects.thrust),
+        impulse=tuple(turned_push(p, turn) for p in effects.impulse),
+    )
+
+
+def turned_push(push: Push, turn: float) -> Push:
+    """Thrust or impulse whose direction, if it is given in inertial axes, is turned by an angle, rad."""
+    if push.axes is not Axes.INERTIAL:
+        return push
+    return dataclasses.replace(push, direction_rad=push.direction_rad + turn)
+
+
+def turned_back(seen: Trajectory, turn: float) -> Trajectory:
+    """Trajectory of a turned scene in the axes of the scene itself."""
+    c, s = math.cos(turn), math.sin(turn)
+    back = np.array([[c, -s], [s, c]])  # rows times this: turned by -turn
+
+    def vectors(values: Array | None) -> Array | None:
+        return None if values is None else values @ back
+
+    return seen.replace(
+        com_m=vectors(seen.com_m),
+        com_velocity_m_s=vectors(seen.com_velocity_m_s),
+        angle_rad=None if seen.angle_rad is None else seen.angle_rad - turn,
+        reaction_N=vectors(seen.reaction_N),
+        impulse_N_s=vectors(seen.impulse_N_s),
+    )

@@ -1,0 +1,286 @@
+"""Errors that a method makes in a step, before the motion carries them on: from its order, or what it is asked for."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+
+from adapters.common import equal_steps as steps
+from adapters.common.falling_frame import falling
+from adapters.common.initial_state import initial_state
+from adapters.common.kepler import propagate
+from adapters.engine import Coordinates, Knob
+from barchain.metrics.scales import inertia_force_N
+from barchain.solutions.reference import MODES_PER_BAR, RICHARDSON, own_rate
+from scenarios import Gravity
+
+if TYPE_CHECKING:
+    from adapters.engine import Array, Engine, Setting, Trajectory
+    from barchain.solutions.reference import Truth
+    from scenarios import Scene
+
+SECOND_ORDER = 2
+SECOND_ORDER_CONSTANT = 1.0 / 8.0
+"""Largest here: trapezoidal rule 1/12, generalized-alpha with rho = 0.9 about 1/10, half a step aside 1/8."""
+
+UNIT_ROUNDOFF = float(np.finfo(float).eps)
+ROUNDINGS = 16.0  # rounding errors that enter a state in one step: a handful of operations, one for each stage
+READ_OFF = 10.0
+"""Times a step's request: what interpolation between a step's ends may add. An interpolant may be of one order less
+than the step: that of SciPy's RK45 was seen to be four times as far off as a step is asked for."""
+SAME_INSTANT = 1e-9  # of its time: samples of two runs that are meant to be at one instant
+
+
+def orbit_scale(scene: Scene) -> float:
+    """Rate of the orbit: its mean motion, or that of the circular orbit at r0 if faster."""
+    return 2.0 * math.pi / scene.step_period_s
+
+
+def rate_scale(scene: Scene, truth: Trajectory) -> float:
+    """Fastest rate in the scene, rad/s: the chain's stiffest oscillation in its field or under its own spin."""
+    spin = float(np.abs(truth.rate_rad_s).max()) if truth.rate_rad_s is not None else 0.0
+    return max(MODES_PER_BAR * scene.bars * max(spin, scene.mean_motion_rad_s), scene.spring_rate_rad_s)
+
+
+def step_s(scene: Scene, setting: Setting) -> float:
+    """Step of a fixed-step engine, s."""
+    return steps.step_s(scene, setting.value)
+
+
+def kepler_growth(scene: Scene, t_s: Array) -> Array:
+    """How a small error of the centre of mass grows, (n,): 1 + 3 n t, a period's error run along the track."""
+    return 1.0 + 3.0 * orbit_scale(scene) * t_s
+
+
+def orbit_rate_bound(scene: Scene, seen: Trajectory) -> float:
+    """Largest rate at which a displaced centre of mass moves: speed over distance, where the orbit is lowest."""
+    speed, distance = (np.linalg.norm(x, axis=1) for x in (seen.com_velocity_m_s, seen.com_m))
+    return max(orbit_scale(scene), float((speed / distance).max()))
+
+
+@dataclass(frozen=True)
+class LocalErrors:
+    """Errors that a method makes, before the motion carries them on; n samples, m instants between them."""
+
+    t_s: Array
+    """(m,) s"""
+    attitude_rate: Array
+    """(m,) rad a second"""
+    com_rate: Array
+    """(m,) m a second"""
+    immediate: dict[str, Array]
+    """(n,) largest error so far of what is read off one step: reactions and torques that vary inside it"""
+
+    def attitude(self, t_s: Array, growth: Array) -> Array:
+        """Error of the attitude, (n,): what was made at s has grown G(t)/G(s) times by t."""
+        made = cumulative_trapezoid(self.attitude_rate / np.interp(self.t_s, t_s, growth), self.t_s, initial=0)
+        found: Array = growth * np.interp(t_s, self.t_s, made)
+        return found
+
+    def track(self, scene: Scene, t_s: Array) -> Array:
+        """Error of the centre of mass, (n,), m: what was made at s has grown 1 + 3 n (t - s) times by t.
+
+        Their sum over s is the errors made plus 3 n times the integral of that.
+        """
+        made = cumulative_trapezoid(self.com_rate, self.t_s, initial=0)
+        run_on = 3.0 * orbit_scale(scene) * cumulative_trapezoid(made, self.t_s, initial=0)
+        found: Array = np.interp(t_s, self.t_s, made + run_on)
+        return found
+
+
+def local_errors(
+    engine: type[Engine], scene: Scene, setting: Setting, truth: Truth, steps: float | None = None
+) -> LocalErrors:
+    """Local errors of a method: by its order and step, or by the accuracy it is asked for in each of its `steps`."""
+    if setting.knob is Knob.RTOL:
+        return requested_errors(engine, scene, setting, truth, steps)
+    return truncation_errors(engine, scene, setting, truth)
+
+
+def requested_errors(
+    engine: type[Engine], scene: Scene, setting: Setting, truth: Truth, steps: float | None = None
+) -> LocalErrors:
+    """A method that chooses its steps: the requested error in each, one step for each radian of the fastest rate.
+
+    Methods of low or of changing order take more steps than that: then as many as they counted, where they do.
+    The track, whose request in radii is far above what is made, counts radians of the orbit, unless it is asked for
+    as closely as the bars. What is read off the samples comes by dense output: its error is a step's once more.
+    """
+    n, made = len(truth.growth), setting.value
+    read = READ_OFF * made
+    reading = {name: read * response for name, response in truth.response.items()}
+    if "rate" in reading:  # asked for in units of the orbit's and the bars' own rates, and forces answer to it
+        reading["rate"] = np.maximum(reading["rate"], read * own_rate(scene))
+    if "reaction" in reading:
+        reading["reaction"] = np.maximum(reading["reaction"], read * RICHARDSON * inertia_force_N(scene))
+    track = made * track_unit(engine, scene, made)
+    rate, chain_rate = orbit_rate_bound(scene, truth.trajectory), rate_scale(scene, truth.trajectory)
+    counted = (steps or 0.0) / scene.run.duration_s
+    shared = made * scene.size_m if engine.coordinates is Coordinates.JOINT else 0.0  # of the angles it is made of
+    return LocalErrors(
+        truth.trajectory.t_s[:n],
+        np.full(n, made * max(chain_rate, counted)),
+        np.full(n, track * max(chain_rate if engine.track_by_length else rate, counted) + shared * chain_rate),
+        reading | {"com": np.full(n, track + shared), "com_velocity": np.full(n, track * rate + shared * chain_rate)},
+    )
+
+
+def track_unit(engine: type[Engine], scene: Scene, rtol: float) -> float:
+    """What the requested accuracy counts in for the centre of mass, m; 0 for a straight track that nothing bends.
+
+    Less than the roundings of a place can't be asked for.
+    """
+    if scene.effects.gravity is Gravity.NONE and not pushed(scene):
+        return 0.0
+    length = max(scene.chain.length_m) if engine.track_by_length else scene.radius0_m
+    return max(length, ROUNDINGS * UNIT_ROUNDOFF * scene.radius0_m / rtol)
+
+
+def pushed(scene: Scene) -> bool:
+    """Whether air, light, a thruster or a blow pushes the chain as a whole."""
+    effects = scene.effects
+    return bool(effects.drag or effects.solar_pressure or effects.thrust or effects.impulse)
+
+
+def error_constant(order: float) -> float:
+    """Of a method of order p: of the order of the first neglected Taylor term, h^p x^(p+1)/(p+1)!, above the second."""
+    return SECOND_ORDER_CONSTANT if order <= SECOND_ORDER else 1.0 / math.factorial(round(order) + 1)
+
+
+def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, truth: Truth) -> LocalErrors:
+    """A fixed-step method of order p: C h^p times the derivative of order p+1, taken from the truth.
+
+    Third derivatives come from its close samples, those above from the third by the rate at which that varies.
+    In absolute coordinates the orbit's own error, run along the track, turns every local vertical. The
+    track in a moving frame is the chain's departure from Kepler's, of order (L/r)² r, and what other effects add.
+    """
+    seen, order = truth.fine, engine.order or 1.0
+    t = seen.t_s
+    constant = error_constant(order)
+    power = constant * step_s(scene, setting) ** order
+    if order > SECOND_ORDER:
+        power *= varying_rate(scene, seen) ** (order - SECOND_ORDER)
+    track = power * second_derivative(t, seen.com_velocity_m_s)
+    turned = np.zeros(len(t))
+    if engine.coordinates is Coordinates.ABSOLUTE:
+        turned = track / scene.radius0_m * kepler_growth(scene, t)
+    else:
+        track = track * (scene.size_m / scene.radius0_m) ** 2 + power * second_derivative(
+            t, departure(engine, scene, seen)[1]
+        )
+    turn, jerk = end_derivatives(engine, seen)
+    if engine.coordinates is Coordinates.JOINT:  # the centre of mass is not a coordinate: it shares the angles' errors
+        track = track + power * jerk * scene.size_m
+    immediate = {name: power * values for name, values in read_off(scene, seen, turn, jerk).items()}
+    immediate["com_velocity"] = track  # h² times the second derivative of a velocity: read off half a step aside
+    samples = truth.trajectory.t_s[: len(truth.growth)]
+    return LocalErrors(
+        t, power * jerk + turned, track, {name: so_far(t, values, samples) for name, values in immediate.items()}
+    )
+
+
+def departure(engine: type[Engine], scene: Scene, seen: Trajectory) -> tuple[Array, Array]:
+    """How far effects drive the centre of mass off a frame's own orbit, m, and how fast, m/s: each (n, 2).
+
+    A rotating frame is on Kepler's orbit, and some of those that trees of joints are in; the others fall with all
+    fields, so that only what pushes the chain itself drives it off them. Zero where nothing does.
+    """
+    if not scene.effects.more:
+        return np.zeros_like(seen.com_m), np.zeros_like(seen.com_m)
+    start, t_s = initial_state(scene), seen.t_s
+    from_start = t_s if t_s[0] == 0.0 else np.append(0.0, t_s)  # a frame is carried on from the scene's own start
+    keplerian = engine.coordinates in (Coordinates.ROTATING_FRAME, Coordinates.JOINT)
+    if keplerian and scene.effects.gravity is not Gravity.NONE:
+        mu = scene.central_body.mu_m3_s2
+        place, velocity = propagate(mu, start.com_m, start.com_velocity_m_s, from_start)
+    else:
+        place, velocity = falling(scene, start, from_start)
+    return seen.com_m - place[-len(t_s) :], seen.com_velocity_m_s - velocity[-len(t_s) :]
+
+
+def read_off(scene: Scene, seen: Trajectory, turn: Array, jerk: Array) -> dict[str, Array]:
+    """How each quantity varies inside a step, (m,): its second derivative, in SI units."""
+    found = {"attitude": turn}
+    values = {"rate": seen.rate_rad_s, "reaction": seen.reaction_N, "torque": seen.torque_N_m}
+    found |= {k: second_derivative(seen.t_s, v) for k, v in values.items() if v is not None and v.size}
+    if "rate" in found:
+        found["rate"] = found["rate"] + jerk
+    if "reaction" in found:  # forces that cancel in the exact motion do not in the discrete one
+        found["reaction"] = found["reaction"] + max(scene.chain.mass_kg) * max(scene.chain.length_m) * turn**2
+    return found
+
+
+def so_far(t_s: Array, values: Array, samples_s: Array) -> Array:
+    """Largest of `values` up to each sample, (n,)."""
+    largest = np.maximum.accumulate(values)
+    until = np.searchsorted(t_s, samples_s * (1.0 + SAME_INSTANT), side="right") - 1
+    found: Array = largest[until]
+    return found
+
+
+def varying_rate(scene: Scene, seen: Trajectory) -> float:
+    """Rate at which high derivatives of the attitude follow each other, rad/s: at least the spin and the orbit's own.
+
+    The fastest mode of the chain is no measure: where it is not excited it is in no derivative.
+    """
+    if seen.rate_rad_s is None:
+        return orbit_scale(scene)
+    third = second_derivative(seen.t_s, seen.rate_rad_s)
+    fifth = second_derivative(seen.t_s, first_derivative(seen.t_s, first_derivative(seen.t_s, seen.rate_rad_s)))
+    spin = float(np.abs(seen.rate_rad_s).max())
+    slowest = max(spin, math.sqrt(3.0) * orbit_rate_bound(scene, seen))
+    return max(slowest, math.sqrt(float(fifth.max()) / max(float(third.max()), slowest**3)))
+
+
+def end_derivatives(engine: type[Engine], seen: Trajectory) -> tuple[Array, Array]:
+    """Second and third time derivatives of a bar's end about its centre, over half its length, bounds, (n,) each.
+
+    With w the rate: |w'| + w² and |w''| + 3 |w w'| + |w|³. In a frame that turns with the orbit, rates
+    count from its own.
+    """
+    if seen.rate_rad_s is None:
+        return np.zeros(len(seen.t_s)), np.zeros(len(seen.t_s))
+    rate = seen.rate_rad_s
+    if engine.coordinates is Coordinates.ROTATING_FRAME:
+        rate = rate - orbit_rate(seen)[:, None]
+    fastest = np.abs(rate).max(axis=1)
+    turn = np.abs(first_derivative(seen.t_s, rate)).max(axis=1)
+    jerk = second_derivative(seen.t_s, rate)
+    return turn + fastest**2, jerk + 3.0 * fastest * turn + fastest**3
+
+
+def orbit_rate(seen: Trajectory) -> Array:
+    """Rate of the longitude of the centre of mass, (n,), rad/s."""
+    z, v = seen.com_m, seen.com_velocity_m_s
+    rate: Array = (z[:, 0] * v[:, 1] - z[:, 1] * v[:, 0]) / np.sum(z * z, axis=1)
+    return rate
+
+
+def first_derivative(t_s: Array, values: Array) -> Array:
+    """First time derivative from samples, shaped as they are; zero where a run ended before its second one."""
+    return np.gradient(values, t_s, axis=0) if len(t_s) > 1 else np.zeros_like(values)
+
+
+def second_derivative(t_s: Array, values: Array) -> Array:
+    """Largest second time derivative over all components, (n,), from samples."""
+    if len(t_s) < 3:
+        return np.zeros(len(t_s))
+    twice = first_derivative(t_s, first_derivative(t_s, values))
+    largest: Array = np.abs(twice).reshape(len(t_s), -1).max(axis=1)
+    return largest
+
+
+def kinks(engine: type[Engine], scene: Scene, setting: Setting, truth: Truth) -> dict[str, Array]:
+    """What fixed steps may miss where a manoeuvre starts or ends inside one, (n,) for each quantity.
+
+    The law's fourth derivative jumps there, so that what is missed depends on where in the step it falls and
+    does not shrink from one setting to the next: one step's own error is allowed.
+    """
+    inside = [t for p in scene.effects.prescribed_rotation for t in p.breaks_s if 0.0 < t < scene.run.duration_s]
+    if setting.knob is Knob.RTOL or not inside:
+        return {}
+    return truncation_errors(engine, scene, setting, truth).immediate

@@ -1,0 +1,1 @@
+"""Quantities that are compared, their scales, and what they are derived from."""

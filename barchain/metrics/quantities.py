@@ -1,0 +1,141 @@
+"""What is compared: differences of two trajectories, quantity by quantity, and drifts of one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adapters.common.initial_state import chain_model
+from barchain.metrics.joint_gaps import measured
+from reference_impl.model import invariants
+from scenarios import Actuator, Gravity
+
+if TYPE_CHECKING:
+    from adapters.engine import Array, Trajectory
+    from scenarios import Scene
+
+
+def differences(a: Trajectory, b: Trajectory) -> dict[str, Array]:
+    """Largest difference over bars or joints at each common sample, for each quantity that both have.
+
+    Returns
+    -------
+    dict
+        ``com`` (m), ``com_velocity`` (m/s), ``attitude`` (rad), ``rate`` (rad/s), ``reaction`` (N), ``torque`` (N m),
+        ``impulse`` (N s), each (n,).
+        Quantities without components (reactions of a single bar) are left out.
+    """
+    n = min(len(a.t_s), len(b.t_s))
+    pairs = {
+        "com": (a.com_m[:, None, :], b.com_m[:, None, :]),
+        "com_velocity": (a.com_velocity_m_s[:, None, :], b.com_velocity_m_s[:, None, :]),
+        "attitude": (scalars(a.angle_rad), scalars(b.angle_rad)),
+        "rate": (scalars(a.rate_rad_s), scalars(b.rate_rad_s)),
+        "reaction": (a.reaction_N, b.reaction_N),
+        "torque": (scalars(a.torque_N_m), scalars(b.torque_N_m)),
+        "impulse": (a.impulse_N_s, b.impulse_N_s),
+    }
+    return {
+        name: np.linalg.norm(x[:n] - y[:n], axis=-1).max(axis=-1)
+        for name, (x, y) in pairs.items()
+        if x is not None and y is not None and x.shape[1] and y.shape[1]
+    }
+
+
+def scalars(values: Array | None) -> Array | None:
+    """(n, k) as (n, k, 1), so that a norm over the last axis is an absolute value."""
+    return None if values is None else values[:, :, None]
+
+
+@dataclass(frozen=True)
+class Conserved:
+    """Which invariants a scene has."""
+
+    energy: bool
+    angular_momentum: bool
+    relative: bool
+    """Whether the relative motion conserves them by itself (no gravity)."""
+
+
+def conserved(scene: Scene) -> Conserved:
+    """Invariants that the scene's effects leave: each says whether it has a potential, and a direction of its own.
+
+    The paper's gravity gradient conserves neither: its torque has no counterpart in the force. A
+    prescribed rotation does work; its torque changes the angular momentum unless it acts inside.
+    """
+    called = scene.effects
+    laws, effects = called.prescribed_rotation, chain_model(scene).effects
+    field = called.gravity.has_potential and not called.impulse
+    inside = all(p.actuator is Actuator.JOINT for p in laws)
+    return Conserved(
+        field and not laws and all(e.potential for e in effects),
+        field and inside and all(e.isotropic for e in effects),
+        called.gravity is Gravity.NONE,
+    )
+
+
+def drifts(scene: Scene, seen: Trajectory) -> dict[str, Array]:
+    """Drift of what should stay, at each sample: ``gap``, ``identity`` (m), ``energy``, ``angular_momentum`` (1).
+
+    Energy and angular momentum are rebuilt from the centre of mass and the attitude in the same way for
+    every engine, and divided by the largest size of their kinetic parts: of a fall from rest there is none at first.
+    Gaps and the identity come from the bars' places where an engine gives them, else they are as reported.
+    """
+    found: dict[str, Array] = {}
+    seen = measured(scene, seen)
+    if seen.gap_m is not None and scene.bars > 1:
+        found["gap"] = seen.gap_m.max(axis=1)
+    if seen.identity_m is not None and scene.bars > 1:
+        found["identity"] = seen.identity_m
+    if seen.angle_rad is None or seen.rate_rad_s is None:
+        return found
+    keeps = conserved(scene)
+    if keeps.energy:
+        found["energy"] = energy_drift(scene, seen, keeps.relative)
+    if keeps.angular_momentum:
+        found["angular_momentum"] = angular_momentum_drift(scene, seen, keeps.relative)
+    return found
+
+
+def energy_drift(scene: Scene, seen: Trajectory, relative: bool) -> Array:
+    """Change of energy over its kinetic part, (n,)."""
+    assert seen.angle_rad is not None
+    assert seen.rate_rad_s is not None
+    model = chain_model(scene)
+    energy = kinetic = invariants.relative_kinetic_energy(model, seen.angle_rad, seen.rate_rad_s)
+    if not relative:
+        kinetic = energy + 0.5 * scene.mass_kg * np.sum(seen.com_velocity_m_s**2, axis=-1)
+        with np.errstate(divide="ignore", invalid="ignore"):  # a place at the body's centre: no number is in a band
+            energy = energy + invariants.com_energy(model, seen.com_m, seen.com_velocity_m_s)
+            energy = energy + invariants.tidal_energy(model, seen.com_m, seen.angle_rad)
+    for effect in model.effects:
+        energy = energy + effect.energy(model, seen.com_m, seen.angle_rad)
+    least = 0.5 * float(model.inertia_kg_m2.sum()) * slowest_rate(scene) ** 2
+    return from_first(energy, kinetic, least)
+
+
+def from_first(values: Array, size: Array, least: float) -> Array:
+    """Change since the first one, (n,), in units of the largest size, or of the `least` where hardly anything moves."""
+    drift: Array = np.abs(values - values[0]) / max(float(np.max(size)), least)
+    return drift
+
+
+def slowest_rate(scene: Scene) -> float:
+    """Rate in which motion counts that is none, rad/s: v0/r0, or the orbit's own where the chain starts at rest."""
+    return scene.orbital_rate_rad_s or 2.0 * np.pi / scene.step_period_s
+
+
+def angular_momentum_drift(scene: Scene, seen: Trajectory, relative: bool) -> Array:
+    """Change of angular momentum over its size, (n,)."""
+    assert seen.angle_rad is not None
+    assert seen.rate_rad_s is not None
+    model = chain_model(scene)
+    momentum = invariants.relative_angular_momentum(model, seen.angle_rad, seen.rate_rad_s)
+    size = np.abs(seen.rate_rad_s) @ model.inertia_kg_m2 + np.abs(momentum)
+    if not relative:
+        momentum = momentum + invariants.com_angular_momentum(model, seen.com_m, seen.com_velocity_m_s)
+        speed, distance = (np.linalg.norm(v, axis=-1) for v in (seen.com_velocity_m_s, seen.com_m))
+        size = size + scene.mass_kg * speed * distance
+    return from_first(momentum, size, float(model.inertia_kg_m2.sum()) * slowest_rate(scene))

@@ -1,0 +1,1 @@
+"""What is recorded with results: environment, sources, scenes in words."""

@@ -1,0 +1,85 @@
+"""What run.json says: scenes, engines, environment, and what is known of the paper and of the tolerances."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from barchain.crossval.external_coverage import carriers
+from barchain.crossval.methodology import limitations, misprints, tolerances
+from barchain.record.environment import provenance
+from barchain.record.scene_description import effect_words, invariant_words
+
+if TYPE_CHECKING:
+    from adapters.registry import Registration
+    from barchain.crossval.suite import Plan
+    from scenarios import Scene
+
+
+def new_record(plan: Plan, command: str) -> dict[str, Any]:
+    """run.json before the first run."""
+    return provenance(command) | {
+        "engines": {name: engine_facts(r) for name, r in plan.engines.items()},
+        "scenes": {
+            scene.name: scene_facts(scene) | {"carriers": carriers(scene, plan.engines)} for scene in plan.scenes
+        },
+        "runs": [],
+        "misprints": misprints(),
+        "tolerances": tolerances(),
+        "limitations": limitations(),
+    }
+
+
+def engine_facts(registration: Registration) -> dict[str, Any]:
+    """What run.json says of an engine."""
+    facts: dict[str, Any] = {
+        "external": registration.external,
+        "version": registration.version,
+        "missing": registration.missing,
+    }
+    try:
+        loaded = registration.load()
+    except Exception as error:
+        return facts | {"missing": facts["missing"] or f"its adapter does not load: {error}"}
+    return facts | {
+        "title": loaded.title,
+        "coordinates": str(loaded.coordinates),
+        "knob": str(loaded.ladder.knob),
+        "default": loaded.ladder.default,
+        "order": loaded.order,
+    }
+
+
+def scene_facts(scene: Scene) -> dict[str, Any]:
+    """What run.json says of a scene."""
+    return {
+        "title": scene.title,
+        "source": scene.source,
+        "description": scene.description,
+        "tags": list(scene.tags),
+        "digest": scene.digest,
+        "bars": scene.bars,
+        "length_m": list(scene.chain.length_m),
+        "mass_kg": list(scene.chain.mass_kg),
+        "period_s": scene.period_s,
+        "duration_s": scene.run.duration_s,
+        "samples": scene.run.samples,
+        "gravity": str(scene.effects.gravity),
+        "effects": effect_words(scene),
+        "conserved": invariant_words(scene),
+        "radius0_m": scene.radius0_m,
+        "speed_factor": scene.orbit.speed_factor,
+        "body_radius_m": scene.central_body.radius_m,
+        "mean_motion_rad_s": scene.mean_motion_rad_s,
+        "prescribed": [
+            {
+                "bar": p.bar,
+                "amplitude_deg": math.degrees(p.amplitude_rad),
+                "start_s": p.start_s,
+                "duration_s": p.duration_s,
+                "frame": str(p.frame),
+                "actuator": str(p.actuator),
+            }
+            for p in scene.effects.prescribed_rotation
+        ],
+    }

@@ -1,0 +1,97 @@
+"""A scene's effects and invariants in words and numbers, for the record of a run."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from barchain.metrics.quantities import angular_momentum_drift, conserved, energy_drift
+from scenarios import Actuator, Gravity
+
+if TYPE_CHECKING:
+    from adapters.engine import Trajectory
+    from scenarios import Scene
+
+
+BODIES = {"moon": "the Moon", "sun": "the Sun"}
+
+
+class Loss(NamedTuple):
+    """Why an invariant is none."""
+
+    words: str
+    energy: bool = True
+    angular_momentum: bool = True
+
+
+def effect_words(scene: Scene) -> list[str]:
+    """What acts besides gravity and prescribed rotations, one line each."""
+    called = scene.effects
+    found = []
+    if called.oblateness:
+        found.append(f"oblateness, J2 = {called.oblateness.j2:g}")
+    found += [
+        f"tide of {BODIES.get(b.name, 'a third body')}, {b.distance_m / 1e3:g} km away" for b in called.third_body
+    ]
+    if called.drag:
+        d = called.drag
+        found.append(f"drag in {d.density_kg_m3:g} kg/m³ at {d.altitude_m / 1e3:g} km")
+    if called.solar_pressure:
+        shadow = "with" if called.solar_pressure.shadow else "without"
+        found.append(f"solar pressure of {called.solar_pressure.pressure_Pa:g} Pa, {shadow} shadow")
+    if called.joint_spring_damper:
+        springs = called.joint_spring_damper
+        stiffest, strongest = max(springs.stiffness_N_m_rad), max(springs.damping_N_m_s_rad)
+        found.append(f"joint springs up to {stiffest:g} N m/rad, dampers up to {strongest:g} N m s/rad")
+    found += [f"thrust of up to {max(map(abs, t.force_N)):g} N on bar {t.bar}" for t in called.thrust]
+    found += [f"blow of {p.impulse_N_s:g} N s on bar {p.bar} at {p.at_s:g} s" for p in called.impulse]
+    return found
+
+
+def invariant_words(scene: Scene) -> str:
+    """Which invariants the scene has, and every reason why it has not the others."""
+    keeps, lost = conserved(scene), losses(scene)
+    if keeps.energy and keeps.angular_momentum:
+        return "energy and angular momentum"
+    if keeps.energy:
+        return f"energy; not angular momentum: {'; '.join(x.words for x in lost if x.angular_momentum)}"
+    if keeps.angular_momentum:
+        return f"angular momentum; not energy: {'; '.join(x.words for x in lost if x.energy)}"
+    return f"neither energy nor angular momentum: {'; '.join(x.words for x in lost)}"
+
+
+def losses(scene: Scene) -> list[Loss]:
+    """Reasons why invariants are none: effects without a potential first, then the gravity model."""
+    called = scene.effects
+    springs, laws = called.joint_spring_damper, called.prescribed_rotation
+    outside = any(p.actuator is Actuator.EXTERNAL for p in laws)
+    found = [
+        (called.drag, Loss("drag has no potential")),
+        (called.solar_pressure, Loss("sunlight has no potential")),
+        (called.thrust, Loss("a thrust has no potential")),
+        (called.impulse, Loss("a blow has no potential")),
+        (springs and any(springs.damping_N_m_s_rad), Loss("dampers take energy", angular_momentum=False)),
+        (laws, Loss("prescribed rotations do work", angular_momentum=False)),
+        (outside, Loss("their torques come from outside", energy=False)),
+        (called.third_body, Loss("a third body's potential turns with it")),
+        (called.gravity is Gravity.GRADIENT, Loss("the gradient's torque has no counterpart in its force")),
+    ]
+    return [loss for acts, loss in found if acts]
+
+
+def gradient_defect(scene: Scene, truth: Trajectory, horizon_s: float) -> dict[str, Any]:
+    """How far the truth's energy and angular momentum go, relative, where only the gravity model lets them."""
+    plain = scene.effects.gravity is Gravity.GRADIENT and not scene.effects.prescribed_rotation
+    if not plain or scene.effects.more or truth.angle_rad is None:
+        return {}
+    inside = truth.t_s <= horizon_s
+    size = max(scene.chain.length_m) / float(np.linalg.norm(truth.com_m, axis=1).min())
+    return {
+        "gradient_defect": {
+            "energy": float(energy_drift(scene, truth, relative=False)[inside].max()),
+            "angular_momentum": float(angular_momentum_drift(scene, truth, relative=False)[inside].max()),
+            "size_squared": math.pow(size, 2),
+        }
+    }

@@ -1,0 +1,169 @@
+"""Runs in worker processes with a time limit: a crash or a hang costs one run.
+
+A process is used again for the next run, and what an engine changes in it (a module, a rounding mode, an
+environment variable) is there for that one too. So the truth is run in processes that no engine was in, and an
+engine that is not our adapter has every process for itself. Each computes in one thread.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import queue
+import signal
+import tempfile
+from concurrent.futures import CancelledError
+from concurrent.futures import TimeoutError as FutureTimeoutError
+from dataclasses import dataclass
+from enum import IntEnum
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pebble import ProcessExpired, ProcessPool
+
+from adapters.registry import ENGINES
+from barchain.run.compilation import compiled
+from barchain.run.job import TRUTH_ROLES, Job, RunResult, failure
+from barchain.run.threads import one_thread_each
+from barchain.run.worker import run_job
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from pebble import ProcessFuture
+
+RUNS_PER_WORKER = 40  # some engines leak a little with every model
+COMPILE_S = 600.0  # on top of the limit, for compiling: 40 s for a set of effects, 230 s seen on a busy machine
+
+
+class Room(IntEnum):
+    """Who shares a process, in the order in which they are run."""
+
+    TRUTH = 0
+    """The reference, for the truth"""
+    OURS = 1
+    """Engines behind the project's own adapters"""
+    THIRD_PARTY = 2
+    """Everything else: one run, one process"""
+
+    @property
+    def runs_per_worker(self) -> int:
+        """After how many runs a process ends."""
+        return 1 if self is Room.THIRD_PARTY else RUNS_PER_WORKER
+
+    @property
+    def start_method(self) -> str:
+        """How its processes start: anew, as engines are not safe to fork once loaded.
+
+        Where every run has its own, from a server that has loaded the harness and no engine: a start takes seconds.
+        """
+        known = multiprocessing.get_all_start_methods()
+        return "forkserver" if self is Room.THIRD_PARTY and "forkserver" in known else "spawn"
+
+
+@dataclass(frozen=True)
+class Limit:
+    """How long a run may take."""
+
+    time_s: float
+    compile_s: float = COMPILE_S
+    """On top of it, for an engine that compiles"""
+
+    def allowed_s(self, job: Job) -> float:
+        """Wall time after which a run's process is ended."""
+        return self.time_s + (self.compile_s if job.registration.compiles else 0.0)
+
+    def judged(self, job: Job, result: RunResult) -> RunResult:
+        """Result of a run; a time-out where the engine compiles and was not in time without that, or not with it."""
+        if not job.registration.compiles:
+            return result
+        taken = result.seconds.get("simulate", 0.0)
+        if taken > self.time_s:
+            return failure(Outcome.TIMED_OUT, f"simulate took {taken:.3g} s, allowed: {self.time_s:g} s")
+        if result.outcome is Outcome.TIMED_OUT and self.compile_s:
+            more = f"{self.compile_s:g} s of them for compiling the scene's effects, which is kept for the next run"
+            return failure(result.outcome, f"{result.reason}, {more}")
+        return result
+
+
+def room(job: Job) -> Room:
+    """Where a run belongs."""
+    if job.role in TRUTH_ROLES:
+        return Room.TRUTH
+    return Room.OURS if job.registration in ENGINES.values() else Room.THIRD_PARTY
+
+
+def run_jobs(
+    jobs: Iterable[Job], *, time_limit_s: float, workers: int | None = None, compile_s: float = COMPILE_S
+) -> Iterator[tuple[Job, RunResult]]:
+    """Run jobs in worker processes and yield each result as it comes.
+
+    Parameters
+    ----------
+    jobs : iterable of Job
+    time_limit_s : float
+        Wall time after which a run's process is ended; an engine that compiles has `compile_s` more, and the limit
+        for its `simulate` alone.
+    workers : int, optional
+        Processes side by side; all cores by default.
+    compile_s : float
+        0 where all is known to be compiled.
+    """
+    waiting = list(jobs)
+    for place in Room:
+        own = [job for job in waiting if room(job) is place]
+        if own:
+            yield from run_together(own, place, Limit(time_limit_s, compile_s), workers)
+
+
+def run_together(jobs: list[Job], place: Room, limit: Limit, workers: int | None) -> Iterator[tuple[Job, RunResult]]:
+    """Run jobs that may share processes, and yield each result as it comes."""
+    done: queue.SimpleQueue[tuple[Job, Path, ProcessFuture]] = queue.SimpleQueue()
+    context = multiprocessing.get_context(place.start_method)
+    if place.start_method == "forkserver":
+        context.set_forkserver_preload(["barchain.run.worker"])
+    count = min(workers or os.cpu_count() or 1, len(jobs))
+    with tempfile.TemporaryDirectory() as logs, one_thread_each():
+        pool = ProcessPool(count, max_tasks=place.runs_per_worker, context=context)
+        try:
+            for number, job in enumerate(jobs, start=1):
+                log = Path(logs) / f"{number}.log"
+                future = pool.schedule(run_job, (job, log), timeout=limit.allowed_s(job))
+                future.add_done_callback(lambda f, job=job, log=log: done.put((job, log, f)))
+            for _ in jobs:
+                job, log, future = done.get()
+                result = limit.judged(job, collect(future, log, limit.allowed_s(job)))
+                if result.outcome is Outcome.PASS:
+                    compiled(job)
+                yield job, result
+        finally:
+            pool.stop()
+            pool.join()
+
+
+def collect(future: ProcessFuture, log: Path, time_limit_s: float) -> RunResult:
+    """Result of a run, or the readable end of its process."""
+    try:
+        result: RunResult = future.result()
+    except (FutureTimeoutError, CancelledError):
+        return failure(Outcome.TIMED_OUT, f"no result within {time_limit_s:g} s")
+    except ProcessExpired as error:
+        return failure(Outcome.FAILED, f"its process died ({describe_exit(error.exitcode)}){last_words(log)}")
+    except Exception as error:
+        return failure(Outcome.FAILED, f"its result could not be brought back: {type(error).__name__}: {error}")
+    return result
+
+
+def describe_exit(code: int | None) -> str:
+    """``signal 11, SIGSEGV`` or ``exit code 3``."""
+    if code is not None and code < 0:
+        return f"signal {-code}, {signal.Signals(-code).name}"
+    return f"exit code {code}"
+
+
+def last_words(log: Path) -> str:
+    """Last line that a dead process printed, if any."""
+    lines = log.read_text(errors="replace").split("\n") if log.is_file() else []
+    said = [line.strip() for line in lines if line.strip()]
+    return f"; it last said: {said[-1][:200]}" if said else ""

@@ -1,0 +1,69 @@
+"""Verdicts in worker processes: beyond the predictability limit one takes as long as the engine's own runs.
+
+There the reference is restarted from the engine's own states, again and again (`barchain.judge.checks.restart`). A verdict that
+dies or does not come in time costs its own row, like a run.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import queue
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from pebble import ProcessPool
+
+from barchain.run.threads import one_thread_each
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Hashable, Iterator
+
+    from pebble import ProcessFuture
+
+JUDGING_S = 300.0  # a verdict on the longest shipped scene takes some twenty seconds in NumPy
+Key = TypeVar("Key", bound="Hashable")
+
+
+class Judges(Generic[Key]):
+    """Worker processes that judge; they are started with the first verdict that they are given."""
+
+    def __init__(self, workers: int | None = None, time_limit_s: float = JUDGING_S) -> None:
+        """Prepare.
+
+        Parameters
+        ----------
+        workers : int, optional
+            Processes side by side; all cores by default.
+        time_limit_s : float
+            Wall time after which a verdict's process is ended.
+        """
+        self.workers, self.time_limit_s = workers or os.cpu_count() or 1, time_limit_s
+        self.pool: ProcessPool | None = None
+        self.threads = ExitStack()
+        self.done: queue.SimpleQueue[tuple[Key, ProcessFuture]] = queue.SimpleQueue()
+        self.waiting = 0
+
+    def submit(self, key: Key, function: Callable[..., Any], *given: Any) -> None:
+        """Have `function` called with what is given; the answer comes from :meth:`collected` under `key`."""
+        if self.pool is None:
+            self.threads.enter_context(one_thread_each())
+            self.pool = ProcessPool(self.workers, context=multiprocessing.get_context("spawn"))
+        future = self.pool.schedule(function, given, timeout=self.time_limit_s)
+        self.waiting += 1
+        future.add_done_callback(lambda f: self.done.put((key, f)))
+
+    def collected(self, *, wait: bool) -> Iterator[tuple[Key, Any]]:
+        """Answers by their keys, an exception where there is none: those that are there, or all that are to come."""
+        while self.waiting and (wait or not self.done.empty()):
+            key, future = self.done.get()
+            self.waiting -= 1
+            yield key, future.exception() or future.result()
+
+    def close(self) -> None:
+        """End the processes."""
+        if self.pool is not None:
+            self.pool.stop()
+            self.pool.join()
+            self.pool = None
+        self.threads.close()

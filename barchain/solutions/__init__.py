@@ -1,0 +1,1 @@
+"""Reference solutions (tight runs of the reference) and certified solutions (quadruple precision, with error bars)."""

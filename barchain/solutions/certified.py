@@ -1,0 +1,171 @@
+"""The oracle: the truth of a scene with its own error bar, from a table, a cache or a run."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from dataclasses import dataclass
+from functools import cache as remembered
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from platformdirs import user_cache_path
+
+import adapters
+import reference_impl
+import scenarios
+from adapters.engine import EngineError
+from adapters.registry import find_engine
+from barchain.record.environment import package_version
+from barchain.solutions.certified_table import (
+    SAME_INSTANT,
+    DamagedTableError,
+    TruthTable,
+    physics_digest,
+    read_head,
+    read_table,
+    rows_at,
+    write_table,
+)
+
+if TYPE_CHECKING:
+    from adapters.engine import Array, Trajectory
+    from scenarios import Scene
+
+TRUTHS = Path(__file__).parent / "truths"
+CACHE_VARIABLE = "BARCHAIN_CACHE"
+MARGIN = 10.0  # a judge must be this many times better than what it judges
+INSTANTS = 21  # of a committed table, over the run and over the first orbit each
+VERSIONS = ("heyoka", "numpy")
+Source = Literal["committed", "cache", "computed"]
+
+
+class OracleError(EngineError):
+    """No truth is to be had; the message says how to get one."""
+
+
+@dataclass(frozen=True)
+class Oracle:
+    """The truth of one scene at its samples, and how far off it may be; n samples."""
+
+    scene: Scene
+    trajectory: Trajectory
+    """At `scene.times_s`; no gaps, its joints can't open"""
+    error: dict[str, Array]
+    """Bound for each quantity of `quantities.differences`, (n,), never falling"""
+    precision: str
+    """What was run, in words"""
+    source: Source
+
+
+def oracle(scene: Scene, *, cache: Path | None = None) -> Oracle:
+    """Truth of `scene`: from a committed table, else from the cache, else from a run that is then cached.
+
+    Parameters
+    ----------
+    scene : Scene
+    cache : Path, optional
+        Folder; by default that of the environment variable ``BARCHAIN_CACHE``, or the user's cache folder.
+
+    Returns
+    -------
+    Oracle
+
+    Raises
+    ------
+    OracleError
+        If it must be run and heyoka is not installed.
+    EngineError
+        If the run fails.
+    """
+    kept = committed(physics_digest(scene))
+    found = served(scene, kept, "committed") if kept else None
+    path = (cache or cache_folder()) / "truths" / f"{cache_key(scene)}.csv"
+    return found or cached(scene, path) or computed(scene, path)
+
+
+def served(scene: Scene, table: TruthTable, source: Source) -> Oracle | None:
+    """Truth from a table, or None if it lacks an instant."""
+    rows = rows_at(scene, table)
+    return None if rows is None else Oracle(scene, *rows, table.precision, source)
+
+
+def committed(physics: str) -> TruthTable | None:
+    """Table that comes with barchain for a scene of these physics, if there is one.
+
+    Raises
+    ------
+    DamagedTableError
+        If it is not as it was committed.
+    """
+    path = committed_tables().get(physics)
+    return None if path is None else read_table(path)
+
+
+@remembered
+def committed_tables() -> dict[str, Path]:
+    """Files of the committed tables by digest of the physics."""
+    return {read_head(path)["physics"]: path for path in sorted(TRUTHS.rglob("*.csv"))}
+
+
+def cached(scene: Scene, path: Path) -> Oracle | None:
+    """Truth from a file of the cache; None if there is none, or it is damaged or of other physics."""
+    try:
+        table = read_table(path)
+        return served(scene, table, "cache") if table.physics == physics_digest(scene) else None
+    except (OSError, DamagedTableError, KeyError):
+        return None
+
+
+def computed(scene: Scene, path: Path) -> Oracle:
+    """Truth from a run, which is then kept in the cache."""
+    missing = find_engine("heyoka-quad").missing
+    if missing:
+        raise OracleError(f"{scene.name} has no committed truth at these instants, and {missing}")
+    from barchain.solutions.certified_run import fresh  # noqa: PLC0415  # only here is heyoka needed
+
+    table = fresh(scene, scene.times_s)
+    write_table(path, table)
+    return Oracle(scene, table.trajectory, table.error, table.precision, "computed")
+
+
+def cache_folder() -> Path:
+    """Where truths are kept between runs."""
+    given = os.environ.get(CACHE_VARIABLE)
+    return Path(given) if given else user_cache_path("barchain")
+
+
+def cache_key(scene: Scene) -> str:
+    """Hash of all that decides a truth: the scene, the code, and the versions of what it calls."""
+    made_of = [scene.digest, code_digest(), {name: package_version(name) for name in VERSIONS}]
+    return hashlib.sha256(json.dumps(made_of).encode()).hexdigest()[:32]
+
+
+@remembered
+def code_digest() -> str:
+    """Hash of the sources that make a truth."""
+    ours, theirs = Path(str(adapters.__file__)).parent, Path(reference_impl.__path__[0])
+    files = [*sorted(ours.glob("heyoka_*.py")), ours / "initial_state.py", ours / "table.py"]
+    files += sorted(Path(str(scenarios.__file__)).parent.glob("*.py"))
+    files += [theirs / f"{name}.py" for name in ("chain", "kinematics", "plane")]
+    files += [
+        Path(__file__).with_name(f"{name}.py") for name in ("oracle_run", "truth_tables", "quantities", "local_errors")
+    ]
+    return hashlib.sha256(b"".join(f.read_bytes() for f in files)).hexdigest()
+
+
+def table_times(scene: Scene) -> Array:
+    """Instants of a committed table: of the whole run, among its samples, and of the first orbit; (n,) s."""
+    times = scene.times_s
+    whole = times[np.round(np.linspace(0, len(times) - 1, INSTANTS)).astype(int)]
+    first = np.linspace(0.0, min(scene.period_s, scene.run.duration_s), INSTANTS)
+    both = np.unique(np.concatenate([first, whole]))
+    kept: Array = both[np.append(True, np.diff(both) > SAME_INSTANT * both[1:])]
+    return kept
+
+
+def table_path(scene: Scene) -> Path:
+    """File of the committed table of a shipped scene."""
+    return TRUTHS / f"{scene.name}.csv"

@@ -1,0 +1,193 @@
+"""Truths as tables: the motion of a scene at chosen instants, and how far off it may be, in a text file.
+
+Header lines say what it is of and how it was made; columns are a trajectory's (`adapters.trajectory_table`) and one
+``..._error_...`` for each quantity. Numbers are written so that they read back bit for bit, and a checksum
+tells a damaged file.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import io
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from adapters.trajectory_table import from_frame, to_frame
+from barchain.crossval.store import write_atomically
+from barchain.judge.local_errors import rate_scale
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from adapters.engine import Array, Trajectory
+    from scenarios import Scene
+
+ERROR_COLUMNS = {
+    "com": "com_error_m",
+    "com_velocity": "com_velocity_error_m_s",
+    "attitude": "attitude_error_rad",
+    "rate": "rate_error_rad_s",
+    "reaction": "reaction_error_N",
+    "torque": "torque_error_N_m",
+    "impulse": "impulse_error_N_s",
+}
+TITLE = "barchain truth"
+PHYSICS = ("central_body", "orbit", "chain", "effects")
+SAME_INSTANT = 8.0 * float(np.finfo(float).eps)
+"""Of the instant: instants nearer than this were meant to be one, computed in another order."""
+
+
+class DamagedTableError(ValueError):
+    """A file that is not a whole table of truth."""
+
+
+@dataclass(frozen=True)
+class TruthTable:
+    """A truth and where it is from; n instants."""
+
+    scene: str
+    """Name"""
+    physics: str
+    """Digest of what decides the motion"""
+    precision: str
+    """What was run, in words"""
+    command: str
+    """What makes it again; empty of one that is only cached"""
+    trajectory: Trajectory
+    error: dict[str, Array]
+    """(n,) for each quantity of `quantities.differences`, never falling"""
+
+
+def physics_digest(scene: Scene) -> str:
+    """Hash of what decides the motion: equal for scenes that differ in name, length of run or instants only."""
+    return scene.digest_of(*PHYSICS)
+
+
+def write_table(path: Path, table: TruthTable) -> None:
+    """Write a table, making its folder; never leaves half of it."""
+    frame = to_frame(table.trajectory)
+    for name, column in ERROR_COLUMNS.items():
+        if name in table.error:
+            frame[column] = table.error[name]
+    body = frame.to_csv(index=False)
+    head = {
+        "scene": table.scene,
+        "physics": table.physics,
+        "precision": table.precision,
+        "command": table.command,
+        "ended": table.trajectory.ended,
+        "checksum": checksum(body),
+    }
+    path.parent.mkdir(parents=True, exist_ok=True)
+    lines = [f"# {TITLE}", *(f"# {key}: {value}".rstrip() for key, value in head.items())]
+    write_atomically(path, "\n".join(lines) + "\n" + body)
+
+
+def checksum(body: str) -> str:
+    """Hash of the columns and rows."""
+    return hashlib.sha256(body.encode()).hexdigest()[:16]
+
+
+def read_head(path: Path) -> dict[str, str]:
+    """Header of a table.
+
+    Raises
+    ------
+    DamagedTableError
+        If there is none.
+    """
+    lines = []
+    with path.open(encoding="utf-8", errors="replace") as file:
+        for line in file:
+            if not line.startswith("# "):
+                break
+            lines.append(line[2:].rstrip("\n"))
+    if not lines or lines[0] != TITLE:
+        raise DamagedTableError(f"{path}: not a table of truth")
+    return {key: value.strip() for key, _, value in (line.partition(":") for line in lines[1:])}
+
+
+def read_table(path: Path) -> TruthTable:
+    """Table of a file.
+
+    Raises
+    ------
+    DamagedTableError
+        If the file is not what was written.
+    """
+    head = read_head(path)
+    text = path.read_text(encoding="utf-8", errors="replace")
+    body = "".join(line for line in text.splitlines(keepends=True) if not line.startswith("#"))
+    if head.get("checksum") != checksum(body):
+        raise DamagedTableError(f"{path}: its numbers are not those that were written")
+    words = pd.read_csv(io.StringIO(body), dtype=str, keep_default_na=False)
+    frame = words.map(float)  # exact; pandas' own conversion is not in every version
+    seen = dataclasses.replace(from_frame(frame, ended=head["ended"]), gap_m=None)
+    error = {name: frame[column].to_numpy(float) for name, column in ERROR_COLUMNS.items() if column in frame}
+    return TruthTable(head["scene"], head["physics"], head["precision"], head["command"], seen, error)
+
+
+def rows_at(scene: Scene, table: TruthTable) -> tuple[Trajectory, dict[str, Array]] | None:
+    """Rows of a table at the instants of `scene`, and their errors; None if it has not got all of them.
+
+    Instants that differ in their last bits are the same one: place and angles are moved along for the difference,
+    and what else would change by it is added to the errors.
+    """
+    wanted, have = scene.times_s, table.trajectory.t_s
+    if table.trajectory.ended and wanted[-1] > have[-1]:
+        wanted = wanted[: np.searchsorted(wanted, have[-1], side="right")]
+    row = np.clip(np.searchsorted(have, wanted), 1, len(have) - 1)
+    row = np.where(np.abs(have[row - 1] - wanted) < np.abs(have[row] - wanted), row - 1, row)
+    late = wanted - have[row]
+    if not len(wanted) or np.any(np.abs(late) > SAME_INSTANT * wanted):
+        return None
+    return moved(scene, taken(table.trajectory, row), {k: e[row] for k, e in table.error.items()}, wanted, late)
+
+
+def taken(seen: Trajectory, row: NDArray[np.intp]) -> Trajectory:
+    """Some rows of a trajectory."""
+    arrays = {f.name: getattr(seen, f.name) for f in dataclasses.fields(seen)}
+    return seen.replace(**{k: v[row] for k, v in arrays.items() if isinstance(v, np.ndarray)})
+
+
+def moved(
+    scene: Scene, seen: Trajectory, error: dict[str, Array], t_s: Array, late_s: Array
+) -> tuple[Trajectory, dict[str, Array]]:
+    """Trajectory a few roundings of time later, to first order, and its errors."""
+    if not late_s.any():
+        return dataclasses.replace(seen, t_s=t_s), error
+    assert seen.angle_rad is not None
+    assert seen.rate_rad_s is not None
+    later = dataclasses.replace(
+        seen,
+        t_s=t_s,
+        com_m=seen.com_m + late_s[:, None] * seen.com_velocity_m_s,
+        angle_rad=seen.angle_rad + late_s[:, None] * seen.rate_rad_s,
+    )
+    share = float(np.abs(late_s).max()) * rate_scale(scene, seen)  # by which what oscillates fastest may change
+    sizes = largest(seen)
+    return later, {k: e + share * sizes[k] if k not in ("com", "attitude") else e for k, e in error.items()}
+
+
+def largest(seen: Trajectory) -> dict[str, Array]:
+    """Largest value of each quantity so far, (n,): what its rounding counts in."""
+    values = {
+        "com": seen.com_m[:, None, :],
+        "com_velocity": seen.com_velocity_m_s[:, None, :],
+        "attitude": seen.angle_rad[:, :, None] if seen.angle_rad is not None else None,
+        "rate": seen.rate_rad_s[:, :, None] if seen.rate_rad_s is not None else None,
+        "reaction": seen.reaction_N,
+        "torque": seen.torque_N_m[:, :, None] if seen.torque_N_m is not None else None,
+        "impulse": seen.impulse_N_s,
+    }
+    return {
+        name: np.maximum.accumulate(np.linalg.norm(x, axis=-1).max(axis=-1))
+        for name, x in values.items()
+        if x is not None and x.shape[1]
+    }

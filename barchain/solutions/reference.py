@@ -1,0 +1,142 @@
+"""The truth of a scene, its error bar, and how the scene amplifies a small error.
+
+Truth: the reference at its tightest. Error bar: its difference from a run ten times looser, which
+bounds it. Amplification: a twin of the truth started a little aside. What its derivatives are is seen
+in a run at samples close enough for that, whatever a scene's own are.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from barchain.metrics.model_difference import track_response
+from barchain.metrics.quantities import differences
+from scenarios import Gravity
+
+if TYPE_CHECKING:
+    from adapters.engine import Array, Trajectory
+    from scenarios import Scene
+
+TRUTH_RTOL = 1e-13
+TRUTH_CHECK_RTOL = 1e-12
+TWIN_ASIDE = 1e-10  # rad: a thousand times the truth's own error, yet linear until it has grown 1e8 times
+RICHARDSON = 2.0
+"""Half the step of a method of order p >= 1: it was off by at most 1/(1 - 2^-p) <= 2 times what that changes."""
+FINE_RTOL = 1e-10  # four differences over a tenth of a radian cost four digits: six are left
+FINE_PER_RADIAN = 4.0  # of the fastest rate: a sine's second difference is then 2 % short
+FINE_PER_SLEW = 20.0  # three half waves: half a radian between samples
+MOST_FINE = 20_000  # samples: a slew of a thousandth of the run is still seen
+MODES_PER_BAR = 2.1  # fastest oscillation of a chain of N bars, over N times its rate (radial chain: 2.1 N n)
+TRACK = ("com", "com_velocity")
+PARTED_RAD = 1e-2  # two runs whose attitudes differ by more have parted: nothing later is compared point by point
+
+
+def twin(scene: Scene) -> Scene:
+    """`scene` with every bar's angle and rate moved aside by :data:`TWIN_ASIDE`, in fixed arbitrary proportions."""
+    chain = scene.chain
+    aside = TWIN_ASIDE * moves_aside(chain.bars)
+    unit = max(1.0, *(abs(a) for a in chain.rate_factor))
+    moved = dataclasses.replace(
+        chain,
+        angle_rad=tuple(a + float(d) for a, d in zip(chain.angle_rad, aside[0], strict=True)),
+        rate_factor=tuple(a + unit * float(d) for a, d in zip(chain.rate_factor, aside[1], strict=True)),
+    )
+    return dataclasses.replace(scene, chain=moved)
+
+
+def moves_aside(bars: int) -> Array:
+    """Fixed arbitrary proportions in which angles and rates are moved aside, (2, N), each 0.5 to 1 in size."""
+    rng = np.random.default_rng(20020812)  # any fixed numbers do; the same in every run
+    moves: Array = rng.choice([-1.0, 1.0], (2, bars)) * rng.uniform(0.5, 1.0, (2, bars))
+    return moves
+
+
+def own_rate(scene: Scene) -> float:
+    """Fastest of the orbit's and the bars' own initial rates, rad/s."""
+    orbit = 2.0 * math.pi / scene.step_period_s
+    turning = scene.orbital_rate_rad_s * max(1.0, *(abs(a) for a in scene.chain.rate_factor))
+    return max(orbit, turning, scene.spring_rate_rad_s / (MODES_PER_BAR * scene.bars))
+
+
+def densely_sampled(scene: Scene) -> Scene:
+    """`scene` sampled closely enough for derivatives of its motion: its own samples, and equally many in between."""
+    intervals = scene.run.samples - 1
+    spacing = 1.0 / (FINE_PER_RADIAN * MODES_PER_BAR * scene.bars * own_rate(scene))
+    slews = [p.duration_s / FINE_PER_SLEW for p in scene.effects.prescribed_rotation]
+    wanted = math.ceil(scene.run.duration_s / (intervals * min([spacing, *slews])))
+    times = max(1, min(wanted, MOST_FINE // intervals))
+    return dataclasses.replace(scene, run=dataclasses.replace(scene.run, samples=times * intervals + 1))
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The truth of one scene and what limits it; n samples."""
+
+    scene: Scene
+    trajectory: Trajectory
+    fine: Trajectory
+    """The motion at close samples (:func:`densely_sampled`), for its derivatives only"""
+    error: dict[str, Array]
+    """Estimate for each quantity, (n,), never falling"""
+    growth: Array
+    """(n,) how many times a small perturbation of the attitude has grown by then, never falling"""
+    response: dict[str, Array]
+    """Change of each quantity per change of attitude, (n,), never falling, SI units per rad: the larger of what
+    the twin and the looser run show"""
+    horizon_s: float
+    """Until when the truth itself is one"""
+
+    @property
+    def growth_per_orbit(self) -> float:
+        """Growth of a perturbation over the first orbit (or the run, if shorter)."""
+        t = self.trajectory.t_s
+        return float(self.growth[np.searchsorted(t, min(self.scene.period_s, t[-1]) * (1 - 1e-12))])
+
+
+def establish(
+    scene: Scene, truth: Trajectory, check: Trajectory, aside: Trajectory, fine: Trajectory | None = None
+) -> Truth:
+    """Truth of a scene from its runs of the reference; without a `fine` one, derivatives come from its own samples."""
+    parted = differences(truth, aside)
+    n = min(len(truth.t_s), len(check.t_s), len(aside.t_s))
+    attitude = np.maximum.accumulate(parted["attitude"])[:n]
+    growth = attitude / attitude[0]
+    looser = differences(truth, check)
+    # the track's own error is no answer to an attitude 1e-10 rad aside: what the attitude does to it is integrated
+    response = answers(parted | track_response(scene, truth, aside), n, 0.0)
+    for name, other in answers({k: d for k, d in looser.items() if k not in TRACK}, n, TWIN_ASIDE).items():
+        response[name] = np.maximum(response[name], other)  # another direction, once it stands out of round-off
+    # between two runs that choose their steps a single sample says little: one step's request is allowed besides
+    error = {name: np.maximum.accumulate(d)[:n] + TRUTH_RTOL * response[name] for name, d in looser.items()}
+    if scene.effects.gravity is not Gravity.NONE:  # a straight track has no error but its rounding
+        error["com"] += TRUTH_RTOL * scene.radius0_m
+        error["com_velocity"] += TRUTH_RTOL * scene.speed0_m_s
+    error["rate"] += TRUTH_RTOL * scene.fastest_rate_rad_s
+    return Truth(scene, truth, fine or truth, error, growth, response, horizon(truth, check))
+
+
+def answers(apart: dict[str, Array], n: int, least_rad: float) -> dict[str, Array]:
+    """Change of each quantity per change of attitude between two runs, (n,), never falling; 0 below `least_rad`."""
+    attitude = np.maximum.accumulate(apart["attitude"][:n])
+    known = attitude > least_rad
+    return {
+        name: np.maximum.accumulate(np.divide(d[:n], attitude, out=np.zeros(n), where=known))
+        for name, d in apart.items()
+    }
+
+
+def horizon(a: Trajectory, b: Trajectory) -> float:
+    """Last common instant before two runs part by :data:`PARTED_RAD` in attitude, s.
+
+    Runs without attitude (centre of mass only) part when they end: orbits are not chaotic.
+    """
+    n = min(len(a.t_s), len(b.t_s))
+    apart = differences(a, b).get("attitude", np.zeros(n))
+    parted = np.nonzero(apart > PARTED_RAD)[0]
+    last = int(parted[0]) - 1 if len(parted) else n - 1
+    return float(a.t_s[max(last, 0)])

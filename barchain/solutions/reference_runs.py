@@ -1,0 +1,75 @@
+"""The runs of the reference that a scene's truth is made of, and the truth from them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from adapters.engine import Knob, Setting
+from adapters.registry import ENGINES
+from barchain.run.compilation import COMPILED
+from barchain.run.job import TRUTH_ROLES, Job, Role, RunResult
+from barchain.solutions.reference import (
+    FINE_RTOL,
+    TRUTH_CHECK_RTOL,
+    TRUTH_RTOL,
+    Truth,
+    densely_sampled,
+    establish,
+    twin,
+)
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from scenarios import Scene
+
+NUMPY = "reference"
+
+
+class TruthFailedError(RuntimeError):
+    """A scene has no truth, as one of its runs failed; the message says why, in one line."""
+
+
+def truth_engine() -> str:
+    """Form of the reference that truths are made by: the compiled one where it is installed, for its speed."""
+    return NUMPY if ENGINES[COMPILED].missing else COMPILED
+
+
+def truth_jobs(scene: Scene, engine: str | None = None) -> list[Job]:
+    """The runs of the reference that a scene's truth is made of, in the form that :func:`truth_engine` says or another.
+
+    Parameters
+    ----------
+    scene : Scene
+    engine : str, optional
+        Name of the form.
+    """
+    name = engine or truth_engine()
+
+    def job(of: Scene, rtol: float, role: Role) -> Job:
+        return Job(of, name, ENGINES[name], Setting(Knob.RTOL, rtol), role)
+
+    return [
+        job(scene, TRUTH_RTOL, Role.TRUTH),
+        job(scene, TRUTH_CHECK_RTOL, Role.TRUTH_CHECK),
+        job(twin(scene), TRUTH_RTOL, Role.TWIN),
+        job(densely_sampled(scene), FINE_RTOL, Role.FINE),
+    ]
+
+
+def truth_of(scene: Scene, runs: Mapping[Role, RunResult]) -> Truth | None:
+    """Truth of a scene, or None while runs of it are still to come.
+
+    Raises
+    ------
+    TruthFailedError
+        If all are there and one failed.
+    """
+    if any(role not in runs for role in TRUTH_ROLES):
+        return None
+    failed = [r.reason for r in runs.values() if r.outcome is not Outcome.PASS]
+    if failed:  # for the same reason, as a rule, which once is enough to say
+        raise TruthFailedError("; ".join(dict.fromkeys(failed)))
+    seen = [runs[role].trajectory for role in TRUTH_ROLES]
+    return establish(scene, *(t for t in seen if t is not None))

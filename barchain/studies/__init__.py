@@ -1,0 +1,1 @@
+"""Studies, one package each. Every study plans, runs, and writes tables; none imports another."""

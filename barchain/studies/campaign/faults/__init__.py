@@ -1,0 +1,1 @@
+"""Faults of the random self-test, by what they spoil."""

@@ -1,0 +1,1 @@
+"""Random scenes: drawing, writing and simplifying them."""

@@ -1,0 +1,65 @@
+"""What a campaign found, printed."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from rich.markup import escape
+from rich.table import Table
+
+from barchain.cli.listing import show
+from barchain.studies.campaign.cells import Kind
+from barchain.studies.campaign.rates import ALL
+
+if TYPE_CHECKING:
+    from barchain.studies.campaign.cells import Cell
+    from barchain.studies.campaign.findings import Found
+    from barchain.studies.campaign.rates import Rate
+    from barchain.studies.campaign.study import Campaign
+
+PLANTED = (Kind.CAUGHT, Kind.MISSED, Kind.BELOW, Kind.BEYOND, Kind.NOTHING, Kind.BROKEN)
+ENGINES = (Kind.PASS, Kind.LIMITED, Kind.FALSE_ALARM, Kind.UNSUPPORTED)
+
+
+def show_campaign(found: Campaign, *, kept: bool) -> None:
+    """Print the cells' classes by engine and by fault, the findings, and the rates; `kept`: scenes can be looked at."""
+    engines, faults = ([c for c in found.cells if bool(c.fault) is planted] for planted in (False, True))
+    show(classes("engine", found.plan.sound, [(c.engine, c) for c in engines], ENGINES))
+    if faults:
+        show(classes("fault", found.plan.faults, [(c.fault, c) for c in faults], PLANTED))
+    for one in found.findings:
+        print(finding_words(one, kept=kept))
+    for rate in found.rates:
+        if rate.by in (ALL, "outcome"):
+            print(rate_words(rate))
+    print("passed" if found.passed else "not passed")
+
+
+def classes(what: str, names: tuple[str, ...], named: list[tuple[str, Cell]], kinds: tuple[Kind, ...]) -> Table:
+    """How many cells of each class each name has."""
+    table = Table(what, *(str(k) for k in kinds), box=None, header_style="bold")
+    for column in table.columns[1:]:
+        column.justify = "right"
+    counts = Counter((name, cell.kind) for name, cell in named)
+    for name in names:
+        table.add_row(escape(name), *(str(counts[name, k] or "") for k in kinds))
+    return table
+
+
+def finding_words(found: Found, *, kept: bool) -> str:
+    """One line."""
+    cell = found.cell
+    what = f"{cell.fault} in {cell.engine}" if cell.fault else cell.engine
+    times = f" ({found.times} times)" if found.times > 1 else ""
+    size = "" if cell.size is None else f" {cell.size:.2g}, said to be seen from {cell.limit or 0.0:.2g} on"
+    said = f"{cell.kind}: {what} on {cell.scene}{times}: {cell.outcome}, {cell.quantity}{size}"
+    return " ".join(f"{said} {cell.reason}".split()) + (f"; {found.path}" if kept else "")
+
+
+def rate_words(rate: Rate) -> str:
+    """``false alarm: 2 of 400, 0.50 % (0.14 % to 1.80 %)``."""
+    low, high = rate.interval
+    name = "" if rate.by == ALL else f", {rate.name}"
+    share = f"{100.0 * rate.rate:.2f} % ({100.0 * low:.2f} % to {100.0 * high:.2f} %)" if rate.n else "none tried"
+    return f"{rate.what}{name}: {rate.count} of {rate.n}, {share}"

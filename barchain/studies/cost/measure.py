@@ -1,0 +1,128 @@
+"""A cost study from start to tables: what the command line and notebooks call."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from adapters.registry import engines
+from barchain.api import chosen_engines, unique_names
+from barchain.record.environment import provenance
+from barchain.record.scene import engine_facts
+from barchain.studies.cost.plan import MINUTES, REPEATS, TIME_LIMIT_S, Plan, shortened
+from barchain.studies.cost.store import CostStore
+from barchain.studies.cost.study import CostStudy
+from reports.tables.cost import FOLDER
+from scenarios import Scene, load_scene, scene_names
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+    from pathlib import Path
+
+    from adapters.registry import Registration
+    from barchain.studies.cost.points import Truth
+
+DEFAULT_SCENES = "paper/"
+
+
+def make_plan(
+    scenes: Iterable[Scene | str | Path] | None = None,
+    engine_names: Iterable[str] | None = None,
+    *,
+    orbits: float = 1.0,
+    repeats: int = REPEATS,
+    minutes: float = MINUTES,
+    time_limit_s: float = TIME_LIMIT_S,
+) -> Plan:
+    """Plan of a study.
+
+    Parameters
+    ----------
+    scenes : iterable of Scene, str or Path, optional
+        The paper's by default.
+    engine_names : iterable of str, optional
+        All registered engines by default, those that only studies need among them.
+    orbits : float
+        How much of each scene is run, from its start.
+    repeats : int
+        Times that each point is measured, if there is time.
+    minutes : float
+        Divided among the scenes; where it runs short, repeats and then long runs are given up.
+    time_limit_s : float
+        Runs expected to take longer are left out, and said so.
+
+    Raises
+    ------
+    SceneError, UnknownEngineError
+        For a scene or an engine that does not exist.
+    """
+    names = [n for n in scene_names() if n.startswith(DEFAULT_SCENES)] if scenes is None else scenes
+    loaded = unique_names([s if isinstance(s, Scene) else load_scene(s) for s in names])
+    chosen = engines() if engine_names is None else chosen_engines(engine_names)
+    return Plan([shortened(s, orbits) for s in loaded], chosen, repeats, minutes, time_limit_s)
+
+
+def measure(
+    plan: Plan,
+    out: Path,
+    *,
+    resume: bool = False,
+    command: str = "",
+    progress: Callable[[str, str, str], None] | None = None,
+    truth_of: Callable[[Scene], Truth] | None = None,
+) -> CostStudy:
+    """Measure what accuracy costs, and write the tables into ``out/cost``.
+
+    Parameters
+    ----------
+    plan : Plan
+    out : Path
+        Result folder; a comparison that is there already is left alone.
+    resume : bool
+        Go on from what a cut-off study left in `out`.
+    command : str
+        What was typed, for the record.
+    progress : callable, optional
+        Told (scene, engine and setting, outcome) after each first run, and after each round.
+    truth_of : callable, optional
+        Truth of a scene; the oracle's by default.
+    """
+    store = CostStore(out / FOLDER, new_record(plan, command), resume=resume)
+    study = CostStudy(plan, store, truth_of or oracle_of(), progress or (lambda *_: None))
+    study.run()
+    return study
+
+
+def oracle_of() -> Callable[[Scene], Truth]:
+    """Return the oracle, imported only where a study asks for it."""
+    from barchain.solutions.certified import oracle  # noqa: PLC0415  # heyoka is an extra
+
+    found: Callable[[Scene], Truth] = oracle
+    return found
+
+
+def new_record(plan: Plan, command: str) -> dict[str, Any]:
+    """run.json before the first run."""
+    return provenance(command, external_versions(plan.engines)) | {
+        "engines": {name: engine_facts(r) for name, r in plan.engines.items()},
+        "scenes": {s.name: scene_words(s) for s in plan.scenes},
+        "truths": {},
+        "left_out": [],
+        "limits": {"repeats": plan.repeats, "minutes": plan.minutes, "time_limit_s": plan.time_limit_s},
+    }
+
+
+def external_versions(engines: Mapping[str, Registration]) -> dict[str, str]:
+    """Versions of the distributions that bring the engines."""
+    return {r.requires: r.version for r in engines.values() if r.requires}
+
+
+def scene_words(scene: Scene) -> dict[str, Any]:
+    """What the chapter says of a scene."""
+    return {
+        "title": scene.title,
+        "source": scene.source,
+        "orbits": scene.run.duration_s / scene.period_s,
+        "duration_s": scene.run.duration_s,
+        "samples": scene.run.samples,
+        "bars": scene.bars,
+    }

@@ -1,0 +1,92 @@
+"""What a cost study runs: scenes cut to their first orbit, and every engine's ladder of settings."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from adapters.common.equal_steps import step_s
+from adapters.engine import Knob
+from barchain.run.job import Job, Role
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from adapters.engine import Engine, Ladder, Setting
+    from adapters.registry import Registration
+    from scenarios import Scene
+
+SAMPLES = 21  # few, so that no engine is timed at bringing samples out; the oracle's tables have these instants
+TIME_LIMIT_S = 2.0  # of one run: some ten thousand times what the fastest engine needs for 1e-10 rad
+REPEATS = 7  # of short runs; with less the median's interval is the range
+MINUTES = 8.0  # for the paper's scenes in all engines, so that start-up and report end inside 15
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be measured, and how long it may take."""
+
+    scenes: list[Scene]
+    engines: dict[str, Registration]
+    repeats: int = REPEATS
+    minutes: float = MINUTES
+    time_limit_s: float = TIME_LIMIT_S
+
+    @property
+    def turns(self) -> int:
+        """Number of first runs and rounds to be reported, engines left out among them."""
+        found = [ladders(s, self.engines) for s in self.scenes]
+        return sum(sum(map(len, runs.values())) + len(out) + self.repeats for runs, out in found)
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """An engine that is not run on a scene, and why."""
+
+    scene: str
+    engine: str
+    outcome: Outcome
+    reason: str
+
+
+def shortened(scene: Scene, orbits: float = 1.0) -> Scene:
+    """`scene` over its first orbits, or its whole run if that is shorter, at :data:`SAMPLES` instants."""
+    duration_s = min(orbits * scene.period_s, scene.run.duration_s)
+    return dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=duration_s, samples=SAMPLES))
+
+
+def distinct(scene: Scene, ladder: Ladder) -> list[Setting]:
+    """Settings of a ladder, coarse to fine, without those that round to the same steps as a coarser one."""
+    if ladder.knob is Knob.RTOL:
+        return list(ladder.settings)
+    kept: dict[float, Setting] = {}
+    for setting in ladder.settings:
+        kept.setdefault(step_s(scene, setting.value), setting)
+    return list(kept.values())
+
+
+def cannot(scene: Scene, engine: str, registration: Registration) -> LeftOut | None:
+    """Why an engine is not run on a scene, or None if it is."""
+    if registration.missing:
+        return LeftOut(scene.name, engine, Outcome.MISSING, registration.missing)
+    try:
+        loaded: type[Engine] = registration.load()
+    except Exception as error:
+        reason = f"its adapter does not load: {type(error).__name__}: {error}"
+        return LeftOut(scene.name, engine, Outcome.FAILED, reason)
+    unsupported = loaded.unsupported(scene)
+    return None if unsupported is None else LeftOut(scene.name, engine, Outcome.UNSUPPORTED, unsupported)
+
+
+def ladders(scene: Scene, engines: dict[str, Registration]) -> tuple[dict[str, list[Job]], list[LeftOut]]:
+    """Runs of each engine on a scene, coarse to fine, and the engines left out."""
+    runs: dict[str, list[Job]] = {}
+    out: list[LeftOut] = []
+    for name, registration in engines.items():
+        reason = cannot(scene, name, registration)
+        if reason is not None:
+            out.append(reason)
+            continue
+        settings = distinct(scene, registration.load().ladder)
+        runs[name] = [Job(scene, name, registration, s, Role.MAIN) for s in settings]
+    return runs, out

@@ -1,0 +1,119 @@
+"""Standard air: density and scale height by height, for scenes that name no atmosphere of their own.
+
+Vallado, Fundamentals of Astrodynamics and Applications, 4th ed., table 8-4: US Standard Atmosphere 1976 up to 25 km,
+CIRA-72 above. Each entry holds from its own height to that of the next.
+"""
+
+from __future__ import annotations
+
+import bisect
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+from scenarios.toml.tables import DragTable
+
+if TYPE_CHECKING:
+    from barchain.studies.effects.altitude_range import Heights
+
+SOURCE = "Vallado, table 8-4"
+HIGHEST_M = 2000e3  # nearly four scale heights beyond the last entry: what the table says there is a guess
+MOST_SCALE_HEIGHTS = 2.0  # that a run may rise above an entry whose exponential is taken for all of it
+DIGITS = 0.02  # by which the table's entries do not meet
+
+
+class Layer(NamedTuple):
+    """One entry of the table."""
+
+    base_km: float
+    density_kg_m3: float
+    """At the base"""
+    scale_height_km: float
+
+
+LAYERS = (
+    Layer(0, 1.225, 7.249),
+    Layer(25, 3.899e-2, 6.349),
+    Layer(30, 1.774e-2, 6.682),
+    Layer(40, 3.972e-3, 7.554),
+    Layer(50, 1.057e-3, 8.382),
+    Layer(60, 3.206e-4, 7.714),
+    Layer(70, 8.770e-5, 6.549),
+    Layer(80, 1.905e-5, 5.799),
+    Layer(90, 3.396e-6, 5.382),
+    Layer(100, 5.297e-7, 5.877),
+    Layer(110, 9.661e-8, 7.263),
+    Layer(120, 2.438e-8, 9.473),
+    Layer(130, 8.484e-9, 12.636),
+    Layer(140, 3.845e-9, 16.149),
+    Layer(150, 2.070e-9, 22.523),
+    Layer(180, 5.464e-10, 29.740),
+    Layer(200, 2.789e-10, 37.105),
+    Layer(250, 7.248e-11, 45.546),
+    Layer(300, 2.418e-11, 53.628),
+    Layer(350, 9.518e-12, 53.298),
+    Layer(400, 3.725e-12, 58.515),
+    Layer(450, 1.585e-12, 60.828),
+    Layer(500, 6.967e-13, 63.822),
+    Layer(600, 1.454e-13, 71.835),
+    Layer(700, 3.614e-14, 88.667),
+    Layer(800, 1.170e-14, 124.64),
+    Layer(900, 5.245e-15, 181.05),
+    Layer(1000, 3.019e-15, 268.00),
+)
+
+
+def layer_at(altitude_m: float) -> Layer:
+    """Entry that holds at a height above the surface."""
+    after = bisect.bisect_right([entry.base_km for entry in LAYERS], altitude_m / 1e3)
+    return LAYERS[max(after - 1, 0)]
+
+
+def density_kg_m3(altitude_m: float, layer: Layer | None = None) -> float:
+    """Density of the table at a height, or what one entry's exponential makes of it there."""
+    entry = layer or layer_at(altitude_m)
+    return entry.density_kg_m3 * math.exp(-(altitude_m / 1e3 - entry.base_km) / entry.scale_height_km)
+
+
+def standard_drag(layer: Layer, width_m: list[float]) -> DragTable:
+    """Drag in the air of one entry: its exponential is taken for the whole run.
+
+    Parameters
+    ----------
+    layer : Layer
+    width_m : list of float
+        One for each bar.
+    """
+    return DragTable(
+        density_kg_m3=layer.density_kg_m3,
+        altitude_m=1e3 * layer.base_km,
+        scale_height_m=1e3 * layer.scale_height_km,
+        width_m=width_m,
+    )
+
+
+def caveat(layer: Layer, heights: Heights) -> str:
+    """What one entry's exponential can't tell of a run that rises far above it; empty where it tells all.
+
+    Above 100 km the table's scale height rises with height (but for 0.6 % at 350 km), so that one entry's exponential
+    has ever less air than the table, above it and below it too; lower down it may have more.
+    """
+    lowest_km, highest_km = (h / 1e3 for h in heights)
+    rise = (highest_km - lowest_km) / layer.scale_height_km
+    if rise <= MOST_SCALE_HEIGHTS:
+        return ""
+    top_km = min(highest_km, HIGHEST_M / 1e3)
+    known_km = [lowest_km, *(e.base_km for e in LAYERS if lowest_km < e.base_km < top_km), top_km]
+    ratios = [density_kg_m3(1e3 * h) / density_kg_m3(1e3 * h, layer) for h in known_km]
+    return (
+        f"One exponential can't tell all of the air from {lowest_km:.1f} km to {highest_km:.1f} km, {rise:.3g} scale "
+        f"heights: {bound_words(min(ratios), max(ratios))}."
+    )
+
+
+def bound_words(least: float, most: float) -> str:
+    """Which side the drag is told from; `least` and `most` are the table's density over the exponential's."""
+    if most <= 1.0 + DIGITS:
+        return f"it has up to {1.0 / least:.2g} times the table's, and its drag is an upper bound"
+    if least >= 1.0 - DIGITS:
+        return f"the table has up to {most:.2g} times as much, and this drag is a lower bound"
+    return f"the table has {least:.2g} to {most:.2g} times as much, and this drag is no bound"

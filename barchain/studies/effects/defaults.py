@@ -1,0 +1,100 @@
+"""What is switched on where a scene does not call for it: nature's own effects, in the Earth's numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from barchain.studies.effects.atmosphere import HIGHEST_M, SOURCE, caveat, layer_at, standard_drag
+from scenarios import Gravity, Oblateness
+from scenarios.toml.resolve import IncompleteError, resolve_drag, resolve_solar_pressure, resolve_third_body
+from scenarios.toml.schema import EARTH_MU_M3_S2, EARTH_RADIUS_M
+from scenarios.toml.tables import EARTH_J2, SUNLIGHT_PA, SolarPressureTable, ThirdBodyTable
+
+if TYPE_CHECKING:
+    from typing import Literal
+
+    from barchain.studies.effects.altitude_range import Heights
+    from scenarios import Scene
+
+WIDTH_SHARE = 0.01  # of a bar's length: a slender one
+EARTH_SLACK = 0.01  # the Earth's radius is given to less than that, whichever of its radii is meant
+
+
+class NoDefaultError(ValueError):
+    """Nothing sensible can be switched on; the message says why."""
+
+
+@dataclass(frozen=True)
+class Default:
+    """An effect that a scene does not call for."""
+
+    value: Any
+    """Of the scene's `Effects`"""
+    said: str
+    """What is assumed"""
+    caveat: str = ""
+    """What that can't tell in this scene, in a sentence"""
+
+
+def need_earth(scene: Scene) -> None:
+    """Refuse to give another body the Earth's air, flattening, Moon and Sun."""
+    body = scene.central_body
+    pairs = ((body.mu_m3_s2, EARTH_MU_M3_S2), (body.radius_m, EARTH_RADIUS_M))
+    if any(abs(given / earth - 1.0) > EARTH_SLACK for given, earth in pairs):
+        raise NoDefaultError("the defaults are the Earth's, and this scene has another body: name the effect in it")
+
+
+def need_pull(scene: Scene) -> None:
+    """Refuse fields besides a central one that is not there."""
+    if scene.effects.gravity is Gravity.NONE:
+        raise NoDefaultError('the central body does not pull (gravity = "none")')
+
+
+def widths_m(scene: Scene) -> list[float]:
+    """Width of each bar."""
+    return [WIDTH_SHARE * length for length in scene.chain.length_m]
+
+
+def default_oblateness(scene: Scene) -> Default:
+    """The Earth's J2."""
+    need_earth(scene)
+    need_pull(scene)
+    return Default(Oblateness(EARTH_J2, scene.central_body.radius_m), f"J2 = {EARTH_J2:g}")
+
+
+def default_third_body(scene: Scene, body: Literal["moon", "sun"]) -> Default:
+    """Moon or Sun at longitude 0."""
+    need_earth(scene)
+    need_pull(scene)
+    try:
+        return Default(resolve_third_body(ThirdBodyTable(body=body), scene), "at longitude 0")
+    except IncompleteError as error:
+        raise NoDefaultError(str(error).removeprefix("effects.third_body: ")) from None
+
+
+def default_drag(scene: Scene, heights: Heights) -> Default:
+    """Standard air of the lowest height that the run comes to: drag is strongest there, by far."""
+    need_earth(scene)
+    lowest_km = heights.lowest_m / 1e3
+    if heights.lowest_m > HIGHEST_M:
+        raise NoDefaultError(
+            f"{SOURCE}, has no air at the run's lowest height of {lowest_km:.0f} km (none is taken above "
+            f"{HIGHEST_M / 1e3:.0f} km)"
+        )
+    layer = layer_at(heights.lowest_m)
+    said = (
+        f"{layer.density_kg_m3:g} kg/m³ at {layer.base_km:g} km, scale height {layer.scale_height_km:g} km ({SOURCE}, "
+        f"the entry of the lowest height of the run without drag, {lowest_km:.1f} km); width {WIDTH_SHARE:.0%} of each "
+        "bar's length; C_n = C_t = 2"
+    )
+    drag = resolve_drag(standard_drag(layer, widths_m(scene)), scene.bars)
+    return Default(drag, said, caveat(layer, heights))
+
+
+def default_solar_pressure(scene: Scene) -> Default:
+    """Sunlight from longitude 0 on black bars, with the Earth's shadow."""
+    need_earth(scene)
+    table = SolarPressureTable(width_m=widths_m(scene))
+    said = f"{SUNLIGHT_PA:g} Pa from longitude 0, black, width {WIDTH_SHARE:.0%} of each bar's length, with the shadow"
+    return Default(resolve_solar_pressure(table, scene.bars), said)

@@ -1,0 +1,94 @@
+"""What an effect budget runs."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from adapters.engine import Knob, Setting
+from adapters.registry import ENGINES
+from barchain.run.job import Job, Role
+from barchain.studies.effects.effect_toggles import Switch, switches
+from barchain.studies.effects.limits import FAST, MATTERS, REPEATS, RTOL, SECONDS, SLOW
+from barchain.studies.effects.sensitivity import LOOSER
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from barchain.studies.effects.altitude_range import Heights
+    from scenarios import Scene
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be measured, and how long it may take."""
+
+    scene: Scene
+    switches: tuple[Switch, ...]
+    rtol: float = RTOL
+    matters: float = MATTERS
+    """Share from which a change matters: see :mod:`reports.chapters.effects.advice`"""
+    repeats: int = REPEATS
+    seconds: float = SECONDS
+    workers: int | None = None
+    engine: str | None = None
+    """Form of the reference that runs all; None: the compiled one where it can"""
+
+    @property
+    def turns(self) -> int:
+        """Number of steps to be reported."""
+        return len(self.runs) + self.repeats
+
+    @property
+    def runs(self) -> tuple[Job, ...]:
+        """All runs, each once: every pair of scenes in the engine that can do both, at both tolerances."""
+        return tuple({job.key: job for job in (*self.tight, *map(self.looser, self.tight))}.values())
+
+    @property
+    def whole(self) -> tuple[Job, ...]:
+        """Runs of the scene as it is, the tighter first."""
+        own = self.job(self.scene, self.engine_for(self.scene))
+        return own, self.looser(own)
+
+    @property
+    def tight(self) -> tuple[Job, ...]:
+        """Runs at the tolerance asked for, each once; the scene as it is comes first."""
+        pairs = [self.pair(s) for s in self.switches if s.scene]
+        return tuple({job.key: job for job in (self.whole[0], *(j for pair in pairs for j in pair))}.values())
+
+    def between(self, heights: Heights) -> Plan:
+        """The plan, with defaults for the heights between which the scene as it is was seen to run."""
+        return dataclasses.replace(self, switches=switches(self.scene, heights))
+
+    def pair(self, switch: Switch) -> tuple[Job, Job]:
+        """Runs of the scene and of the switched one, in one engine."""
+        assert switch.scene is not None
+        engine = self.engine_for(self.scene, switch.scene)
+        return self.job(self.scene, engine), self.job(switch.scene, engine)
+
+    def engine_for(self, *scenes: Scene) -> str:
+        """What can do all of these scenes."""
+        return self.engine or (FAST if compiled_can(scenes) else SLOW)
+
+    def job(self, scene: Scene, engine: str) -> Job:
+        """Run at the tolerance asked for."""
+        return Job(scene, engine, ENGINES[engine], Setting(Knob.RTOL, self.rtol), Role.MAIN)
+
+    def looser(self, job: Job) -> Job:
+        """Run that tells what the numerics make of it."""
+        return Job(job.scene, job.engine, job.registration, Setting(Knob.RTOL, LOOSER * self.rtol), Role.MAIN)
+
+
+def make_plan(scene: Scene, **options: Any) -> Plan:
+    """Plan for all effects of a scene; `options` are those of :class:`Plan`."""
+    return Plan(scene, switches(scene), **options)
+
+
+def compiled_can(scenes: Iterable[Scene]) -> bool:
+    """Whether the compiled reference is installed and can do these scenes."""
+    registration = ENGINES[FAST]
+    if registration.missing:
+        return False
+    engine = registration.load()
+    return all(engine.unsupported(s) is None for s in scenes)

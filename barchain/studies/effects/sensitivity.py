@@ -1,0 +1,78 @@
+"""What switching an effect changes over a run, and how much of it the numerics could have made up.
+
+Both scenes are run at a tolerance and at one ten times looser. As in :mod:`barchain.solutions.reference`, the difference of the two
+bounds the tighter run's own error; so the difference of two scenes is off by at most the sum of both scenes' bounds,
+and a change below that sum is not resolved. Nothing is compared after either scene's two runs have parted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from barchain.metrics.quantities import differences
+from barchain.solutions.reference import horizon
+from reports.tables.effects import QUANTITIES
+
+if TYPE_CHECKING:
+    from adapters.engine import Array, Trajectory
+
+LOOSER = 10.0
+ROUNDING = 4.0 * float(np.finfo(float).eps)  # two roundings of each run, that even equal runs may hide
+
+
+@dataclass(frozen=True)
+class Runs:
+    """One scene at two tolerances."""
+
+    tight: Trajectory
+    loose: Trajectory
+
+    @property
+    def horizon_s(self) -> float:
+        """Last instant before the two part."""
+        return horizon(self.tight, self.loose)
+
+
+@dataclass(frozen=True)
+class Change:
+    """What a switch changed; a quantity that there is not is left out."""
+
+    largest: dict[str, float]
+    """``com`` (m), ``attitude`` (rad), ``reaction`` (N), the largest over what was compared"""
+    noise: dict[str, float]
+    """What the numerics may have made of it, alike"""
+    compared_s: float
+    """Until when"""
+
+
+def change(scene: Runs, switched: Runs) -> Change:
+    """Largest differences of two scenes over what can be compared."""
+    until = min(scene.horizon_s, switched.horizon_s)
+    apart = upto(until, scene.tight, switched.tight)
+    own, other = (upto(until, runs.tight, runs.loose) for runs in (scene, switched))
+    size = sizes(scene.tight, until)
+    noise = {name: own[name] + other[name] + ROUNDING * size[name] for name in apart}
+    return Change(apart, noise, until)
+
+
+def upto(until_s: float, a: Trajectory, b: Trajectory) -> dict[str, float]:
+    """Largest difference of two runs until an instant, for each quantity."""
+    inside = slice(0, int(np.searchsorted(a.t_s, until_s, side="right")))
+    return {name: float(d[inside].max()) for name, d in differences(a, b).items() if name in QUANTITIES}
+
+
+def sizes(seen: Trajectory, until_s: float) -> dict[str, float]:
+    """Largest size of each quantity until an instant: what its rounding counts in."""
+    inside = seen.t_s <= until_s
+    found = {"com": largest(seen.com_m[inside]), "attitude": 1.0}
+    if seen.reaction_N is not None and seen.reaction_N.shape[1]:
+        found["reaction"] = largest(seen.reaction_N[inside])
+    return found
+
+
+def largest(vectors: Array) -> float:
+    """Length of the longest plane vector."""
+    return float(np.linalg.norm(vectors, axis=-1).max())

@@ -1,0 +1,146 @@
+"""How large an effect is at a state, beside the gravity-gradient force.
+
+An effect pushes bar j by an acceleration p_j and turns it by a torque K_j. With the mean p over the chain's mass,
+
+    between  largest |p_j - mean p| over the largest |g_j - mean g|: what the joints feel, over the tide's own
+    torque   largest |K_j|/J_j over 3 n², the scale of the gravity-gradient torque
+    common   |mean p| over g: what moves the centre of mass, over gravity
+
+where g is the pull of the central body as of a point, and n² = mu/r³ at the centre of mass. Of another model of
+gravity, the push is what it adds to the scene's own. What is told is exact to rounding of the effect's own parts:
+large common parts are never subtracted.
+
+An effect is looked at in samples of the scene's own run, and at both ends of each stretch between its breaks: a thrust
+that comes and goes between two samples is largest at one of them. The state there is the cubic through its neighbours.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from adapters.common.initial_state import chain_model
+from adapters.common.scene_effects import effects_of
+from reference_impl.effects.base import Push, Situation, pushed
+from reference_impl.model.complex_vectors import along, squared
+from reference_impl.model.gravity import differences
+from reference_impl.model.kinematics import joined_state
+from reference_impl.model.relative import external
+from reports.tables.effects import Kind
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from adapters.engine import Array, Trajectory
+    from barchain.studies.effects.effect_toggles import Switch
+    from reference_impl.model.chain import ChainModel
+    from reference_impl.model.complex_vectors import ComplexArray
+    from scenarios import Effects, Scene
+
+MOST_STATES = 201  # of a run at which an effect is looked at
+JUST = 1e-11  # of the run after a break: more than what effects take as the same instant, 1e-12 of its time
+
+
+class Sizes(NamedTuple):
+    """Sizes of an effect; NaN where there is nothing to compare with."""
+
+    between: float
+    torque: float
+    common: float
+
+
+def sizes_over(scene: Scene, switch: Switch, seen: Trajectory) -> tuple[Sizes, Sizes] | None:
+    """Sizes at the first sample of the scene's own run, and the largest over it; None of what pushes nothing."""
+    if switch.part is None or seen.angle_rad is None or seen.rate_rad_s is None:
+        return None
+    every = max(1, len(seen.t_s) // MOST_STATES)
+    between = inside_stretches_s(switch.part.breaks_s, float(seen.t_s[-1]))
+    looked_at = (*seen.t_s[::every].tolist(), *between)
+    found = np.array([sizes_at(scene, switch, situation(scene, seen, t)) for t in looked_at])
+    return Sizes(*found[0].tolist()), Sizes(*found.max(axis=0).tolist())
+
+
+def inside_stretches_s(breaks_s: tuple[float, ...], end_s: float) -> Iterator[float]:
+    """Instants just inside each stretch between two breaks: an effect shows what is just before its break."""
+    for start, until in itertools.pairwise(sorted({min(t, end_s) for t in breaks_s})):
+        yield min(start + JUST * end_s, 0.5 * (start + until))
+        yield until
+
+
+def situation(scene: Scene, seen: Trajectory, t_s: float) -> Situation:
+    """State of a run as effects see it: a sample's own, or between two by the cubics through both."""
+    model = chain_model(scene)
+    assert seen.angle_rad is not None
+    assert seen.rate_rad_s is not None
+    k = int(np.searchsorted(seen.t_s, t_s))
+    if t_s == seen.t_s[k]:
+        com, velocity, angle, rate = (
+            x[k] for x in (seen.com_m, seen.com_velocity_m_s, seen.angle_rad, seen.rate_rad_s)
+        )
+    else:
+        pair = slice(k - 1, k + 1)
+        place = CubicHermiteSpline(seen.t_s[pair], seen.com_m[pair], seen.com_velocity_m_s[pair])
+        turn = CubicHermiteSpline(seen.t_s[pair], seen.angle_rad[pair], seen.rate_rad_s[pair])
+        com, velocity, angle, rate = place(t_s), place(t_s, 1), turn(t_s), turn(t_s, 1)
+    return Situation(model, t_s, joined_state(model, com, velocity, angle, rate), along(angle))
+
+
+def sizes_at(scene: Scene, switch: Switch, at: Situation) -> Sizes:
+    """Sizes of an effect at a state."""
+    assert switch.part is not None
+    parts = gravity_parts if switch.kind is Kind.GRAVITY else effect_parts
+    push = parts(scene, switch.part, at)
+    mean = complex(push.difference @ at.model.weight)
+    mu, r2 = scene.central_body.mu_m3_s2, float(squared(np.array(at.com)))
+    n2 = mu / (r2 * np.sqrt(r2))
+    tide = relative_tide(mu, at)
+    between = largest(push.difference - mean) / largest(tide) if at.model.bars > 1 else float("nan")
+    return Sizes(between, largest(push.spin) / (3.0 * n2), abs(push.common + mean) * r2 / mu)
+
+
+def largest(values: Array | ComplexArray) -> float:
+    """Largest size over the bars."""
+    return float(np.abs(values).max())
+
+
+def relative_tide(mu_m3_s2: float, at: Situation) -> ComplexArray:
+    """(N,) m/s², what the central body's point pull on each bar differs from the mean's."""
+    difference = differences(mu_m3_s2, np.array(at.com), at.position)
+    relative: ComplexArray = difference - difference @ at.model.weight
+    return relative
+
+
+def effect_parts(scene: Scene, part: Effects, at: Situation) -> Push:
+    """Push of an effect that comes to the scene's gravity."""
+    gravity = dataclasses.replace(scene, effects=type(part)(part.gravity))
+    whole = dataclasses.replace(scene, effects=part)
+    model = dataclasses.replace(at.model, effects=effects_of(whole)[len(effects_of(gravity)) :])
+    return push_of(model, at)
+
+
+def gravity_parts(scene: Scene, part: Effects, at: Situation) -> Push:
+    """Push of another model of gravity less that of the scene's own, part by part."""
+    other, own = (gravity_pushes(scene, effects, at) for effects in (part, type(part)(scene.effects.gravity)))
+    less = [minus(a, b) for a, b in zip(other, own, strict=True)]
+    return Push(*(a + b for a, b in zip(*less, strict=True)))
+
+
+def gravity_pushes(scene: Scene, gravity: Effects, at: Situation) -> tuple[Push, Push]:
+    """What a model of gravity does to points, with the gradient's torque, and what it does beyond."""
+    model = chain_model(dataclasses.replace(scene, effects=gravity))
+    field, tide, spin = external(model, at.state, at.unit)
+    return Push(complex(field[0], field[1]), tide, spin), push_of(model, at)
+
+
+def push_of(model: ChainModel, at: Situation) -> Push:
+    """Sum of a model's effects at a state of the same chain."""
+    return pushed(Situation(model, at.t_s, at.state, at.unit), (None,) * len(model.effects))[0]
+
+
+def minus(a: Push, b: Push) -> Push:
+    """Difference of two pushes."""
+    return Push(a.common - b.common, a.difference - b.difference, a.spin - b.spin)

@@ -1,0 +1,188 @@
+"""The perturbed copies of a scene as arrays, one row a run."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from adapters.common.initial_state import POINT_PART, chain_model, initial_state
+from barchain.studies.ensemble.variation import VariationError
+from reference_impl.fast import layout
+from reference_impl.fast.batch import Batch
+from reference_impl.integrate.simulate import floor_m, safe_perigee_m, strongest_pull_m_s2
+from scenarios import Gravity
+
+if TYPE_CHECKING:
+    from adapters.engine import Array
+    from barchain.studies.ensemble.variation import Variation
+    from scenarios import Scene
+
+
+@dataclass(frozen=True)
+class Population:
+    """Copies of a scene, a row each; N bars."""
+
+    scene: Scene
+    mass_kg: Array
+    """(runs, N)"""
+    length_m: Array
+    """(runs, N)"""
+    inertia_kg_m2: Array
+    """(runs, N)"""
+    angle_rad: Array
+    """(runs, N) from the horizontal that the scene names"""
+    rate_factor: Array
+    """(runs, N)"""
+    altitude_m: Array
+    """(runs,)"""
+    speed_factor: Array
+    """(runs,)"""
+    longitude_rad: Array
+    """(runs,)"""
+
+    @property
+    def runs(self) -> int:
+        """Number of copies."""
+        return len(self.altitude_m)
+
+    def part(self, first: int, last: int) -> Population:
+        """Copies `first` to `last`, the last left out."""
+        names = [f.name for f in dataclasses.fields(self) if f.name != "scene"]
+        return dataclasses.replace(self, **{name: getattr(self, name)[first:last] for name in names})
+
+    def copy(self, run: int) -> Scene:
+        """Scene of one copy."""
+        per_bar = ("mass_kg", "length_m", "inertia_kg_m2", "angle_rad", "rate_factor")
+        columns: dict[str, Any] = {name: tuple(map(float, getattr(self, name)[run])) for name in per_bar}
+        chain = dataclasses.replace(self.scene.chain, **columns)
+        single = ("altitude_m", "speed_factor", "longitude_rad")
+        orbit = dataclasses.replace(self.scene.orbit, **{name: float(getattr(self, name)[run]) for name in single})
+        return dataclasses.replace(self.scene, chain=chain, orbit=orbit)
+
+
+IN_RADIANS = {"angle_deg": "angle_rad", "longitude_deg": "longitude_rad"}
+
+
+def populate(scene: Scene, variations: tuple[Variation, ...], runs: int, seed: int) -> Population:
+    """Draw `runs` copies of `scene`.
+
+    A bar whose mass or length varies keeps the shape of its mass: its inertia goes with m l², unless it varies itself.
+    """
+    check_effects(scene, variations)
+    names = [f.name for f in dataclasses.fields(Population) if f.name != "scene"]
+    whole: dict[str, Any] = vars(scene.orbit) | vars(scene.chain)
+    given = {name: np.atleast_1d(np.array(whole[name], dtype=float)) for name in names}
+    drawn = {name: np.tile(value, (runs, 1)) for name, value in given.items()}
+    for v in variations:
+        where = slice(v.bar - 1, v.bar) if v.bar else slice(None)
+        values = v.draw(runs, scene.bars, seed)
+        name = IN_RADIANS.get(v.key, v.key)
+        drawn[name][:, where] = values if name == v.key else np.radians(values)
+    shaped = drawn["mass_kg"] / given["mass_kg"] * (drawn["length_m"] / given["length_m"]) ** 2
+    for v in variations:
+        if v.key == "inertia_kg_m2":
+            shaped[:, slice(v.bar - 1, v.bar) if v.bar else slice(None)] = 1.0
+    drawn["inertia_kg_m2"] *= shaped
+    made = Population(scene, **{name: d if hasattr(scene.chain, name) else d[:, 0] for name, d in drawn.items()})
+    check(made)
+    return made
+
+
+HELD = ("drag", "solar_pressure", "thrust", "impulse")  # settled between compiled stretches, run by run
+
+
+def check_effects(scene: Scene, variations: tuple[Variation, ...]) -> None:
+    """Refuse effects that the compiled loop over many chains does not carry, and bars that one leaves no room for.
+
+    Raises
+    ------
+    VariationError
+        If an effect has instants that must be found in each run, or an exact slender bar would be none.
+    """
+    held = [name for name in HELD if getattr(scene.effects, name)]
+    if held:
+        raise VariationError(
+            f"ensembles do not carry {', '.join(held)}, whose jumps are found run by run; "
+            "allowed: effects that are smooth at all times"
+        )
+    if scene.effects.gravity is Gravity.SLENDER and any(v.key == "inertia_kg_m2" for v in variations):
+        raise VariationError(
+            '--vary inertia_kg_m2: a bar in gravity = "slender" is uniform; allowed: mass_kg, length_m'
+        )
+
+
+def check(population: Population) -> None:
+    """Refuse copies that a scene file could not describe.
+
+    Raises
+    ------
+    VariationError
+        If a chain could reach the surface from where it starts.
+    """
+    low = population.altitude_m <= population.length_m.sum(axis=1)
+    if low.any():
+        run = int(np.argmax(low))
+        raise VariationError(
+            f"run {run + 1} starts {population.altitude_m[run]:g} m up with a chain of "
+            f"{population.length_m[run].sum():g} m, allowed: higher than the chain is long"
+        )
+
+
+def batch(population: Population, rtol: float) -> Batch:
+    """Arrays for the compiled loop, at the accuracy `rtol` of a step, as :class:`Simulation` counts it."""
+    scene, runs = population.scene, population.runs
+    mu, surface = scene.central_body.mu_m3_s2, scene.central_body.radius_m
+    radius = surface + population.altitude_m
+    com, velocity, angle, rate = starts(population, radius)
+    fastest = np.maximum(np.sqrt(mu / radius**3), np.abs(rate).max(axis=1))[:, None]
+    turn, place = np.ones((runs, scene.bars)), np.repeat(radius[:, None], 2, axis=1)
+    length, model = population.length_m.sum(axis=1), chain_model(scene)
+    floor = floor_m(surface, length)
+    safe = np.full(runs, np.inf) if model.effects else safe_perigee_m(floor, length)
+    return Batch(
+        np.full(runs, mu),
+        layout.GRAVITY_CODES[POINT_PART[scene.effects.gravity]],
+        layout.bar_rows(population.mass_kg, population.length_m, population.inertia_kg_m2),
+        laws(population),
+        layout.chain(model).effects,
+        layout.pack(com, velocity, angle, rate),
+        layout.filled([rtol * turn, rtol * place, rtol * turn * fastest, rtol * place * fastest], 1.0),
+        floor,
+        safe,
+        np.array([strongest_pull_m_s2(model, height) for height in floor]),
+    )
+
+
+def laws(population: Population) -> Array:
+    """Prescribed rotations, shape (runs, P, 7); each bar's inertia is its copy's own."""
+    model = chain_model(population.scene)
+    table = np.tile(layout.chain(model).laws, (population.runs, 1, 1))
+    bars = [p.bar for p in model.prescriptions]
+    table[:, :, layout.UNIT] = np.sqrt(population.inertia_kg_m2[:, bars])
+    return table
+
+
+def starts(population: Population, radius_m: Array) -> tuple[Array, Array, Array, Array]:
+    """Place and velocity of the centre of mass (runs, 2), angles and rates (runs, N), as `initial_state` has them."""
+    scene = population.scene
+    if scene.effects.prescribed_rotation or scene.chain.angle_from != "chain":  # each start must be solved for
+        each = [initial_state(population.copy(r)) for r in range(population.runs)]
+        return (
+            np.array([s.com_m for s in each]), np.array([s.com_velocity_m_s for s in each]),
+            np.array([s.angle_rad for s in each]), np.array([s.rate_rad_s for s in each]),
+        )  # fmt: skip
+    longitude = population.longitude_rad
+    speed = population.speed_factor * np.sqrt(scene.central_body.mu_m3_s2 / radius_m)
+    radial = np.stack([np.cos(longitude), np.sin(longitude)], axis=1)
+    level = np.stack([-radial[:, 1], radial[:, 0]], axis=1)
+    angle = population.angle_rad + longitude[:, None] - 0.5 * math.pi
+    return (
+        radius_m[:, None] * radial,
+        speed[:, None] * level,
+        angle,
+        population.rate_factor * (speed / radius_m)[:, None],
+    )

@@ -1,0 +1,187 @@
+"""Other engines' runs of the study's scene, in the inertial frame and in one that moves with the chain.
+
+Each member starts at another longitude, which no reaction and no attitude knows of, and is judged as the study's own
+runs are. A short part of an orbit is enough: what is looked for is noise, and it is there from the first steps on.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from adapters.common.equal_steps import steps_between_samples
+from adapters.engine import Coordinates, EngineError, Knob, Observable, Setting
+from adapters.registry import find_engine
+from barchain.run.trajectory_checks import fault
+from barchain.studies.roundoff.evaluation import SHARES, quantiles
+from barchain.studies.roundoff.states import EQUATOR_M
+from barchain.studies.roundoff.trajectories import MARGIN, judged
+from reference_impl.precision.coordinates import Seen
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from adapters.engine import Array, Engine, Trajectory
+    from barchain.studies.roundoff.trajectories import Family, Truth
+    from scenarios import Scene
+
+INERTIAL, MOVING = "inertial", "moving"
+APART = "-absolute"  # in the name of an engine's twin in the inertial frame
+SETTLED = 0.5  # of a run, after which errors are judged: index 3 starts its multipliers with an error of first order in
+# the step and damps it in some 50 steps, which is neither truncation of the method's order nor round-off
+QUANTITIES = {"attitude": Observable.ATTITUDE, "reaction": Observable.REACTION, "gap": Observable.GAP}
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Why a run gives no errors."""
+
+    outcome: Outcome
+    reason: str
+
+
+def engine_rows(truth: Truth, name: str, size: int, value: float) -> list[dict[str, Any]]:
+    """Rows of engines.csv for one engine at one size and setting, one for each quantity that it shows.
+
+    Parameters
+    ----------
+    truth : Truth
+    name : str
+        Registered name; what has a twin in the other frame goes by the same name as that in the table.
+    size : int
+        Place of the size ratio in the truth's family.
+    value : float
+        Steps in an orbit (those of the scene's own period, as in trajectories.csv), or what is asked of a step.
+
+    Returns
+    -------
+    list of dict
+        Errors are NaN where no member has any; where some have not, theirs are infinite and the reason counts them.
+
+    Raises
+    ------
+    UnknownEngineError
+        If there is no such engine.
+    """
+    registration, family = find_engine(name), truth.family
+    engine, ratio = registration.load(), family.ratios[size]
+    longitudes = np.random.default_rng(family.members).uniform(0.0, 2.0 * np.pi, family.members)
+    scenes = [scene_at(family, ratio, longitude) for longitude in longitudes.tolist()]
+    setting = setting_of(engine, scenes[0], value)
+    head = {"engine": name.replace(APART, ""), "frame": frame_of(engine), "ratio": ratio, **columns(scenes[0], setting)}
+    shown = [q for q, observable in QUANTITIES.items() if observable in engine.observables]
+    refusal = Fault(Outcome.MISSING, registration.missing) if registration.missing else refused(engine, scenes[0])
+    if refusal:
+        return [head | empty(q, refusal) for q in shown]
+    runs = [attempt(engine, scene, setting) for scene in scenes]
+    return [head | row for row in judged_rows(truth, size, longitudes, runs, shown)]
+
+
+def judged_rows(
+    truth: Truth, size: int, longitudes: Array, runs: list[Trajectory | Fault], shown: list[str]
+) -> list[dict[str, Any]]:
+    """Quantiles of each quantity, and what became of the runs."""
+    faults = [run for run in runs if isinstance(run, Fault)]
+    whole = [not isinstance(run, Fault) for run in runs]
+    if not any(whole):
+        return [empty(q, faults[0]) for q in shown]
+    seen = instants([run for run in runs if not isinstance(run, Fault)])
+    found = judged(truth, seen, longitudes[whole], np.full(len(seen[0].gap_m), size))
+    rows = []
+    for quantity in shown:
+        errors = np.full(len(runs), np.inf)
+        errors[whole] = settled(found[quantity])
+        spread = quantiles(errors)
+        known = quantity == "gap" or spread["median"] >= MARGIN * truth.error[quantity][size]
+        rows.append({"quantity": quantity, **spread, "known": bool(known), **ending(faults, len(runs))})
+    return rows
+
+
+def settled(errors: Array) -> Array:
+    """Largest of errors (samples, B) in the later part of each run, (B,)."""
+    largest: Array = errors[int(SETTLED * len(errors)) :].max(axis=0)
+    return largest
+
+
+def ending(faults: list[Fault], members: int) -> dict[str, Any]:
+    """Outcome and reason of an ensemble that has errors to show."""
+    if not faults:
+        return {"outcome": str(Outcome.REPORTED), "reason": ""}
+    return {"outcome": str(faults[0].outcome), "reason": f"{len(faults)} of {members} runs: {faults[0].reason}"}
+
+
+def empty(quantity: str, fault: Fault) -> dict[str, Any]:
+    """Row without errors."""
+    none = dict.fromkeys(SHARES, np.nan)
+    said = {"outcome": str(fault.outcome), "reason": fault.reason}
+    return {"quantity": quantity, **none, "members": 0, "known": False, **said}
+
+
+def attempt(engine: type[Engine], scene: Scene, setting: Setting) -> Trajectory | Fault:
+    """Run one member; whatever goes wrong is its own."""
+    try:
+        found = engine().run(scene, setting)
+    except EngineError as error:
+        return Fault(Outcome.FAILED, str(error))
+    except Exception as error:
+        return Fault(Outcome.FAILED, f"{type(error).__name__}: {error}".splitlines()[0])
+    if found.ended:
+        return Fault(Outcome.INCOMPLETE, found.ended)
+    wrong = fault(scene, engine, found)
+    return Fault(*wrong) if wrong else found
+
+
+def refused(engine: type[Engine], scene: Scene) -> Fault | None:
+    """Why an engine can't do the scene."""
+    reason = engine.unsupported(scene)
+    return Fault(Outcome.UNSUPPORTED, reason) if reason else None
+
+
+def instants(runs: list[Trajectory]) -> list[Seen]:
+    """Runs side by side at each sample after the start."""
+    return [instant(runs, k) for k in range(1, len(runs[0].t_s))]
+
+
+def instant(runs: list[Trajectory], k: int) -> Seen:
+    """Sample `k` of all runs; gaps are NaN where an engine shows none."""
+    angle = np.array([run.angle_rad[k] for run in runs if run.angle_rad is not None]).T
+    reaction = np.array([run.reaction_N[k].T for run in runs if run.reaction_N is not None])
+    gap = np.array([np.nan if run.gap_m is None else run.gap_m[k].max() for run in runs])
+    return Seen(angle, np.moveaxis(reaction, 0, -1), gap, np.array([run.com_m[k] for run in runs]).T)
+
+
+def frame_of(engine: type[Engine]) -> str:
+    """Inertial, or moving with the chain in any way."""
+    return INERTIAL if engine.coordinates is Coordinates.ABSOLUTE else MOVING
+
+
+def setting_of(engine: type[Engine], scene: Scene, value: float) -> Setting:
+    """Setting of an engine's knob, whose unit of steps may be another orbit than the scene's own."""
+    knob = engine.ladder.knob
+    return Setting(knob, value * scene.step_period_s / scene.period_s if knob is Knob.STEPS_PER_ORBIT else value)
+
+
+def columns(scene: Scene, setting: Setting) -> dict[str, float]:
+    """Steps really taken in an orbit, or the tolerance."""
+    if setting.knob is Knob.RTOL:
+        return {"rtol": setting.value}
+    steps = steps_between_samples(scene, setting.value) * (scene.run.samples - 1)
+    return {"steps_per_orbit": steps * scene.period_s / scene.run.duration_s}
+
+
+def scene_at(family: Family, ratio: float, longitude_rad: float) -> Scene:
+    """Scene of a family's run: its chain scaled, its orbit turned."""
+    scene, chain = family.scene, family.scene.chain
+    scale = ratio * EQUATOR_M / max(chain.length_m)
+    return dataclasses.replace(
+        scene,
+        orbit=dataclasses.replace(scene.orbit, longitude_rad=longitude_rad),
+        chain=dataclasses.replace(
+            chain,
+            length_m=tuple(scale * length for length in chain.length_m),
+            inertia_kg_m2=tuple(scale * scale * inertia for inertia in chain.inertia_kg_m2),
+        ),
+        run=dataclasses.replace(scene.run, duration_s=family.orbits * scene.period_s, samples=family.samples + 1),
+    )

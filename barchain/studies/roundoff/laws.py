@@ -1,0 +1,168 @@
+"""Power laws of errors: what is expected, what was measured, and the size at which the last digit goes."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from barchain.studies.cost.orders import FEWEST, slope
+from barchain.studies.roundoff.evaluation import BOTH, FORMULA, INPUT, REACTION
+from barchain.studies.roundoff.formulations import LONGEST_STEP
+from barchain.studies.roundoff.states import Kind
+from barchain.studies.roundoff.third_parties import FALLS, THIRD_PARTIES
+from barchain.studies.roundoff.trajectories import GROWS_FROM
+from reference_impl.precision.arithmetic import ARITHMETICS
+from reports.tables.roundoff import BEST_LAW_COLUMNS, GROWTH_LAW_COLUMNS, LAW_COLUMNS, RUN
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from adapters.engine import Array
+    from reference_impl.precision.arithmetic import Values
+
+LOST = 0.1  # an error from here on leaves no digit; u/ratio from here on does not tell a bar's ends apart
+POSITIONS = "absolute positions"
+STEPPED = LONGEST_STEP**4 / 12.0  # u/ratio up to which differences of positions have their best step
+FLOORS = 10.0  # times what the relative formulation leaves in the same state: an error that falls with the size is
+# followed down to there, where a tenth of it is the joint system's and not the coordinates'
+SMALL_ERROR = 1e-2  # of an error that grows with time: beyond, it is no longer proportional to anything
+
+
+def expected_exponent(state: str, formulation: str, yardstick: str, source: str = BOTH) -> float:
+    """Exponent of the size ratio that an error should have.
+
+    Counted from the body's centre, a place is known to u r, gravity's differences over a bar, n² l, to n² u r: 1/ratio
+    of them. Counted from the centre of mass, everything is known to u of itself. Reactions of a horizontal chain are
+    m n² l times the ratio squared, and against them either error is larger by that. Third parties' frames have
+    exponents of their own, :mod:`barchain.studies.roundoff.third_parties`.
+    """
+    base = own_exponent(formulation, source)
+    return base - 2.0 if state == Kind.HORIZONTAL.value and yardstick == REACTION else base
+
+
+def own_exponent(formulation: str, source: str) -> float:
+    """Exponent in an ordinary state."""
+    if formulation in THIRD_PARTIES:
+        return 0.0 if source == INPUT else FALLS[THIRD_PARTIES[formulation].frame]
+    if formulation == POSITIONS and source != FORMULA:
+        return -0.5  # noise u r/(n h)² and truncation l (n h)²/12 at their best: the root of u/(3 ratio)
+    return -1.0 if formulation.startswith("absolute") else 0.0
+
+
+def line(x: Array, y: Array) -> dict[str, float]:
+    """Exponent of y in x with its interval, or none of too few points."""
+    found: dict[str, float] = {"points": len(x)}
+    if len(x) < FEWEST:
+        return found | dict.fromkeys(("exponent", "low", "high"), math.nan)
+    fit = slope(np.log(x), np.log(y))
+    return found | {"exponent": fit.value, "low": fit.low, "high": fit.high, "first": x.min(), "last": x.max()}
+
+
+def grouped(table: pd.DataFrame, by: list[str], row: Callable[[dict[str, Any], pd.DataFrame], dict[str, Any]],
+            columns: tuple[str, ...]) -> pd.DataFrame:  # fmt: skip
+    """One row for each group of a table."""
+    found = [row(dict(zip(by, key, strict=True)), own) for key, own in table.groupby(by, sort=False, dropna=False)]
+    return pd.DataFrame(found).reindex(columns=list(columns))
+
+
+def evaluation_laws(evaluation: pd.DataFrame) -> pd.DataFrame:
+    """Laws of one evaluation's errors in the size ratio."""
+    by = ["state", "bars", "formulation", "arithmetic", "source", "yardstick"]
+    lost = evaluation.groupby([b for b in by if b != "arithmetic"])["median"].transform("max") >= LOST
+    return grouped(with_floors(evaluation.assign(lost=lost)), by, evaluation_law, LAW_COLUMNS)
+
+
+def with_floors(evaluation: pd.DataFrame) -> pd.DataFrame:
+    """The table with a column ``floor``: what the relative formulation's formula leaves in the same state, or u."""
+    by = ["state", "bars", "ratio", "arithmetic", "yardstick"]
+    own = evaluation[(evaluation.formulation == "relative") & (evaluation.source == FORMULA)]
+    joined = evaluation.merge(own[[*by, "median"]].rename(columns={"median": "floor"}), on=by, how="left")
+    units = joined.arithmetic.map({name: a.unit_roundoff for name, a in ARITHMETICS.items()})
+    return joined.assign(floor=joined.floor.fillna(units).clip(lower=units))
+
+
+def evaluation_law(key: dict[str, Any], own: pd.DataFrame) -> dict[str, Any]:
+    """Law of one formulation in one arithmetic and state."""
+    expected = expected_exponent(key["state"], key["formulation"], key["yardstick"], key["source"])
+    u = ARITHMETICS[key["arithmetic"]].unit_roundoff
+    ratio, error = own.ratio.to_numpy(float), own["median"].to_numpy(float)
+    falls = own_exponent(key["formulation"], key["source"]) < 0.0
+    floor = FLOORS * own.floor.to_numpy(float) if falls else np.zeros(len(own))
+    used = (error < LOST) & (error > floor)
+    if falls:
+        used &= u / ratio < (STEPPED if key["formulation"] == POSITIONS else LOST)
+    found = line(ratio[used], error[used]) | {"expected": expected}
+    constant = float(np.exp(np.mean(np.log(error[used] / (u * ratio[used] ** expected))))) if used.any() else math.nan
+    last = (LOST / (constant * u)) ** (1.0 / expected) if expected and math.isfinite(constant) else math.nan
+    if not own.lost.all() or (error[ratio < last] < LOST).any():
+        last = math.nan  # what is left of reactions when gravity's share is lost keeps digits at any size
+    return {**key, **found, "constant": constant, "last_digit_ratio": last, "remark": remark(error, used, floor)}
+
+
+def remark(error: Array, used: Values, floor: Array) -> str:
+    """Why there is no line, where there is none."""
+    if used.sum() >= FEWEST:
+        return ""
+    if (error >= LOST).mean() > 0.5:
+        return "no digit left at most sizes"
+    if (error <= floor).mean() > 0.5:
+        return "at the arithmetic's own floor at most sizes"
+    return "too few sizes between the floor and total loss"
+
+
+def best_table(trajectories: pd.DataFrame) -> pd.DataFrame:
+    """Least median error of each way to run, over its steps or tolerances.
+
+    ``settled`` says that it is not at the finest setting: from there on round-off rules.
+    """
+    good = trajectories[np.isfinite(trajectories["median"].astype(float))]
+    best = good.loc[good.groupby(list(RUN), sort=False)["median"].idxmin()]
+    ends = trajectories.groupby(["coordinates", "arithmetic", "method"]).agg(
+        most=("steps_per_orbit", "max"), least=("rtol", "min")
+    )
+    joined = best.merge(ends, left_on=["coordinates", "arithmetic", "method"], right_index=True)
+    finest = (joined.steps_per_orbit >= joined.most) | (joined.rtol <= joined.least)
+    return joined.assign(settled=~finest)
+
+
+def best_laws(best: pd.DataFrame) -> pd.DataFrame:
+    """Laws of the least errors in the size ratio."""
+    return grouped(best, ["quantity", "coordinates", "arithmetic", "method"], best_law, BEST_LAW_COLUMNS)
+
+
+def best_law(key: dict[str, Any], own: pd.DataFrame) -> dict[str, Any]:
+    """Law of one way to run; the centre of mass is judged over a bar, so that its own round-off grows as 1/ratio."""
+    lost = key["coordinates"] == "absolute" or key["quantity"] == "com"
+    expected = -1.0 if lost else 0.0
+    u = ARITHMETICS[key["arithmetic"]].unit_roundoff
+    ratio, error = own.ratio.to_numpy(float), own["median"].to_numpy(float)
+    used = (error < LOST) & (error > 0.0) & (own.known.astype(bool) & own.settled).to_numpy()
+    constant = float(np.exp(np.mean(np.log(error[used] / (u * ratio[used] ** expected))))) if used.any() else math.nan
+    words = remark(error, used, np.zeros(len(error)))
+    if words and not own.settled.any():
+        words = "truncation still rules at the finest setting"
+    return {**key, **line(ratio[used], error[used]), "expected": expected, "constant": constant, "remark": words}
+
+
+def growth_laws(growth: pd.DataFrame) -> pd.DataFrame:
+    """Exponents of errors in time."""
+    return grouped(growth, list(RUN), growth_law, GROWTH_LAW_COLUMNS)
+
+
+def growth_law(key: dict[str, Any], own: pd.DataFrame) -> dict[str, Any]:
+    """Exponent of one way to run.
+
+    Roundings that know nothing of each other change rates as a random walk does, by the square root of time, and what
+    the rates move by its 3/2nd power; what is closed by construction does not grow.
+    """
+    closed = key["coordinates"] == "minimal" and key["quantity"] == "gap"
+    time, error = own.orbits.to_numpy(float), own["median"].to_numpy(float)
+    used = (time >= GROWS_FROM) & (error > 0.0) & (error < SMALL_ERROR) & own.known.astype(bool).to_numpy()
+    words = "" if used.sum() >= FEWEST else "errors too large, or too small for the truth to tell"
+    found = {**key, **line(time[used], error[used]), "expected": 0.0 if closed else 1.5, "remark": words}
+    if "exponent_low" in own and used.sum() >= FEWEST:
+        found |= {"low": float(own.exponent_low.iloc[0]), "high": float(own.exponent_high.iloc[0])}
+    return found

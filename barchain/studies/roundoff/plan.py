@@ -1,0 +1,185 @@
+"""What a round-off study runs: tasks for a pool of processes, each some rows of one table."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, field
+from typing import Any
+
+from adapters.registry import ENGINES
+from barchain.studies.roundoff.states import Case, Kind
+from barchain.studies.roundoff.third_parties import present
+from barchain.studies.roundoff.trajectories import Family
+from scenarios import load_scene
+
+PARTS = ("evaluation", "trajectories", "engines", "times")
+SCENE = "paper/fig15"  # the 80° chain turning with its orbit, which stays regular: what grows is round-off alone
+DECADES = tuple(10.0**-k for k in range(2, 13))
+REACH = 0.1  # of the Earth's radius, that the chain may span: a longer one would touch the ground
+ALL, SHORT = ("float32", "float64", "long double"), ("float32", "float64")
+COORDINATES = ("minimal", "relative", "absolute")
+LADDERS = {
+    "exudyn": (4096, 12288, 36864, 122880),
+    "exudyn-absolute": (4096, 12288, 36864, 122880),
+    "exudyn-index3": (4096, 12288, 28672, 61440, 122880),
+    "exudyn-absolute-index3": (4096, 12288, 28672, 61440, 122880),
+    "pymunk": (4096, 16384, 98304, 163840, 262144),
+    "pymunk-absolute": (4096, 16384, 57344, 102400, 163840),
+    "mujoco": (4096, 24576, 122880),
+    "pinocchio": (1e-6, 1e-9, 1e-12),
+    "reference": (1e-6, 1e-9, 1e-12),
+    "reference-absolute": (1e-6, 1e-9, 1e-12),
+}
+"""Steps in an orbit, or tolerances, of other engines: index 3 and pymunk from truncation far into round-off"""
+FULL_STEPS = tuple(1024 * 2**k for k in range(8))
+FULL_LADDERS = {name: FULL_STEPS for name, values in LADDERS.items() if values[0] > 1.0} | {
+    "pymunk": (*FULL_STEPS, 262144, 524288)
+}
+PART, FULL_PART = 1.0 / 256.0, 1.0 / 64.0  # of an orbit: noise is there from the first steps on, and steps cost
+
+
+@dataclass(frozen=True)
+class Task:
+    """Some rows of a table, from a function that a process imports and calls."""
+
+    table: str
+    title: str
+    function: str
+    """``module:function``"""
+    arguments: tuple[Any, ...]
+    truth: Family | None = None
+    """Whose truth is the function's first argument"""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All tasks."""
+
+    tasks: tuple[Task, ...]
+    full: bool
+    time_bars: tuple[int, ...] = field(default=())
+    """Bars at which evaluations are timed, after all else; none if empty"""
+    parts: tuple[str, ...] = PARTS
+
+    @property
+    def turns(self) -> int:
+        """Number of tasks to be reported."""
+        return len(self.tasks) + bool(self.time_bars)
+
+    @property
+    def truths(self) -> tuple[Family, ...]:
+        """Truths that tasks want, each once."""
+        return tuple(dict.fromkeys(t.truth for t in self.tasks if t.truth is not None))
+
+
+def make_plan(parts: tuple[str, ...] = PARTS, *, full: bool = False) -> Plan:
+    """Plan of a study.
+
+    Parameters
+    ----------
+    parts : tuple of str
+        Of :data:`PARTS`.
+    full : bool
+        Every size, arithmetic and number of bars, finer steps, longer runs: half an hour instead of minutes.
+    """
+    tasks: list[Task] = []
+    if "evaluation" in parts:
+        tasks += [*evaluations(full), *longitudes()]
+    if "trajectories" in parts:
+        tasks += [*growths(full), *trajectories(full)]
+    if "engines" in parts:
+        tasks += engines(full)
+    times = ((5, 50, 500) if full else (5, 50)) if "times" in parts else ()
+    return Plan(tuple(tasks), full, times, tuple(parts))
+
+
+def evaluations(full: bool) -> list[Task]:
+    """One evaluation in all formulations; fewer where exact arithmetic takes long."""
+    few, every = ("relative", "absolute"), ("relative", "minimal", "absolute", "absolute accelerations")
+    ordinary = (Kind.GENERIC, Kind.STRAIGHT, Kind.HORIZONTAL)
+    found = [evaluation(k, 5, r, every, ALL) for k, r in itertools.product(Kind, DECADES)]
+    found += [evaluation(k, 2, r, every, ALL) for k, r in itertools.product(Kind, DECADES if full else DECADES[::2])]
+    found += [evaluation(k, 5, r, production(), ("float64",)) for k, r in itertools.product(Kind, DECADES)]
+    others = itertools.product(ordinary[:2], DECADES) if present() else ()
+    found += [evaluation(k, 5, r, present(), ("float64",)) for k, r in others]
+    found += [evaluation(Kind.STRAIGHT, 5, r, ("absolute positions", "relative positions"), ALL if full else SHORT)
+              for r in (DECADES if full else DECADES[::2])]  # fmt: skip
+    fifty = itertools.product(Kind if full else ordinary, DECADES if full else DECADES[3::3])
+    found += [evaluation(k, 50, r, few, ALL if full else SHORT) for k, r in fifty]
+    hundreds = itertools.product(Kind if full else ordinary[:2], DECADES[2:] if full else DECADES[3::3])
+    found += [evaluation(k, 500, r, few, ALL if full else ("float64",)) for k, r in hundreds]
+    return [t for t in found if t.arguments[0].bars * t.arguments[0].ratio <= REACH]
+
+
+def production() -> tuple[str, ...]:
+    """The reference, and its compiled form where that is installed."""
+    return ("reference",) if ENGINES["reference-fast"].missing else ("reference", "reference-fast")
+
+
+def evaluation(
+    kind: Kind, bars: int, ratio: float, formulations: tuple[str, ...], arithmetics: tuple[str, ...]
+) -> Task:
+    """Errors of some formulations at one case."""
+    title = f"{kind}, {bars} bars, {ratio:.0e}"
+    arguments = (Case(kind, bars, ratio), formulations, arithmetics)
+    return Task("evaluation", title, "barchain.studies.roundoff.evaluation:rows_of", arguments)
+
+
+def longitudes() -> list[Task]:
+    """Errors by sector of the longitude."""
+    function = "barchain.studies.roundoff.longitudes:longitude_rows"
+    return [
+        Task("longitudes", f"longitudes, {kind}", function, (Case(kind, 5, 1e-5, 256), ("relative", "absolute"), SHORT))
+        for kind in (Kind.GENERIC, Kind.STRAIGHT)
+    ]
+
+
+def trajectories(full: bool) -> list[Task]:
+    """One orbit, at many steps and tolerances."""
+    ratios = DECADES[1::1] if full else (1e-3, 1e-5, 1e-7, 1e-9)
+    family = Family(load_scene(SCENE), ratios, 32)
+    module = "barchain.studies.roundoff.trajectories"
+    finest = {("rk4", "float64"): 13 if full else 9, ("rk4", "float32"): 7, ("dop853", "float64"): 7 if full else 6,
+              ("dop853", "float32"): 4}  # fmt: skip
+    found = []
+    for (method, arithmetic), last in finest.items():
+        for name, power in itertools.product(COORDINATES, range(1, last + 1)):
+            if method == "rk4" and power > 8 and name != "absolute" and not full:
+                continue  # truncation, which is the same in all coordinates, still rules there
+            title = f"{name}, {arithmetic}, {method}, {2**power * family.samples} steps"
+            arguments = (arithmetic, name, method, 2**power)
+            found.append(Task("trajectories", title, f"{module}:equal_step_rows", arguments, family))
+    exponents = {"float64": range(3, 16, 1 if full else 2), "float32": range(2, 8)}
+    for name, (arithmetic, powers) in itertools.product(COORDINATES, exponents.items()):
+        rtols = tuple(10.0**-k for k in powers)
+        title = f"{name}, {arithmetic}, dop853, own steps"
+        found.append(Task("trajectories", title, f"{module}:chosen_step_rows", (arithmetic, name, rtols), family))
+    return found[::-1]  # the longest first
+
+
+def growths(full: bool) -> list[Task]:
+    """Many orbits, at a step where truncation is below round-off."""
+    orbits, ratios = (32, (1e-3, 1e-5, 1e-7)) if full else (5, (1e-3, 1e-5))
+    family = Family(load_scene(SCENE), ratios, 32, orbits, 4 * orbits)
+    function = "barchain.studies.roundoff.trajectories:growth_rows"
+    return [
+        Task("growth", f"{name}, float64, {orbits} orbits", function, ("float64", name, "dop853", 64), family)
+        for name in COORDINATES
+    ]
+
+
+def engines(full: bool) -> list[Task]:
+    """Other engines, in both frames; of one that is not installed a single row says so."""
+    ratios = DECADES[1:8] if full else (1e-3, 1e-5, 1e-7)
+    family = Family(load_scene(SCENE), ratios, 32, FULL_PART if full else PART)
+    found = []
+    for name, values in (LADDERS | FULL_LADDERS if full else LADDERS).items():
+        runs = [(0, values[0])] if ENGINES[name].missing else itertools.product(range(len(ratios)), values)
+        found += [engine_run(family, name, size, value) for size, value in runs]
+    return found
+
+
+def engine_run(family: Family, name: str, size: int, value: float) -> Task:
+    """One engine at one size and setting."""
+    title = f"{name}, {family.ratios[size]:.0e}, {value:g}"
+    return Task("engines", title, "barchain.studies.roundoff.engines:engine_rows", (name, size, value), family)

@@ -1,0 +1,93 @@
+"""The round-off study: its tasks side by side on all cores, then timing alone."""
+
+from __future__ import annotations
+
+import multiprocessing
+import time
+from concurrent.futures import as_completed
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from pebble import ProcessPool
+
+from barchain.run.threads import one_thread_each
+from barchain.studies.roundoff.times import time_rows
+from barchain.studies.roundoff.trajectories import truth_of
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from concurrent.futures import Future
+
+    from barchain.studies.roundoff.plan import Plan, Task
+    from barchain.studies.roundoff.store import RoundoffStore
+    from barchain.studies.roundoff.trajectories import Truth
+
+Rows = list[dict[str, Any]]
+TASK_LIMIT_S = 600.0
+
+
+def call(function: str, arguments: tuple[Any, ...]) -> Rows:
+    """Run a task in this process."""
+    module, _, name = function.partition(":")
+    found: Rows = getattr(import_module(module), name)(*arguments)
+    return found
+
+
+class RoundoffStudy:
+    """One study."""
+
+    def __init__(
+        self, plan: Plan, store: RoundoffStore, report: Callable[[str, str, str], None], workers: int | None
+    ) -> None:
+        """Prepare; `report` is told (table, task, outcome) after each task."""
+        self.plan, self.store, self.report = plan, store, report
+        self.workers = workers or multiprocessing.cpu_count()
+
+    def run(self) -> None:
+        """Run everything and write the tables; what was done stays when it is interrupted."""
+        start = time.perf_counter()
+        self.store.write_record()
+        try:
+            with one_thread_each():
+                self.run_tasks()
+            if self.plan.time_bars:
+                self.store.keep("times", time_rows(self.plan.time_bars))
+                self.report("times", "relative over absolute", str(Outcome.PASS))
+            self.store.record["finished"] = True
+        finally:
+            self.store.record["seconds"] = time.perf_counter() - start
+            self.store.finish()
+
+    def run_tasks(self) -> None:
+        """All tasks in a pool of processes, the truths first."""
+        context = multiprocessing.get_context("spawn")
+        pool = ProcessPool(self.workers, context=context)
+        try:
+            truths = {family: pool.schedule(truth_of, (family,)) for family in self.plan.truths}
+            waiting = {self.schedule(pool, t): k for k, t in enumerate(self.plan.tasks) if t.truth is None}
+            for k, task in enumerate(self.plan.tasks):
+                if task.truth is not None:
+                    waiting[self.schedule(pool, task, truths[task.truth].result())] = k
+            for future in as_completed(waiting):
+                self.keep(waiting[future], future)
+        finally:
+            pool.stop()
+            pool.join()
+
+    def schedule(self, pool: ProcessPool, task: Task, *truth: Truth) -> Future[Rows]:
+        """Queue a task; one that hangs is ended, and costs its own rows."""
+        found: Future[Rows] = pool.schedule(call, (task.function, (*truth, *task.arguments)), timeout=TASK_LIMIT_S)
+        return found
+
+    def keep(self, place: int, future: Future[Rows]) -> None:
+        """Take a task's rows; one that fails costs its own rows, and is noted."""
+        task = self.plan.tasks[place]
+        try:
+            self.store.keep(task.table, future.result(), place)
+        except Exception as error:
+            said = f"{type(error).__name__}: {error}".splitlines()[0]
+            self.store.record["failed"].append({"table": task.table, "task": task.title, "reason": said})
+            self.report(task.table, f"{task.title}: {said}", str(Outcome.FAILED))
+            return
+        self.report(task.table, task.title, str(Outcome.PASS))

@@ -1,0 +1,231 @@
+"""The same chain integrated in several coordinates and arithmetics, from tolerance or step to where round-off rules.
+
+The chain is a scene's, its bars' lengths scaled from tethers to hinges: the motion of the angles is nearly the same at
+every size, so what differs is the arithmetic's. Members start at different longitudes, which no angle knows of.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import gmpy2
+import numpy as np
+
+from barchain.studies.roundoff.evaluation import quantiles
+from barchain.studies.roundoff.states import EQUATOR_M
+from reference_impl.precision.arithmetic import ARITHMETICS, EXACT, LONG, Values, exact_numbers
+from reference_impl.precision.chain import Bars
+from reference_impl.precision.coordinates import Seen, Start
+from reference_impl.precision.run import chosen_steps, equal_steps
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from adapters.engine import Array
+    from scenarios import Scene
+
+TRUTH_STEPS = 64, 48  # an orbit, of order 14: the truth's, and those that tell its error
+GROWS_FROM = 1.0  # orbits: the motion's own oscillation is averaged out
+REDRAWN = 400  # times that members are drawn again
+MARGIN = 10.0  # a truth tells errors this many times its own
+
+
+@dataclass(frozen=True)
+class Family:
+    """A scene at several sizes, seen `samples` times in a number of orbits."""
+
+    scene: Scene
+    ratios: tuple[float, ...]
+    members: int
+    orbits: float = 1.0
+    samples: int = 8
+
+    @property
+    def sample_s(self) -> float:
+        """Time between samples."""
+        return self.orbits * self.scene.period_s / self.samples
+
+    def start(self, longitudes: Array, ratios: Array) -> Start:
+        """Runs from `longitudes` at size `ratios`, each (B,); where exact numbers are in force."""
+        scene, chain, runs = self.scene, self.scene.chain, len(ratios)
+
+        def column(values: tuple[float, ...]) -> Values:
+            return EXACT.cast(np.array(values))[:, None] * EXACT.cast(np.ones(runs))
+
+        scale = EXACT.cast(ratios) * EQUATOR_M / max(chain.length_m)
+        mass, length = column(chain.mass_kg), column(chain.length_m) * scale
+        mu, radius = EXACT.cast(np.full(runs, scene.central_body.mu_m3_s2)), EXACT.cast(np.full(runs, scene.radius0_m))
+        speed, at = scene.orbit.speed_factor * EXACT.sqrt(mu / radius), EXACT.cast(longitudes)
+        outward, onward = np.stack([EXACT.cos(at), EXACT.sin(at)]), np.stack([-EXACT.sin(at), EXACT.cos(at)])
+        bars = Bars(mu, mass, length, column(chain.inertia_kg_m2) * scale * scale)
+        angle = column(chain.angle_rad) + (at - gmpy2.const_pi() / 2)
+        return Start(EXACT, bars, radius * outward, speed * onward, angle, column(chain.rate_factor) * (speed / radius))
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Motion at each size from longitude 0, and how well it is known."""
+
+    family: Family
+    seen: tuple[Seen, ...]
+    error: dict[str, Array]
+    """(sizes,) of each quantity over the whole run, by another step size"""
+
+
+def truth_of(family: Family) -> Truth:
+    """Integrate in long double, by a method that nothing else here uses, at two steps."""
+    ratios = np.array(family.ratios)
+    with exact_numbers():
+        start, sample_s = family.start(np.zeros(len(ratios)), ratios), np.full(len(ratios), family.sample_s)
+        fine, coarse = (
+            tuple(equal_steps(LONG, "minimal", start, "extrapolated", sample_s, family.samples, steps))
+            for steps in (math.ceil(n * family.orbits / family.samples) for n in TRUTH_STEPS)
+        )
+    found = Truth(family, fine, {})
+    apart = judged(found, coarse, np.zeros(len(ratios)), np.arange(len(ratios)))
+    return Truth(family, fine, {quantity: values.max(axis=0) for quantity, values in apart.items()})
+
+
+def judged(truth: Truth, seen: Iterable[Seen], longitudes: Array, sizes: Values) -> dict[str, Array]:
+    """Errors (samples, B) of runs from `longitudes`, the `sizes`-th of the truth's, largest over bars and joints.
+
+    Attitude in rad; reactions over the largest of the run; gaps and the centre of mass over a bar's length.
+    """
+    turn = LONG.cast(longitudes)
+    yard = np.max([length_of(t.reaction_N).max(axis=0) for t in truth.seen], axis=0)[sizes]
+    bar_m = LONG.cast(np.array(truth.family.ratios) * EQUATOR_M)[sizes]
+    rows: dict[str, list[Values]] = {"attitude": [], "reaction": [], "gap": [], "com": []}
+    for right, one in zip(truth.seen, seen, strict=True):
+        rows["attitude"].append(np.abs(LONG.cast(one.angle_rad) - (right.angle_rad[:, sizes] + turn)).max(axis=0))
+        missed = LONG.cast(one.reaction_N) - rotated(right.reaction_N[..., sizes], turn)
+        rows["reaction"].append(length_of(missed).max(axis=0) / yard)
+        rows["gap"].append(LONG.cast(one.gap_m) / bar_m)
+        rows["com"].append(length_of(LONG.cast(one.com_m) - rotated(right.com_m[..., sizes], turn)) / bar_m)
+    return {name: np.array(values, float) for name, values in rows.items()}
+
+
+def length_of(vectors: Values) -> Values:
+    """Lengths of vectors (2, …)."""
+    return np.sqrt(vectors[0] * vectors[0] + vectors[1] * vectors[1])
+
+
+def rotated(vectors: Values, turn: Values) -> Values:
+    """Vectors (2, …, B) turned by angles (B,)."""
+    c, s = np.cos(turn), np.sin(turn)
+    return np.stack([c * vectors[0] - s * vectors[1], s * vectors[0] + c * vectors[1]])
+
+
+def columns(family: Family) -> tuple[Values, Array]:
+    """Sizes (their place in the family's) and longitudes of all runs, (B,)."""
+    random = np.random.default_rng(family.members)
+    longitudes = random.uniform(0.0, 2.0 * np.pi, family.members)
+    pairs = list(itertools.product(range(len(family.ratios)), longitudes))
+    return np.array([k for k, _ in pairs]), np.array([x for _, x in pairs])
+
+
+def equal_step_rows(truth: Truth, arithmetic: str, name: str, method: str, steps: int) -> list[dict[str, Any]]:
+    """Rows of trajectories.csv for one set of coordinates at `steps` equal steps between samples."""
+    family = truth.family
+    sizes, longitudes = columns(family)
+    with exact_numbers():
+        start = family.start(longitudes, np.array(family.ratios)[sizes])
+        sample_s = np.full(len(sizes), family.sample_s)
+        with np.errstate(all="ignore"):
+            found = judged(
+                truth,
+                equal_steps(ARITHMETICS[arithmetic], name, start, method, sample_s, family.samples, steps),
+                longitudes,
+                sizes,
+            )
+    per_orbit = steps * family.samples / family.orbits
+    head = {"coordinates": name, "arithmetic": arithmetic, "method": method, "steps_per_orbit": per_orbit}
+    return summed_up(truth, head, worst(found), sizes)
+
+
+def chosen_step_rows(truth: Truth, arithmetic: str, name: str, rtols: tuple[float, ...]) -> list[dict[str, Any]]:
+    """The same for DOP853 with its own steps, at several tolerances side by side."""
+    family = truth.family
+    sizes, longitudes = (np.tile(v, len(rtols)) for v in columns(family))
+    rtol = np.repeat(rtols, len(sizes) // len(rtols))
+    with exact_numbers(), np.errstate(all="ignore"):
+        start = family.start(longitudes, np.array(family.ratios)[sizes])
+        walked = list(
+            chosen_steps(
+                ARITHMETICS[arithmetic], name, start, np.full(len(sizes), family.sample_s), family.samples, rtol
+            )
+        )
+        found = judged(truth, [seen for seen, _ in walked], longitudes, sizes)
+    evaluations = walked[-1][1].evaluations / family.orbits
+    rows = []
+    for tolerance in rtols:
+        own = rtol == tolerance
+        head = {"coordinates": name, "arithmetic": arithmetic, "method": "dop853, chosen steps", "rtol": tolerance}
+        values = {quantity: v[own] for quantity, v in worst(found).items()}
+        rows += summed_up(truth, head, values, sizes[own], evaluations[own])
+    return rows
+
+
+def growth_rows(truth: Truth, arithmetic: str, name: str, method: str, steps: int) -> list[dict[str, Any]]:
+    """Rows of growth.csv: the largest errors so far, at each sample of a long run; so the motion's swing is out."""
+    family = truth.family
+    sizes, longitudes = columns(family)
+    with exact_numbers(), np.errstate(all="ignore"):
+        start = family.start(longitudes, np.array(family.ratios)[sizes])
+        sample_s = np.full(len(sizes), family.sample_s)
+        found = judged(
+            truth,
+            equal_steps(ARITHMETICS[arithmetic], name, start, method, sample_s, family.samples, steps),
+            longitudes,
+            sizes,
+        )
+    found = {quantity: np.maximum.accumulate(values) for quantity, values in found.items()}
+    time = np.arange(1, family.samples + 1) * family.orbits / family.samples
+    drawn = {
+        (ratio, quantity): drawn_exponents(time, values[:, sizes == k])
+        for k, ratio in enumerate(family.ratios)
+        for quantity, values in found.items()
+    }
+    rows = []
+    for k in range(family.samples):
+        orbits = (k + 1) * family.orbits / family.samples
+        head = {"coordinates": name, "arithmetic": arithmetic, "method": method, "orbits": orbits}
+        own = summed_up(truth, head, {quantity: values[k] for quantity, values in found.items()}, sizes)
+        rows += [row | drawn[row["ratio"], row["quantity"]] for row in own]
+    return rows
+
+
+def drawn_exponents(time: Array, errors: Array) -> dict[str, float]:
+    """Interval of the exponent of errors (samples, members) in time, by drawing members again.
+
+    The largest errors so far of one run depend on each other, so that least squares alone would tell too narrow a one.
+    """
+    used = time >= GROWS_FROM
+    random, x = np.random.default_rng(REDRAWN), np.log(time[used])
+    members = random.integers(0, errors.shape[1], (REDRAWN, errors.shape[1]))
+    y = np.log(np.maximum(np.median(errors[used][:, members], axis=2), np.finfo(float).tiny))
+    slopes = np.polyfit(x, y, 1)[0]
+    low, high = np.quantile(slopes, [0.025, 0.975])
+    return {"exponent_low": float(low), "exponent_high": float(high)}
+
+
+def worst(found: dict[str, Array]) -> dict[str, Array]:
+    """Largest errors of a run, (B,)."""
+    return {quantity: values.max(axis=0) for quantity, values in found.items()}
+
+
+def summed_up(
+    truth: Truth, head: dict[str, Any], found: dict[str, Array], sizes: Values, evaluations: Array | None = None
+) -> list[dict[str, Any]]:
+    """One row for each size and quantity; errors that the truth can't tell are marked."""
+    rows = []
+    for k, ratio in enumerate(truth.family.ratios):
+        count = {} if evaluations is None else {"evaluations": float(np.median(evaluations[sizes == k]))}
+        for quantity, values in found.items():
+            own = np.where(np.isfinite(values[sizes == k]), values[sizes == k], np.inf)
+            spread = quantiles(own)
+            known = quantity == "gap" or spread["median"] >= MARGIN * truth.error[quantity][k]
+            rows.append({"ratio": ratio, "quantity": quantity} | head | count | spread | {"known": bool(known)})
+    return rows

@@ -1,0 +1,93 @@
+"""What a scaling study runs: one chain cut into more and more bars, as far as the time limit lets each engine."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from barchain.run.job import Job, Role
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adapters.registry import Registration
+    from scenarios import Scene
+
+SCENE = "paper/fig13"  # the 80° chain, which stays regular; a horizontal one of many bars buckles at once
+BARS = (2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000, 50_000, 100_000)
+SAMPLES = 11  # few, so that no engine is timed at bringing samples out
+SHARES = (1.0, 0.5, 0.2, 0.1, 0.05)  # of an orbit; the last is two steps between samples for the fewest steps taken
+TIME_LIMIT_S = 10.0  # of one simulation
+MINUTES = 25.0
+REPEATS = 5  # of short runs and of evaluations
+BUILDS = 3.0  # a model may take this many times as long to build, or compile, as to run
+MEMORY_SHARE = 0.5  # of the machine's memory that a model may take
+LAST = 3  # points that tell how costs grow
+FEW_EXPONENT, MOST_EXPONENT = 2.0, 3.0  # beyond which growth is not believed, of fewer points and of all of them
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be measured, and how long it may take."""
+
+    scene: Scene
+    engines: dict[str, Registration]
+    bars: tuple[int, ...] = BARS
+    repeats: int = REPEATS
+    minutes: float = MINUTES
+    time_limit_s: float = TIME_LIMIT_S
+
+    @property
+    def turns(self) -> int:
+        """Number of points to be reported, those that are not run among them."""
+        return len(self.engines) * len(self.bars)
+
+    def job(self, engine: str, bars: int, share: float) -> Job:
+        """Run of the chain of `bars` bars over a share of its orbit, at the engine's default setting."""
+        registration = self.engines[engine]
+        return Job(
+            divided(self.scene, bars, share), engine, registration, registration.load().ladder.setting(), Role.MAIN
+        )
+
+
+def divided(scene: Scene, bars: int, share: float = 1.0) -> Scene:
+    """`scene` with its chain cut into equal slender bars, over a share of its first orbit.
+
+    Length, mass, and the first bar's angle and rate are kept.
+    """
+    mass, length = scene.mass_kg / bars, scene.size_m / bars
+    chain = dataclasses.replace(
+        scene.chain,
+        mass_kg=(mass,) * bars,
+        length_m=(length,) * bars,
+        inertia_kg_m2=(mass * length**2 / 12.0,) * bars,
+        angle_rad=scene.chain.angle_rad[:1] * bars,
+        rate_factor=scene.chain.rate_factor[:1] * bars,
+    )
+    run = dataclasses.replace(scene.run, duration_s=share * scene.period_s, samples=SAMPLES)
+    return dataclasses.replace(scene, name=f"{scene.name}, {bars} bars", chain=chain, run=run)
+
+
+def predicted(bars: Sequence[int], cost: Sequence[float], wanted: int) -> float:
+    """Cost at `wanted` bars by the last points' own exponent; 0 where nothing is known.
+
+    Points come in order of rising N; costs that are not positive numbers are none.
+    """
+    known = [(n, c) for n, c in zip(bars, cost, strict=True) if math.isfinite(c) and c > 0.0][-LAST:]
+    if not known:
+        return 0.0
+    n, c = known[-1]
+    exponent = FEW_EXPONENT
+    if len(known) > 1:
+        x, y = np.log([k[0] for k in known]), np.log([k[1] for k in known])
+        exponent = float(np.clip(np.polyfit(x, y, 1)[0], 0.0, MOST_EXPONENT if len(known) == LAST else FEW_EXPONENT))
+    return float(c * (wanted / n) ** exponent)
+
+
+def affordable(orbit_s: float, limit_s: float) -> float:
+    """Largest share of an orbit that keeps to the limit; 0 if even the smallest does not."""
+    return next((share for share in SHARES if share * orbit_s <= limit_s), 0.0)

@@ -1,0 +1,108 @@
+"""One point of the study, in a fresh process: memory of the first whole run, then its time again and again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from barchain.run.job import Job, RunResult
+from barchain.run.worker import run_job
+from barchain.studies.cost.curves import median_time
+from barchain.studies.cost.timing import LEAST_S, LONG_S, turn, warmed
+from barchain.studies.scaling.evaluation import DIRECT, evaluation_times, loop_of
+from barchain.studies.scaling.memory import Peak
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from adapters.engine import Trajectory
+
+LONG_TURNS = 3  # of runs over LONG_S, the first one counted
+COUNTERS = ("evaluations", "steps")
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a process is to measure."""
+
+    job: Job
+    """The chain, over the share of its orbit that is run"""
+    warm: Job
+    """Three bars for a moment: imports and compiling"""
+    share: float
+    """Of an orbit; 0 where only evaluations are wanted"""
+    repeats: int
+    limit_s: float
+
+    @property
+    def direct(self) -> bool:
+        """Whether the engine's right-hand side is timed by itself."""
+        return self.job.engine in DIRECT
+
+
+@dataclass(frozen=True)
+class Measured(RunResult):
+    """What came back, without the trajectory."""
+
+    columns: dict[str, float | str] = field(default_factory=dict)
+    """Of points.csv"""
+
+
+def measure_point(task: Task, log: Path) -> Measured:
+    """Warm up, take the memory of one whole run, then times."""
+    warm = run_job(task.warm, log)
+    if warm.outcome is not Outcome.PASS:
+        return Measured(warm.outcome, f"{warm.reason} (on three bars, to warm up)")
+    peak = Peak()
+    first = run_job(task.job, log) if task.share else RunResult(Outcome.PASS)
+    if first.outcome is not Outcome.PASS:
+        return Measured(first.outcome, first.reason)
+    columns: dict[str, float | str] = {"memory_B": peak.beyond()} if task.share else {}
+    if task.direct:
+        columns |= spread("evaluation", evaluation_times(loop_of(task.job.engine, task.job.scene), task.repeats))
+        columns["per"] = "right-hand side"
+    if task.share:
+        columns = run_columns(task, first, log) | columns
+    return Measured(Outcome.PASS, columns=columns)
+
+
+def run_columns(task: Task, first: RunResult, log: Path) -> dict[str, float | str]:
+    """What simulating cost, an orbit and an evaluation or step of it."""
+    seconds = np.array(simulated(task, first, log))
+    columns: dict[str, float | str] = {"share": task.share, "turns": len(seconds)}
+    columns |= {"build_s": first.seconds["build"], "simulate_s": float(np.median(seconds))}
+    columns |= spread("orbit", seconds / task.share)
+    counts = counted(first.trajectory)
+    columns |= {name: count / task.share for name, count in counts.items()}
+    per = next((name for name in COUNTERS if name in counts), "")
+    if per:
+        columns |= spread("evaluation", seconds / counts[per]) | {"per": per}
+    return columns
+
+
+def counted(seen: Trajectory | None) -> dict[str, float]:
+    """Evaluations and steps, where the engine counts them."""
+    info = {} if seen is None else seen.info
+    return {name: float(info[name]) for name in COUNTERS if float(info.get(name, 0.0)) > 0.0}
+
+
+def simulated(task: Task, first: RunResult, log: Path) -> list[float]:
+    """Times of `simulate`: of a long run the first and a few more if the limit leaves room, else of whole turns."""
+    one = first.seconds["simulate"]
+    if one >= LONG_S:
+        more = min(LONG_TURNS, int(task.limit_s / one)) - 1
+        found = [run_job(task.job, log) for _ in range(more)]
+        return [one] + [r.seconds["simulate"] for r in found if r.outcome is Outcome.PASS]
+    warmed.add(task.job.scene.digest)  # the first run was the one that is not timed
+    turns = [turn(task.job, log, LEAST_S) for _ in range(task.repeats)]
+    return [r.seconds["simulate"] for r in turns if r.outcome is Outcome.PASS] or [one]
+
+
+def spread(name: str, times: np.ndarray) -> dict[str, float]:
+    """Median with its interval, as columns."""
+    found = median_time(times)
+    low, high = (found.low, found.high) if len(times) > 1 else (np.nan, np.nan)
+    return {f"{name}_s": found.value, f"{name}_low": low, f"{name}_high": high}

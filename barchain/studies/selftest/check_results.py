@@ -1,0 +1,120 @@
+"""What each check says of a spoilt engine, and what becomes of the fault."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from barchain.studies.selftest.fault import Group
+from barchain.studies.selftest.invisible import moved_beyond_rounding
+from reports.tables.outcome import Outcome
+from reports.tables.selftest import Fate
+
+if TYPE_CHECKING:
+    from barchain.judge.comparison import Row, Verdict
+    from barchain.studies.selftest.fault import Fault
+    from barchain.studies.selftest.trial import Ground, Result, Trial
+
+CHECKS = {
+    "consistency": "consistency",
+    "band_used": "band",
+    "finer_band_used": "band",
+    "restarted": "restarted",
+    "drift": "drift",
+}
+"""Metrics that judge, and what their checks are called; `max` is judged as `band_used` is"""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One quantity under one check."""
+
+    quantity: str
+    check: str
+    ratio: float
+    """What was found over what is allowed; infinite where a check knows no more or less"""
+    killed: bool
+    reason: str
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What became of one fault in one scene."""
+
+    fault: Fault
+    scene: str
+    fate: Fate
+    reason: str
+    """Why it survives, is invisible or has nothing to spoil"""
+    readings: tuple[Reading, ...] = ()
+
+    @property
+    def worst(self) -> Reading | None:
+        """Check that refuses it most, or comes nearest to it."""
+        return max(self.readings, key=lambda r: (r.killed, r.quantity == "run", r.ratio), default=None)
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Rows of the table."""
+        shared = {"fault": self.fault.name, "scene": self.scene, "fate": str(self.fate), "why": self.reason}
+        if not self.readings:
+            return [shared | {"quantity": "", "check": "", "ratio": None, "killed": False, "reason": ""}]
+        return [shared | vars(r) for r in self.readings]
+
+
+def readings(verdict: Verdict) -> tuple[Reading, ...]:
+    """All that the production checks say."""
+    found = (reading(row) for row in verdict.rows)
+    return tuple(r for r in found if r is not None)
+
+
+def reading(row: Row) -> Reading | None:
+    """What one row says; None of those that do not judge."""
+    outcome = Outcome(row["outcome"])
+    killed = not outcome.ok
+    if row["metric"] == "outcome":
+        return Reading(row["quantity"], str(outcome), np.inf if killed else 0.0, killed, row["reason"])
+    if row["metric"] not in CHECKS or row["value"] is None:
+        return None
+    value, allowed = float(row["value"]), float(row["tolerance"])
+    ratio = 0.0 if value == 0.0 else value / allowed if allowed else np.inf
+    return Reading(row["quantity"], CHECKS[row["metric"]], ratio, killed, row["reason"])
+
+
+def nothing(ground: Ground, fault: Fault, foreign: str = "") -> Cell | None:
+    """Cell of a fault that has nothing to spoil in a scene, or is `foreign` to the host; None if it has."""
+    reason = foreign or fault.nothing(ground.truth)
+    return Cell(fault, ground.scene.name, Fate.NOTHING, reason) if reason else None
+
+
+def cell(result: Result) -> Cell:
+    """What became of a trial."""
+    found = readings(result.verdict)
+    fate, reason = fate_of(result, found)
+    return Cell(result.trial.fault, result.trial.ground.scene.name, fate, reason, found)
+
+
+def fate_of(result: Result, found: tuple[Reading, ...]) -> tuple[Fate, str]:
+    """Fate of a trial, and why where nothing kills it."""
+    trial, outcome = result.trial, result.verdict.outcome
+    killed = any(r.killed for r in found)
+    if outcome is Outcome.FAILED and not trial.fault.refuses:
+        return Fate.BROKEN, next(r.reason for r in found)
+    if trial.fault.group is Group.CONTROL:
+        return (Fate.FALSE_ALARM if killed else Fate.CLEAN), ""
+    if killed:
+        return Fate.KILLED, ""
+    return unseen(trial, found)
+
+
+def unseen(trial: Trial, found: tuple[Reading, ...]) -> tuple[Fate, str]:
+    """Whether a fault that nothing kills changes anything."""
+    near = max(found, key=lambda r: r.ratio)
+    said = f"uses at most {near.ratio:.2g} of what is allowed ({near.quantity.replace('_', ' ')}, {near.check})"
+    if not trial.fault.invisible:
+        return Fate.SURVIVES, said
+    moved = moved_beyond_rounding(trial)
+    if moved > 1.0:
+        return Fate.SURVIVES, f"{said}; not invisible: changes the equations by {moved:.2g} of their rounding"
+    return Fate.INVISIBLE, f"{trial.fault.invisible}; measured: at most {moved:.2g} of the equations' own rounding"

@@ -1,0 +1,105 @@
+"""The smallest size of each continuous fault that is still caught, by bisection over powers of two."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from barchain.studies.selftest.check_results import cell
+from barchain.studies.selftest.trial import Trial, run_trials
+from reports.tables.selftest import Fate
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from barchain.studies.selftest.check_results import Cell, Reading
+    from barchain.studies.selftest.fault import Fault, Size
+    from barchain.studies.selftest.trial import Ground
+
+OCTAVES = 44  # below the natural size: 6e-14 of it, with the natural 1 % less than a rounding of what is spoilt
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """What is known of one fault in one scene; sizes are powers of two of the natural one, counted from no fault."""
+
+    ground: Ground
+    fault: Fault
+    caught: int | None = None
+    """Smallest known to be caught"""
+    missed: int | None = None
+    """Largest known to be missed"""
+    by: Reading | None = None
+    """Check that caught it"""
+
+    @property
+    def size(self) -> Size:
+        """Its size, which it has."""
+        assert self.fault.size is not None
+        return self.fault.size
+
+    @property
+    def highest(self) -> int:
+        """Largest power that is tried."""
+        if self.size.most is None:
+            return 0
+        return max(0, round(math.log2((self.size.most - self.size.none) / (self.size.natural - self.size.none))))
+
+    @property
+    def next(self) -> int | None:
+        """Power to be tried next: the natural size, the largest, then between; None where it is settled."""
+        if self.caught is None:
+            untried = [k for k in (0, self.highest) if self.missed is None or k > self.missed]
+            return untried[0] if untried else None
+        low = -OCTAVES - 1 if self.missed is None else self.missed
+        return None if self.caught - low <= 1 else (self.caught + low) // 2
+
+    def at(self, power: int) -> float:
+        """Size of a power."""
+        return self.size.none + (self.size.natural - self.size.none) * 2.0**power
+
+    def told(self, power: int, by: Reading | None) -> Bracket:
+        """Bracket that knows whether a power is caught."""
+        return replace(self, missed=power) if by is None else replace(self, caught=power, by=by)
+
+    def row(self) -> dict[str, Any]:
+        """Row of the table."""
+        return {
+            "fault": self.fault.name,
+            "scene": self.ground.scene.name,
+            "caught": None if self.caught is None else self.at(self.caught),
+            "missed": None if self.missed is None else self.at(self.missed),
+            "quantity": self.by.quantity if self.by else "",
+            "check": self.by.check if self.by else "",
+        }
+
+
+def brackets(cells: Iterable[Cell], found: list[Ground]) -> list[Bracket]:
+    """Pairs of a continuous fault and a scene in which it was put in, with what its natural size came to."""
+    grounds = {g.scene.name: g for g in found}
+    tried = [c for c in cells if c.fault.size and c.readings]
+    return [Bracket(grounds[c.scene], c.fault).told(0, c.worst if c.fate is Fate.KILLED else None) for c in tried]
+
+
+def most_trials(pairs: list[Bracket]) -> int:
+    """Largest number of trials that :func:`settled` may take."""
+    return sum(math.ceil(math.log2(OCTAVES + 1 + max(1, p.highest))) for p in pairs)
+
+
+def settled(
+    pairs: list[Bracket], *, workers: int | None = None, done: Callable[[int], None] = lambda _: None
+) -> list[Bracket]:
+    """Brackets narrowed to a factor of two, in rounds of one trial each."""
+    open_pairs = {(p.fault.name, p.ground.scene.name): p for p in pairs}
+    while True:
+        asked = {name: k for name, p in open_pairs.items() if (k := p.next) is not None}
+        if not asked:
+            return list(open_pairs.values())
+        trials = [Trial(p.ground, p.fault, p.at(asked[n])) for n, p in open_pairs.items() if n in asked]
+        for result in run_trials(trials, workers=workers):
+            one = cell(result)
+            name = one.fault.name, one.scene
+            by = one.worst if one.fate is Fate.KILLED else None
+            open_pairs[name] = open_pairs[name].told(asked[name], by)
+            done(1)

@@ -1,0 +1,150 @@
+"""What a seeded fault is: where it is put in, how large it is, and where it has nothing to spoil."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from contextlib import AbstractContextManager
+    from typing import Any
+
+    from numpy.random import Generator
+
+    from adapters.engine import Engine, Setting, Trajectory
+    from barchain.run.job import Role
+    from barchain.solutions.reference import Truth
+    from scenarios import Scene
+
+    SceneChange = Callable[[Scene, float], Scene]
+    SettingChange = Callable[[Setting, float], Setting]
+    CodeChange = Callable[[float], AbstractContextManager[object]]
+    OutputChange = Callable[[Trajectory, Scene, float], Trajectory]
+    FreshChange = Callable[[Trajectory, Scene, float, Generator], Trajectory]
+    Declaration = Callable[[type[Engine], Trajectory], dict[str, Any]]
+    Nothing = Callable[[Truth], str]
+    Foreign = Callable[[type[Engine]], str]
+
+
+class Group(StrEnum):
+    """Where a fault comes from."""
+
+    CONTROL = "control"
+    """No fault: nothing may kill it"""
+    PAPER = "misprints of the paper"
+    EQUATIONS = "equations of motion"
+    FORCES = "what acts"
+    EVENTS = "events"
+    START = "scene and start"
+    ACCURACY = "accuracy and precision"
+    OUTPUT = "what is read out"
+    GARBAGE = "garbage in the course of a run"
+    DECLARED = "what an engine says of itself"
+
+
+def numbers_of(scene: Scene, setting: Setting) -> Generator:
+    """Random numbers of one run."""
+    words = hashlib.sha256(f"{scene.digest}|{setting.knob}={setting.value!r}".encode()).digest()
+    return np.random.default_rng(np.frombuffer(words, "<u4"))
+
+
+@dataclass(frozen=True)
+class Size:
+    """How large a continuous fault is; no fault at all at `none`."""
+
+    natural: float
+    """As it would be met"""
+    unit: str = "1"
+    none: float = 0.0
+    most: float | None = None
+    """Up to where a size that is caught is looked for if the natural one is not; None: not beyond it"""
+
+
+def everywhere(truth: Truth) -> str:
+    """No scene without something to spoil."""
+    del truth
+    return ""
+
+
+def in_any_engine(engine: type[Engine]) -> str:
+    """No engine into which it can't be put."""
+    del engine
+    return ""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One fault.
+
+    It is put into the scene that the engine is given, its setting, its code, what is read out of it, or what its class
+    declares.
+    """
+
+    name: str
+    words: str
+    """What is wrong"""
+    stands_for: str
+    """Mistake that it stands for"""
+    group: Group
+    scene: SceneChange | None = None
+    setting: SettingChange | None = None
+    code: CodeChange | None = None
+    """Code of the reference, for as long as the context holds"""
+    output: OutputChange | None = None
+    fresh: FreshChange | None = None
+    """What is read out, by random numbers that are other ones in every run, and the same when a run is repeated"""
+    declares: Declaration | None = None
+    """Attributes of the class that are wrong, given the host and its own main run"""
+    stuck: bool = False
+    """Whether every run is at the host's default setting, whatever setting is asked for"""
+    roles: frozenset[Role] | None = None
+    """Runs that are spoilt; None: all"""
+    size: Size | None = None
+    nothing: Nothing = everywhere
+    """Why it has nothing to spoil in the scene of a truth; empty if it has"""
+    foreign: Foreign = in_any_engine
+    """Why it can't be put into an engine; empty if it can"""
+    like: str = "sound"
+    """Control that it is without its fault"""
+    refuses: bool = False
+    """Whether the spoilt engine is expected to fail; of any other a failure is a mistake in the fault"""
+    invisible: str = ""
+    """Proof that no observable changes; empty: it has to be caught"""
+
+    @property
+    def natural(self) -> float:
+        """Size at which it is put in; 1 where it has none."""
+        return self.size.natural if self.size else 1.0
+
+    @property
+    def replays(self) -> bool:
+        """Whether it spoils only what is read out: then a sound run serves."""
+        return not (self.scene or self.setting or self.code or self.stuck)
+
+    def spoils(self, role: Role) -> bool:
+        """Whether it is put into runs of a role."""
+        return self.roles is None or role in self.roles
+
+    def staged(self, scene: Scene, size: float) -> Scene:
+        """Scene that the engine is given."""
+        return self.scene(scene, size) if self.scene else scene
+
+    def asked(self, setting: Setting, size: float) -> Setting:
+        """Setting that the engine is given."""
+        return self.setting(setting, size) if self.setting else setting
+
+    def within(self, size: float) -> AbstractContextManager[object]:
+        """Context in which the reference's code is wrong."""
+        return self.code(size) if self.code else contextlib.nullcontext()
+
+    def seen(self, seen: Trajectory, scene: Scene, setting: Setting, size: float) -> Trajectory:
+        """What is read out of a run of a scene at a setting."""
+        if self.output:
+            seen = self.output(seen, scene, size)
+        return self.fresh(seen, scene, size, numbers_of(scene, setting)) if self.fresh else seen

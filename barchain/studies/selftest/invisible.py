@@ -1,0 +1,58 @@
+"""Whether a fault that no check sees changes anything at all: its equations against its control's, state by state.
+
+All that a run shows follows from the accelerations, reactions and torques of the states it goes through. Trajectories
+themselves tell less: the first steps are chosen by an error estimate that is nothing but rounding, and two runs whose
+equations differ in the last digit part by what their steps then leave.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adapters.common.initial_state import chain_model
+from barchain.judge.local_errors import ROUNDINGS, UNIT_ROUNDOFF
+from barchain.studies.selftest.catalogue import CONTROLS, SOUND
+from reference_impl.model import relative
+from reference_impl.model.kinematics import joined_state
+
+if TYPE_CHECKING:
+    from adapters.engine import Array
+    from barchain.studies.selftest.fault import Fault
+    from barchain.studies.selftest.trial import Ground, Trial
+
+GIVEN = ("com_m_s2", "angle_rad_s2", "reaction_N", "torque_N_m")
+
+
+def moved_beyond_rounding(trial: Trial) -> float:
+    """Largest change that a fault makes in what the equations give, over their rounding.
+
+    The control's own rounding is what it differs by from the relative formulation, beside a few units in the last
+    place of the largest value: sums such as phi'' + omega'' round the parts, which are larger than the sum.
+    """
+    ground, fault = trial.ground, trial.fault
+    spoilt, control = evaluated(ground, fault, trial.size), evaluated(ground, CONTROLS[fault.like], 0.0)
+    sound = evaluated(ground, CONTROLS[SOUND], 0.0)
+    shares = [0.0]
+    for name, right in control.items():
+        allowed = ROUNDINGS * UNIT_ROUNDOFF * largest(right) + largest(right - sound[name])
+        apart = largest(spoilt[name] - right)
+        shares.append(0.0 if apart == 0.0 else apart / allowed)
+    return max(shares)
+
+
+def evaluated(ground: Ground, fault: Fault, size: float) -> dict[str, Array]:
+    """What the equations give, with a fault in the code, at the truth's samples."""
+    model, seen = chain_model(ground.scene), ground.truth.trajectory
+    assert seen.angle_rad is not None
+    assert seen.rate_rad_s is not None
+    moving = zip(seen.t_s, seen.com_m, seen.com_velocity_m_s, seen.angle_rad, seen.rate_rad_s, strict=True)
+    with fault.within(size):
+        found = [relative.accelerations(model, t, joined_state(model, *state)) for t, *state in moving]
+    return {name: np.array([getattr(a, name) for a in found]) for name in GIVEN}
+
+
+def largest(values: Array) -> float:
+    """Largest size; 0 of none."""
+    return float(np.abs(values).max(initial=0.0))

@@ -1,0 +1,125 @@
+"""The kill matrix: controls first, then every fault in every scene."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from barchain.run.job import Role
+from barchain.studies.selftest.catalogue import CONTROLS, FAULTS, SOUND
+from barchain.studies.selftest.check_results import Cell, cell, nothing
+from barchain.studies.selftest.trial import SelftestError, Trial, run_trials
+from reports.tables.selftest import Fate
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+
+    from barchain.studies.selftest.fault import Fault
+    from barchain.studies.selftest.trial import Ground, Result
+
+    Done = Callable[[int], None]
+
+HOST = "reference"
+
+
+def quiet(done: int) -> None:
+    """Tell nobody."""
+    del done
+
+
+@dataclass(frozen=True)
+class Matrix:
+    """All cells."""
+
+    cells: tuple[Cell, ...]
+
+    def of(self, fault: str) -> tuple[Cell, ...]:
+        """Cells of one fault."""
+        return tuple(c for c in self.cells if c.fault.name == fault)
+
+    @property
+    def unkilled(self) -> tuple[Fault, ...]:
+        """Faults put in somewhere, killed nowhere, and not proven invisible."""
+        faults = {c.fault.name: c.fault for c in self.cells if c.fault.name in FAULTS}
+        return tuple(f for name, f in faults.items() if survives({c.fate for c in self.of(name)}))
+
+    @property
+    def wrong(self) -> tuple[Cell, ...]:
+        """False alarms, and faults that are not put in as they are meant."""
+        return tuple(c for c in self.cells if c.fate in (Fate.FALSE_ALARM, Fate.BROKEN))
+
+    @property
+    def passed(self) -> bool:
+        """Whether the harness catches all that can be caught, and nothing else."""
+        return not self.unkilled and not self.wrong
+
+
+def survives(fates: set[Fate]) -> bool:
+    """Whether a fault with these fates was put in and never killed, nor proven invisible."""
+    return Fate.SURVIVES in fates and Fate.KILLED not in fates
+
+
+def applies(fault: Fault, host: str) -> str:
+    """Why a fault can't be put into a host; empty if it can."""
+    return "put into the reference's code" if fault.code and host != HOST else ""
+
+
+def sown(
+    faults: Iterable[Fault], found: list[Ground], host: str, *, workers: int | None = None, done: Done = quiet
+) -> Iterator[tuple[Cell, Result | None]]:
+    """Put faults into scenes: a cell for each pair, with its result where something was run."""
+    trials = []
+    for fault in faults:
+        for ground in found:
+            left_out = nothing(ground, fault, applies(fault, host))
+            if left_out:
+                yield left_out, None
+                done(1)
+            else:
+                trials.append(Trial(ground, fault, fault.natural))
+    for result in run_trials(trials, workers=workers):
+        yield cell(result), result
+        done(1)
+
+
+def with_controls(
+    found: list[Ground], host: str, *, workers: int | None = None, done: Done = quiet
+) -> tuple[list[Ground], list[Cell]]:
+    """Grounds with the controls' runs, and the controls' cells."""
+    kept, cells = {g.scene.name: g for g in found}, []
+    for one, result in sown(CONTROLS.values(), found, host, workers=workers, done=done):
+        cells.append(one)
+        if result is not None:
+            name = one.scene
+            kept[name] = with_control(kept[name], result)
+    return list(kept.values()), cells
+
+
+def with_control(ground: Ground, result: Result) -> Ground:
+    """Ground that keeps what a control gave.
+
+    Raises
+    ------
+    SelftestError
+        If the control does not run.
+    """
+    main, finer = result.main.trajectory, result.finer.trajectory
+    if main is None or finer is None:
+        raise SelftestError(f"{result.trial.fault.name} can't be run on {ground.scene.name}: {result.main.reason}")
+    controls = ground.controls | {result.trial.fault.name: main}
+    if result.trial.fault.name != SOUND:
+        return dataclasses.replace(ground, controls=controls)
+    sound = {ground.settings[Role.MAIN]: main, ground.settings[Role.FINER]: finer}
+    return dataclasses.replace(ground, controls=controls, sound=sound)
+
+
+def matrix(
+    faults: Iterable[Fault], found: list[Ground], host: str = HOST, *, workers: int | None = None, done: Done = quiet
+) -> tuple[Matrix, list[Ground]]:
+    """Controls and faults in all scenes, in the order of the catalogue; and the grounds with the controls' runs."""
+    ready, cells = with_controls(found, host, workers=workers, done=done)
+    cells += [one for one, _ in sown(faults, ready, host, workers=workers, done=done)]
+    place = {name: k for k, name in enumerate([*CONTROLS, *FAULTS])}
+    scenes = {g.scene.name: k for k, g in enumerate(found)}
+    return Matrix(tuple(sorted(cells, key=lambda c: (place[c.fault.name], scenes[c.scene])))), ready

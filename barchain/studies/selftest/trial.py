@@ -1,0 +1,145 @@
+"""Faults put in, run, and judged by what judges engines: `barchain.run.trajectory_checks` and `barchain.judge.comparison`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+from adapters.common.equal_steps import finer_setting
+from adapters.registry import find_engine
+from barchain.judge.comparison import Verdict, judge
+from barchain.judge.evidence import Evidence
+from barchain.run.job import Job, Role, RunResult
+from barchain.run.pool import Limit, Room, run_jobs, run_together
+from barchain.run.worker import run_phases
+from barchain.solutions.reference_runs import NUMPY, truth_jobs, truth_of
+from barchain.studies.selftest.engine import seeded, spoilt
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+
+    from adapters.engine import Engine, Setting, Trajectory
+    from barchain.solutions.reference import Truth
+    from barchain.studies.selftest.fault import Fault
+    from scenarios import Scene
+
+TIME_LIMIT_S = 120.0  # a hundred times what the longest sound run takes
+
+
+class SelftestError(RuntimeError):
+    """The self-test itself can't go on."""
+
+
+@dataclass(frozen=True)
+class Ground:
+    """One scene's truth, and the engine that faults are put into there."""
+
+    truth: Truth
+    host: str
+    engine: type[Engine]
+    settings: dict[Role, Setting]
+    sound: dict[Setting, Trajectory] = field(default_factory=dict)
+    """Runs of the host as it is"""
+    controls: dict[str, Trajectory] = field(default_factory=dict)
+    """Main runs of all controls"""
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        return self.truth.scene
+
+
+class Trial(NamedTuple):
+    """One fault at one size in one scene."""
+
+    ground: Ground
+    fault: Fault
+    size: float
+
+    @property
+    def key(self) -> tuple[str, str, float]:
+        """Scene, fault, size."""
+        return self.ground.scene.name, self.fault.name, self.size
+
+    @property
+    def replays(self) -> bool:
+        """Whether recorded sound runs serve."""
+        return self.fault.replays and bool(self.ground.sound)
+
+    def jobs(self) -> list[Job]:
+        """Its two runs."""
+        made = seeded(self.ground.host, self.fault, self.size)
+        return [Job(self.ground.scene, self.fault.name, made, s, role) for role, s in self.ground.settings.items()]
+
+
+@dataclass(frozen=True)
+class Result:
+    """What became of a trial."""
+
+    trial: Trial
+    main: RunResult
+    finer: RunResult
+    verdict: Verdict
+
+
+def grounds(
+    scenes: Iterable[Scene], host: str, *, workers: int | None = None, done: Callable[[int], None] = lambda _: None
+) -> list[Ground]:
+    """Truths of scenes that a host can do, established as a comparison does it.
+
+    Raises
+    ------
+    SelftestError
+        If a truth can't be run.
+    """
+    engine = find_engine(host).load()
+    wanted = {s.name: s for s in scenes}
+    runs: dict[str, dict[Role, RunResult]] = {name: {} for name in wanted}
+    jobs = [(name, job) for name, s in wanted.items() for job in truth_jobs(s, NUMPY)]
+    for job, result in run_jobs([job for _, job in jobs], time_limit_s=TIME_LIMIT_S, workers=workers):
+        if result.outcome is not Outcome.PASS:
+            raise SelftestError(f"{job.scene.name}: the truth could not be run ({result.reason})")
+        runs[job.scene.name][job.role] = result
+        done(1)
+    setting = engine.ladder.setting()
+    found = []
+    for name, scene in wanted.items():
+        truth = truth_of(scene, runs[name])
+        assert truth is not None  # all of its runs have come, and none failed
+        settings = {Role.MAIN: setting, Role.FINER: finer_setting(scene, engine.ladder, setting)}
+        found.append(Ground(truth, host, engine, settings))
+    return found
+
+
+def run_trials(trials: Iterable[Trial], *, workers: int | None = None) -> Iterator[Result]:
+    """Run each trial at its main and its finer setting, and judge it; results as they come."""
+    waiting = {t.key: t for t in trials}
+    for trial in [t for t in waiting.values() if t.replays]:
+        yield judged(trial, *(replayed(trial, job) for job in trial.jobs()))
+    runs: dict[tuple[str, str, float], dict[Role, RunResult]] = {}
+    by_job = {job.key: t for t in waiting.values() if not t.replays for job in t.jobs()}
+    jobs = [job for t in waiting.values() if not t.replays for job in t.jobs()]
+    if not jobs:
+        return
+    for job, result in run_together(jobs, Room.OURS, Limit(TIME_LIMIT_S), workers):
+        trial = by_job[job.key]
+        both = runs.setdefault(trial.key, {})
+        both[job.role] = result
+        if len(both) == len(trial.ground.settings):
+            del runs[trial.key]
+            yield judged(trial, both[Role.MAIN], both[Role.FINER])
+
+
+def replayed(trial: Trial, job: Job) -> RunResult:
+    """Result of spoiling a recorded run."""
+    ground = trial.ground
+    return run_phases(job, spoilt(trial.fault, trial.size, ground.engine, ground.sound))
+
+
+def judged(trial: Trial, main: RunResult, finer: RunResult) -> Result:
+    """Verdict of the production comparison."""
+    ground = trial.ground
+    setting = ground.settings[Role.MAIN]
+    verdict = judge(trial.fault.name, ground.engine, setting, Evidence(main, finer), ground.truth)
+    return Result(trial, main, finer, verdict)

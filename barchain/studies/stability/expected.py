@@ -1,0 +1,88 @@
+"""Outcomes as they are recorded, and what changed since: a change either way is told."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from barchain.crossval.store import write_atomically
+from reports.tables.stability import Stability
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from barchain.studies.stability.rules import Finding
+
+PATH = Path(__file__).with_name("expected.toml")
+HEADER = "# How each engine fares in each hard scene; written by `barchain stability --accept`.\n"
+SLOW = "failed: time"  # a time-out, which another machine may not see
+HARM = (
+    Stability.STABLE, Stability.DRIFTING, Stability.UNSUPPORTED, Stability.REFUSED, Stability.INACCURATE,
+    Stability.UNSTABLE, Stability.FAILED,
+)  # fmt: skip
+"""From the best to the worst for who relies on it: saying no is better than being wrong"""
+
+Pair = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Change:
+    """An outcome that is not the one recorded."""
+
+    scene: str
+    engine: str
+    before: str
+    now: str
+
+    @property
+    def direction(self) -> str:
+        """Whether it is better or worse."""
+        now, before = (HARM.index(stability_of(word)) for word in (self.now, self.before))
+        return "better" if now < before else "worse"
+
+    @property
+    def words(self) -> str:
+        """In one line."""
+        return f"{self.scene}  {self.engine}: {self.before} before, {self.now} now ({self.direction})"
+
+
+def stability_of(word: str) -> Stability:
+    """Outcome of a recorded word."""
+    return Stability.FAILED if word == SLOW else Stability(word)
+
+
+def recorded(path: Path = PATH) -> dict[Pair, str]:
+    """Recorded words by scene and engine."""
+    if not path.is_file():
+        return {}
+    found = tomllib.loads(path.read_text(encoding="utf-8"))
+    return {(scene, engine): str(word) for scene, by in found.items() for engine, word in by.items()}
+
+
+def word_of(finding: Finding) -> str:
+    """How a finding is recorded."""
+    return SLOW if finding.slow else str(finding.stability)
+
+
+def change(scene: str, engine: str, before: str | None, finding: Finding) -> Change | None:
+    """What changed, if anything counts as a change.
+
+    A run that was not in time before may be in time now, or fail otherwise before its time is over: that tells of the
+    machine. The other way round, an outcome that was there is lost.
+    """
+    now = word_of(finding)
+    if before is None or before in (now, SLOW) or stability_of(before) is finding.stability:
+        return None
+    return Change(scene, engine, before, now)
+
+
+def accept(found: Mapping[Pair, Finding], path: Path = PATH) -> None:
+    """Record these outcomes, and keep those of other scenes and engines."""
+    words = recorded(path) | {pair: word_of(f) for pair, f in found.items()}
+    lines = [HEADER]
+    for scene in sorted({s for s, _ in words}):
+        own = [f'{engine} = "{word}"' for (s, engine), word in sorted(words.items()) if s == scene]
+        lines.append("\n".join([f'["{scene}"]', *own, ""]))
+    write_atomically(path, "\n".join(lines))

@@ -1,0 +1,90 @@
+"""Whether a run blows up: its energy beside the truth's, its departure beside what the scene itself makes of one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from barchain.judge.tolerances import NORM_SLACK
+from barchain.metrics.quantities import differences
+from barchain.solutions.reference import PARTED_RAD, TWIN_ASIDE
+from barchain.studies.cost.orders import slope
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from adapters.engine import Array, Trajectory
+    from barchain.solutions.reference import Truth
+
+CLEAR = 10.0  # times its first size, or the truth's own error: what has grown so far is growth and no longer its seed
+FEWEST = 5  # samples of a fit
+UNSTABLE = "unstable"  # tag of scenes on an unstable equilibrium
+
+
+def attitude_error(seen: Trajectory, truth: Truth) -> tuple[Array, Array] | None:
+    """Instants up to the truth's horizon, and the difference from it there, rad: each (n,); None without attitude."""
+    apart = differences(seen, truth.trajectory).get("attitude")
+    if apart is None:
+        return None
+    t = truth.trajectory.t_s[: len(apart)]
+    inside = t <= truth.horizon_s
+    return t[inside], apart[inside]
+
+
+def exponential_rate(t_s: Array, size: Array, inside: NDArray[np.bool_]) -> tuple[float, float] | None:
+    """Rate of exponential growth, 1/s, and its lower end, over the samples inside; None of too few."""
+    if np.count_nonzero(inside) < FEWEST:
+        return None
+    found = slope(t_s[inside], np.log(size[inside]))
+    return found.value, found.low
+
+
+def linear_rate(truth: Truth) -> tuple[float, float] | None:
+    """Rate at which the scene itself makes a small departure grow, 1/s: the twin's, while it is linear."""
+    growth = truth.growth
+    inside = (growth > CLEAR) & (growth < PARTED_RAD / TWIN_ASIDE)
+    return exponential_rate(truth.trajectory.t_s[: len(growth)], growth, inside)
+
+
+def own_motion(truth: Truth) -> Array:
+    """How far the truth itself has left where it stood, (n,) rad, never falling: against its own horizontal."""
+    seen = truth.trajectory
+    assert seen.angle_rad is not None
+    longitude = np.unwrap(np.arctan2(seen.com_m[:, 1], seen.com_m[:, 0]))
+    stood = seen.angle_rad - longitude[:, None]
+    largest: Array = np.maximum.accumulate(np.abs(stood - stood[0]).max(axis=1))
+    return largest
+
+
+def growth_excess(seen: Trajectory, truth: Truth) -> float | None:
+    """How many times more a departure from the truth grew than the scene's linear growth; None where none is seen.
+
+    Asked of scenes on an unstable equilibrium (tag `unstable`): elsewhere nothing grows exponentially from the start.
+
+    Both rates are fitted, and that of the departure is taken at the lower end of its interval. Errors that are added
+    on the way make a departure grow faster than the linear rate at first only: from ten times its first size on by
+    less than a tenth more in all. It is asked while the departure exceeds the truth's own motion: where the truth moves
+    more, a method errs in proportion to a motion that itself grows, which feeds the departure and is no instability.
+    """
+    if UNSTABLE not in truth.scene.tags:
+        return None
+    error, own = attitude_error(seen, truth), linear_rate(truth)
+    if error is None or own is None:
+        return None
+    t, apart = error
+    size = np.maximum.accumulate(apart)
+    nonzero = size[size > 0.0]
+    if not len(nonzero):
+        return None
+    clear = CLEAR * np.maximum(nonzero[0], truth.error["attitude"][: len(size)])
+    inside = (size > np.maximum(clear, own_motion(truth)[: len(size)])) & (size < PARTED_RAD)
+    found = exponential_rate(t, size, inside)
+    if found is None:
+        return None
+    return float(np.exp((found[1] - own[0]) * np.ptp(t[inside])))
+
+
+def grows_too_fast(excess: float | None) -> bool:
+    """Whether a departure grew by more than the scene's growth and the slack that every band has."""
+    return excess is not None and excess > NORM_SLACK

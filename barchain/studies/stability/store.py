@@ -1,0 +1,120 @@
+"""The study's folder; :mod:`reports.tables.stability` says what is in it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from barchain.crossval.store import Store, write_atomically
+from barchain.run.job import Job, RunResult
+from barchain.studies.stability.evidence import evidence, plain_row
+from reports.tables.outcome import Outcome
+from reports.tables.stability import EVIDENCE, LAWS, OUTCOMES, PLAIN, SERIES
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from barchain.studies.stability.engine_runs import Seen
+    from barchain.studies.stability.expected import Change
+    from barchain.studies.stability.rules import Finding
+
+MOST_BARS_KEPT = 2000  # a table has six columns a bar, and takes minutes to write beyond
+TABLES = {"outcomes": OUTCOMES, "evidence": EVIDENCE, "plain": PLAIN, "laws": LAWS, "long": SERIES}
+
+
+class StabilityStore(Store):
+    """Runs as a comparison keeps them, and the study's own tables."""
+
+    def __init__(self, folder: Path, record: dict[str, Any], order: list[tuple[str, str]]) -> None:
+        """Open `folder`; tables that an earlier study left there are replaced."""
+        super().__init__(folder, record, order)
+        self.tables: dict[str, list[dict[str, Any]]] = {name: [] for name in TABLES}
+
+    def earlier_runs(self) -> dict[str, dict[str, Any]]:
+        """Runs that an earlier, cut-off study in the same folder recorded, by key: also those that failed.
+
+        A time-out counts only if as much time was allowed as is now.
+        """
+        path = self.folder / "run.json"
+        if not path.is_file():
+            return {}
+        record = json.loads(path.read_text(encoding="utf-8"))
+        short = float(record.get("time_limit_s", 0.0)) < self.record["time_limit_s"]
+        runs = [run for run in record.get("runs", []) if "refused" in run]
+        return {run["key"]: run for run in runs if not (short and run["outcome"] == Outcome.TIMED_OUT)}
+
+    def recall(self, job: Job, earlier: dict[str, dict[str, Any]]) -> RunResult | None:
+        """Result of `job` as an earlier study stored it, or None."""
+        run = earlier.get(job.key)
+        if run is None or self.path(job).is_file():
+            return super().recall(job, earlier)
+        if run["outcome"] == Outcome.PASS:
+            return None
+        return RunResult(Outcome(run["outcome"]), run["reason"], None, run["seconds"], run["refused"])
+
+    def keep_run(self, job: Job, result: RunResult) -> None:
+        """Write a run's trajectory and note it in run.json; no earlier trajectory stays beside a failure.
+
+        Of very many bars none is kept, and is run again where a study is resumed.
+        """
+        if result.trajectory is None or job.scene.bars > MOST_BARS_KEPT:
+            self.path(job).unlink(missing_ok=True)
+            result = replace(result, trajectory=None)
+        super().keep_run(job, result)
+        self.record["runs"][-1]["refused"] = result.refused
+
+    def keep_finding(self, seen: Seen, finding: Finding, before: str | None, changed: Change | None) -> None:
+        """Write an outcome and its evidence."""
+        self.tables["outcomes"].append(outcome_row(seen.scene.name, seen.name, finding, before, changed))
+        self.tables["evidence"] += evidence(seen)
+        row = plain_row(seen)
+        if row is not None:
+            self.tables["plain"].append(row)
+            self.write("plain")
+        self.write("outcomes")
+        self.write("evidence")
+
+    def keep_left_out(
+        self, scene: str, engine: str, finding: Finding, before: str | None, changed: Change | None
+    ) -> None:
+        """Write the outcome of an engine that was not run."""
+        self.tables["outcomes"].append(outcome_row(scene, engine, finding, before, changed))
+        self.write("outcomes")
+
+    def keep_laws(self, rows: list[dict[str, Any]], series: pd.DataFrame) -> None:
+        """Write laws and what they were fitted to."""
+        self.tables["laws"] += rows
+        self.tables["long"] += [{str(k): v for k, v in row.items()} for row in series.to_dict("records")]
+        self.write("laws")
+        self.write("long")
+
+    def write(self, name: str) -> None:
+        """Write one table, rows in the order of scenes and engines asked for."""
+        place = self.place
+        rows = sorted(self.tables[name], key=lambda r: place.get((r["scene"], r["engine"]), len(place)))
+        text = pd.DataFrame(rows, columns=list(TABLES[name])).to_csv(index=False)
+        write_atomically(self.folder / f"{name}.csv", text)
+
+
+def outcome_row(
+    scene: str, engine: str, finding: Finding, before: str | None, changed: Change | None
+) -> dict[str, Any]:
+    """Row of the table of outcomes."""
+    law = finding.law
+    return {
+        "scene": scene,
+        "engine": engine,
+        "stability": str(finding.stability),
+        "slow": finding.slow,
+        "reason": finding.reason,
+        "quantity": finding.quantity,
+        "exponent": law and law.exponent,
+        "low": law and law.low,
+        "high": law and law.high,
+        "at_end": law and law.at_end,
+        "expected": before or "",
+        "change": changed.direction if changed else "",
+    }

@@ -1,0 +1,289 @@
+"""The compiled walk over the samples, step by step, with a word to the caller wherever it can't go on by itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from reference_impl.fast.accelerations import evaluate
+from reference_impl.fast.bar_positions import hang_from_first
+from reference_impl.fast.dop853 import (
+    EXPONENT,
+    LARGEST_FACTOR,
+    LEAST_FACTOR,
+    POWER,
+    ROWS,
+    SAFETY,
+    advance,
+    advance_exactly,
+    error_norm,
+    first_step,
+    interpolant,
+    interpolate,
+)  # fmt: skip
+from reference_impl.fast.effect_dispatch import crossed, watched
+from reference_impl.fast.jit import compiled
+from reference_impl.fast.layout import LEVER, NO_GRAVITY, RX, RY
+from reference_impl.fast.trigonometry import unit_vectors
+from reference_impl.integrate.coordinate_sets import LAST_DIGIT
+from reference_impl.integrate.discrete_modes import LOOKS
+
+if TYPE_CHECKING:
+    from reference_impl.fast.layout import Chain, Work
+    from reference_impl.model.chain import Array
+
+ARRIVED, LOOK, COLLAPSED, NOT_FINITE, LOST_JOINT, FALLEN = range(6)
+FROM_START = (0.0, *LOOKS)  # of a step
+RTOL_FLOOR = 100.0 * float(np.finfo(float).eps)  # SciPy's least
+# places in Stepper.clock
+NOW, STEP, TAKEN, STEPS, SEEN, EVALUATIONS, EXACT = range(7)
+
+
+class Ground(NamedTuple):
+    """What a chain may run into."""
+
+    floor_m: float
+    """Distance of the centre of mass from the body's centre above which nothing can touch it; 0: no surface"""
+    safe_m: float
+    """The same for the lowest point of its orbit"""
+    pull_m_s2: float
+    """Bound of what pulls it down"""
+
+
+class Stepper(NamedTuple):
+    """Everything that a walk carries from step to step."""
+
+    clock: Array
+    """(7,) NOW, s; STEP, size of the next step, s; TAKEN, that of the last; counts: STEPS, SEEN samples, EVALUATIONS;
+    EXACT: 1 where steps are taken by `advance_exactly`, else 0"""
+    y: Array
+    """(size,) state now; `size` is 2N+4, filled up"""
+    before: Array
+    """(size,) state before the last step"""
+    end: Array
+    """(size,) scratch"""
+    slopes: Array
+    """(16, size) rates at the stages; row 0 is the rate now"""
+    powers: Array
+    """(7, size) interpolant of the last step"""
+    allowed: Array
+    """(size,) error allowed in the next step"""
+    residue: Array
+    """(2, size) what the state lacks by rounding, now and at the end of the step tried; zeros unless EXACT"""
+
+
+def stepper(y: Array, *, exact: bool = False) -> Stepper:
+    """Carry of a walk that starts at `y`."""
+    size, clock = len(y), np.zeros(7)
+    clock[EXACT] = exact
+    slopes, powers, residue = (np.zeros((rows, size)) for rows in (ROWS, POWER, 2))
+    return Stepper(clock, y.copy(), y.copy(), np.zeros(size), slopes, powers, np.zeros(size), residue)
+
+
+@compiled
+def start(t_s: float, end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int:
+    """Begin a smooth stretch of the walk: the rate now and the first step's size; ARRIVED, or what is wrong."""
+    s.clock[NOW], s.clock[TAKEN] = t_s, 0.0
+    for i in range(len(s.y)):
+        s.residue[0, i] = 0.0
+    well = evaluate(t_s, s.y, s.slopes[0], chain, work)
+    s.clock[EVALUATIONS] += 1
+    if not well:
+        return LOST_JOINT
+    if not finite(s.y, s.slopes[0]):
+        return NOT_FINITE
+    s.clock[EVALUATIONS] += 1
+    size = 2 * chain.bars.shape[1] + 4
+    s.clock[STEP] = first_step(size, t_s, end_s - t_s, s.y, s.slopes, s.end, atol, RTOL_FLOOR, chain, work)
+    allow(atol, s, chain, work)
+    return ARRIVED
+
+
+@compiled
+def finite(y: Array, rates: Array) -> bool:
+    """Whether a state and its rates are numbers."""
+    total = 0.0
+    for i in range(len(y)):
+        total += abs(y[i]) + abs(rates[i])
+    return bool(np.isfinite(total))
+
+
+@compiled
+def allow(atol: Array, s: Stepper, chain: Chain, work: Work) -> None:
+    """Error allowed in the next step: `atol`, but no less than rounding an angle makes anyway.
+
+    As :meth:`reference_impl.integrate.coordinate_sets.Packing.shaken`, by the reactions of the last evaluation.
+    """
+    n, rows = chain.bars.shape[1], work.bars
+    before_x = before_y = 0.0
+    for i in range(len(atol)):
+        s.allowed[i] = atol[i]
+    for i in range(n):
+        x, y = (rows[RX, i], rows[RY, i]) if i < n - 1 else (0.0, 0.0)
+        turned = abs(s.y[i])
+        swing = max(turned, 1.0) * np.sqrt(chain.bars[LEVER, i] * np.hypot(x + before_x, y + before_y))
+        s.allowed[i] = max(atol[i], LAST_DIGIT * turned)
+        s.allowed[n + 2 + i] = max(atol[n + 2 + i], LAST_DIGIT * swing)
+        before_x, before_y = x, y
+
+
+@compiled
+def step(end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int:
+    """One accepted step towards `end_s`, as SciPy's controller takes it."""
+    t, h, rejected = s.clock[NOW], s.clock[STEP], False
+    exact = s.clock[EXACT] != 0.0
+    relative = 0.0 if exact else RTOL_FLOOR
+    least = 10.0 * abs(np.nextafter(t, np.inf) - t)
+    h = max(h, least)
+    while h >= least:
+        reached = min(t + h, end_s)
+        h = reached - t
+        if exact:
+            well = advance_exactly(t, h, s.y, s.residue[0], s.slopes, s.end, s.residue[1], chain, work)
+        else:
+            well = advance(t, h, s.y, s.slopes, s.end, chain, work)
+        s.clock[EVALUATIONS] += 12
+        error = error_norm(2 * chain.bars.shape[1] + 4, h, s.y, s.end, s.slopes, s.allowed, relative)
+        if not well:
+            return LOST_JOINT
+        if error < 1.0:
+            factor = LARGEST_FACTOR if error == 0.0 else min(LARGEST_FACTOR, SAFETY * error**EXPONENT)
+            s.clock[STEP] = h * (min(1.0, factor) if rejected else factor)
+            s.clock[NOW], s.clock[TAKEN] = reached, h
+            s.clock[STEPS] += 1
+            for i in range(len(s.y)):
+                s.before[i], s.y[i] = s.y[i], s.end[i]
+                s.residue[0, i] = s.residue[1, i]
+            allow(atol, s, chain, work)
+            return ARRIVED
+        h *= max(LEAST_FACTOR, SAFETY * error**EXPONENT) if np.isfinite(error) else LEAST_FACTOR
+        rejected = True
+    return COLLAPSED
+
+
+@compiled
+def dense(s: Stepper, chain: Chain, work: Work) -> None:
+    """Make the last step's interpolant."""
+    h = s.clock[TAKEN]
+    interpolant(s.clock[NOW] - h, h, s.before, s.y, s.slopes, s.end, s.powers, chain, work)
+    s.clock[EVALUATIONS] += 3
+
+
+@compiled
+def leave_step(s: Stepper) -> None:
+    """Make the rate at the end of the last step that at the start of the next."""
+    for i in range(len(s.y)):
+        s.slopes[0, i] = s.slopes[12, i]
+
+
+@compiled
+def take_samples(
+    until_s: float, t_s: Array, rows: Array, have_dense: bool, s: Stepper, chain: Chain, work: Work
+) -> None:
+    """Samples of the last step up to `until_s`, from its end or its interpolant."""
+    now, h = s.clock[NOW], s.clock[TAKEN]
+    seen = int(s.clock[SEEN])
+    while seen < len(t_s) and t_s[seen] <= until_s:
+        if t_s[seen] == now:
+            for i in range(len(s.y)):
+                rows[seen, i] = s.y[i]
+        else:
+            if not have_dense:
+                dense(s, chain, work)
+                have_dense = True
+            interpolate((t_s[seen] - (now - h)) / h, s.before, s.powers, rows[seen])
+        seen += 1
+    s.clock[SEEN] = seen
+
+
+@compiled
+def perigee(n: int, y: Array, mu_m3_s2: float) -> float:
+    """Lowest point of the Kepler orbit through a state, m from the centre."""
+    x, z, vx, vz = y[n], y[n + 1], y[2 * n + 2], y[2 * n + 3]
+    swept = x * vz - z * vx
+    energy = 0.5 * (vx * vx + vz * vz) - mu_m3_s2 / np.hypot(x, z)
+    parameter = swept * swept / mu_m3_s2
+    return parameter / (1.0 + np.sqrt(max(0.0, 1.0 + 2.0 * energy * parameter / mu_m3_s2)))
+
+
+@compiled
+def clear(n: int, h: float, before: Array, y: Array, chain: Chain, ground: Ground) -> bool:
+    """Whether no point of the chain can have been below the surface in the last step.
+
+    As :meth:`reference_impl.integrate.simulate.Simulation.clear`.
+    """
+    if chain.gravity != NO_GRAVITY and perigee(n, y, chain.mu_m3_s2) > ground.safe_m:
+        return True
+    pull = ground.pull_m_s2
+    half = 0.5 * h
+    r0, r1 = np.hypot(before[n], before[n + 1]), np.hypot(y[n], y[n + 1])
+    fall0 = (before[n] * before[2 * n + 2] + before[n + 1] * before[2 * n + 3]) / r0
+    fall1 = -(y[n] * y[2 * n + 2] + y[n + 1] * y[2 * n + 3]) / r1
+    low0 = r0 + min(0.0, fall0) * half - 0.5 * pull * half * half
+    low1 = r1 + min(0.0, fall1) * half - 0.5 * pull * half * half
+    return bool(min(low0, low1) > ground.floor_m)
+
+
+@compiled
+def fallen(s: Stepper, chain: Chain, work: Work) -> bool:
+    """Whether any effect's mode does not hold at a look into the last step, whose interpolant is there.
+
+    As :meth:`reference_impl.integrate.discrete_modes.ModelSwitches.fall`, which then finds the instant.
+    """
+    n, h = chain.bars.shape[1], s.clock[TAKEN]
+    for share in FROM_START:
+        interpolate(share, s.before, s.powers, s.end)
+        unit_vectors(n, s.end, work.bars)
+        mean_x, mean_y = hang_from_first(n, chain.bars, work.bars)
+        seen = crossed(chain.effects, n, s.clock[NOW] - h + share * h, s.end, mean_x, mean_y, chain, work)
+        if seen and share > 0.0:
+            return True
+    return False
+
+
+@compiled
+def go(start_s: float, end_s: float, ground: Ground, t_s: Array, rows: Array, atol: Array, s: Stepper,
+       chain: Chain, work: Work) -> int:  # fmt: skip
+    """Walk on to `end_s`, from `start_s` if that is now.
+
+    It stops with LOOK after a step in which a bar may have touched the surface, and with FALLEN after one, its
+    interpolant made, in which a mode of an effect ceased to hold: the caller looks, and comes again.
+
+    Parameters
+    ----------
+    start_s, end_s : float
+        A smooth stretch: no break of a law or an effect is inside.
+    ground : Ground
+    t_s : ndarray, shape (n,)
+        Sample instants.
+    rows : ndarray, shape (n, size)
+        States at them, filled as they are reached.
+    atol : ndarray, shape (size,)
+    s : Stepper
+    chain : Chain
+    work : Work
+
+    Returns
+    -------
+    int
+        ARRIVED, LOOK, COLLAPSED, NOT_FINITE, LOST_JOINT or FALLEN.
+    """
+    n, code, watching = chain.bars.shape[1], ARRIVED, watched(chain.effects)
+    if s.clock[NOW] == start_s:
+        code = start(start_s, end_s, atol, s, chain, work)
+    while code == ARRIVED and s.clock[NOW] < end_s:
+        code = step(end_s, atol, s, chain, work)
+        if code == ARRIVED and not finite(s.y, s.y):
+            code = NOT_FINITE
+        if watching and code == ARRIVED:
+            dense(s, chain, work)
+            code = FALLEN if fallen(s, chain, work) else ARRIVED
+        if code != ARRIVED:
+            continue
+        if ground.floor_m > 0.0 and not clear(n, s.clock[TAKEN], s.before, s.y, chain, ground):
+            code = LOOK
+        else:
+            take_samples(s.clock[NOW], t_s, rows, watching, s, chain, work)
+            leave_step(s)
+    return code

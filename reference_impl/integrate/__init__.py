@@ -1,0 +1,1 @@
+"""Stepping: SciPy's solvers walked step by step, events, stiff modes, coordinate sets."""

@@ -1,0 +1,1 @@
+"""Equations of motion: kinematics, gravity, joints, and the accelerations of the chain."""

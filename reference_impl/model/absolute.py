@@ -1,0 +1,67 @@
+"""The same chain in absolute inertial coordinates: what the paper warns against.
+
+Bars' centres are counted from the centre of the body, so gravity's differences between bars and the
+joints' gaps are differences of large numbers. Everything else is as in the relative formulation, so
+that a comparison of the two shows the coordinates and nothing else.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reference_impl.effects.base import Modes, Situation, pushed
+from reference_impl.model.chain import Accelerations, Array, ChainModel, State
+from reference_impl.model.complex_vectors import along, as_complex, as_vectors
+from reference_impl.model.gravity import gradient_spins, point_field
+from reference_impl.model.relative import Turning, prescribed_torques
+
+
+def accelerations(
+    model: ChainModel,
+    t_s: float,
+    place_m: Array,
+    velocity_m_s: Array,
+    angle_rad: Array,
+    rate_rad_s: Array,
+    modes: Modes | None = None,
+    *,
+    refine: bool = True,
+) -> Accelerations:
+    """Accelerations, reactions and torques of a state in absolute coordinates, eqs. (8), (15), (19).
+
+    Parameters
+    ----------
+    model : ChainModel
+    t_s : float
+    place_m, velocity_m_s : ndarray, shape (N, 2)
+        Z_j and its rate.
+    angle_rad, rate_rad_s : ndarray, shape (N,)
+    modes : Modes, optional
+        What holds for the model's effects; by default what the state says.
+    refine : bool
+        As in :func:`reference_impl.model.relative.accelerations`.
+
+    Returns
+    -------
+    Accelerations
+        `position_m_s2` holds Z_j'' here, and `com_m_s2` their weighted mean.
+    """
+    unit = along(angle_rad)
+    field, spin = np.zeros(model.bars, complex), np.zeros(model.bars)
+    if model.gravity != "none":
+        field = as_complex(point_field(model.mu_m3_s2, place_m))
+    if model.gravity == "gradient":
+        spin = gradient_spins(model, as_complex(place_m), unit)
+    origin = np.zeros(2)
+    state = State(origin, origin, angle_rad, rate_rad_s, place_m, velocity_m_s)
+    sideways = None
+    if model.effects:
+        at = Situation(model, t_s, state, unit, absolute=True)
+        push, sideways = pushed(at, modes or (None,) * len(model.effects))
+        field, spin = field + push.difference, spin + push.spin
+    turning = Turning(model, state, unit, field, spin, refine=refine)
+    torque = prescribed_torques(model, t_s, state, turning, sideways) if model.prescriptions else np.empty(0)
+    reaction = turning.reaction(torque)
+    place = as_vectors(field + turning.pull(reaction))
+    angular = turning.angular(reaction, torque)
+    return Accelerations(model.weight @ place, angular, place, as_vectors(reaction), torque)

@@ -1,0 +1,170 @@
+"""The chain as the reference sees it: arrays in SI units, and the law of a prescribed rotation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from reference_impl.effects.base import Effect
+    from reference_impl.effects.impulse import Impulse
+
+Array = NDArray[np.float64]
+DELICATE = 31.0  # ratio of the joint system's entries, 1/m + l²/4J over 1/m, up to which a chain is none
+GravityModel = Literal["none", "point", "gradient"]
+
+
+def delicate(inverse_mass: Array, compliance: Array) -> NDArray[np.bool_]:
+    """Whether the joint system's entries (..., N) differ by more than `DELICATE`; equal slender bars' do by 4."""
+    found: NDArray[np.bool_] = np.max(inverse_mass + compliance, -1) > DELICATE * np.min(inverse_mass, -1)
+    return found
+
+
+@dataclass(frozen=True)
+class Prescription:
+    """Bar `bar` (counted from 0) turns as eq. (28) says; what drives it is found, not given."""
+
+    bar: int
+    amplitude_rad: float
+    duration_s: float
+    start_s: float
+    local_horizontal: bool
+    """Angle measured from the local horizontal through the bar's own centre of mass, else from inertial axes."""
+    reacts_on: int | None
+    """Bar that takes the opposite torque (a motor in the joint between them); None: the torque comes from outside."""
+
+    def angle_rad(self, t_s: float) -> float:
+        """Angle gained since before the start, eq. (28)."""
+        x = math.pi * self._progress(t_s)
+        return self.amplitude_rad / 16.0 * (math.cos(3.0 * x) - 9.0 * math.cos(x) + 8.0)
+
+    def rate_rad_s(self, t_s: float) -> float:
+        """First derivative of eq. (28)."""
+        x, w = math.pi * self._progress(t_s), math.pi / self.duration_s
+        return self.amplitude_rad / 16.0 * w * (9.0 * math.sin(x) - 3.0 * math.sin(3.0 * x))
+
+    def acceleration_rad_s2(self, t_s: float) -> float:
+        """Second derivative of eq. (28): continuous, and zero at both ends."""
+        x, w = math.pi * self._progress(t_s), math.pi / self.duration_s
+        return self.amplitude_rad / 16.0 * w * w * 9.0 * (math.cos(x) - math.cos(3.0 * x))
+
+    @property
+    def breaks_s(self) -> tuple[float, float]:
+        """Instants at which a high derivative jumps: no step may straddle them."""
+        return self.start_s, self.start_s + self.duration_s
+
+    def _progress(self, t_s: float) -> float:
+        return min(max((t_s - self.start_s) / self.duration_s, 0.0), 1.0)
+
+
+@dataclass(frozen=True)
+class ChainModel:
+    """Masses, lengths, inertias and forces of a chain of N bars."""
+
+    mu_m3_s2: float
+    mass_kg: Array
+    """(N,)"""
+    length_m: Array
+    """(N,)"""
+    inertia_kg_m2: Array
+    """(N,) about each bar's own centre of mass"""
+    gravity: GravityModel
+    body_radius_m: float = 0.0
+    """Surface that ends the run; 0: none"""
+    prescriptions: tuple[Prescription, ...] = ()
+    effects: tuple[Effect, ...] = ()
+    """What acts besides gravity and prescribed rotations"""
+    impulses: tuple[Impulse, ...] = ()
+    spring_rate_rad_s: float = 0.0
+    """Bound of the fastest oscillation or decay that its joints' springs and dampers make; 0: none"""
+
+    @property
+    def breaks_s(self) -> tuple[float, ...]:
+        """Instants at which the equations are not smooth in time: no step may straddle them."""
+        laws = [t for p in self.prescriptions for t in p.breaks_s]
+        return tuple(laws + [t for e in self.effects for t in e.breaks_s] + [p.at_s for p in self.impulses])
+
+    @property
+    def bars(self) -> int:
+        """Number of bars N."""
+        return len(self.mass_kg)
+
+    @cached_property
+    def weight(self) -> Array:
+        """(N,) mass fractions mu_j = m_j/M."""
+        share: Array = self.mass_kg / self.mass_kg.sum()
+        return share
+
+    @cached_property
+    def half_m(self) -> Array:
+        """(N,) half lengths l_j/2."""
+        half: Array = 0.5 * self.length_m
+        return half
+
+    @cached_property
+    def compliance(self) -> Array:
+        """(N,) l_j²/(4 J_j), 1/kg: how a bar's turning gives way at its ends."""
+        gives: Array = self.half_m**2 / self.inertia_kg_m2
+        return gives
+
+    @cached_property
+    def delicate(self) -> bool:
+        """Whether bars are so unequal or so compact that solving the joints costs angular accelerations digits."""
+        return bool(delicate(self.inverse_mass, self.compliance))
+
+    @cached_property
+    def gyration2(self) -> Array:
+        """(N,) J_j/m_j, m²: the bars' second moments over their masses."""
+        square: Array = self.inertia_kg_m2 / self.mass_kg
+        return square
+
+    @cached_property
+    def lever(self) -> Array:
+        """(N,) l_j/(2 J_j), 1/(kg m): angular acceleration of a bar by a force across its end."""
+        lever: Array = self.half_m / self.inertia_kg_m2
+        return lever
+
+    @cached_property
+    def inverse_mass(self) -> Array:
+        """(N,) 1/m_j, 1/kg."""
+        inverse: Array = 1.0 / self.mass_kg
+        return inverse
+
+
+@dataclass(frozen=True)
+class State:
+    """Where the chain is: the centre of mass apart from what is relative to it."""
+
+    com_m: Array
+    """(2,) Z0"""
+    com_velocity_m_s: Array
+    """(2,)"""
+    angle_rad: Array
+    """(N,) theta_j from the z1 axis"""
+    rate_rad_s: Array
+    """(N,)"""
+    position_m: Array
+    """(N, 2) d_j = Z_j - Z0"""
+    velocity_m_s: Array
+    """(N, 2)"""
+
+
+@dataclass(frozen=True)
+class Accelerations:
+    """What the equations give for a state."""
+
+    com_m_s2: Array
+    """(2,) Z0''"""
+    angle_rad_s2: Array
+    """(N,)"""
+    position_m_s2: Array
+    """(N, 2) d_j''"""
+    reaction_N: Array
+    """(N-1, 2) force on bar j from bar j+1"""
+    torque_N_m: Array
+    """(P,) torque on each prescribed bar"""

@@ -1,0 +1,74 @@
+"""Kinematics of the chain: from angles to the positions of its bars relative to its centre of mass."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reference_impl.model.chain import Array, ChainModel, State
+from reference_impl.model.complex_vectors import ComplexArray, along, as_complex, as_vectors
+
+
+def directions(angle_rad: Array) -> tuple[Array, Array]:
+    """Unit vectors u_j along each bar and n_j across it (u_j turned by +90 degrees), each (N, 2)."""
+    u = along(angle_rad)
+    return as_vectors(u), as_vectors(1j * u)
+
+
+def hang_together(model: ChainModel, reach: Array) -> Array:
+    """Vectors of the bars' centres from their common centre, given those from each centre to its right end.
+
+    The joints of eq. (7') put neighbouring centres `reach_j + reach_{j+1}` apart; eq. (6) puts the
+    weighted mean at zero. Linear in `reach`, so it serves positions and velocities.
+
+    Parameters
+    ----------
+    model : ChainModel
+    reach : ndarray, shape (..., N, 2)
+        (l_j/2) u_j, or its time derivative.
+
+    Returns
+    -------
+    ndarray, shape (..., N, 2)
+    """
+    return as_vectors(hung(model, as_complex(reach)))
+
+
+def hung(model: ChainModel, reach: ComplexArray) -> ComplexArray:
+    """:func:`hang_together` for plane vectors as complex numbers, shape (..., N)."""
+    from_first = np.zeros_like(reach)
+    np.cumsum(reach[..., :-1] + reach[..., 1:], axis=-1, out=from_first[..., 1:])
+    centred: ComplexArray = from_first - (from_first @ model.weight)[..., None]
+    return centred
+
+
+def relative_positions(model: ChainModel, angle_rad: Array) -> Array:
+    """d_j = Z_j - Z0 of a joined chain, shape (N, 2), m."""
+    return as_vectors(hung(model, model.half_m * along(angle_rad)))
+
+
+def relative_velocities(model: ChainModel, angle_rad: Array, rate_rad_s: Array) -> Array:
+    """Time derivative of :func:`relative_positions`, shape (N, 2), m/s."""
+    return as_vectors(hung(model, 1j * model.half_m * rate_rad_s * along(angle_rad)))
+
+
+def joined_state(
+    model: ChainModel, com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array
+) -> State:
+    """Complete state of a chain whose joints are closed."""
+    reach = model.half_m * along(angle_rad)
+    position, velocity = hung(model, np.stack([reach, 1j * rate_rad_s * reach]))
+    return State(com_m, com_velocity_m_s, angle_rad, rate_rad_s, as_vectors(position), as_vectors(velocity))
+
+
+def gap_vectors(model: ChainModel, position_m: Array, angle_rad: Array) -> Array:
+    """Left end of bar j+1 minus right end of bar j, shape (N-1, 2), m: eq. (19), zero where a joint holds."""
+    u, _ = directions(angle_rad)
+    reach = model.half_m[:, None] * u
+    gap: Array = (position_m[1:] - position_m[:-1]) - (reach[1:] + reach[:-1])
+    return gap
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Third component of the plane vectors' cross product, over the last axis."""
+    product: Array = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return product

@@ -1,0 +1,215 @@
+"""The relative formulation: accelerations and reactions of a state, in O(N) and without cancellation.
+
+Global  Z0'' = g(Z0) + sum mu_k (g_k - g(Z0))                          eqs. (9), (11)
+Local   d_j'' = (g_j - g_mean) + (R_j - R_{j-1})/m_j                   eqs. (13), (14)
+Turning J_j theta_j'' = K_j + tau_j + (l_j/2) n_j·(R_j + R_{j-1})      eq. (15)
+Joints  the ends that a joint ties accelerate alike                    eqs. (19), (21)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reference_impl.effects.base import Modes, Situation, pushed
+from reference_impl.model.chain import Accelerations, Array, ChainModel, Prescription, State
+from reference_impl.model.complex_vectors import ComplexArray, along, as_complex, as_vectors
+from reference_impl.model.gravity import differences, gradient_spins, point_field
+from reference_impl.model.joints import JointSystem
+from reference_impl.model.kinematics import cross
+
+
+def accelerations(
+    model: ChainModel, t_s: float, state: State, modes: Modes | None = None, *, refine: bool = True
+) -> Accelerations:
+    """Accelerations, reactions and torques of a state, eqs. (23), (24) and (27).
+
+    Parameters
+    ----------
+    model : ChainModel
+    t_s : float
+        Time, for the prescribed laws.
+    state : State
+        Need not satisfy the joints exactly: a drifted state is taken as it is.
+    modes : Modes, optional
+        What holds for the model's effects; by default what the state says.
+    refine : bool
+        Whether reactions are wanted to their last digits. Angular accelerations, which an angle's last digit changes
+        by more, gain from it only where a chain is delicate: there it is done in any case.
+
+    Returns
+    -------
+    Accelerations
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If the joint system is not positive definite in double precision.
+    """
+    unit = along(state.angle_rad)
+    field, tide, spin = external(model, state, unit)
+    sideways = None
+    if model.effects:
+        push, sideways = pushed(Situation(model, t_s, state, unit), modes or (None,) * len(model.effects))
+        mean = push.difference @ model.weight
+        moved = push.common + mean
+        field = field + np.array([moved.real, moved.imag])
+        tide, spin = tide + (push.difference - mean), spin + push.spin
+    turning = Turning(model, state, unit, tide, spin, refine=refine)
+    torque = prescribed_torques(model, t_s, state, turning, sideways) if model.prescriptions else np.empty(0)
+    reaction = turning.reaction(torque)
+    return Accelerations(
+        field,
+        turning.angular(reaction, torque),
+        as_vectors(tide + turning.pull(reaction)),
+        as_vectors(reaction),
+        torque,
+    )
+
+
+def external(model: ChainModel, state: State, unit: ComplexArray) -> tuple[Array, ComplexArray, Array]:
+    """Acceleration of the centre of mass (2,), that of each bar relative to it (N,), and K_j/J_j (N,)."""
+    bars = model.bars
+    if model.gravity == "none":
+        return np.zeros(2), np.zeros(bars, complex), np.zeros(bars)
+    com, position = as_complex(state.com_m), as_complex(state.position_m)
+    difference = differences(model.mu_m3_s2, com, position)
+    mean = difference @ model.weight
+    field: Array = point_field(model.mu_m3_s2, state.com_m) + np.array([mean.real, mean.imag])
+    if model.gravity == "point":
+        return field, difference - mean, np.zeros(bars)
+    return field, difference - mean, gradient_spins(model, com + position, unit)
+
+
+class Turning:
+    """Reactions and angular accelerations of one state, as affine functions of the prescribed torques.
+
+    Plane vectors are complex numbers here, one for each bar or joint.
+    """
+
+    def __init__(
+        self,
+        model: ChainModel,
+        state: State,
+        unit: ComplexArray,
+        field: ComplexArray,
+        spin: Array,
+        *,
+        refine: bool = True,
+    ) -> None:
+        """Solve the joints for no torque and for a unit of each prescribed one.
+
+        Parameters
+        ----------
+        model : ChainModel
+        state : State
+        unit : ndarray of complex, shape (N,)
+            Unit vectors u_j along the bars.
+        field : ndarray of complex, shape (N,)
+            Accelerations of the bars' centres without reactions; any part common to all drops out.
+        spin : ndarray, shape (N,)
+            K_j/J_j.
+        refine : bool
+            As in :func:`accelerations`.
+        """
+        self.model, self.unit, self.spin = model, unit, spin
+        # how the ends would leave the centres without reactions
+        end = model.half_m * unit * (1j * spin - state.rate_rad_s**2)
+        right = np.empty((1 + len(model.prescriptions), model.bars - 1), complex)
+        right[0] = (field[1:] - field[:-1]) - (end[:-1] + end[1:])
+        for k, p in enumerate(model.prescriptions, start=1):
+            turned = 1j * model.half_m * self.unit_torque(p) * unit
+            right[k] = -(turned[:-1] + turned[1:])
+        solved = JointSystem(model, unit).solve(right, refine=refine or model.delicate)
+        self.free: ComplexArray = solved[0]
+        self.by_torque: ComplexArray = solved[1:]
+
+    def unit_torque(self, p: Prescription) -> Array:
+        """Angular acceleration (N,) that a unit torque of `p` gives its bar and, through a motor, the neighbour."""
+        turned = np.zeros(self.model.bars)
+        turned[p.bar] = 1.0 / self.model.inertia_kg_m2[p.bar]
+        if p.reacts_on is not None:
+            turned[p.reacts_on] = -1.0 / self.model.inertia_kg_m2[p.reacts_on]
+        return turned
+
+    def reaction(self, torque: Array) -> ComplexArray:
+        """Reactions (N-1,) under the prescribed torques (P,)."""
+        if not len(torque):
+            return self.free
+        total: ComplexArray = self.free + torque @ self.by_torque
+        return total
+
+    def angular(self, reaction: ComplexArray, torque: Array) -> Array:
+        """Angular accelerations (N,) under reactions and prescribed torques, eq. (15)."""
+        total: Array = self.spin + self.levered(reaction)
+        for p, value in zip(self.model.prescriptions, torque, strict=True):
+            total = total + value * self.unit_torque(p)
+        return total
+
+    def levered(self, reaction: ComplexArray) -> Array:
+        """Angular accelerations (N,) from the reactions alone: (l_j/2J_j) n_j·(R_j + R_{j-1})."""
+        sums = np.zeros(self.model.bars, complex)
+        sums[:-1] += reaction
+        sums[1:] += reaction
+        turned: Array = self.model.lever * (self.unit.conj() * sums).imag
+        return turned
+
+    def pull(self, reaction: ComplexArray) -> ComplexArray:
+        """Accelerations (N,) of the bars' centres from the reactions: (R_j - R_{j-1})/m_j."""
+        net: ComplexArray = np.zeros(self.model.bars, complex)
+        net[:-1] += reaction
+        net[1:] -= reaction
+        pulled: ComplexArray = net * self.model.inverse_mass
+        return pulled
+
+
+def prescribed_torques(
+    model: ChainModel, t_s: float, state: State, turning: Turning, sideways: ComplexArray | None = None
+) -> Array:
+    """Torques (P,) that make each prescribed bar follow its law, eqs. (25)-(27).
+
+    `sideways` (N,) are accelerations of the bars' centres that are not towards the centre of the body.
+    """
+    asked = np.array([wanted(t_s, state, p) for p in model.prescriptions])
+    return balanced_torques(model, state, turning, sideways, asked)
+
+
+def balanced_torques(
+    model: ChainModel, state: State, turning: Turning, sideways: ComplexArray | None, asked: Array
+) -> Array:
+    """Torques (P,) under which :func:`followed` takes the values `asked` (P,)."""
+    laws = model.prescriptions
+    if not laws:
+        return np.empty(0)
+    pull = turning.pull(turning.free)
+    free = turning.angular(turning.free, np.zeros(len(laws))), pull if sideways is None else pull + sideways
+    lacking = [value - followed(state, p, *free) for value, p in zip(asked, laws, strict=True)]
+    by_torque = [
+        (turning.levered(reaction) + turning.unit_torque(p), turning.pull(reaction))
+        for p, reaction in zip(laws, turning.by_torque, strict=True)
+    ]
+    gained = [[followed(state, p, *response) for response in by_torque] for p in laws]
+    # without units of inertia, or pivots picked across bars of very different size lose the light bars' laws
+    unit = np.sqrt(model.inertia_kg_m2[[p.bar for p in laws]])
+    found: Array = unit * np.linalg.solve(unit[:, None] * np.array(gained) * unit, unit * np.array(lacking))
+    return found
+
+
+def followed(state: State, p: Prescription, angular: Array, pull: ComplexArray) -> float:
+    """Acceleration of the angle that `p` prescribes, from its bar's and (local horizontal) its longitude's.
+
+    Gravity is central, so of the bar's acceleration only the share of the reactions, and of effects that are not
+    central, turns its longitude: no large numbers meet.
+    """
+    if not p.local_horizontal:
+        return float(angular[p.bar])
+    place = state.com_m + state.position_m[p.bar]
+    return float(angular[p.bar] - (as_complex(place).conj() * pull[p.bar]).imag / (place @ place))
+
+
+def wanted(t_s: float, state: State, p: Prescription) -> float:
+    """Value that :func:`followed` must take: the law's, and the longitude's share -2 (Z·Z')(Z×Z')/r⁴."""
+    law = p.acceleration_rad_s2(t_s)
+    if not p.local_horizontal:
+        return law
+    place, motion = state.com_m + state.position_m[p.bar], state.com_velocity_m_s + state.velocity_m_s[p.bar]
+    return float(law - 2.0 * (place @ motion) * cross(place, motion) / (place @ place) ** 2)

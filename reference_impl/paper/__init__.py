@@ -1,0 +1,1 @@
+"""The formulation as the paper prints it, and its misprints."""

@@ -1,0 +1,95 @@
+"""What each of the paper's misprints does, measured on a generic state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from reference_impl.model.chain import Array, ChainModel, Prescription, State
+from reference_impl.model.kinematics import joined_state
+from reference_impl.paper.form import NotSquareError, PaperSolution, solve
+from reference_impl.paper.misprints import ERRATA, Effect, Misprint
+from reference_impl.paper.state import units_of
+
+SEED = 2002  # any; fixed so that the table can be compared
+EARTH_MU_M3_S2 = 3.986004418e14
+EARTH_RADIUS_M = 6378e3
+UNEQUAL_LENGTHS_M = (100.0, 80.0, 120.0, 60.0, 90.0)  # for the misprint that equal bars don't show
+
+
+@dataclass(frozen=True)
+class MisprintEffect:
+    """One row of the table."""
+
+    id: str
+    place: str
+    printed: str
+    right: str
+    effect_on_reactions: float | None
+    """Largest change of a reaction's component over the largest; None where nothing can be computed"""
+    effect_on_angular_acceleration: float | None
+    """The same for phi_j'', the paper's own unknown"""
+    note: str
+
+
+def generic_model(length_m: tuple[float, ...] = (100.0,) * 5) -> ChainModel:
+    """Five bars of different masses around the Earth."""
+    mass, length = np.array([100.0, 60.0, 130.0, 80.0, 40.0]), np.array(length_m)
+    return ChainModel(EARTH_MU_M3_S2, mass, length, mass * length**2 / 12.0, "gradient", EARTH_RADIUS_M)
+
+
+def generic_state(model: ChainModel) -> State:
+    """Random angles and rates, on an orbit that climbs."""
+    random = np.random.default_rng(SEED)
+    longitude = random.uniform(-np.pi, np.pi)
+    radial, across = (
+        np.array([np.cos(longitude), np.sin(longitude)]),
+        np.array([-np.sin(longitude), np.cos(longitude)]),
+    )
+    radius = 1.2 * EARTH_RADIUS_M
+    speed = np.sqrt(EARTH_MU_M3_S2 / radius)
+    angle = random.uniform(-np.pi, np.pi, model.bars)
+    rate = speed / radius * random.uniform(-1.0, 2.0, model.bars)
+    return joined_state(model, radius * radial, speed * (across + 0.3 * radial), angle, rate)
+
+
+def misprint_effects() -> list[MisprintEffect]:
+    """All misprints with their measured effects, in the table's order."""
+    return [measured(misprint) for misprint in Misprint]
+
+
+def measured(misprint: Misprint) -> MisprintEffect:
+    """One misprint's row: the state solved right, and with that misprint left in."""
+    entry = ERRATA[misprint]
+    reactions = angles = None
+    note = f"{entry.effect}: {entry.reason}"
+    if entry.effect is Effect.NOT_SOLVABLE:
+        note = f"{entry.effect}: {refusal(misprint)}"
+    elif entry.effect is not Effect.TEXT_ONLY:
+        model = generic_model(UNEQUAL_LENGTHS_M) if misprint is Misprint.HALF_LENGTH else generic_model()
+        right, wrong = solved(model, frozenset()), solved(model, frozenset({misprint}))
+        reactions = relative_change(wrong.reaction, right.reaction)
+        angles = relative_change(wrong.bars[:, 2], right.bars[:, 2])
+    return MisprintEffect(misprint.value, entry.place, entry.printed, entry.right, reactions, angles, note)
+
+
+def solved(model: ChainModel, as_printed: frozenset[Misprint]) -> PaperSolution:
+    """Solve the generic state of a model by the paper's form."""
+    state = generic_state(model)
+    return solve(model, 0.0, state, units_of(model, state.com_m), as_printed)
+
+
+def refusal(misprint: Misprint) -> str:
+    """Say what the paper's form answers to a prescribed rotation with this misprint."""
+    slewed = Prescription(4, np.pi / 4, 60.0, 0.0, local_horizontal=True, reacts_on=None)
+    try:
+        solved(replace(generic_model(), prescriptions=(slewed,)), frozenset({misprint}))
+    except NotSquareError as error:
+        return str(error)
+    raise AssertionError(f"{misprint} was solvable")
+
+
+def relative_change(wrong: Array, right: Array) -> float:
+    """Largest change over the largest magnitude."""
+    return float(np.abs(wrong - right).max() / np.abs(right).max())

@@ -1,0 +1,1 @@
+"""Chapter on the cost of accuracy."""

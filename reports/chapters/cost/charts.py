@@ -1,0 +1,191 @@
+"""Work-precision charts: error across, cost upwards, both in logarithms; down and to the left is better."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+from numpy.typing import NDArray
+
+from reports.plotting.palette import COLOURS, SERIES, Pen, engine_pen
+from reports.plotting.panels import MOST_TICKS, Frame, Legend, Panel, blank_axes, finish, log_axis
+from reports.plotting.series import Array, Floor, floor_of
+from reports.text.numerals import power_of_ten
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+
+Flags = NDArray[np.bool_]
+FLOOR_MARGIN = 10.0  # errors below this many times the oracle's own are the oracle's as much as the engine's
+LARGEST = 10.0  # errors beyond lie on the edge: a chain that is off by more is off
+OTHERS = "others"
+SHARED = "Engines of one family share a colour here; by family they have their own."
+MARKER_SIZE, CROSS_SIZE = 5.6, 6.0
+FAILED = Pen(COLOURS["ink"], "x")
+
+
+@dataclass(frozen=True)
+class Track:
+    """One engine's points, coarse to fine."""
+
+    engine: str
+    error: Array
+    """(n,); NaN where a run failed without one"""
+    cost: Array
+    """(n,); NaN where it was not measured"""
+    failed: Flags
+    """(n,) bool"""
+    blurred: Flags
+    """(n,) bool: under the oracle's floor"""
+
+    @property
+    def drawn(self) -> Flags:
+        """Good points that have a place on both axes, (n,) bool."""
+        placed = np.isfinite(self.error) & (self.error > 0.0) & np.isfinite(self.cost) & (self.cost > 0.0)
+        found: Flags = placed & ~self.failed
+        return found
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What all charts of one scene and quantity share."""
+
+    name: str
+    x_label: str
+    y_label: str
+    floor: float
+    """Error that the oracle may have itself; 0 if there is none to speak of"""
+    tracks: tuple[Track, ...]
+
+    @property
+    def x_span(self) -> Floor | None:
+        """Whole decades around all errors; smaller ones than the oracle's own say nothing and lie on the edge."""
+        shown = [np.clip(t.error[t.drawn], self.floor, LARGEST) for t in self.tracks]
+        return floor_of([*shown, np.array([FLOOR_MARGIN * self.floor])] if self.floor else shown)
+
+    @property
+    def y_span(self) -> Floor | None:
+        """Whole decades around all costs."""
+        return floor_of([t.cost[t.drawn] for t in self.tracks])
+
+
+def families(engines: Sequence[str]) -> dict[str, str]:
+    """Family of each engine: the first word of its name; those alone in theirs are the others."""
+    first = {e: e.partition("-")[0] for e in engines}
+    words = list(first.values())
+    return {e: word if words.count(word) > 1 else OTHERS for e, word in first.items()}
+
+
+def group_of(engines: Sequence[str]) -> dict[str, str]:
+    """What each engine shares its pen with: nothing while there are pens enough, else the first word of its name."""
+    names = list(dict.fromkeys(engines))
+    return {e: e if len(names) <= len(SERIES) else e.partition("-")[0] for e in names}
+
+
+def family_pens(engines: Sequence[str]) -> dict[str, Pen]:
+    """One pen for each group of engines."""
+    words = list(dict.fromkeys(group_of(engines).values()))
+    places = [0, *range(2, len(SERIES)), 1]  # the second neutral comes last
+    return {word: engine_pen(places[k % len(places)]) for k, word in enumerate(words)}
+
+
+def overview(setup: Setup, title: str, front: tuple[Array, Array] | None = None) -> Panel | None:
+    """All engines, each group in a colour, and the front that none of them beats."""
+    groups = group_of([t.engine for t in setup.tracks])
+    pens = family_pens(list(groups))
+    ax = axes(setup, title, "all")
+    if ax is None:
+        return None
+    if front is not None and len(front[0]) > 1:
+        ax.plot(*front, color=COLOURS["accent"].stand_in, linewidth=7.0, alpha=0.25, solid_capstyle="round", zorder=1)
+    for track in setup.tracks:
+        draw(ax, track, pens[groups[track.engine]])
+    used = {groups[t.engine] for t in setup.tracks if t.drawn.any() or t.failed.any()}
+    legend = tuple(Legend(word, pen) for word, pen in pens.items() if word in used)
+    said = f"{note(setup)} {SHARED if len(groups) > len(pens) else ''}".strip()
+    return Panel(title, finish(ax, frame(setup, title, "all")), said, legend)
+
+
+def by_family(setup: Setup) -> list[Panel]:
+    """One chart for each family: its engines in colour before all others in grey."""
+    shown = [t for t in setup.tracks if t.drawn.any() or t.failed.any()]
+    groups = families([t.engine for t in shown])
+    names = sorted(set(groups.values()), key=lambda g: (g == OTHERS, list(groups.values()).index(g)))
+    found = (family(setup, g, [t for t in shown if groups[t.engine] == g]) for g in names)
+    return [p for p in found if p]
+
+
+def family(setup: Setup, name: str, own: list[Track]) -> Panel | None:
+    """One family's chart."""
+    title = name.capitalize()
+    ax = axes(setup, title, name)
+    if ax is None:
+        return None
+    for track in setup.tracks:
+        if track.engine not in {t.engine for t in own}:
+            ax.plot(track.error[track.drawn], track.cost[track.drawn], color=COLOURS["rule"].stand_in, linewidth=0.8)
+    pens = {t.engine: engine_pen(k + 2) for k, t in enumerate(own)}
+    for track in own:
+        draw(ax, track, pens[track.engine])
+    svg = finish(ax, frame(setup, title, name))
+    return Panel(title, svg, note(replace(setup, tracks=tuple(own))), tuple(Legend(e, p) for e, p in pens.items()))
+
+
+def frame(setup: Setup, title: str, name: str) -> Frame:
+    """What a chart says on its axes."""
+    return Frame(f"{setup.name}-{name}", title, setup.x_label, setup.y_label, (0.0, 1.0))
+
+
+def axes(setup: Setup, title: str, name: str) -> Axes | None:
+    """Empty log-log axes with the oracle's floor; None if there is nothing to draw."""
+    across, up = setup.x_span, setup.y_span
+    if across is None or up is None:
+        return None
+    ax = blank_axes(frame(setup, title, name))
+    ax.set_xscale("log")
+    first, last = round(np.log10(across.low)), round(np.log10(across.high))
+    step = max(1, int(np.ceil((last - first) / MOST_TICKS)))
+    ax.xaxis.set_major_locator(FixedLocator([10.0**k for k in range(last, first - 1, -step)]))
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda v, _: power_of_ten(round(np.log10(v)))))
+    ax.xaxis.set_minor_locator(NullLocator())
+    log_axis(ax, up)
+    ax.set_xlim(across.low, across.high)
+    if setup.floor:
+        edge = max(FLOOR_MARGIN * setup.floor, across.low)
+        ax.axvspan(across.low, edge, color=COLOURS["body"].stand_in, linewidth=0, zorder=0)
+    return ax
+
+
+def draw(ax: Axes, track: Track, pen: Pen) -> None:
+    """Draw one engine's curve: filled points, hollow ones under the floor, crosses for failures."""
+    good, colour = track.drawn, pen.colour.stand_in
+    left, right = ax.get_xlim()
+    x = np.clip(track.error, left, right)
+    ax.plot(x[good], track.cost[good], color=colour, linewidth=1.3, zorder=2)
+    sharp, blurred = good & ~track.blurred, good & track.blurred
+    ax.plot(x[sharp], track.cost[sharp], pen.marker, color=colour, markersize=MARKER_SIZE, markeredgewidth=0, zorder=3)
+    ax.plot(
+        x[blurred], track.cost[blurred], pen.marker, color=colour, markersize=MARKER_SIZE, fillstyle="none",
+        markeredgewidth=0.9, zorder=3,
+    )  # fmt: skip
+    lost = track.failed & np.isfinite(track.cost)
+    at = np.where(np.isfinite(x), x, right)[lost]
+    ax.plot(
+        at, track.cost[lost], "x", color=colour, markersize=CROSS_SIZE, markeredgewidth=1.5, clip_on=False, zorder=4
+    )
+    gone = int((track.failed & ~np.isfinite(track.cost)).sum())
+    top = ax.get_ylim()[1]
+    ax.plot([right] * gone, [top] * gone, "x", color=colour, markersize=CROSS_SIZE, markeredgewidth=1.5, clip_on=False)
+
+
+def note(setup: Setup) -> str:
+    """What must be said beside a chart."""
+    failed = [f"{t.engine} ({int(t.failed.sum())})" for t in setup.tracks if t.failed.any()]
+    blurred = any((t.blurred & t.drawn).any() for t in setup.tracks)
+    said = [f"× failed: {', '.join(failed)}." if failed else ""]
+    said += ["Hollow: under the oracle's floor (shaded), no verdict." if blurred else ""]
+    return " ".join(s for s in said if s)

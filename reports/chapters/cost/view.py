@@ -1,0 +1,237 @@
+"""The chapter on what accuracy costs: from a study's tables to what the templates show."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from reports.chapters.cost.charts import FLOOR_MARGIN, Setup, Track, by_family, overview
+from reports.chapters.crossval.scene_data import anchor
+from reports.tables.cost import CostTables, has_cost, read_cost
+from reports.tables.outcome import Outcome
+from reports.text.numerals import number
+from reports.text.record import mapping, rows
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+    from reports.plotting.panels import Panel
+
+BASELINE = "reference-fast"  # times are also given over this engine's
+QUANTITIES = {  # columns of errors and floors, and the axis' label
+    "attitude": ("attitude_error_rad", "attitude_floor_rad", "largest attitude error, rad"),
+    "reaction": ("reaction_relative", "reaction_floor_relative", "largest reaction error / largest reaction"),
+}
+
+
+@dataclass(frozen=True)
+class ReachCell:
+    """What one engine needs for one error."""
+
+    status: str
+    cost: float | None = None
+    ratio: tuple[float | None, float | None, float | None] = (None, None, None)
+    """Against the fastest, with its interval"""
+    over_baseline: tuple[float | None, float | None, float | None] = (None, None, None)
+
+    @property
+    def best(self) -> bool:
+        """Whether no engine is faster."""
+        return self.ratio[0] == 1.0
+
+    @property
+    def sign(self) -> str:
+        """Shown before a cost that is only a bound."""
+        return "≤ " if self.status == "at most" else ""
+
+
+@dataclass(frozen=True)
+class ReachTable:
+    """Cost to reach each target: a row for each engine."""
+
+    title: str
+    targets: tuple[float, ...]
+    rows: tuple[tuple[str, tuple[ReachCell, ...]], ...]
+    timed: bool
+
+
+@dataclass(frozen=True)
+class CostScene:
+    """What the chapter shows of a scene."""
+
+    name: str
+    anchor: str
+    title: str
+    orbits: float | None
+    truth: dict[str, Any]
+    overviews: tuple[Panel, ...]
+    families: tuple[Panel, ...]
+    reach: tuple[ReachTable, ...]
+    orders: tuple[dict[str, Any], ...]
+    price: tuple[dict[str, Any], ...]
+    spent: tuple[dict[str, Any], ...]
+    points: tuple[dict[str, Any], ...]
+    left_out: tuple[dict[str, Any], ...]
+
+    @property
+    def baseline(self) -> ReachTable | None:
+        """Attitude's times, where the engine that they are also compared with was run."""
+        table = next((t for t in self.reach if t.timed), None)
+        return table if table and any(e == self.baseline_name for e, _ in table.rows) else None
+
+    @property
+    def baseline_name(self) -> str:
+        """Name of that engine."""
+        return BASELINE
+
+
+@dataclass(frozen=True)
+class CostView:
+    """The chapter."""
+
+    record: dict[str, Any]
+    scenes: tuple[CostScene, ...]
+
+    @property
+    def finished(self) -> bool:
+        """Whether the study went to its end."""
+        return bool(self.record.get("finished"))
+
+
+def view_cost(folder: Path) -> CostView | None:
+    """Chapter of a result folder; None if it holds no cost study."""
+    if not has_cost(folder):
+        return None
+    tables = read_cost(folder)
+    return CostView(tables.record, tuple(view_scene(tables, s) for s in dict.fromkeys(tables.points.scene)))
+
+
+def view_scene(tables: CostTables, scene: str) -> CostScene:
+    """One scene's part of the chapter."""
+    points = tables.points[tables.points.scene == scene]
+    facts, name = mapping(mapping(tables.record.get("scenes")).get(scene)), f"cost-{anchor(scene)}"
+    timed = setup(points, "attitude", "seconds", f"{name}-attitude")
+    return CostScene(
+        scene,
+        name,
+        str(facts.get("title") or scene),
+        number(facts.get("orbits")),
+        mapping(mapping(tables.record.get("truths")).get(scene)),
+        tuple(p for p in overviews(points, name) if p),
+        tuple(by_family(timed)),
+        reach_tables(tables.reach, scene),
+        tuple(records(tables.orders, scene)),
+        tuple(prices(tables.price, scene)),
+        tuple(spent(points, tables.record)),
+        tuple(records(points, scene)),
+        tuple(r for r in rows(tables.record.get("left_out")) if r.get("scene") == scene),
+    )
+
+
+def overviews(points: pd.DataFrame, name: str) -> list[Panel | None]:
+    """Time for attitude, time for reactions, evaluations for attitude."""
+    timed = setup(points, "attitude", "seconds", f"{name}-attitude")
+    return [
+        overview(timed, "Time against attitude error", front(points)),
+        overview(setup(points, "reaction", "seconds", f"{name}-reaction"), "Time against error of reactions"),
+        overview(setup(points, "attitude", "evaluations", f"{name}-count"), "Evaluations against attitude error"),
+    ]
+
+
+def setup(points: pd.DataFrame, quantity: str, cost: str, name: str) -> Setup:
+    """All engines' points of a scene as tracks."""
+    error, floor, label = QUANTITIES[quantity]
+    unit = "simulate, s" if cost == "seconds" else "evaluations of the right-hand side"
+    least = points[floor].max()
+    found = [track(points[points.engine == e], error, floor, cost) for e in dict.fromkeys(points.engine)]
+    nothing = {str(e) for e, own in points.groupby("engine") if own.com_error_m.isna().all()}
+    kept = [t for t in found if np.isfinite(t.error).any() or t.engine in nothing]  # to lack a quantity is no failure
+    return Setup(name, label, unit, float(least) if np.isfinite(least) else 0.0, tuple(kept))
+
+
+def track(own: pd.DataFrame, error: str, floor: str, cost: str) -> Track:
+    """One engine's points; runs that were left out for their length are none."""
+    run = own[~own.reason.str.startswith("not run")]
+    off = run[error].to_numpy(float)
+    return Track(
+        str(own.engine.iloc[0]),
+        off,
+        run[cost].to_numpy(float),
+        (run.outcome != Outcome.PASS.value).to_numpy() & (cost == "seconds"),
+        off < FLOOR_MARGIN * run[floor].to_numpy(float),
+    )
+
+
+def front(points: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
+    """Points that none beats, from the coarsest on."""
+    best = points[points.on_front.astype(str) == "True"].sort_values("attitude_error_rad", ascending=False)
+    return best.attitude_error_rad.to_numpy(float), best.seconds.to_numpy(float)
+
+
+def records(table: pd.DataFrame, scene: str) -> list[dict[str, Any]]:
+    """Rows of a scene, NaN as None."""
+    own = table[table.scene == scene]
+    return [{str(k): None if is_nan(v) else v for k, v in row.items()} for row in own.to_dict("records")]
+
+
+def is_nan(value: object) -> bool:
+    """Whether a cell is empty."""
+    return isinstance(value, float) and math.isnan(value)
+
+
+def reach_tables(reach: pd.DataFrame, scene: str) -> tuple[ReachTable, ...]:
+    """Times and counts for attitude, times for reactions."""
+    wanted = (
+        ("attitude", "seconds", "Time to reach an attitude error"),
+        ("reaction", "seconds", "Time to reach a relative error of reactions"),
+        ("attitude", "evaluations", "Evaluations to reach an attitude error"),
+    )
+    found = (reach_table(reach, scene, q, m, title) for q, m, title in wanted)
+    return tuple(t for t in found if t.rows)
+
+
+def reach_table(reach: pd.DataFrame, scene: str, quantity: str, measure: str, title: str) -> ReachTable:
+    """One table of them."""
+    own = reach[(reach.scene == scene) & (reach.quantity == quantity) & (reach.measure == measure)]
+    targets = tuple(float(t) for t in dict.fromkeys(own.target))
+    cells = {(r["engine"], r["target"]): cell(r) for r in records(own, scene)}
+    shown = [(str(e), tuple(cells[e, t] for t in targets)) for e in dict.fromkeys(own.engine)]
+    return ReachTable(title, targets, tuple(shown), measure == "seconds")
+
+
+def cell(row: dict[str, Any]) -> ReachCell:
+    """One cell."""
+
+    def three(name: str) -> tuple[float | None, float | None, float | None]:
+        return number(row.get(name)), number(row.get(f"{name}_low")), number(row.get(f"{name}_high"))
+
+    return ReachCell(str(row["status"]), number(row.get("cost")), three("over_fastest"), three("over_baseline"))
+
+
+def prices(price: pd.DataFrame, scene: str) -> list[dict[str, Any]]:
+    """Price of a digit, one row for each engine: in time and in evaluations."""
+    found: dict[str, dict[str, Any]] = {}
+    for row in records(price, scene):
+        found.setdefault(row["engine"], {"engine": row["engine"]})[row["measure"]] = row
+    return list(found.values())
+
+
+def spent(points: pd.DataFrame, record: dict[str, Any]) -> list[dict[str, Any]]:
+    """What each engine spends besides simulating: building, compiling, reading out."""
+    engines = mapping(record.get("engines"))
+    found = []
+    for engine in dict.fromkeys(points.engine):
+        own = points[points.engine == engine]
+        times = {k: number(own[k].median()) for k in ("build_s", "read_s")}
+        found.append(
+            {"engine": engine, "version": mapping(engines.get(engine)).get("version") or ""}
+            | {k: None if is_nan(v) else v for k, v in times.items()}
+            | {"compile_s": number(own.compile_s.max()) if own.compile_s.notna().any() else None}
+            | {"title": mapping(engines.get(engine)).get("title") or ""}
+        )
+    return found

@@ -1,0 +1,1 @@
+"""Chapter on the cross-validation: matrix, scenes, differences over time."""

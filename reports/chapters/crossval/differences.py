@@ -1,0 +1,96 @@
+"""How far the engines are from the truth, how they drift, and how a small perturbation grows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reports.chapters.crossval.scene_data import group
+from reports.chapters.crossval.summary import SHORT_OF_THE_RUN
+from reports.plotting.palette import COLOURS, Pen
+from reports.plotting.panels import Legend, Line, linear_panel, log_panel
+from reports.plotting.series import column
+from reports.tables.crossval import GROWTH, QUANTITY_UNITS
+
+if TYPE_CHECKING:
+    from reports.chapters.crossval.scene_data import Group, SceneData
+    from reports.plotting.panels import Panel
+
+DIFFERENCES = {
+    "attitude": "Attitude",
+    "reaction": "Reactions",
+    "com": "CM track",
+    "com_velocity": "CM velocity",
+}
+DRIFTS = {
+    "gap": "Joint gap",
+    "identity": "Identity (6)",
+    "energy": "Energy",
+    "angular_momentum": "Angular momentum",
+}
+LITTLE_GROWTH = 10.0  # times; up to it a linear axis shows more than whole decades do
+
+
+class DifferenceCharts:
+    """Draws the differences of one scene's engines."""
+
+    def __init__(self, data: SceneData) -> None:
+        self.data = data
+
+    def difference_panel(self, quantity: str, title: str) -> tuple[Panel | None, list[str]]:
+        """Differences of one quantity on a log axis, with what is explained dashed."""
+        lines, engines = [], []
+        for engine, table in self.data.differences.items():
+            y = column(table, f"{quantity}_difference")
+            if y is None:
+                continue
+            t, horizon = table["t_s"].to_numpy(float), self.data.horizon(engine, quantity)
+            seen = t <= horizon
+            tolerance = column(table, f"{quantity}_tolerance")
+            shown = None if tolerance is None else tolerance[seen]
+            cut = horizon < SHORT_OF_THE_RUN * self.data.end_s
+            lines.append(Line(t[seen] / self.data.unit_s, y[seen], self.data.pens[engine], shown, cut))
+            engines.append(engine)
+        return log_panel(self.data.frame(quantity, title, QUANTITY_UNITS[quantity], lines)), engines
+
+    def drift_panel(self, quantity: str, title: str) -> tuple[Panel | None, list[str]]:
+        """One drift over the whole run, with its band dashed."""
+        lines, engines = [], []
+        for engine, table in self.data.differences.items():
+            y = column(table, f"{quantity}_drift")
+            if y is not None:
+                band = column(table, f"{quantity}_band")
+                t = table["t_s"].to_numpy(float) / self.data.unit_s
+                lines.append(Line(t, np.abs(y), self.data.pens[engine], band))
+                engines.append(engine)
+        unit = QUANTITY_UNITS[quantity]
+        return log_panel(self.data.frame(quantity, title, "relative" if unit == "1" else unit, lines)), engines
+
+    def difference_group(self) -> Group | None:
+        """All differences."""
+        found = [self.difference_panel(q, title) for q, title in DIFFERENCES.items()]
+        text = "Dashed: what the errors of both sides explain. A tick ends a line at its horizon."
+        return group("Differences from the truth", text, self.legend(found), [p for p, _ in found])
+
+    def drift_group(self) -> Group | None:
+        """All drifts, and the growth of a small perturbation."""
+        found = [self.drift_panel(q, title) for q, title in DRIFTS.items()]
+        text = "Over the whole run, whatever the horizon; bands dashed." if any(p for p, _ in found) else ""
+        panels = [*(p for p, _ in found), self.growth_panel()]
+        return group("Drift and growth", text, self.legend(found), panels)
+
+    def growth_panel(self) -> Panel | None:
+        """How a small perturbation of the attitude grows."""
+        table = self.data.results.differences(self.data.scene.name, GROWTH)
+        y = None if table is None else column(table, "growth")
+        if table is None or y is None:
+            return None
+        lines = [Line(table["t_s"].to_numpy(float) / self.data.unit_s, y, Pen(COLOURS["ink"]))]
+        frame = self.data.frame("growth", "Growth of a small perturbation", "times", lines)
+        return log_panel(frame) if np.nanmax(y) > LITTLE_GROWTH else linear_panel(frame)
+
+    def legend(self, found: list[tuple[Panel | None, list[str]]]) -> tuple[Legend, ...]:
+        """Entries of the engines that appear in any of the panels."""
+        used = {e for panel, engines in found if panel for e in engines}
+        return tuple(Legend(e, self.data.pens[e]) for e in self.data.summary.engines if e in used)

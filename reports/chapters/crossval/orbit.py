@@ -1,0 +1,198 @@
+"""The chain along its orbit, as the paper draws it: the chain enlarged, the orbit and the body to scale."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.patches import Circle
+
+from reports.plotting.palette import COLOURS
+from reports.plotting.panels import Panel
+from reports.plotting.svg import TEXT_SIZE, figure, inline
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+    from matplotlib.axes import Axes
+
+    from reports.plotting.series import Array
+
+SIZE = 400.0
+INSTANTS = 16  # a multiple of 4, so that quarters of the orbit are among them
+LEAST_SHOWN = 0.25  # of a revolution: a second panel for less would be empty
+SHARE = 0.88  # of the way between two instants that the stretched chain covers
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """What is drawn of a scene besides its trajectory."""
+
+    length_m: Array
+    """(N,)"""
+    mass_kg: Array
+    """(N,)"""
+    body_radius_m: float
+    """0 where nothing pulls: no disc is drawn"""
+    period_s: float
+    closed: bool
+    """Whether the orbit returns, so that a panel is one revolution"""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The trajectory to draw."""
+
+    t_s: Array
+    """(n,)"""
+    com_m: Array
+    """(n, 2)"""
+    angle_rad: Array
+    """(n, N)"""
+    horizon_s: float = np.inf
+    """Until when it is the only motion that the start allows"""
+
+    @property
+    def drawable(self) -> bool:
+        """Whether there are two samples or more, and all of them are numbers."""
+        return len(self.t_s) > 1 and bool(np.isfinite(self.com_m).all() and np.isfinite(self.angle_rad).all())
+
+
+def joints(geometry: Geometry, angle_rad: Array) -> Array:
+    """Place the ends and joints of the chain about its own centre of mass.
+
+    Parameters
+    ----------
+    geometry : Geometry
+    angle_rad : ndarray, shape (n, N)
+
+    Returns
+    -------
+    ndarray, shape (n, N+1, 2), m
+        From the left end of bar 1 to the right end of bar N: joints in line, weighted mean zero.
+    """
+    u = np.stack([np.cos(angle_rad), np.sin(angle_rad)], axis=-1) * geometry.length_m[:, None]
+    ends = np.concatenate([np.zeros((len(u), 1, 2)), np.cumsum(u, axis=1)], axis=1)
+    centres = 0.5 * (ends[:, 1:] + ends[:, :-1])
+    centre = np.einsum("j,njk->nk", geometry.mass_kg / geometry.mass_kg.sum(), centres)
+    around: Array = ends - centre[:, None, :]
+    return around
+
+
+def orbit_panels(name: str, geometry: Geometry, motion: Motion) -> list[Panel]:
+    """One panel for each of the first two revolutions; one for the whole run of an open orbit."""
+    if not motion.drawable:
+        return []
+    end = float(motion.t_s[-1])
+    if not geometry.closed:
+        return [orbit_panel(f"{name}-way", "Chain along its way", geometry, motion, (float(motion.t_s[0]), end))]
+    panels = []
+    for k, word in enumerate(("first", "second")):
+        start = k * geometry.period_s
+        if k == 0 or end > start + LEAST_SHOWN * geometry.period_s:
+            window = (start, min(start + geometry.period_s, end))
+            panels.append(
+                orbit_panel(f"{name}-orbit{k + 1}", f"Chain along the {word} orbit", geometry, motion, window)
+            )
+    return panels
+
+
+def orbit_panel(name: str, title: str, geometry: Geometry, motion: Motion, window_s: tuple[float, float]) -> Panel:
+    """Draw one window of time."""
+    start, end = window_s
+    instants = np.linspace(start, end, INSTANTS + 1)
+    if geometry.closed and end - start > 0.99 * geometry.period_s:
+        instants = instants[:-1]  # the last lies on the first
+    place, track = (
+        along(instants, motion.t_s, motion.com_m),
+        along(np.linspace(start, end, 181), motion.t_s, motion.com_m),
+    )
+    way = float(np.linalg.norm(np.diff(track, axis=0), axis=1).sum())
+    factor = SHARE * way / INSTANTS / float(geometry.length_m.sum())
+    chain = place[:, None, :] + factor * joints(geometry, along(instants, motion.t_s, motion.angle_rad))
+    reach = 0.75 * factor * float(geometry.length_m.sum())
+    ax = square_axes(track, reach, geometry)
+    ax.plot(track[:, 0], track[:, 1], color=COLOURS["rule"].stand_in, linewidth=1.0, zorder=1)
+    draw_chains(ax, chain)
+    label_instants(ax, geometry, instants, place, chain)
+    size = f"{float(f'{factor:.2g}'):,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+    note = f"Chain enlarged {size} times; bar 1 in colour.{beyond(geometry, motion, end)}"
+    return Panel(title, finish(ax, name, title), note)
+
+
+def beyond(geometry: Geometry, motion: Motion, end_s: float) -> str:
+    """Say which configurations of a panel that ends at `end_s` are only some of many possible ones."""
+    if motion.horizon_s >= end_s:
+        return ""
+    horizon = f"{motion.horizon_s / geometry.period_s:.2f} orbits" if geometry.closed else f"{motion.horizon_s:.0f} s"
+    return f" After {horizon} beyond the truth's horizon."
+
+
+def along(at_s: Array, t_s: Array, values: Array) -> Array:
+    """Columns of `values` (n, k) at other instants."""
+    return np.stack([np.interp(at_s, t_s, column) for column in values.T], axis=-1)
+
+
+def square_axes(track: Array, reach: float, geometry: Geometry) -> Axes:
+    """Axes of equal scales around the `track` (k, 2) with `reach` on every side, and the body's disc."""
+    points = np.concatenate([track - reach, track + reach])
+    made = figure(SIZE, SIZE)
+    ax = made.add_axes((0.0, 0.0, 1.0, 1.0))
+    ax.set_axis_off()
+    if geometry.body_radius_m > 0.0:
+        r = geometry.body_radius_m
+        ax.add_patch(Circle((0, 0), r, facecolor=COLOURS["body"].stand_in, edgecolor="none", zorder=0))
+        points = np.concatenate([points, [[-r, -r], [r, r]]])
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    half = 0.505 * float(np.ptp(points, axis=0).max())
+    ax.set_xlim(middle[0] - half, middle[0] + half)
+    ax.set_ylim(middle[1] - half, middle[1] + half)
+    return ax
+
+
+def draw_chains(ax: Axes, chain: Array) -> None:
+    """Chains (k, N+1, 2): bars as lines, joints as dots, the first bar in the accent colour."""
+    ink, accent = COLOURS["ink"].stand_in, COLOURS["accent"].stand_in
+    ax.add_collection(LineCollection(list(chain), colors=ink, linewidths=1.3, zorder=2))
+    ax.add_collection(LineCollection(list(chain[:, :2]), colors=accent, linewidths=2.6, zorder=3))
+    hinges = chain[:, 1:-1].reshape(-1, 2)
+    ax.plot(hinges[:, 0], hinges[:, 1], "o", color=ink, markersize=2.9, markeredgewidth=0, zorder=4)
+
+
+def label_instants(ax: Axes, geometry: Geometry, instants_s: Array, place: Array, chain: Array) -> None:
+    """Write the time beside every fourth instant: towards the body, clear of the chain."""
+    for k in range(0, len(instants_s), 4):
+        orbits = instants_s[k] / geometry.period_s
+        text = f"{orbits:.2f}".rstrip("0").rstrip(".") if geometry.closed else f"{instants_s[k]:.0f} s"
+        if k == 0:
+            text = f"t = {text}"
+        reach = np.linalg.norm(chain[k] - place[k], axis=-1).max()
+        room = (0.05 if geometry.closed else 0.08) * float(np.ptp(ax.get_xlim()))
+        where = place[k] + inward(place, k) * (reach + room)
+        ax.text(
+            where[0],
+            where[1],
+            text,
+            ha="center",
+            va="center",
+            fontsize=TEXT_SIZE,
+            color=COLOURS["muted"].stand_in,
+        )
+
+
+def inward(place: Array, k: int) -> Array:
+    """Give the unit normal of the way through `place` (n, 2) at the k-th instant, on the side of the body."""
+    ahead = place[(k + 1) % len(place)] - place[k] if k + 1 < len(place) else place[k] - place[k - 1]
+    normal = np.array([-ahead[1], ahead[0]])
+    if normal @ place[k] > 0.0:
+        normal = -normal
+    unit: Array = normal / (float(np.linalg.norm(normal)) or 1.0)
+    return unit
+
+
+def finish(ax: Axes, name: str, label: str) -> Markup:
+    """SVG of the axes' figure."""
+    found = ax.get_figure(root=True)
+    assert found is not None
+    return inline(found, name, label)

@@ -1,0 +1,175 @@
+"""Joint reactions: the truth as lines, and engines that are somebody else's work as marks on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reports.chapters.crossval.scene_data import group
+from reports.plotting.palette import COLOURS, Pen, hollow, joint_pen
+from reports.plotting.panels import Frame, Legend, Line, linear_panel
+from reports.plotting.series import Array, numbered
+from reports.text.numerals import prefixed
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from numpy.typing import NDArray
+
+    from reports.chapters.crossval.scene_data import Group, SceneData
+    from reports.plotting.panels import Panel
+
+MOST_JOINTS = 4  # as many as the paper's chain has
+MARKS = 12  # of one engine on a line: those of six stay apart
+AXES = {"x": "z1", "y": "z2"}
+TRUTH_PEN = Pen(COLOURS["ink"])
+
+
+@dataclass(frozen=True)
+class Reactions:
+    """Reactions of one run."""
+
+    t_s: Array
+    """(n,)"""
+    of: dict[str, Array]
+    """Component x or y: (n, joints)"""
+    horizon_s: float
+
+
+class ReactionCharts:
+    """Draws the reactions of one scene."""
+
+    def __init__(self, data: SceneData) -> None:
+        self.data = data
+        self.truth = stored_reactions(data.truth, data.truth_end_s)
+        count = self.truth.of["x"].shape[1] if self.truth else 0
+        self.shown = np.unique(np.linspace(0, count - 1, min(count, MOST_JOINTS)).round().astype(int))
+
+    def group(self) -> Group | None:
+        """Both components over the whole run and at the first manoeuvre; one of them as the engines have it."""
+        if self.truth is None:
+            return None
+        panels = [
+            self.panel(f"{component}{k}", f"Component along {axis}{when}", component, window)
+            for k, (when, window) in enumerate(self.windows())
+            for component, axis in AXES.items()
+        ]
+        legend = tuple(Legend(f"joint {j + 1}", joint_pen(k)) for k, j in enumerate(self.shown))
+        text = "Force on bar j from bar j+1, inertial axes; the truth."
+        if self.data.truth_end_s < self.data.end_s:
+            text += " Faint: beyond the truth's horizon, where its motion is only one of many possible ones."
+        return group("Reactions", text, legend, [*panels, self.engines_panel()])
+
+    def windows(self) -> list[tuple[str, tuple[float, float] | None]]:
+        """Give the whole run, and the first manoeuvre where it would not be seen in the whole."""
+        found: list[tuple[str, tuple[float, float] | None]] = [("", None)]
+        if self.data.scene.prescribed:
+            start, end = self.data.manoeuvre(self.data.scene.prescribed[0])
+            if end - start < 0.5 * self.data.end_s:
+                found.append((", at the manoeuvre", (start, end)))
+        return found
+
+    def panel(self, name: str, title: str, component: str, window_s: tuple[float, float] | None) -> Panel | None:
+        """One component of some joints, over the whole run or over a stretch of it."""
+        frame = self.frame(name, title, window_s)
+        start, end = window_s or (0.0, self.data.end_s)
+        if start < self.data.truth_end_s < end:
+            frame.mark, frame.mark_label = self.data.truth_end_s / self.unit_s(window_s), "truth's horizon"
+        return linear_panel(self.scaled(frame, self.truth_lines(component, start, end), window_s))
+
+    def truth_lines(self, component: str, start_s: float, end_s: float) -> list[Line]:
+        """The truth's lines; first, and so below the others, those not to be relied on."""
+        assert self.truth is not None
+        t, values = self.truth.t_s, self.truth.of[component]
+        seen = (t >= start_s) & (t <= end_s)
+        parts = ((True, seen & (t >= self.truth.horizon_s)), (False, seen & (t <= self.truth.horizon_s)))
+        return [
+            Line(t[part], values[part, joint], joint_pen(k), faint=faint)
+            for faint, part in parts
+            if part.any()
+            for k, joint in enumerate(self.shown)
+        ]
+
+    def engines_panel(self) -> Panel | None:
+        """The largest component of all, the truth's as a line and marks of every external engine on it."""
+        runs = self.outside_runs()
+        if self.truth is None or not runs:
+            return None
+        window = self.windows()[-1][1]
+        start, end = window or (0.0, min(self.data.end_s, float(np.median([r.horizon_s for r in runs.values()]))))
+        seen = (self.truth.t_s >= start) & (self.truth.t_s <= end)
+        if seen.sum() < 2:
+            return None
+        largest = {c: np.nanmax(np.abs(v[seen]), axis=0, initial=0.0) for c, v in self.truth.of.items()}
+        component = max(largest, key=lambda c: float(largest[c].max()))
+        joint = int(largest[component].argmax())
+        t, y = self.truth.t_s[seen], self.truth.of[component][seen, joint]
+        lines = [Line(t, y, TRUTH_PEN, width=1.0)]
+        for k, (engine, run) in enumerate(runs.items()):
+            at = nearest(run, spread(t, y, k / len(runs)))
+            lines.append(Line(run.t_s[at], run.of[component][at, joint], hollow(self.data.pens[engine])))
+        frame = self.frame("engines", f"Joint {joint + 1} along {AXES[component]}, external engines", window)
+        frame.x_span = (start / self.unit_s(window), end / self.unit_s(window))
+        made = linear_panel(self.scaled(frame, lines, window))
+        legend = (Legend("truth", TRUTH_PEN), *(Legend(e, hollow(self.data.pens[e])) for e in runs))
+        note = "Marks: samples of each engine, as far as it is compared."
+        if window is None and end < self.data.end_s:
+            note += " The panel ends where half of them do."
+        return made and replace(made, note=note, legend=legend)
+
+    def outside_runs(self) -> dict[str, Reactions]:
+        """Reactions of the external engines that have them, as far as each is compared."""
+        found: dict[str, Reactions] = {}
+        for engine in filter(self.data.summary.external, self.data.summary.engines):
+            horizon = min(self.data.horizon(engine, "reaction"), self.data.truth_end_s)
+            run = stored_reactions(self.data.results.trajectory(self.data.scene.name, engine), horizon)
+            if run and self.truth and run.of["x"].shape[1] == self.truth.of["x"].shape[1]:
+                found[engine] = run
+        return found
+
+    def unit_s(self, window_s: tuple[float, float] | None) -> float:
+        """Unit of a panel's time: a manoeuvre is told in seconds."""
+        return self.data.unit_s if window_s is None else 1.0
+
+    def frame(self, name: str, title: str, window_s: tuple[float, float] | None) -> Frame:
+        """Empty frame over the whole run or over a stretch of it."""
+        start, end = window_s or (0.0, self.data.end_s)
+        label, unit_s = self.data.x_label if window_s is None else "time, s", self.unit_s(window_s)
+        return Frame(f"{self.data.id}-reaction-{name}", title, label, "N", (start / unit_s, end / unit_s))
+
+    def scaled(self, frame: Frame, lines: list[Line], window_s: tuple[float, float] | None) -> Frame:
+        """Put `lines`, in s and N, into a frame with its own units."""
+        factor, frame.y_label = prefixed(
+            max((float(np.nanmax(np.abs(x.y), initial=0.0)) for x in lines), default=0.0), "N"
+        )
+        frame.lines = [line.scaled(1.0 / self.unit_s(window_s), factor) for line in lines]
+        return frame
+
+
+def spread(t_s: Array, y: Array, phase: float) -> Array:
+    """Instants at even distances along a drawn curve, so that its peaks get marks as well as its plains.
+
+    `phase` between 0 and 1 shifts them, so that marks of several engines do not pile up.
+    """
+    y = np.nan_to_num(y)
+    way = np.hypot(np.diff(t_s) / (np.ptp(t_s) or 1.0), np.diff(y) / (np.ptp(y) or 1.0))
+    along = np.concatenate([[0.0], np.cumsum(way)])
+    instants: Array = np.interp(along[-1] * (np.arange(MARKS) + phase) / MARKS, along, t_s)
+    return instants
+
+
+def nearest(run: Reactions, instants_s: Array) -> NDArray[np.intp]:
+    """Indices of a run's samples next to some instants, of those inside its horizon."""
+    wanted = instants_s[instants_s <= min(run.horizon_s, float(run.t_s[-1]))]
+    return np.unique(np.abs(run.t_s[:, None] - wanted).argmin(axis=0))
+
+
+def stored_reactions(table: pd.DataFrame | None, horizon_s: float) -> Reactions | None:
+    """Reactions of a stored trajectory; None if it has none."""
+    if table is None or not len(table):
+        return None
+    x, y = (numbered(table, rf"reaction_(\d+)_{c}_N") for c in AXES)
+    if x is None or y is None:
+        return None
+    return Reactions(table["t_s"].to_numpy(float), {"x": x, "y": y}, horizon_s)

@@ -1,0 +1,87 @@
+"""What all charts of one scene share: its tables, its clock, its legends."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reports.chapters.crossval.summary import SHORT_OF_THE_RUN
+from reports.plotting.palette import engine_pen
+from reports.plotting.panels import Frame
+from reports.tables.crossval import TRUTH
+from reports.text.numerals import number
+
+if TYPE_CHECKING:
+    from reports.chapters.crossval.summary import Summary
+    from reports.plotting.panels import Legend, Line, Panel
+    from reports.tables.crossval import Results
+    from reports.text.record import SceneRecord
+
+MANOEUVRES = 4.0  # durations of a prescribed rotation that is looked at closely
+
+
+@dataclass(frozen=True)
+class Group:
+    """Charts that share a legend."""
+
+    heading: str
+    text: str
+    legend: tuple[Legend, ...]
+    panels: tuple[Panel, ...]
+
+
+def group(heading: str, text: str, legend: tuple[Legend, ...], panels: list[Panel | None]) -> Group | None:
+    """Group of the panels that exist; None if none does."""
+    found = tuple(p for p in panels if p)
+    return Group(heading, text, legend, found) if found else None
+
+
+def anchor(name: str) -> str:
+    """Name fit for an id."""
+    return "scene-" + re.sub(r"[^A-Za-z0-9_.]", lambda m: "-" if m[0] == "/" else f"-{ord(m[0]):x}-", name)
+
+
+class SceneData:
+    """Stored tables of one scene, and how they are drawn."""
+
+    def __init__(self, results: Results, summary: Summary, scene: SceneRecord) -> None:
+        self.results, self.summary, self.scene = results, summary, scene
+        self.truth = results.trajectory(scene.name, TRUTH)
+        self.id = anchor(scene.name)
+        self.unit_s = scene.period_s if scene.closed else 1.0
+        self.x_label = "orbits" if scene.closed else "time, s"
+        self.pens = {e: engine_pen(k) for k, e in enumerate(summary.engines)}
+        found = {e: results.differences(scene.name, e) for e in summary.engines}
+        self.differences = {e: d for e, d in found.items() if d is not None and len(d) > 1}
+        self.end_s = self.longest()
+
+    def longest(self) -> float:
+        """End of the run: as recorded, or as far as any table goes."""
+        ends = [self.scene.value("duration_s") or 0.0]
+        tables = [*self.differences.values(), *([self.truth] if self.truth is not None else [])]
+        ends += [float(t["t_s"].max()) for t in tables if "t_s" in t and len(t)]
+        return max(ends) or 1.0
+
+    @property
+    def truth_end_s(self) -> float:
+        """Instant after which the truth is no longer one, s; infinite where it holds."""
+        horizon = self.scene.value("truth_horizon_s")
+        return np.inf if horizon is None or horizon > SHORT_OF_THE_RUN * self.end_s else horizon
+
+    def horizon(self, engine: str, quantity: str) -> float:
+        """End of the pointwise comparison, s; infinite where none is stored."""
+        cell = self.summary.cell(self.scene.name, engine)
+        row = cell.row(quantity) if cell else None
+        return np.inf if row is None or row.horizon_s is None else row.horizon_s
+
+    def manoeuvre(self, law: dict[str, object]) -> tuple[float, float]:
+        """Stretch of time in which a prescribed rotation is looked at, s."""
+        start, length = number(law.get("start_s")) or 0.0, number(law.get("duration_s")) or 0.0
+        return start, min(start + MANOEUVRES * length, self.end_s) if length > 0.0 else self.end_s
+
+    def frame(self, name: str, title: str, y_label: str, lines: list[Line]) -> Frame:
+        """Frame over the whole run."""
+        return Frame(f"{self.id}-{name}", title, self.x_label, y_label, (0.0, self.end_s / self.unit_s), lines)

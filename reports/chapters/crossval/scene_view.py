@@ -1,0 +1,71 @@
+"""One scene's section: its facts and its charts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reports.chapters.crossval.differences import DifferenceCharts
+from reports.chapters.crossval.external_coverage import carrier_words
+from reports.chapters.crossval.orbit import Geometry, Motion, orbit_panels
+from reports.chapters.crossval.reactions import ReactionCharts
+from reports.chapters.crossval.scene_data import SceneData
+from reports.chapters.crossval.torques import torques
+from reports.plotting.series import numbered
+from reports.text.facts import Fact, facts
+
+if TYPE_CHECKING:
+    from reports.chapters.crossval.scene_data import Group
+    from reports.chapters.crossval.summary import Cell, Summary
+    from reports.plotting.panels import Panel
+    from reports.tables.crossval import Results
+    from reports.text.record import SceneRecord
+
+
+@dataclass(frozen=True)
+class SceneView:
+    """What the template shows of a scene."""
+
+    scene: SceneRecord
+    anchor: str
+    facts: tuple[tuple[str, Fact], ...]
+    orbits: tuple[Panel, ...]
+    groups: tuple[Group, ...]
+    cells: tuple[Cell, ...]
+    carriers: tuple[str, str] | None
+    """Why engines of somebody else's were not run: a headline where none was, and more; None where nothing is to say"""
+
+
+def view_scene(results: Results, summary: Summary, scene: SceneRecord) -> SceneView:
+    """Everything the page shows of a scene."""
+    data = SceneData(results, summary, scene)
+    differences = DifferenceCharts(data)
+    groups = (
+        ReactionCharts(data).group(),
+        torques(data, differences),
+        differences.difference_group(),
+        differences.drift_group(),
+    )
+    return SceneView(
+        scene,
+        data.id,
+        tuple(facts(scene, of_track=summary.of_track(scene.name))),
+        tuple(orbits(data)),
+        tuple(g for g in groups if g),
+        tuple(summary.shown_in(scene.name)),
+        carrier_words(summary, scene),
+    )
+
+
+def orbits(data: SceneData) -> list[Panel]:
+    """Chain along its orbit."""
+    s, length, mass = data.scene, data.scene.values("length_m"), data.scene.values("mass_kg")
+    angle = None if data.truth is None else numbered(data.truth, r"angle_(\d+)_rad")
+    if data.truth is None or angle is None or not len(length) == len(mass) == angle.shape[1]:
+        return []
+    radius = 0.0 if s.text("gravity") == "none" else s.value("body_radius_m") or 0.0
+    geometry = Geometry(np.array(length), np.array(mass), radius, s.period_s or 1.0, s.closed)
+    com = data.truth[["com_x_m", "com_y_m"]].to_numpy(float)
+    return orbit_panels(data.id, geometry, Motion(data.truth["t_s"].to_numpy(float), com, angle, data.truth_end_s))

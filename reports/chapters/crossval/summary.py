@@ -1,0 +1,302 @@
+"""The metrics table, gathered: one row per scene, engine and quantity, one cell per scene and engine."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from reports.tables.crossval import ALL_SCENES, QUANTITY_UNITS, REFERENCE_SOLUTION, Results, is_engine
+from reports.tables.outcome import Outcome
+from reports.text.numerals import number
+from reports.text.record import SceneRecord, mapping
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+# From what may stand to what nothing can be made of: the gravest outcome of its rows is a cell's own.
+GRAVITY = (
+    Outcome.REPORTED,
+    Outcome.PASS,
+    Outcome.UNSUPPORTED,
+    Outcome.ROUNDOFF_LIMITED,
+    Outcome.OUT_OF_BAND,
+    Outcome.INCONSISTENT,
+    Outcome.NOTHING_COMPARED,
+    Outcome.MALFORMED,
+    Outcome.INCOMPLETE,
+    Outcome.NOT_FINITE,
+    Outcome.JOINTS_IGNORED,
+    Outcome.TIMED_OUT,
+    Outcome.FAILED,
+    Outcome.MISSING,
+)
+WORDS = {outcome: outcome.value.replace("_", " ") for outcome in Outcome}
+SHORT_OF_THE_RUN = 0.999  # a horizon of more than this share of the run is the whole run
+
+
+def gravest(outcomes: Iterable[Outcome]) -> Outcome:
+    """Return the worst of some outcomes; of none, that nothing was compared."""
+    return max(outcomes, key=GRAVITY.index, default=Outcome.NOTHING_COMPARED)
+
+
+def read_outcome(text: str) -> Outcome:
+    """Outcome of a stored word; an unknown word counts as a failure rather than as nothing."""
+    try:
+        return Outcome(text)
+    except ValueError:
+        return Outcome.FAILED
+
+
+@dataclass(frozen=True)
+class QuantityRow:
+    """All metrics of one quantity in one run."""
+
+    quantity: str
+    unit: str
+    largest: float | None
+    """Of the difference, or of the drift"""
+    rms: float | None
+    final: float | None
+    band: float | None
+    ratio: float | None
+    """Largest ratio of the difference to what the errors of both explain"""
+    first_orbit: float | None
+    """Largest difference up to one orbit, where the run is longer"""
+    detection_limit: float | None
+    """Smallest relative error that would have been called"""
+    horizon_s: float | None
+    outcome: Outcome
+    reason: str
+
+    @property
+    def name(self) -> str:
+        """Name for people."""
+        return QUANTITY_NAMES.get(self.quantity, self.quantity.replace("_", " "))
+
+
+QUANTITY_NAMES = {
+    "com": "CM track",
+    "com_velocity": "CM velocity",
+    "gap": "joint gap",
+    "identity": "identity (6)",
+}
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One engine's run of one scene."""
+
+    scene: str
+    engine: str
+    setting: str
+    outcome: Outcome
+    reason: str
+    rows: tuple[QuantityRow, ...]
+    duration_s: float | None
+    judged_share: float | None = None
+    """Share of the run that was judged, up to the predictability limit and restarted beyond it"""
+    shows_first_orbit: bool = False
+    """Whether small tables show the first orbit's errors: those at the horizon are what two runs part by"""
+
+    def row(self, quantity: str) -> QuantityRow | None:
+        """Row of a quantity."""
+        return next((r for r in self.rows if r.quantity == quantity), None)
+
+    @property
+    def word(self) -> str:
+        """Outcome in words."""
+        return WORDS[self.outcome]
+
+    @property
+    def shown(self) -> list[QuantityRow]:
+        """What a small cell has room for: attitude and reactions, or else the CM track."""
+        found = [r for q in ("attitude", "reaction") if (r := self.row(q)) and r.largest is not None]
+        return found or [r for r in (self.row("com"),) if r and r.largest is not None]
+
+    def shown_value(self, row: QuantityRow) -> float | None:
+        """Error that a small cell shows of a row."""
+        return row.first_orbit if self.shows_first_orbit else row.largest
+
+    @property
+    def detection_limit(self) -> float | None:
+        """Largest detection limit of the rows shown: a smaller relative error than this may have passed."""
+        found = [r.detection_limit for r in self.shown if r.detection_limit is not None]
+        return max(found, default=None)
+
+    @property
+    def horizon_s(self) -> float | None:
+        """Earliest end of a pointwise comparison, if before the end of the run."""
+        found = [r.horizon_s for r in self.rows if r.horizon_s is not None]
+        if not found or (self.duration_s and min(found) > SHORT_OF_THE_RUN * self.duration_s):
+            return None
+        return min(found)
+
+    @property
+    def worst_ratio(self) -> QuantityRow | None:
+        """Row that differs most beyond what is explained."""
+        found = [r for r in self.rows if r.ratio is not None]
+        return max(found, key=lambda r: r.ratio or 0.0, default=None)
+
+    @property
+    def compared(self) -> bool:
+        """Whether a difference of this run was judged."""
+        return any(r.quantity != "run" and r.outcome is not Outcome.REPORTED for r in self.rows) or (
+            self.outcome is Outcome.PASS
+        )
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Everything the verdict and the matrix are made from."""
+
+    scenes: tuple[SceneRecord, ...]
+    engines: tuple[str, ...]
+    cells: dict[tuple[str, str], Cell]
+    finished: bool
+    outside: frozenset[str] = frozenset()
+    """Engines that are somebody else's work"""
+    outside_known: bool = False
+    """Whether the record tells"""
+
+    def external(self, engine: str) -> bool:
+        """Whether an engine is somebody else's work."""
+        return engine in self.outside
+
+    def cell(self, scene: str, engine: str) -> Cell | None:
+        """Cell of a run; None if there was none."""
+        return self.cells.get((scene, engine))
+
+    def of_scene(self, scene: str) -> list[Cell]:
+        """Cells of a scene, in the engines' order."""
+        return [c for e in self.engines if (c := self.cell(scene, e))]
+
+    def of_several(self, scene: str) -> list[Cell]:
+        """Cells about several engines of a scene together."""
+        return [c for (name, engine), c in self.cells.items() if name == scene and not is_engine(engine)]
+
+    @property
+    def unsolved(self) -> list[Cell]:
+        """Why scenes have no reference solution, of those that have none."""
+        return [c for s in self.scenes if (c := self.cell(s.name, REFERENCE_SOLUTION))]
+
+    @property
+    def idle(self) -> list[Cell]:
+        """Why engines were compared on no scene, of those that should have been."""
+        return [c for (scene, _), c in self.cells.items() if scene == ALL_SCENES]
+
+    def shown_in(self, scene: str) -> list[Cell]:
+        """Cells of a scene's own table: why it has no reference solution, if so, and its engines'."""
+        return [*(c for c in self.unsolved if c.scene == scene), *self.of_scene(scene)]
+
+    def of_track(self, scene: str) -> bool:
+        """Whether an engine that follows the centre of mass alone was judged on a scene."""
+        return any(c.row("com") and not c.row("attitude") for c in self.of_scene(scene))
+
+    @cached_property
+    def all(self) -> list[Cell]:
+        """All cells, scene by scene."""
+        return [c for s in self.scenes for c in self.of_scene(s.name)]
+
+    def with_outcome(self, *outcomes: Outcome) -> list[Cell]:
+        """Cells that ended so."""
+        return [c for c in self.all if c.outcome in outcomes]
+
+
+def summarise(results: Results) -> Summary:
+    """Gather the metrics of a result folder."""
+    metrics, record = results.metrics, results.record
+    known = mapping(record.get("scenes"))
+    names = [n for n in dict.fromkeys([*known, *metrics["scene"].astype(str)]) if n != ALL_SCENES]
+    scenes = sorted((SceneRecord(n, mapping(known.get(n))) for n in names), key=paper_first)
+    engines = list(dict.fromkeys([*mapping(record.get("engines")), *sorted(set(metrics["engine"].astype(str)))]))
+    durations = {s.name: s.value("duration_s") for s in scenes}
+    cells = {
+        (str(scene), str(engine)): make_cell(str(scene), str(engine), group, durations.get(str(scene)))
+        for (scene, engine), group in metrics.groupby(["scene", "engine"], sort=True)
+    }
+    for scene in scenes:
+        show_first_orbit(cells, scene)
+    facts = {e: mapping(f) for e, f in mapping(record.get("engines")).items()}
+    return Summary(
+        tuple(scenes),
+        tuple(e for e in engines if is_engine(e)),
+        cells,
+        finished=record.get("finished") is not False,
+        outside=frozenset(e for e, f in facts.items() if f.get("external")),
+        outside_known=any("external" in f for f in facts.values()),
+    )
+
+
+def show_first_orbit(cells: dict[tuple[str, str], Cell], scene: SceneRecord) -> None:
+    """Have all engines of a scene show the errors of its first orbit, if any comparison stops before the run does.
+
+    One that stops inside the first orbit has no such error and shows its largest.
+    """
+    own = {key: cell for key, cell in cells.items() if cell.scene == scene.name}
+    if all(cell.horizon_s is None for cell in own.values()):
+        return
+    for key, cell in own.items():
+        whole = cell.horizon_s is None or cell.horizon_s >= scene.period_s
+        if whole and cell.shown and all(r.first_orbit is not None for r in cell.shown):
+            cells[key] = replace(cell, shows_first_orbit=True)
+
+
+def paper_first(scene: SceneRecord) -> tuple[bool, str]:
+    """Sort key: the paper's scenes, then the others, each by name."""
+    return "paper" not in scene.tags and not scene.name.startswith("paper/"), scene.name
+
+
+def make_cell(scene: str, engine: str, group: pd.DataFrame, duration_s: float | None) -> Cell:
+    """Cell from all metric rows of one run."""
+    found = [make_row(str(q), g) for q, g in group.groupby("quantity", sort=False)]
+    order = list(QUANTITY_UNITS)
+    found.sort(key=lambda r: (order.index(r.quantity) if r.quantity in order else len(order), r.quantity))
+    worst = gravest(r.outcome for r in found)
+    reason = "; ".join(
+        r.reason if r.quantity == "run" else f"{r.name}: {r.reason}" for r in found if r.outcome is worst and r.reason
+    )
+    shares = pd.to_numeric(group.loc[group["metric"] == "judged_share", "value"], errors="coerce").dropna()
+    share = None if shares.empty else float(shares.iloc[0])
+    return Cell(scene, engine, str(group["setting"].iloc[0]), worst, reason, tuple(found), duration_s, share)
+
+
+def make_row(quantity: str, group: pd.DataFrame) -> QuantityRow:
+    """Row from all metric rows of one quantity of one run."""
+    by_metric = {str(r["metric"]): r for r in group.to_dict("records")}
+    largest = by_metric.get("max", by_metric.get("drift", {}))
+    outcomes = [read_outcome(str(o)) for o in group["outcome"]]
+    worst = gravest(outcomes)
+    reasons = [str(t) for t, o in zip(group["reason"], outcomes, strict=True) if o is worst and str(t)]
+    unit = next((str(u) for u in group["unit"] if str(u)), QUANTITY_UNITS.get(quantity, ""))
+    horizons = pd.to_numeric(group["horizon_s"], errors="coerce").dropna()
+    return QuantityRow(
+        quantity=quantity,
+        unit=largest.get("unit") or unit,
+        largest=stored(largest, "value"),
+        rms=stored(by_metric.get("rms", {}), "value"),
+        final=stored(by_metric.get("final", {}), "value"),
+        band=finite(stored(largest, "tolerance")),
+        ratio=stored(by_metric.get("consistency", {}), "value"),
+        first_orbit=stored(by_metric.get("first_orbit", {}), "value"),
+        detection_limit=stored(by_metric.get("detection_limit", {}), "value"),
+        horizon_s=None if horizons.empty else float(horizons.min()),
+        outcome=worst,
+        reason="; ".join(dict.fromkeys(reasons)),
+    )
+
+
+def stored(row: dict[Any, Any], key: str) -> float | None:
+    """Return the number of a stored row: NaN if the row is there without one, None if there is no row."""
+    if not row or row.get("metric") == "outcome":
+        return None
+    value = number(row.get(key))
+    return math.nan if value is None else value
+
+
+def finite(value: float | None) -> float | None:
+    """Return a number, or None for NaN: a tolerance that is not given."""
+    return None if value is None or not math.isfinite(value) else value

@@ -1,0 +1,53 @@
+"""Torques that prescribed rotations take, truth and engines."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reports.chapters.crossval.scene_data import group
+from reports.plotting.palette import COLOURS, DASHES, Pen
+from reports.plotting.panels import Frame, Legend, Line, linear_panel
+from reports.plotting.series import column
+from reports.tables.crossval import TRUTH
+from reports.text.numerals import prefixed
+
+if TYPE_CHECKING:
+    from reports.chapters.crossval.differences import DifferenceCharts
+    from reports.chapters.crossval.scene_data import Group, SceneData
+
+TRUTH_PEN = Pen(COLOURS["ink"], "", DASHES[1])
+
+
+def torques(data: SceneData, differences: DifferenceCharts) -> Group | None:
+    """Torque of each prescribed rotation in its first few durations, truth and engines."""
+    panels, used = [], []
+    for p, law in enumerate(data.scene.prescribed):
+        start, end = data.manoeuvre(law)
+        lines, engines = torque_lines(data, p, start, end)
+        largest = max((float(np.nanmax(np.abs(li.y), initial=0.0)) for li in lines), default=0.0)
+        factor, unit = prefixed(largest, "N m")
+        scaled = [Line(li.x, factor * li.y, li.pen, width=li.width) for li in lines]
+        name = f"Torque on bar {law.get('bar', '?')}"
+        panels.append(linear_panel(Frame(f"{data.id}-torque-{p}", name, "time, s", unit, (start, end), scaled)))
+        used += [e for e in engines if e not in used]
+    panels.append(differences.difference_panel("torque", "Difference from the truth")[0])
+    legend = (*(Legend(e, data.pens[e]) for e in used), Legend("truth", TRUTH_PEN))
+    return group("Prescribed torque", "Positive counter-clockwise.", legend, panels)
+
+
+def torque_lines(data: SceneData, p: int, start_s: float, end_s: float) -> tuple[list[Line], list[str]]:
+    """Torque p of every engine that has it, the truth on top."""
+    lines, engines = [], []
+    for engine in (*data.summary.engines, TRUTH):
+        table = data.truth if engine == TRUTH else data.results.trajectory(data.scene.name, engine)
+        values = None if table is None else column(table, f"torque_{p + 1}_N_m")
+        if table is None or values is None:
+            continue
+        t = table["t_s"].to_numpy(float)
+        seen = (t >= start_s) & (t <= end_s)
+        pen = TRUTH_PEN if engine == TRUTH else data.pens[engine]
+        lines.append(Line(t[seen], values[seen], pen, width=1.8 if engine == TRUTH else 1.4))
+        engines += [] if engine == TRUTH else [engine]
+    return lines, engines

@@ -1,0 +1,116 @@
+"""What the numbers say of whole runs: the best attitude within reach, and its growth."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reports.chapters.roundoff.run_charts import METHODS, true
+from reports.chapters.roundoff.series import ABSOLUTE, DOUBLE, LOST, RELATIVE, SINGLE, exponents_text, fit_of, law_of
+from reports.chapters.roundoff.words import between, counted, exponent_words, listed, size, spelled, unit_text
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from reports.chapters.roundoff.series import Law, Study
+
+ATTITUDE = "attitude"
+
+
+def orbit_says(study: Study) -> tuple[str, ...]:
+    """Least error of the attitude in an orbit, and where the optimum lies."""
+    theirs, ours = (least(study, c, DOUBLE) for c in (ABSOLUTE, RELATIVE))
+    if not len(theirs) or not len(ours):
+        return ()
+    scene = study.tables.record.get("scene")
+    on = f" of {scene}" if scene else ""
+    law, method = attitude_law(study)
+    words = f" ({unit_text(law)} by {METHODS.get(method, method)}; {exponent_words(law)})" if law else ""
+    said = (f"The best method, step and tolerance follow the attitude through an orbit{on}, in double precision, to "
+            f"{at_ends(study, theirs)} in absolute coordinates{words}, and to {bounded(ours)} in relative ones at "
+            f"each of {counted(len(ours), 'size')}.")  # fmt: skip
+    return (said, *optimum_says(study), *single_orbit_says(study))
+
+
+def bounded(own: pd.DataFrame) -> str:
+    """Range of least errors; with ``or less`` where the finest setting was still the best."""
+    return between([float(v) for v in own["median"]]) + " rad" + " or less" * (not true(own.settled).all())
+
+
+def least(study: Study, coordinates: str, arithmetic: str) -> pd.DataFrame:
+    """Least median errors of the attitude over all methods, from the longest bars."""
+    best = study.tables.best
+    own = best[(best.quantity == ATTITUDE) & (best.coordinates == coordinates) & (best.arithmetic == arithmetic)]
+    own = own[np.isfinite(own["median"].astype(float))]
+    if not len(own):
+        return own
+    found: pd.DataFrame = own.loc[own.groupby("ratio")["median"].idxmin()].sort_values("ratio", ascending=False)
+    return found
+
+
+def at_ends(study: Study, own: pd.DataFrame) -> str:
+    """``9×10⁻¹³ rad for bars of 6.4 km and 8×10⁻⁷ rad for bars of 6.4 mm``."""
+    ends = own if len(own) < 2 else own.iloc[[0, -1]]
+    shown = zip(ends["median"].astype(float), ends.ratio.astype(float), strict=True)
+    return listed([f"{spelled(error)} rad for bars of {size(study, ratio)}" for error, ratio in shown])
+
+
+def attitude_law(study: Study) -> tuple[Law | None, str]:
+    """Law of the least error in absolute coordinates, of the method whose line has the most points."""
+    laws = study.tables.best_laws
+    own = laws[(laws.quantity == ATTITUDE) & (laws.coordinates == ABSOLUTE) & (laws.arithmetic == DOUBLE)]
+    own = own[own.exponent.astype(float).notna()]
+    if not len(own):
+        return None, ""
+    row = own.sort_values(["points", "method"], ascending=[False, True]).iloc[0].to_dict()
+    return law_of(row), str(row["method"])
+
+
+def optimum_says(study: Study) -> list[str]:
+    """Where the best step lies, and how it moves with the size."""
+    best = study.tables.best
+    own = best[(best.quantity == ATTITUDE) & (best.coordinates == ABSOLUTE) & (best.arithmetic == DOUBLE)]
+    own = own[true(own.settled) & own.steps_per_orbit.notna() & (own.method == "rk4")].sort_values("ratio")
+    if len(own) < 2:
+        return []
+    few, many = own.iloc[0], own.iloc[-1]
+    ends = [f"{r['steps_per_orbit']:.0f} an orbit for bars of {size(study, float(r['ratio']))}" for r in (many, few)]
+    if few["steps_per_orbit"] >= many["steps_per_orbit"]:
+        return [f"RK4’s best number of steps does not fall with the size: {listed(ends)}."]
+    return [f"More steps than the best only add round-off; RK4’s best number falls from {ends[0]} to {ends[1]}."]
+
+
+def single_orbit_says(study: Study) -> list[str]:
+    """The same in single precision."""
+    theirs, ours = (least(study, c, SINGLE) for c in (ABSOLUTE, RELATIVE))
+    if not len(theirs) or not len(ours):
+        return []
+    held, lost = theirs[theirs["median"] < LOST], theirs[theirs["median"] >= LOST]
+    said = []
+    if len(held):
+        last = held.iloc[-1]
+        said.append(f"reach {spelled(float(last['median']))} rad for bars of {size(study, float(last['ratio']))}")
+    if len(lost):
+        said.append(f"lose the attitude of bars of {size(study, float(lost.iloc[0]['ratio']))}")
+    return [f"In single precision absolute coordinates {listed(said)}; relative ones reach {bounded(ours)}."]
+
+
+def growth_says(study: Study) -> tuple[str, ...]:
+    """Exponents of the attitude's error in time."""
+    laws = study.tables.growth_laws
+    own = laws[(laws.quantity == ATTITUDE) & laws.coordinates.isin((ABSOLUTE, RELATIVE)) & (laws.arithmetic == DOUBLE)]
+    fits = [(str(r["coordinates"]), fit) for r in own.to_dict("records") if (fit := fit_of(r)).exponent is not None]
+    if not fits:
+        return ()
+    by = {c: [fit for name, fit in fits if name == c] for c in (ABSOLUTE, RELATIVE)}
+    each = listed([f"{exponents_text(found)} in {c} coordinates" for c, found in by.items() if found])
+    edges = [v for fit in fits for v in (fit[1].low, fit[1].high) if v is not None]
+    said = f"Errors of the attitude grow as powers of time, {each} [{min(edges):.2f} to {max(edges):.2f}]"
+    off = [fit for _, fit in fits if fit.off]
+    if not off:
+        return (f"{said}, as roundings that know nothing of each other do, by the 3/2nd.",)
+    steeper = all(fit.exponent is not None and fit.exponent > fit.expected for fit in off)
+    way = "above" if steeper else "apart from"
+    some = "all intervals lie" if len(off) == len(fits) else f"{len(off)} of {len(fits)} intervals lie"
+    return (f"{said}: {some} {way} the 3/2 of roundings that know nothing of each other.",)

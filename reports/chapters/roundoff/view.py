@@ -1,0 +1,147 @@
+"""The chapter on round-off: from a study's tables to what the templates show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from reports.chapters.roundoff.charts import evaluation_panels, further_panels
+from reports.chapters.roundoff.engine_charts import engine_panels, library_panels
+from reports.chapters.roundoff.longitudes import longitude_rows, longitudes_say
+from reports.chapters.roundoff.notes import notes
+from reports.chapters.roundoff.rows import (
+    best_law_rows,
+    digit_columns,
+    digit_rows,
+    engine_rows,
+    growth_rows,
+    law_rows,
+    stops,
+    time_rows,
+)  # fmt: skip
+from reports.chapters.roundoff.run_charts import best_panels, growth_panels, run_panels
+from reports.chapters.roundoff.series import DOUBLE, SINGLE, Study
+from reports.chapters.roundoff.verdict import verdict
+from reports.tables.roundoff import has_roundoff, read_roundoff
+from reports.text.record import rows
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from reports.chapters.roundoff.longitudes import LongitudeRow
+    from reports.chapters.roundoff.rows import DigitRow, LawRow
+    from reports.chapters.roundoff.verdict import Verdict
+    from reports.plotting.panels import Panel
+
+FIRST, FURTHER = ("attitude", "reaction"), ("gap", "com")
+
+
+@dataclass(frozen=True)
+class Section:
+    """Charts of one kind: those shown at once, and those folded away."""
+
+    title: str
+    text: str
+    panels: tuple[Panel, ...]
+    folded: tuple[Panel, ...]
+    summary: str
+
+
+@dataclass(frozen=True)
+class RoundoffView:
+    """The chapter."""
+
+    record: dict[str, Any]
+    verdict: Verdict
+    digit_columns: tuple[str, ...]
+    digits: tuple[DigitRow, ...]
+    sections: tuple[Section, ...]
+    laws: tuple[LawRow, ...]
+    further_laws: tuple[LawRow, ...]
+    best_laws: tuple[LawRow, ...]
+    growths: tuple[LawRow, ...]
+    engines: tuple[LawRow, ...]
+    stops: tuple[tuple[str, str, str, str], ...]
+    longitudes: tuple[LongitudeRow, ...]
+    times: tuple[tuple[str, ...], ...]
+
+    @property
+    def finished(self) -> bool:
+        """Whether the study went to its end."""
+        return bool(self.record.get("finished"))
+
+    @property
+    def fitted(self) -> int:
+        """Number of exponents that were fitted to one evaluation's errors."""
+        return sum(r.fit.exponent is not None for r in (*self.laws, *self.further_laws))
+
+    @property
+    def off(self) -> int:
+        """Number of them that are not what they should be."""
+        return sum(r.fit.off for r in (*self.laws, *self.further_laws))
+
+    @property
+    def longitudes_say(self) -> tuple[str, ...]:
+        """What the tests of the longitude say."""
+        return longitudes_say(self.longitudes)
+
+    @property
+    def failed(self) -> list[dict[str, Any]]:
+        """Tasks that failed: table, task and reason."""
+        return rows(self.record.get("failed"))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """How it was measured."""
+        return notes(self.record)
+
+
+def view_roundoff(folder: Path) -> RoundoffView | None:
+    """Chapter of a result folder; None if it holds no round-off study."""
+    if not has_roundoff(folder):
+        return None
+    study = Study(read_roundoff(folder))
+    laws, further = law_rows(study)
+    return RoundoffView(
+        study.tables.record,
+        verdict(study),
+        tuple(words for words, _ in digit_columns(study)),
+        digit_rows(study),
+        tuple(s for s in sections(study) if s.panels or s.folded),
+        laws,
+        further,
+        best_law_rows(study),
+        growth_rows(study),
+        engine_rows(study),
+        stops(study),
+        longitude_rows(study),
+        time_rows(study),
+    )
+
+
+def sections(study: Study) -> tuple[Section, ...]:
+    """All charts."""
+    return (
+        Section("One evaluation", "", evaluation_panels(study), further_panels(study), STATES),
+        Section("One orbit", RUNS, run_panels(study, DOUBLE, FIRST),
+                (*run_panels(study, DOUBLE, FURTHER), *run_panels(study, SINGLE, (*FIRST, *FURTHER))),
+                "Joint gaps, the centre of mass, and single precision"),
+        Section("The least error of an orbit, and its growth over many", "",
+                (*best_panels(study, FIRST), *growth_panels(study, FIRST)),
+                (*best_panels(study, FURTHER), *growth_panels(study, FURTHER)), "Joint gaps and the centre of mass"),
+        Section("Other engines", ENGINES, (*library_panels(study), *engine_panels(study, "reaction")),
+                tuple(p for q in ("attitude", *FURTHER) for p in engine_panels(study, q)),
+                "Attitude, joint gaps and the centre of mass"),
+    )  # fmt: skip
+
+
+STATES = "Other states, and single precision"
+RUNS = (
+    "“Minimal” coordinates are the centre of mass and the angles, from which places follow; “relative” ones keep "
+    "places about the centre of mass besides, “absolute” ones places from the body’s centre."
+)
+ENGINES = (
+    "One evaluation by libraries that build trees of joints, whose root moves along the orbit (inertial), lies as far "
+    "out as the orbit but at rest (inertial places), or goes with the chain; then runs of a short part of an orbit, in "
+    "the inertial frame and in one that moves with the chain."
+)

@@ -1,0 +1,82 @@
+"""Numbers of a round-off study in words: powers of ten as text, lengths with prefixes, laws in units of u."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from reports.chapters.cost.text import short
+from reports.text.numerals import as_given, power_of_ten, prefixed, significant
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from reports.chapters.roundoff.series import Law, Study
+
+POWERS = {-3.0: "/ε³", -2.0: "/ε²", -1.0: "/ε", 0.0: ""}
+LARGEST_PLAIN = 1e4
+NBSP = "\N{NO-BREAK SPACE}"
+
+
+def spelled(value: float | None, digits: int = 2) -> str:
+    """``5.7×10⁻¹²``; ``0.57``; ``350``: the same in HTML and in plain text."""
+    if value is None:
+        return ""
+    text = significant(value, digits)
+    if "e" not in text:
+        return text.replace("-", "\N{MINUS SIGN}")
+    if 1.0 <= abs(value) < LARGEST_PLAIN:
+        return f"{float(text):.0f}"
+    mantissa, _, exponent = text.partition("e")
+    return f"{mantissa}×{power_of_ten(int(exponent))}"
+
+
+def length(metres: float) -> str:
+    """``24 m``; ``0.15 mm``."""
+    factor, unit = prefixed(metres, "m")
+    return f"{short(metres * factor)}{NBSP}{unit}"
+
+
+def size(study: Study, ratio: float | None) -> str:
+    """Bar's length of a size ratio: ``64 m``; the ratio itself where no real thing says how long that is."""
+    if ratio is None:
+        return ""
+    metres = study.metres
+    return f"ε = {spelled(ratio)}" if metres is None else length(ratio * metres)
+
+
+def unit_text(law: Law) -> str:
+    """``0.57 u/ε``."""
+    return f"{spelled(law.constant)}{NBSP}u{POWERS.get(law.expected, f' ε^{law.expected:g}')}"
+
+
+def listed(items: Sequence[str]) -> str:
+    """``a, b and c``."""
+    if len(items) < 2:
+        return "".join(items)
+    return f"{', '.join(items[:-1])} and {items[-1]}"
+
+
+def between(values: Sequence[float], digits: int = 2) -> str:
+    """``3.4×10⁻¹⁴ to 4.3×10⁻¹⁴``, or the one number that both are."""
+    low, high = spelled(min(values), digits), spelled(max(values), digits)
+    return low if low == high else f"{low} to {high}"
+
+
+def exponent_words(law: Law) -> str:
+    """Whether the fitted exponent is what theory gives."""
+    if law.exponent is None:
+        return f"from {counted(law.points, 'size')}, too few for a slope"
+    expected = as_given(law.expected).replace("-", "\N{MINUS SIGN}")
+    fitted = law.text.replace("(", "[").replace(")", "]")
+    return f"exponent {fitted}, {'not the ' if law.off else 'theory '}{expected}{' of theory' if law.off else ''}"
+
+
+def counted(number: int, thing: str) -> str:
+    """``1 size``, ``3 sizes``."""
+    return f"{number} {thing}{'s' * (number != 1)}"
+
+
+def digits_between(values: Sequence[float]) -> str:
+    """``15.4 to 15.6``."""
+    low, high = f"{min(values):.1f}", f"{max(values):.1f}"
+    return low if low == high else f"{low} to {high}"

@@ -1,0 +1,176 @@
+"""The chapter on what more bars cost: from a study's tables to what the templates show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from reports.chapters.cost.view import is_nan
+from reports.chapters.scaling.charts import Growth, GrowthChart, all_engines, each_family
+from reports.tables.outcome import Outcome
+from reports.tables.scaling import has_scaling, read_scaling
+from reports.text.numerals import number, significant
+from reports.text.record import mapping, rows
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+    from reports.plotting.panels import Panel
+    from reports.tables.scaling import ScalingTables
+
+QUANTITIES = ("evaluation", "orbit", "evaluations per orbit", "steps per orbit", "memory")
+SHARED = "Outlined: a share of an orbit, scaled up."
+STEPS = "Outlined: of a step, where the engine does not count evaluations."
+SHOWN_MEMORY_B = 2.0**20  # less is what allocators keep in store
+
+
+@dataclass(frozen=True)
+class Exponent:
+    """A fitted exponent."""
+
+    value: float
+    low: float
+    high: float
+    per: str
+    points: int
+    bars: tuple[int, int]
+
+    @property
+    def text(self) -> str:
+        """``1.02 (0.98 to 1.06)``, with true minuses and no negative zero."""
+        value, low, high = (f"{v:z.2f}".replace("-", "\N{MINUS SIGN}") for v in (self.value, self.low, self.high))
+        return f"{value} ({low} to {high})"
+
+    @property
+    def range(self) -> str:
+        """``N = 20 … 500``."""
+        return f"N = {self.bars[0]:,} … {self.bars[1]:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+
+
+@dataclass(frozen=True)
+class OrbitCell:
+    """Time of an orbit."""
+
+    seconds: float
+    part: bool
+    """Whether a share was run and scaled up"""
+
+
+@dataclass(frozen=True)
+class ScalingView:
+    """The chapter."""
+
+    record: dict[str, Any]
+    overviews: tuple[Panel, ...]
+    families: tuple[Panel, ...]
+    exponents: tuple[tuple[str, tuple[Exponent | None, ...]], ...]
+    """One row for each engine, in the order of :data:`QUANTITIES`"""
+    bars: tuple[int, ...]
+    orbits: tuple[tuple[str, tuple[OrbitCell | None, ...]], ...]
+    """One row for each engine, in the order of `bars`"""
+    stops: tuple[tuple[str, int, str], ...]
+    """Engine, bars, why it was not run there"""
+    points: tuple[dict[str, Any], ...]
+    targets: tuple[dict[str, Any], ...]
+
+    @property
+    def finished(self) -> bool:
+        """Whether the study went to its end."""
+        return bool(self.record.get("finished"))
+
+    @property
+    def scene(self) -> dict[str, Any]:
+        """What is known of the chain."""
+        return mapping(self.record.get("scene"))
+
+
+def view_scaling(folder: Path) -> ScalingView | None:
+    """Chapter of a result folder; None if it holds no scaling study."""
+    if not has_scaling(folder):
+        return None
+    tables = read_scaling(folder)
+    charts = [c for c in charts_of(tables.points) if c.tracks]
+    timed = tables.points[tables.points.orbit_s.notna()]
+    bars = tuple(sorted({int(n) for n in timed.bars}))
+    return ScalingView(
+        tables.record,
+        tuple(p for p in map(all_engines, charts) if p),
+        tuple(p for c in charts for p in each_family(c)),
+        tuple(exponents(tables)),
+        bars,
+        tuple((str(e), orbit_cells(own, bars)) for e, own in timed.groupby("engine", sort=False)),
+        tuple(stops(tables.points)),
+        tuple(cells(r) for r in tables.points.to_dict("records")),
+        tuple(rows(tables.record.get("targets"))),
+    )
+
+
+def charts_of(points: pd.DataFrame) -> list[GrowthChart]:
+    """Time of an evaluation, of an orbit, and memory."""
+    part, step = points.share < 1.0, points.per == "steps"
+    large = points.assign(memory_B=points.memory_B.where(points.memory_B >= SHOWN_MEMORY_B))
+    evaluations, orbits = tracks(points, "evaluation_s", step), tracks(points, "orbit_s", part)
+    memory = tracks(large, "memory_B", part & False)
+    names = tuple(dict.fromkeys(t.engine for t in (*evaluations, *orbits, *memory)))
+    return [
+        GrowthChart("scaling-evaluation", "Time of one evaluation", "s", evaluations, names, STEPS),
+        GrowthChart("scaling-orbit", "Time of one orbit", "s", orbits, names, SHARED, (1, 2)),
+        GrowthChart("scaling-memory", "Peak memory beyond that of three bars", "bytes", memory, names),
+    ]
+
+
+def tracks(points: pd.DataFrame, column: str, hollow: pd.Series) -> tuple[Growth, ...]:
+    """Each engine's measured values of a column."""
+    found = []
+    for engine, own in points.groupby("engine", sort=False):
+        good = own[(own[column] > 0.0)].sort_values("bars")
+        if len(good):
+            flags = hollow.loc[good.index].to_numpy(bool)
+            found.append(Growth(str(engine), good.bars.to_numpy(float), good[column].to_numpy(float), flags))
+    return tuple(found)
+
+
+def exponents(tables: ScalingTables) -> list[tuple[str, tuple[Exponent | None, ...]]]:
+    """Exponents, one row for each engine that has any."""
+    found = {(r["engine"], r["quantity"]): exponent(r) for r in tables.fits.to_dict("records")}
+    names = dict.fromkeys(tables.fits.engine)
+    return [(e, tuple(found.get((e, q)) for q in QUANTITIES)) for e in names]
+
+
+def exponent(row: dict[Any, Any]) -> Exponent:
+    """Exponent of a row of fits.csv."""
+    ends = int(row["bars_from"]), int(row["bars_to"])
+    return Exponent(row["exponent"], row["low"], row["high"], row["per"], int(row["points"]), ends)
+
+
+def orbit_cells(own: pd.DataFrame, bars: tuple[int, ...]) -> tuple[OrbitCell | None, ...]:
+    """One engine's times of an orbit."""
+    known = zip(own.bars.astype(int), own.orbit_s.astype(float), own.share < 1.0, strict=True)
+    found = {n: OrbitCell(seconds, bool(part)) for n, seconds, part in known}
+    return tuple(found.get(n) for n in bars)
+
+
+def stops(points: pd.DataFrame) -> list[tuple[str, int, str]]:
+    """What was not run or failed; of an orbit given up at some N only the first time."""
+    found: dict[tuple[str, str], tuple[str, int, str]] = {}
+    for row in points[["engine", "bars", "outcome", "reason"]].to_dict("records"):
+        engine, bars, good = str(row["engine"]), int(row["bars"]), row["outcome"] == Outcome.PASS.value
+        if not good or row["reason"]:
+            found.setdefault((engine, "orbit" if good else f"at {bars}"), (engine, bars, str(row["reason"])))
+    return list(found.values())
+
+
+def cells(row: dict[Any, Any]) -> dict[str, Any]:
+    """Row of points.csv for a table: NaN as None, memory in words."""
+    found = {str(k): None if is_nan(v) else v for k, v in row.items()}
+    memory = number(found["memory_B"])
+    return found | {"memory": memory_text(memory)}
+
+
+def memory_text(value: float | None) -> str:
+    """``12.3 MB``; what allocators keep in store hides less than one."""
+    if value is None:
+        return ""
+    return "< 1 MB" if value < SHOWN_MEMORY_B else f"{significant(value / 1e6)} MB"

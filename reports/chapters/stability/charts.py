@@ -1,0 +1,133 @@
+"""Charts of a stability study: drifts of long runs in both logarithms, and the worst run beside the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+from reports.plotting.palette import COLOURS, Pen
+from reports.plotting.panels import (
+    Frame,
+    Legend,
+    Line,
+    Panel,
+    blank_axes,
+    draw,
+    finish,
+    linear_panel,
+    log_axis,
+    log_panel,
+)
+from reports.plotting.series import Array, floor_of, numbered, thin
+from reports.plotting.svg import TEXT_SIZE
+from reports.text.numerals import power_of_ten
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+GUIDES = {0.5: "√t", 1.0: "t", 2.0: "t²"}
+LEVEL_DASHES = {"coarse": (2.0, 1.6), "default": (), "finer": (6.0, 2.0)}
+TRUTH_PEN = Pen(COLOURS["ink"])
+OUTSIDE_RAD = 2.0 * np.pi  # beyond the truth's own range: from there on a lost run is not drawn
+
+
+@dataclass(frozen=True)
+class Track:
+    """One run's drift over time."""
+
+    label: str
+    t: Array
+    size: Array
+    pen: Pen
+
+
+def long_panel(name: str, title: str, x_label: str, y_label: str, tracks: list[Track]) -> Panel | None:
+    """Drifts against time, both in logarithms, with thin lines of known powers; None if there is nothing to draw."""
+    shown = [t for t in tracks if (t.size > 0.0).any()]
+    up = floor_of([t.size for t in shown])
+    if up is None:
+        return None
+    frame = Frame(name, title, x_label, y_label, (0.0, 1.0))
+    ax = blank_axes(frame)
+    log_axis(ax, up)
+    log_time(ax, min(float(t.t[t.t > 0.0].min()) for t in shown), max(float(t.t.max()) for t in shown))
+    for power, word in GUIDES.items():
+        guide(ax, power, word)
+    for track in shown:
+        good = (track.size > 0.0) & (track.t > 0.0)
+        draw(ax, Line(track.t[good], track.size[good], track.pen), *thin(track.t[good], track.size[good]))
+    legend = tuple(Legend(t.label, t.pen) for t in shown)
+    return Panel(title, finish(ax, frame), "Dotted: powers of t. Each curve is its largest value so far.", legend)
+
+
+def log_time(ax: Axes, first: float, last: float) -> None:
+    """Log scale of time with a label a decade."""
+    ax.set_xscale("log")
+    decades = range(int(np.floor(np.log10(first))), int(np.ceil(np.log10(last))) + 1)
+    ax.xaxis.set_major_locator(FixedLocator([10.0**k for k in decades]))
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda v, _: power_of_ten(round(np.log10(v)))))
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.set_xlim(first, last)
+
+
+def guide(ax: Axes, power: float, word: str) -> None:
+    """Thin line of one power from the lower left corner, with its word where it leaves the axes."""
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    end = min(right, left * (high / low) ** (1.0 / power))
+    top = low * (end / left) ** power
+    dotted = (0.0, (1.5, 2.5))
+    ax.plot([left, end], [low, top], color=COLOURS["rule"].stand_in, linewidth=0.8, linestyle=dotted, zorder=0)
+    at = end**0.9 * left**0.1
+    place = low * (at / left) ** power
+    ax.text(at, place, word, fontsize=TEXT_SIZE, color=COLOURS["muted"].stand_in, ha="right", va="bottom")
+
+
+def worst_panels(
+    engine: str, runs: dict[str, pd.DataFrame], truth: pd.DataFrame, unit_s: float, x_label: str
+) -> list[Panel]:
+    """The bar that is farthest off, beside the truth's; and the attitude's error over time at each setting."""
+    right = numbered(truth, r"angle_(\d+)_rad")
+    if right is None:
+        return []
+    angles = {k: a for k, f in runs.items() if (a := numbered(f, r"angle_(\d+)_rad")) is not None}
+    times = {k: runs[k]["t_s"].to_numpy(float) / unit_s for k in angles}
+    t = truth["t_s"].to_numpy(float) / unit_s
+    span = (0.0, float(t[-1]))
+    bar = worst_bar(angles, right)
+    lines = [Line(t, right[:, bar], TRUTH_PEN)]
+    lines += [Line(times[k], near(a[:, bar], right[:, bar]), level_pen(k)) for k, a in angles.items()]
+    followed = linear_panel(Frame("worst-angle", f"Bar {bar + 1}, beside the truth", x_label, "rad", span, lines))
+    off = [Line(times[k][: len(e)], e, level_pen(k)) for k, a in angles.items() if len(e := error(a, right))]
+    lost = log_panel(Frame("worst-error", "Largest error of an angle", x_label, "rad", span, off))
+    legend = tuple(Legend(f"{engine}, {k} setting", level_pen(k)) for k in angles)
+    found = [(followed, (Legend("truth", TRUTH_PEN), *legend)), (lost, legend)]
+    return [Panel(p.title, p.svg, p.note, words) for p, words in found if p is not None]
+
+
+def worst_bar(angles: dict[str, Array], right: Array) -> int:
+    """Bar that is farthest off in some run."""
+    n = min(len(a) for a in (*angles.values(), right))
+    apart = np.max([np.abs(a[:n] - right[:n]).max(axis=0) for a in angles.values()], axis=0)
+    return int(np.argmax(apart))
+
+
+def error(angle: Array, right: Array) -> Array:
+    """Largest difference of all bars' angles, (n,)."""
+    n = min(len(angle), len(right))
+    largest: Array = np.abs(angle[:n] - right[:n]).max(axis=1)
+    return largest
+
+
+def near(angle: Array, right: Array) -> Array:
+    """Angle until it leaves the truth's range for good."""
+    inside = (angle >= right.min() - OUTSIDE_RAD) & (angle <= right.max() + OUTSIDE_RAD)
+    return np.where(np.logical_and.accumulate(inside), angle, np.nan)
+
+
+def level_pen(level: str) -> Pen:
+    """Pen of one setting."""
+    return Pen(COLOURS["s3"], "", LEVEL_DASHES.get(level, ()))

@@ -1,0 +1,1 @@
+"""Charts: panels, curves, colours, SVG that works in both themes."""

@@ -1,0 +1,113 @@
+"""A scene's physics, its truth and its model in words."""
+
+from __future__ import annotations
+
+from reports.chapters.crossval.summary import SHORT_OF_THE_RUN
+from reports.text.mathematics import written
+from reports.text.numerals import each, number, significant, span
+from reports.text.record import SceneRecord, mapping
+
+Fact = str | tuple[float, str]  # words, or a number and its unit
+GRAVITY_WORDS = {
+    "gradient": "point force and gradient torque",
+    "point": "point mass at each bar",
+    "quadrupole": "potential to each bar's second moment",
+    "slender": "exact pull on uniform bars",
+    "none": "none",
+}
+
+
+def facts(scene: SceneRecord, *, of_track: bool = True) -> list[tuple[str, Fact]]:
+    """Physics of a scene as pairs of a name and a value; what is not recorded is left out.
+
+    Parameters
+    ----------
+    scene : SceneRecord
+    of_track : bool
+        Whether an engine ran that follows the centre of mass alone: for such the models' difference is.
+    """
+    found: list[tuple[str, str | tuple[float | None, str]]] = [
+        ("Bars", each(scene.values("length_m"), "m")),
+        ("Masses", each(scene.values("mass_kg"), "kg")),
+        ("Altitude", altitude(scene)),
+        ("Gravity", GRAVITY_WORDS.get(scene.text("gravity"), scene.text("gravity"))),
+        *(("Effect", words) for words in scene.lines("effects")),
+        ("Conserved", scene.text("conserved")),
+        ("Defect of the gradient", gradient_defect(scene)),
+        ("Period", span(scene.value("period_s")) if scene.closed else ""),
+        ("Duration", duration(scene)),
+        *((f"Bar {p.get('bar', '?')} turned", prescription_words(p)) for p in scene.prescribed),
+        ("Truth", ", ".join(filter(None, [scene.text("truth_engine"), scene.text("truth_setting")]))),
+        ("Truth holds", truth_holds(scene)),
+        ("The truth's error", (scene.value("truth_error_rad"), "rad")),
+        ("Growth per orbit", (scene.value("growth_per_orbit") if scene.closed else None, "times")),
+        ("Growth in all", (scene.value("growth_total"), "times")),
+        ("Model difference", model_difference(scene) if of_track else ""),
+    ]
+    kept: list[tuple[str, Fact]] = []
+    for name, value in found:
+        if isinstance(value, str):
+            kept += [(name, value)] if value else []
+        elif value[0] is not None:
+            kept.append((name, (value[0], value[1])))
+    return kept
+
+
+def truth_holds(scene: SceneRecord) -> str:
+    """``to 2.76 of 5 orbits``; empty where it is not recorded."""
+    horizon, end = scene.value("truth_horizon_s"), scene.value("duration_s")
+    if horizon is None or end is None:
+        return ""
+    if horizon > SHORT_OF_THE_RUN * end:
+        return "to the end of the run"
+    if not scene.closed:
+        return f"to {horizon:.4g} of {end:.4g} s"
+    return f"to {horizon / scene.period_s:.2f} of {end / scene.period_s:.4g} orbits"
+
+
+def altitude(scene: SceneRecord) -> str:
+    """Height of the centre of mass at the start."""
+    r, body = scene.value("radius0_m"), scene.value("body_radius_m")
+    return "" if r is None or body is None or scene.text("gravity") == "none" else f"{(r - body) / 1e3:g} km"
+
+
+def duration(scene: SceneRecord) -> str:
+    """``5 orbits in 501 samples``."""
+    seconds, samples = scene.value("duration_s"), scene.value("samples")
+    if seconds is None:
+        return ""
+    orbits = seconds / scene.period_s if scene.closed else 0.0
+    length = f"{orbits:.4g} orbit{'' if f'{orbits:.4g}' == '1' else 's'}" if scene.closed else f"{seconds:g} s"
+    return length + (f" in {samples:.0f} samples" if samples else "")
+
+
+def prescription_words(law: dict[str, object]) -> str:
+    """One prescribed rotation in words."""
+    by = {"external": "an outside torque", "joint": "a motor in its joint"}.get(str(law.get("actuator")), "")
+    against = str(law.get("frame", "")).replace("_", " ")
+    angle, length, start = (number(law.get(k)) for k in ("amplitude_deg", "duration_s", "start_s"))
+    parts = [f"by {angle:g}°" if angle is not None else "", f"in {length:g} s" if length is not None else ""]
+    parts += [f"from {start:g} s" if start else "", f"by {by}" if by else ""]
+    return " ".join(p for p in parts if p) + (f", against the {against} frame" if against else "")
+
+
+def model_difference(scene: SceneRecord) -> str | tuple[float, str]:
+    """Declared difference of models, if there is any: how far it moves the centre of mass, and why."""
+    declared = scene.model_difference
+    com = SceneRecord("", declared).value("com_m")
+    note = str(declared.get("note") or "")
+    if com == 0.0:
+        return ""
+    return note if com is None else (com, f"m in the CM{': ' if note else ''}{note}")
+
+
+def gradient_defect(scene: SceneRecord) -> str:
+    """How far energy and angular momentum go that the paper's gravity does not conserve, beside (l/r)²."""
+    found = SceneRecord("", mapping(scene.data.get("gradient_defect")))
+    energy, momentum, square = (found.value(k) for k in ("energy", "angular_momentum", "size_squared"))
+    if energy is None or momentum is None or square is None:
+        return ""
+    return written(
+        f"energy {significant(energy)}, angular momentum {significant(momentum)} of the whole, where "
+        f"(l/r)² = {significant(square)} (physics, not numerics; quadrupole and slender gravity have none)"
+    )

@@ -1,0 +1,138 @@
+"""The scene file: what a TOML scene may say, checked by pydantic, and its JSON Schema."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from scenarios.start import check_start
+from scenarios.toml.checks import check_effects
+from scenarios.toml.tables import EffectsTable, Finite, FiniteEach, NotNegative, Positive, PositiveEach, Table
+
+Place = Annotated[list[Finite], Field(min_length=2, max_length=2)]
+
+EARTH_MU_M3_S2 = 3.986004418e14  # EGM2008 / IAU value
+EARTH_RADIUS_M = 6378e3  # the paper's R_eq
+
+
+class CentralBodyTable(Table):
+    """The body orbited; Earth by default."""
+
+    mu_m3_s2: Positive = Field(EARTH_MU_M3_S2, description="gravitational parameter, m^3/s^2")
+    radius_m: Positive = Field(
+        EARTH_RADIUS_M, description="radius of its surface, m; a bar that reaches it ends the run"
+    )
+
+
+class OrbitTable(Table):
+    """Injection of the chain's centre of mass; velocity horizontal, counter-clockwise."""
+
+    altitude_m: Positive = Field(description="height of the chain's centre of mass above the surface at t = 0, m")
+    speed_factor: NotNegative = Field(
+        1.0, description="beta: speed over the local circular speed; sqrt(2) is parabolic"
+    )
+    longitude_deg: Finite = Field(0.0, description="angle of the centre of mass from the z1 axis at t = 0, degrees")
+
+
+class ChainTable(Table):
+    """The bars. A number is repeated for every bar, a list gives one value per bar."""
+
+    bars: int = Field(ge=1, description="number of bars N")
+    mass_kg: PositiveEach = Field(description="mass of each bar, kg")
+    length_m: PositiveEach = Field(description="length of each bar, m")
+    inertia_kg_m2: PositiveEach | None = Field(
+        None,
+        description="moment of inertia about the bar's own centre of mass, kg m^2; slender uniform bar by default",
+    )
+    angle_deg: FiniteEach = Field(0.0, description="angle of each bar from the horizontal at t = 0, degrees")
+    angle_from: Literal["chain", "bar"] = Field(
+        "chain",
+        description="whose horizontal the angles start from: the one through the chain's centre of mass, "
+        "or the one through each bar's own (the paper's phi_j)",
+    )
+    centre_m: list[Place] | None = Field(
+        None,
+        description="places of the bars' centres at t = 0 from any one point, [along the horizontal, up], m; the "
+        "angles decide, and where places contradict them the start is put right or refused",
+    )
+    rate_factor: FiniteEach = Field(
+        1.0,
+        description="alpha: initial inertial rate of each bar over v0/r0; a prescribed bar takes its law's rate",
+    )
+
+    @field_validator("mass_kg", "length_m", "inertia_kg_m2", "angle_deg", "rate_factor")
+    @classmethod
+    def one_value_per_bar(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse a list whose length is not the number of bars."""
+        bars = info.data.get("bars")
+        if isinstance(value, list) and bars is not None and len(value) != bars:
+            raise ValueError(f"a list needs one value per bar: {bars} of them (or give one number for all)")
+        return value
+
+
+class RunTable(Table):
+    """How long and how often the motion is seen."""
+
+    orbits: Positive | None = Field(
+        None, description="duration in periods of the initial osculating orbit (bound ones only)"
+    )
+    duration_s: Positive | None = Field(None, description="duration in seconds, instead of `orbits`")
+    samples: int = Field(501, ge=2, le=1_000_000, description="equally spaced instants, both ends included")
+
+    @model_validator(mode="after")
+    def one_duration(self) -> RunTable:
+        """Refuse both durations, or none."""
+        if (self.orbits is None) == (self.duration_s is None):
+            raise ValueError("give exactly one of orbits, duration_s")
+        return self
+
+
+class SceneFile(Table):
+    """A barchain scene: a chain of rigid bars joined by revolute joints in the plane of its orbit."""
+
+    title: str = Field(min_length=1, description="one line, for people")
+    source: str = Field(min_length=1, description="where the scene or its expected answer comes from")
+    description: str = Field("", description="what is to be seen, for people")
+    tags: list[str] = Field(default_factory=list, description="for choosing scenes: paper, basics, chaotic, ...")
+    central_body: CentralBodyTable = Field(
+        default_factory=lambda: CentralBodyTable(mu_m3_s2=EARTH_MU_M3_S2, radius_m=EARTH_RADIUS_M)
+    )
+    orbit: OrbitTable
+    chain: ChainTable
+    effects: EffectsTable = Field(default_factory=lambda: EffectsTable(gravity="gradient"))
+    run: RunTable
+
+    @model_validator(mode="after")
+    def consistent(self) -> SceneFile:
+        """Check what concerns several tables at once."""
+        check_run_is_bound(self)
+        check_above_surface(self)
+        check_start(self.chain)
+        check_effects(self)
+        return self
+
+
+def check_run_is_bound(scene: SceneFile) -> None:
+    """`orbits` counts periods, so it needs an orbit that has one."""
+    if scene.run.orbits is None:
+        return
+    if scene.effects.gravity == "none":
+        raise ValueError("run.orbits: without gravity there is no period to count in; give duration_s")
+    if scene.orbit.speed_factor**2 >= 2.0:
+        raise ValueError(
+            f"run.orbits: the orbit is not bound (speed_factor = {scene.orbit.speed_factor:g}, allowed below sqrt(2)); "
+            "give duration_s"
+        )
+
+
+def check_above_surface(scene: SceneFile) -> None:
+    """The whole chain, stretched towards the centre, must start above the surface."""
+    length = scene.chain.length_m
+    size_m = math.fsum(length) if isinstance(length, list) else scene.chain.bars * length
+    if size_m >= scene.orbit.altitude_m:
+        raise ValueError(
+            f"orbit.altitude_m: {scene.orbit.altitude_m:g} lets a chain of {size_m:g} m reach the surface; "
+            "allowed: more than the length of the chain"
+        )
