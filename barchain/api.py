@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 from adapters.engine import EngineError, Knob, Setting, Trajectory
 from adapters.registry import Registration, engines, find_engine
+from barchain.crossval.record import new_record
 from barchain.crossval.store import Store
 from barchain.crossval.suite import ANY_EXTERNAL, Plan, Suite
-from barchain.record.scene import new_record
 from barchain.run.job import Job, Role
 from barchain.run.pool import run_jobs
 from reports.tables.crossval import REFERENCE_SOLUTION

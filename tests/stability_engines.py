@@ -11,7 +11,7 @@ import numpy as np
 from adapters.engine import Coordinates, EngineError, Knob, Ladder, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import Registration
-from barchain.metrics.relative_energy import BLOWN_UP
+from barchain.judge.checks.relative_energy import BLOWN_UP
 from scenarios import load_scene
 from tests import faulty_engines
 from tests.faulty_engines import Faulty

@@ -17,6 +17,7 @@ from adapters.exudyn.adapter import Exudyn
 from adapters.pymunk.adapter import Pymunk
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import find_engine
+from barchain.cli.campaign_summary import finding_words, rate_words, show_campaign
 from barchain.cli.main import run as command
 from barchain.judge.comparison import no_verdict
 from barchain.run.job import Role
@@ -36,7 +37,6 @@ from barchain.studies.campaign.scenes.simpler import Form, effects_of, simplifie
 from barchain.studies.campaign.sizes import sizes
 from barchain.studies.campaign.store import CampaignStore
 from barchain.studies.campaign.study import Campaign, Plan, campaign
-from barchain.studies.campaign.summary import finding_words, rate_words, show_campaign
 from barchain.studies.campaign.trial import Trial
 from barchain.studies.selftest.catalogue import UnknownFaultError
 from barchain.studies.selftest.engine import spoilt

@@ -13,10 +13,10 @@ import pandas as pd
 import pytest
 
 from reports import render as reports
-from reports.chapters.crossval.summary import GRAVITY, WORDS, summarise
+from reports.chapters.crossval.summary import WORDS, summarise
 from reports.chapters.crossval.verdict import judge, spoilt_words
 from reports.tables.crossval import METRIC_COLUMNS, read_results
-from reports.tables.outcome import Outcome
+from reports.tables.outcome import SEVERITY, Outcome
 from reports.text.numerals import significant
 from tests.report_fixture import ENGINES, build
 
@@ -147,7 +147,7 @@ def test_every_outcome_is_shown_with_its_word_and_its_reason(outcome: Outcome, t
 
 
 def test_outcomes_are_all_ranked_and_an_unknown_one_is_a_failure(tmp_path: Path) -> None:
-    assert set(GRAVITY) == set(Outcome)
+    assert set(SEVERITY) == set(Outcome)
     folder = write_tables(tmp_path, [one_row("splendid")])
     assert summarise(read_results(folder)).all[0].outcome is Outcome.FAILED
 

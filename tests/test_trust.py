@@ -15,8 +15,8 @@ from barchain.judge.checks.digits import rounded_values
 from barchain.judge.comparison import judge
 from barchain.judge.declared_noise import believed_steps, bounded
 from barchain.judge.evidence import TURNED_RAD, Evidence, perturbed, turned_back
+from barchain.judge.scales import scales
 from barchain.metrics.quantities import differences
-from barchain.metrics.scales import scales
 from barchain.run.job import PERTURBED_ROLES, Role, RunResult
 from barchain.solutions.reference import establish, twin
 from barchain.solutions.sampling import MOST_TURNED_RAD, closely_sampled

@@ -12,7 +12,6 @@ import click
 from adapters.engine import EngineError
 from adapters.registry import UnknownEngineError, engines
 from barchain import api
-from barchain.record.command import typed
 from barchain.cli.certified import truths
 from barchain.cli.cost import cost
 from barchain.cli.effects import effects
@@ -23,6 +22,7 @@ from barchain.cli.roundoff import roundoff
 from barchain.cli.scaling import scaling
 from barchain.cli.selftest import selftest
 from barchain.cli.stability import stability
+from barchain.record.command import typed
 from barchain.solutions.certified_table import DamagedTableError
 from reports.tables.crossval import DamagedResultsError
 from scenarios import SceneError, SceneFile, load_scene, nearest, scene_names

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from barchain.record.command import typed
 from barchain.cli.selftest_random import RandomOptions, random_options, run_random, show_faults
+from barchain.record.command import typed
 
 if TYPE_CHECKING:
     from barchain.studies.selftest.study import Plan

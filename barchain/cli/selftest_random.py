@@ -73,12 +73,12 @@ def run_random(
     workers: int | None,
 ) -> None:  # fmt: skip
     """Run a campaign, print what it found, and exit by that; or list its faults."""
+    from barchain.cli.campaign_summary import show_campaign  # noqa: PLC0415
     from barchain.cli.progress import counted  # noqa: PLC0415
     from barchain.studies.campaign.faults.catalogue import FAULTS  # noqa: PLC0415
     from barchain.studies.campaign.judging import CourtRoom  # noqa: PLC0415  # what no other command needs
     from barchain.studies.campaign.runs import in_workers  # noqa: PLC0415
     from barchain.studies.campaign.study import campaign  # noqa: PLC0415
-    from barchain.studies.campaign.summary import show_campaign  # noqa: PLC0415
 
     if listed:
         show_faults(FAULTS.values())

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from adapters.trajectory_table import from_frame
+from barchain.record.files import write_atomically, write_parquet
 from barchain.run.job import Job, RunResult
 from reports.tables.crossval import METRIC_COLUMNS
 from reports.tables.outcome import Outcome
@@ -88,18 +88,3 @@ class Store:
     def write_record(self) -> None:
         """Write run.json as it stands."""
         write_atomically(self.folder / "run.json", json.dumps(self.record, indent=1))
-
-
-def write_parquet(frame: pd.DataFrame, path: Path) -> None:
-    """Write a table, making its folder; never leaves half a file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    half = path.with_name(path.name + ".part")
-    frame.to_parquet(half, index=False)
-    os.replace(half, path)  # noqa: PTH105
-
-
-def write_atomically(path: Path, text: str) -> None:
-    """Write a text file; never leaves half of it."""
-    half = path.with_name(path.name + ".part")
-    half.write_text(text, encoding="utf-8")
-    os.replace(half, path)  # noqa: PTH105

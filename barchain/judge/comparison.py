@@ -12,6 +12,7 @@ from adapters.engine import Coordinates, EngineError
 from barchain.judge.checks.digits import rounded_values
 from barchain.judge.checks.ending import ended_differently, ended_elsewhen
 from barchain.judge.checks.extrapolation import FIELDS
+from barchain.judge.checks.relative_energy import BLOWN_UP, kinetic_ratio
 from barchain.judge.checks.restart import Stretch, can_restart, stretches
 from barchain.judge.declared_noise import too_noisy
 from barchain.judge.drift_bands import drift_bands
@@ -19,12 +20,10 @@ from barchain.judge.residuals import FINEST_NOISE, Residuals, worst
 from barchain.judge.roundoff_limit import coarsest_roundoff
 from barchain.judge.tolerances import NORM_SLACK
 from barchain.metrics.quantities import drifts
-from barchain.metrics.relative_energy import BLOWN_UP, kinetic_ratio
 from barchain.run.job import PERTURBED_ROLES, Role
 from barchain.solutions.reference import PARTED_RAD, TRACK
-from reports.chapters.crossval.summary import gravest
 from reports.tables.crossval import QUANTITY_UNITS
-from reports.tables.outcome import Outcome
+from reports.tables.outcome import Outcome, gravest
 
 if TYPE_CHECKING:
     from adapters.engine import Array, Engine, Setting, Trajectory

@@ -12,7 +12,7 @@ import numpy as np
 
 from adapters.engine import Knob
 from barchain.judge.local_errors import rate_scale, step_s
-from barchain.metrics.scales import scales
+from barchain.judge.scales import scales
 from barchain.solutions.reference import TRACK
 from reports.tables.crossval import QUANTITY_UNITS
 

@@ -14,7 +14,7 @@ from adapters.common.falling_frame import falling
 from adapters.common.initial_state import initial_state
 from adapters.common.kepler import propagate
 from adapters.engine import Coordinates, Knob
-from barchain.metrics.scales import inertia_force_N
+from barchain.judge.scales import inertia_force_N
 from barchain.solutions.reference import MODES_PER_BAR, RICHARDSON, own_rate
 from scenarios import Gravity
 

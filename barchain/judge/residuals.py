@@ -16,10 +16,10 @@ from barchain.judge.checks.extrapolation import FIELDS, SHARE, STAYS, left_over
 from barchain.judge.checks.track_beyond_limit import beyond_limit
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.roundoff_limit import coarsest_roundoff, measured_roundoff
+from barchain.judge.scales import scales
 from barchain.judge.tolerances import NORM_SLACK
 from barchain.metrics.model_difference import com_displacement
 from barchain.metrics.quantities import differences
-from barchain.metrics.scales import scales
 from barchain.solutions.reference import RICHARDSON, TRACK
 from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome

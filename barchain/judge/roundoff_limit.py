@@ -16,9 +16,9 @@ import numpy as np
 from adapters.engine import Knob
 from barchain.judge.drift_bands import rounded_place
 from barchain.judge.local_errors import ROUNDINGS, UNIT_ROUNDOFF, kepler_growth, orbit_scale, step_s
+from barchain.judge.scales import scales
 from barchain.judge.tolerances import NORM_SLACK
 from barchain.metrics.quantities import differences, drifts
-from barchain.metrics.scales import scales
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -17,8 +17,8 @@ import numpy as np
 import pandas as pd
 
 from adapters.trajectory_table import from_frame, to_frame
-from barchain.crossval.store import write_atomically
 from barchain.judge.local_errors import rate_scale
+from barchain.record.files import write_atomically
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 
 class Outcome(StrEnum):
@@ -53,3 +57,26 @@ ADVICE = {
     Outcome.FAILED: "The engine or its process failed; the reason is its own last word.",
     Outcome.MISSING: "The engine is not installed here; the reason says how to get it.",
 }
+
+SEVERITY = (
+    Outcome.REPORTED,
+    Outcome.PASS,
+    Outcome.UNSUPPORTED,
+    Outcome.ROUNDOFF_LIMITED,
+    Outcome.OUT_OF_BAND,
+    Outcome.INCONSISTENT,
+    Outcome.NOTHING_COMPARED,
+    Outcome.MALFORMED,
+    Outcome.INCOMPLETE,
+    Outcome.NOT_FINITE,
+    Outcome.JOINTS_IGNORED,
+    Outcome.TIMED_OUT,
+    Outcome.FAILED,
+    Outcome.MISSING,
+)
+"""Outcomes from the least to the most severe: a cell has the most severe outcome of its rows"""
+
+
+def gravest(outcomes: Iterable[Outcome]) -> Outcome:
+    """Return the worst of some outcomes; of none, that nothing was compared."""
+    return max(outcomes, key=SEVERITY.index, default=Outcome.NOTHING_COMPARED)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from barchain.metrics.scales import scales
+from barchain.judge.scales import scales
 from barchain.studies.campaign.cells import Cell, Kind
 from barchain.studies.campaign.sizes import larger, sizes
 from barchain.studies.campaign.trial import FIRST, Case, Limit, verdict_of

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from pebble import ProcessExpired, ProcessPool
 
-from barchain.crossval.store import write_atomically
+from barchain.record.files import write_atomically
 from barchain.studies.campaign.scenes.draw import draw
 from barchain.studies.campaign.scenes.scene_file import scene_toml
 from barchain.studies.campaign.scenes.shrink import alike, cell_of, simplest

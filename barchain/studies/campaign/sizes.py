@@ -38,7 +38,7 @@ def sizes(
     sound, spoilt : Trajectory
         The same run without the fault and with it.
     scale : mapping
-        Size of each quantity in the scene, SI units, see `barchain.metrics.scales`.
+        Size of each quantity in the scene, SI units, see `barchain.judge.scales`.
     until_s : mapping, optional
         For each quantity, the last instant that counts, s; the whole run by default.
 

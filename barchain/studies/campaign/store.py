@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from barchain.crossval.store import write_atomically
+from barchain.record.files import write_atomically
 from barchain.studies.campaign.cells import COLUMNS
 from barchain.studies.campaign.rates import RATE_COLUMNS
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from adapters.registry import engines
 from barchain.api import chosen_engines, unique_names
 from barchain.record.environment import provenance
-from barchain.record.scene import engine_facts
+from barchain.record.facts import engine_facts
 from barchain.studies.cost.plan import MINUTES, REPEATS, TIME_LIMIT_S, Plan, shortened
 from barchain.studies.cost.store import CostStore
 from barchain.studies.cost.study import CostStudy

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from barchain.crossval.store import write_atomically
+from barchain.record.files import write_atomically
 from reports.tables.cost import POINT_COLUMNS, TIME_COLUMNS
 
 if TYPE_CHECKING:

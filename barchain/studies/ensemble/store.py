@@ -6,7 +6,7 @@ import json
 from typing import TYPE_CHECKING
 
 from barchain.record.environment import environment, now, packages
-from barchain.record.scene import scene_facts
+from barchain.record.facts import scene_facts
 
 if TYPE_CHECKING:
     from pathlib import Path

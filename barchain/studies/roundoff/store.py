@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from barchain.crossval.store import write_atomically
+from barchain.record.files import write_atomically
 from barchain.studies.roundoff.engine_laws import engine_laws
 from barchain.studies.roundoff.laws import best_laws, best_table, evaluation_laws, growth_laws
 from reports.tables.roundoff import COLUMNS

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from adapters.registry import engines
 from barchain.api import chosen_engines
 from barchain.record.environment import provenance
-from barchain.record.scene import engine_facts
+from barchain.record.facts import engine_facts
 from barchain.studies.cost.measure import external_versions, scene_words
 from barchain.studies.scaling.plan import BARS, MINUTES, REPEATS, SCENE, TIME_LIMIT_S, Plan
 from barchain.studies.scaling.store import ScalingStore

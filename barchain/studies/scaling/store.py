@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from barchain.crossval.store import write_atomically
+from barchain.record.files import write_atomically
 from barchain.studies.cost.store import NOT_RUN
 from barchain.studies.scaling.fit import fits_table, targets
 from reports.tables.scaling import POINT_COLUMNS, read_table

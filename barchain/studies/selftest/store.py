@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from barchain.crossval.store import write_atomically
+from barchain.record.files import write_atomically
 from reports.tables.selftest import COLUMNS, SMALLEST
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from adapters.common.initial_state import chain_model
+from barchain.judge.checks.relative_energy import kinetic_ratio
 from barchain.metrics.quantities import drifts
-from barchain.metrics.relative_energy import kinetic_ratio
 from barchain.run.job import Role
 from barchain.studies.stability.engine_runs import LEVEL_WORDS, OTHER
 from barchain.studies.stability.growth import attitude_error, growth_excess

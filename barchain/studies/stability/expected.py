@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from barchain.crossval.store import write_atomically
+from barchain.record.files import write_atomically
 from reports.tables.stability import Stability
 
 if TYPE_CHECKING:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from barchain.judge.checks.relative_energy import BLOWN_UP, kinetic_ratio
 from barchain.judge.comparison import LEAST_JUDGED, OF_TWO_SETTINGS
 from barchain.judge.tolerances import NORM_SLACK
 from barchain.metrics.quantities import drifts
-from barchain.metrics.relative_energy import BLOWN_UP, kinetic_ratio
 from barchain.run.job import Role
 from barchain.solutions.reference import PARTED_RAD, RICHARDSON, horizon
 from barchain.studies.stability.engine_runs import JUDGED, LEVEL_WORDS, WITH_TRAJECTORY

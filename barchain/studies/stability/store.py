@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from barchain.crossval.store import Store, write_atomically
+from barchain.crossval.store import Store
+from barchain.record.files import write_atomically
 from barchain.run.job import Job, RunResult
 from barchain.studies.stability.evidence import evidence, plain_row
 from reports.tables.outcome import Outcome

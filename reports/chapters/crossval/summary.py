@@ -5,42 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pandas as pd
 
 from reports.tables.crossval import ALL_SCENES, QUANTITY_UNITS, REFERENCE_SOLUTION, Results, is_engine
-from reports.tables.outcome import Outcome
+from reports.tables.outcome import Outcome, gravest
 from reports.text.numerals import number
 from reports.text.record import SceneRecord, mapping
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-# From what may stand to what nothing can be made of: the gravest outcome of its rows is a cell's own.
-GRAVITY = (
-    Outcome.REPORTED,
-    Outcome.PASS,
-    Outcome.UNSUPPORTED,
-    Outcome.ROUNDOFF_LIMITED,
-    Outcome.OUT_OF_BAND,
-    Outcome.INCONSISTENT,
-    Outcome.NOTHING_COMPARED,
-    Outcome.MALFORMED,
-    Outcome.INCOMPLETE,
-    Outcome.NOT_FINITE,
-    Outcome.JOINTS_IGNORED,
-    Outcome.TIMED_OUT,
-    Outcome.FAILED,
-    Outcome.MISSING,
-)
 WORDS = {outcome: outcome.value.replace("_", " ") for outcome in Outcome}
 SHORT_OF_THE_RUN = 0.999  # a horizon of more than this share of the run is the whole run
-
-
-def gravest(outcomes: Iterable[Outcome]) -> Outcome:
-    """Return the worst of some outcomes; of none, that nothing was compared."""
-    return max(outcomes, key=GRAVITY.index, default=Outcome.NOTHING_COMPARED)
 
 
 def read_outcome(text: str) -> Outcome:
