@@ -7,23 +7,14 @@ scene is left out without running it.
 
 from __future__ import annotations
 
-import dataclasses
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, ClassVar, final
 
-import numpy as np
-from numpy.typing import NDArray
-
 if TYPE_CHECKING:
-    import pandas as pd
-
+    from adapters.trajectory import Array, Observable, Trajectory
     from scenarios import Scene
-
-Array = NDArray[np.float64]
-ENDED = "ended_s"
-"""Entry in a trajectory's `info` of an engine that locates the instant at which its run ended, s: it is judged"""
 
 
 class Knob(StrEnum):
@@ -48,19 +39,6 @@ class Coordinates(StrEnum):
     """In a frame that follows the centre of mass: one bar's end, and each bar's angle against the one before."""
     ABSOLUTE = "absolute"
     """Distances from the centre of the body."""
-
-
-class Observable(StrEnum):
-    """What an engine can show of a run."""
-
-    COM = "com"
-    ATTITUDE = "attitude"
-    RATE = "rate"
-    REACTION = "reaction"
-    GAP = "gap"
-    IDENTITY = "identity"
-    TORQUE = "torque"
-    IMPULSE = "impulse"
 
 
 @dataclass(frozen=True)
@@ -98,70 +76,6 @@ class Ladder:
     def settings(self) -> tuple[Setting, ...]:
         """All settings, coarse to fine."""
         return tuple(Setting(self.knob, v) for v in self.values)
-
-
-@dataclass(frozen=True)
-class Trajectory:
-    """What one engine saw of one scene: SI units, inertial axes, one row per sample.
-
-    n samples, N bars, P prescribed rotations. A sample at an instant where something jumps (an impulse, the end of a
-    thrust) shows what was just before it. What an engine has not got is None, never zeros.
-    A run that ended early (a bar reached the surface) has fewer samples, and says so in `ended`.
-    """
-
-    t_s: Array
-    """(n,) s"""
-    com_m: Array
-    """(n, 2) centre of mass of the chain from the centre of the body, m"""
-    com_velocity_m_s: Array
-    """(n, 2) m/s"""
-    angle_rad: Array | None = None
-    """(n, N) angle of each bar from the z1 axis, unwrapped, rad"""
-    rate_rad_s: Array | None = None
-    """(n, N) rad/s"""
-    reaction_N: Array | None = None
-    """(n, N-1, 2) force on bar j from bar j+1, N"""
-    gap_m: Array | None = None
-    """(n, N-1) distance between the two ends that joint j ties, m"""
-    identity_m: Array | None = None
-    """(n,) distance of the bars' weighted centre from the centre of mass, |sum mu_j d_j| of eq. (6), m"""
-    position_m: Array | None = field(default=None, kw_only=True)
-    """(n, N, 2) centre of each bar from the chain's centre of mass, inertial axes, m; given by engines whose places of
-    the bars are state of their own (redundant coordinates), None where places follow from the angles"""
-    torque_N_m: Array | None = None
-    """(n, P) torque on each prescribed bar, positive counter-clockwise, N m"""
-    impulse_N_s: Array | None = None
-    """(n, N-1, 2) sum of the impulsive reactions on bar j from bar j+1 so far, N s; None where the scene has no blow"""
-    condition: Array | None = None
-    """(n,) condition number of the joint system, if asked for"""
-    ended: str = ""
-    """Why the run ended before its last sample; empty if it did not"""
-    info: dict[str, float | str] = field(default_factory=dict)
-    """Counters of the engine: steps, right-hand-side evaluations, ..."""
-
-    @property
-    def observables(self) -> frozenset[Observable]:
-        """What this trajectory holds."""
-        optional = {
-            Observable.ATTITUDE: self.angle_rad,
-            Observable.RATE: self.rate_rad_s,
-            Observable.REACTION: self.reaction_N,
-            Observable.GAP: self.gap_m,
-            Observable.IDENTITY: self.identity_m,
-            Observable.TORQUE: self.torque_N_m,
-            Observable.IMPULSE: self.impulse_N_s,
-        }
-        return frozenset({Observable.COM} | {name for name, value in optional.items() if value is not None})
-
-    def to_frame(self) -> pd.DataFrame:
-        """Table with one row per sample and one named column per quantity (`angle_1_rad`, ...)."""
-        from adapters.trajectory_table import to_frame
-
-        return to_frame(self)
-
-    def replace(self, **changes: Array | None) -> Trajectory:
-        """Copy with some arrays exchanged."""
-        return dataclasses.replace(self, **changes)  # type: ignore[arg-type]
 
 
 class EngineError(RuntimeError):

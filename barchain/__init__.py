@@ -3,7 +3,7 @@
 from adapters.engine import Engine as Engine
 from adapters.engine import EngineError as EngineError
 from adapters.engine import Setting as Setting
-from adapters.engine import Trajectory as Trajectory
+from adapters.trajectory import Trajectory as Trajectory
 from barchain.api import ComparisonResult as ComparisonResult
 from barchain.api import SettingError as SettingError
 from barchain.api import compare as compare

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from adapters.engine import EngineError, Knob, Setting, Trajectory
+from adapters.engine import EngineError, Knob, Setting
 from adapters.registry import Registration, engines, find_engine
 from barchain.crossval.record import new_record
 from barchain.crossval.store import Store
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
     import pandas as pd
+
+    from adapters.trajectory import Trajectory
 
 TIME_LIMIT_S = 120.0  # the slowest run of the core suite takes a tenth of it on two cores
 

@@ -23,7 +23,7 @@ from barchain.studies.stability.law import law
 from scenarios import load_scene
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
     from barchain.studies.stability.law import Law
     from scenarios import Scene
 

@@ -16,7 +16,9 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from reference_impl.model.chain import Array, ChainModel, Prescription, State
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel, Prescription
+    from reference_impl.model.state import State
 
 DIGITS = 50
 getcontext().prec = DIGITS

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from typing import TYPE_CHECKING
 from unittest import mock
 
 import numpy as np
@@ -18,7 +19,7 @@ from reference_impl.fast import layout
 from reference_impl.fast.accelerations import evaluate
 from reference_impl.integrate.simulate import Simulation
 from reference_impl.integrate.stepper import Walk
-from reference_impl.model.chain import Accelerations, ChainModel, Prescription, State
+from reference_impl.model.chain import ChainModel, Prescription
 from reference_impl.model.complex_vectors import along
 from reference_impl.model.invariants import relative_angular_momentum, relative_kinetic_energy, tidal_energy
 from reference_impl.model.relative import accelerations, external
@@ -26,6 +27,9 @@ from reference_impl.precision import formulations
 from reference_impl.precision.arithmetic import EXACT, FLOAT64, exact_numbers
 from reference_impl.precision.chain import Found, directions, dot, hung, joined
 from reference_impl.precision.formulations import absolute, gradient_spins
+
+if TYPE_CHECKING:
+    from reference_impl.model.state import Accelerations, State
 
 RATIO, MEMBERS = 1e-9, 4  # bars of 6 mm: a cancelling subtraction leaves 7 digits
 

@@ -21,8 +21,10 @@ from reference_impl.effects.thrust import Thrust
 from tests.effect_cases import distance_m, reach_m
 
 if TYPE_CHECKING:
-    from reference_impl.effects.base import Effect
-    from reference_impl.model.chain import Array, ChainModel, State
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel
+    from reference_impl.model.effect import Effect
+    from reference_impl.model.state import State
 
 U = 2.0**-53
 C = 32.0

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.effects.base import Effect, Situation
 from reference_impl.effects.drag import Drag
 from reference_impl.effects.joint_spring_damper import JointSpringDamper
 from reference_impl.effects.oblateness import Oblateness
@@ -16,12 +15,16 @@ from reference_impl.effects.slender import Slender
 from reference_impl.effects.solar_pressure import SolarPressure
 from reference_impl.effects.third_body import ThirdBody
 from reference_impl.effects.thrust import Thrust
-from reference_impl.model.chain import Array, ChainModel, State
+from reference_impl.model.chain import ChainModel
 from reference_impl.model.complex_vectors import along
+from reference_impl.model.effect import Effect, Situation
 from reference_impl.model.kinematics import joined_state
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.state import State
 
 MU, RADIUS, J2 = 3.986004418e14, 6378e3, 1.08262668e-3
 T_S = 600.0

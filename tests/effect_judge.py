@@ -25,8 +25,10 @@ from reference_impl.effects.thrust import Thrust
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reference_impl.effects.base import Effect
-    from reference_impl.model.chain import Array, ChainModel, State
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel
+    from reference_impl.model.effect import Effect
+    from reference_impl.model.state import State
 
 DIGITS = 50
 DEGREE = 4  # 24 nodes leave (l/4r)^48 of an integral, less than the digits kept

@@ -26,9 +26,11 @@ from reference_impl.model.kinematics import joined_state
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reference_impl.effects.base import Modes
     from reference_impl.integrate.coordinate_sets import CoordinateSet
-    from reference_impl.model.chain import Array, ChainModel, State
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel
+    from reference_impl.model.effect import Modes
+    from reference_impl.model.state import State
 
 RTOL = 1e-11
 

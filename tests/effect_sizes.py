@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array, ChainModel, State
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel
+    from reference_impl.model.state import State
     from tests.roundoff import Case
 
 

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from reference_impl.effects.base import Situation
 from reference_impl.fast import layout
 from reference_impl.fast.accelerations import evaluate
 from reference_impl.fast.simulate import hold
-from reference_impl.model.chain import Accelerations, Array, ChainModel, State
 from reference_impl.model.complex_vectors import along
+from reference_impl.model.effect import Situation
 from reference_impl.model.joints import LOST
 from reference_impl.model.kinematics import joined_state
+from reference_impl.model.state import Accelerations, State
 from tests.roundoff import sums
+
+if TYPE_CHECKING:
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel
 
 
 def fast_accelerations(model: ChainModel, t_s: float, state: State) -> Accelerations:

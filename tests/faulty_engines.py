@@ -8,8 +8,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from adapters.engine import Engine, EngineError, Observable
+from adapters.engine import Engine, EngineError
 from adapters.reference.numpy_engines import Reference
+from adapters.trajectory import Observable
 from barchain.run.threads import THREADS
 
 TRACE = "BARCHAIN_TEST_TRACE"

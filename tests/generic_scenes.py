@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from adapters.common.initial_state import chain_model, initial_state
-from adapters.engine import Array, Knob, Setting, Trajectory
+from adapters.engine import Knob, Setting
 from adapters.reference.numpy_engines import Reference
-from reference_impl.model.chain import Accelerations, State
 from reference_impl.model.relative import accelerations
+from reference_impl.model.state import Accelerations, State
 from scenarios import Gravity, Scene, load_scene
+
+if TYPE_CHECKING:
+    from adapters.trajectory import Array, Trajectory
 
 
 def generic(seed: int, bars: int = 5, size: float = 1.0, gravity: Gravity = Gravity.GRADIENT) -> Scene:

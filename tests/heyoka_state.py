@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import heyoka as hy
 import numpy as np
 
 from adapters.heyoka.compiled import QUAD, Precision, symbols
 from adapters.heyoka.structure import PI, LawShape, Part, Structure
-from reference_impl.model.chain import Accelerations, Array, ChainModel, State
 from reference_impl.model.complex_vectors import along, as_vectors
 from reference_impl.model.kinematics import hang_together
+from reference_impl.model.state import Accelerations, State
+
+if TYPE_CHECKING:
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel
 
 
 def shape_of(model: ChainModel) -> Structure:

@@ -14,11 +14,16 @@ Stability, 10.4), with (|L||L'|)_ik <= sqrt(a_ii a_kk). Together below 32 for a 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.model.chain import Accelerations, Array, ChainModel, Prescription, State
+from reference_impl.model.chain import ChainModel, Prescription
 from reference_impl.model.kinematics import directions, joined_state
+
+if TYPE_CHECKING:
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.state import Accelerations, State
 
 MU, RADIUS = 3.986004418e14, 6378e3
 U = 2.0**-53

@@ -17,7 +17,7 @@ from tests import faulty_engines
 from tests.faulty_engines import Faulty
 
 if TYPE_CHECKING:
-    from adapters.engine import Trajectory
+    from adapters.trajectory import Trajectory
     from scenarios import Scene
 
 FREE, FALLS = "basics/two_bars_free", "hard/straight_horizontal"

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.engine import Array, Engine, Knob, Setting, Trajectory
+from adapters.engine import Engine, Knob, Setting
 from scenarios import Scene, load_scene
 from tests.generic_scenes import truth
+
+if TYPE_CHECKING:
+    from adapters.trajectory import Array, Trajectory
 
 SMOOTH = ("quadrupole", "slender", "oblateness", "third_body", "drag", "joint_springs", "thrust")
 JUMPING = ("thrust_table", "impulse")

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import mpmath as mp
 import numpy as np
 import pytest
 
-from reference_impl.effects.impulse import Impulse, struck
-from reference_impl.model.chain import Array, ChainModel, Prescription, State
+from reference_impl.effects.impulse import struck
+from reference_impl.model.chain import ChainModel, Impulse, Prescription
 from reference_impl.model.complex_vectors import along
 from reference_impl.model.kinematics import cross, joined_state
 from tests.effect_cases import chain, motion
 from tests.roundoff import C, Case, U, forward
+
+if TYPE_CHECKING:
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.state import State
 
 LAWS = {
     "free": (),

@@ -47,7 +47,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from adapters.engine import Engine, Trajectory
+    from adapters.engine import Engine
+    from adapters.trajectory import Trajectory
     from scenarios import Scene
 
 SEED = 8  # three bars in a point's pull, for a third of an orbit

@@ -23,7 +23,7 @@ from adapters.reference.numpy_engines import Reference
 from scenarios import Scene, load_scene
 
 if TYPE_CHECKING:
-    from adapters.engine import Trajectory
+    from adapters.trajectory import Trajectory
 
 RTOL = 1e-11
 EPS = np.finfo(float).eps

@@ -5,8 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from adapters.engine import Knob, Setting, Trajectory
+from adapters.engine import Knob, Setting
 from adapters.reference.numpy_engines import Reference
+from adapters.trajectory import Trajectory
 from barchain.judge.comparison import judge, worst
 from barchain.judge.evidence import Evidence
 from barchain.metrics.model_difference import com_displacement

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from adapters.common.initial_state import initial_state
-from adapters.engine import Observable
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
-from adapters.trajectory_table import from_frame, to_frame
+from adapters.trajectory import Observable, from_frame, to_frame
 from barchain.run.trajectory_checks import fault
 from scenarios import load_scene
 from tests.scene_lists import ALL, TAME

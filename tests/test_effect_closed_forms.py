@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from reference_impl.effects.solar_pressure import SolarPressure
 from reference_impl.effects.third_body import ThirdBody
 from reference_impl.effects.thrust import Thrust
 from reference_impl.integrate.discrete_modes import ModelSwitches
-from reference_impl.model.chain import Array, ChainModel, Prescription, State
+from reference_impl.model.chain import ChainModel, Prescription
 from reference_impl.model.kinematics import cross, joined_state
 from reference_impl.model.relative import accelerations
 from scenarios import load_scene
@@ -37,6 +38,10 @@ from tests.effect_runs import (
 )
 from tests.roundoff import C, Case, U, forward, joint_bound
 from tests.test_closed_forms import first_moments, radial_tension
+
+if TYPE_CHECKING:
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.state import State
 
 
 def uniform(bars: int, length_m: float = 100.0, gravity: str = "point", mass_kg: float = 100.0) -> ChainModel:

@@ -11,13 +11,12 @@ import pytest
 
 from adapters.common.initial_state import chain_model, initial_state
 from reference_impl.effects.drag import Drag
-from reference_impl.effects.impulse import Impulse
 from reference_impl.effects.solar_pressure import SolarPressure
 from reference_impl.effects.thrust import Thrust
 from reference_impl.integrate.coordinate_sets import Minimal
 from reference_impl.integrate.discrete_modes import ModelSwitches
 from reference_impl.integrate.stepper import Log
-from reference_impl.model.chain import Array, ChainModel, Prescription, State
+from reference_impl.model.chain import ChainModel, Impulse, Prescription
 from reference_impl.model.kinematics import joined_state
 from scenarios import load_scene
 from scenarios.load import parse_scene
@@ -27,6 +26,8 @@ from tests.effect_runs import placed, ran, started
 
 if TYPE_CHECKING:
     from reference_impl.integrate.simulate import Simulation
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.state import State
 
 EVENTFUL = ["solar_shadow", "thrust_table", "impulse", "everything", "drag"]
 

@@ -35,7 +35,7 @@ from tests.effect_cases import (
 from tests.effect_judge import Verdict, energy, judge
 
 if TYPE_CHECKING:
-    from reference_impl.effects.base import Effect, Push
+    from reference_impl.model.effect import Effect, Push
 
 LENGTHS_M = [1e-3, 1e-1, 1e1, 1e3, 1e5]
 SEEDS = st.integers(0, 2**32 - 1)

@@ -14,7 +14,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reference_impl.effects.base import Effect, Modes, Situation, pushed
 from reference_impl.effects.joint_spring_damper import JointSpringDamper
 from reference_impl.effects.quadrupole import Quadrupole
 from reference_impl.effects.slender import Slender
@@ -22,8 +21,9 @@ from reference_impl.effects.third_body import ThirdBody
 from reference_impl.effects.thrust import Thrust
 from reference_impl.integrate.discrete_modes import ModelSwitches
 from reference_impl.model import absolute, relative
-from reference_impl.model.chain import ChainModel, Prescription, State
+from reference_impl.model.chain import ChainModel, Prescription
 from reference_impl.model.complex_vectors import along
+from reference_impl.model.effect import Effect, Modes, Situation, pushed
 from tests import effect_cases
 from tests.effect_cases import KINDS, MU, RADIUS, T_S, chain, motion, seen
 from tests.effect_runs import (
@@ -39,6 +39,7 @@ from tests.effect_runs import (
 
 if TYPE_CHECKING:
     from reference_impl.model.relative import Accelerations
+    from reference_impl.model.state import State
 
 SEEDS = st.integers(0, 2**32 - 1)
 GRAVITIES: dict[str, tuple[str, tuple[Effect, ...]]] = {

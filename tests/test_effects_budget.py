@@ -36,7 +36,7 @@ from tests.scene_lists import TAME
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adapters.engine import Trajectory
+    from adapters.trajectory import Trajectory
     from barchain.studies.effects.effect_toggles import Switch
 
 DRAG = "effects/drag"

@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 import adapters.exudyn.solve.solver as solver_module
-from adapters.engine import Engine, EngineError, Knob, Observable, Setting, Trajectory
+from adapters.engine import Engine, EngineError, Knob, Setting
 from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
 from adapters.exudyn.frames.clock import NAMES, coefficients
 from adapters.exudyn.frames.frames import turned
 from adapters.exudyn.frames.orbit import KeplerOrbit
 from adapters.exudyn.solve.timetable import Steps
 from adapters.reference.numpy_engines import Reference
+from adapters.trajectory import Observable, Trajectory
 from scenarios import Actuator, Frame, Scene, load_scene, scene_names
 
 ENGINES = (Exudyn, ExudynIndex3, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynTree)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mpmath as mp
 import numpy as np
 import pytest
 
-from adapters.engine import Engine, Knob, Setting, Trajectory, UnsupportedMotionError
+from adapters.engine import Engine, Knob, Setting, UnsupportedMotionError
 from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
 from adapters.exudyn.frames.clock import orbit_given
 from adapters.exudyn.frames.frames import OrbitFrame, frame_of, turned
@@ -22,6 +22,9 @@ from adapters.exudyn.solve.solver import method_for, steps_of
 from adapters.exudyn.solve.timetable import Steps
 from adapters.reference.numpy_engines import Reference
 from scenarios import Gravity, Scene, load_scene
+
+if TYPE_CHECKING:
+    from adapters.trajectory import Trajectory
 
 ENGINES = (Exudyn, ExudynIndex3, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynTree)
 REDUNDANT = ENGINES[:4]

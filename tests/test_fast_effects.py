@@ -33,9 +33,10 @@ from tests.roundoff import MU, RADIUS, C, Case, U, case, forward, joint_bound, m
 from tests.test_reference_properties import LAWS
 
 if TYPE_CHECKING:
-    from adapters.engine import Trajectory
-    from reference_impl.effects.base import Effect
-    from reference_impl.model.chain import Accelerations, Array
+    from adapters.trajectory import Trajectory
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.effect import Effect
+    from reference_impl.model.state import Accelerations
     from scenarios import Scene
 
 BARS, NOW_S = 5, 25.0

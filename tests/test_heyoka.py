@@ -12,12 +12,13 @@ from adapters.heyoka.adapter import Heyoka, HeyokaLong, HeyokaQuad
 from adapters.heyoka.compiled import DOUBLE, QUAD, symbols
 from adapters.heyoka.equations import visit
 from adapters.heyoka.run import Run
-from adapters.heyoka.structure import structure_of, units_of
+from adapters.heyoka.structure import structure_of
+from adapters.heyoka.units import units_of
 from adapters.reference.numpy_engines import Reference
 from barchain.api import SettingError, choose_setting
 from barchain.metrics.quantities import differences
 from reference_impl.model import relative
-from reference_impl.model.chain import Accelerations
+from reference_impl.model.state import Accelerations
 from scenarios import load_scene
 from tests.arbiter import judge
 from tests.heyoka_state import compiled, oracle_accelerations

@@ -10,11 +10,11 @@ import pandas as pd
 import pytest
 
 from adapters.common.initial_state import chain_model, initial_state
-from adapters.engine import Coordinates, Engine, Knob, Setting, Trajectory
+from adapters.engine import Coordinates, Engine, Knob, Setting
 from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
 from adapters.pymunk.adapter import Pymunk, PymunkAbsolute
 from adapters.reference.numpy_engines import Reference, ReferenceAbsolute
-from adapters.trajectory_table import from_frame, to_frame
+from adapters.trajectory import Trajectory, from_frame, to_frame
 from barchain.metrics.joint_gaps import centre_of_mass_residual, disagreement, gaps, measured
 from barchain.metrics.quantities import drifts
 from barchain.run.trajectory_checks import fault

@@ -18,9 +18,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reference_impl.model import relative
-from reference_impl.model.chain import Accelerations, ChainModel, Prescription, State
+from reference_impl.model.chain import ChainModel, Prescription
 from reference_impl.model.complex_vectors import along
 from reference_impl.model.kinematics import joined_state
+from reference_impl.model.state import Accelerations, State
 from reference_impl.paper.form import NotSquareError, paper_accelerations, solve
 from reference_impl.paper.matrices import matrices
 from reference_impl.paper.misprint_effects import generic_model, generic_state, misprint_effects

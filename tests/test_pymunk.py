@@ -16,10 +16,11 @@ import adapters.pymunk.adapter as adapter_module
 from adapters.common.falling_frame import falling
 from adapters.common.initial_state import chain_model, initial_state
 from adapters.common.kepler import propagate
-from adapters.engine import EngineError, Knob, Observable, Setting
+from adapters.engine import EngineError, Knob, Setting
 from adapters.pymunk.adapter import Pymunk, PymunkAbsolute
 from adapters.pymunk.iteration_count import sweeps
 from adapters.reference.numpy_engines import Reference
+from adapters.trajectory import Observable
 from reference_impl.model.invariants import relative_angular_momentum, relative_kinetic_energy
 from scenarios import Gravity, load_scene
 from tests.step_order import JUMPING, SMOOTH, by_steps, effect_scene, errors

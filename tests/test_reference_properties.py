@@ -7,6 +7,7 @@ What is asked of a law is a small residual, and of two answers that their differ
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from hypothesis import strategies as st
 from reference_impl.fast.simulate import FastSimulation
 from reference_impl.integrate.simulate import Simulation
 from reference_impl.model import absolute, relative
-from reference_impl.model.chain import Accelerations, Array, Prescription, State
+from reference_impl.model.chain import Prescription
 from reference_impl.model.complex_vectors import along, as_vectors
 from reference_impl.model.invariants import (
     com_angular_momentum,
@@ -26,9 +27,13 @@ from reference_impl.model.invariants import (
     tidal_energy,
 )
 from reference_impl.model.kinematics import cross, directions
+from reference_impl.model.state import Accelerations, State
 from tests.arbiter import field as exact_field
 from tests.fast_evaluation import fast_accelerations
 from tests.roundoff import MU, RADIUS, C, Case, U, case, forward, joint_bound, magnitudes, sums
+
+if TYPE_CHECKING:
+    from reference_impl.model.arrays import Array
 
 
 def cases(laws: tuple[Prescription, ...] = ()) -> st.SearchStrategy[Case]:

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from adapters.common.equal_steps import finer_setting
-from adapters.engine import ENDED, Knob, Setting
+from adapters.engine import Knob, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import find_engine
+from adapters.trajectory import ENDED
 from barchain.cli.main import run as command
 from barchain.run.job import Role
 from barchain.run.worker import run_job
@@ -39,7 +40,7 @@ from scenarios import load_scene
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from adapters.engine import Trajectory
+    from adapters.trajectory import Trajectory
     from barchain.run.job import RunResult
     from barchain.studies.selftest.trial import Result
     from scenarios import Scene

@@ -45,7 +45,7 @@ from tests.stability_engines import (
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
     from barchain.metrics.model_difference import Displacement
     from scenarios import Scene
     from tests.faulty_engines import Faulty

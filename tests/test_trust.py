@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from adapters.common.equal_steps import finer_setting
-from adapters.engine import Coordinates, Knob, Observable, Setting
+from adapters.engine import Coordinates, Knob, Setting
 from adapters.exudyn.adapter import Exudyn, ExudynAbsolute
 from adapters.pymunk.adapter import Pymunk
 from adapters.reference.numpy_engines import Reference
+from adapters.trajectory import Observable
 from barchain.judge.checks.digits import rounded_values
 from barchain.judge.comparison import judge
 from barchain.judge.declared_noise import believed_steps, bounded

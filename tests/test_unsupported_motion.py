@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from adapters.common.face_reversal import Facing, first_reversal, turns_and_returns, unsupported_motion
-from adapters.engine import Engine, Knob, Setting, Trajectory, UnsupportedMotionError
+from adapters.engine import Engine, Knob, Setting, UnsupportedMotionError
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
+from adapters.trajectory import Trajectory
 from barchain import api
 from barchain.judge.support import unsupported
 from barchain.solutions.reference import establish, twin
@@ -26,7 +27,7 @@ from tests.generic_scenes import of_bars
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adapters.engine import Array
+    from adapters.trajectory import Array
 
 EQUAL_STEPS = {
     "exudyn",

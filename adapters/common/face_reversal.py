@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.common.initial_state import chain_model
-from reference_impl.effects.base import EDGE_ON
+from reference_impl.model.effect import EDGE_ON
 from reference_impl.model.kinematics import directions, relative_positions, relative_velocities
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
     from scenarios import Drag, Scene, SolarPressure
 
 FEWEST = 2  # samples that there is something between

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from adapters.common.initial_state import InitialState
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from scenarios import Scene
 
 RTOL = 100.0 * np.finfo(float).eps  # the least SciPy takes

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.model.chain import Array, ChainModel, GravityModel, Prescription
+from reference_impl.model.chain import ChainModel, GravityModel, Prescription
 from reference_impl.model.kinematics import (
     cross,
     directions,
@@ -24,6 +24,7 @@ from reference_impl.model.kinematics import (
 from scenarios import Actuator, Frame, Gravity, PrescribedRotation
 
 if TYPE_CHECKING:
+    from reference_impl.model.arrays import Array
     from scenarios import Scene
 
 POINT_PART: dict[Gravity, GravityModel] = {

@@ -13,7 +13,7 @@ import numpy as np
 from reference_impl.model.kinematics import directions
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
+    from adapters.trajectory import Array
 
 
 class Posture(Protocol):

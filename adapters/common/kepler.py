@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
+    from adapters.trajectory import Array
 
 SERIES_BELOW = 2.0  # |z| up to which Stumpff functions are summed; beyond, x - sin x keeps all but 2 bits
 SERIES_TERMS = 14  # 2^14/(2*14+2)! is far below round-off

@@ -9,8 +9,8 @@ import numpy as np
 from scenarios import Axes, Gravity
 
 if TYPE_CHECKING:
-    from reference_impl.effects.base import Effect
-    from reference_impl.effects.impulse import Impulse
+    from reference_impl.model.chain import Impulse
+    from reference_impl.model.effect import Effect
     from scenarios import Scene
 
 
@@ -138,7 +138,7 @@ def impulses_of(scene: Scene) -> tuple[Impulse, ...]:
     """Blows."""
     if not scene.effects.impulse:
         return ()
-    from reference_impl.effects.impulse import Impulse
+    from reference_impl.model.chain import Impulse
 
     return tuple(
         Impulse(p.bar - 1, p.end.sign, p.axes is Axes.INERTIAL, p.direction_rad, p.impulse_N_s, p.at_s)

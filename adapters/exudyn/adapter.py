@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, final
 
 import numpy as np
 
-from adapters.engine import Coordinates, EngineError, Knob, Ladder, Observable, Setting
+from adapters.engine import Coordinates, EngineError, Knob, Ladder, Setting
 from adapters.exudyn.engine import SHOWN, ExudynEngine
 from adapters.exudyn.loads.thrust import jumps_s
 from adapters.exudyn.models.bodies import RedundantModel
@@ -16,11 +16,12 @@ from adapters.exudyn.noise import engine_noise, tree_noise
 from adapters.exudyn.readout import Seen
 from adapters.exudyn.solve.solver import method_for, settings_of, solver_of, steps_of
 from adapters.exudyn.solve.start import StartForces, offset_follows_motion, start_forces, supply
+from adapters.trajectory import Observable
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
     from adapters.exudyn.models.model import Model
     from adapters.exudyn.solve.timetable import Steps
+    from adapters.trajectory import Array
     from scenarios import Scene
 
 GRAVITY = frozenset(f"gravity.{name}" for name in ("none", "point", "gradient", "quadrupole", "slender"))

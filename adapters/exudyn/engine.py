@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from adapters.common import face_reversal
-from adapters.engine import Engine, EngineError, Observable, Setting, Trajectory, UnsupportedMotionError
+from adapters.engine import Engine, EngineError, Setting, UnsupportedMotionError
 from adapters.exudyn.loads.thrust import off_step_s
 from adapters.exudyn.readout import Seen, gaps, landing, places, trajectory
 from adapters.exudyn.solve.restart_segments import pieces_of, run_pieces
 from adapters.exudyn.solve.solver import method_for, settings_of, solver_of, steps_of
+from adapters.trajectory import Observable, Trajectory
 
 if TYPE_CHECKING:
     from adapters.exudyn.models.model import Model

@@ -11,8 +11,8 @@ from adapters.exudyn.frames.departure import departure
 from adapters.exudyn.loads.thrust import jumps_s
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
     from adapters.exudyn.solve.solver import Method
+    from adapters.trajectory import Array
     from scenarios import Scene
 
 DIFFERENCING = 1e-8  # Exudyn's relative step in (C_q q')_q, of `minimumCoordinateSize` or of the coordinate

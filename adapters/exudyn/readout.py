@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.engine import Trajectory
+from adapters.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
     from adapters.exudyn.frames.frames import Axes
+    from adapters.trajectory import Array
     from scenarios import Scene
 
 

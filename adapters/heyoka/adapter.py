@@ -5,9 +5,10 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, ClassVar, final
 
-from adapters.engine import Coordinates, Engine, Knob, Ladder, Observable, Setting, Trajectory
+from adapters.engine import Coordinates, Engine, Knob, Ladder, Setting
 from adapters.heyoka.compiled import DOUBLE, LONG, QUAD, Precision
 from adapters.heyoka.run import Run
+from adapters.trajectory import Observable, Trajectory
 
 if TYPE_CHECKING:
     from scenarios import Scene

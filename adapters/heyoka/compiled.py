@@ -48,63 +48,6 @@ def symbols(structure: Structure) -> System:
 
 
 @lru_cache(maxsize=KEPT)
-def integrator(structure: Structure, precision: Precision, rtol: float) -> Any:
-    """Integrator of a structure, to be filled with parameters and a state; one is used by one run at a time."""
-    import heyoka as hy
-
-    found, number = symbols(structure), precision.number
-    watched = events(structure, precision)
-    return hy.taylor_adaptive(
-        list(zip(found.variables, found.rates, strict=True)),
-        tol=number(rtol),
-        fp_type=precision.type,
-        compact_mode=True,
-        **({"t_events": watched} if watched else {}),
-    )
-
-
-def events(structure: Structure, precision: Precision) -> list[Any]:
-    """Events that stop a run: the surface's (`Structure.surfaces` of them), then those that switch a mode."""
-    found = surface_events(structure, precision) if structure.lands else []
-    if structure.effects.modes:
-        from adapters.heyoka.discrete_modes import switch_events
-
-        found += switch_events(structure, precision)
-    return found
-
-
-def surface_events(structure: Structure, precision: Precision) -> list[Any]:
-    """Events that stop a run: an end of a bar on the surface, or the bar's line where its foot is on the bar."""
-    import heyoka as hy
-
-    found = symbols(structure)
-    falling = hy.event_direction.negative
-    ends = [hy.t_event(e, direction=falling, fp_type=precision.type) for e in found.ends]
-    lines = [
-        hy.t_event(e, direction=falling, fp_type=precision.type, callback=OffTheBar(structure, precision, j))
-        for j, e in enumerate(found.middles)
-    ]
-    return ends + lines
-
-
-class OffTheBar:
-    """Tells heyoka to go on where a bar's line, but not the bar itself, touches the surface."""
-
-    def __init__(self, structure: Structure, precision: Precision, bar: int) -> None:
-        """Keep what is asked at the event; compiled on its first use."""
-        self.structure, self.precision, self.bar = structure, precision, bar
-
-    def __call__(self, run: Any, falling: int) -> bool:
-        """Whether the nearest point of the line is beyond the bar's ends."""
-        del falling
-        import heyoka as hy
-
-        found = symbols(self.structure)
-        foot = hy.cfunc([found.feet[self.bar]], vars=found.variables, fp_type=self.precision.type)
-        return bool(foot(run.state, pars=run.pars[: foot.nparams])[0] > 0.0)
-
-
-@lru_cache(maxsize=KEPT)
 def function(structure: Structure, precision: Precision, what: str) -> Any:
     """Function of the state: ``rates``, ``switches`` (and Z0·s last), or the ``jumps`` of a blow."""
     import heyoka as hy

@@ -15,7 +15,7 @@ from scenarios import Axes
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from adapters.heyoka.structure import Units
+    from adapters.heyoka.units import Units
     from scenarios import Drag, Impulse, JointSpringDamper, Oblateness, Scene, SolarPressure, ThirdBody, Thrust
 
     Named = Iterator[tuple[str, Any]]

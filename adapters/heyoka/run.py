@@ -8,23 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adapters.engine import EngineError, Trajectory
-from adapters.heyoka.compiled import Precision, function, integrator, observe, observer, value
+from adapters.engine import EngineError
+from adapters.heyoka.compiled import Precision, function, observe, observer, value
 from adapters.heyoka.discrete_modes import Modes
 from adapters.heyoka.effects import blow_size, thrust_line
-from adapters.heyoka.structure import (
-    LAW_PARAMETERS,
-    Numbers,
-    parameters_of,
-    start_of,
-    structure_of,
-    units_of,
-)
+from adapters.heyoka.integrator import integrator
+from adapters.heyoka.structure import LAW_PARAMETERS, Numbers, parameters_of, start_of, structure_of
+from adapters.heyoka.units import units_of
+from adapters.trajectory import Trajectory
 
 MOST_SWITCHES = 100_000  # in one stretch
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from scenarios import Scene
 
 

@@ -6,7 +6,6 @@ unknowns are of order one, as heyoka's tolerance, which is relative to the large
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
@@ -20,6 +19,7 @@ from scenarios import Actuator, Frame, Gravity
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from adapters.heyoka.units import Units
     from scenarios import Scene
 
 PI = "3.14159265358979323846264338327950288419716939937510582097494459"
@@ -91,19 +91,6 @@ class Structure:
         return self.effect_offset + self.effects.names.index(name)
 
 
-@dataclass(frozen=True)
-class Units:
-    """Powers of two."""
-
-    length_m: float
-    time_s: float
-
-    @property
-    def force(self) -> float:
-        """N; masses stay in kg."""
-        return self.length_m / self.time_s**2
-
-
 def structure_of(scene: Scene) -> Structure:
     """Structure of `scene`."""
     laws = tuple(
@@ -129,11 +116,6 @@ def may_land(scene: Scene) -> bool:
     square = scene.orbit.speed_factor**2
     perigee_m = scene.radius0_m if square >= 1.0 else scene.radius0_m * square / (2.0 - square)
     return perigee_m - 2.0 * scene.size_m <= scene.central_body.radius_m
-
-
-def units_of(scene: Scene) -> Units:
-    """Units near the initial radius and the fastest rate."""
-    return Units(2.0 ** round(math.log2(scene.radius0_m)), 2.0 ** -round(math.log2(scene.fastest_rate_rad_s)))
 
 
 def parameters_of(scene: Scene, units: Units, number: Callable[[Any], Any]) -> Numbers:

@@ -17,7 +17,8 @@ from adapters.common.falling_frame import falling, track_noise
 from adapters.common.initial_state import initial_state
 from adapters.common.joint_coordinates import angles, folded, places, velocities
 from adapters.common.step_alignment import between_steps, jumps_by_step
-from adapters.engine import Array, Coordinates, Engine, EngineError, Knob, Ladder, Observable, Setting, Trajectory
+from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Setting
+from adapters.trajectory import Array, Observable, Trajectory
 from scenarios import Gravity
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from adapters.bar_loads.gravity import Loads
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from scenarios.scene import Chain
 
 SWITCHED_OFF = ("CONSTRAINT", "CONTACT", "EQUALITY", "LIMIT", "FRICTIONLOSS", "SPRING", "DAMPER", "GRAVITY",

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from adapters.bar_loads.assemble import ChainLoads
     from adapters.bar_loads.interface import Place, Rate
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from scenarios import Impulse
     from scenarios.scene import Chain
 

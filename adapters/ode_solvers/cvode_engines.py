@@ -14,8 +14,9 @@ from adapters.ode_solvers.engine import SolverEngine
 from scenarios import Gravity
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Setting
+    from adapters.engine import Setting
     from adapters.ode_solvers.driver import Problem
+    from adapters.trajectory import Array
     from scenarios import Scene
 
 CORRECTED = 10.0  # requests of a step that its correctors leave in a radian of the orbit

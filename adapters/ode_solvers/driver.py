@@ -13,7 +13,7 @@ from reference_impl.integrate.stepper import BREAK_SLACK, Walk, stretches
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.engine import Array
+    from adapters.trajectory import Array
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import dataclasses
 from abc import abstractmethod
 from typing import TYPE_CHECKING, ClassVar
 
-from adapters.engine import Coordinates, Trajectory
+from adapters.engine import Coordinates
 from adapters.ode_solvers.driver import Problem, Solver, drive
 from adapters.reference.numpy_engines import EVERYTHING, ReferenceEngine
 from reference_impl.integrate.discrete_modes import ModelSwitches
@@ -17,9 +17,11 @@ from reference_impl.integrate.simulate import Simulation
 
 if TYPE_CHECKING:
     from adapters.common.initial_state import InitialState
+    from adapters.trajectory import Trajectory
     from reference_impl.integrate.simulate import History
     from reference_impl.integrate.stepper import Walk
-    from reference_impl.model.chain import Array, ChainModel
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel
 
 ATOL_SHARE = 1e-3
 """Absolute tolerance over the relative one. A plain user has one number for metres, radians and both their rates;

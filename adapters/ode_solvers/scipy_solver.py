@@ -13,8 +13,8 @@ from adapters.engine import EngineError
 from adapters.ode_solvers.driver import Stretch
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
     from adapters.ode_solvers.driver import Problem
+    from adapters.trajectory import Array
 
 Method = Literal["RK45", "DOP853", "Radau", "LSODA"]
 RTOL_FLOOR = 100.0 * np.finfo(float).eps  # the least SciPy takes: below it warns and takes this

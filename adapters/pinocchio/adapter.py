@@ -10,12 +10,13 @@ import numpy as np
 from adapters.bar_loads.assemble import CARRIED
 from adapters.common.initial_state import initial_state
 from adapters.common.joint_coordinates import angles, folded, places, velocities
-from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Observable, Setting, Trajectory
+from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Setting
 from adapters.ode_solvers.driver import Problem, drive
 from adapters.ode_solvers.scipy_solver import RTOL_FLOOR, ScipySolver
+from adapters.trajectory import Observable, Trajectory
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from scenarios import Scene
 
 NO_LAW = "prescribed rotation: Pinocchio's forward dynamics takes torques; which of them makes a bar follow a law " \

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from adapters.bar_loads.gravity import Loads
     from adapters.bar_loads.interface import Bar, Load
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from scenarios import Impulse, Scene
     from scenarios.scene import Chain
 

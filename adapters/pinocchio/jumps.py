@@ -9,8 +9,8 @@ import numpy as np
 from reference_impl.integrate.stepper import BREAK_SLACK, stretches
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
     from adapters.pinocchio.chain import PinocchioChain
+    from adapters.trajectory import Array
     from scenarios import Impulse, Scene
 
 

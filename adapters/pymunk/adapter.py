@@ -20,24 +20,15 @@ from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.common.falling_frame import falling, track_noise
 from adapters.common.initial_state import InitialState, initial_state
 from adapters.common.step_alignment import between_steps, jumps_by_step
-from adapters.engine import (
-    Array,
-    Coordinates,
-    Engine,
-    EngineError,
-    Knob,
-    Ladder,
-    Observable,
-    Setting,
-    Trajectory,
-)
+from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Setting
 from adapters.pymunk.iteration_count import MOST_SWEEPS, SETTLED_STEPS, step_sweeps, sweeps
+from adapters.trajectory import Array, Observable, Trajectory
 from reference_impl.model.kinematics import directions
 from scenarios import Gravity
 
 if TYPE_CHECKING:
-    from adapters.pymunk.effects import ActingNow
-    from adapters.pymunk.space import Glimpse
+    from adapters.pymunk.acting import ActingNow
+    from adapters.pymunk.samples import Glimpse
     from scenarios import Scene
 
 NOISE_GRAINS = 8.0  # measured: at most 6.3 in reactions (1.4 rms), less in rates, dt 0.005 to 0.3 s
@@ -125,7 +116,7 @@ class PymunkEngine(Engine):
         scene, self.begun = self.scene, 0
         self.acting: ActingNow | None = None
         if acting := chain_loads(scene, self.gravity, falls=self.coordinates is Coordinates.MOVING_FRAME):
-            from adapters.pymunk.effects import ActingNow
+            from adapters.pymunk.acting import ActingNow
 
             self.acting = ActingNow(acting)
         self.jumps = jumps_by_step(scene, self.dt_s)

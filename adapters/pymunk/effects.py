@@ -22,51 +22,11 @@ from adapters.pymunk.space import ChainSpace
 from reference_impl.model.kinematics import relative_positions, relative_velocities
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
-    from adapters.bar_loads.assemble import ChainLoads
-    from adapters.bar_loads.interface import Here, Load
-    from adapters.engine import Array
-    from adapters.pymunk.space import Glimpse, Rows
+    from adapters.pymunk.samples import Glimpse
+    from adapters.trajectory import Array
     from scenarios import Impulse, Scene
-
-
-class ActingNow:
-    """What acts on each bar in the step being taken."""
-
-    def __init__(self, acting: ChainLoads) -> None:
-        """Prepare for the first step."""
-        self.acting = acting
-        self.steps = 0
-        self.before: Rows = []
-        self.found: list[Load] = []
-
-    def begin(self) -> None:
-        """Forget the velocities: the chain starts anew."""
-        self.steps, self.before = 0, []
-
-    def move_to(self, here: Here) -> None:
-        """Be ready for a step onto `here`."""
-        self.here, self.found = here, []
-
-    def load(self, j: int, places: Callable[[], Rows], velocities: Callable[[], Rows]) -> Load:
-        """Load of bar `j`; those of all are worked out when the first is asked for."""
-        if not self.found:
-            rates = self.rates(velocities()) if self.acting.of_rates else []
-            self.found = self.acting(self.here, places(), rates)
-        return self.found[j]
-
-    def rates(self, now: Rows) -> Rows:
-        """Velocities at the instant of the places, from those half a step before."""
-        step, before, self.before = self.steps, self.before, now
-        self.steps += 1
-        if step == 0:
-            return now
-        ahead = 1.0 if step == 1 else 0.5  # of what was gained in the last half step, or whole step
-        return [
-            (vx + ahead * (vx - ux), vy + ahead * (vy - uy), w + ahead * (w - u))
-            for (vx, vy, w), (ux, uy, u) in zip(now, before, strict=True)
-        ]
 
 
 @dataclass(frozen=True)

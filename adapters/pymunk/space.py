@@ -30,12 +30,11 @@ if TYPE_CHECKING:
 
     from adapters.bar_loads.gravity import Loads
     from adapters.common.initial_state import InitialState
-    from adapters.engine import Array
-    from adapters.pymunk.effects import ActingNow
+    from adapters.pymunk.acting import ActingNow
+    from adapters.pymunk.samples import Glimpse, Rows
+    from adapters.trajectory import Array
     from scenarios.scene import Chain
 
-Rows = list[tuple[float, float, float]]
-Glimpse = tuple[Rows, Rows, Rows]  # each bar's x, y, angle at a sample; their rates half a step before, and after
 WIDEST_GAP = 0.1  # of the shortest bar; wider, either the joints burst or a bar turns by half a radian in a step
 
 

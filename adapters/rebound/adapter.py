@@ -34,8 +34,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 from adapters.common.initial_state import initial_state
-from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Observable, Setting, Trajectory
+from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Setting
 from adapters.rebound.forces import attach, companion, forces
+from adapters.trajectory import Observable, Trajectory
 from reference_impl.model.gravity import perigee_m
 from scenarios import Axes, Gravity
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, ClassVar, Protocol, final
 import numpy as np
 
 from adapters.common.initial_state import chain_model, initial_state
-from adapters.engine import ENDED, Coordinates, Engine, EngineError, Knob, Ladder, Observable, Setting, Trajectory
+from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Setting
+from adapters.trajectory import ENDED, Observable, Trajectory
 from reference_impl.integrate.coordinate_sets import GRAINS, CoordinateSet
 from reference_impl.integrate.simulate import Simulation
 from scenarios import Gravity
@@ -17,7 +18,8 @@ if TYPE_CHECKING:
     from adapters.common.initial_state import InitialState
     from reference_impl.integrate.simulate import History
     from reference_impl.integrate.stepper import Walk
-    from reference_impl.model.chain import Array, ChainModel
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel
     from scenarios import Scene
 
 EVERYTHING = frozenset(

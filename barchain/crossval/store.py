@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from adapters.trajectory_table import from_frame
+from adapters.trajectory import from_frame
 from barchain.record.files import write_atomically, write_parquet
 from barchain.run.job import Job, RunResult
 from reports.tables.crossval import METRIC_COLUMNS

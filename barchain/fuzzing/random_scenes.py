@@ -14,7 +14,7 @@ from scenarios.scene import CentralBody, Chain, Orbit, Run, Scene
 if TYPE_CHECKING:
     from numpy.random import Generator
 
-    from adapters.engine import Array
+    from adapters.trajectory import Array
 
 EARTH = CentralBody(3.986004418e14, 6378e3)
 MOST_BARS = 12

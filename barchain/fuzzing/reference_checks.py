@@ -20,7 +20,7 @@ from reference_impl.model.relative import accelerations
 from scenarios import Actuator, Frame
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
     from reference_impl.model.chain import ChainModel
     from scenarios import Scene
 

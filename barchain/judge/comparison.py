@@ -26,7 +26,8 @@ from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome, gravest
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Engine, Setting, Trajectory
+    from adapters.engine import Engine, Setting
+    from adapters.trajectory import Array, Trajectory
     from barchain.judge.evidence import Evidence
     from barchain.solutions.reference import Truth
 

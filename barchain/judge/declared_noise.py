@@ -17,7 +17,8 @@ from barchain.solutions.reference import TRACK
 from reports.tables.crossval import QUANTITY_UNITS
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Engine, Setting
+    from adapters.engine import Engine, Setting
+    from adapters.trajectory import Array
     from barchain.solutions.reference import Truth
     from scenarios import Scene
 

@@ -27,7 +27,8 @@ from barchain.metrics.quantities import conserved, drifts
 from barchain.solutions.reference import RICHARDSON
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Engine, Trajectory
+    from adapters.engine import Engine
+    from adapters.trajectory import Array, Trajectory
     from barchain.judge.error_model import ErrorModel
     from barchain.solutions.reference import Truth
 

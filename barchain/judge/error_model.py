@@ -26,7 +26,8 @@ from barchain.judge.tolerances import NORM_SLACK, rounded, roundoff_unit, step_u
 from barchain.solutions.reference import PARTED_RAD, RICHARDSON
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Engine, Setting, Trajectory
+    from adapters.engine import Engine, Setting
+    from adapters.trajectory import Array, Trajectory
     from barchain.judge.local_errors import LocalErrors
     from barchain.solutions.reference import Truth
 

@@ -23,8 +23,9 @@ from scenarios import Axes, Impulse, Thrust
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from adapters.engine import Array, Engine, Setting, Trajectory
+    from adapters.engine import Engine, Setting
     from adapters.registry import Registration
+    from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
     from scenarios.forces import Effects
 

@@ -19,7 +19,8 @@ from barchain.solutions.reference import MODES_PER_BAR, RICHARDSON, own_rate
 from scenarios import Gravity
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Engine, Setting, Trajectory
+    from adapters.engine import Engine, Setting
+    from adapters.trajectory import Array, Trajectory
     from barchain.solutions.reference import Truth
     from scenarios import Scene
 

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.common.equal_steps import finer_setting
-from adapters.engine import Coordinates, Observable
+from adapters.engine import Coordinates
+from adapters.trajectory import Observable
 from barchain.judge.checks.ending import ended_differently
 from barchain.judge.checks.extrapolation import FIELDS, SHARE, STAYS, left_over
 from barchain.judge.checks.track_beyond_limit import beyond_limit
@@ -27,7 +28,8 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from adapters.engine import Array, Engine, Setting, Trajectory
+    from adapters.engine import Engine, Setting
+    from adapters.trajectory import Array, Trajectory
     from barchain.judge.evidence import Evidence
     from barchain.solutions.reference import Truth
 

@@ -23,7 +23,7 @@ from barchain.metrics.quantities import differences, drifts
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
     from barchain.judge.error_model import ErrorModel
     from scenarios import Scene
 

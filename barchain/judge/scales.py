@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from barchain.solutions.reference import Truth
     from scenarios import Scene
 

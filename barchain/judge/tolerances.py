@@ -22,7 +22,8 @@ from barchain.judge.local_errors import ROUNDINGS, UNIT_ROUNDOFF, departure, orb
 from barchain.solutions.reference import own_rate
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Engine, Setting, Trajectory
+    from adapters.engine import Engine, Setting
+    from adapters.trajectory import Array, Trajectory
     from barchain.solutions.reference import Truth
     from scenarios import Scene
 

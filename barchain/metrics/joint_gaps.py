@@ -15,7 +15,8 @@ from adapters.engine import Coordinates
 from adapters.exudyn.frames.departure import departure
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Engine, Trajectory
+    from adapters.engine import Engine
+    from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
 ROUNDING = 16.0 * float(np.finfo(float).eps)

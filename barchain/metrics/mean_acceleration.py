@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from adapters.engine import Array, Trajectory
-    from reference_impl.effects.base import Effect
+    from adapters.trajectory import Array, Trajectory
     from reference_impl.model.chain import ChainModel
+    from reference_impl.model.effect import Effect
     from scenarios import Scene, ThirdBody
 
     Pull = Callable[[float, Array], Array]
@@ -76,8 +76,8 @@ def every_nth(count: int, every: int) -> NDArray[np.intp]:
 
 def push_along(model: ChainModel, acting: list[Effect], com: CubicHermiteSpline, angle: CubicHermiteSpline) -> Pull:
     """Mean of what some effects do to the bars, less what they do to all alike, along a motion, m/s²."""
-    from reference_impl.effects.base import Situation  # noqa: PLC0415 - only where an effect acts
     from reference_impl.model.complex_vectors import along  # noqa: PLC0415
+    from reference_impl.model.effect import Situation  # noqa: PLC0415 - only where an effect acts
 
     velocity, rate = com.derivative(), angle.derivative()
 

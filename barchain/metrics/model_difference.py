@@ -29,7 +29,7 @@ from reference_impl.model.kinematics import relative_positions
 from scenarios import Gravity
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
     from barchain.metrics.mean_acceleration import Pull, Tide
     from scenarios import Scene
 

@@ -13,7 +13,7 @@ from reference_impl.model import invariants
 from scenarios import Actuator, Gravity
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
 

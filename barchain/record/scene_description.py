@@ -11,7 +11,7 @@ from barchain.metrics.quantities import angular_momentum_drift, conserved, energ
 from scenarios import Actuator, Gravity
 
 if TYPE_CHECKING:
-    from adapters.engine import Trajectory
+    from adapters.trajectory import Trajectory
     from scenarios import Scene
 
 

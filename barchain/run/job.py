@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 from barchain.record.sources import source_digest
 
 if TYPE_CHECKING:
-    from adapters.engine import Setting, Trajectory
+    from adapters.engine import Setting
     from adapters.registry import Registration
+    from adapters.trajectory import Trajectory
     from reports.tables.outcome import Outcome
     from scenarios import Scene
 

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.engine import Observable
+from adapters.trajectory import Observable
 from barchain.metrics.joint_gaps import disagreement, gaps
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Engine, Trajectory
+    from adapters.engine import Engine
+    from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
 TIME_SLACK = 1e-9  # of the run: sample instants may differ from those asked for by the round-off of an engine's clock

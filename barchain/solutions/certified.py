@@ -31,7 +31,7 @@ from barchain.solutions.certified_table import (
 )
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
 TRUTHS = Path(__file__).parent / "truths"

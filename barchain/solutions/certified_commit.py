@@ -20,7 +20,7 @@ from barchain.solutions.certified_table import (
 )
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from scenarios import Scene
 
 

@@ -15,7 +15,7 @@ from barchain.metrics.quantities import differences
 from barchain.solutions.certified_table import TruthTable, largest, physics_digest
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
 FINE_RTOL, CHECK_RTOL = 1e-30, 1e-28

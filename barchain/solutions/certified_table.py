@@ -1,6 +1,6 @@
 """Truths as tables: the motion of a scene at chosen instants, and how far off it may be, in a text file.
 
-Header lines say what it is of and how it was made; columns are a trajectory's (`adapters.trajectory_table`) and one
+Header lines say what it is of and how it was made; columns are a trajectory's (`adapters.trajectory`) and one
 ``..._error_...`` for each quantity. Numbers are written so that they read back bit for bit, and a checksum
 tells a damaged file.
 """
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from adapters.trajectory_table import from_frame, to_frame
+from adapters.trajectory import from_frame, to_frame
 from barchain.judge.local_errors import rate_scale
 from barchain.record.files import write_atomically
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
 ERROR_COLUMNS = {

@@ -19,7 +19,7 @@ from barchain.metrics.quantities import differences
 from scenarios import Gravity
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
 TRUTH_RTOL = 1e-13

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
 
-from reference_impl.effects.base import EDGE_ON, Effect, Push, Situation
 from reference_impl.model.complex_vectors import squared
+from reference_impl.model.effect import EDGE_ON, Effect, Push, Situation
 
 if TYPE_CHECKING:
-    from reference_impl.effects.base import Indices
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.effect import Indices
 
 
 class Wind(NamedTuple):

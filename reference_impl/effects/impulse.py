@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import cmath
 import dataclasses
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,22 +15,9 @@ from reference_impl.model.complex_vectors import along, as_vectors
 from reference_impl.model.relative import Turning, balanced_torques
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array, ChainModel, State
-
-
-@final
-@dataclass(frozen=True)
-class Impulse:
-    """One blow."""
-
-    bar: int
-    """Counted from 0"""
-    side: float
-    """+1: right end, -1: left end"""
-    inertial: bool
-    direction_rad: float
-    impulse_N_s: float
-    at_s: float
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel, Impulse
+    from reference_impl.model.state import State
 
 
 def struck(model: ChainModel, state: State, blows: list[Impulse]) -> tuple[State, Array]:

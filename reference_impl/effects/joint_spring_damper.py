@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from reference_impl.effects.base import Effect, Push, Situation
+from reference_impl.model.effect import Effect, Push, Situation
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array, ChainModel
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.effect import ChainProperties
 
 
 @final
@@ -50,7 +51,7 @@ class JointSpringDamper(Effect):
         found: Array = self.stiffness_N_m_rad * bent + self.damping_N_m_s_rad * np.diff(rate_rad_s, axis=-1)
         return found
 
-    def energy(self, model: ChainModel, com_m: Array, angle_rad: Array) -> Array:
+    def energy(self, model: ChainProperties, com_m: Array, angle_rad: Array) -> Array:
         """Energy of the springs, (n,) J."""
         del model, com_m
         bent = np.diff(angle_rad, axis=-1) - self.rest_rad

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from reference_impl.effects.base import Effect, Push, Situation
 from reference_impl.effects.quadrupole import placed
 from reference_impl.model.complex_vectors import along, as_complex, squared
+from reference_impl.model.effect import Effect, Push, Situation
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array, ChainModel
-    from reference_impl.model.complex_vectors import ComplexArray
+    from reference_impl.model.arrays import Array, ComplexArray
+    from reference_impl.model.effect import ChainProperties
 
 
 @final
@@ -73,7 +73,7 @@ class Oblateness(Effect):
         change = np.expm1(-2.5 * np.log1p((twice.real * d.real + twice.imag * d.imag) / distance**2))
         return strength * z, strength * (d * (1.0 + change) + z * change)
 
-    def energy(self, model: ChainModel, com_m: Array, angle_rad: Array) -> Array:
+    def energy(self, model: ChainProperties, com_m: Array, angle_rad: Array) -> Array:
         """Potential energy, (n,) J.
 
         Of the bars' own less that of the whole mass at the centre of mass, what is linear in d sums to zero, eq. (6);

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 from reference_impl.effects import second_moment
-from reference_impl.effects.base import Effect, Push, Situation
 from reference_impl.model.complex_vectors import along, as_complex
+from reference_impl.model.effect import Effect, Push, Situation
 from reference_impl.model.kinematics import relative_positions
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array, ChainModel
-    from reference_impl.model.complex_vectors import ComplexArray
+    from reference_impl.model.arrays import Array, ComplexArray
+    from reference_impl.model.effect import ChainProperties
 
 
 @final
@@ -35,13 +35,13 @@ class Quadrupole(Effect):
         pull = second_moment.pulls(m.mu_m3_s2, at.place, at.unit, m.gyration2)
         return Push(0j, pull, at.no_spin)
 
-    def energy(self, model: ChainModel, com_m: Array, angle_rad: Array) -> Array:
+    def energy(self, model: ChainProperties, com_m: Array, angle_rad: Array) -> Array:
         """Potential energy of the second moments, (n,) J."""
         place = as_complex(com_m)[:, None] + placed(model, angle_rad)
         total: Array = second_moment.energies(model.mu_m3_s2, place, along(angle_rad), model.inertia_kg_m2).sum(axis=1)
         return total
 
 
-def placed(model: ChainModel, angle_rad: Array) -> ComplexArray:
+def placed(model: ChainProperties, angle_rad: Array) -> ComplexArray:
     """(n, N) positions of the bars from their common centre, over time."""
     return as_complex(relative_positions(model, angle_rad))

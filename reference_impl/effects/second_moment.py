@@ -9,8 +9,7 @@ import numpy as np
 from reference_impl.model.complex_vectors import squared
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array
-    from reference_impl.model.complex_vectors import ComplexArray
+    from reference_impl.model.arrays import Array, ComplexArray
 
 
 def spins(mu_m3_s2: float, from_mass_m: ComplexArray, along: ComplexArray) -> Array:

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
 
-from reference_impl.effects.base import Effect, Push, Situation
 from reference_impl.effects.quadrupole import placed
 from reference_impl.model.complex_vectors import along, as_complex, squared
+from reference_impl.model.effect import Effect, Push, Situation
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array, ChainModel
-    from reference_impl.model.complex_vectors import ComplexArray
+    from reference_impl.model.arrays import Array, ComplexArray
+    from reference_impl.model.effect import ChainProperties
 
 SERIES_BELOW = 0.1  # of artanh's argument: there ten terms reach the last digit
 SERIES_TERMS = 10
@@ -56,7 +56,7 @@ class Slender(Effect):
         turn = 3.0 * strength / r2 * seen.real * seen.imag
         return Push(0j, pull, turn / ((1.0 + s.delta) * (1.0 + s.stretch) * (1.0 + s.tau)))
 
-    def energy(self, model: ChainModel, com_m: Array, angle_rad: Array) -> Array:
+    def energy(self, model: ChainProperties, com_m: Array, angle_rad: Array) -> Array:
         """Potential energy besides that of point masses, -(mu m/r)((2r/l) artanh(l/(a+b)) - 1), (n,) J."""
         place = as_complex(com_m)[:, None] + placed(model, angle_rad)
         return energies(model, place, along(angle_rad)).sum(axis=1)  # type: ignore[no-any-return]
@@ -70,7 +70,7 @@ def shape(e: Array, c2: Array) -> Shape:
     return Shape(delta, sigma / (1.0 + np.sqrt(1.0 + sigma)), 0.5 * (delta - e))
 
 
-def energies(model: ChainModel, place: ComplexArray, unit: ComplexArray) -> Array:
+def energies(model: ChainProperties, place: ComplexArray, unit: ComplexArray) -> Array:
     """(..., N) J; with k = l/(a + b), (2r/l) artanh k - 1 = (artanh k/k - 1 - stretch)/(1 + stretch)."""
     r2 = squared(place)
     e = model.half_m**2 / r2

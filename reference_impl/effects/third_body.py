@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from reference_impl.effects import second_moment
-from reference_impl.effects.base import Effect, Push, Situation
 from reference_impl.model.complex_vectors import squared
+from reference_impl.model.effect import Effect, Push, Situation
 from reference_impl.model.gravity import differences
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array
-    from reference_impl.model.complex_vectors import ComplexArray
+    from reference_impl.model.arrays import Array, ComplexArray
 
 
 @final

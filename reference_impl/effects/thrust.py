@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from reference_impl.effects.base import Effect, Push, Situation
+from reference_impl.model.effect import Effect, Push, Situation
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array, ChainModel
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.effect import ChainProperties
 
 SAME_INSTANT = 1e-12  # of its time: a sample that rounding puts so little after an instant of the table is on it
 
@@ -39,7 +40,7 @@ class Thrust(Effect):
         """Instants of the table."""
         return tuple(self.times_s.tolist())
 
-    def strongest_m_s2(self, model: ChainModel) -> float:
+    def strongest_m_s2(self, model: ChainProperties) -> float:
         """Its largest force over the chain's mass."""
         return float(np.abs(self.force_N).max() / model.mass_kg.sum())
 

@@ -14,7 +14,7 @@ from reference_impl.fast.layout import GX, GY, LEVER, NO_GRAVITY, REFINED, RX, R
 from reference_impl.fast.trigonometry import unit_vectors
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 
 @compiled

@@ -8,7 +8,7 @@ from reference_impl.fast.jit import inlined
 from reference_impl.fast.layout import DX, DY, HALF, UX, UY, VX, VY, WEIGHT
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 
 @inlined

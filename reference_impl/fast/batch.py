@@ -14,7 +14,7 @@ from reference_impl.fast.stepper import ARRIVED, EVALUATIONS, SEEN, STEPS, Groun
 if TYPE_CHECKING:
     from reference_impl.fast.layout import Effects, Work
     from reference_impl.fast.stepper import Stepper
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 
 class Batch(NamedTuple):

@@ -33,7 +33,7 @@ from reference_impl.fast.layout import (
 from reference_impl.model.joints import ROUNDING
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 
 @compiled

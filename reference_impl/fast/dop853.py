@@ -20,7 +20,7 @@ from reference_impl.fast.jit import compiled, inlined
 
 if TYPE_CHECKING:
     from reference_impl.fast.layout import Chain, Work
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 Terms = tuple[tuple[int, ...], tuple[float, ...]]
 STAGES, EXTRA, POWER = 12, 3, 7

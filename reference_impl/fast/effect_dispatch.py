@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from reference_impl.fast.layout import Chain, Effects, Work
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 Code = Any
 """What compiles: a function of the arguments of the name that it stands for"""

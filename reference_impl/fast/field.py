@@ -36,7 +36,7 @@ from reference_impl.fast.layout import (
 )  # fmt: skip
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 
 @inlined

@@ -15,9 +15,9 @@ import numba
 import scipy
 from platformdirs import user_cache_path
 
-from reference_impl.effects.base import EDGE_ON
 from reference_impl.integrate.coordinate_sets import LAST_DIGIT
 from reference_impl.integrate.discrete_modes import LOOKS
+from reference_impl.model.effect import EDGE_ON
 from reference_impl.model.joints import ASTRAY, REFINEMENTS, ROUNDING, SETTLED
 
 if TYPE_CHECKING:

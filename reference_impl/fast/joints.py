@@ -54,7 +54,7 @@ from reference_impl.fast.layout import (
 from reference_impl.model.joints import ASTRAY, REFINEMENTS, ROUNDING, SETTLED
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 Sub = tuple[float, float, float, float, float, bool]
 """Mobility (xx, xy, yy) and free acceleration (x, y) of a part's end, and whether all went well."""

@@ -16,8 +16,9 @@ from reference_impl.model.chain import delicate
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from reference_impl.effects.base import Effect
-    from reference_impl.model.chain import Array, ChainModel, GravityModel
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel, GravityModel
+    from reference_impl.model.effect import Effect
 
 GRAVITY_CODES: dict[GravityModel, int] = {"none": 0, "point": 1, "gradient": 2}
 NO_GRAVITY, GRADIENT = GRAVITY_CODES["none"], GRAVITY_CODES["gradient"]

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import DOP853
 
-from reference_impl.effects.base import Situation
 from reference_impl.fast import layout
 from reference_impl.fast import stepper as walk
 from reference_impl.fast.accelerations import evaluate
@@ -21,16 +20,18 @@ from reference_impl.integrate.discrete_modes import ModelSwitches
 from reference_impl.integrate.simulate import History, Simulation
 from reference_impl.integrate.stepper import Walk, landing, stretches
 from reference_impl.model.complex_vectors import along
+from reference_impl.model.effect import Situation
 from reference_impl.model.joints import LOST
 from reference_impl.model.kinematics import gap_vectors, relative_positions
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reference_impl.effects.base import Modes
     from reference_impl.fast.layout import Chain, Work
     from reference_impl.integrate.coordinate_sets import Packing
-    from reference_impl.model.chain import Array, ChainModel
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel
+    from reference_impl.model.effect import Modes
 
 EXACT_RTOL = 1e-14  # a request below what rounding of states and coefficients leaves: both then are compensated
 LEAST_RTOL = 1e-15  # below it the error estimate is rounding, and steps would collapse

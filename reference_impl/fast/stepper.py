@@ -31,7 +31,7 @@ from reference_impl.integrate.discrete_modes import LOOKS
 
 if TYPE_CHECKING:
     from reference_impl.fast.layout import Chain, Work
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 ARRIVED, LOOK, COLLAPSED, NOT_FINITE, LOST_JOINT, FALLEN = range(6)
 FROM_START = (0.0, *LOOKS)  # of a step

@@ -13,7 +13,7 @@ from reference_impl.fast.jit import compiled, inlined
 from reference_impl.fast.layout import UX, UY
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 LARGEST_RAD = 1e5  # multiples of pi/2 up to here times PART_1 are exact
 PER_QUARTER = 0.6366197723675814

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 import numpy as np
 
 from reference_impl.model import absolute, relative
-from reference_impl.model.chain import Accelerations, Array, ChainModel, State
 from reference_impl.model.kinematics import gap_vectors, joined_state
+from reference_impl.model.state import Accelerations, State
 
 if TYPE_CHECKING:
-    from reference_impl.effects.base import Modes
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel
+    from reference_impl.model.effect import Modes
 
 GRAINS = 4.0  # roundings of a stage that an absolute coordinate keeps
 LAST_DIGIT = 0.5 * float(np.finfo(float).eps)  # rad, what rounding cuts off an angle of a radian or so

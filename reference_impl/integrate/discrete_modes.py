@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import brentq
 
-from reference_impl.effects.base import Situation
 from reference_impl.model.complex_vectors import along
+from reference_impl.model.effect import Situation
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reference_impl.effects.base import Effect, Indices, Modes
     from reference_impl.integrate.coordinate_sets import Packing
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.effect import Effect, Indices, Modes
 
 LOOKS = (0.25, 0.5, 0.75, 1.0)  # of a step: where something that falls and rises again within it is looked for
 FALL_SLACK = 1e-12  # of a step: how closely the instant of a fall is found; the state is as good as its interpolant

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -13,11 +13,15 @@ from reference_impl.integrate import stiffness
 from reference_impl.integrate.coordinate_sets import PACKINGS, CoordinateSet, Projected
 from reference_impl.integrate.discrete_modes import ModelSwitches
 from reference_impl.integrate.stepper import Walk, walk
-from reference_impl.model.chain import Array, ChainModel, State
+from reference_impl.model.arrays import Array
 from reference_impl.model.complex_vectors import along, as_complex
 from reference_impl.model.gravity import perigee_m
 from reference_impl.model.joints import condition_number, joint_matrix
 from reference_impl.model.kinematics import joined_state
+
+if TYPE_CHECKING:
+    from reference_impl.model.chain import ChainModel
+    from reference_impl.model.state import State
 
 BESIDES = 1.05  # gravity with all that a body's shape, other bodies, air and light add, over gravity
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from reference_impl.integrate.stiffness import Method, Solver
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 BREAK_SLACK = 1e-12  # of the duration: breaks nearer than this to each other or to the ends are one
 DIP_MARGIN = 0.5  # of the lower end's height: a parabola's dip below this is looked at closely

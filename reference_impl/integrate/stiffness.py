@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from reference_impl.integrate.coordinate_sets import Packing
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 Solver = DOP853 | Radau
 Method = type[DOP853] | type[Radau]

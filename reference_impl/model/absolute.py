@@ -7,13 +7,19 @@ that a comparison of the two shows the coordinates and nothing else.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from reference_impl.effects.base import Modes, Situation, pushed
-from reference_impl.model.chain import Accelerations, Array, ChainModel, State
 from reference_impl.model.complex_vectors import along, as_complex, as_vectors
+from reference_impl.model.effect import Modes, Situation, pushed
 from reference_impl.model.gravity import gradient_spins, point_field
 from reference_impl.model.relative import Turning, prescribed_torques
+from reference_impl.model.state import Accelerations, State
+
+if TYPE_CHECKING:
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel
 
 
 def accelerations(

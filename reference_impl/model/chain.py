@@ -1,4 +1,4 @@
-"""The chain as the reference sees it: arrays in SI units, and the law of a prescribed rotation."""
+"""The chain as the reference sees it: arrays in SI units, the law of a prescribed rotation, and blows."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from reference_impl.effects.base import Effect
-    from reference_impl.effects.impulse import Impulse
+    from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.effect import Effect
+
 DELICATE = 31.0  # ratio of the joint system's entries, 1/m + l²/4J over 1/m, up to which a chain is none
 GravityModel = Literal["none", "point", "gradient"]
 
@@ -60,6 +60,20 @@ class Prescription:
 
     def _progress(self, t_s: float) -> float:
         return min(max((t_s - self.start_s) / self.duration_s, 0.0), 1.0)
+
+
+@dataclass(frozen=True)
+class Impulse:
+    """A blow on an end of a bar at one instant."""
+
+    bar: int
+    """Counted from 0"""
+    side: float
+    """+1: right end, -1: left end"""
+    inertial: bool
+    direction_rad: float
+    impulse_N_s: float
+    at_s: float
 
 
 @dataclass(frozen=True)
@@ -134,37 +148,3 @@ class ChainModel:
         """(N,) 1/m_j, 1/kg."""
         inverse: Array = 1.0 / self.mass_kg
         return inverse
-
-
-@dataclass(frozen=True)
-class State:
-    """Where the chain is: the centre of mass apart from what is relative to it."""
-
-    com_m: Array
-    """(2,) Z0"""
-    com_velocity_m_s: Array
-    """(2,)"""
-    angle_rad: Array
-    """(N,) theta_j from the z1 axis"""
-    rate_rad_s: Array
-    """(N,)"""
-    position_m: Array
-    """(N, 2) d_j = Z_j - Z0"""
-    velocity_m_s: Array
-    """(N, 2)"""
-
-
-@dataclass(frozen=True)
-class Accelerations:
-    """What the equations give for a state."""
-
-    com_m_s2: Array
-    """(2,) Z0''"""
-    angle_rad_s2: Array
-    """(N,)"""
-    position_m_s2: Array
-    """(N, 2) d_j''"""
-    reaction_N: Array
-    """(N-1, 2) force on bar j from bar j+1"""
-    torque_N_m: Array
-    """(P,) torque on each prescribed bar"""

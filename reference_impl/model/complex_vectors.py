@@ -9,12 +9,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array
-
-ComplexArray = NDArray[np.complex128]
+    from reference_impl.model.arrays import Array, ComplexArray
 
 
 def as_complex(vectors: Array) -> ComplexArray:

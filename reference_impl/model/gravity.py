@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.model.complex_vectors import ComplexArray, as_complex, as_vectors, squared
+from reference_impl.model.complex_vectors import as_complex, as_vectors, squared
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array, ChainModel
+    from reference_impl.model.arrays import Array, ComplexArray
+    from reference_impl.model.chain import ChainModel
 
 
 def point_field(mu_m3_s2: float, position_m: Array) -> Array:

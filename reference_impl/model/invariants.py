@@ -9,7 +9,8 @@ import numpy as np
 from reference_impl.model.kinematics import cross, directions, hang_together
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array, ChainModel
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel
 
 
 def relative_kinetic_energy(model: ChainModel, angle_rad: Array, rate_rad_s: Array) -> Array:

@@ -12,8 +12,8 @@ import numpy as np
 from scipy.linalg.lapack import dpbtrf, dpbtrs
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array, ChainModel
-    from reference_impl.model.complex_vectors import ComplexArray
+    from reference_impl.model.arrays import Array, ComplexArray
+    from reference_impl.model.chain import ChainModel
 
 BAND = 4  # a diagonal and three below it hold 2x2 blocks and their neighbours
 REFINEMENTS = 5  # at most; one is enough up to condition numbers of 1e8

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from reference_impl.model.chain import Array, ChainModel, State
-from reference_impl.model.complex_vectors import ComplexArray, along, as_complex, as_vectors
+from reference_impl.model.complex_vectors import along, as_complex, as_vectors
+from reference_impl.model.state import State
+
+if TYPE_CHECKING:
+    from reference_impl.model.arrays import Array, ComplexArray
+    from reference_impl.model.chain import ChainModel
 
 
 def directions(angle_rad: Array) -> tuple[Array, Array]:

@@ -8,14 +8,20 @@ Joints  the ends that a joint ties accelerate alike                    eqs. (19)
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from reference_impl.effects.base import Modes, Situation, pushed
-from reference_impl.model.chain import Accelerations, Array, ChainModel, Prescription, State
-from reference_impl.model.complex_vectors import ComplexArray, along, as_complex, as_vectors
+from reference_impl.model.complex_vectors import along, as_complex, as_vectors
+from reference_impl.model.effect import Modes, Situation, pushed
 from reference_impl.model.gravity import differences, gradient_spins, point_field
 from reference_impl.model.joints import JointSystem
 from reference_impl.model.kinematics import cross
+from reference_impl.model.state import Accelerations, State
+
+if TYPE_CHECKING:
+    from reference_impl.model.arrays import Array, ComplexArray
+    from reference_impl.model.chain import ChainModel, Prescription
 
 
 def accelerations(

@@ -11,13 +11,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.model.chain import Accelerations, Array, ChainModel, Prescription, State
+from reference_impl.model.state import Accelerations, State
 from reference_impl.paper.matrices import ROWS, Longitudes, Matrices, matrices
 from reference_impl.paper.misprints import Misprint
 from reference_impl.paper.state import Units, paper_state, units_of
 
 if TYPE_CHECKING:
     from collections.abc import Set
+
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel, Prescription
 
 
 class NotSquareError(ValueError):

@@ -17,7 +17,7 @@ from reference_impl.paper.misprints import Misprint
 if TYPE_CHECKING:
     from collections.abc import Set
 
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
     from reference_impl.paper.state import PaperState
 
 ROWS = 3  # of X for each bar: T_j1, T_j2, phi_j

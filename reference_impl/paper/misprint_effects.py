@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.model.chain import Array, ChainModel, Prescription, State
+from reference_impl.model.chain import ChainModel, Prescription
 from reference_impl.model.kinematics import joined_state
 from reference_impl.paper.form import NotSquareError, PaperSolution, solve
 from reference_impl.paper.misprints import ERRATA, Effect, Misprint
 from reference_impl.paper.state import units_of
+
+if TYPE_CHECKING:
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.state import State
 
 SEED = 2002  # any; fixed so that the table can be compared
 EARTH_MU_M3_S2 = 3.986004418e14

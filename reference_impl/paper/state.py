@@ -11,7 +11,9 @@ import numpy as np
 from reference_impl.model.kinematics import cross
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array, ChainModel, State
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel
+    from reference_impl.model.state import State
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ from adapters.exudyn.loads.loads import OrbitNumbers
 from adapters.exudyn.solve.timetable import Steps, Timetable, tabulated
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
     from adapters.exudyn.frames.orbit import KeplerOrbit
     from adapters.exudyn.solve.timetable import Given
+    from adapters.trajectory import Array
 
 INSIDE_DEGREE = 7  # (h n/4)^8/8! of a number's own size: below 1e-13 at 50 steps per orbit, round-off at 400
 NAMES = tuple(f.name for f in fields(OrbitNumbers))

@@ -16,7 +16,7 @@ from adapters.exudyn.frames.orbit import KeplerOrbit
 from scenarios import Gravity
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from scenarios import Scene
 
 

@@ -16,10 +16,10 @@ from adapters.exudyn.frames.frames import OrbitFrame, UniformFrame
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.engine import Array
     from adapters.exudyn.frames.frames import Frame
     from adapters.exudyn.frames.orbit import KeplerOrbit
     from adapters.exudyn.loads.loads import Motion, Number, OrbitNumbers
+    from adapters.trajectory import Array
 
 
 @dataclass(frozen=True)

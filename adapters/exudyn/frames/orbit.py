@@ -18,7 +18,7 @@ import numpy as np
 from adapters.common.kepler import universal_anomaly, universal_functions
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
+    from adapters.trajectory import Array
 
 
 @dataclass(frozen=True)

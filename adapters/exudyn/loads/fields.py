@@ -15,11 +15,11 @@ from adapters.exudyn.loads.loads import encke
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.engine import Array
     from adapters.exudyn.frames.frames import Frame
     from adapters.exudyn.frames.inertial_view import View
     from adapters.exudyn.loads.interface import Extra
     from adapters.exudyn.loads.loads import Number
+    from adapters.trajectory import Array
     from scenarios import Gravity, Scene, ThirdBody
 
     Vector = tuple[Number, Number]

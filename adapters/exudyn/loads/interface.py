@@ -10,10 +10,10 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.engine import Array
     from adapters.exudyn.frames.frames import Frame
     from adapters.exudyn.frames.inertial_view import View
     from adapters.exudyn.loads.loads import Number
+    from adapters.trajectory import Array
 
     Extra = tuple[Number, Number, Number | None]
     """Force along x and y of the frame's axes (N); torque (N m), None where there is none"""

@@ -18,11 +18,11 @@ from scenarios import Gravity
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.engine import Array
     from adapters.exudyn.frames.frames import Frame
     from adapters.exudyn.frames.inertial_view import Seat
     from adapters.exudyn.loads.interface import Effect, Extra
     from adapters.exudyn.loads.loads import Motion, Number, OrbitNumbers
+    from adapters.trajectory import Array
     from scenarios import Scene
 
 BY_TORQUE = (Gravity.GRADIENT, Gravity.QUADRUPOLE)  # both with the torque of eq. (17)

@@ -9,11 +9,11 @@ from adapters.exudyn.loads.interface import Effect, directions_of
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.engine import Array
     from adapters.exudyn.frames.frames import Frame
     from adapters.exudyn.frames.inertial_view import View
     from adapters.exudyn.loads.interface import Extra
     from adapters.exudyn.loads.loads import Number
+    from adapters.trajectory import Array
     from scenarios import Scene
 
 

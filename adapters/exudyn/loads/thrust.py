@@ -13,12 +13,12 @@ from scenarios import Axes
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.engine import Array
     from adapters.exudyn.frames.frames import Frame
     from adapters.exudyn.frames.inertial_view import View
     from adapters.exudyn.loads.interface import Extra
     from adapters.exudyn.loads.loads import Number
     from adapters.exudyn.solve.timetable import Steps
+    from adapters.trajectory import Array
     from scenarios import Scene, Thrust
 
 WHOLE = 1e-9  # of half a sample interval: a break this near to a step's end is at it

@@ -19,9 +19,9 @@ from adapters.exudyn.solve.timetable import Timetable
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.engine import Array
     from adapters.exudyn.loads.interface import Extra
     from adapters.exudyn.solve.timetable import Steps
+    from adapters.trajectory import Array
     from scenarios import Scene
 
 

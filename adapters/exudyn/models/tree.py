@@ -22,7 +22,7 @@ from adapters.exudyn.models.model import Model
 from adapters.exudyn.readout import Seen
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
+    from adapters.trajectory import Array
 
 
 class TreeModel(Model):

@@ -20,10 +20,10 @@ from adapters.exudyn.loads.thrust import jump_steps
 from adapters.exudyn.solve.solver import SAMPLE_SLACK, solver_of
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
     from adapters.exudyn.models.model import Model
     from adapters.exudyn.solve.solver import Method
     from adapters.exudyn.solve.timetable import Steps
+    from adapters.trajectory import Array
     from scenarios import Scene
 
 

@@ -23,8 +23,8 @@ from scenarios import Actuator, Frame
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.engine import Array
     from adapters.exudyn.models.model import Model
+    from adapters.trajectory import Array
     from scenarios import Scene
 
 FRACTION = 0.25  # of the run's step: short, yet not so short that Newton's tolerance over it shows

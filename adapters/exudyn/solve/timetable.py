@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
+    from adapters.trajectory import Array
 
 Given = Callable[["Array", "Array"], "Array"]
 """Values (k, width) at instants (k,), by what holds around other instants (k,), inside the steps they belong to"""

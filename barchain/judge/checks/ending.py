@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.engine import ENDED
+from adapters.trajectory import ENDED
 from barchain.run.trajectory_checks import TIME_SLACK
 
 if TYPE_CHECKING:
-    from adapters.engine import Trajectory
+    from adapters.trajectory import Trajectory
     from barchain.judge.residuals import Residuals
     from barchain.solutions.reference import Truth
 

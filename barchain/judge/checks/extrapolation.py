@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
 
 SHARE = 0.1
 """Of the change between two settings: what terms of higher order may leave of it. On random scenes less than 0.05 was

@@ -12,7 +12,7 @@ from reference_impl.model.kinematics import relative_positions
 from scenarios import Gravity
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
     from barchain.solutions.reference import Truth
     from scenarios import Scene
 

@@ -28,8 +28,8 @@ from barchain.solutions.reference import TRACK, Truth, answers, densely_sampled,
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from adapters.engine import Array, Trajectory
     from adapters.reference.numpy_engines import ReferenceEngine
+    from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
 RTOL = 1e-7  # its own error is counted too; engines that lose a chaotic scene's attitude within it are far coarser

@@ -12,7 +12,7 @@ from barchain.metrics.model_difference import PULLED, bounded
 from scenarios import Gravity
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from barchain.solutions.reference import Truth
 
 EITHER_WAY = 2.0  # two bodies' attitudes that have parted may drive them in opposite directions

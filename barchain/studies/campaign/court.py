@@ -14,7 +14,7 @@ from barchain.studies.campaign.trial import FIRST, Case, Limit, verdict_of
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from adapters.engine import Trajectory
+    from adapters.trajectory import Trajectory
     from barchain.judge.comparison import Verdict
     from barchain.run.job import Role, RunResult
 

@@ -11,7 +11,7 @@ from barchain.metrics.quantities import differences
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
 
 LOST = 1.0  # of a quantity's scale: what a sample that is missing counts as
 MEASURED = {"gap": "gap_m", "identity": "identity_m"}

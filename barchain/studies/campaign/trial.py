@@ -18,8 +18,9 @@ from barchain.studies.selftest.engine import spoilt
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from adapters.engine import Engine, Setting, Trajectory
+    from adapters.engine import Engine, Setting
     from adapters.registry import Registration
+    from adapters.trajectory import Trajectory
     from barchain.judge.comparison import Verdict
     from barchain.run.job import RunResult
     from barchain.solutions.reference import Truth

@@ -11,7 +11,7 @@ from scipy.stats import bootstrap
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.engine import Array
+    from adapters.trajectory import Array
 
 CONFIDENCE = 0.95
 RESAMPLES = 999  # the interval's ends are then the 25th and the 975th of them

@@ -18,8 +18,8 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from adapters.engine import Array
     from adapters.registry import Registration
+    from adapters.trajectory import Array
 
 ORDER_COLUMNS = (
     "scene", "engine", "quantity", "against", "order", "order_low", "order_high", "theory", "points",

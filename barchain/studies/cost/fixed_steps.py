@@ -15,7 +15,7 @@ from adapters.common.initial_state import chain_model, initial_state
 from reference_impl.integrate.simulate import Simulation
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from barchain.studies.cost.points import Truth
     from scenarios import Scene
 

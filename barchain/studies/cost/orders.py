@@ -18,7 +18,7 @@ from scipy.stats import t as student
 from barchain.studies.cost.curves import CONFIDENCE, Interval
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
+    from adapters.trajectory import Array
 
 SMALL = 0.1  # of a radian, or of the largest reaction: errors from here on are no longer proportional to anything
 STRAIGHT = 0.1, 0.08  # local slopes agree to this and this part of their median

@@ -16,7 +16,7 @@ from reference_impl.model import invariants
 from scenarios import Gravity
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
 TELLS = MARGIN  # an error below this many times the oracle's own is the oracle's as much as the engine's

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from adapters.engine import Array
+    from adapters.trajectory import Array
 
 TARGETS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-11)
 QUANTITIES = {

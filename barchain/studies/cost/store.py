@@ -14,7 +14,7 @@ from reports.tables.cost import POINT_COLUMNS, TIME_COLUMNS
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from barchain.run.job import Job
 
 Pair = tuple[str, str, str]

@@ -11,7 +11,7 @@ from scenarios import Gravity
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
 

@@ -17,7 +17,7 @@ from barchain.solutions.reference import horizon
 from reports.tables.effects import QUANTITIES
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
 
 LOOSER = 10.0
 ROUNDING = 4.0 * float(np.finfo(float).eps)  # two roundings of each run, that even equal runs may hide

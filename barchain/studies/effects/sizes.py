@@ -25,8 +25,8 @@ from scipy.interpolate import CubicHermiteSpline
 
 from adapters.common.initial_state import chain_model
 from adapters.common.scene_effects import effects_of
-from reference_impl.effects.base import Push, Situation, pushed
 from reference_impl.model.complex_vectors import along, squared
+from reference_impl.model.effect import Push, Situation, pushed
 from reference_impl.model.gravity import differences
 from reference_impl.model.kinematics import joined_state
 from reference_impl.model.relative import external
@@ -35,10 +35,10 @@ from reports.tables.effects import Kind
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
     from barchain.studies.effects.effect_toggles import Switch
+    from reference_impl.model.arrays import ComplexArray
     from reference_impl.model.chain import ChainModel
-    from reference_impl.model.complex_vectors import ComplexArray
     from scenarios import Effects, Scene
 
 MOST_STATES = 201  # of a run at which an effect is looked at

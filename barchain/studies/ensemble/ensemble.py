@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from pathlib import Path
 
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from barchain.studies.ensemble.population import Population
     from barchain.studies.ensemble.tasks import Part
     from barchain.studies.ensemble.variation import Variation

@@ -17,7 +17,7 @@ from reference_impl.integrate.simulate import floor_m, safe_perigee_m, strongest
 from scenarios import Gravity
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from barchain.studies.ensemble.variation import Variation
     from scenarios import Scene
 

@@ -21,7 +21,7 @@ from reference_impl.integrate.stepper import stretches
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from adapters.engine import Array
+    from adapters.trajectory import Array
 
 RUNS_PER_TASK = 250  # some tens of milliseconds: progress is smooth, and a killed worker costs little
 RETRIES = 5  # times that a cluster may lose one part's worker

@@ -15,7 +15,7 @@ from scenarios import nearest
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.engine import Array
+    from adapters.trajectory import Array
 
 PER_BAR = {"mass_kg": True, "length_m": True, "inertia_kg_m2": True, "angle_deg": False, "rate_factor": False}
 """Keys of a scene's chain that may vary, and whether they must be positive"""

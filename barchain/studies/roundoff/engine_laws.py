@@ -33,7 +33,7 @@ from reports.tables.roundoff import ENGINE_COLUMNS, ENGINE_LAW_COLUMNS
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.engine import Array
+    from adapters.trajectory import Array
 
 REACTION, ATTITUDE = "reaction", "attitude"
 STEPS, TOLERANCE, RATIO = "steps", "rtol", "ratio"

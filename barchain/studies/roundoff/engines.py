@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adapters.common.equal_steps import steps_between_samples
-from adapters.engine import Coordinates, EngineError, Knob, Observable, Setting
+from adapters.engine import Coordinates, EngineError, Knob, Setting
 from adapters.registry import find_engine
+from adapters.trajectory import Observable
 from barchain.run.trajectory_checks import fault
 from barchain.studies.roundoff.evaluation import SHARES, quantiles
 from barchain.studies.roundoff.states import EQUATOR_M
@@ -23,7 +24,8 @@ from reference_impl.precision.coordinates import Seen
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Engine, Trajectory
+    from adapters.engine import Engine
+    from adapters.trajectory import Array, Trajectory
     from barchain.studies.roundoff.trajectories import Family, Truth
     from scenarios import Scene
 

@@ -19,7 +19,7 @@ from reference_impl.precision.arithmetic import ARITHMETICS, EXACT, Values, exac
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from barchain.studies.roundoff.formulations import Formulation
     from barchain.studies.roundoff.states import Case, Exact
     from reference_impl.precision.arithmetic import Arithmetic

@@ -20,7 +20,7 @@ from reports.tables.roundoff import BEST_LAW_COLUMNS, GROWTH_LAW_COLUMNS, LAW_CO
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from reference_impl.precision.arithmetic import Values
 
 LOST = 0.1  # an error from here on leaves no digit; u/ratio from here on does not tell a bar's ends apart

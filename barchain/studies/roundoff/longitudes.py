@@ -19,7 +19,7 @@ from reference_impl.precision.arithmetic import ARITHMETICS, exact_numbers
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from barchain.studies.roundoff.states import Case
 
 SECTORS = 8

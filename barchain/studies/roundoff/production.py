@@ -8,7 +8,8 @@ import numpy as np
 
 from barchain.studies.roundoff.formulations import Given, MinimalAngles, RelativePlaces
 from reference_impl.model import relative
-from reference_impl.model.chain import ChainModel, State
+from reference_impl.model.chain import ChainModel
+from reference_impl.model.state import State
 from reference_impl.precision.arithmetic import FLOAT64
 
 if TYPE_CHECKING:

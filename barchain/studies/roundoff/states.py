@@ -20,7 +20,7 @@ from reference_impl.precision.chain import Bars, Relative, joined
 if TYPE_CHECKING:
     from numpy.random import Generator
 
-    from adapters.engine import Array
+    from adapters.trajectory import Array
 
 MU_M3_S2, EQUATOR_M, ALTITUDE_M = 3.986004418e14, 6378e3, 350e3
 MASS_KG = 100.0

@@ -30,7 +30,7 @@ from reference_impl.precision.formulations import absolute
 from scenarios import Scene, load_scene
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from barchain.studies.roundoff.states import Exact
 
 TEMPLATE = "paper/fig15"  # a scene of the paper's gravity; chain and body are exchanged

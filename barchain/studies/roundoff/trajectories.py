@@ -24,7 +24,7 @@ from reference_impl.precision.run import chosen_steps, equal_steps
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from scenarios import Scene
 
 TRUTH_STEPS = 64, 48  # an orbit, of order 14: the truth's, and those that tell its error

@@ -9,7 +9,7 @@ from reference_impl.fast.jit import compiled
 
 if TYPE_CHECKING:
     from reference_impl.fast.layout import Chain, Work
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 BARELY = 1e-30  # of a rate: added to an angle, it changes nothing and keeps the compiler from calling only once
 

@@ -14,7 +14,7 @@ from reference_impl.integrate.simulate import Simulation
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from reference_impl.integrate.coordinate_sets import CoordinateSet
     from scenarios import Scene
 

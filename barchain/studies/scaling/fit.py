@@ -13,7 +13,7 @@ from barchain.studies.cost.orders import FEWEST, slope
 from reports.tables.scaling import FIT_COLUMNS
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
+    from adapters.trajectory import Array
 
 FAST = "reference-fast"
 LEAST_BARS = 20  # fewer have more of a call's own price in them than of the bars'

@@ -18,7 +18,7 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adapters.engine import Trajectory
+    from adapters.trajectory import Trajectory
 
 LONG_TURNS = 3  # of runs over LONG_S, the first one counted
 COUNTERS = ("evaluations", "steps")

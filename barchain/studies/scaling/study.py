@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from pebble import ProcessPool
 
-from adapters.engine import Observable
+from adapters.trajectory import Observable
 from barchain.run.pool import collect
 from barchain.run.threads import one_thread_each
 from barchain.studies.cost.plan import LeftOut, cannot

@@ -12,7 +12,8 @@ from barchain.studies.selftest.catalogue import find
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from adapters.engine import Array, Setting, Trajectory
+    from adapters.engine import Setting
+    from adapters.trajectory import Array, Trajectory
     from barchain.studies.selftest.fault import Fault
     from scenarios import Scene
 

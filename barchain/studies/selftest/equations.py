@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 
     from barchain.solutions.reference import Truth
     from barchain.studies.selftest.fault import CodeChange
-    from reference_impl.model.chain import Array, ChainModel, State
-    from reference_impl.model.complex_vectors import ComplexArray
+    from reference_impl.model.arrays import Array, ComplexArray
+    from reference_impl.model.chain import ChainModel
+    from reference_impl.model.state import State
 
 
 def other_model(change: Callable[[ChainModel, float], ChainModel]) -> CodeChange:

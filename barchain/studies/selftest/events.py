@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from contextlib import AbstractContextManager
 
-    from adapters.engine import Setting, Trajectory
-    from reference_impl.model.chain import Array
+    from adapters.engine import Setting
+    from adapters.trajectory import Trajectory
+    from reference_impl.model.arrays import Array
     from scenarios import Scene
 
 STALE = "basics/free_rotation"

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
     from numpy.random import Generator
 
-    from adapters.engine import Engine, Setting, Trajectory
+    from adapters.engine import Engine, Setting
+    from adapters.trajectory import Trajectory
     from barchain.run.job import Role
     from barchain.solutions.reference import Truth
     from scenarios import Scene

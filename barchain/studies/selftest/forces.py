@@ -23,9 +23,8 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from barchain.studies.selftest.fault import SceneChange
-    from reference_impl.effects.base import Push, Situation
-    from reference_impl.model.chain import Array
-    from reference_impl.model.complex_vectors import ComplexArray
+    from reference_impl.model.arrays import Array, ComplexArray
+    from reference_impl.model.effect import Push, Situation
     from scenarios import Scene
 
 

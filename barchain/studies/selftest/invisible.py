@@ -18,7 +18,7 @@ from reference_impl.model import relative
 from reference_impl.model.kinematics import joined_state
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
+    from adapters.trajectory import Array
     from barchain.studies.selftest.fault import Fault
     from barchain.studies.selftest.trial import Ground, Trial
 

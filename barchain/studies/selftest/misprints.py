@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from barchain.studies.selftest.fault import CodeChange, Nothing
-    from reference_impl.effects.base import Modes
-    from reference_impl.model.chain import Accelerations, ChainModel, State
+    from reference_impl.model.chain import ChainModel
+    from reference_impl.model.effect import Modes
+    from reference_impl.model.state import Accelerations, State
     from scenarios import Scene
 
 FORM = "paper-form"

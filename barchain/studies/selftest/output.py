@@ -12,10 +12,10 @@ from barchain.studies.selftest.fault import Fault, Group, Size
 from barchain.studies.selftest.forces import SLEW
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
     from barchain.solutions.reference import Truth
     from barchain.studies.selftest.fault import Nothing, OutputChange
-    from reference_impl.effects.base import Indices
+    from reference_impl.model.effect import Indices
     from scenarios import Scene
 
 CHANNELS = {

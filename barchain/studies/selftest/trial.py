@@ -19,7 +19,8 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from adapters.engine import Engine, Setting, Trajectory
+    from adapters.engine import Engine, Setting
+    from adapters.trajectory import Trajectory
     from barchain.solutions.reference import Truth
     from barchain.studies.selftest.fault import Fault
     from scenarios import Scene

@@ -15,7 +15,8 @@ from barchain.studies.stability.plan import LEVELS
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from adapters.engine import Engine, Setting, Trajectory
+    from adapters.engine import Engine, Setting
+    from adapters.trajectory import Trajectory
     from barchain.judge.comparison import Row, Verdict
     from barchain.run.job import RunResult
     from barchain.solutions.reference import Truth

@@ -20,7 +20,8 @@ from reports.tables.outcome import Outcome
 from reports.tables.stability import LAWS
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Setting, Trajectory
+    from adapters.engine import Setting
+    from adapters.trajectory import Array, Trajectory
     from barchain.judge.comparison import Row
     from barchain.solutions.reference import Truth
     from barchain.studies.stability.engine_runs import Seen

@@ -14,7 +14,7 @@ from barchain.studies.cost.orders import slope
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
     from barchain.solutions.reference import Truth
 
 CLEAR = 10.0  # times its first size, or the truth's own error: what has grown so far is growth and no longer its seed

@@ -10,7 +10,7 @@ import numpy as np
 from barchain.studies.cost.orders import slope
 
 if TYPE_CHECKING:
-    from adapters.engine import Array
+    from adapters.trajectory import Array
 
 DECADES = 1.0  # of time, up to the end: earlier, a drift is what one revolution leaves, and hides how it grows
 POINTS = 24  # evenly spaced in log t: a running maximum says nothing new from one sample to the next

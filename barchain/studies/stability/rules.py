@@ -18,7 +18,7 @@ from reports.tables.outcome import Outcome
 from reports.tables.stability import Stability
 
 if TYPE_CHECKING:
-    from adapters.engine import Trajectory
+    from adapters.trajectory import Trajectory
     from barchain.judge.comparison import Row
     from barchain.solutions.reference import Truth
     from barchain.studies.stability.engine_runs import Seen

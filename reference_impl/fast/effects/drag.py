@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.effects.base import EDGE_ON
 from reference_impl.fast.bar_positions import move_from_first
 from reference_impl.fast.jit import inlined
 from reference_impl.fast.layout import (
@@ -26,11 +25,12 @@ from reference_impl.fast.layout import (
     Acting,
     numbers,
 )
+from reference_impl.model.effect import EDGE_ON
 
 if TYPE_CHECKING:
     from reference_impl.effects.drag import Drag
     from reference_impl.fast.layout import Chain, Work
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 
 def acting(effect: Drag) -> Acting:

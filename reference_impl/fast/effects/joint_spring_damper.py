@@ -12,7 +12,7 @@ from reference_impl.fast.layout import INVERSE_INERTIA, SPIN, Acting, numbers
 if TYPE_CHECKING:
     from reference_impl.effects.joint_spring_damper import JointSpringDamper
     from reference_impl.fast.layout import Chain, Work
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 STIFFNESS, DAMPING, REST = range(3)
 

@@ -33,7 +33,7 @@ from reference_impl.fast.layout import (
 if TYPE_CHECKING:
     from reference_impl.effects.oblateness import Oblateness
     from reference_impl.fast.layout import Chain, Work
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 
 def acting(effect: Oblateness) -> Acting:

@@ -13,7 +13,7 @@ from reference_impl.fast.layout import AX, AY, DX, DY, INVERSE_INERTIA, INVERSE_
 if TYPE_CHECKING:
     from reference_impl.effects.quadrupole import Quadrupole
     from reference_impl.fast.layout import Chain, Work
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 
 def acting(effect: Quadrupole) -> Acting:

@@ -13,7 +13,7 @@ from reference_impl.fast.layout import AX, AY, DX, DY, HALF, SPIN, UX, UY, Actin
 if TYPE_CHECKING:
     from reference_impl.effects.slender import Slender
     from reference_impl.fast.layout import Chain, Work
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 
 def acting(effect: Slender) -> Acting:

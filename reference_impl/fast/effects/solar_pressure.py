@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.effects.base import EDGE_ON
 from reference_impl.fast.jit import inlined
 from reference_impl.fast.layout import AX, AY, HALF, INVERSE_MASS, UX, UY, Acting, numbers
+from reference_impl.model.effect import EDGE_ON
 
 if TYPE_CHECKING:
     from reference_impl.effects.solar_pressure import SolarPressure
     from reference_impl.fast.layout import Chain, Work
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 WIDTH, SIDE = range(2)
 

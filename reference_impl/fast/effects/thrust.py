@@ -13,7 +13,7 @@ from reference_impl.fast.layout import AX, AY, INVERSE_MASS, LEVER, SPIN, UX, UY
 if TYPE_CHECKING:
     from reference_impl.effects.thrust import Thrust
     from reference_impl.fast.layout import Chain, Work
-    from reference_impl.model.chain import Array
+    from reference_impl.model.arrays import Array
 
 TIME, FORCE = range(2)
 

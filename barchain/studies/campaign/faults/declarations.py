@@ -11,7 +11,8 @@ from barchain.studies.campaign.faults.physics import HEAVIER
 from barchain.studies.selftest.fault import Fault, Group
 
 if TYPE_CHECKING:
-    from adapters.engine import Array, Engine, Setting, Trajectory
+    from adapters.engine import Engine, Setting
+    from adapters.trajectory import Array, Trajectory
     from barchain.studies.selftest.fault import Foreign
     from scenarios import Scene
 

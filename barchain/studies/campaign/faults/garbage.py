@@ -12,7 +12,7 @@ from barchain.studies.selftest.fault import Fault, Group
 if TYPE_CHECKING:
     from numpy.random import Generator
 
-    from adapters.engine import Array, Trajectory
+    from adapters.trajectory import Array, Trajectory
     from barchain.studies.selftest.fault import FreshChange
     from scenarios import Scene
 

@@ -19,7 +19,8 @@ from scenarios import Gravity
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.engine import Engine, Trajectory
+    from adapters.engine import Engine
+    from adapters.trajectory import Trajectory
     from barchain.solutions.reference import Truth
     from barchain.studies.selftest.fault import Nothing
     from scenarios import Scene

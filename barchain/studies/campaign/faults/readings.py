@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from adapters.engine import Observable
+from adapters.trajectory import Observable
 from barchain.studies.campaign.faults.garbage import largest
 from barchain.studies.selftest.fault import Fault, Group, Size
 from barchain.studies.selftest.output import damped, negative, rows_of
@@ -16,7 +16,8 @@ from barchain.studies.selftest.output import damped, negative, rows_of
 if TYPE_CHECKING:
     from numpy.random import Generator
 
-    from adapters.engine import Engine, Trajectory
+    from adapters.engine import Engine
+    from adapters.trajectory import Trajectory
     from barchain.studies.selftest.fault import OutputChange
     from scenarios import Scene
 

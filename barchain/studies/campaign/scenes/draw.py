@@ -36,7 +36,7 @@ from scenarios.toml.tables import EARTH_J2, EARTH_ROTATION_RAD_S, SUN_RATE_RAD_S
 if TYPE_CHECKING:
     from numpy.random import Generator
 
-    from adapters.engine import Array
+    from adapters.trajectory import Array
 
 EARTH = CentralBody(3.986004418e14, 6378e3)
 LENGTH_M = (0.1, 200.0)

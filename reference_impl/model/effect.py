@@ -8,20 +8,65 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_impl.model.complex_vectors import ComplexArray, as_complex
+from reference_impl.model.complex_vectors import as_complex
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Array, ChainModel, State
+    from reference_impl.model.arrays import Array, ComplexArray
+    from reference_impl.model.state import State
 
 Indices = NDArray[np.intp]
 Modes = tuple["Array | None", ...]
 """For each effect of a model, what is held while its push is smooth (a face, light or shadow, a piece of a table);
 None: to be told from the state."""
+
+
+class ChainProperties(Protocol):
+    """What effects know of a chain; see :class:`reference_impl.model.chain.ChainModel`."""
+
+    @property
+    def mu_m3_s2(self) -> float:
+        """Gravitational parameter of the central body, m³/s²."""
+
+    @property
+    def mass_kg(self) -> Array:
+        """Masses, (N,) kg."""
+
+    @property
+    def length_m(self) -> Array:
+        """Lengths, (N,) m."""
+
+    @property
+    def inertia_kg_m2(self) -> Array:
+        """Moments of inertia about the bars' centres, (N,) kg m²."""
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """All effects of the model."""
+
+    @property
+    def bars(self) -> int:
+        """Number of bars N."""
+
+    @property
+    def weight(self) -> Array:
+        """Mass fractions, (N,)."""
+
+    @property
+    def half_m(self) -> Array:
+        """Half lengths, (N,) m."""
+
+    @property
+    def gyration2(self) -> Array:
+        """Moments of inertia over masses, (N,) m²."""
+
+    @property
+    def lever(self) -> Array:
+        """Half lengths over moments of inertia, (N,) 1/(kg m)."""
 
 
 class Push(NamedTuple):
@@ -39,13 +84,13 @@ class Situation:
     """One state as effects see it: each quantity is made when it is first asked for."""
 
     def __init__(
-        self, model: ChainModel, t_s: float, state: State, unit: ComplexArray, *, absolute: bool = False
+        self, model: ChainProperties, t_s: float, state: State, unit: ComplexArray, *, absolute: bool = False
     ) -> None:
         """See a state.
 
         Parameters
         ----------
-        model : ChainModel
+        model : ChainProperties
         t_s : float
         state : State
         unit : ndarray of complex, shape (N,)
@@ -126,7 +171,7 @@ class Effect(ABC):
         """Instants at which it is not smooth in time."""
         return ()
 
-    def strongest_m_s2(self, model: ChainModel) -> float:
+    def strongest_m_s2(self, model: ChainProperties) -> float:
         """Bound of what it does to the centre of mass, m/s², where that may be more than a little beside gravity."""
         del model
         return 0.0
@@ -158,7 +203,7 @@ class Effect(ABC):
         """Mode after the margins at the indices `crossed` have fallen through zero."""
         raise NotImplementedError(f"{self.name} has no modes")
 
-    def energy(self, model: ChainModel, com_m: Array, angle_rad: Array) -> Array:
+    def energy(self, model: ChainProperties, com_m: Array, angle_rad: Array) -> Array:
         """Potential energy over time, (n,), J, of a joined chain; `com_m` (n, 2), `angle_rad` (n, N)."""
         raise NotImplementedError(f"{self.name} has no potential")
 

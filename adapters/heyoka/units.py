@@ -1,0 +1,28 @@
+"""Units of length and time in which heyoka computes: powers of two, so that changing to them rounds nothing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from scenarios import Scene
+
+
+@dataclass(frozen=True)
+class Units:
+    """Powers of two."""
+
+    length_m: float
+    time_s: float
+
+    @property
+    def force(self) -> float:
+        """N; masses stay in kg."""
+        return self.length_m / self.time_s**2
+
+
+def units_of(scene: Scene) -> Units:
+    """Units near the initial radius and the fastest rate."""
+    return Units(2.0 ** round(math.log2(scene.radius0_m)), 2.0 ** -round(math.log2(scene.fastest_rate_rad_s)))

@@ -1,0 +1,7 @@
+"""Types of the arrays that the reference computes with."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
