@@ -21,4 +21,4 @@ from scenarios.load import nearest as nearest
 from scenarios.load import parse_scene as parse_scene
 from scenarios.load import scene_names as scene_names
 from scenarios.scene import Scene as Scene
-from scenarios.toml.schema import SceneFile as SceneFile
+from scenarios.toml.file import SceneFile as SceneFile

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+from scenarios.toml.file import SceneFile
 from scenarios.toml.resolve import IncompleteError, resolve
-from scenarios.toml.schema import SceneFile
 from scenarios.toml.tables import LIST, NUMBER
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3
 from adapters.exudyn.frames.clock import NAMES, coefficients
 from adapters.exudyn.frames.frames import turned
 from adapters.exudyn.frames.orbit import KeplerOrbit
-from adapters.exudyn.solve.timetable import Steps
+from adapters.exudyn.timetable import Steps
 from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import Observable, Trajectory
 from scenarios import Actuator, Frame, Scene, load_scene, scene_names

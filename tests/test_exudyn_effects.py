@@ -14,12 +14,12 @@ from adapters.engine import Engine, Knob, Setting, UnsupportedMotionError
 from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
 from adapters.exudyn.frames.clock import orbit_given
 from adapters.exudyn.frames.frames import OrbitFrame, frame_of, turned
+from adapters.exudyn.frames.numbers import Motion, OrbitNumbers
 from adapters.exudyn.loads.loading import Loading
-from adapters.exudyn.loads.loads import Motion, OrbitNumbers
 from adapters.exudyn.loads.thrust import jump_steps, sizes
 from adapters.exudyn.solve.restart_segments import Pieces
 from adapters.exudyn.solve.solver import method_for, steps_of
-from adapters.exudyn.solve.timetable import Steps
+from adapters.exudyn.timetable import Steps
 from adapters.reference.numpy_engines import Reference
 from scenarios import Gravity, Scene, load_scene
 

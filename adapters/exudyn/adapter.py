@@ -20,7 +20,7 @@ from adapters.trajectory import Observable
 
 if TYPE_CHECKING:
     from adapters.exudyn.models.model import Model
-    from adapters.exudyn.solve.timetable import Steps
+    from adapters.exudyn.timetable import Steps
     from adapters.trajectory import Array
     from scenarios import Scene
 

@@ -17,7 +17,7 @@ from adapters.trajectory import Observable, Trajectory
 
 if TYPE_CHECKING:
     from adapters.exudyn.models.model import Model
-    from adapters.exudyn.solve.timetable import Steps
+    from adapters.exudyn.timetable import Steps
     from scenarios import Scene
 
 SHOWN = frozenset({Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION})

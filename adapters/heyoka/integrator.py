@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from adapters.heyoka.compiled import Precision, symbols
+from adapters.heyoka.compiled import KEPT, Precision, symbols
+from adapters.heyoka.discrete_modes import switch_events
 
 if TYPE_CHECKING:
     from adapters.heyoka.structure import Structure

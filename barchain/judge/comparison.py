@@ -10,14 +10,15 @@ import pandas as pd
 
 from adapters.engine import Coordinates, EngineError
 from barchain.judge.checks.digits import rounded_values
-from barchain.judge.checks.ending import ended_differently, ended_elsewhen
 from barchain.judge.checks.extrapolation import FIELDS
 from barchain.judge.checks.relative_energy import BLOWN_UP, kinetic_ratio
 from barchain.judge.checks.restart import Stretch, can_restart, stretches
 from barchain.judge.declared_noise import too_noisy
 from barchain.judge.drift_bands import drift_bands
+from barchain.judge.landing import ended_elsewhen
 from barchain.judge.residuals import FINEST_NOISE, Residuals, worst
 from barchain.judge.roundoff_limit import coarsest_roundoff
+from barchain.judge.run_end import ended_differently
 from barchain.judge.tolerances import NORM_SLACK
 from barchain.metrics.quantities import drifts
 from barchain.run.job import PERTURBED_ROLES, Role

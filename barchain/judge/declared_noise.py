@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.engine import Knob
-from barchain.judge.local_errors import rate_scale, step_s
+from barchain.judge.local_errors import step_s
 from barchain.judge.scales import scales
+from barchain.metrics.rates import rate_scale
 from barchain.solutions.reference import TRACK
 from reports.tables.crossval import QUANTITY_UNITS
 

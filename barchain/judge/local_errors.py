@@ -15,7 +15,8 @@ from adapters.common.initial_state import initial_state
 from adapters.common.kepler import propagate
 from adapters.engine import Coordinates, Knob
 from barchain.judge.scales import inertia_force_N
-from barchain.solutions.reference import MODES_PER_BAR, RICHARDSON, own_rate
+from barchain.metrics.rates import own_rate, rate_scale
+from barchain.solutions.reference import RICHARDSON
 from scenarios import Gravity
 
 if TYPE_CHECKING:
@@ -39,12 +40,6 @@ SAME_INSTANT = 1e-9  # of its time: samples of two runs that are meant to be at 
 def orbit_scale(scene: Scene) -> float:
     """Rate of the orbit: its mean motion, or that of the circular orbit at r0 if faster."""
     return 2.0 * math.pi / scene.step_period_s
-
-
-def rate_scale(scene: Scene, truth: Trajectory) -> float:
-    """Fastest rate in the scene, rad/s: the chain's stiffest oscillation in its field or under its own spin."""
-    spin = float(np.abs(truth.rate_rad_s).max()) if truth.rate_rad_s is not None else 0.0
-    return max(MODES_PER_BAR * scene.bars * max(spin, scene.mean_motion_rad_s), scene.spring_rate_rad_s)
 
 
 def step_s(scene: Scene, setting: Setting) -> float:

@@ -12,11 +12,11 @@ import numpy as np
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import Coordinates
 from adapters.trajectory import Observable
-from barchain.judge.checks.ending import ended_differently
 from barchain.judge.checks.extrapolation import FIELDS, SHARE, STAYS, left_over
 from barchain.judge.checks.track_beyond_limit import beyond_limit
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.roundoff_limit import coarsest_roundoff, measured_roundoff
+from barchain.judge.run_end import ended_differently
 from barchain.judge.scales import scales
 from barchain.judge.tolerances import NORM_SLACK
 from barchain.metrics.model_difference import com_displacement

@@ -19,7 +19,7 @@ import numpy as np
 
 from adapters.engine import Coordinates
 from barchain.judge.local_errors import ROUNDINGS, UNIT_ROUNDOFF, departure, orbit_scale, track_unit
-from barchain.solutions.reference import own_rate
+from barchain.metrics.rates import own_rate
 
 if TYPE_CHECKING:
     from adapters.engine import Engine, Setting

@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from adapters.trajectory import from_frame, to_frame
-from barchain.judge.local_errors import rate_scale
+from barchain.metrics.rates import rate_scale
 from barchain.record.files import write_atomically
 
 if TYPE_CHECKING:

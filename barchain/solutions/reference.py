@@ -16,6 +16,7 @@ import numpy as np
 
 from barchain.metrics.model_difference import track_response
 from barchain.metrics.quantities import differences
+from barchain.metrics.rates import MODES_PER_BAR, own_rate
 from scenarios import Gravity
 
 if TYPE_CHECKING:
@@ -31,7 +32,6 @@ FINE_RTOL = 1e-10  # four differences over a tenth of a radian cost four digits:
 FINE_PER_RADIAN = 4.0  # of the fastest rate: a sine's second difference is then 2 % short
 FINE_PER_SLEW = 20.0  # three half waves: half a radian between samples
 MOST_FINE = 20_000  # samples: a slew of a thousandth of the run is still seen
-MODES_PER_BAR = 2.1  # fastest oscillation of a chain of N bars, over N times its rate (radial chain: 2.1 N n)
 TRACK = ("com", "com_velocity")
 PARTED_RAD = 1e-2  # two runs whose attitudes differ by more have parted: nothing later is compared point by point
 
@@ -54,13 +54,6 @@ def moves_aside(bars: int) -> Array:
     rng = np.random.default_rng(20020812)  # any fixed numbers do; the same in every run
     moves: Array = rng.choice([-1.0, 1.0], (2, bars)) * rng.uniform(0.5, 1.0, (2, bars))
     return moves
-
-
-def own_rate(scene: Scene) -> float:
-    """Fastest of the orbit's and the bars' own initial rates, rad/s."""
-    orbit = 2.0 * math.pi / scene.step_period_s
-    turning = scene.orbital_rate_rad_s * max(1.0, *(abs(a) for a in scene.chain.rate_factor))
-    return max(orbit, turning, scene.spring_rate_rad_s / (MODES_PER_BAR * scene.bars))
 
 
 def densely_sampled(scene: Scene) -> Scene:

@@ -1,20 +1,21 @@
-"""What a scene's effects ask of its other tables, and of each other."""
+"""Checks that concern several tables of a scene file."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from scenarios.toml.tables import each
 
 if TYPE_CHECKING:
-    from scenarios.toml.schema import SceneFile
+    from scenarios.toml.schema import SceneTables
     from scenarios.toml.tables import EffectsTable
 
 SLENDER_SLACK = 1e-9  # of m l²/12: a moment of inertia written with nine digits is that of a slender bar
 MOST_SCALE_HEIGHTS = 30.0  # between the density's height and the chain: e^30 times the density is a mistaken unit
 
 
-def check_effects(scene: SceneFile) -> None:
+def check_effects(scene: SceneTables) -> None:
     """Refuse effects that the chain, the gravity or another effect leaves no room for."""
     check_prescriptions(scene)
     check_ends(scene)
@@ -25,7 +26,7 @@ def check_effects(scene: SceneFile) -> None:
     check_slender(scene)
 
 
-def check_prescriptions(scene: SceneFile) -> None:
+def check_prescriptions(scene: SceneTables) -> None:
     """Each bar has at most one law, exists, and has a neighbour if a joint drives it."""
     seen: set[int] = set()
     for i, p in enumerate(scene.effects.prescribed_rotation):
@@ -51,7 +52,7 @@ def joint_of_motor(bar: int) -> int:
     return max(bar - 1, 1)
 
 
-def check_ends(scene: SceneFile) -> None:
+def check_ends(scene: SceneTables) -> None:
     """Thrusts and impulses are on bars that there are."""
     for name in ("thrust", "impulse"):
         for i, p in enumerate(getattr(scene.effects, name)):
@@ -59,7 +60,7 @@ def check_ends(scene: SceneFile) -> None:
                 raise ValueError(f"effects.{name}[{i}].bar: {p.bar} given, allowed: 1 to {scene.chain.bars}")
 
 
-def check_lists(scene: SceneFile) -> None:
+def check_lists(scene: SceneTables) -> None:
     """Lists have one value per bar, or per joint."""
     effects, bars = scene.effects, scene.chain.bars
     for name in ("drag", "solar_pressure"):
@@ -83,7 +84,7 @@ def check_lists(scene: SceneFile) -> None:
             )
 
 
-def check_widths(scene: SceneFile) -> None:
+def check_widths(scene: SceneTables) -> None:
     """A bar is no wider than it is long."""
     chain = scene.chain
     length = each(chain.length_m, chain.bars)
@@ -99,7 +100,7 @@ def check_widths(scene: SceneFile) -> None:
                 )
 
 
-def check_air(scene: SceneFile) -> None:
+def check_air(scene: SceneTables) -> None:
     """The density is told near enough to the chain for its exponential to mean anything there."""
     air, start_m = scene.effects.drag, scene.orbit.altitude_m
     if air is None:
@@ -113,7 +114,7 @@ def check_air(scene: SceneFile) -> None:
         )
 
 
-def check_fields(scene: SceneFile) -> None:
+def check_fields(scene: SceneTables) -> None:
     """Fields besides the central one need that; a third body is beyond the chain."""
     effects: EffectsTable = scene.effects
     for name in ("oblateness", "third_body"):
@@ -130,7 +131,7 @@ def check_fields(scene: SceneFile) -> None:
             )
 
 
-def check_slender(scene: SceneFile) -> None:
+def check_slender(scene: SceneTables) -> None:
     """The exact slender bar is uniform: it has its own moment of inertia."""
     chain = scene.chain
     if scene.effects.gravity != "slender" or chain.inertia_kg_m2 is None:
@@ -144,3 +145,27 @@ def check_slender(scene: SceneFile) -> None:
                 f'chain.inertia_kg_m2: {inertia:g} given for bar {j}, allowed with gravity = "slender": {slender:.10g} '
                 "(uniform), or leave it out"
             )
+
+
+def check_run_is_bound(scene: SceneTables) -> None:
+    """`orbits` counts periods, so it needs an orbit that has one."""
+    if scene.run.orbits is None:
+        return
+    if scene.effects.gravity == "none":
+        raise ValueError("run.orbits: without gravity there is no period to count in; give duration_s")
+    if scene.orbit.speed_factor**2 >= 2.0:
+        raise ValueError(
+            f"run.orbits: the orbit is not bound (speed_factor = {scene.orbit.speed_factor:g}, allowed below sqrt(2)); "
+            "give duration_s"
+        )
+
+
+def check_above_surface(scene: SceneTables) -> None:
+    """The whole chain, stretched towards the centre, must start above the surface."""
+    length = scene.chain.length_m
+    size_m = math.fsum(length) if isinstance(length, list) else scene.chain.bars * length
+    if size_m >= scene.orbit.altitude_m:
+        raise ValueError(
+            f"orbit.altitude_m: {scene.orbit.altitude_m:g} lets a chain of {size_m:g} m reach the surface; "
+            "allowed: more than the length of the chain"
+        )

@@ -23,13 +23,14 @@ from scenarios.forces import (
     Thrust,
 )
 from scenarios.scene import CentralBody, Chain, Orbit, Run, Scene
-from scenarios.start import start_note
 from scenarios.toml.alignment import NEAR, on_sample, table_on_samples, turn_on_samples
+from scenarios.toml.start import start_note
 from scenarios.toml.tables import THIRD_BODIES, each
 
 if TYPE_CHECKING:
     from scenarios.scene import Array
-    from scenarios.toml.schema import ChainTable, SceneFile
+    from scenarios.toml.file import SceneFile
+    from scenarios.toml.schema import ChainTable
     from scenarios.toml.tables import (
         DragTable,
         EffectsTable,

@@ -1,14 +1,11 @@
-"""The scene file: what a TOML scene may say, checked by pydantic, and its JSON Schema."""
+"""Tables of a scene file besides its effects, checked by pydantic."""
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from scenarios.start import check_start
-from scenarios.toml.checks import check_effects
 from scenarios.toml.tables import EffectsTable, Finite, FiniteEach, NotNegative, Positive, PositiveEach, Table
 
 Place = Annotated[list[Finite], Field(min_length=2, max_length=2)]
@@ -89,8 +86,8 @@ class RunTable(Table):
         return self
 
 
-class SceneFile(Table):
-    """A barchain scene: a chain of rigid bars joined by revolute joints in the plane of its orbit."""
+class SceneTables(Table):
+    """All tables of a scene file, each checked by itself."""
 
     title: str = Field(min_length=1, description="one line, for people")
     source: str = Field(min_length=1, description="where the scene or its expected answer comes from")
@@ -103,36 +100,3 @@ class SceneFile(Table):
     chain: ChainTable
     effects: EffectsTable = Field(default_factory=lambda: EffectsTable(gravity="gradient"))
     run: RunTable
-
-    @model_validator(mode="after")
-    def consistent(self) -> SceneFile:
-        """Check what concerns several tables at once."""
-        check_run_is_bound(self)
-        check_above_surface(self)
-        check_start(self.chain)
-        check_effects(self)
-        return self
-
-
-def check_run_is_bound(scene: SceneFile) -> None:
-    """`orbits` counts periods, so it needs an orbit that has one."""
-    if scene.run.orbits is None:
-        return
-    if scene.effects.gravity == "none":
-        raise ValueError("run.orbits: without gravity there is no period to count in; give duration_s")
-    if scene.orbit.speed_factor**2 >= 2.0:
-        raise ValueError(
-            f"run.orbits: the orbit is not bound (speed_factor = {scene.orbit.speed_factor:g}, allowed below sqrt(2)); "
-            "give duration_s"
-        )
-
-
-def check_above_surface(scene: SceneFile) -> None:
-    """The whole chain, stretched towards the centre, must start above the surface."""
-    length = scene.chain.length_m
-    size_m = math.fsum(length) if isinstance(length, list) else scene.chain.bars * length
-    if size_m >= scene.orbit.altitude_m:
-        raise ValueError(
-            f"orbit.altitude_m: {scene.orbit.altitude_m:g} lets a chain of {size_m:g} m reach the surface; "
-            "allowed: more than the length of the chain"
-        )

@@ -2,7 +2,7 @@
 
 Kepler's equation has no closed solution, and Exudyn evaluates a symbolic expression once for each place
 it stands in, so an unrolled Newton iteration would grow threefold with every sweep. Instead the exact
-orbit is tabulated when the model is built, see :mod:`adapters.exudyn.solve.timetable`.
+orbit is tabulated when the model is built, see :mod:`adapters.exudyn.timetable`.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adapters.exudyn.loads.loads import OrbitNumbers
-from adapters.exudyn.solve.timetable import Steps, Timetable, tabulated
+from adapters.exudyn.frames.numbers import OrbitNumbers
+from adapters.exudyn.timetable import Steps, Timetable, tabulated
 
 if TYPE_CHECKING:
     from adapters.exudyn.frames.orbit import KeplerOrbit
-    from adapters.exudyn.solve.timetable import Given
+    from adapters.exudyn.timetable import Given
     from adapters.trajectory import Array
 
 INSIDE_DEGREE = 7  # (h n/4)^8/8! of a number's own size: below 1e-13 at 50 steps per orbit, round-off at 400

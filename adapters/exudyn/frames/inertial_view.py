@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from adapters.exudyn.frames.frames import Frame
+    from adapters.exudyn.frames.numbers import Motion, Number, OrbitNumbers
     from adapters.exudyn.frames.orbit import KeplerOrbit
-    from adapters.exudyn.loads.loads import Motion, Number, OrbitNumbers
     from adapters.trajectory import Array
 
 
@@ -68,7 +68,7 @@ class Seat(ABC):
 
     @abstractmethod
     def given(self, at_s: Array, inside_s: Array) -> Array:
-        """Those numbers, see :data:`adapters.exudyn.solve.timetable.Given`."""
+        """Those numbers, see :data:`adapters.exudyn.timetable.Given`."""
 
     @abstractmethod
     def view(self, m: Motion, orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> View:

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     from adapters.exudyn.frames.frames import Frame
     from adapters.exudyn.frames.inertial_view import View
+    from adapters.exudyn.frames.numbers import Number
     from adapters.exudyn.loads.interface import Extra
-    from adapters.exudyn.loads.loads import Number
     from adapters.trajectory import Array
     from scenarios import Gravity, Scene, ThirdBody
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from adapters.exudyn.frames.frames import Frame
     from adapters.exudyn.frames.inertial_view import View
-    from adapters.exudyn.loads.loads import Number
+    from adapters.exudyn.frames.numbers import Number
     from adapters.trajectory import Array
 
     Extra = tuple[Number, Number, Number | None]
@@ -26,7 +26,7 @@ class Effect(ABC):
     """How many numbers of time it asks for"""
 
     def given(self, at_s: Array, inside_s: Array) -> Array:
-        """Those numbers, (k, width), see :data:`adapters.exudyn.solve.timetable.Given`."""
+        """Those numbers, (k, width), see :data:`adapters.exudyn.timetable.Given`."""
         del inside_s
         return np.empty((len(at_s), 0))
 

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     from adapters.exudyn.frames.frames import Frame
     from adapters.exudyn.frames.inertial_view import Seat
+    from adapters.exudyn.frames.numbers import Motion, Number, OrbitNumbers
     from adapters.exudyn.loads.interface import Effect, Extra
-    from adapters.exudyn.loads.loads import Motion, Number, OrbitNumbers
     from adapters.trajectory import Array
     from scenarios import Scene
 

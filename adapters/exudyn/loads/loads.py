@@ -12,13 +12,14 @@ evaluated once for each place it stands in, so `c` is written down as seldom as 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from adapters.exudyn.frames.numbers import Number
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-Number = Any
-"""A float, an array, or Exudyn's symbolic Real: all of them add and multiply."""
+    from adapters.exudyn.frames.numbers import Motion, OrbitNumbers
 
 
 @dataclass(frozen=True)
@@ -29,32 +30,6 @@ class Bar:
     inertia_kg_m2: float = 0.0
     gradient: bool = False
     """Whether the gravity-gradient torque of eq. (17) acts"""
-
-
-@dataclass(frozen=True)
-class Motion:
-    """A bar in the frame's axes."""
-
-    x_m: Number
-    y_m: Number
-    vx_m_s: Number
-    vy_m_s: Number
-    cosine: Number
-    """of the bar's angle from the frame's x axis"""
-    sine: Number
-    spin_rad_s: Number = 0.0
-    """of the bar against the frame"""
-
-
-@dataclass(frozen=True)
-class OrbitNumbers:
-    """The frame's orbit, named as in :class:`adapters.exudyn.frames.orbit.OrbitTrack`."""
-
-    radius_m: Number
-    rate_rad_s: Number
-    spin_up_rad_s2: Number
-    pull_s2: Number
-    shape: Number
 
 
 Load = tuple[Number, Number, Number]

@@ -26,7 +26,7 @@ from scenarios import Actuator, Frame
 
 if TYPE_CHECKING:
     from adapters.exudyn.frames.frames import Axes
-    from adapters.exudyn.solve.timetable import Steps
+    from adapters.exudyn.timetable import Steps
     from scenarios import PrescribedRotation
 
 State = tuple[float, float, float]

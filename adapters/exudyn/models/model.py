@@ -11,16 +11,16 @@ import numpy as np
 from adapters.common.initial_state import initial_state
 from adapters.exudyn.frames.clock import Clock
 from adapters.exudyn.frames.frames import Axes, Frame, OrbitFrame, frame_of
+from adapters.exudyn.frames.numbers import Motion
 from adapters.exudyn.library import exu, items, symbolic_function
 from adapters.exudyn.loads.loading import Loading
-from adapters.exudyn.loads.loads import Motion
-from adapters.exudyn.solve.timetable import Timetable
+from adapters.exudyn.timetable import Timetable
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from adapters.exudyn.loads.interface import Extra
-    from adapters.exudyn.solve.timetable import Steps
+    from adapters.exudyn.timetable import Steps
     from adapters.trajectory import Array
     from scenarios import Scene
 

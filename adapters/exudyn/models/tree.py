@@ -15,8 +15,8 @@ import numpy as np
 from adapters.common.joint_coordinates import accelerations, angles, folded, places, velocities
 from adapters.exudyn.frames.clock import INSIDE_DEGREE, orbit_given
 from adapters.exudyn.frames.frames import OrbitFrame
+from adapters.exudyn.frames.numbers import Motion, OrbitNumbers
 from adapters.exudyn.library import exu, items
-from adapters.exudyn.loads.loads import Motion, OrbitNumbers
 from adapters.exudyn.loads.springs import add_springs
 from adapters.exudyn.models.model import Model
 from adapters.exudyn.readout import Seen

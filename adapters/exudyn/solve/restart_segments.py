@@ -22,7 +22,7 @@ from adapters.exudyn.solve.solver import SAMPLE_SLACK, solver_of
 if TYPE_CHECKING:
     from adapters.exudyn.models.model import Model
     from adapters.exudyn.solve.solver import Method
-    from adapters.exudyn.solve.timetable import Steps
+    from adapters.exudyn.timetable import Steps
     from adapters.trajectory import Array
     from scenarios import Scene
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from adapters.common.equal_steps import steps_between_samples
 from adapters.exudyn.frames.departure import departure
 from adapters.exudyn.library import exu
-from adapters.exudyn.solve.timetable import Steps
+from adapters.exudyn.timetable import Steps
 
 if TYPE_CHECKING:
     from scenarios import Scene

@@ -17,7 +17,7 @@ import numpy as np
 from adapters.engine import EngineError
 from adapters.exudyn.library import exu
 from adapters.exudyn.solve.solver import Method, settings_of, solver_of
-from adapters.exudyn.solve.timetable import Steps
+from adapters.exudyn.timetable import Steps
 from scenarios import Actuator, Frame
 
 if TYPE_CHECKING:

@@ -22,8 +22,9 @@ from adapters.registry import ENGINES
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.tolerances import NORM_SLACK
 from barchain.metrics.quantities import differences
+from barchain.metrics.rates import own_rate
 from barchain.run.compilation import COMPILED, mark
-from barchain.solutions.reference import TRACK, Truth, answers, densely_sampled, moves_aside, own_rate
+from barchain.solutions.reference import TRACK, Truth, answers, densely_sampled, moves_aside
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

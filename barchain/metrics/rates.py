@@ -1,0 +1,27 @@
+"""Fastest rates of a scene: what steps and samples have to resolve."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from adapters.trajectory import Trajectory
+    from scenarios import Scene
+
+MODES_PER_BAR = 2.1  # fastest oscillation of a chain of N bars, over N times its rate (radial chain: 2.1 N n)
+
+
+def rate_scale(scene: Scene, truth: Trajectory) -> float:
+    """Fastest rate in the scene, rad/s: the chain's stiffest oscillation in its field or under its own spin."""
+    spin = float(np.abs(truth.rate_rad_s).max()) if truth.rate_rad_s is not None else 0.0
+    return max(MODES_PER_BAR * scene.bars * max(spin, scene.mean_motion_rad_s), scene.spring_rate_rad_s)
+
+
+def own_rate(scene: Scene) -> float:
+    """Fastest of the orbit's and the bars' own initial rates, rad/s."""
+    orbit = 2.0 * math.pi / scene.step_period_s
+    turning = scene.orbital_rate_rad_s * max(1.0, *(abs(a) for a in scene.chain.rate_factor))
+    return max(orbit, turning, scene.spring_rate_rad_s / (MODES_PER_BAR * scene.bars))
