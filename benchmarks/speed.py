@@ -25,8 +25,8 @@ from barchain.studies.ensemble.ensemble import ensemble
 from barchain.studies.scaling.evaluation import evaluation_times, loop_of
 from barchain.studies.scaling.fit import FAST, FAST_BARS, exponent
 from barchain.studies.scaling.plan import BARS, SCENE, divided
-from reports.chapters.cost.text import span_text
 from reports.tables.cost import FOLDER, read_cost
+from reports.text.ratios import span_text
 from scenarios import load_scene
 
 ORBIT = "paper/fig05"

@@ -1,22 +1,64 @@
-"""From a study's view to its pages: a chapter of the comparison's report, or a page of its own, and text."""
+"""Templates with their filters, and a study's own page and text."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from markupsafe import Markup
+from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+from markupsafe import Markup, escape
 
 from reports.plotting.palette import variables
-from reports.render import render, templates
+from reports.text.markdown import escape_text, table_row
+from reports.text.mathematics import effect
+from reports.text.numerals import as_given, given_markup, number, powers_in, significant, span, typeset
+from reports.text.ratios import decade, ratio_text, span_text
 from reports.text.record import mapping
+from reports.text.words import anchor
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+    from reports.chapter import Chapter, View
+
+
+def templates() -> Environment:
+    """Templates with escaping on for HTML, and the filters they use."""
+    made = Environment(
+        loader=PackageLoader("reports"),
+        autoescape=select_autoescape(("html.j2",)),
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=StrictUndefined,
+    )
+    made.filters |= {
+        "typeset": lambda v, digits=3: typeset(number(v), digits),
+        "significant": lambda v: significant(number(v)),
+        "md": escape_text,
+        "row": table_row,
+        "number": number,
+        "effect": effect,
+        "effect_markup": effect_markup,
+        "value": as_given,
+        "nice": given_markup,
+        "number_words": powers_in,
+        "span": span,
+        "anchor": anchor,
+        "span_text": span_text,
+        "ratio_text": ratio_text,
+        "decade": decade,
+    }
+    return made
+
+
+def effect_markup(value: object) -> Markup:
+    """Effect of a misprint for HTML."""
+    found = effect(value)
+    return escape(found) if isinstance(found, str) else typeset(found)
+
 
 def frame(record: Mapping[str, Any]) -> dict[str, Any]:
-    """What every page shows around its subject: colours of both themes, and what the run happened on."""
+    """Colours of both themes and the environment of a run, which every page shows around its subject."""
     return {
         "light": Markup(variables(0)),
         "dark": Markup(variables(1)),
@@ -25,22 +67,17 @@ def frame(record: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def write_text(text: Path, name: str, shown: Mapping[str, Any]) -> Path:
-    """Write a study as Markdown by the template of its name, and return the file."""
-    text.write_text(templates().get_template(f"{name}.md.j2").render(shown).strip() + "\n", encoding="utf-8")
+def write_text(folder: Path, chapter: Chapter, view: View) -> Path:
+    """Write a study's chapter as Markdown beside its tables, and return the file."""
+    text = folder / chapter.name / chapter.text
+    made = templates().get_template(f"{chapter.name}/chapter.md.j2").render({chapter.name: view})
+    text.write_text(made.strip() + "\n", encoding="utf-8")
     return text
 
 
-def write_page(folder: Path, name: str, shown: Mapping[str, Any], record: Mapping[str, Any]) -> Path:
-    """Write a study's own page, ``<name>.html``, and return it."""
-    page = folder / f"{name}.html"
-    made = templates().get_template(f"{name}_page.html.j2").render(dict(shown) | frame(record))
-    page.write_text(made, encoding="utf-8")
+def write_page(folder: Path, chapter: Chapter, view: View) -> Path:
+    """Write a study's own page, ``<study>.html``, and return it."""
+    page = folder / f"{chapter.name}.html"
+    shown = {"chapter": chapter, chapter.name: view} | frame(view.record)
+    page.write_text(templates().get_template("study_page.html.j2").render(shown), encoding="utf-8")
     return page
-
-
-def write_chapter(folder: Path, name: str, shown: Mapping[str, Any], record: Mapping[str, Any]) -> Path:
-    """Write a study as a chapter of the comparison's report where the folder holds one, else as a page of its own."""
-    if (folder / "metrics.csv").is_file() and (folder / "run.json").is_file():
-        return render(folder)[0]
-    return write_page(folder, name, shown, record)

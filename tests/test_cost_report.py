@@ -11,10 +11,10 @@ import pytest
 
 from adapters.registry import Registration
 from barchain.studies.cost.findings import front_of, orders_table, price_table, reach_table
-from reports.chapters.cost.charts import Setup, Track, by_family, families, overview
-from reports.chapters.cost.page import render_cost
-from reports.chapters.cost.text import decade, ratio_text, span_text
-from reports.render import render
+from reports.chapters.cost.charts import Setup, Track, by_family, overview
+from reports.plotting.families import families
+from reports.render import render, render_study
+from reports.text.ratios import decade, ratio_text, span_text
 from tests.cost_points import engine_points, point, table, times_of
 from tests.report_fixture import build
 
@@ -69,7 +69,7 @@ def study() -> pd.DataFrame:
 
 
 def test_the_chapter_stands_alone_and_says_what_was_left_out(tmp_path: Path) -> None:
-    page, ratios = render_cost(write(tmp_path, study()))
+    page, ratios = render_study("cost", write(tmp_path, study()))
     assert page == tmp_path / "cost.html"
     html, text = page.read_text(), ratios.read_text()
     assert "Scene &lt;s&gt;" in html
@@ -86,7 +86,7 @@ def test_the_chapter_joins_the_report_of_a_comparison(tmp_path: Path) -> None:
     folder = build(tmp_path, ["basics/two_bars_free"], samples=21)
     render(folder)
     assert 'id="cost"' not in (folder / "index.html").read_text()
-    page, _ = render_cost(write(folder, study()))
+    page, _ = render_study("cost", write(folder, study()))
     assert page == folder / "index.html"
     assert page.read_text().count('id="cost"') == 1
     assert "What accuracy costs" in (folder / "report.md").read_text()
@@ -94,20 +94,20 @@ def test_the_chapter_joins_the_report_of_a_comparison(tmp_path: Path) -> None:
 
 
 def test_equal_tables_give_equal_bytes(tmp_path: Path) -> None:
-    first, second = (render_cost(write(tmp_path / name, study())) for name in "ab")
+    first, second = (render_study("cost", write(tmp_path / name, study())) for name in "ab")
     for a, b in zip(first, second, strict=True):
         assert a.read_bytes() == b.read_bytes()
 
 
 def test_a_study_that_was_cut_off_says_so(tmp_path: Path) -> None:
-    page, ratios = render_cost(write(tmp_path, study(), finished=False))
+    page, ratios = render_study("cost", write(tmp_path, study(), finished=False))
     assert "cut off" in page.read_text()
     assert "cut off" in ratios.read_text()
 
 
 def test_a_folder_without_a_study_is_refused(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match=r"cost/points\.csv"):
-        render_cost(tmp_path)
+        render_study("cost", tmp_path)
 
 
 def test_many_engines_are_drawn_family_by_family() -> None:

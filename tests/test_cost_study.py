@@ -19,7 +19,7 @@ from barchain.studies.cost.plan import ladders, shortened
 from barchain.studies.cost.points import errors_of, under_floor
 from barchain.studies.cost.store import CostStore
 from barchain.studies.cost.study import CostStudy, columns_of, too_fine, too_long
-from reports.chapters.cost.page import render_cost
+from reports.render import render_study
 from reports.tables.cost import POINT_COLUMNS, read_cost
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
@@ -124,7 +124,7 @@ def test_an_engine_that_fails_costs_its_own_points_only(study):
     assert tables.points[tables.points.engine == "Segfault"].reason.str.contains("SIGSEGV").all()
     assert [o["engine"] for o in tables.record["left_out"]] == ["NotThere"]
     assert set(tables.reach.engine) == {"reference"}
-    page, ratios = render_cost(study)
+    page, ratios = render_study("cost", study)
     assert "× failed: Segfault (3), IgnoresJoints (3)" in page.read_text()
     assert "reference" in ratios.read_text()
 
@@ -174,7 +174,7 @@ def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path, engines):
     with pytest.raises(KeyboardInterrupt):
         measure(plan, tmp_path, truth_of=truth_stand_in, progress=cut)
     assert not read_cost(tmp_path).record["finished"]
-    assert "cut off" in render_cost(tmp_path)[0].read_text()
+    assert "cut off" in render_study("cost", tmp_path)[0].read_text()
     kept = read_cost(tmp_path).points.set_index("setting")
     assert len(kept) == 2
     again = []

@@ -14,10 +14,10 @@ from barchain.cli.main import run
 from reports.chapters.effects.advice import Worth, advise, worth_of
 from reports.chapters.effects.charts import ticks
 from reports.chapters.effects.labels import Anchor, placed
-from reports.chapters.effects.page import render_effects
 from reports.chapters.effects.rows import rows_of, whole_of
 from reports.chapters.effects.view import view_effects
 from reports.chapters.effects.words import NOT_RESOLVED, length_text, share_text
+from reports.render import render_study
 from reports.tables.effects import COLUMNS, read_effects
 from reports.text.numerals import powers_in
 from tests.report_fixture import build
@@ -154,13 +154,13 @@ def test_a_run_that_takes_longer_than_its_evaluations_says_what_takes_it(tmp_pat
 
 
 def test_the_lead_names_the_threshold_and_the_page_how_prices_get_better(tmp_path: Path) -> None:
-    html = render_effects(write(tmp_path, ROWS)).read_text()
+    html = render_study("effects", write(tmp_path, ROWS)).page.read_text()
     threshold = "less than 0.001 rad, 0.001 of the largest reaction and of the initial distance from the centre: "
     assert f"What changes next to nothing, {threshold}Drag and Third_Body.Moon." in html
     assert "Timed in" not in html
     record = tmp_path / "effects" / "record.json"
     record.write_text(json.dumps(json.loads(record.read_text()) | {"rounds": 3, "timed_s": 5000.0}))
-    html = render_effects(tmp_path).read_text()
+    html = render_study("effects", tmp_path).page.read_text()
     assert "Timed in 3 rounds over the first 1 orbit; a longer --budget, and more --repeats, narrow" in html
 
 
@@ -228,7 +228,7 @@ def test_a_switched_run_that_lands_says_so(tmp_path: Path) -> None:
 
 
 def test_the_page_shows_all_of_it_and_is_rendered_again_alike(tmp_path: Path) -> None:
-    page = render_effects(write(tmp_path, ROWS))
+    page = render_study("effects", write(tmp_path, ROWS)).page
     html = page.read_text()
     assert page == tmp_path / "effects.html"
     assert "What matters: Oblateness." in html
@@ -247,7 +247,7 @@ def test_the_page_shows_all_of_it_and_is_rendered_again_alike(tmp_path: Path) ->
 
 def test_a_comparisons_report_gets_the_chapter(tmp_path: Path) -> None:
     build(tmp_path, ["paper/fig05"], samples=11)
-    page = render_effects(write(tmp_path, ROWS))
+    page = render_study("effects", write(tmp_path, ROWS)).page
     assert page == tmp_path / "index.html"
     assert '<h2 id="effects">' in page.read_text()
     assert "## What each effect is worth" in (tmp_path / "report.md").read_text()
@@ -258,14 +258,14 @@ def test_a_budget_that_was_cut_off_renders_what_it_had(tmp_path: Path) -> None:
     folder = write(tmp_path, [row("drag") | bare, row("oblateness")], largest_reaction_N=None)
     record = folder / "effects" / "record.json"
     record.write_text(record.read_text().replace('"finished": true', '"finished": false'))
-    html = render_effects(folder).read_text()
+    html = render_study("effects", folder).page.read_text()
     assert "cut off" in html
     assert "not switched" in html
 
 
 def test_a_folder_without_a_budget_is_named(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match=r"effects.csv"):
-        render_effects(tmp_path)
+        render_study("effects", tmp_path)
 
 
 def test_unknown_scales_make_nothing_matter_that_is_not_there(tmp_path: Path) -> None:

@@ -9,10 +9,10 @@ import pytest
 
 from reports.chapters.crossval.orbit import Geometry, joints
 from reports.chapters.crossval.reactions import Reactions, nearest, spread
+from reports.chapters.crossval.report import breakable
 from reports.plotting.palette import PAPER, SERIES, engine_pen
 from reports.plotting.panels import Frame, Line, log_panel
 from reports.plotting.series import floor_of, thin
-from reports.render import breakable
 from reports.text.numerals import as_given, powers, prefixed, significant, typeset
 
 LEAST_CONTRAST = 3.0  # WCAG 2 for graphical objects

@@ -11,14 +11,13 @@ import pytest
 from barchain.studies.roundoff.objects import objects
 from reports.chapters.roundoff.axes import box, free, place, staggered, width
 from reports.chapters.roundoff.charts import evaluation_panels
-from reports.chapters.roundoff.page import render_roundoff
 from reports.chapters.roundoff.rows import growth_words
 from reports.chapters.roundoff.run_charts import run_panels
 from reports.chapters.roundoff.series import Fit, Key, Spread, Study
 from reports.chapters.roundoff.verdict import verdict
 from reports.chapters.roundoff.view import view_roundoff
 from reports.chapters.roundoff.words import length, listed, spelled
-from reports.render import render
+from reports.render import render, render_study
 from reports.tables.roundoff import COLUMNS, read_roundoff
 from tests.report_fixture import build
 
@@ -165,7 +164,7 @@ def said(folder, rows=None, **more):
 
 def both(folder, rows=None, **more):
     """Page as text without markup, and its twin."""
-    page = render_roundoff(write(folder, rows, **more)).read_text()
+    page = render_study("roundoff", write(folder, rows, **more)).page.read_text()
     plain = html.unescape(re.sub(r"<svg.*?</svg>|<style.*?</style>|<[^>]*>", " ", page, flags=re.S))
     return plain, (folder / "roundoff" / "roundoff.md").read_text()
 
@@ -192,7 +191,7 @@ def test_the_page_and_its_twin_say_the_same(tmp_path):
 
 
 def test_equal_tables_give_equal_bytes(tmp_path):
-    first, second = (render_roundoff(write(tmp_path / name)).read_bytes() for name in "ab")
+    first, second = (render_study("roundoff", write(tmp_path / name)).page.read_bytes() for name in "ab")
     assert first == second
 
 
@@ -225,7 +224,7 @@ def test_the_chapter_joins_the_report_of_a_comparison(tmp_path):
     folder = build(tmp_path, ["basics/two_bars_free"], samples=21)
     render(folder)
     assert 'id="roundoff"' not in (folder / "index.html").read_text()
-    page = render_roundoff(write(folder))
+    page = render_study("roundoff", write(folder)).page
     assert page == folder / "index.html"
     assert page.read_text().count('id="roundoff"') == 1
     assert "what round-off leaves" in (folder / "report.md").read_text()
@@ -235,7 +234,7 @@ def test_the_chapter_joins_the_report_of_a_comparison(tmp_path):
 def test_a_folder_without_a_study_is_refused(tmp_path):
     assert view_roundoff(tmp_path) is None
     with pytest.raises(FileNotFoundError, match=r"roundoff/record\.json"):
-        render_roundoff(tmp_path)
+        render_study("roundoff", tmp_path)
 
 
 def test_the_verdict_says_where_the_paper_is_right_and_where_not(tmp_path):

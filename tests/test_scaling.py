@@ -23,9 +23,8 @@ from barchain.studies.scaling.plan import BARS, SHARES, affordable, divided, pre
 from barchain.studies.scaling.point import Task, measure_point
 from barchain.studies.scaling.store import ScalingStore
 from barchain.studies.scaling.study import ScalingStudy
-from reports.chapters.scaling.page import render_scaling
-from reports.chapters.scaling.view import memory_text, view_scaling
-from reports.render import render
+from reports.chapters.scaling.view import memory_text
+from reports.render import render, render_study
 from reports.tables.outcome import Outcome
 from reports.tables.scaling import FIT_COLUMNS, POINT_COLUMNS, read_scaling
 from scenarios import load_scene
@@ -211,7 +210,7 @@ def write(folder: Path, *, finished: bool = True) -> Path:
 
 
 def test_the_chapter_stands_alone(tmp_path: Path) -> None:
-    page = render_scaling(write(tmp_path))
+    page = render_study("scaling", write(tmp_path)).page
     assert page == tmp_path / "scaling.html"
     html, text = page.read_text(), (tmp_path / "scaling" / "scaling.md").read_text()
     for words in ("about 2.1 N times", "would take about &lt;300&gt; s", "1.50 (1.50 to 1.50)", "Outlined", "met"):
@@ -219,11 +218,11 @@ def test_the_chapter_stands_alone(tmp_path: Path) -> None:
     assert "cut off" not in html
     assert "nan" not in html.lower()
     assert "| stepper | " in text
-    assert "cut off" in render_scaling(write(tmp_path / "cut", finished=False)).read_text()
+    assert "cut off" in render_study("scaling", write(tmp_path / "cut", finished=False)).page.read_text()
 
 
 def test_equal_tables_give_equal_bytes(tmp_path: Path) -> None:
-    first, second = (render_scaling(write(tmp_path / name)).read_bytes() for name in "ab")
+    first, second = (render_study("scaling", write(tmp_path / name)).page.read_bytes() for name in "ab")
     assert first == second
 
 
@@ -231,7 +230,7 @@ def test_the_chapter_joins_the_report_of_a_comparison(tmp_path: Path) -> None:
     folder = build(tmp_path, ["basics/two_bars_free"], samples=21)
     render(folder)
     assert 'id="scaling"' not in (folder / "index.html").read_text()
-    page = render_scaling(write(folder))
+    page = render_study("scaling", write(folder)).page
     assert page == folder / "index.html"
     assert page.read_text().count('id="scaling"') == 1
     assert "What more bars cost" in (folder / "report.md").read_text()
@@ -239,9 +238,8 @@ def test_the_chapter_joins_the_report_of_a_comparison(tmp_path: Path) -> None:
 
 
 def test_a_folder_without_a_study_is_refused(tmp_path: Path) -> None:
-    assert view_scaling(tmp_path) is None
     with pytest.raises(FileNotFoundError, match=r"scaling/points\.csv"):
-        render_scaling(tmp_path)
+        render_study("scaling", tmp_path)
 
 
 def test_memory_reads_well() -> None:
@@ -267,7 +265,7 @@ def test_evaluations_are_timed_by_themselves(engine: str) -> None:
 def test_the_timed_loop_evaluates_the_chain_at_its_start() -> None:
     """Same operations in the same order as one call, contracted or not: some roundings of the terms that enter."""
     from adapters.common.initial_state import chain_model
-    from barchain.studies.scaling.compiled_loop import repeat
+    from barchain.studies.scaling.compiled_loop import repeat  # Numba is an extra
     from reference_impl.fast import layout
     from reference_impl.model.kinematics import joined_state
     from tests.fast_evaluation import fast_accelerations
@@ -330,7 +328,7 @@ def test_an_engine_that_fails_costs_its_own_rows_only(study: Any) -> None:
     assert "SIGSEGV" in reasons["DiesAtFive", 5]
     assert tables.record["finished"]
     assert len(told) == 9
-    html = render_scaling(folder).read_text()
+    html = render_study("scaling", folder).page.read_text()
     assert "SIGSEGV" in html
     assert "nan" not in html.lower()
 
@@ -355,7 +353,7 @@ def test_a_study_without_time_runs_nothing_and_says_why(tmp_path: Path) -> None:
     points = read_scaling(tmp_path).points
     assert points.outcome.tolist() == ["nothing_compared"] * 2
     assert set(points.reason) == {"not run: the study's 0 minutes were over"}
-    assert "No engine has three points" in render_scaling(tmp_path).read_text()
+    assert "No engine has three points" in render_study("scaling", tmp_path).page.read_text()
 
 
 def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path: Path) -> None:

@@ -31,8 +31,8 @@ from barchain.studies.selftest.scenes import FALL, STAGES, find_scene
 from barchain.studies.selftest.trial import Ground, Trial, judged, replayed
 from reference_impl.effects.slender import Slender
 from reference_impl.model import relative
-from reports.chapters.selftest.page import render_selftest
 from reports.chapters.selftest.view import view_selftest
+from reports.render import render_study
 from reports.tables.outcome import Outcome
 from reports.tables.selftest import COLUMNS, SMALLEST, Fate, read_selftest
 from scenarios import load_scene
@@ -300,7 +300,7 @@ def test_the_command_writes_its_tables(folder: Path) -> None:
 
 
 def test_the_page_is_rendered_from_the_tables_alone(folder: Path) -> None:
-    page = render_selftest(folder)
+    page = render_study("selftest", folder).page
     text = page.read_text(encoding="utf-8")
     view = view_selftest(folder)
     assert view is not None

@@ -17,8 +17,8 @@ from barchain.studies.stability.expected import SLOW
 from barchain.studies.stability.plan import HUGE, Plan, chosen_engines, coarser, default_engines, hard_scenes, settings
 from barchain.studies.stability.rules import Finding
 from barchain.studies.stability.study import stability
-from reports.chapters.stability.page import render_stability
 from reports.chapters.stability.view import view_stability
+from reports.render import render_study
 from reports.tables.stability import EVIDENCE, OUTCOMES, Stability, read_stability
 from scenarios import load_scene
 from tests import faulty_engines
@@ -146,7 +146,7 @@ def test_scipy_at_its_defaults_reports_success_and_is_told_on(folder: Path) -> N
 
 
 def test_the_page_is_rendered_from_the_tables_alone(folder: Path) -> None:
-    text = render_stability(folder).read_text(encoding="utf-8")
+    text = render_study("stability", folder).page.read_text(encoding="utf-8")
     view = view_stability(folder)
     assert view is not None
     assert view.headline in text

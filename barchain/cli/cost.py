@@ -37,14 +37,14 @@ def cost(
     """
     from barchain.cli.progress import verdicts_shown  # noqa: PLC0415
     from barchain.studies.cost.measure import make_plan, measure  # noqa: PLC0415  # statistics that no other command needs
-    from reports.chapters.cost.page import render_cost  # noqa: PLC0415
+    from reports.render import render_study  # noqa: PLC0415
 
     plan = make_plan(
         scenes or None, names or None, orbits=orbits, repeats=repeats, minutes=minutes, time_limit_s=time_limit
     )
     with verdicts_shown(plan.turns) as show:
         study = measure(plan, out, resume=resume, command=typed(), progress=show)
-    page, ratios = render_cost(out)
+    page, ratios = render_study("cost", out)
     if markdown:
         click.echo(ratios.read_text(encoding="utf-8"))
     click.echo(f"cost study: {page}", err=markdown)

@@ -45,8 +45,8 @@ def effects(
     """
     from barchain.cli.progress import verdicts_shown  # noqa: PLC0415
     from barchain.studies.effects.measure import make_plan, measure  # noqa: PLC0415  # statistics no other command needs
-    from reports.chapters.effects.page import render_effects  # noqa: PLC0415  # plots take a second to import
     from reports.chapters.effects.view import view_effects  # noqa: PLC0415
+    from reports.render import render_study  # noqa: PLC0415
     from scenarios import load_scene  # noqa: PLC0415
 
     need(engine)
@@ -56,7 +56,7 @@ def effects(
         folder = out or Path(scratch)
         with verdicts_shown(plan.turns) as show:
             measure(plan, folder, command=typed(), progress=show, notes=show.note)
-        page = render_effects(folder) if out else None
+        page = render_study("effects", folder).page if out else None
         view = view_effects(folder)
     assert view is not None
     show_view(view)

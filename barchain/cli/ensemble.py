@@ -40,7 +40,7 @@ def ensemble(
     from barchain.studies.ensemble.store import write  # noqa: PLC0415
     from barchain.studies.ensemble.tasks import ClusterError  # noqa: PLC0415
     from barchain.studies.ensemble.variation import VariationError  # noqa: PLC0415
-    from reports.chapters.ensemble.page import render_ensemble  # noqa: PLC0415
+    from reports.render import render_study  # noqa: PLC0415
 
     try:
         with counted("runs", runs) as done:
@@ -52,7 +52,7 @@ def ensemble(
         raise click.UsageError(str(error)) from error
     settings: dict[str, object] = {"rtol": rtol, "seed": seed, "dask": bool(dask)}
     write(result, out, command=typed(), vary=vary, settings=settings)
-    page = render_ensemble(out)
+    page = render_study("ensemble", out).page
     counts = ", ".join(f"{n} {word}" for word, n in result.runs["outcome"].value_counts().items())
     click.echo(f"{runs} runs in {result.seconds['run']:.2f} s: {counts}")
     click.echo(f"ensemble: {page}")

@@ -244,7 +244,7 @@ def compare_and_render(
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 def report(folder: Path) -> None:
     """Render the report of DIR again, and the chapters of studies there, from stored tables alone."""
-    from reports.chapters.registry import render_all  # noqa: PLC0415  # as above
+    from reports.render import render_all  # noqa: PLC0415
 
     click.echo(f"wrote {', '.join(map(str, render_all(folder)))}")
 

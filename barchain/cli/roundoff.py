@@ -23,9 +23,9 @@ def roundoff(out: Path, parts: tuple[str, ...], full: bool, workers: int | None)
     from barchain.cli.progress import verdicts_shown  # noqa: PLC0415
     from barchain.studies.roundoff.measure import measure  # noqa: PLC0415  # multiple precision no other command needs
     from barchain.studies.roundoff.plan import make_plan  # noqa: PLC0415
-    from reports.chapters.roundoff.page import render_roundoff  # noqa: PLC0415
+    from reports.render import render_study  # noqa: PLC0415
 
     plan = make_plan(parts, full=full)
     with verdicts_shown(plan.turns) as show:
         measure(plan, out, command=typed(), workers=workers, progress=show)
-    click.echo(f"round-off study: {render_roundoff(out)}")
+    click.echo(f"round-off study: {render_study('roundoff', out).page}")

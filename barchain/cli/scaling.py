@@ -35,12 +35,12 @@ def scaling(
     """
     from barchain.cli.progress import verdicts_shown  # noqa: PLC0415
     from barchain.studies.scaling.measure import make_plan, measure  # noqa: PLC0415  # statistics no other command needs
-    from reports.chapters.scaling.page import render_scaling  # noqa: PLC0415
+    from reports.render import render_study  # noqa: PLC0415
 
     plan = make_plan(names or None, bars, repeats=repeats, minutes=minutes, time_limit_s=time_limit)
     with verdicts_shown(plan.turns) as show:
         study = measure(plan, out, resume=resume, command=typed(), progress=show)
-    click.echo(f"scaling study: {render_scaling(out)}")
+    click.echo(f"scaling study: {render_study('scaling', out).page}")
     idle = study.idle
     for name, reason in idle.items():
         click.echo(f"{name} is left out: {reason}", err=True)

@@ -57,8 +57,8 @@ def selftest(
     from barchain.studies.selftest.catalogue import FAULTS  # noqa: PLC0415
     from barchain.studies.selftest.study import selftest as run  # noqa: PLC0415  # what no other command needs
     from barchain.studies.selftest.trial import SelftestError  # noqa: PLC0415
-    from reports.chapters.selftest.page import render_selftest  # noqa: PLC0415  # plots take a second to import
     from reports.chapters.selftest.view import view_selftest  # noqa: PLC0415
+    from reports.render import render_study  # noqa: PLC0415
 
     if listed:
         show_faults(FAULTS.values())
@@ -70,7 +70,7 @@ def selftest(
             tried = run(plan, folder, command=typed(), counted=counted)
         except SelftestError as error:
             raise click.ClickException(str(error)) from error
-        page = render_selftest(folder) if out else None
+        page = render_study("selftest", folder).page if out else None
         view = view_selftest(folder)
     assert view is not None
     show_view(view)

@@ -39,12 +39,12 @@ def stability(
     """
     from barchain.cli.progress import verdicts_shown  # noqa: PLC0415
     from barchain.studies.stability.study import stability as run  # noqa: PLC0415  # what no other command needs
-    from reports.chapters.stability.page import render_stability  # noqa: PLC0415  # plots take a second to import
+    from reports.render import render_study  # noqa: PLC0415
 
     plan = plan_of(scenes, names, time_limit, workers, resume)
     with verdicts_shown(plan.total) as show:
         result = run(plan, out, command=typed(), report=show, note=show.note)
-    page = render_stability(out)
+    page = render_study("stability", out).page
     show_result(result)
     if accepted:
         accept(result)

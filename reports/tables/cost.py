@@ -48,11 +48,6 @@ class CostTables:
     record: dict[str, Any]
 
 
-def has_cost(folder: Path) -> bool:
-    """Whether a result folder holds a cost study."""
-    return (folder / FOLDER / "points.csv").is_file() and (folder / FOLDER / "run.json").is_file()
-
-
 def read_cost(folder: Path) -> CostTables:
     """Read the cost study in a result folder.
 

@@ -56,11 +56,6 @@ class EffectsTables:
     record: dict[str, Any]
 
 
-def has_effects(folder: Path) -> bool:
-    """Whether a result folder holds an effect budget."""
-    return all((folder / FOLDER / name).is_file() for name in ("effects.csv", "record.json"))
-
-
 def read_effects(folder: Path) -> EffectsTables:
     """Read the effect budget in a result folder.
 

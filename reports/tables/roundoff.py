@@ -93,11 +93,6 @@ class RoundoffTables:
     record: dict[str, Any]
 
 
-def has_roundoff(folder: Path) -> bool:
-    """Whether a result folder holds a round-off study."""
-    return (folder / FOLDER / "record.json").is_file()
-
-
 def read_roundoff(folder: Path) -> RoundoffTables:
     """Read the round-off study in a result folder.
 

@@ -42,11 +42,6 @@ class ScalingTables:
     record: dict[str, Any]
 
 
-def has_scaling(folder: Path) -> bool:
-    """Whether a result folder holds a scaling study."""
-    return all((folder / FOLDER / name).is_file() for name in ("points.csv", "fits.csv", "record.json"))
-
-
 def read_scaling(folder: Path) -> ScalingTables:
     """Read the scaling study in a result folder.
 

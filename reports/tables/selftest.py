@@ -68,11 +68,6 @@ class SelftestTables:
     record: dict[str, Any]
 
 
-def has_selftest(folder: Path) -> bool:
-    """Whether a result folder holds a self-test."""
-    return all((folder / FOLDER / name).is_file() for name in ("selftest.csv", "selftest.json"))
-
-
 def read_selftest(folder: Path) -> SelftestTables:
     """Read the self-test in a result folder.
 

@@ -104,11 +104,6 @@ class StabilityTables:
         return pd.read_parquet(path) if path.is_file() else None
 
 
-def has_stability(folder: Path) -> bool:
-    """Whether a result folder holds a stability study."""
-    return all((folder / FOLDER / name).is_file() for name in ("outcomes.csv", "evidence.csv", "run.json"))
-
-
 def read_stability(folder: Path) -> StabilityTables:
     """Read the stability study in a result folder.
 

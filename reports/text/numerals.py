@@ -124,3 +124,8 @@ def given_markup(value: object) -> Markup:
     if text.lstrip("-").isdigit():
         return escape(f"{found:,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}"))
     return powers(text)
+
+
+def is_nan(value: object) -> bool:
+    """Whether a cell is empty."""
+    return isinstance(value, float) and math.isnan(value)

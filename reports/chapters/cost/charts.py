@@ -7,24 +7,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
-from numpy.typing import NDArray
 
-from reports.plotting.palette import COLOURS, SERIES, Pen, engine_pen
+from reports.plotting.families import CROSS_SIZE, MARKER_SIZE, OTHERS, SHARED, Flags, families, family_pens, group_of
+from reports.plotting.palette import COLOURS, Pen, engine_pen
 from reports.plotting.panels import MOST_TICKS, Frame, Legend, Panel, blank_axes, finish, log_axis
 from reports.plotting.series import Array, Floor, floor_of
 from reports.text.numerals import power_of_ten
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from matplotlib.axes import Axes
 
-Flags = NDArray[np.bool_]
 FLOOR_MARGIN = 10.0  # errors below this many times the oracle's own are the oracle's as much as the engine's
 LARGEST = 10.0  # errors beyond lie on the edge: a chain that is off by more is off
-OTHERS = "others"
-SHARED = "Engines of one family share a colour here; by family they have their own."
-MARKER_SIZE, CROSS_SIZE = 5.6, 6.0
 FAILED = Pen(COLOURS["ink"], "x")
 
 
@@ -71,26 +65,6 @@ class Setup:
     def y_span(self) -> Floor | None:
         """Whole decades around all costs."""
         return floor_of([t.cost[t.drawn] for t in self.tracks])
-
-
-def families(engines: Sequence[str]) -> dict[str, str]:
-    """Family of each engine: the first word of its name; those alone in theirs are the others."""
-    first = {e: e.partition("-")[0] for e in engines}
-    words = list(first.values())
-    return {e: word if words.count(word) > 1 else OTHERS for e, word in first.items()}
-
-
-def group_of(engines: Sequence[str]) -> dict[str, str]:
-    """What each engine shares its pen with: nothing while there are pens enough, else the first word of its name."""
-    names = list(dict.fromkeys(engines))
-    return {e: e if len(names) <= len(SERIES) else e.partition("-")[0] for e in names}
-
-
-def family_pens(engines: Sequence[str]) -> dict[str, Pen]:
-    """One pen for each group of engines."""
-    words = list(dict.fromkeys(group_of(engines).values()))
-    places = [0, *range(2, len(SERIES)), 1]  # the second neutral comes last
-    return {word: engine_pen(places[k % len(places)]) for k, word in enumerate(words)}
 
 
 def overview(setup: Setup, title: str, front: tuple[Array, Array] | None = None) -> Panel | None:

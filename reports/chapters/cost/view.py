@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from reports.chapters.cost.charts import FLOOR_MARGIN, Setup, Track, by_family, overview
-from reports.chapters.crossval.scene_data import anchor
-from reports.tables.cost import CostTables, has_cost, read_cost
+from reports.tables.cost import CostTables, read_cost
 from reports.tables.outcome import Outcome
-from reports.text.numerals import number
+from reports.text.numerals import is_nan, number
 from reports.text.record import mapping, rows
+from reports.text.words import anchor
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -103,10 +102,8 @@ class CostView:
         return bool(self.record.get("finished"))
 
 
-def view_cost(folder: Path) -> CostView | None:
-    """Chapter of a result folder; None if it holds no cost study."""
-    if not has_cost(folder):
-        return None
+def view_cost(folder: Path) -> CostView:
+    """View of the study in a result folder."""
     tables = read_cost(folder)
     return CostView(tables.record, tuple(view_scene(tables, s) for s in dict.fromkeys(tables.points.scene)))
 
@@ -177,11 +174,6 @@ def records(table: pd.DataFrame, scene: str) -> list[dict[str, Any]]:
     """Rows of a scene, NaN as None."""
     own = table[table.scene == scene]
     return [{str(k): None if is_nan(v) else v for k, v in row.items()} for row in own.to_dict("records")]
-
-
-def is_nan(value: object) -> bool:
-    """Whether a cell is empty."""
-    return isinstance(value, float) and math.isnan(value)
 
 
 def reach_tables(reach: pd.DataFrame, scene: str) -> tuple[ReachTable, ...]:

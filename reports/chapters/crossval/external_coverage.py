@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from reports.chapters.effects.words import joined
 from reports.tables.outcome import Outcome
 from reports.text.numerals import number
 from reports.text.record import mapping
+from reports.text.words import joined
 
 if TYPE_CHECKING:
     from reports.chapters.crossval.summary import Summary

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,6 +12,7 @@ from reports.plotting.palette import engine_pen
 from reports.plotting.panels import Frame
 from reports.tables.crossval import TRUTH
 from reports.text.numerals import number
+from reports.text.words import anchor
 
 if TYPE_CHECKING:
     from reports.chapters.crossval.summary import Summary
@@ -37,11 +37,6 @@ def group(heading: str, text: str, legend: tuple[Legend, ...], panels: list[Pane
     """Group of the panels that exist; None if none does."""
     found = tuple(p for p in panels if p)
     return Group(heading, text, legend, found) if found else None
-
-
-def anchor(name: str) -> str:
-    """Name fit for an id."""
-    return "scene-" + re.sub(r"[^A-Za-z0-9_.]", lambda m: "-" if m[0] == "/" else f"-{ord(m[0]):x}-", name)
 
 
 class SceneData:

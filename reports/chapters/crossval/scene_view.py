@@ -9,12 +9,12 @@ import numpy as np
 
 from reports.chapters.crossval.differences import DifferenceCharts
 from reports.chapters.crossval.external_coverage import carrier_words
+from reports.chapters.crossval.facts import Fact, facts
 from reports.chapters.crossval.orbit import Geometry, Motion, orbit_panels
 from reports.chapters.crossval.reactions import ReactionCharts
 from reports.chapters.crossval.scene_data import SceneData
 from reports.chapters.crossval.torques import torques
 from reports.plotting.series import numbered
-from reports.text.facts import Fact, facts
 
 if TYPE_CHECKING:
     from reports.chapters.crossval.scene_data import Group

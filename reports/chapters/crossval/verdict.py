@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from reports.chapters.effects.words import joined
 from reports.tables.outcome import Outcome
 from reports.text.numerals import significant
+from reports.text.words import joined
 
 if TYPE_CHECKING:
     from reports.chapters.crossval.summary import Cell, QuantityRow, Summary

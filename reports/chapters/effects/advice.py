@@ -19,13 +19,13 @@ from reports.chapters.effects.words import (
     amount,
     cost_words,
     done,
-    joined,
     limit_words,
     named,
     span_words,
     spoken,
 )
 from reports.tables.effects import Kind
+from reports.text.words import joined
 
 if TYPE_CHECKING:
     from reports.chapters.effects.rows import EffectRow, Whole

@@ -9,7 +9,7 @@ from reports.chapters.effects.advice import Advice, Worth, advise, headline
 from reports.chapters.effects.charts import effect_charts
 from reports.chapters.effects.rows import rows_of, whole_of
 from reports.chapters.effects.words import brief, times
-from reports.tables.effects import QUANTITIES, SIZES, has_effects, read_effects
+from reports.tables.effects import QUANTITIES, SIZES, read_effects
 from reports.text.numerals import significant
 from reports.text.record import mapping
 
@@ -91,10 +91,8 @@ class EffectsView:
         return f"Timed in {whole.rounds} {rounds}{over}; a longer --budget, and more --repeats, narrow the intervals."
 
 
-def view_effects(folder: Path) -> EffectsView | None:
-    """Effect budget of a result folder; None if it holds none."""
-    if not has_effects(folder):
-        return None
+def view_effects(folder: Path) -> EffectsView:
+    """View of the study in a result folder."""
     tables = read_effects(folder)
     whole = whole_of(tables.record)
     rows = rows_of(tables, whole)

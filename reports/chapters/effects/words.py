@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from reports.chapters.cost.text import short
 from reports.tables.effects import Kind
 from reports.text.numerals import prefixed, significant
+from reports.text.ratios import short
+from reports.text.words import joined
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from reports.chapters.effects.rows import Change, EffectRow, Whole
 
 NAMES = {"com": "centre of mass", "attitude": "attitude", "reaction": "reactions"}
@@ -72,11 +71,6 @@ def done(change: Change) -> str:
     text = amount(change, change.value)
     verbs = {"com": f"moves the centre of mass by {text}", "attitude": f"turns bars by {text}"}
     return verbs.get(change.name, f"changes the reactions by {text}")
-
-
-def joined(parts: Sequence[str]) -> str:
-    """``a, b and c``."""
-    return " and ".join([", ".join(parts[:-1]), parts[-1]]) if len(parts) > 1 else "".join(parts)
 
 
 def spoken(row: EffectRow) -> str:

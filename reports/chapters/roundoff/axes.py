@@ -33,8 +33,8 @@ from reports.text.numerals import as_given, power_of_ten
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from reports.chapters.cost.charts import Flags
     from reports.chapters.roundoff.series import Named
+    from reports.plotting.families import Flags
     from reports.plotting.palette import Pen
     from reports.plotting.series import Array
 

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reports.chapters.cost.text import decade
 from reports.chapters.roundoff.axes import Curve, Sheet, panel
 from reports.chapters.roundoff.series import (
     ABSOLUTE,
@@ -31,6 +30,7 @@ from reports.chapters.roundoff.series import (
 )  # fmt: skip
 from reports.plotting.palette import COLOURS, Pen
 from reports.plotting.panels import Legend, Panel
+from reports.text.ratios import decade
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from reports.chapters.cost.text import span_text
 from reports.chapters.roundoff.run_charts import METHODS, QUANTITIES
 from reports.chapters.roundoff.series import (
     ABSOLUTE,
@@ -35,6 +34,7 @@ from reports.chapters.roundoff.series import (
 )  # fmt: skip
 from reports.chapters.roundoff.words import size, unit_text
 from reports.text.numerals import as_given
+from reports.text.ratios import span_text
 
 if TYPE_CHECKING:
     from reports.chapters.roundoff.series import Named, Study

@@ -16,8 +16,8 @@ from reports.plotting.panels import Legend, Panel
 if TYPE_CHECKING:
     import pandas as pd
 
-    from reports.chapters.cost.charts import Flags
     from reports.chapters.roundoff.series import Study
+    from reports.plotting.families import Flags
     from reports.plotting.series import Array
 
 SIGNS: dict[str, tuple[float, ...]] = {ABSOLUTE: (), RELATIVE: (6, 2), MINIMAL: (2, 1.6)}

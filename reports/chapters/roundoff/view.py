@@ -22,7 +22,7 @@ from reports.chapters.roundoff.rows import (
 from reports.chapters.roundoff.run_charts import best_panels, growth_panels, run_panels
 from reports.chapters.roundoff.series import DOUBLE, SINGLE, Study
 from reports.chapters.roundoff.verdict import verdict
-from reports.tables.roundoff import has_roundoff, read_roundoff
+from reports.tables.roundoff import read_roundoff
 from reports.text.record import rows
 
 if TYPE_CHECKING:
@@ -96,10 +96,8 @@ class RoundoffView:
         return notes(self.record)
 
 
-def view_roundoff(folder: Path) -> RoundoffView | None:
-    """Chapter of a result folder; None if it holds no round-off study."""
-    if not has_roundoff(folder):
-        return None
+def view_roundoff(folder: Path) -> RoundoffView:
+    """View of the study in a result folder."""
     study = Study(read_roundoff(folder))
     laws, further = law_rows(study)
     return RoundoffView(

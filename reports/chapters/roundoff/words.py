@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from reports.chapters.cost.text import short
 from reports.text.numerals import as_given, power_of_ten, prefixed, significant
+from reports.text.ratios import short
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from reports.chapters.cost.charts import MARKER_SIZE, OTHERS, SHARED, Flags, families, family_pens, group_of
+from reports.plotting.families import MARKER_SIZE, OTHERS, SHARED, Flags, families, family_pens, group_of
 from reports.plotting.palette import COLOURS, Pen, engine_pen
 from reports.plotting.panels import Frame, Legend, Panel, blank_axes, finish, log_axis
 from reports.plotting.series import Array, floor_of

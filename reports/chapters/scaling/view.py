@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from reports.chapters.cost.view import is_nan
 from reports.chapters.scaling.charts import Growth, GrowthChart, all_engines, each_family
 from reports.tables.outcome import Outcome
-from reports.tables.scaling import has_scaling, read_scaling
-from reports.text.numerals import number, significant
+from reports.tables.scaling import read_scaling
+from reports.text.numerals import is_nan, number, significant
 from reports.text.record import mapping, rows
 
 if TYPE_CHECKING:
@@ -86,10 +85,8 @@ class ScalingView:
         return mapping(self.record.get("scene"))
 
 
-def view_scaling(folder: Path) -> ScalingView | None:
-    """Chapter of a result folder; None if it holds no scaling study."""
-    if not has_scaling(folder):
-        return None
+def view_scaling(folder: Path) -> ScalingView:
+    """View of the study in a result folder."""
     tables = read_scaling(folder)
     charts = [c for c in charts_of(tables.points) if c.tracks]
     timed = tables.points[tables.points.orbit_s.notna()]

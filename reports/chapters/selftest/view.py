@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from reports.chapters.selftest.rows import CHECK_WORDS, CHECKS, LANDING, MatrixCell, cells
 from reports.tables.outcome import Outcome
-from reports.tables.selftest import Fate, has_selftest, read_selftest
+from reports.tables.selftest import Fate, read_selftest
 from reports.text.numerals import number, significant
 from reports.text.record import mapping
 
@@ -161,10 +161,8 @@ class SelftestView:
         )
 
 
-def view_selftest(folder: Path) -> SelftestView | None:
-    """View of the self-test in a result folder, or None if there is none."""
-    if not has_selftest(folder):
-        return None
+def view_selftest(folder: Path) -> SelftestView:
+    """View of the study in a result folder."""
     tables = read_selftest(folder)
     found, faults = cells(tables.cells), mapping(tables.record.get("faults"))
     scenes = tuple(mapping(tables.record.get("scenes")))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from reports.chapters.stability.charts import worst_panels
 from reports.chapters.stability.long import LongScene, long_scenes, rounding_sentence
 from reports.chapters.stability.rows import KINDS, LATE, SIGNS, Outcome, SceneRows, known, outcomes, records
-from reports.tables.stability import Stability, has_stability, read_stability
+from reports.tables.stability import Stability, read_stability
 from reports.text.numerals import number
 from reports.text.record import mapping
 
@@ -129,10 +129,8 @@ def all_of(scenes: int) -> str:
     return "the one hard scene" if scenes == 1 else f"all {scenes} hard scenes"
 
 
-def view_stability(folder: Path) -> StabilityView | None:
-    """View of the stability study in a result folder, or None if there is none."""
-    if not has_stability(folder):
-        return None
+def view_stability(folder: Path) -> StabilityView:
+    """View of the study in a result folder."""
     tables = read_stability(folder)
     found = outcomes(tables.outcomes)
     engines = tuple(mapping(tables.record.get("engines")))

@@ -1,4 +1,4 @@
-"""From an ensemble's tables to its page."""
+"""From an ensemble's tables to the view of its chapter."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from reports.chapters.ensemble.charts import fans
-from reports.page import write_page
 from reports.text.record import SceneRecord, mapping, rows
 
 if TYPE_CHECKING:
@@ -31,27 +30,24 @@ class FanGroup:
     """Bars or joints that have no panel"""
 
 
-def render_ensemble(folder: Path) -> Path:
-    """Write ``ensemble.html`` into a folder, from its stored tables alone.
+@dataclass(frozen=True)
+class EnsembleView:
+    """The whole chapter."""
 
-    Raises
-    ------
-    FileNotFoundError
-        If the folder holds no ensemble.
-    """
+    record: dict[str, Any]
+    scene: SceneRecord
+    groups: list[FanGroup]
+    final: list[dict[str, Any]]
+    """Quantiles at the last instant"""
+
+
+def view_ensemble(folder: Path) -> EnsembleView:
+    """View of the ensemble in a result folder."""
     stored = folder / FOLDER
-    if not (stored / "quantiles.csv").is_file():
-        raise FileNotFoundError(f"{folder}: no {FOLDER}/quantiles.csv there; give a folder that ensemble wrote")
     record: dict[str, Any] = json.loads((stored / "record.json").read_text(encoding="utf-8"))
     table = pd.read_csv(stored / "quantiles.csv")
     scene = SceneRecord(str(mapping(record.get("scene")).get("name") or ""), mapping(record.get("scene")))
-    shown = {
-        "record": record,
-        "scene": scene,
-        "groups": groups(table, scene),
-        "final": final(table),
-    }
-    return write_page(folder, "ensemble", shown, record)
+    return EnsembleView(record, scene, groups(table, scene), final(table))
 
 
 def groups(table: pd.DataFrame, scene: SceneRecord) -> list[FanGroup]:

@@ -1,0 +1,161 @@
+"""The report of a comparison: matrix, scenes, and the chapters of studies in the same folder."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+from markupsafe import Markup
+
+from reports.chapters.crossval.external_coverage import carrier_words
+from reports.chapters.crossval.facts import facts
+from reports.chapters.crossval.matrix_cell import cell_text
+from reports.chapters.crossval.scene_view import view_scene
+from reports.chapters.crossval.summary import SHORT_OF_THE_RUN, WORDS, Cell, Summary, summarise
+from reports.chapters.crossval.verdict import failure_words, judge
+from reports.page import templates
+from reports.plotting.palette import PAPER, engine_pen, variables
+from reports.tables.crossval import Results, read_results
+from reports.tables.outcome import Outcome
+from reports.text.mathematics import written, written_row
+from reports.text.numerals import number
+from reports.text.record import mapping, rows
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from reports.chapter import View
+
+SYMBOLS = {
+    Outcome.PASS: "✓",
+    Outcome.REPORTED: "·",
+    Outcome.UNSUPPORTED: "–",
+    Outcome.ROUNDOFF_LIMITED: "≈",
+    Outcome.INCONSISTENT: "≠",
+    Outcome.OUT_OF_BAND: "▲",
+    Outcome.NOTHING_COMPARED: "○",
+    Outcome.MALFORMED: "#",
+    Outcome.INCOMPLETE: "◐",
+    Outcome.NOT_FINITE: "?",
+    Outcome.JOINTS_IGNORED: "¦",
+    Outcome.TIMED_OUT: "◷",
+    Outcome.FAILED: "✗",
+    Outcome.MISSING: "∅",
+}
+
+
+def write_report(folder: Path, chapters: Mapping[str, View]) -> tuple[Path, Path]:
+    """Write ``index.html`` and ``report.md`` into a result folder, from its stored tables alone.
+
+    Parameters
+    ----------
+    folder : Path
+        As described in :mod:`reports.tables.crossval`.
+    chapters : mapping of str to View
+        Of studies, by their names.
+
+    Returns
+    -------
+    tuple of Path
+        The HTML file and the Markdown file.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder holds no ``metrics.csv`` or no ``run.json``.
+    """
+    results = read_results(folder)
+    summary = summarise(results)
+    shared = context(results, summary) | {"chapters": list(chapters)} | dict(chapters)
+    views = [view_scene(results, summary, s) for s in summary.scenes]
+    environment = templates()
+    environment.filters |= {
+        "breakable": breakable,
+        "cell_text": cell_text,
+        "facts": facts,
+        "why": failure_words,
+    }
+    page, text = folder / "index.html", folder / "report.md"
+    html, markdown = (environment.get_template(f"crossval/report.{kind}.j2") for kind in ("html", "md"))
+    page.write_text(html.render(shared, views=views), encoding="utf-8")
+    text.write_text(markdown.render(shared), encoding="utf-8")
+    return page, text
+
+
+def context(results: Results, summary: Summary) -> dict[str, Any]:
+    """Gather what both templates see."""
+    record = results.record
+    return {
+        "summary": summary,
+        "verdict": judge(summary),
+        "hint": str(record.get("verdict_hint") or ""),
+        "record": {k: str(record.get(k) or "") for k in ("barchain", "created", "command")},
+        "seconds": number(record.get("seconds")),
+        "environment": mapping(record.get("environment")),
+        "packages": dict(sorted(mapping(record.get("packages")).items())),
+        "engines": {e: mapping(mapping(record.get("engines")).get(e)) for e in summary.engines},
+        "runs": in_order(rows(record.get("runs"))),
+        "misprints": [written_row(r) for r in rows(record.get("misprints"))],
+        "tolerances": [written_row(r) for r in rows(record.get("tolerances"))],
+        "limitations": [written(str(t)) for t in record.get("limitations") or []],
+        "Outcome": Outcome,
+        "words": WORDS,
+        "symbols": SYMBOLS,
+        "kind": kind,
+        "mapping": mapping,
+        "engine_pen": engine_pen,
+        "orbits": orbits,
+        "carrier_words": carrier_words,
+        "light": Markup(variables(0)),
+        "dark": Markup(variables(1)),
+        "paper": PAPER,
+    }
+
+
+RUN_KEYS = ("scene", "engine", "role", "setting")
+
+
+def in_order(runs: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the runs with every key that a table shows, in an order that does not tell when they came."""
+    whole = [{**dict.fromkeys((*RUN_KEYS, "outcome"), ""), **r} for r in runs]
+    return sorted(whole, key=lambda r: [str(r[k]) for k in RUN_KEYS])
+
+
+def kind(outcome: Outcome) -> str:
+    """Class of an outcome's colour."""
+    if outcome is Outcome.PASS:
+        return "pass"
+    if outcome in (Outcome.REPORTED, Outcome.UNSUPPORTED, Outcome.ROUNDOFF_LIMITED):
+        return "aside"
+    if outcome in (Outcome.MISSING, Outcome.NOTHING_COMPARED, Outcome.TIMED_OUT, Outcome.INCOMPLETE):
+        return "gone"
+    return "fail"
+
+
+def breakable(name: str) -> Markup:
+    """Name that a narrow column breaks after a slash or an underscore rather than anywhere."""
+    return Markup("").join(Markup("{}<wbr>").format(part) for part in re.findall(r"[^/_]*[/_]|[^/_]+", name))
+
+
+def orbits(summary: Summary, cell: Cell) -> str:
+    """What a cell's errors are of, in words; empty where it is the whole run."""
+    scene = next((s for s in summary.scenes if s.name == cell.scene), None)
+    if scene is None:
+        return ""
+    end_s = cell.horizon_s or cell.duration_s
+    if cell.judged_share is not None and cell.judged_share < SHORT_OF_THE_RUN:
+        return f"{cell.judged_share:.0%} of the run judged"
+    if cell.shows_first_orbit and scene.closed and end_s:
+        return f"first of {orbit_count(end_s / scene.period_s)} orbits"
+    if cell.horizon_s is None:
+        return ""
+    then = "" if cell.judged_share is None else ", then restarted"
+    if not scene.closed:
+        return f"to {cell.horizon_s:.3g} s{then}"
+    return f"to {cell.horizon_s / scene.period_s:.2f} orbits{then}"
+
+
+def orbit_count(orbits: float) -> str:
+    """``2.76``, but ``5`` for a whole number."""
+    return f"{orbits:.2f}".removesuffix(".00")

@@ -1,0 +1,38 @@
+"""Engines of one family share a colour where many are drawn together."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reports.plotting.palette import SERIES, Pen, engine_pen
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+Flags = NDArray[np.bool_]
+OTHERS = "others"
+SHARED = "Engines of one family share a colour here; by family they have their own."
+MARKER_SIZE, CROSS_SIZE = 5.6, 6.0
+
+
+def families(engines: Sequence[str]) -> dict[str, str]:
+    """Family of each engine: the first word of its name; those alone in theirs are the others."""
+    first = {e: e.partition("-")[0] for e in engines}
+    words = list(first.values())
+    return {e: word if words.count(word) > 1 else OTHERS for e, word in first.items()}
+
+
+def group_of(engines: Sequence[str]) -> dict[str, str]:
+    """What each engine shares its pen with: nothing while there are pens enough, else the first word of its name."""
+    names = list(dict.fromkeys(engines))
+    return {e: e if len(names) <= len(SERIES) else e.partition("-")[0] for e in names}
+
+
+def family_pens(engines: Sequence[str]) -> dict[str, Pen]:
+    """One pen for each group of engines."""
+    words = list(dict.fromkeys(group_of(engines).values()))
+    places = [0, *range(2, len(SERIES)), 1]  # the second neutral comes last
+    return {word: engine_pen(places[k % len(places)]) for k, word in enumerate(words)}

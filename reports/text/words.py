@@ -1,0 +1,19 @@
+"""Words: enumerations, and names that links can point to."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+def anchor(name: str) -> str:
+    """Name fit for an id."""
+    return "scene-" + re.sub(r"[^A-Za-z0-9_.]", lambda m: "-" if m[0] == "/" else f"-{ord(m[0]):x}-", name)
+
+
+def joined(parts: Sequence[str]) -> str:
+    """``a, b and c``."""
+    return " and ".join([", ".join(parts[:-1]), parts[-1]]) if len(parts) > 1 else "".join(parts)
