@@ -1,1 +1,1 @@
-"""The relative formulation of the chain's motion, in NumPy, compiled, and in other precisions; imports nothing of ours."""
+"""The relative formulation of the chain's motion, in NumPy, compiled, and in other precisions."""

@@ -45,7 +45,7 @@ def cost(
     with verdicts_shown(plan.turns) as show:
         study = measure(plan, out, resume=resume, command=typed(), progress=show)
     page, ratios = render_study("cost", out)
-    if markdown:
+    if markdown and ratios:
         click.echo(ratios.read_text(encoding="utf-8"))
     click.echo(f"cost study: {page}", err=markdown)
     idle = {o["engine"]: o["reason"] for o in study.store.record["left_out"] if o["engine"] not in study.ran}

@@ -362,7 +362,7 @@ class Comparison(Residuals):
         return self.row("run", "judged_share", share, LEAST_JUDGED, Outcome.NOTHING_COMPARED, reason)
 
     def offset_rows(self) -> list[Row]:
-        """Errors that do not fall as the method's order says, of methods that have one (`barchain.judge.checks.extrapolation`)."""
+        """Errors that do not fall as the method's order says (`barchain.judge.checks.extrapolation`)."""
         if self.engine.order is None or self.com_only:
             return []
         return [self.offset_row(name) for name in FIELDS if name in self.found and name in self.errors.floor]

@@ -1,7 +1,8 @@
 """What one engine at one setting may be off by in one scene: computed once for each verdict.
 
 Everything here follows from the scene, the reference solution, and what the engine's method promises at its setting.
-Nothing follows from what the engine's run gave, but for a count of steps, which is bounded (`barchain.judge.declared_noise`).
+Nothing follows from what the engine's run gave, but for a count of steps, which is bounded
+(`barchain.judge.declared_noise`).
 """
 
 from __future__ import annotations

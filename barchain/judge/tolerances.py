@@ -2,8 +2,8 @@
 
 Two questions are asked of a difference from the reference solution, at every sample up to the predictability limit.
 
-*Consistent?* It is explained by the two error estimates, round-off, and the declared model difference:
-``explained = 2 (E_engine + E_truth) + floor + model``. The 2 is Richardson's, see `barchain.solutions.reference.RICHARDSON`.
+*Consistent?* It is explained by the two error estimates, round-off, and the declared model difference: ``explained = 2
+(E_engine + E_truth) + floor + model``. The 2 is Richardson's, see `barchain.solutions.reference.RICHARDSON`.
 
 *Good enough?* It is inside the band that the engine's method and setting promise on this scene, ``band``.
 

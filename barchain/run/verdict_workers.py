@@ -1,7 +1,7 @@
 """Verdicts in worker processes: beyond the predictability limit one takes as long as the engine's own runs.
 
-There the reference is restarted from the engine's own states, again and again (`barchain.judge.checks.restart`). A verdict that
-dies or does not come in time costs its own row, like a run.
+There the reference is restarted from the engine's own states, again and again (`barchain.judge.checks.restart`). A
+verdict that dies or does not come in time costs its own row, like a run.
 """
 
 from __future__ import annotations

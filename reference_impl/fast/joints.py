@@ -9,12 +9,12 @@ gives the reaction in between as R = S⁻¹ (g_left - a) + S⁻¹ X R_next with 
 
     Y' = A - X S⁻¹ X = 4wc/(w+c) n nᵀ + B Y S⁻¹ X,  B = X A⁻¹ = I - 2c/(w+c) n nᵀ.
 
-The second form has no difference of large terms, so that ratios of masses along the chain cost no more digits than
-the system's condition takes; and its division runs beside the products. Sweeping from both ends halves the chain of
-operations that wait for each other. Delicate chains (:attr:`reference_impl.model.chain.ChainModel.delicate`) are solved by
-:mod:`reference_impl.fast.cholesky`, unless that loses a joint. They, and all chains where reactions are looked at, are
-refined.
-Notation: w = 1/m, c = l²/(4J), n the unit vector across the bar. It solves the system of :mod:`reference_impl.model.joints`.
+The second form has no difference of large terms, so that ratios of masses along the chain cost no more digits than the
+system's condition takes; and its division runs beside the products. Sweeping from both ends halves the chain of
+operations that wait for each other. Delicate chains (:attr:`reference_impl.model.chain.ChainModel.delicate`) are solved
+by :mod:`reference_impl.fast.cholesky`, unless that loses a joint. They, and all chains where reactions are looked at,
+are refined. Notation: w = 1/m, c = l²/(4J), n the unit vector across the bar. It solves the system of
+:mod:`reference_impl.model.joints`.
 """
 
 from __future__ import annotations

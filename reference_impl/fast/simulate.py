@@ -1,4 +1,4 @@
-"""One run of the compiled reference: the same scene, messages and observables as :mod:`reference_impl.integrate.simulate`."""
+"""One run of the compiled reference, with the observables of :mod:`reference_impl.integrate.simulate`."""
 
 from __future__ import annotations
 

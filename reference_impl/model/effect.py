@@ -57,6 +57,10 @@ class ChainProperties(Protocol):
         """Mass fractions, (N,)."""
 
     @property
+    def inverse_mass(self) -> Array:
+        """Inverse masses, (N,) 1/kg."""
+
+    @property
     def half_m(self) -> Array:
         """Half lengths, (N,) m."""
 

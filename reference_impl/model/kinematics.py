@@ -11,7 +11,7 @@ from reference_impl.model.state import State
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array, ComplexArray
-    from reference_impl.model.chain import ChainModel
+    from reference_impl.model.effect import ChainProperties
 
 
 def directions(angle_rad: Array) -> tuple[Array, Array]:
@@ -20,7 +20,7 @@ def directions(angle_rad: Array) -> tuple[Array, Array]:
     return as_vectors(u), as_vectors(1j * u)
 
 
-def hang_together(model: ChainModel, reach: Array) -> Array:
+def hang_together(model: ChainProperties, reach: Array) -> Array:
     """Vectors of the bars' centres from their common centre, given those from each centre to its right end.
 
     The joints of eq. (7') put neighbouring centres `reach_j + reach_{j+1}` apart; eq. (6) puts the
@@ -28,7 +28,7 @@ def hang_together(model: ChainModel, reach: Array) -> Array:
 
     Parameters
     ----------
-    model : ChainModel
+    model : ChainProperties
     reach : ndarray, shape (..., N, 2)
         (l_j/2) u_j, or its time derivative.
 
@@ -39,7 +39,7 @@ def hang_together(model: ChainModel, reach: Array) -> Array:
     return as_vectors(hung(model, as_complex(reach)))
 
 
-def hung(model: ChainModel, reach: ComplexArray) -> ComplexArray:
+def hung(model: ChainProperties, reach: ComplexArray) -> ComplexArray:
     """:func:`hang_together` for plane vectors as complex numbers, shape (..., N)."""
     from_first = np.zeros_like(reach)
     np.cumsum(reach[..., :-1] + reach[..., 1:], axis=-1, out=from_first[..., 1:])
@@ -47,18 +47,18 @@ def hung(model: ChainModel, reach: ComplexArray) -> ComplexArray:
     return centred
 
 
-def relative_positions(model: ChainModel, angle_rad: Array) -> Array:
+def relative_positions(model: ChainProperties, angle_rad: Array) -> Array:
     """d_j = Z_j - Z0 of a joined chain, shape (N, 2), m."""
     return as_vectors(hung(model, model.half_m * along(angle_rad)))
 
 
-def relative_velocities(model: ChainModel, angle_rad: Array, rate_rad_s: Array) -> Array:
+def relative_velocities(model: ChainProperties, angle_rad: Array, rate_rad_s: Array) -> Array:
     """Time derivative of :func:`relative_positions`, shape (N, 2), m/s."""
     return as_vectors(hung(model, 1j * model.half_m * rate_rad_s * along(angle_rad)))
 
 
 def joined_state(
-    model: ChainModel, com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array
+    model: ChainProperties, com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array
 ) -> State:
     """Complete state of a chain whose joints are closed."""
     reach = model.half_m * along(angle_rad)
@@ -66,7 +66,7 @@ def joined_state(
     return State(com_m, com_velocity_m_s, angle_rad, rate_rad_s, as_vectors(position), as_vectors(velocity))
 
 
-def gap_vectors(model: ChainModel, position_m: Array, angle_rad: Array) -> Array:
+def gap_vectors(model: ChainProperties, position_m: Array, angle_rad: Array) -> Array:
     """Left end of bar j+1 minus right end of bar j, shape (N-1, 2), m: eq. (19), zero where a joint holds."""
     u, _ = directions(angle_rad)
     reach = model.half_m[:, None] * u

@@ -1,7 +1,7 @@
 """Fields beside the point mass of the central body: its second moment in a bar, the exact bar, J2, Moon and Sun.
 
-Each load here is what the effect adds to :func:`adapters.exudyn.loads.loads.orbit_load` or `absolute_load`. All are small
-against gravity as they stand, so that none of them has to be a difference.
+Each load here is what the effect adds to :func:`adapters.exudyn.loads.loads.orbit_load` or `absolute_load`. All are
+small against gravity as they stand, so that none of them has to be a difference.
 """
 
 from __future__ import annotations

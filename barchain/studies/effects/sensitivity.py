@@ -1,8 +1,9 @@
 """What switching an effect changes over a run, and how much of it the numerics could have made up.
 
-Both scenes are run at a tolerance and at one ten times looser. As in :mod:`barchain.solutions.reference`, the difference of the two
-bounds the tighter run's own error; so the difference of two scenes is off by at most the sum of both scenes' bounds,
-and a change below that sum is not resolved. Nothing is compared after either scene's two runs have parted.
+Both scenes are run at a tolerance and at one ten times looser. As in :mod:`barchain.solutions.reference`, the
+difference of the two bounds the tighter run's own error; so the difference of two scenes is off by at most the sum of
+both scenes' bounds, and a change below that sum is not resolved. Nothing is compared after either scene's two runs have
+parted.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -118,7 +118,7 @@ def effect_parts(scene: Scene, part: Effects, at: Situation) -> Push:
     """Push of an effect that comes to the scene's gravity."""
     gravity = dataclasses.replace(scene, effects=type(part)(part.gravity))
     whole = dataclasses.replace(scene, effects=part)
-    model = dataclasses.replace(at.model, effects=effects_of(whole)[len(effects_of(gravity)) :])
+    model = dataclasses.replace(cast("ChainModel", at.model), effects=effects_of(whole)[len(effects_of(gravity)) :])
     return push_of(model, at)
 
 

@@ -148,8 +148,8 @@ def curve(own: pd.DataFrame, column: str) -> tuple[Array, Array]:
 def straight_run(x: Array, y: Array, agree: tuple[float, float], wanted: Callable[[float], bool]) -> slice:
     """Longest run of points on one line in both logarithms whose slope is wanted; of equally long ones the last.
 
-    As in :func:`barchain.studies.cost.orders.asymptotic`, local slopes must agree with their own median: to this, and this part
-    of it.
+    As in :func:`barchain.studies.cost.orders.asymptotic`, local slopes must agree with their own median: to this, and
+    this part of it.
     """
     slopes, best = np.diff(np.log(y)) / np.diff(np.log(x)), slice(0, 0)
     for first in range(len(slopes)):

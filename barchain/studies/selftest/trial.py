@@ -1,4 +1,4 @@
-"""Faults put in, run, and judged by what judges engines: `barchain.run.trajectory_checks` and `barchain.judge.comparison`."""
+"""Faults put in, run, and judged by the judge of engines."""
 
 from __future__ import annotations
 
