@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from adapters.engine import EngineError, Knob, Setting
-from adapters.registry import Registration, engines, find_engine
+from adapters.registry import Registration, find_engine
 from barchain.crossval.record import new_record
-from barchain.crossval.store import Store
 from barchain.crossval.suite import ANY_EXTERNAL, Plan, Suite
 from barchain.run.job import Job, Role
 from barchain.run.pool import run_jobs
+from barchain.run.selection import chosen_engines, unique_names
+from barchain.run.store import Store
 from reports.tables.crossval import REFERENCE_SOLUTION
 from reports.tables.outcome import Outcome
 from scenarios import Scene, load_scene, nearest
@@ -198,22 +198,3 @@ def compare(
         store = Store(Path(out) if out is not None else Path(scratch), new_record(plan, command), order)
         verdicts = Suite(plan, store, progress or (lambda *_: None), notes or (lambda _: None)).run()
         return ComparisonResult(store.metrics(), {pair: v.outcome for pair, v in verdicts.items()})
-
-
-def chosen_engines(names: Iterable[str] | None) -> dict[str, Registration]:
-    """Registrations by name, in the order given; without names all that take part by default."""
-    if names is None:
-        return {name: r for name, r in engines().items() if r.by_default}
-    return {name: find_engine(name) for name in dict.fromkeys(names)}
-
-
-def unique_names(scenes: list[Scene]) -> list[Scene]:
-    """Scenes with different names, so that none overwrites another's files; the same scene twice is one."""
-    kept: dict[str, Scene] = {}
-    for scene in scenes:
-        name, count = scene.name, 1
-        while name in kept and kept[name].digest != scene.digest:
-            count += 1
-            name = f"{scene.name}-{count}"
-        kept[name] = dataclasses.replace(scene, name=name)
-    return list(kept.values())

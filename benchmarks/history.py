@@ -12,8 +12,7 @@ import click
 
 from barchain.record.environment import processor
 from barchain.studies.cost.measure import make_plan, measure
-from reports.chapters.cost.view import BASELINE
-from reports.tables.cost import read_cost
+from reports.tables.cost import BASELINE, read_cost
 
 if TYPE_CHECKING:
     import pandas as pd

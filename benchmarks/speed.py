@@ -17,14 +17,15 @@ import numpy as np
 import pandas as pd
 
 from barchain.record.environment import now, processor
-from barchain.studies.cost.curves import cost_at, locate
 from barchain.studies.cost.measure import make_plan, measure
 from barchain.studies.cost.reach import curve_of
-from barchain.studies.cost.timing import pin, quietest_core
 from barchain.studies.ensemble.ensemble import ensemble
-from barchain.studies.scaling.evaluation import evaluation_times, loop_of
 from barchain.studies.scaling.fit import FAST, FAST_BARS, exponent
-from barchain.studies.scaling.plan import BARS, SCENE, divided
+from barchain.studies.scaling.plan import BARS
+from barchain.timing.bench import pin, quietest_core
+from barchain.timing.divided_chain import SCENE, divided
+from barchain.timing.evaluation import evaluation_times, loop_of
+from barchain.timing.statistics import cost_at, locate
 from reports.tables.cost import FOLDER, read_cost
 from reports.text.ratios import span_text
 from scenarios import load_scene

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from adapters.bar_loads.assemble import chain_loads
+from adapters.bar_loads.falling_frame import falling, track_noise
 from adapters.bar_loads.gravity import AbsoluteLoads, MovingLoads
 from adapters.bar_loads.interface import Here, bars_of
 from adapters.bar_loads.thrusts import blows, size_N
 from adapters.bar_loads.tree import tree_places, tree_rates
-from adapters.common.falling_frame import falling, track_noise
 from adapters.common.initial_state import initial_state
 from adapters.common.joint_coordinates import places, velocities
 from adapters.common.step_alignment import between_steps, inner_breaks_s, jumps_by_step

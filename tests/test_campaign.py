@@ -21,25 +21,25 @@ from barchain.cli.campaign_summary import finding_words, rate_words, show_campai
 from barchain.cli.main import run as command
 from barchain.judge.comparison import no_verdict
 from barchain.run.job import Role
-from barchain.studies.campaign import court
-from barchain.studies.campaign.bench import Bench, thinned
-from barchain.studies.campaign.cells import COLUMNS, Cell, Kind
-from barchain.studies.campaign.faults.catalogue import FAULTS, find
-from barchain.studies.campaign.faults.garbage import LEAST, SHARES
-from barchain.studies.campaign.findings import kept_findings, kinds, search
-from barchain.studies.campaign.judging import at_once
-from barchain.studies.campaign.rates import RATE_COLUMNS, Rate, passed, rates
-from barchain.studies.campaign.runs import Runs, in_this_process, planted
-from barchain.studies.campaign.scenes.draw import draw
-from barchain.studies.campaign.scenes.scene_file import UnwrittenError, in_degrees, scene_toml
-from barchain.studies.campaign.scenes.shrink import alike, simplest
-from barchain.studies.campaign.scenes.simpler import Form, effects_of, simplified, whole
-from barchain.studies.campaign.sizes import sizes
-from barchain.studies.campaign.store import CampaignStore
-from barchain.studies.campaign.study import Campaign, Plan, campaign
-from barchain.studies.campaign.trial import Trial
-from barchain.studies.selftest.catalogue import UnknownFaultError
-from barchain.studies.selftest.engine import spoilt
+from barchain.studies.selftest.campaign import court
+from barchain.studies.selftest.campaign.bench import Bench, thinned
+from barchain.studies.selftest.campaign.cells import COLUMNS, Cell, Kind
+from barchain.studies.selftest.campaign.faults.catalogue import FAULTS, find
+from barchain.studies.selftest.campaign.faults.garbage import LEAST, SHARES
+from barchain.studies.selftest.campaign.findings import kept_findings, kinds, search
+from barchain.studies.selftest.campaign.judging import at_once
+from barchain.studies.selftest.campaign.rates import RATE_COLUMNS, Rate, passed, rates
+from barchain.studies.selftest.campaign.runs import Runs, in_this_process, planted
+from barchain.studies.selftest.campaign.scenes.draw import draw
+from barchain.studies.selftest.campaign.scenes.scene_file import UnwrittenError, in_degrees, scene_toml
+from barchain.studies.selftest.campaign.scenes.shrink import alike, simplest
+from barchain.studies.selftest.campaign.scenes.simpler import Form, effects_of, simplified, whole
+from barchain.studies.selftest.campaign.sizes import sizes
+from barchain.studies.selftest.campaign.store import CampaignStore
+from barchain.studies.selftest.campaign.study import Campaign, Plan, campaign
+from barchain.studies.selftest.campaign.trial import Trial
+from barchain.studies.selftest.faults.catalogue import UnknownFaultError
+from barchain.studies.selftest.faults.faulty_engine import spoilt
 from reports.tables.outcome import Outcome
 from scenarios import Gravity, load_scene
 

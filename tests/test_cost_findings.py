@@ -12,11 +12,11 @@ from adapters.engine import Knob, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
 from barchain.metrics.quantities import differences
-from barchain.studies.cost.curves import interval, locate, lower_envelope, median_time, on_front
 from barchain.studies.cost.findings import front_of, order_row, price_table, reach_table
-from barchain.studies.cost.orders import SCATTERED, fit_order
 from barchain.studies.cost.plan import distinct, ladders, shortened
 from barchain.studies.cost.points import errors_of, under_floor
+from barchain.timing.orders import SCATTERED, fit_order
+from barchain.timing.statistics import interval, locate, lower_envelope, median_time, on_front
 from scenarios import load_scene
 from tests.cost_points import FLOOR, engine_points, point, table, times_of
 

@@ -14,11 +14,11 @@ from barchain.solutions.certified import oracle
 from barchain.studies.cost.findings import orders_table
 from barchain.studies.cost.fixed_steps import errors_at_equal_steps
 from barchain.studies.cost.measure import make_plan, measure
-from barchain.studies.cost.orders import fit_order
 from barchain.studies.cost.plan import ladders, shortened
 from barchain.studies.cost.points import errors_of, under_floor
 from barchain.studies.cost.store import CostStore
 from barchain.studies.cost.study import CostStudy, columns_of, too_fine, too_long
+from barchain.timing.orders import fit_order
 from reports.render import render_study
 from reports.tables.cost import POINT_COLUMNS, read_cost
 from reports.tables.outcome import Outcome

@@ -10,10 +10,10 @@ from adapters.engine import Knob, Setting
 from adapters.registry import ENGINES, Registration
 from barchain import api
 from barchain.crossval.record import new_record
-from barchain.crossval.store import Store
 from barchain.crossval.suite import Plan, Suite
 from barchain.run.job import TRUTH_ROLES, Job, Role, failure
 from barchain.run.pool import Room, room
+from barchain.run.store import Store
 from barchain.solutions.reference_runs import truth_jobs
 from reports.chapters.crossval.summary import summarise
 from reports.chapters.crossval.verdict import judge

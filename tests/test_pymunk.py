@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import adapters.pymunk.adapter as adapter_module
-from adapters.common.falling_frame import falling
+from adapters.bar_loads.falling_frame import falling
 from adapters.common.initial_state import chain_model, initial_state
 from adapters.common.kepler import propagate
 from adapters.engine import EngineError, Knob, Setting

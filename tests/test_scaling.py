@@ -15,14 +15,15 @@ import pytest
 from adapters.common.initial_state import initial_state
 from adapters.registry import ENGINES, Registration
 from barchain.run.job import Job, Role
-from barchain.studies.scaling.evaluation import DIRECT, calibrated, evaluation_times, loop_of
 from barchain.studies.scaling.fit import FAST, LEAST_MEMORY_B, exponent, fits_table, targets
 from barchain.studies.scaling.measure import make_plan, measure
 from barchain.studies.scaling.memory import Peak, mark
-from barchain.studies.scaling.plan import BARS, SHARES, affordable, divided, predicted
+from barchain.studies.scaling.plan import BARS, SHARES, affordable, predicted
 from barchain.studies.scaling.point import Task, measure_point
 from barchain.studies.scaling.store import ScalingStore
 from barchain.studies.scaling.study import ScalingStudy
+from barchain.timing.divided_chain import divided
+from barchain.timing.evaluation import DIRECT, calibrated, evaluation_times, loop_of
 from reports.chapters.scaling.view import memory_text
 from reports.render import render, render_study
 from reports.tables.outcome import Outcome
@@ -265,7 +266,7 @@ def test_evaluations_are_timed_by_themselves(engine: str) -> None:
 def test_the_timed_loop_evaluates_the_chain_at_its_start() -> None:
     """Same operations in the same order as one call, contracted or not: some roundings of the terms that enter."""
     from adapters.common.initial_state import chain_model
-    from barchain.studies.scaling.compiled_loop import repeat  # Numba is an extra
+    from barchain.timing.compiled_loop import repeat  # Numba is an extra
     from reference_impl.fast import layout
     from reference_impl.model.kinematics import joined_state
     from tests.fast_evaluation import fast_accelerations

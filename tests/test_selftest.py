@@ -22,10 +22,10 @@ from barchain.run.job import Role
 from barchain.run.worker import run_job
 from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, twin
 from barchain.studies.selftest import matrix as matrix_module
-from barchain.studies.selftest.catalogue import CONTROLS, FAULTS, SOUND, find
 from barchain.studies.selftest.check_results import cell, nothing
 from barchain.studies.selftest.detection_limit import OCTAVES, Bracket, brackets, settled
-from barchain.studies.selftest.fault import Fault, Group, Size
+from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, SOUND, find
+from barchain.studies.selftest.faults.fault import Fault, Group, Size
 from barchain.studies.selftest.matrix import Matrix, matrix, with_control
 from barchain.studies.selftest.scenes import FALL, STAGES, find_scene
 from barchain.studies.selftest.trial import Ground, Trial, judged, replayed

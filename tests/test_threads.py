@@ -13,7 +13,7 @@ from barchain.run import pool
 from barchain.run.job import Job, Role
 from barchain.run.pool import Room, room, run_jobs
 from barchain.run.threads import THREADS, one_thread_each
-from barchain.studies.cost.timing import Bench
+from barchain.timing.bench import Bench
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 

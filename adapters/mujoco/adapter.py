@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, ClassVar, final
 import numpy as np
 
 from adapters.bar_loads.assemble import CARRIED, chain_loads
+from adapters.bar_loads.falling_frame import falling, track_noise
 from adapters.bar_loads.gravity import LandedError, MovingLoads
 from adapters.common import face_reversal
 from adapters.common.equal_steps import step_s, steps_between_samples
-from adapters.common.falling_frame import falling, track_noise
 from adapters.common.initial_state import initial_state
 from adapters.common.joint_coordinates import angles, folded, places, velocities
 from adapters.common.step_alignment import between_steps, jumps_by_step

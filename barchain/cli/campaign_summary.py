@@ -9,14 +9,14 @@ from rich.markup import escape
 from rich.table import Table
 
 from barchain.cli.listing import show
-from barchain.studies.campaign.cells import Kind
-from barchain.studies.campaign.rates import ALL
+from barchain.studies.selftest.campaign.cells import Kind
+from barchain.studies.selftest.campaign.rates import ALL
 
 if TYPE_CHECKING:
-    from barchain.studies.campaign.cells import Cell
-    from barchain.studies.campaign.findings import Found
-    from barchain.studies.campaign.rates import Rate
-    from barchain.studies.campaign.study import Campaign
+    from barchain.studies.selftest.campaign.cells import Cell
+    from barchain.studies.selftest.campaign.findings import Found
+    from barchain.studies.selftest.campaign.rates import Rate
+    from barchain.studies.selftest.campaign.study import Campaign
 
 PLANTED = (Kind.CAUGHT, Kind.MISSED, Kind.BELOW, Kind.BEYOND, Kind.NOTHING, Kind.BROKEN)
 ENGINES = (Kind.PASS, Kind.LIMITED, Kind.FALSE_ALARM, Kind.UNSUPPORTED)

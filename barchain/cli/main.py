@@ -12,11 +12,11 @@ import click
 from adapters.engine import EngineError
 from adapters.registry import UnknownEngineError, engines
 from barchain import api
+from barchain.cli import listing
 from barchain.cli.certified import truths
 from barchain.cli.cost import cost
 from barchain.cli.effects import effects
 from barchain.cli.ensemble import ensemble
-from barchain.cli import listing
 from barchain.cli.progress import verdicts_shown
 from barchain.cli.roundoff import roundoff
 from barchain.cli.scaling import scaling

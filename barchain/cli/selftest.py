@@ -54,7 +54,7 @@ def selftest(
         raise click.UsageError("--engine: one engine is spoilt; several go with --random N")
     (engine,) = engines or ("reference",)
     from barchain.cli.progress import counted  # noqa: PLC0415
-    from barchain.studies.selftest.catalogue import FAULTS  # noqa: PLC0415
+    from barchain.studies.selftest.faults.catalogue import FAULTS  # noqa: PLC0415
     from barchain.studies.selftest.study import selftest as run  # noqa: PLC0415  # what no other command needs
     from barchain.studies.selftest.trial import SelftestError  # noqa: PLC0415
     from reports.chapters.selftest.view import view_selftest  # noqa: PLC0415
@@ -83,7 +83,7 @@ def selftest(
 def plan_of(scenes: tuple[str, ...], faults: tuple[str, ...], engine: str, smallest: bool, workers: int | None) -> Plan:
     """What is asked for; scenes that the engine can't do are left out, and said so."""
     from adapters.registry import find_engine  # noqa: PLC0415
-    from barchain.studies.selftest.catalogue import CONTROLS, FAULTS, UnknownFaultError, find  # noqa: PLC0415
+    from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, UnknownFaultError, find  # noqa: PLC0415
     from barchain.studies.selftest.scenes import STAGES, find_scene  # noqa: PLC0415
     from barchain.studies.selftest.study import Plan  # noqa: PLC0415
 

@@ -16,8 +16,8 @@ from barchain.record.command import typed
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from barchain.studies.campaign.study import Plan
-    from barchain.studies.selftest.fault import Fault
+    from barchain.studies.selftest.campaign.study import Plan
+    from barchain.studies.selftest.faults.fault import Fault
 
 FAILED = 1
 NO_HOST = "none"
@@ -75,10 +75,10 @@ def run_random(
     """Run a campaign, print what it found, and exit by that; or list its faults."""
     from barchain.cli.campaign_summary import show_campaign  # noqa: PLC0415
     from barchain.cli.progress import counted  # noqa: PLC0415
-    from barchain.studies.campaign.faults.catalogue import FAULTS  # noqa: PLC0415
-    from barchain.studies.campaign.judging import CourtRoom  # noqa: PLC0415  # what no other command needs
-    from barchain.studies.campaign.runs import in_workers  # noqa: PLC0415
-    from barchain.studies.campaign.study import campaign  # noqa: PLC0415
+    from barchain.studies.selftest.campaign.faults.catalogue import FAULTS  # noqa: PLC0415
+    from barchain.studies.selftest.campaign.judging import CourtRoom  # noqa: PLC0415  # what no other command needs
+    from barchain.studies.selftest.campaign.runs import in_workers  # noqa: PLC0415
+    from barchain.studies.selftest.campaign.study import campaign  # noqa: PLC0415
 
     if listed:
         show_faults(FAULTS.values())
@@ -99,10 +99,10 @@ def run_random(
 def plan_of(asked: RandomOptions, engines: tuple[str, ...], faults: tuple[str, ...], workers: int | None) -> Plan:
     """What is asked for; engines that are not installed are bad usage."""
     from adapters.registry import find_engine  # noqa: PLC0415
-    from barchain.api import chosen_engines  # noqa: PLC0415
-    from barchain.studies.campaign.faults.catalogue import FAULTS, find  # noqa: PLC0415
-    from barchain.studies.campaign.study import HOSTS, MOST_RERUNS, SHRINK_S, Plan  # noqa: PLC0415
-    from barchain.studies.selftest.catalogue import UnknownFaultError  # noqa: PLC0415
+    from barchain.run.selection import chosen_engines  # noqa: PLC0415
+    from barchain.studies.selftest.campaign.faults.catalogue import FAULTS, find  # noqa: PLC0415
+    from barchain.studies.selftest.campaign.study import HOSTS, MOST_RERUNS, SHRINK_S, Plan  # noqa: PLC0415
+    from barchain.studies.selftest.faults.catalogue import UnknownFaultError  # noqa: PLC0415
 
     hosts = () if asked.hosts == (NO_HOST,) else asked.hosts or HOSTS
     everyday = {name: r for name, r in chosen_engines(None).items() if not r.missing}

@@ -57,7 +57,7 @@ def plan_of(
     scenes: tuple[str, ...], names: tuple[str, ...], time_limit: float, workers: int | None, resume: bool
 ) -> Plan:
     """What is asked for."""
-    from barchain.api import unique_names  # noqa: PLC0415
+    from barchain.run.selection import unique_names  # noqa: PLC0415
     from barchain.studies.stability.plan import Plan, chosen_engines, hard_scenes  # noqa: PLC0415
     from scenarios import load_scene  # noqa: PLC0415
 

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
     from adapters.engine import Engine, Setting
     from adapters.registry import Registration
-    from barchain.crossval.store import Store
     from barchain.judge.evidence import Evidence
+    from barchain.run.store import Store
     from scenarios import Scene
 
 ANY_EXTERNAL = "(any external)"

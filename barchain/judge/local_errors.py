@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
+from adapters.bar_loads.falling_frame import falling
 from adapters.common import equal_steps as steps
-from adapters.common.falling_frame import falling
 from adapters.common.initial_state import initial_state
 from adapters.common.kepler import propagate
 from adapters.engine import Coordinates, Knob

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 from barchain.record.scene_description import effect_words, invariant_words
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from adapters.registry import Registration
     from scenarios import Scene
 
@@ -64,4 +66,21 @@ def scene_facts(scene: Scene) -> dict[str, Any]:
             }
             for p in scene.effects.prescribed_rotation
         ],
+    }
+
+
+def external_versions(engines: Mapping[str, Registration]) -> dict[str, str]:
+    """Versions of the distributions that bring the engines."""
+    return {r.requires: r.version for r in engines.values() if r.requires}
+
+
+def scene_words(scene: Scene) -> dict[str, Any]:
+    """What the chapter says of a scene."""
+    return {
+        "title": scene.title,
+        "source": scene.source,
+        "orbits": scene.run.duration_s / scene.period_s,
+        "duration_s": scene.run.duration_s,
+        "samples": scene.run.samples,
+        "bars": scene.bars,
     }

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
-TRUTHS = Path(__file__).parent / "truths"
+TRUTHS = Path(__file__).parent / "tables"
 CACHE_VARIABLE = "BARCHAIN_CACHE"
 MARGIN = 10.0  # a judge must be this many times better than what it judges
 INSTANTS = 21  # of a committed table, over the run and over the first orbit each
@@ -147,12 +147,11 @@ def cache_key(scene: Scene) -> str:
 def code_digest() -> str:
     """Hash of the sources that make a truth."""
     ours, theirs = Path(str(adapters.__file__)).parent, Path(reference_impl.__path__[0])
-    files = [*sorted(ours.glob("heyoka_*.py")), ours / "initial_state.py", ours / "table.py"]
-    files += sorted(Path(str(scenarios.__file__)).parent.glob("*.py"))
-    files += [theirs / f"{name}.py" for name in ("chain", "kinematics", "plane")]
-    files += [
-        Path(__file__).with_name(f"{name}.py") for name in ("oracle_run", "truth_tables", "quantities", "local_errors")
-    ]
+    files = [*sorted((ours / "heyoka").glob("*.py")), ours / "common" / "initial_state.py", ours / "trajectory.py"]
+    files += sorted(Path(str(scenarios.__file__)).parent.rglob("*.py"))
+    files += [theirs / "model" / f"{name}.py" for name in ("arrays", "chain", "complex_vectors", "kinematics", "state")]
+    files += [Path(__file__).with_name(f"{name}.py") for name in ("certified_run", "certified_table")]
+    files += [Path(__file__).parent.parent / "metrics" / f"{name}.py" for name in ("quantities", "rates")]
     return hashlib.sha256(b"".join(f.read_bytes() for f in files)).hexdigest()
 
 

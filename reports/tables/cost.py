@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 FOLDER = "cost"
+BASELINE = "reference-fast"  # times are also given over this engine's
 TIME_COLUMNS = ("key", "turn", "seconds")
 POINT_COLUMNS = (
     "scene", "engine", "setting", "knob", "value", "step_s", "outcome", "reason",

@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 
 from adapters.engine import Knob
-from barchain.studies.cost.curves import Interval, on_front
-from barchain.studies.cost.orders import SCATTERED, STRAIGHT, Fit, fit_order, price_of_a_digit
 from barchain.studies.cost.points import TELLS
 from barchain.studies.cost.reach import MEASURES, QUANTITIES, curves_of, least_error, reach_rows
+from barchain.timing.orders import SCATTERED, STRAIGHT, Fit, fit_order, price_of_a_digit
+from barchain.timing.statistics import Interval, on_front
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from adapters.registry import engines
-from barchain.api import chosen_engines, unique_names
 from barchain.record.environment import provenance
-from barchain.record.facts import engine_facts
+from barchain.record.facts import engine_facts, external_versions, scene_words
+from barchain.run.selection import chosen_engines, unique_names
 from barchain.studies.cost.plan import MINUTES, REPEATS, TIME_LIMIT_S, Plan, shortened
 from barchain.studies.cost.store import CostStore
 from barchain.studies.cost.study import CostStudy
@@ -15,10 +15,9 @@ from reports.tables.cost import FOLDER
 from scenarios import Scene, load_scene, scene_names
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable
     from pathlib import Path
 
-    from adapters.registry import Registration
     from barchain.studies.cost.points import Truth
 
 DEFAULT_SCENES = "paper/"
@@ -108,21 +107,4 @@ def new_record(plan: Plan, command: str) -> dict[str, Any]:
         "truths": {},
         "left_out": [],
         "limits": {"repeats": plan.repeats, "minutes": plan.minutes, "time_limit_s": plan.time_limit_s},
-    }
-
-
-def external_versions(engines: Mapping[str, Registration]) -> dict[str, str]:
-    """Versions of the distributions that bring the engines."""
-    return {r.requires: r.version for r in engines.values() if r.requires}
-
-
-def scene_words(scene: Scene) -> dict[str, Any]:
-    """What the chapter says of a scene."""
-    return {
-        "title": scene.title,
-        "source": scene.source,
-        "orbits": scene.run.duration_s / scene.period_s,
-        "duration_s": scene.run.duration_s,
-        "samples": scene.run.samples,
-        "bars": scene.bars,
     }

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from adapters.common.equal_steps import step_s
 from adapters.engine import Knob
 from barchain.run.job import Job, Role
-from reports.tables.outcome import Outcome
+from barchain.timing.left_out import LeftOut, cannot
 
 if TYPE_CHECKING:
-    from adapters.engine import Engine, Ladder, Setting
+    from adapters.engine import Ladder, Setting
     from adapters.registry import Registration
     from scenarios import Scene
 
@@ -39,16 +39,6 @@ class Plan:
         return sum(sum(map(len, runs.values())) + len(out) + self.repeats for runs, out in found)
 
 
-@dataclass(frozen=True)
-class LeftOut:
-    """An engine that is not run on a scene, and why."""
-
-    scene: str
-    engine: str
-    outcome: Outcome
-    reason: str
-
-
 def shortened(scene: Scene, orbits: float = 1.0) -> Scene:
     """`scene` over its first orbits, or its whole run if that is shorter, at :data:`SAMPLES` instants."""
     duration_s = min(orbits * scene.period_s, scene.run.duration_s)
@@ -63,19 +53,6 @@ def distinct(scene: Scene, ladder: Ladder) -> list[Setting]:
     for setting in ladder.settings:
         kept.setdefault(step_s(scene, setting.value), setting)
     return list(kept.values())
-
-
-def cannot(scene: Scene, engine: str, registration: Registration) -> LeftOut | None:
-    """Why an engine is not run on a scene, or None if it is."""
-    if registration.missing:
-        return LeftOut(scene.name, engine, Outcome.MISSING, registration.missing)
-    try:
-        loaded: type[Engine] = registration.load()
-    except Exception as error:
-        reason = f"its adapter does not load: {type(error).__name__}: {error}"
-        return LeftOut(scene.name, engine, Outcome.FAILED, reason)
-    unsupported = loaded.unsupported(scene)
-    return None if unsupported is None else LeftOut(scene.name, engine, Outcome.UNSUPPORTED, unsupported)
 
 
 def ladders(scene: Scene, engines: dict[str, Registration]) -> tuple[dict[str, list[Job]], list[LeftOut]]:

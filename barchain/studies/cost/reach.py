@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.studies.cost.curves import Curve, Interval, Place, cost_at, interval, locate, lower_envelope, parts
 from barchain.studies.cost.points import TELLS
-from reports.chapters.cost.view import BASELINE
+from barchain.timing.statistics import Curve, Interval, Place, cost_at, interval, locate, lower_envelope, parts
+from reports.tables.cost import BASELINE
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

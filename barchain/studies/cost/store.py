@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from barchain.record.files import write_atomically
+from barchain.timing.left_out import NOT_RUN
 from reports.tables.cost import POINT_COLUMNS, TIME_COLUMNS
 
 if TYPE_CHECKING:
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from barchain.run.job import Job
 
 Pair = tuple[str, str, str]
-NOT_RUN = "not run"  # how the reason of a point that was not tried begins
 
 
 class CostStore:

@@ -11,13 +11,13 @@ import numpy as np
 
 from adapters.common.equal_steps import step_s
 from adapters.engine import Knob
-from barchain.studies.cost.curves import median_time
 from barchain.studies.cost.findings import equal_steps_row, front_of, orders_table, price_table, reach_table
 from barchain.studies.cost.fixed_steps import ORDER, errors_at_equal_steps
-from barchain.studies.cost.plan import LeftOut, ladders
+from barchain.studies.cost.plan import ladders
 from barchain.studies.cost.points import UNITS, errors_of, under_floor
-from barchain.studies.cost.store import NOT_RUN
-from barchain.studies.cost.timing import LONG_S, Bench
+from barchain.timing.bench import LONG_S, Bench
+from barchain.timing.left_out import NOT_RUN, LeftOut
+from barchain.timing.statistics import median_time
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

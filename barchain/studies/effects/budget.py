@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from barchain.run.job import Job, RunResult
-    from barchain.studies.cost.curves import Interval
     from barchain.studies.effects.effect_toggles import Switch
     from barchain.studies.effects.plan import Plan
     from barchain.studies.effects.store import EffectsStore
+    from barchain.timing.statistics import Interval
 
 
 class EffectsBudget:

@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.studies.cost.curves import Interval, median_time
-from barchain.studies.cost.timing import Bench
-from barchain.studies.scaling.evaluation import DIRECT, batch_s, calibrated, loop_of
+from barchain.timing.bench import Bench
+from barchain.timing.evaluation import DIRECT, batch_s, calibrated, loop_of
+from barchain.timing.statistics import Interval, median_time
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

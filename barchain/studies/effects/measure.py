@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from barchain.record.environment import provenance
+from barchain.record.facts import scene_words
 from barchain.solutions.reference import PARTED_RAD
-from barchain.studies.cost.measure import scene_words
 from barchain.studies.effects.budget import EffectsBudget
 from barchain.studies.effects.plan import make_plan
 from barchain.studies.effects.sensitivity import LOOSER

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from barchain.studies.cost.curves import Interval
-from barchain.studies.cost.orders import FEWEST, slope
+from barchain.timing.orders import FEWEST, slope
+from barchain.timing.statistics import Interval
 from reports.tables.scaling import FIT_COLUMNS
 
 if TYPE_CHECKING:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from adapters.registry import engines
-from barchain.api import chosen_engines
 from barchain.record.environment import provenance
-from barchain.record.facts import engine_facts
-from barchain.studies.cost.measure import external_versions, scene_words
-from barchain.studies.scaling.plan import BARS, MINUTES, REPEATS, SCENE, TIME_LIMIT_S, Plan
+from barchain.record.facts import engine_facts, external_versions, scene_words
+from barchain.run.selection import chosen_engines
+from barchain.studies.scaling.plan import BARS, MINUTES, REPEATS, TIME_LIMIT_S, Plan
 from barchain.studies.scaling.store import ScalingStore
 from barchain.studies.scaling.study import ScalingStudy
+from barchain.timing.divided_chain import SCENE
 from reports.tables.scaling import FOLDER
 from scenarios import load_scene
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.run.job import Job, Role
+from barchain.timing.divided_chain import divided
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,9 +17,7 @@ if TYPE_CHECKING:
     from adapters.registry import Registration
     from scenarios import Scene
 
-SCENE = "paper/fig13"  # the 80° chain, which stays regular; a horizontal one of many bars buckles at once
 BARS = (2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000, 50_000, 100_000)
-SAMPLES = 11  # few, so that no engine is timed at bringing samples out
 SHARES = (1.0, 0.5, 0.2, 0.1, 0.05)  # of an orbit; the last is two steps between samples for the fewest steps taken
 TIME_LIMIT_S = 10.0  # of one simulation
 MINUTES = 25.0
@@ -52,24 +50,6 @@ class Plan:
         return Job(
             divided(self.scene, bars, share), engine, registration, registration.load().ladder.setting(), Role.MAIN
         )
-
-
-def divided(scene: Scene, bars: int, share: float = 1.0) -> Scene:
-    """`scene` with its chain cut into equal slender bars, over a share of its first orbit.
-
-    Length, mass, and the first bar's angle and rate are kept.
-    """
-    mass, length = scene.mass_kg / bars, scene.size_m / bars
-    chain = dataclasses.replace(
-        scene.chain,
-        mass_kg=(mass,) * bars,
-        length_m=(length,) * bars,
-        inertia_kg_m2=(mass * length**2 / 12.0,) * bars,
-        angle_rad=scene.chain.angle_rad[:1] * bars,
-        rate_factor=scene.chain.rate_factor[:1] * bars,
-    )
-    run = dataclasses.replace(scene.run, duration_s=share * scene.period_s, samples=SAMPLES)
-    return dataclasses.replace(scene, name=f"{scene.name}, {bars} bars", chain=chain, run=run)
 
 
 def predicted(bars: Sequence[int], cost: Sequence[float], wanted: int) -> float:

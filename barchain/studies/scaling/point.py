@@ -9,10 +9,10 @@ import numpy as np
 
 from barchain.run.job import Job, RunResult
 from barchain.run.worker import run_job
-from barchain.studies.cost.curves import median_time
-from barchain.studies.cost.timing import LEAST_S, LONG_S, turn, warmed
-from barchain.studies.scaling.evaluation import DIRECT, evaluation_times, loop_of
 from barchain.studies.scaling.memory import Peak
+from barchain.timing.bench import LEAST_S, LONG_S, turn, warmed
+from barchain.timing.evaluation import DIRECT, evaluation_times, loop_of
+from barchain.timing.statistics import median_time
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

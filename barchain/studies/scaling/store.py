@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from barchain.record.files import write_atomically
-from barchain.studies.cost.store import NOT_RUN
 from barchain.studies.scaling.fit import fits_table, targets
+from barchain.timing.left_out import NOT_RUN
 from reports.tables.scaling import POINT_COLUMNS, read_table
 
 if TYPE_CHECKING:

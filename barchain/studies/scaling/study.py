@@ -19,15 +19,14 @@ from pebble import ProcessPool
 from adapters.trajectory import Observable
 from barchain.run.pool import collect
 from barchain.run.threads import one_thread_each
-from barchain.studies.cost.plan import LeftOut, cannot
-from barchain.studies.cost.store import NOT_RUN
-from barchain.studies.cost.timing import STARTUP_S, pin, quietest_core
-from barchain.studies.scaling.evaluation import DIRECT
 from barchain.studies.scaling.memory import installed
-from barchain.studies.scaling.plan import BUILDS, MEMORY_SHARE, SHARES, affordable, divided, predicted
+from barchain.studies.scaling.plan import BUILDS, MEMORY_SHARE, SHARES, affordable, predicted
 from barchain.studies.scaling.point import LONG_TURNS, Measured, Task, measure_point
+from barchain.timing.bench import STARTUP_S, pin, quietest_core
+from barchain.timing.divided_chain import divided
+from barchain.timing.evaluation import DIRECT
+from barchain.timing.left_out import NOT_RUN, LeftOut, cannot
 from reports.tables.outcome import Outcome
-from reports.text.numerals import span
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -168,4 +167,4 @@ class ScalingStudy:
 
 def rounded(seconds: float) -> str:
     """Expected time to two digits, in words."""
-    return span(float(f"{seconds:.2g}"))
+    return f"{seconds:.2g} s"

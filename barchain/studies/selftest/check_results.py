@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.studies.selftest.fault import Group
+from barchain.studies.selftest.faults.fault import Group
 from barchain.studies.selftest.invisible import moved_beyond_rounding
 from reports.tables.outcome import Outcome
 from reports.tables.selftest import Fate
 
 if TYPE_CHECKING:
     from barchain.judge.comparison import Row, Verdict
-    from barchain.studies.selftest.fault import Fault
+    from barchain.studies.selftest.faults.fault import Fault
     from barchain.studies.selftest.trial import Ground, Result, Trial
 
 CHECKS = {

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from barchain.studies.selftest.check_results import Cell, Reading
-    from barchain.studies.selftest.fault import Fault, Size
+    from barchain.studies.selftest.faults.fault import Fault, Size
     from barchain.studies.selftest.trial import Ground
 
 OCTAVES = 44  # below the natural size: 6e-14 of it, with the natural 1 % less than a rounding of what is spoilt

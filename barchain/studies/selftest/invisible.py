@@ -13,13 +13,13 @@ import numpy as np
 
 from adapters.common.initial_state import chain_model
 from barchain.judge.local_errors import ROUNDINGS, UNIT_ROUNDOFF
-from barchain.studies.selftest.catalogue import CONTROLS, SOUND
+from barchain.studies.selftest.faults.catalogue import CONTROLS, SOUND
 from reference_impl.model import relative
 from reference_impl.model.kinematics import joined_state
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array
-    from barchain.studies.selftest.fault import Fault
+    from barchain.studies.selftest.faults.fault import Fault
     from barchain.studies.selftest.trial import Ground, Trial
 
 GIVEN = ("com_m_s2", "angle_rad_s2", "reaction_N", "torque_N_m")

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from barchain.run.job import Role
-from barchain.studies.selftest.catalogue import CONTROLS, FAULTS, SOUND
 from barchain.studies.selftest.check_results import Cell, cell, nothing
+from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, SOUND
 from barchain.studies.selftest.trial import SelftestError, Trial, run_trials
 from reports.tables.selftest import Fate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from barchain.studies.selftest.fault import Fault
+    from barchain.studies.selftest.faults.fault import Fault
     from barchain.studies.selftest.trial import Ground, Result
 
     Done = Callable[[int], None]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from barchain.record.environment import provenance
 from barchain.run.job import TRUTH_ROLES, Role
-from barchain.studies.selftest.catalogue import CONTROLS
 from barchain.studies.selftest.detection_limit import brackets, most_trials, settled
+from barchain.studies.selftest.faults.catalogue import CONTROLS
 from barchain.studies.selftest.matrix import HOST, Matrix, matrix
 from barchain.studies.selftest.store import SelftestStore
 from barchain.studies.selftest.trial import grounds
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
     from pathlib import Path
 
-    from barchain.studies.selftest.fault import Fault
+    from barchain.studies.selftest.faults.fault import Fault
     from barchain.studies.selftest.trial import Ground
     from scenarios import Scene
 

@@ -13,7 +13,7 @@ from barchain.run.job import Job, Role, RunResult
 from barchain.run.pool import Limit, Room, run_jobs, run_together
 from barchain.run.worker import run_phases
 from barchain.solutions.reference_runs import NUMPY, truth_jobs, truth_of
-from barchain.studies.selftest.engine import seeded, spoilt
+from barchain.studies.selftest.faults.faulty_engine import seeded, spoilt
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Trajectory
     from barchain.solutions.reference import Truth
-    from barchain.studies.selftest.fault import Fault
+    from barchain.studies.selftest.faults.fault import Fault
     from scenarios import Scene
 
 TIME_LIMIT_S = 120.0  # a hundred times what the longest sound run takes

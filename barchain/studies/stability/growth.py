@@ -9,7 +9,7 @@ import numpy as np
 from barchain.judge.tolerances import NORM_SLACK
 from barchain.metrics.quantities import differences
 from barchain.solutions.reference import PARTED_RAD, TWIN_ASIDE
-from barchain.studies.cost.orders import slope
+from barchain.timing.orders import slope
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

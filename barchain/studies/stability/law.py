@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.studies.cost.orders import slope
+from barchain.timing.orders import slope
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array

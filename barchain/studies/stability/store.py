@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from barchain.crossval.store import Store
 from barchain.record.files import write_atomically
 from barchain.run.job import Job, RunResult
+from barchain.run.store import Store
 from barchain.studies.stability.evidence import evidence, plain_row
 from reports.tables.outcome import Outcome
 from reports.tables.stability import EVIDENCE, LAWS, OUTCOMES, PLAIN, SERIES

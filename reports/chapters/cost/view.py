@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from reports.chapters.cost.charts import FLOOR_MARGIN, Setup, Track, by_family, overview
-from reports.tables.cost import CostTables, read_cost
+from reports.tables.cost import BASELINE, CostTables, read_cost
 from reports.tables.outcome import Outcome
 from reports.text.numerals import is_nan, number
 from reports.text.record import mapping, rows
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from reports.plotting.panels import Panel
 
-BASELINE = "reference-fast"  # times are also given over this engine's
 QUANTITIES = {  # columns of errors and floors, and the axis' label
     "attitude": ("attitude_error_rad", "attitude_floor_rad", "largest attitude error, rad"),
     "reaction": ("reaction_relative", "reaction_floor_relative", "largest reaction error / largest reaction"),

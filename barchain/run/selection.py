@@ -1,0 +1,32 @@
+"""Engines and scenes that are asked for by name."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+from adapters.registry import Registration, engines, find_engine
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scenarios import Scene
+
+
+def chosen_engines(names: Iterable[str] | None) -> dict[str, Registration]:
+    """Registrations by name, in the order given; without names all that take part by default."""
+    if names is None:
+        return {name: r for name, r in engines().items() if r.by_default}
+    return {name: find_engine(name) for name in dict.fromkeys(names)}
+
+
+def unique_names(scenes: list[Scene]) -> list[Scene]:
+    """Scenes with different names, so that none overwrites another's files; the same scene twice is one."""
+    kept: dict[str, Scene] = {}
+    for scene in scenes:
+        name, count = scene.name, 1
+        while name in kept and kept[name].digest != scene.digest:
+            count += 1
+            name = f"{scene.name}-{count}"
+        kept[name] = dataclasses.replace(scene, name=name)
+    return list(kept.values())

@@ -1,0 +1,91 @@
+"""The result folder: everything is written as it comes, so that a run cut off leaves what it had."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from adapters.trajectory import from_frame
+from barchain.record.files import write_atomically, write_parquet
+from barchain.run.job import Job, RunResult
+from reports.tables.crossval import METRIC_COLUMNS
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+Row = dict[str, Any]
+
+
+class Store:
+    """A result folder being written; see :mod:`reports.tables.crossval` for what is in it."""
+
+    def __init__(self, folder: Path, record: dict[str, Any], order: list[tuple[str, str]]) -> None:
+        """Open `folder`; `order` lists (scene, engine) as rows are to be sorted."""
+        self.folder, self.record = folder, record
+        self.place = {pair: i for i, pair in enumerate(order)}
+        self.rows: dict[tuple[str, str], list[Row]] = {}
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def earlier_runs(self) -> dict[str, dict[str, Any]]:
+        """Runs that an earlier, cut-off comparison in the same folder recorded, by key."""
+        path = self.folder / "run.json"
+        if not path.is_file():
+            return {}
+        runs = json.loads(path.read_text(encoding="utf-8")).get("runs", [])
+        return {run["key"]: run for run in runs if run["outcome"] == Outcome.PASS}
+
+    def recall(self, job: Job, earlier: dict[str, dict[str, Any]]) -> RunResult | None:
+        """Result of `job` as an earlier comparison stored it, or None."""
+        run, path = earlier.get(job.key), self.path(job)
+        if run is None or not path.is_file():
+            return None
+        trajectory = from_frame(pd.read_parquet(path), ended=run["reason"])
+        trajectory.info.update(run["info"])
+        return RunResult(Outcome(run["outcome"]), run["reason"], trajectory, run["seconds"])
+
+    def path(self, job: Job) -> Path:
+        """File of a job's trajectory."""
+        return self.folder / "trajectories" / job.scene.name / f"{job.file_stem}.parquet"
+
+    def keep_run(self, job: Job, result: RunResult) -> None:
+        """Write a run's trajectory and note it in run.json."""
+        if result.trajectory is not None:
+            write_parquet(result.trajectory.to_frame(), self.path(job))
+        self.record["runs"].append(
+            {
+                "key": job.key,
+                "scene": job.scene.name,
+                "engine": job.engine,
+                "setting": str(job.setting),
+                "role": str(job.role),
+                "outcome": str(result.outcome),
+                "reason": result.reason,
+                "seconds": result.seconds,
+                "info": result.trajectory.info if result.trajectory is not None else {},
+            }
+        )
+        self.write_record()
+
+    def keep_rows(self, scene: str, engine: str, rows: list[Row], series: pd.DataFrame | None = None) -> None:
+        """Write an engine's rows, and its differences over time."""
+        self.rows[scene, engine] = rows
+        if series is not None:
+            write_parquet(series, self.folder / "differences" / scene / f"{engine}.parquet")
+        write_atomically(self.folder / "metrics.csv", self.metrics().to_csv(index=False))
+
+    def keep_growth(self, scene: str, frame: pd.DataFrame) -> None:
+        """Write how a small perturbation of a scene grew."""
+        write_parquet(frame, self.folder / "differences" / scene / "growth.parquet")
+
+    def metrics(self) -> pd.DataFrame:
+        """All rows so far, in the order of scenes and engines asked for."""
+        pairs = sorted(self.rows, key=lambda pair: self.place.get(pair, len(self.place)))
+        return pd.DataFrame([row for pair in pairs for row in self.rows[pair]], columns=list(METRIC_COLUMNS))
+
+    def write_record(self) -> None:
+        """Write run.json as it stands."""
+        write_atomically(self.folder / "run.json", json.dumps(self.record, indent=1))

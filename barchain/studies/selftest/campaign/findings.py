@@ -1,0 +1,94 @@
+"""What speaks against the judge: one scene of each kind, made simpler and written down."""
+
+from __future__ import annotations
+
+import multiprocessing
+from concurrent.futures import TimeoutError as FutureTimeoutError
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from pebble import ProcessExpired, ProcessPool
+
+from barchain.record.files import write_atomically
+from barchain.studies.selftest.campaign.scenes.draw import draw
+from barchain.studies.selftest.campaign.scenes.scene_file import scene_toml
+from barchain.studies.selftest.campaign.scenes.shrink import alike, cell_of, simplest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+    from pathlib import Path
+
+    from barchain.studies.selftest.campaign.cells import Cell
+    from barchain.studies.selftest.campaign.store import CampaignStore
+    from scenarios import Scene
+
+MOST_SHRUNK = 5
+PATIENCE = 2.0
+START_S = 60.0
+"""A process that looks for simpler scenes is ended after this more than `PATIENCE` times what it is given"""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A finding and its scene."""
+
+    cell: Cell
+    """First one of its kind"""
+    times: int
+    """Cells of its kind"""
+    path: Path
+
+
+def kinds(findings: Iterable[Cell]) -> list[list[Cell]]:
+    """Findings that differ by their scene alone, together; missed faults first."""
+    groups: dict[tuple[str, ...], list[Cell]] = {}
+    for cell in findings:
+        groups.setdefault((cell.engine, cell.fault, cell.outcome, cell.quantity), []).append(cell)
+    return sorted(groups.values(), key=lambda cells: not cells[0].fault)
+
+
+def kept_findings(
+    groups: list[list[Cell]], store: CampaignStore, seconds: float, done: Callable[[int], None]
+) -> list[Found]:
+    """Write a scene of each kind of finding; of the first few, one as simple as is found in some seconds each."""
+    kept = []
+    for k, cells in enumerate(groups):
+        first, path = cells[0], store.scene_path(cells[0])
+        scene = draw(int(first.scene.rpartition("/")[2]))
+        write_scene(scene, first, path)
+        if k < MOST_SHRUNK and seconds > 0.0:
+            shrink(scene, first, path, seconds)
+        kept.append(Found(first, len(cells), path))
+        done(1)
+    return kept
+
+
+def write_scene(scene: Scene, cell: Cell, path: Path) -> None:
+    """Write a scene with what it shows."""
+    what = f"{cell.engine} with {cell.fault}" if cell.fault else cell.engine
+    said = f"{what}: {cell.kind}, {cell.outcome}. {cell.quantity} {cell.reason}".strip()
+    named = replace(scene, title=f"From {cell.scene}", description=said)
+    write_atomically(path, scene_toml(named))
+
+
+def shrink(scene: Scene, cell: Cell, path: Path, seconds: float) -> None:
+    """Look for a simpler scene in a process of its own: an engine that dies or hangs there ends the search alone."""
+    pool = ProcessPool(1, context=multiprocessing.get_context("spawn"))
+    try:
+        task = pool.schedule(search, (scene, cell, path, seconds), timeout=PATIENCE * seconds + START_S)
+        task.result()
+    except (FutureTimeoutError, ProcessExpired):
+        pass  # the simplest scene so far is written already
+    finally:
+        pool.stop()
+        pool.join()
+
+
+def search(scene: Scene, cell: Cell, path: Path, seconds: float) -> None:
+    """Write ever simpler scenes."""
+    simplest(
+        scene,
+        lambda one: alike(cell_of(one, cell.engine, cell.fault), cell),
+        seconds,
+        lambda one: write_scene(one, cell, path),
+    )

@@ -1,0 +1,87 @@
+"""Rates of false alarms and of missed faults, each with a 95 % interval."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from scipy.stats import binomtest
+
+from barchain.studies.selftest.campaign.cells import SOUND, TRIED, Kind
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from barchain.studies.selftest.campaign.cells import Cell
+
+CONFIDENCE = 0.95
+MOST_FALSE_ALARMS = 0.005
+"""Share of verdicts on sound engines that may be false alarms"""
+ALL = "all"
+RATE_COLUMNS = ("what", "by", "name", "n", "count", "rate", "low", "high")
+
+
+@dataclass(frozen=True)
+class Rate:
+    """How often something happened, of n times that it could."""
+
+    what: str
+    by: str
+    """``engine``, ``fault`` or ``outcome``"""
+    name: str
+    n: int
+    count: int
+
+    @property
+    def rate(self) -> float:
+        """Share; not a number of nothing."""
+        return self.count / self.n if self.n else math.nan
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Wilson's score interval: it covers its confidence on average, and holds for counts of zero."""
+        if not self.n:
+            return 0.0, 1.0
+        found = binomtest(self.count, self.n).proportion_ci(CONFIDENCE, method="wilson")
+        return float(found.low), float(found.high)
+
+    def row(self) -> dict[str, Any]:
+        """Row of the table."""
+        low, high = self.interval
+        return asdict(self) | {"rate": self.rate, "low": low, "high": high}
+
+
+def rates(cells: list[Cell]) -> list[Rate]:
+    """All rates, those over everything first."""
+    sound = [c for c in cells if not c.fault and c.kind in SOUND]
+    tried = [c for c in cells if c.fault and c.kind in TRIED]
+    planted = [c for c in cells if c.fault and c.kind in (*TRIED, Kind.BELOW, Kind.BEYOND)]
+    found = [Rate(str(Kind.FALSE_ALARM), ALL, ALL, len(sound), count(sound, Kind.FALSE_ALARM))]
+    found.append(Rate(str(Kind.MISSED), ALL, ALL, len(tried), count(tried, Kind.MISSED)))
+    alarms = {c.outcome: None for c in sound if c.kind is Kind.FALSE_ALARM}
+    found += [Rate(str(Kind.FALSE_ALARM), "outcome", o, len(sound), sum(c.outcome == o for c in sound)) for o in alarms]
+    found += each(sound, Kind.FALSE_ALARM, "engine", lambda c: c.engine)
+    found += each(sound, Kind.LIMITED, "engine", lambda c: c.engine)
+    found += each(tried, Kind.MISSED, "engine", lambda c: c.engine)
+    found += each(tried, Kind.MISSED, "fault", lambda c: c.fault)
+    found += each(planted, Kind.BELOW, "fault", lambda c: c.fault)
+    return found + each(planted, Kind.BEYOND, "fault", lambda c: c.fault)
+
+
+def each(cells: list[Cell], kind: Kind, by: str, key: Callable[[Cell], str]) -> list[Rate]:
+    """Rate of a class for each engine or fault, in the order in which they come."""
+    names = dict.fromkeys(map(key, cells))
+    groups = {name: [c for c in cells if key(c) == name] for name in names}
+    return [Rate(str(kind), by, name, len(group), count(group, kind)) for name, group in groups.items()]
+
+
+def count(cells: list[Cell], kind: Kind) -> int:
+    """Cells of a class."""
+    return sum(c.kind is kind for c in cells)
+
+
+def passed(cells: list[Cell]) -> bool:
+    """Whether no fault above its detection limit is missed, and false alarms are as rare as they have to be."""
+    false, missed = rates(cells)[:2]
+    return missed.count == 0 and false.count <= math.ceil(MOST_FALSE_ALARMS * false.n)

@@ -1,0 +1,81 @@
+"""Runs of a campaign: each is made once, in worker processes or in this one."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from adapters.registry import Registration, find_engine
+from barchain.run.pool import Limit, Room, run_jobs, run_together
+from barchain.run.worker import run_job
+from barchain.studies.selftest.campaign.faults.catalogue import find
+from barchain.studies.selftest.faults.faulty_engine import spoilt
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+
+    from adapters.engine import Engine
+    from barchain.run.job import Job, RunResult
+
+    Runner = Callable[[list[Job]], Iterable[tuple[Job, RunResult]]]
+
+TIME_LIMIT_S = 120.0
+
+
+@dataclass(frozen=True)
+class Planted(Registration):
+    """What a worker needs to make an engine with a fault in it: two names."""
+
+    host: str = ""
+    fault: str = ""
+
+    def load(self) -> type[Engine]:
+        """Make the class."""
+        fault = find(self.fault)
+        return spoilt(fault, fault.natural, find_engine(self.host).load())
+
+
+def planted(host: str, fault: str) -> Planted:
+    """Registration of a host with a fault."""
+    return Planted(f"planted:{fault}:{host}", compiles=find_engine(host).compiles, host=host, fault=fault)
+
+
+def in_workers(workers: int | None, time_limit_s: float = TIME_LIMIT_S) -> Runner:
+    """Worker processes; engines with a fault share theirs, as they are our own."""
+
+    def run(jobs: list[Job]) -> Iterator[tuple[Job, RunResult]]:
+        own = [job for job in jobs if isinstance(job.registration, Planted)]
+        sound = [job for job in jobs if not isinstance(job.registration, Planted)]
+        yield from run_jobs(sound, time_limit_s=time_limit_s, workers=workers)
+        if own:
+            yield from run_together(own, Room.OURS, Limit(time_limit_s), workers)
+
+    return run
+
+
+def in_this_process(jobs: list[Job]) -> Iterator[tuple[Job, RunResult]]:
+    """One after the other, without a limit of time."""
+    with tempfile.TemporaryDirectory() as folder:
+        for job in jobs:
+            yield job, run_job(job, Path(folder) / "log")
+
+
+class Runs:
+    """Results of runs by their key."""
+
+    def __init__(self, run: Runner) -> None:
+        """Start with none."""
+        self.run = run
+        self.results: dict[str, RunResult] = {}
+
+    def make(self, jobs: Iterable[Job]) -> None:
+        """Make those runs that were not made yet."""
+        missing = {job.key: job for job in jobs if job.key not in self.results}
+        if missing:
+            self.results |= {job.key: result for job, result in self.run(list(missing.values()))}
+
+    def __getitem__(self, job: Job) -> RunResult:
+        """Result of a run."""
+        return self.results[job.key]

@@ -1,0 +1,1 @@
+"""Faults of the kill matrix, by what they spoil, and the engine that carries them."""

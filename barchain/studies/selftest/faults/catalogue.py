@@ -1,0 +1,40 @@
+"""All faults and controls by name."""
+
+from __future__ import annotations
+
+from barchain.studies.selftest.faults import equations, events, forces, misprints, output
+from barchain.studies.selftest.faults.fault import Fault, Group
+from scenarios import nearest
+
+SOUND = "sound"
+CONTROLS = {f.name: f for f in (Fault(SOUND, "the engine as it is", "no fault", Group.CONTROL), misprints.CONTROL)}
+ORDER = tuple(Group)
+FAULTS = {
+    f.name: f
+    for f in sorted(
+        (*misprints.FAULTS, *equations.FAULTS, *forces.FAULTS, *events.FAULTS, *output.FAULTS),
+        key=lambda f: ORDER.index(f.group),
+    )
+}
+
+
+class UnknownFaultError(KeyError):
+    """No fault of that name is seeded."""
+
+    def __str__(self) -> str:
+        """Give the message without KeyError's quotes."""
+        return str(self.args[0])
+
+
+def find(name: str) -> Fault:
+    """Fault or control of a name.
+
+    Raises
+    ------
+    UnknownFaultError
+        With the nearest names.
+    """
+    known = FAULTS | CONTROLS
+    if name not in known:
+        raise UnknownFaultError(f"{name}: no such fault{nearest(name, known)}; --list shows all {len(FAULTS)}")
+    return known[name]

@@ -1,0 +1,157 @@
+"""Events met late or missed, starts that are a little off, and settings that are not what is said."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+from unittest.mock import patch
+
+from adapters.engine import Knob
+from barchain.studies.selftest.faults import reasons
+from barchain.studies.selftest.faults.equations import SINGLE
+from barchain.studies.selftest.faults.fault import Fault, Group, Size
+from barchain.studies.selftest.faults.forces import SLEW, THRUST, effect
+from reference_impl.integrate import stepper
+from reference_impl.integrate.discrete_modes import ModelSwitches
+from scenarios import load_scene
+from scenarios.scene import CentralBody
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from contextlib import AbstractContextManager
+
+    from adapters.engine import Setting
+    from adapters.trajectory import Trajectory
+    from reference_impl.model.arrays import Array
+    from scenarios import Scene
+
+STALE = "basics/free_rotation"
+STUCK = {Knob.RTOL: 1e-6, Knob.STEPS_PER_ORBIT: 100.0}
+
+
+def later(one: Any, size: float) -> Any:
+    """Effect that starts later."""
+    if hasattr(one, "times_s"):
+        return replace(one, times_s=tuple(t + size for t in one.times_s))
+    name = "at_s" if hasattr(one, "at_s") else "start_s"
+    return replace(one, **{name: getattr(one, name) + size})
+
+
+def switches_late(size: float) -> AbstractContextManager[object]:
+    """Faces and shadows met late."""
+    right = ModelSwitches.meet
+
+    def meet(self: ModelSwitches, exact: Callable[[float], Array], *given: Any) -> tuple[float, Array]:
+        found, _ = right(self, exact, *given)
+        return found + size, exact(found + size)
+
+    return patch.object(ModelSwitches, "meet", meet)
+
+
+def landing_late(size: float) -> AbstractContextManager[object]:
+    """Surface met late."""
+    right = stepper.landing
+
+    def landing(*given: Any) -> float | None:
+        found = right(*given)
+        return None if found is None else found + size
+
+    return patch.object(stepper, "landing", landing)
+
+
+def no_surface(scene: Scene, size: float) -> Scene:
+    """A body that does not stop the chain."""
+    del size
+    return replace(
+        scene,
+        central_body=CentralBody(scene.central_body.mu_m3_s2, 1.0),
+        orbit=replace(scene.orbit, altitude_m=scene.radius0_m - 1.0),
+    )
+
+
+def of_chain(scene: Scene, **values: Any) -> Scene:
+    """Scene with another chain."""
+    return replace(scene, chain=replace(scene.chain, **values))
+
+
+def faster(scene: Scene, size: float) -> Scene:
+    """Initial rate off of the last bar that no law prescribes, in units of the orbit's."""
+    led = {law.bar - 1 for law in scene.effects.prescribed_rotation}
+    rates = list(scene.chain.rate_factor)
+    rates[max(set(range(len(rates))) - led)] += size
+    return of_chain(scene, rate_factor=tuple(rates))
+
+
+def turned(scene: Scene, size: float) -> Scene:
+    """First bar's initial angle off."""
+    angles = scene.chain.angle_rad
+    return of_chain(scene, angle_rad=(angles[0] + size, *angles[1:]))
+
+
+def injected(scene: Scene, size: float) -> Scene:
+    """Speed of injection off; the bars' rates kept."""
+    factors = tuple(a / (1.0 + size) for a in scene.chain.rate_factor)
+    quick = replace(scene.orbit, speed_factor=scene.orbit.speed_factor * (1.0 + size))
+    return of_chain(replace(scene, orbit=quick), rate_factor=factors)
+
+
+def stale(scene: Scene, size: float) -> Scene:
+    """Another scene, run for as long."""
+    del size
+    return replace(load_scene(STALE), run=scene.run)
+
+
+def stretched(scene: Scene, size: float) -> Scene:
+    """Scene that lasts a little longer."""
+    return replace(scene, run=replace(scene.run, duration_s=scene.run.duration_s * (1.0 + size)))
+
+
+def on_time(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+    """Samples said to be where they should be."""
+    del size
+    return seen.replace(t_s=scene.times_s[: len(seen.t_s)])
+
+
+def loosened(setting: Setting, size: float) -> Setting:
+    """Setting less exact by a factor."""
+    value = setting.value * size if setting.knob is Knob.RTOL else setting.value / size
+    return dataclasses.replace(setting, value=value)
+
+
+def stuck(setting: Setting, size: float) -> Setting:
+    """The same setting, whatever is asked for."""
+    del size
+    return dataclasses.replace(setting, value=STUCK[setting.knob])
+
+
+SECOND = Size(1.0, "s")
+START, ACCURACY, EVENTS = Group.START, Group.ACCURACY, Group.EVENTS
+FAULTS = (
+    Fault("slew-late", "slews that start late", "a step that straddles a break", EVENTS, size=SECOND, nothing=SLEW,
+          scene=effect("prescribed_rotation", later)),
+    Fault("thrust-late", "thrusts that start and end late", "a step that straddles a break", EVENTS, size=SECOND,
+          scene=effect("thrust", later), nothing=THRUST),
+    Fault("blow-late", "blows that fall late", "a blow at the end of a step", EVENTS, size=SECOND,
+          scene=effect("impulse", later), nothing=reasons.blows),
+    Fault("switch-late", "shadow's edges and turned faces met late", "an event located at the end of a step", EVENTS,
+          code=switches_late, size=SECOND, nothing=reasons.flips),
+    Fault("landing-late", "the surface met late", "an event located at the end of a step", EVENTS,
+          code=landing_late, size=Size(1.0, "s", most=1e3), nothing=reasons.lands),
+    Fault("surface-missed", "the surface not met at all", "an event not looked for", EVENTS, scene=no_surface,
+          nothing=reasons.lands),
+    Fault("start-rate", "the initial rate of the last free bar off", "a rounded input", START, scene=faster,
+          size=Size(1e-6, "v0/r0")),
+    Fault("start-angle", "the first bar's initial angle off", "a rounded input", START, scene=turned,
+          size=Size(1e-6, "rad")),
+    Fault("start-speed", "the centre of mass' initial speed off", "a rounded input", START, scene=injected,
+          size=Size(1e-6)),
+    Fault("stale", f"the motion of another scene ({STALE}), run for as long", "a result file not overwritten", START,
+          scene=stale),
+    Fault("motion-stretched", "the motion of a clock that runs fast, at the right instants by its own account",
+          "a rounded step times many", START, scene=stretched, output=on_time, size=Size(1e-6)),
+    Fault("loosened", "a tolerance silently loosened, at both settings", "a factor in the solver's own options",
+          ACCURACY, setting=loosened, size=Size(100.0, "times", none=1.0, most=1e8)),
+    Fault("stuck-knob", "one loose setting, whatever is asked for", "an option not passed on", ACCURACY, setting=stuck),
+    SINGLE,
+)  # fmt: skip

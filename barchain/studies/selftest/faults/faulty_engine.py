@@ -1,0 +1,105 @@
+"""An engine with a fault in it, behind the contract and in the registry's own form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from adapters.engine import Engine
+from adapters.registry import Registration, find_engine
+from barchain.studies.selftest.faults.catalogue import find
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adapters.engine import Setting
+    from adapters.trajectory import Array, Trajectory
+    from barchain.studies.selftest.faults.fault import Fault
+    from scenarios import Scene
+
+DECLARED = (
+    "title", "coordinates", "order", "ladder", "effects", "observables", "options", "joints_in_place",
+    "track_by_length", "why_not",
+)  # fmt: skip
+
+
+class Spoilt(Engine):
+    """A host engine with a fault put in; :func:`spoilt` makes the final class."""
+
+    host: ClassVar[type[Engine]]
+    fault: ClassVar[Fault]
+    size: ClassVar[float]
+    recorded: ClassVar[Mapping[Setting, Trajectory]]
+    """Sound runs that serve where only what is read out is spoilt"""
+
+    @classmethod
+    def unsupported(cls, scene: Scene) -> str | None:
+        """As its host."""
+        return cls.host.unsupported(scene)
+
+    @classmethod
+    def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:
+        """As its host."""
+        return cls.host.unsupported_motion(scene, motion)
+
+    @classmethod
+    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
+        """As its host."""
+        return cls.host.noise(scene, setting, t_s)
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        """Give the host what it should not have."""
+        self.scene, self.setting = scene, setting
+        self.sound = self.recorded.get(setting) if self.fault.replays else None
+        if self.sound is None:
+            self.inner = self.host()
+            used = self.host.ladder.setting() if self.fault.stuck else self.fault.asked(setting, self.size)
+            with self.fault.within(self.size):
+                self.inner.build(self.fault.staged(scene, self.size), used)
+
+    def simulate(self) -> None:
+        """Let it run."""
+        if self.sound is None:
+            with self.fault.within(self.size):
+                self.inner.simulate()
+
+    def read(self) -> Trajectory:
+        """Spoil what it shows."""
+        if self.sound is not None:
+            return self.fault.seen(self.sound, self.scene, self.setting, self.size)
+        with self.fault.within(self.size):
+            seen = self.inner.read()
+        return self.fault.seen(seen, self.scene, self.setting, self.size)
+
+
+def spoilt(
+    fault: Fault,
+    size: float,
+    host: type[Engine],
+    recorded: Mapping[Setting, Trajectory] | None = None,
+    main: Trajectory | None = None,
+) -> type[Engine]:
+    """Class of a host engine with a fault in it; without a `main` run of the host it declares what its host does."""
+    kept: dict[str, Any] = {name: getattr(host, name) for name in DECLARED}
+    own = {"host": host, "fault": fault, "size": size, "recorded": recorded or {}}
+    wrong = fault.declares(host, main) if fault.declares and main is not None else {}
+    return type(f"Spoilt{host.__name__}", (Spoilt,), kept | own | wrong)
+
+
+@dataclass(frozen=True)
+class Seeded(Registration):
+    """What a worker needs to make the class: names and a number."""
+
+    host: str = "reference"
+    fault: str = ""
+    size: float = 0.0
+
+    def load(self) -> type[Engine]:
+        """Make the class."""
+        return spoilt(find(self.fault), self.size, find_engine(self.host).load())
+
+
+def seeded(host: str, fault: Fault, size: float) -> Seeded:
+    """Registration of a host with a fault."""
+    name, compiles = f"seeded:{fault.name}={size!r}:{host}", find_engine(host).compiles
+    return Seeded(name, compiles=compiles, host=host, fault=fault.name, size=size)

@@ -1,0 +1,177 @@
+"""What acts, put in too strong, too weak, the wrong way round or not at all; mostly by way of the scene."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+from unittest.mock import patch
+
+from barchain.studies.selftest.faults import reasons
+from barchain.studies.selftest.faults.equations import PART, PERCENT, other_model
+from barchain.studies.selftest.faults.fault import Fault, Group, Size
+from reference_impl.effects import impulse
+from reference_impl.effects.slender import Slender
+from reference_impl.model import relative
+from reference_impl.model.gravity import gradient_spins
+from reference_impl.model.relative import Turning
+from scenarios import Actuator, Axes, End, Frame
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from contextlib import AbstractContextManager
+
+    from barchain.studies.selftest.faults.fault import SceneChange
+    from reference_impl.model.arrays import Array, ComplexArray
+    from reference_impl.model.effect import Push, Situation
+    from scenarios import Scene
+
+
+def effect(name: str, change: Callable[[Any, float], Any]) -> SceneChange:
+    """Change of one effect: of each, where there are several."""
+
+    def changed(scene: Scene, size: float) -> Scene:
+        was = getattr(scene.effects, name)
+        now: Any = tuple(change(one, size) for one in was) if isinstance(was, tuple) else change(was, size)
+        called: dict[str, Any] = {name: now}
+        return replace(scene, effects=replace(scene.effects, **called))
+
+    return changed
+
+
+def stronger(name: str, *fields: str) -> SceneChange:
+    """Effect with some of its numbers a part larger."""
+
+    def change(one: Any, size: float) -> Any:
+        return replace(one, **{f: times(getattr(one, f), 1.0 + size) for f in fields})
+
+    return effect(name, change)
+
+
+def times(value: Any, factor: float) -> Any:
+    """Number, or each of several, times a factor."""
+    return tuple(v * factor for v in value) if isinstance(value, tuple) else value * factor
+
+
+def set_to(name: str, **values: Any) -> SceneChange:
+    """Effect with some of its fields as given."""
+    return effect(name, lambda one, _: replace(one, **values))
+
+
+@contextlib.contextmanager
+def torque_times(factor: float) -> Iterator[None]:
+    """Gravity's torques on all bars scaled, by either model."""
+    slender = Slender.push
+
+    def push(self: Slender, at: Situation, mode: Array | None) -> Push:
+        right = slender(self, at, mode)
+        return right._replace(spin=factor * right.spin)
+
+    with (
+        patch.object(relative, "gradient_spins", lambda *given: factor * gradient_spins(*given)),
+        patch.object(Slender, "push", push),
+    ):
+        yield
+
+
+def point_pull(size: float) -> AbstractContextManager[object]:
+    """Exact bars pulled as point masses, their torque kept."""
+    slender = Slender.push
+
+    def push(self: Slender, at: Situation, mode: Array | None) -> Push:
+        right = slender(self, at, mode)
+        return right._replace(difference=(1.0 - size) * right.difference)
+
+    return patch.object(Slender, "push", push)
+
+
+def blow_lever(size: float) -> AbstractContextManager[object]:
+    """Impulsive reactions that turn the bars the wrong way."""
+    del size
+
+    class Wrong(Turning):
+        def levered(self, reaction: ComplexArray) -> Array:
+            return -super().levered(reaction)
+
+    return patch.object(impulse, "Turning", Wrong)
+
+
+def swapped_axes(one: Any, _: float) -> Any:
+    """Direction in the other axes."""
+    return replace(one, axes=Axes.BODY if one.axes is Axes.INERTIAL else Axes.INERTIAL)
+
+
+def swapped_frame(one: Any, _: float) -> Any:
+    """Angle against the other direction."""
+    local = one.frame is Frame.LOCAL_HORIZONTAL
+    return replace(one, frame=Frame.INERTIAL if local else Frame.LOCAL_HORIZONTAL)
+
+
+def swapped_actuator(one: Any, _: float) -> Any:
+    """Torque from outside instead of from the neighbour, or the other way round."""
+    outside = one.actuator is Actuator.EXTERNAL
+    return replace(one, actuator=Actuator.JOINT if outside else Actuator.EXTERNAL)
+
+
+def other_end(one: Any, _: float) -> Any:
+    """Other end of the bar."""
+    return replace(one, end=End.LEFT if one.end is End.RIGHT else End.RIGHT)
+
+
+OBLATE = reasons.needs("oblateness", "oblateness")
+BODIES = reasons.needs("third_body", "third body")
+DRAG = reasons.needs("drag", "drag")
+LIGHT = reasons.needs("solar_pressure", "sunlight")
+SPRINGS = reasons.needs("joint_spring_damper", "springs or dampers")
+THRUST = reasons.needs("thrust", "thrust")
+SLEW = reasons.needs("prescribed_rotation", "prescribed rotation")
+FORCES = Group.FORCES
+FAULTS = (
+    Fault("gravity-torque-off", "no gravity torque (or a part of it less)", "a load not switched on", FORCES,
+          code=lambda s: torque_times(1.0 - s), size=PART, nothing=reasons.turning),
+    Fault("gravity-torque-sign", "gravity torque of the wrong sign", "phi from the vertical", FORCES,
+          code=lambda _: torque_times(-1.0), nothing=reasons.turning),
+    Fault("slender-force", "exact bars pulled as point masses, with their torque", "a torque without its force",
+          FORCES, code=point_pull, size=PART, nothing=reasons.exact_bars),
+    Fault("mu", "mu too large in the pull, the start right", "another body, or a rounded constant", FORCES,
+          code=other_model(lambda m, s: dataclasses.replace(m, mu_m3_s2=m.mu_m3_s2 * (1.0 + s))),
+          size=Size(1e-6, most=1.0), nothing=reasons.gravity),
+    Fault("j2", "J2 too large", "another field model", FORCES, scene=stronger("oblateness", "j2"), size=PERCENT,
+          nothing=OBLATE),
+    Fault("third-body", "Moon and Sun too heavy", "a wrong ephemeris constant", FORCES,
+          scene=stronger("third_body", "mu_m3_s2"), size=PERCENT, nothing=BODIES),
+    Fault("drag", "drag coefficients too large", "a wrong coefficient or area", FORCES,
+          scene=stronger("drag", "normal_coefficient", "tangential_coefficient"), size=PERCENT, nothing=DRAG),
+    Fault("still-air", "air that does not turn with the body", "inertial for relative velocity", FORCES,
+          scene=set_to("drag", rotation_rad_s=0.0), nothing=DRAG),
+    Fault("light", "sunlight too strong", "a wrong solar constant", FORCES,
+          scene=stronger("solar_pressure", "pressure_Pa"), size=PERCENT, nothing=LIGHT),
+    Fault("black", "no light reflected", "a coefficient left at its default", FORCES,
+          scene=set_to("solar_pressure", reflectivity=0.0), nothing=LIGHT),
+    Fault("shadow-missing", "sunlight in the body's shadow", "an event not looked for", FORCES,
+          scene=set_to("solar_pressure", shadow=False), nothing=reasons.shadow),
+    Fault("springs", "joint springs too stiff", "degrees for radians, to a part", FORCES,
+          scene=stronger("joint_spring_damper", "stiffness_N_m_rad"), size=PERCENT, nothing=SPRINGS),
+    Fault("dampers", "joint dampers too strong", "a wrong coefficient", FORCES,
+          scene=stronger("joint_spring_damper", "damping_N_m_s_rad"), size=PERCENT, nothing=SPRINGS),
+    Fault("thrust", "thrust too strong", "a wrong calibration", FORCES, scene=stronger("thrust", "force_N"),
+          size=PERCENT, nothing=THRUST),
+    Fault("thrust-axes", "thrust's direction in the other axes", "body axes for inertial ones", FORCES,
+          scene=effect("thrust", swapped_axes), nothing=THRUST),
+    Fault("thrust-end", "thrust on the bar's other end", "left for right", FORCES,
+          scene=effect("thrust", other_end), nothing=THRUST),
+    Fault("blow", "blows too strong", "a wrong size", FORCES, scene=stronger("impulse", "impulse_N_s"), size=PERCENT,
+          nothing=reasons.blows),
+    Fault("blow-reaction-sign", "impulsive reactions turn the bars the wrong way", "a sign in the jump", FORCES,
+          code=blow_lever, nothing=reasons.blows),
+    Fault("blow-end", "blows on the bar's other end", "left for right", FORCES, scene=effect("impulse", other_end),
+          nothing=reasons.blows),
+    Fault("slew", "slews by too large an angle", "a wrong amplitude of eq. (28)", FORCES,
+          scene=stronger("prescribed_rotation", "amplitude_rad"), size=PERCENT, nothing=SLEW),
+    Fault("slew-frame", "slews against the other direction: inertial axes or the local horizontal",
+          "the paper leaves it open", FORCES, scene=effect("prescribed_rotation", swapped_frame), nothing=SLEW),
+    Fault("slew-counter-torque", "the torque of a slew from outside for a motor in the joint, and the other way round",
+          "a counter-torque forgotten", FORCES, scene=effect("prescribed_rotation", swapped_actuator),
+          nothing=reasons.first_of(SLEW, reasons.joints)),
+)  # fmt: skip

@@ -1,0 +1,297 @@
+"""Mistakes in what is read out of a sound run: signs, axes, units, order, instants, holes."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from barchain.studies.selftest.faults import reasons
+from barchain.studies.selftest.faults.fault import Fault, Group, Size
+from barchain.studies.selftest.faults.forces import SLEW
+
+if TYPE_CHECKING:
+    from adapters.trajectory import Array, Trajectory
+    from barchain.solutions.reference import Truth
+    from barchain.studies.selftest.faults.fault import Nothing, OutputChange
+    from reference_impl.model.effect import Indices
+    from scenarios import Scene
+
+CHANNELS = {
+    "com": "com_m",
+    "com-velocity": "com_velocity_m_s",
+    "attitude": "angle_rad",
+    "rate": "rate_rad_s",
+    "reaction": "reaction_N",
+    "gap": "gap_m",
+    "identity": "identity_m",
+    "torque": "torque_N_m",
+    "impulse": "impulse_N_s",
+}
+ALWAYS = ("com", "com-velocity")
+MEASURED = ("gap", "identity")
+OUTPUT, ACCURACY, START = Group.OUTPUT, Group.ACCURACY, Group.START
+
+
+def values(seen: Trajectory, channel: str) -> Array:
+    """Values of a channel that is there."""
+    found: Array = getattr(seen, CHANNELS[channel])
+    return found
+
+
+def changed(seen: Trajectory, channel: str, found: Array | None) -> Trajectory:
+    """Trajectory with another channel in its place."""
+    return seen.replace(**{CHANNELS[channel]: found})
+
+
+def grown(channel: str) -> OutputChange:
+    """A channel a part too large."""
+    return lambda seen, _, size: changed(seen, channel, values(seen, channel) * (1.0 + size))
+
+
+def negative(channel: str) -> OutputChange:
+    """A channel of the other sign."""
+    return lambda seen, _, __: changed(seen, channel, -values(seen, channel))
+
+
+def late(channel: str) -> OutputChange:
+    """A channel one sample late; the first one stays."""
+
+    def change(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+        del scene, size
+        found = values(seen, channel)
+        return changed(seen, channel, np.concatenate([found[:1], found[:-1]]))
+
+    return change
+
+
+def single(channel: str) -> OutputChange:
+    """A channel in single precision."""
+    return lambda seen, _, __: changed(seen, channel, values(seen, channel).astype(np.float32).astype(np.float64))
+
+
+def degrees(channel: str) -> OutputChange:
+    """A channel in degrees."""
+    return lambda seen, _, __: changed(seen, channel, np.rad2deg(values(seen, channel)))
+
+
+def dropped(channel: str) -> OutputChange:
+    """No channel."""
+    return lambda seen, _, __: changed(seen, channel, None)
+
+
+def one_nan(channel: str) -> OutputChange:
+    """One entry that is not a number, in the middle."""
+
+    def change(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+        del scene, size
+        found = values(seen, channel).copy()
+        found.reshape(len(found), -1)[len(found) // 2, -1] = np.nan
+        return changed(seen, channel, found)
+
+    return change
+
+
+def liveliest(found: Array) -> int:
+    """Sample that differs most from the one before."""
+    return 1 + int(np.argmax(np.abs(np.diff(found, axis=0)).reshape(len(found) - 1, -1).max(axis=1)))
+
+
+def one_repeated(channel: str) -> OutputChange:
+    """One sample that is the one before, where that differs most."""
+
+    def change(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+        del scene, size
+        found = values(seen, channel).copy()
+        sample = liveliest(found)
+        found[sample] = found[sample - 1]
+        return changed(seen, channel, found)
+
+    return change
+
+
+def rows_of(seen: Trajectory, rows: Indices | slice) -> Trajectory:
+    """Trajectory with some of its rows."""
+    arrays: dict[str, Any] = {k: v[rows] for k, v in vars(seen).items() if isinstance(v, np.ndarray)}
+    return dataclasses.replace(seen, **arrays)
+
+
+def repeated(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+    """One sample that is the one before in every channel but the time."""
+    del scene, size
+    order = np.arange(len(seen.t_s))
+    order[len(order) // 2] -= 1
+    return dataclasses.replace(rows_of(seen, order), t_s=seen.t_s)
+
+
+def twice(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+    """One sample written twice, its time with it."""
+    del scene, size
+    middle = len(seen.t_s) // 2
+    return rows_of(seen, np.insert(np.arange(len(seen.t_s)), middle, middle))
+
+
+def cut(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+    """First half, without a word."""
+    del scene, size
+    return dataclasses.replace(rows_of(seen, slice(0, len(seen.t_s) // 2)), ended="")
+
+
+def by_angle(reaction: Array, angle: Array) -> Array:
+    """Components of forces in axes turned by `angle`, which broadcasts to all but the last axis."""
+    turned = (reaction[..., 0] + 1j * reaction[..., 1]) * np.exp(-1j * angle)
+    return np.stack([turned.real, turned.imag], axis=-1)
+
+
+def in_orbit_axes(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+    """Reactions in radial and transverse components."""
+    del scene, size
+    longitude = np.arctan2(seen.com_m[:, 1], seen.com_m[:, 0])
+    return changed(seen, "reaction", by_angle(values(seen, "reaction"), longitude[:, None]))
+
+
+def in_bar_axes(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+    """Reactions in the axes of the bars they act on."""
+    del scene, size
+    return changed(seen, "reaction", by_angle(values(seen, "reaction"), values(seen, "attitude")[:, :-1]))
+
+
+def backwards(channel: str) -> OutputChange:
+    """Bars or joints from last to first."""
+    return lambda seen, _, __: changed(seen, channel, values(seen, channel)[:, ::-1].copy())
+
+
+def wrapped(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+    """Angles in (-pi, pi]."""
+    del scene, size
+    angle = values(seen, "attitude")
+    return changed(seen, "attitude", np.pi - np.mod(np.pi - angle, 2.0 * np.pi))
+
+
+def from_horizontal(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+    """Angles from the horizontal through the centre of mass."""
+    del scene, size
+    longitude = np.unwrap(np.arctan2(seen.com_m[:, 1], seen.com_m[:, 0]))
+    return changed(seen, "attitude", values(seen, "attitude") - longitude[:, None] + 0.5 * np.pi)
+
+
+def from_before(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+    """Angles from the bar before."""
+    del scene, size
+    angle = values(seen, "attitude")
+    return changed(seen, "attitude", np.diff(angle, axis=1, prepend=0.0))
+
+
+def damped(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+    """Rates that lose a part over the run."""
+    lost = 1.0 - size * seen.t_s / scene.run.duration_s
+    return changed(seen, "rate", values(seen, "rate") * lost[:, None])
+
+
+def opened(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+    """Joints that open in the course of the run."""
+    return changed(seen, "gap", values(seen, "gap") + size * (seen.t_s / scene.run.duration_s)[:, None])
+
+
+def off_centre(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+    """Bars' weighted centre beside the centre of mass."""
+    del scene
+    return changed(seen, "identity", values(seen, "identity") + size)
+
+
+def from_start(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+    """Places counted from the first one."""
+    del scene, size
+    return changed(seen, "com", seen.com_m - seen.com_m[0])
+
+
+def stretched(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+    """A clock that runs slow."""
+    del scene
+    return seen.replace(t_s=seen.t_s * (1.0 + size))
+
+
+def there(channel: str) -> Nothing:
+    """Scenes that have a channel with something in it."""
+    if channel in (*ALWAYS, "attitude", "rate"):
+        return lambda _: ""
+    if channel == "torque":
+        return SLEW
+    return reasons.blows if channel == "impulse" else reasons.joints
+
+
+def varies(channel: str) -> Nothing:
+    """Scenes that have a channel which does not stay as it is."""
+
+    def nothing(truth: Truth) -> str:
+        lacking = there(channel)(truth)
+        if lacking:
+            return lacking
+        found = values(truth.trajectory, channel)
+        return f"{channel} stays as it is" if np.array_equal(found, np.broadcast_to(found[0], found.shape)) else ""
+
+    return nothing
+
+
+def each(channels: tuple[str, ...], name: str, words: str, stands: str, change: object, group: Group) -> list[Fault]:
+    """The same fault in several channels."""
+    assert callable(change)
+    nothing = varies if name in ("repeated", "late") else there
+    return [
+        Fault(f"{name}-{c}", f"{c.replace('-', ' ')} {words}", stands, group, output=change(c), nothing=nothing(c))
+        for c in channels
+    ]
+
+
+ALL = tuple(CHANNELS)
+FORCES = ("reaction", "torque", "impulse")
+PERCENT = Size(1e-2, most=1.0)
+FAULTS = (
+    *each(FORCES, "sign", "of the other sign", "action for reaction", negative, OUTPUT),
+    *each((*FORCES, "com-velocity", "rate"), "late", "one sample late", "read before the step, not after it", late,
+          OUTPUT),
+    *(Fault(f"scale-{c}", f"{c} too large", "a wrong unit or load factor", OUTPUT, output=grown(c), size=PERCENT,
+            nothing=there(c)) for c in FORCES),
+    Fault("zeros-reaction", "reactions all zero", "a channel never filled", OUTPUT, nothing=there("reaction"),
+          output=lambda seen, *_: changed(seen, "reaction", 0.0 * values(seen, "reaction"))),
+    Fault("orbit-axes-reaction", "reactions in radial and transverse components", "another frame", OUTPUT,
+          output=in_orbit_axes, nothing=there("reaction")),
+    Fault("bar-axes-reaction", "reactions in the axes of the bars they act on", "another frame", OUTPUT,
+          output=in_bar_axes, nothing=there("reaction")),
+    Fault("order-reaction", "joints from last to first", "another order of bodies", OUTPUT,
+          output=backwards("reaction"), nothing=reasons.several_joints),
+    Fault("order-attitude", "bars from last to first", "another order of bodies", OUTPUT,
+          output=backwards("attitude"), nothing=there("reaction")),
+    *each(("attitude", "rate"), "degrees", "in degrees", "a library's own unit", degrees, OUTPUT),
+    Fault("wrapped-attitude", "angles wrapped to (-180°, 180°]", "atan2 for an integrated angle", OUTPUT,
+          output=wrapped, nothing=reasons.turned_around),
+    Fault("horizon-attitude", "angles from the local horizontal", "the paper's phi for theta", OUTPUT,
+          output=from_horizontal),
+    Fault("joint-angles", "angles from the bar before", "joint coordinates not summed", OUTPUT, output=from_before,
+          nothing=there("reaction")),
+    Fault("start-com", "places counted from the first one", "another origin", OUTPUT, output=from_start),
+    Fault("scale-com-velocity", "velocities that are not the track's derivative", "momentum over another mass", OUTPUT,
+          output=grown("com-velocity"), size=Size(1e-6)),
+    Fault("scale-rate", "rates that are not the angles' derivative", "rates in other axes", OUTPUT,
+          output=grown("rate"), size=Size(1e-6)),
+    Fault("damped-rate", "rates that lose a part over the run", "numerical damping", OUTPUT, output=damped,
+          size=Size(1e-4)),
+    Fault("opened-gap", "joints that open by this much in the course of the run", "drift of constraints", OUTPUT,
+          output=opened, size=Size(1e-6, "m", most=1e3), nothing=there("gap")),
+    Fault("off-identity", "bars' weighted centre beside the centre of mass", "places of two instants", OUTPUT,
+          output=off_centre, size=Size(1e-6, "m"), nothing=there("identity")),
+    *each(tuple(c for c in ALL if c not in ALWAYS), "dropped", "left out", "a channel that is declared and not there",
+          dropped, OUTPUT),
+    *each(ALL, "nan", "with one NaN", "a division by zero in one sample", one_nan, OUTPUT),
+    Fault("repeated", "one sample that is the one before, in every channel", "a buffer not advanced", OUTPUT,
+          output=repeated),
+    *each(tuple(c for c in ALL if c not in MEASURED), "repeated", "with one sample that is the one before",
+          "a buffer not advanced", one_repeated, OUTPUT),
+    Fault("twice", "one sample written twice, its instant with it", "a restart", OUTPUT, output=twice),
+    Fault("cut", "the first half of the samples, and no word why", "a run that ended early", OUTPUT, output=cut),
+    Fault("clock-stretched", "instants stretched", "a step count times a rounded step", OUTPUT, output=stretched,
+          size=Size(1e-6)),
+    *each(tuple(c for c in ALL if c not in MEASURED), "float32", "in single precision", "one array declared float32",
+          single, ACCURACY),
+)  # fmt: skip

@@ -1,0 +1,90 @@
+"""Time of one evaluation of the right-hand side, for the engines whose own that is: no solver around it."""
+
+from __future__ import annotations
+
+import gc
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adapters.common.initial_state import chain_model, initial_state
+from reference_impl.integrate.simulate import Simulation
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from adapters.trajectory import Array
+    from reference_impl.integrate.coordinate_sets import CoordinateSet
+    from scenarios import Scene
+
+LEAST_S = 0.002  # of one batch: thousands of ticks of the clock
+BATCHES = 7  # in a turn, whose time is the least of them: what disturbs only adds
+DIRECT: dict[str, CoordinateSet | None] = {  # None: compiled
+    "reference": "minimal",
+    "reference-fast": None,
+    "reference-absolute": "absolute",
+}
+
+
+def loop_of(engine: str, scene: Scene) -> Callable[[int], None]:
+    """Return what evaluates an engine's right-hand side at the scene's start a number of times."""
+    coordinates = DIRECT[engine]
+    return compiled_loop(scene) if coordinates is None else numpy_loop(scene, coordinates)
+
+
+def numpy_loop(scene: Scene, coordinates: CoordinateSet) -> Callable[[int], None]:
+    """Loop over NumPy's right-hand side."""
+    start = initial_state(scene)
+    state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
+    simulation = Simulation(chain_model(scene), *state, rtol=1.0, coordinates=coordinates)
+    rhs, y = simulation.packing.rhs, simulation.y0
+
+    def loop(times: int) -> None:
+        for _ in range(times):
+            rhs(0.0, y)
+
+    return loop
+
+
+def compiled_loop(scene: Scene) -> Callable[[int], None]:
+    """Loop over the compiled right-hand side."""
+    from barchain.timing.compiled_loop import repeat  # noqa: PLC0415  # Numba is an extra
+    from reference_impl.fast import layout  # noqa: PLC0415
+    from reference_impl.fast.simulate import hold, modes_at  # noqa: PLC0415
+
+    start, model = initial_state(scene), chain_model(scene)
+    state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
+    y, chain = layout.pack(*state), layout.chain(model)
+    twin = Simulation(model, *state, rtol=1.0)
+    hold(chain, modes_at(twin.packing, 0.0, twin.y0))
+    work, rates = layout.work_of(chain), np.zeros_like(y)
+    return lambda times: repeat(times, y, rates, chain, work)
+
+
+def evaluation_times(loop: Callable[[int], None], turns: int, least_s: float = LEAST_S) -> Array:
+    """Time of one call in each turn, (turns,) s: the least of its batches."""
+    times = calibrated(loop, least_s)
+    gc.collect()
+    gc.disable()
+    try:
+        found = [min(batch_s(loop, times) for _ in range(BATCHES)) for _ in range(turns)]
+    finally:
+        gc.enable()
+    return np.array(found) / times
+
+
+def calibrated(loop: Callable[[int], None], least_s: float) -> int:
+    """Count the calls that fill a batch; the first call of all, which may compile, is not counted."""
+    loop(1)
+    times = 1
+    while batch_s(loop, times) < least_s:
+        times *= 2
+    return times
+
+
+def batch_s(loop: Callable[[int], None], times: int) -> float:
+    """Wall time of a batch, s."""
+    start = time.perf_counter()
+    loop(times)
+    return time.perf_counter() - start
