@@ -23,6 +23,7 @@ from barchain.cli.scaling import scaling
 from barchain.cli.selftest import selftest
 from barchain.cli.stability import stability
 from barchain.record.command import typed
+from barchain.run.selection import chosen_engines
 from barchain.solutions.certified_table import DamagedTableError
 from reports.tables.crossval import DamagedResultsError
 from scenarios import SceneError, SceneFile, load_scene, nearest, scene_names
@@ -225,7 +226,7 @@ def compare_and_render(
 ) -> None:  # fmt: skip
     """Run the comparison with progress, render the report, and exit by its outcome."""
     chosen = parse_settings(settings)
-    total = len(scenes) * len(api.chosen_engines(names))
+    total = len(scenes) * len(chosen_engines(names))
     with verdicts_shown(total) as show:
         result = api.compare(
             scenes, names, out, time_limit_s=time_limit, workers=workers, settings=chosen, resume=resume,

@@ -1,0 +1,136 @@
+"""One contract, kept by every engine on every scene."""
+
+import dataclasses
+import os
+
+import numpy as np
+import pytest
+
+from adapters.common.initial_state import initial_state
+from adapters.reference.numpy_engines import Reference
+from adapters.registry import ENGINES
+from adapters.trajectory import Observable, from_frame, to_frame
+from barchain.run.trajectory_checks import fault
+from scenarios import load_scene
+from tests.support.scene_lists import ALL, TAME
+
+SHARE = 0.04  # of the run: long enough to move, short enough for every pair
+SAMPLES = 9
+# A coarse setting each: the contract is about meaning, accuracy is the comparison's business.
+# Reactions of index 3 in inertial coordinates get worse as the square of the number of steps: of short bars, at once.
+COARSE = {("exudyn-absolute-index3", "effects/slews"): 1000}
+HERE = {name: registration for name, registration in ENGINES.items() if registration.missing is None}
+EXTERNAL = [name for name, registration in HERE.items() if registration.external]
+
+
+def shortened(name):
+    scene = load_scene(name)
+    return dataclasses.replace(
+        scene, run=dataclasses.replace(scene.run, duration_s=SHARE * scene.run.duration_s, samples=SAMPLES)
+    )
+
+
+PAIRS = [
+    (engine, name)
+    for engine, registration in HERE.items()
+    for name in TAME
+    if registration.load().unsupported(load_scene(name)) is None
+]
+
+
+@pytest.fixture(scope="module")
+def truths():
+    return {}
+
+
+def truth_of(truths, name):
+    if name not in truths:
+        truths[name] = Reference().run(shortened(name), Reference.ladder.setting(1e-12))
+    return truths[name]
+
+
+@pytest.mark.parametrize(("engine", "name"), PAIRS)
+def test_an_engine_returns_what_it_declares_in_the_common_units_axes_and_signs(
+    engine, name, truths, tmp_path, monkeypatch, capfd
+):
+    monkeypatch.chdir(tmp_path)
+    scene, loaded = shortened(name), ENGINES[engine].load()
+    setting = loaded.ladder.finer(loaded.ladder.setting(COARSE.get((engine, name))))
+    seen = loaded().run(scene, setting)
+    assert fault(scene, loaded, seen) is None
+    assert seen.observables - {Observable.TORQUE, Observable.IMPULSE} <= loaded.observables
+    printed = capfd.readouterr()
+    assert printed.out + printed.err == ""
+    assert list(tmp_path.iterdir()) == []
+    starts_at_the_initial_state(scene, seen)
+    means_the_same(scene, seen, truth_of(truths, name))
+
+
+def starts_at_the_initial_state(scene, seen):
+    start = initial_state(scene)
+    assert np.abs(seen.com_m[0] - start.com_m).max() <= 4 * np.spacing(scene.radius0_m)
+    assert np.abs(seen.com_velocity_m_s[0] - start.com_velocity_m_s).max() <= 1e-9 * max(scene.speed0_m_s, 1.0)
+    if seen.angle_rad is not None:
+        # an angle got back from absolute positions carries their rounding
+        assert np.abs(seen.angle_rad[0] - start.angle_rad).max() <= 4 * np.spacing(scene.radius0_m) / min(
+            scene.chain.length_m
+        )
+
+
+def means_the_same(scene, seen, truth):
+    """Signs, frames and order of joints: a tenth of a percent of the largest value tells them apart."""
+    tenth_percent = 1e-3
+    assert np.abs(seen.com_m - truth.com_m).max() <= 1e-6 * scene.radius0_m
+    for mine, theirs in ((seen.angle_rad, truth.angle_rad), (seen.rate_rad_s, truth.rate_rad_s)):
+        if mine is not None:
+            assert np.abs(mine - theirs).max() <= tenth_percent * max(np.abs(theirs - theirs[0]).max(), 1e-3)
+    scale = (
+        scene.mass_kg * max(scene.chain.length_m) * scene.mean_motion_rad_s**2
+    )  # m n² l: the horizontal chain's own vanish
+    for mine, theirs in ((seen.reaction_N, truth.reaction_N), (seen.torque_N_m, truth.torque_N_m)):
+        if mine is not None and mine.size:
+            # index 3 starts its multipliers with an error of first order in the step and damps it in some 50 steps
+            assert np.abs(mine - theirs).max() <= 20 * tenth_percent * max(np.abs(theirs).max(), scale)
+
+
+def test_no_engine_is_left_out_everywhere():
+    assert {engine for engine, _ in PAIRS} == set(HERE)
+
+
+@pytest.mark.skipif("BARCHAIN_ALL_ENGINES" not in os.environ, reason="extras are optional; CI has all of them")
+def test_no_engine_is_missing():
+    assert {name: r.missing for name, r in ENGINES.items() if r.missing} == {}
+
+
+@pytest.mark.parametrize("name", TAME)
+def test_every_scene_is_carried_by_an_external_engine_with_reactions_or_has_none(name):
+    carried = {e for e, scene in PAIRS if scene == name and e in EXTERNAL}
+    assert carried - {"rebound"}
+
+
+@pytest.mark.parametrize("engine", HERE)
+def test_what_an_engine_cant_carry_has_a_reason(engine):
+    loaded = ENGINES[engine].load()
+    for name in ALL:
+        scene = load_scene(name)
+        reason = loaded.unsupported(scene)
+        assert reason is None or len(reason.split()) > 3, (engine, name, reason)
+
+
+@pytest.mark.parametrize("engine", HERE)
+def test_ladders_run_from_coarse_to_fine_and_hold_their_default(engine):
+    ladder = ENGINES[engine].load().ladder
+    finer = np.diff(ladder.values) < 0 if ladder.knob == "rtol" else np.diff(ladder.values) > 0
+    assert finer.all()
+    assert ladder.default in ladder.values
+
+
+@pytest.mark.parametrize("engine", HERE)
+def test_a_trajectory_survives_its_table(engine):
+    name = "basics/two_bars_free"
+    seen = ENGINES[engine].load()().run(shortened(name))
+    back = from_frame(to_frame(seen))
+    for field in dataclasses.fields(seen):
+        mine, theirs = getattr(seen, field.name), getattr(back, field.name)
+        if isinstance(mine, np.ndarray) and mine.size:
+            np.testing.assert_array_equal(mine, theirs)

@@ -1,0 +1,182 @@
+"""The oracle's equations and its runs: another derivation, every precision, the surface, and breaks of laws."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from adapters.engine import EngineError, Knob, Setting
+from adapters.heyoka.adapter import Heyoka, HeyokaLong, HeyokaQuad
+from adapters.heyoka.compiled import DOUBLE, QUAD, symbols
+from adapters.heyoka.equations import visit
+from adapters.heyoka.run import Run
+from adapters.heyoka.structure import structure_of
+from adapters.heyoka.units import units_of
+from adapters.reference.numpy_engines import Reference
+from barchain.api import SettingError, choose_setting
+from barchain.metrics.quantities import differences
+from reference_impl.model import relative
+from reference_impl.model.state import Accelerations
+from scenarios import load_scene
+from tests.adapters.heyoka_state import compiled, oracle_accelerations
+from tests.reference.paper_chains import AGREEMENT, LAWS, chain, disagreement, grip
+from tests.support.arbiter import judge
+
+U = 2.0**-53
+
+
+def varied(name, *, orbit=None, chain=None, run=None):
+    scene = load_scene(name)
+    return dataclasses.replace(
+        scene,
+        orbit=dataclasses.replace(scene.orbit, **orbit or {}),
+        chain=dataclasses.replace(scene.chain, **chain or {}),
+        run=dataclasses.replace(scene.run, **run or {}),
+    )
+
+
+@pytest.mark.parametrize("laws", LAWS)
+@pytest.mark.parametrize("bars", [1, 2, 5])
+def test_accelerations_reactions_and_torques_are_the_references_to_its_round_off(bars, laws):
+    for seed in range(12):
+        model, state = chain(seed, bars, equal=bool(seed % 2), laws=laws)
+        theirs, mine = relative.accelerations(model, 25.0, state), oracle_accelerations(model, 25.0, state)
+        assert disagreement(model, state, mine, theirs) < AGREEMENT / grip(model, state)
+
+
+@pytest.mark.parametrize("gravity", ["none", "point"])
+def test_so_they_are_with_less_gravity(gravity):
+    for seed in range(12):
+        model, state = chain(seed, 4, equal=bool(seed % 2), laws="both ends")
+        model = dataclasses.replace(model, gravity=gravity)
+        theirs, mine = relative.accelerations(model, 25.0, state), oracle_accelerations(model, 25.0, state)
+        if gravity == "none":  # a share of nothing is no number
+            assert not mine.com_m_s2.any()
+            theirs, mine = (dataclasses.replace(a, com_m_s2=np.ones(2)) for a in (theirs, mine))
+        assert disagreement(model, state, mine, theirs) < AGREEMENT / grip(model, state)
+
+
+@pytest.mark.parametrize("laws", LAWS)
+def test_they_are_those_of_an_independent_derivation_in_fifty_digits(laws):
+    """What is left is the arbiter's input: bars' places rounded to double, u of the chain's length."""
+    model, state = chain(22, 5, equal=False, laws=laws)
+    verdict = judge(model, 25.0, state)
+    centre = model.weight @ verdict.place_m_s2
+    judged = Accelerations(centre, verdict.angle_rad_s2, verdict.relative_m_s2, verdict.reaction_N, verdict.torque_N_m)
+    assert disagreement(model, state, oracle_accelerations(model, 25.0, state), judged) < AGREEMENT / grip(model, state)
+
+
+def test_double_loses_no_more_than_the_reference_does():
+    model, state = chain(3, 12, equal=False, laws="none")
+    exact = oracle_accelerations(model, 25.0, state)
+    for found in (oracle_accelerations(model, 25.0, state, DOUBLE), relative.accelerations(model, 25.0, state)):
+        assert disagreement(model, state, found, exact) < AGREEMENT
+
+
+def test_the_symmetric_step_is_the_general_one(monkeypatch):
+    model, state = chain(5, 5, equal=False, laws="none")
+    short = oracle_accelerations(model, 25.0, state)
+    monkeypatch.setattr(
+        "adapters.heyoka.equations.visit_free",
+        lambda bar, beyond: visit(bar, beyond, None, motor=False, pushed=False),
+    )
+    forget()
+    general = oracle_accelerations(model, 25.0, state)
+    forget()
+    # both in real128: nothing but their rounding to double is left
+    np.testing.assert_allclose(general.angle_rad_s2, short.angle_rad_s2, rtol=4 * U)
+    np.testing.assert_allclose(general.reaction_N, short.reaction_N, rtol=4 * U)
+
+
+def forget():
+    symbols.cache_clear()
+    compiled.cache_clear()
+
+
+@pytest.mark.parametrize("name", ["paper/fig13", "paper/fig17", "basics/two_bars_free", "basics/kepler_hyperbolic"])
+def test_the_three_precisions_agree_to_the_coarsest_one(name):
+    """A short run: 1e-15 a step in double, 10 000 roundings of it at most, on scenes that hardly grow."""
+    scene = varied(name, run={"duration_s": 600.0, "samples": 5})
+    finest = HeyokaQuad().run(scene, Setting(Knob.RTOL, 1e-24))
+    for engine, rtol in ((Heyoka, 1e-15), (HeyokaLong, 1e-18)):
+        apart = differences(engine().run(scene, Setting(Knob.RTOL, rtol)), finest)
+        assert apart["attitude"].max() <= 1e4 * U
+        assert apart["com"].max() <= 1e4 * U * scene.radius0_m
+    assert differences(HeyokaLong().run(scene, Setting(Knob.RTOL, 1e-18)), finest)["attitude"].max() <= 32 * U
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-12])
+def test_errors_are_what_is_asked_for(rtol):
+    scene = varied("paper/fig13", run={"duration_s": 3000.0, "samples": 5})
+    truth = HeyokaQuad().run(scene, Setting(Knob.RTOL, 1e-24))
+    seen = Heyoka().run(scene, Setting(Knob.RTOL, rtol))
+    # each step may err by rtol; the librating chain of growth below 100 carries that on
+    assert differences(seen, truth)["attitude"].max() <= 100.0 * rtol * float(seen.info["steps"])
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("basics/kepler_elliptic", {"orbit": {"speed_factor": 0.9}}),
+        ("paper/fig13", {"orbit": {"speed_factor": 0.0}, "run": {"duration_s": 600.0}}),
+        ("paper/fig05", {"orbit": {"speed_factor": 0.98}, "run": {"duration_s": 3000.0}}),
+    ],
+)
+def test_a_run_ends_where_the_references_does_and_says_so_alike(name, changes):
+    """By an end of a bar (falling steeply) or between its ends (a horizontal bar sags below its ends)."""
+    scene = varied(name, **changes)
+    assert structure_of(scene).lands
+    seen, truth = Heyoka().run(scene, Setting(Knob.RTOL, 1e-15)), Reference().run(scene, Setting(Knob.RTOL, 1e-13))
+    assert seen.ended == truth.ended != ""
+    assert len(seen.t_s) == len(truth.t_s) < scene.run.samples
+
+
+def test_no_step_straddles_a_break_of_a_law_and_samples_at_breaks_are_seen_once():
+    scene = varied("paper/fig17", run={"duration_s": 120.0, "samples": 13})
+    law = dataclasses.replace(scene.effects.prescribed_rotation[0], start_s=30.0)  # breaks at 30 (a sample) and 90
+    late = dataclasses.replace(law, bar=2, start_s=41.0, duration_s=33.0)  # at 41 and 74, between samples
+    scene = dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, prescribed_rotation=(law, late)))
+    run = Run(scene, scene.times_s, QUAD, 1e-20)
+    assert len(run.stretches) == 5
+    run.walk()
+    seen = run.trajectory()
+    np.testing.assert_array_equal(seen.t_s, scene.times_s)
+    truth = Reference().run(scene, Setting(Knob.RTOL, 1e-13))
+    for name, apart in differences(seen, truth).items():
+        size = {"com": scene.radius0_m, "com_velocity": scene.speed0_m_s, "rate": scene.fastest_rate_rad_s}.get(
+            name, 1.0
+        )
+        assert apart.max() <= 1e-11 * size  # 100 steps at 1e-13
+
+
+@pytest.mark.slow  # to compile it takes some ten seconds
+def test_a_chain_of_fifty_bars_runs():
+    n = 50
+    chain = {
+        key: (value[0],) * n for key, value in vars(load_scene("paper/fig13").chain).items() if key != "angle_from"
+    }
+    scene = varied("paper/fig13", chain=chain, run={"duration_s": 60.0, "samples": 3})
+    seen, truth = Heyoka().run(scene, Setting(Knob.RTOL, 1e-15)), Reference().run(scene, Setting(Knob.RTOL, 1e-13))
+    assert differences(seen, truth)["attitude"].max() <= 1e-11
+    assert differences(seen, truth)["reaction"].max() <= 1e-11
+
+
+def test_units_are_powers_of_two_so_that_nothing_is_rounded():
+    units = units_of(load_scene("paper/fig17"))
+    assert all(np.frexp(x)[0] == 0.5 for x in (units.length_m, units.time_s))
+
+
+def test_a_state_that_is_no_number_is_told_and_not_returned():
+    scene = varied("basics/two_bars_free")
+    run = Run(scene, scene.times_s, DOUBLE, 1e-12)
+    run.start[4] = np.nan
+    with pytest.raises(EngineError, match="heyoka gave up"):
+        run.walk()
+
+
+def test_settings_go_as_far_as_the_precision_does():
+    assert choose_setting("heyoka-quad", {"rtol": 1e-30}).value == 1e-30
+    with pytest.raises(SettingError, match="allowed"):
+        choose_setting("heyoka", {"rtol": 1e-17})

@@ -1,0 +1,410 @@
+"""The oracle's effects against potentials, elements along a bar, closed forms and balances of their own.
+
+Forces and torques are those on a lone bar, in quadruple precision against fifty digits: what is left is 1e-30 of the
+largest term times a few dozen operations. In double the same equations may lose no more than round-off.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from adapters.common.initial_state import chain_model, initial_state
+from adapters.engine import Knob, Setting
+from adapters.heyoka.adapter import Heyoka, HeyokaQuad
+from adapters.heyoka.compiled import DOUBLE, QUAD
+from adapters.heyoka.discrete_modes import Modes
+from adapters.heyoka.effects import EffectShapes
+from adapters.heyoka.run import Run
+from adapters.heyoka.structure import structure_of
+from adapters.reference.numpy_engines import Reference
+from reference_impl.model import invariants
+from reference_impl.model.kinematics import relative_positions, relative_velocities
+from scenarios import (
+    Actuator,
+    Axes,
+    Drag,
+    Effects,
+    End,
+    Frame,
+    Gravity,
+    Impulse,
+    JointSpringDamper,
+    Oblateness,
+    PrescribedRotation,
+    SolarPressure,
+    ThirdBody,
+    Thrust,
+    load_scene,
+)
+from tests.harness.oracle_start import scene_of, start
+from tests.support.scene_lists import TAME
+
+U = 2.0**-53
+MU = 3.986004418e14
+QUAD_DIGITS = 1e-28  # some hundred roundings of 1e-34, ten times over for what is subtracted in the judge
+OBLATE = Oblateness(1e-3, 6.4e6)
+BODIES = (ThirdBody("moon", 4.9e12, 3.8e8, 0.3, 2.7e-6), ThirdBody("other", 1e13, 5e7, -1.2, 1e-5))
+FIELDS = {
+    "central": {},
+    "oblate": {"oblateness": Oblateness(1e-3, 6.4e6)},
+    "third bodies": {"third_body": BODIES},
+    "all": {"oblateness": Oblateness(1e-3, 6.4e6), "third_body": BODIES},
+}
+AIR = Drag(2e-11, 340e3, 50e3, 7.3e-5, (0.3,), 2.2, 1.8)
+LIGHT = SolarPressure(4.6e-6, 1.0, 2e-7, (0.5,), 0.3, shadow=True)
+PAIR = {"mass_kg": (60.0, 40.0), "length_m": (80.0, 50.0), "angle_rad": (0.7, 1.1), "rate_factor": (1.3, 0.8)}
+
+
+@pytest.fixture(autouse=True)
+def many_digits():
+    """Steps of 1e-25 m and 1e-20 rad in differences leave forty digits of a hundred and fifty."""
+    with mp.workdps(150):
+        yield
+
+
+def near(found, wanted, size, share=QUAD_DIGITS):
+    assert abs(found - wanted) <= share * abs(size), (found, wanted, float(abs(found - wanted) / abs(size)))
+
+
+def potential(scene, *, centre=True):
+    """Of all fields at t = 0 per unit mass, in x and y; the central point mass only if wanted."""
+    oblate, bodies = scene.effects.oblateness, scene.effects.third_body
+
+    def at(x, y):
+        r2 = x * x + y * y
+        found = -MU / mp.sqrt(r2) if centre else mp.mpf(0)
+        if oblate:
+            found -= mp.mpf(MU) * oblate.j2 * mp.mpf(oblate.radius_m) ** 2 / (2 * r2 ** mp.mpf("1.5"))
+        for b in bodies:
+            bx, by = b.distance_m * mp.cos(b.longitude_rad), b.distance_m * mp.sin(b.longitude_rad)
+            apart = mp.sqrt((x - bx) ** 2 + (y - by) ** 2)
+            found -= b.mu_m3_s2 * (1 / apart - (x * bx + y * by) / mp.mpf(b.distance_m) ** 3)
+        return found
+
+    return at
+
+
+def second_moment(scene, *, centre):
+    """J/2 times the potential's second derivative along the bar, in x, y and the bar's angle."""
+    at, h = potential(scene, centre=centre), mp.mpf("1e-25")
+
+    def bar(x, y, angle):
+        ux, uy = h * mp.cos(angle), h * mp.sin(angle)
+        bend = at(x + ux, y + uy) - 2 * at(x, y) + at(x - ux, y - uy)
+        return mp.mpf(scene.chain.inertia_kg_m2[0]) / 2 * bend / h**2
+
+    return bar
+
+
+def downhill(function, at, steps):
+    """Minus the gradient, by central differences."""
+    shifted = lambda k, s: function(*(a + (s if i == k else 0) for i, a in enumerate(at)))  # noqa: E731
+    return [-(shifted(k, h) - shifted(k, -h)) / (2 * h) for k, h in enumerate(steps)]
+
+
+def along_the_bar(per_length, half):
+    """Force (2) and torque of elements: `per_length` gives force and arm at s."""
+    return [mp.quad(lambda s, k=k: per_length(s)[k], [-half, 0, half]) for k in range(3)]
+
+
+def uniform_bar(scene, x, y, angle):
+    """The central body's pull on each element of a bar, summed: force and torque."""
+    density, (ux, uy) = mp.mpf(scene.chain.mass_kg[0]) / scene.chain.length_m[0], (mp.cos(angle), mp.sin(angle))
+
+    def per_length(s):
+        px, py = x + s * ux, y + s * uy
+        pull = -MU * density / mp.sqrt(px * px + py * py) ** 3
+        return pull * px, pull * py, s * (ux * pull * py - uy * pull * px)
+
+    return along_the_bar(per_length, mp.mpf(scene.chain.length_m[0]) / 2)
+
+
+def field_on_bar(scene, at):
+    """Force per mass and torque that a scene's fields should exert on its lone bar."""
+    gravity, mass = scene.effects.gravity, mp.mpf(scene.chain.mass_kg[0])
+    exact = gravity is Gravity.SLENDER
+    push = downhill(potential(scene, centre=not exact), at[:2], [mp.mpf("1e-25")] * 2)
+    whole = second_moment(scene, centre=not exact)
+    steps = [mp.mpf("1e-15")] * 2 + [mp.mpf("1e-20")]
+    moment = downhill(whole, at, steps) if gravity.turns else [mp.mpf(0)] * 3
+    if gravity.turns and gravity is not Gravity.GRADIENT:
+        push = [p + f / mass for p, f in zip(push, moment, strict=False)]
+    if not exact:
+        return push, moment[2]
+    with mp.workdps(50):
+        fx, fy, torque = uniform_bar(scene, *at)
+    return [push[0] + fx / mass, push[1] + fy / mass], moment[2] + torque
+
+
+@pytest.mark.parametrize("length_m", [0.1, 80.0, 2e5])
+@pytest.mark.parametrize("fields", FIELDS)
+@pytest.mark.parametrize("gravity", ["point", "gradient", "quadrupole", "slender"])
+def test_fields_pull_and_turn_a_bar_as_their_potentials_say(gravity, fields, length_m):
+    scene = scene_of(Effects(Gravity(gravity), **FIELDS[fields]), length_m=(length_m,))
+    begun = start(scene)
+    x, y, _, _, angle, _ = begun.si
+    push, torque = field_on_bar(scene, (x, y, angle))
+    ax, ay, (turn,) = begun.accelerations
+    size = mp.sqrt(push[0] ** 2 + push[1] ** 2)
+    near(ax, push[0], size)
+    near(ay, push[1], size)
+    inertia, moment = scene.chain.inertia_kg_m2[0], scene.chain.mass_kg[0] * size * length_m
+    near(turn * inertia, torque, moment if gravity == "point" else torque)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("gravity", ["quadrupole", "slender"])
+def test_in_double_no_digit_is_lost_with_size(gravity, size):
+    """What reaches the joint of two bars: a tide of size l/r of gravity, in double as in quadruple precision."""
+    lengths = tuple(size * x for x in PAIR["length_m"])
+    scene = scene_of(Effects(Gravity(gravity), **FIELDS["all"]), **PAIR | {"length_m": lengths})
+    exact, rounded = start(scene).reactions, start(scene, DOUBLE).reactions
+    largest = max(abs(x) for x in exact)
+    # each of the terms of a reaction is of the pull's size; a hundred operations, an inversion of condition below 10
+    assert max(abs(a - b) for a, b in zip(exact, rounded, strict=True)) <= 1000 * U * largest
+
+
+def test_air_pushes_as_the_sum_over_a_bars_elements_does():
+    scene = scene_of(Effects(Gravity.NONE, drag=AIR))
+    begun = start(scene)
+    x, y, vx, vy, angle, rate = begun.si
+    r, (ux, uy), turning = mp.sqrt(x * x + y * y), (mp.cos(angle), mp.sin(angle)), mp.mpf(AIR.rotation_rad_s)
+    wx, wy = vx + turning * y, vy - turning * x
+    v, t, w = ux * wy - uy * wx, ux * wx + uy * wy, rate - turning
+    height = r - scene.central_body.radius_m - AIR.altitude_m
+    density = AIR.density_kg_m3 * mp.exp(-height / AIR.scale_height_m)
+    slope = (ux * x + uy * y) / (r * AIR.scale_height_m)
+
+    def per_length(s):
+        rho, across = density * (1 - slope * s), v + s * w
+        push = -mp.mpf(AIR.width_m[0]) / 2 * rho * mp.sign(v) * across
+        over, down = push * AIR.normal_coefficient * across, push * AIR.tangential_coefficient * t
+        return -over * uy + down * ux, over * ux + down * uy, s * over
+
+    fx, fy, torque = along_the_bar(per_length, mp.mpf(scene.chain.length_m[0]) / 2)
+    ax, ay, (turn,) = begun.accelerations
+    near(ax * scene.chain.mass_kg[0], fx, fx)
+    near(ay * scene.chain.mass_kg[0], fy, fy)
+    near(turn * scene.chain.inertia_kg_m2[0], torque, torque)
+
+
+@pytest.mark.parametrize("sun", [1.0, -0.9, 2.1, 3.6])
+def test_light_pushes_from_either_side_and_not_in_the_shadow(sun):
+    light = dataclasses.replace(LIGHT, sun_longitude_rad=sun)
+    scene = scene_of(Effects(Gravity.NONE, solar_pressure=light))
+    begun = start(scene)
+    angle, (sx, sy) = begun.si[4], (mp.cos(sun), mp.sin(sun))
+    share = mp.mpf(light.reflectivity)
+    g = -mp.sin(angle) * sx + mp.cos(angle) * sy
+    nx, ny = (-mp.sin(angle) * mp.sign(g), mp.cos(angle) * mp.sign(g))
+    size = mp.mpf(light.pressure_Pa) * light.width_m[0] * scene.chain.length_m[0] * abs(g) / scene.chain.mass_kg[0]
+    dark = abs(0.4 - sun) > math.pi / 2 and abs(math.sin(sun - 0.4)) * scene.radius0_m < scene.central_body.radius_m
+    assert dark == (sun == 3.6)
+    ax, ay, (turn,) = begun.accelerations
+    near(ax, 0 if dark else -size * ((1 - share) * sx + 2 * share * abs(g) * nx), size)
+    near(ay, 0 if dark else -size * ((1 - share) * sy + 2 * share * abs(g) * ny), size)
+    near(turn * scene.chain.length_m[0], 0, size)
+
+
+def circling(effects, **changes):
+    """One bar on a circle, not moved by anything to speak of, through one revolution."""
+    scene = scene_of(dataclasses.replace(effects, gravity=Gravity.POINT), **changes)
+    scene = dataclasses.replace(scene, orbit=dataclasses.replace(scene.orbit, speed_factor=1.0))
+    run = dataclasses.replace(scene.run, duration_s=scene.period_s, samples=41)
+    return dataclasses.replace(scene, run=run)
+
+
+def zeros(phase, rate, duration):
+    """Instants in a run at which phase + rate t is a multiple of pi."""
+    turns = sorted([phase / math.pi, (phase + rate * duration) / math.pi])
+    return [(k * math.pi - phase) / rate for k in range(math.ceil(turns[0]), math.floor(turns[1]) + 1)]
+
+
+@pytest.mark.parametrize(("engine", "rtol"), [(Heyoka, 1e-15), (HeyokaQuad, 1e-22)])
+def test_the_shadow_and_faces_to_the_sun_are_met_at_their_instants_in_closed_form(engine, rtol):
+    """In at 180 degrees less asin(R/r) from the Sun, out as far behind; n·s = 0 by two uniform rotations."""
+    scene = circling(Effects(Gravity.POINT, solar_pressure=dataclasses.replace(LIGHT, pressure_Pa=1e-25)))
+    made = engine()
+    seen = made.run(scene, Setting(Knob.RTOL, rtol))
+    turn, at = initial_state(scene), scene.orbit.longitude_rad
+    dark = math.asin(scene.central_body.radius_m / scene.radius0_m)
+    chase = scene.orbital_rate_rad_s - LIGHT.sun_rate_rad_s
+    edges = [((LIGHT.sun_longitude_rad - at + math.pi + side * dark) % (2 * math.pi)) / chase for side in (-1, 1)]
+    rate = float(turn.rate_rad_s[0]) - LIGHT.sun_rate_rad_s
+    faces = zeros(float(turn.angle_rad[0]) - LIGHT.sun_longitude_rad, rate, scene.run.duration_s)
+    np.testing.assert_allclose(made.ran.switched_s, sorted(edges + faces), rtol=0, atol=100 * U * scene.period_s)
+    np.testing.assert_array_equal(seen.t_s, scene.times_s)
+
+
+def test_faces_to_the_wind_turn_when_the_bar_lies_along_its_track():
+    still = dataclasses.replace(AIR, density_kg_m3=1e-30, rotation_rad_s=0.0)
+    scene = circling(Effects(Gravity.POINT, drag=still))
+    run = Run(scene, scene.times_s, QUAD, 1e-22)
+    run.walk()
+    begun = initial_state(scene)
+    phase = float(begun.angle_rad[0]) - scene.orbit.longitude_rad - math.pi / 2
+    wanted = zeros(phase, float(begun.rate_rad_s[0]) - scene.orbital_rate_rad_s, scene.run.duration_s)
+    np.testing.assert_allclose(run.switched_s, wanted, rtol=0, atol=100 * U * scene.period_s)
+
+
+@pytest.mark.parametrize("rate", [1.3, -1.3])
+@pytest.mark.parametrize("precision", [DOUBLE, QUAD])
+def test_a_bar_edge_on_to_the_sun_at_the_start_shows_the_face_it_turns_to(rate, precision):
+    scene = scene_of(Effects(Gravity.POINT, solar_pressure=LIGHT), rate_factor=(rate,))
+    on_edge = dataclasses.replace(LIGHT, sun_longitude_rad=float(initial_state(scene).angle_rad[0]))
+    scene = scene_of(Effects(Gravity.POINT, solar_pressure=on_edge), rate_factor=(rate,))
+    run = Run(scene, scene.times_s, precision, 1e-15)
+    run.walk()
+    slot = run.structure.slot("light_face_0")
+    faces = np.concatenate([r.given[:, slot] for r in run.rows]).astype(float)
+    # at t = 0 itself, where nothing pushes, the rounding of n·s may tell the other one
+    np.testing.assert_array_equal(faces[1:], np.full(len(scene.times_s) - 1, -math.copysign(1.0, rate)))
+
+
+@pytest.mark.parametrize("rate", [1.3, -1.3])
+@pytest.mark.parametrize("precision", [DOUBLE, QUAD])
+def test_where_it_is_exactly_edge_on_the_sign_a_moment_later_counts(rate, precision):
+    begun = start(scene_of(Effects(Gravity.POINT, solar_pressure=LIGHT), rate_factor=(rate,)), precision)
+    number, slot = precision.number, begun.structure.slot
+    begun.state[4] = begun.parameters[slot("light_longitude")] = number(0.0)
+    modes = Modes(begun.structure, precision)
+    assert modes.signs(begun.state, number(0.0), begun.parameters)[0] == 0.0
+    modes.set(begun.state, number(0.0), begun.parameters)
+    assert float(begun.parameters[slot("light_face_0")]) == -math.copysign(1.0, rate)
+
+
+def test_a_thrusts_table_adds_its_integral_to_momentum_and_spin():
+    """Without gravity, along a fixed direction: M dV = integral of F; in body axes: J dw = -+h sin(delta) of it."""
+    times, force = (100.0, 250.0, 400.0, 500.0), (0.2, 0.5, 0.5, 0.1)
+    integral = sum(0.5 * (a + b) * (t - s) for a, b, s, t in zip(force, force[1:], times, times[1:], strict=False))
+    fixed = Thrust(1, End.LEFT, Axes.INERTIAL, 2.0, times, force)
+    scene = scene_of(Effects(Gravity.NONE, thrust=(fixed,)))
+    seen = HeyokaQuad().run(scene, Setting(Knob.RTOL, 1e-20))
+    gained = scene.chain.mass_kg[0] * (seen.com_velocity_m_s[-1] - seen.com_velocity_m_s[0])
+    # velocities of 8 km/s are rounded to double
+    wanted = integral * np.array([math.cos(2.0), math.sin(2.0)])
+    np.testing.assert_allclose(gained, wanted, atol=4 * U * scene.chain.mass_kg[0] * scene.speed0_m_s)
+    turning = dataclasses.replace(fixed, axes=Axes.BODY)
+    seen = HeyokaQuad().run(scene_of(Effects(Gravity.NONE, thrust=(turning,))), Setting(Knob.RTOL, 1e-20))
+    spin = scene.chain.inertia_kg_m2[0] * (seen.rate_rad_s[-1, 0] - seen.rate_rad_s[0, 0])
+    assert spin == pytest.approx(-40.0 * math.sin(2.0) * integral, rel=100 * U)
+
+
+def blown(laws=()):
+    """Two blows at one instant on a bent chain, its state before and after, and the impulsive reactions."""
+    blows = (Impulse(2, End.RIGHT, Axes.BODY, 1.9, 3.0, 200.0), Impulse(1, End.LEFT, Axes.INERTIAL, 0.4, -2.0, 200.0))
+    scene = scene_of(Effects(Gravity.POINT, prescribed_rotation=laws, impulse=blows), **PAIR)
+    run = Run(scene, scene.times_s, QUAD, 1e-15)
+    run.solver.state[:] = run.start
+    run.strike(run.working(200.0), run.parameters)
+    n, units = 2, run.units
+    after = np.array(run.solver.state).astype(float)
+    jump = (np.array(run.solver.state) - run.start).astype(float)
+    impulses = []
+    for blow in blows:
+        at = blow.direction_rad + (after[4 + blow.bar - 1] if blow.axes is Axes.BODY else 0.0)
+        impulses.append((blow, blow.impulse_N_s * np.array([math.cos(at), math.sin(at)])))
+    reaction = run.blown.astype(float) * units.force * units.time_s
+    return scene, jump[2:4] * units.length_m / units.time_s, jump[4 + n :] / units.time_s, reaction, impulses
+
+
+def test_blows_keep_each_bars_momentum_and_spin_and_the_joints_closed():
+    scene, track, spin, reaction, impulses = blown()
+    model, angle = chain_model(scene), initial_state(scene).angle_rad
+    jump = track + relative_velocities(model, angle, spin)
+    for j, side in ((0, 1.0), (1, -1.0)):
+        half = model.half_m[j] * np.array([math.cos(angle[j]), math.sin(angle[j])])
+        mine = [(b.end.sign * half, i) for b, i in impulses if b.bar == j + 1] + [(side * half, side * reaction)]
+        size = sum(np.linalg.norm(i) for _, i in mine)
+        np.testing.assert_allclose(model.mass_kg[j] * jump[j], sum(i for _, i in mine), atol=64 * U * size)
+        moment = sum(a[0] * i[1] - a[1] * i[0] for a, i in mine)
+        arm = model.half_m[j] * size
+        assert abs(model.inertia_kg_m2[j] * spin[j] - moment) <= 64 * U * arm
+    # joints: `relative_velocities` hangs the bars together; the chain's own momentum is what was given
+    given = sum(i for _, i in impulses)
+    np.testing.assert_allclose(model.mass_kg @ jump, given, atol=64 * U * np.abs(given).max())
+
+
+@pytest.mark.parametrize("actuator", list(Actuator))
+@pytest.mark.parametrize("frame", list(Frame))
+def test_a_prescribed_bar_keeps_the_rate_of_its_law_through_blows(frame, actuator):
+    law = PrescribedRotation(2, 0.5, 100.0, 50.0, frame, actuator)
+    scene, track, spin, reaction, impulses = blown((law,))
+    model, begun = chain_model(scene), initial_state(scene)
+    jump = (track + relative_velocities(model, begun.angle_rad, spin))[1]
+    place = begun.com_m + relative_positions(model, begun.angle_rad)[1]
+    wanted = (place[0] * jump[1] - place[1] * jump[0]) / (place @ place) if frame is Frame.LOCAL_HORIZONTAL else 0.0
+    assert spin[1] == pytest.approx(wanted, abs=64 * U * float(np.abs(jump).max() / scene.radius0_m + 1e-30))
+    assert spin[0] != 0.0
+    own = impulses[0][1]
+    np.testing.assert_allclose(model.mass_kg[1] * jump, own - reaction, atol=64 * U * np.abs(own).max())
+
+
+def test_springs_give_back_what_they_take_and_dampers_lose_what_they_turn_to_heat():
+    """Without gravity: energy of motion and springs; losses by Simpson's rule on 2001 samples, of order 4."""
+    springs = JointSpringDamper((2.0,), (0.0,), (0.3,))
+    scene = scene_of(Effects(Gravity.NONE, joint_spring_damper=springs), **PAIR)
+    scene = dataclasses.replace(scene, run=dataclasses.replace(scene.run, samples=2001))
+    for damping in (0.0, 50.0):
+        effects = dataclasses.replace(springs, damping_N_m_s_rad=(damping,))
+        seen = Heyoka().run(
+            dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, joint_spring_damper=effects)),
+            Setting(Knob.RTOL, 1e-15),
+        )
+        model, bend = chain_model(scene), np.diff(seen.angle_rad, axis=1)[:, 0]
+        energy = invariants.relative_kinetic_energy(model, seen.angle_rad, seen.rate_rad_s) + (bend - 0.3) ** 2
+        power = damping * np.diff(seen.rate_rad_s, axis=1)[:, 0] ** 2
+        step = seen.t_s[1]
+        lost = step / 3 * (power[0] + 4 * power[1:-1:2].sum() + 2 * power[2:-1:2].sum() + power[-1])
+        assert damping == 0.0 or lost > 0.01 * energy[0]
+        # Simpson: (step rate)^4/180 of what is lost, and a hundred steps of 1e-15 of the fastest rate
+        assert abs(energy[0] - energy[-1] - lost) <= (step * scene.fastest_rate_rad_s) ** 4 / 180 * lost + 1e-12
+        spin = invariants.relative_angular_momentum(model, seen.angle_rad, seen.rate_rad_s)
+        np.testing.assert_allclose(spin, spin[0], rtol=1e-12)
+
+
+def test_a_bar_held_to_its_horizon_stays_there_whatever_else_moves_it():
+    law = PrescribedRotation(2, 0.0, 60.0, 0.0, Frame.LOCAL_HORIZONTAL, Actuator.EXTERNAL)
+    effects = Effects(
+        Gravity.SLENDER,
+        prescribed_rotation=(law,),
+        oblateness=OBLATE,
+        third_body=BODIES,
+        drag=dataclasses.replace(AIR, density_kg_m3=1e-8, altitude_m=6.7e6, width_m=(0.3, 0.2)),
+        solar_pressure=dataclasses.replace(LIGHT, pressure_Pa=1.0, width_m=(0.5, 0.4), shadow=False),
+        thrust=(Thrust(1, End.LEFT, Axes.BODY, 1.0, (0.0, 600.0), (1.0, 2.0)),),
+        impulse=(Impulse(2, End.RIGHT, Axes.BODY, 1.5, 5.0, 250.0),),
+    )
+    scene = scene_of(effects, **PAIR)
+    body = dataclasses.replace(scene.central_body, radius_m=0.0)  # no surface to be watched
+    orbit = dataclasses.replace(scene.orbit, altitude_m=scene.radius0_m)
+    seen = Heyoka().run(dataclasses.replace(scene, central_body=body, orbit=orbit), Setting(Knob.RTOL, 1e-15))
+    place = seen.com_m + relative_positions(chain_model(scene), seen.angle_rad)[:, 1]
+    off = seen.angle_rad[:, 1] - np.unwrap(np.arctan2(place[:, 1], place[:, 0]))
+    # each step may err by 1e-15 in the angle and in the longitude, and its rates carry that through the run
+    steps = float(seen.info["steps"])
+    assert np.ptp(seen.angle_rad[:, 1]) > 0.5
+    np.testing.assert_allclose(off, off[0], rtol=0, atol=2e-15 * steps * (1 + 600.0 * scene.fastest_rate_rad_s))
+
+
+def test_a_scene_that_a_thrust_brings_down_ends_at_the_surface_as_the_references_does():
+    brake = Thrust(1, End.LEFT, Axes.INERTIAL, 0.4 - math.pi / 2, (0.0, 900.0), (15.0, 15.0))
+    scene = scene_of(Effects(Gravity.POINT, thrust=(brake,)), angle_rad=(0.0,), rate_factor=(0.0,))
+    run = dataclasses.replace(scene.run, duration_s=4000.0, samples=41)
+    scene = dataclasses.replace(scene, orbit=dataclasses.replace(scene.orbit, speed_factor=1.0), run=run)
+    assert structure_of(scene).lands
+    seen, truth = Heyoka().run(scene, Setting(Knob.RTOL, 1e-15)), Reference().run(scene, Setting(Knob.RTOL, 1e-13))
+    assert seen.ended[:-5] == truth.ended[:-5] != ""  # to 0.01 s
+    assert len(seen.t_s) == len(truth.t_s) < scene.run.samples
+
+
+@pytest.mark.parametrize("name", [n for n in TAME if not n.startswith("effects/")])
+def test_a_scene_without_effects_has_no_symbol_nor_parameter_of_theirs(name):
+    shape = structure_of(load_scene(name))
+    assert shape.effects == EffectShapes()
+    assert shape.effects.names == shape.effects.modes == ()

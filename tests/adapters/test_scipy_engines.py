@@ -1,0 +1,197 @@
+"""SciPy's and SUNDIALS' solvers on the reference's equations: they are driven as their users drive them."""
+
+import dataclasses
+import functools
+
+import numpy as np
+import pytest
+
+import adapters.ode_solvers.scipy_solver as scipy_module
+from adapters.engine import EngineError, Knob, Setting
+from adapters.ode_solvers.cvode_engines import CvodeAdams, CvodeBdf
+from adapters.ode_solvers.driver import Problem, drive
+from adapters.ode_solvers.engine import ATOL_SHARE
+from adapters.ode_solvers.scipy_engines import ScipyDop853, ScipyLsoda, ScipyRadau, ScipyRK45
+from adapters.ode_solvers.scipy_solver import RTOL_FLOOR, ScipySolver
+from adapters.registry import ENGINES
+from scenarios import load_scene
+from tests.support.generic_scenes import steep, truth, worst
+
+SCIPY = [ScipyRK45, ScipyDop853, ScipyRadau, ScipyLsoda]
+CVODE = [CvodeAdams, CvodeBdf]
+ALL = pytest.mark.parametrize("engine", SCIPY + CVODE)
+
+
+@pytest.fixture(autouse=True)
+def _cvode_is_there(request):
+    if request.node.callspec.params.get("engine") in CVODE if hasattr(request.node, "callspec") else False:
+        pytest.importorskip("sksundae")
+
+
+@functools.cache
+def run(engine, scene, rtol):
+    return engine().run(scene, Setting(Knob.RTOL, rtol))
+
+
+@functools.cache
+def slewed():
+    """Fig. 17's slew, started after a while, and a sample on either side of its breaks."""
+    scene = load_scene("paper/fig17")
+    law = dataclasses.replace(scene.effects.prescribed_rotation[0], start_s=33.3)
+    effects = dataclasses.replace(scene.effects, prescribed_rotation=(law,))
+    run_ = dataclasses.replace(scene.run, duration_s=200.0, samples=21)
+    return dataclasses.replace(scene, effects=effects, run=run_)
+
+
+@ALL
+def test_error_follows_the_tolerance(engine):
+    scene = steep(orbits=0.5)
+    error = [worst(run(engine, scene, rtol).angle_rad, truth(scene).angle_rad) for rtol in (1e-5, 1e-7, 1e-9)]
+    assert error[0] > 10.0 * error[1] > 100.0 * error[2]  # at least ten times better for a hundredth
+    assert error[2] < 1e3 * 1e-9  # some hundred steps' requests, and steps' errors add up
+
+
+@ALL
+def test_a_sample_on_a_break_and_none_since_the_last_one_is_where_it_is_asked_for(engine):
+    """CVODE shows its own steps when it is asked for one instant: the first of them is not that instant."""
+    full = slewed()
+    _, end = full.effects.prescribed_rotation[0].breaks_s
+    alone = dataclasses.replace(full, run=dataclasses.replace(full.run, duration_s=2.0 * end, samples=3))
+    seen, right = run(engine, alone, 1e-9), truth(alone)
+    assert np.linalg.norm(seen.com_m - right.com_m, axis=1).max() < 1.0  # a step of its own is kilometres off
+
+
+@ALL
+def test_no_step_straddles_a_break(engine, monkeypatch):
+    """Each stretch is a run of its own, so that no solver looks beyond a break before it has stopped there."""
+    asked = []
+    own = engine.solver
+
+    def watched(self, rtol, atol):
+        solver = own(self, rtol, atol)
+
+        class Watched:
+            def solve(self, problem, start_s, instants_s, y):
+                asked.append((start_s, instants_s[-1]))
+                return solver.solve(problem, start_s, instants_s, y)
+
+        return Watched()
+
+    monkeypatch.setattr(engine, "solver", watched)
+    found = engine().run(slewed(), Setting(Knob.RTOL, 1e-9))
+    assert np.array(asked) == pytest.approx(np.array([(0.0, 33.3), (33.3, 93.3), (93.3, 200.0)]))
+    assert len(found.t_s) == 21
+    # the torque answers to the state; 1e-9 of some radians in each of some dozen steps
+    scale = np.abs(truth(slewed()).torque_N_m).max()
+    assert worst(found.torque_N_m, truth(slewed()).torque_N_m) < 1e-5 * scale
+    assert worst(found.angle_rad, truth(slewed()).angle_rad) < 1e-6
+
+
+@ALL
+def test_fall_ends_at_the_surface(engine):
+    scene = steep(orbits=0.2, samples=28, name="paper/fig15", speed_factor=0.0)
+    found, true = run(engine, scene, 1e-9), truth(scene)
+    instant, expected = (float(t.ended.split()[-2]) for t in (found, true))
+    assert instant == pytest.approx(expected, abs=1e-3)  # metres a millisecond: 1e-9 of the radius in some steps
+    assert len(found.t_s) == len(found.reaction_N) == len(true.t_s) < scene.run.samples
+
+
+@ALL
+def test_steps_evaluations_and_jacobians_are_counted(engine):
+    scene = steep(orbits=0.5, samples=101)
+    few, many = (dataclasses.replace(scene, run=dataclasses.replace(scene.run, samples=n)) for n in (3, 101))
+    a, b = (run(engine, s, 1e-6).info for s in (few, many))
+    assert a["evaluations"] > a["steps"] > 5
+    assert a["steps"] == pytest.approx(b["steps"], rel=0.3)  # not samples, though those are looked at besides
+    assert (a["jacobians"] > 0) == (engine not in (ScipyRK45, ScipyDop853))
+
+
+def test_explicit_methods_take_their_stages_in_each_step():
+    for engine, stages in ((ScipyRK45, 6), (ScipyDop853, 12)):
+        info = run(engine, steep(orbits=0.5), 1e-8).info
+        assert info["evaluations"] >= stages * info["steps"]
+        assert info["evaluations"] < 2 * stages * info["steps"] + 100  # rejected steps, and dense output
+
+
+def decay():
+    return Problem(lambda t, y: -y, np.array([1.0]), lambda y: 1.0)
+
+
+@pytest.mark.parametrize("method", ["RK45", "DOP853", "Radau"])
+def test_scipys_failure_is_an_error_with_its_own_words(method):
+    blows_up = Problem(lambda t, y: y * y, np.array([1.0]), lambda y: 1.0)  # infinite at t = 1; LSODA never returns
+    with np.errstate(all="ignore"), pytest.raises(EngineError, match=f"{method}: .*step size"):
+        drive(ScipySolver(method, 1e-8, 1e-11), blows_up, np.array([0.0, 2.0]))
+
+
+def test_a_success_that_lsoda_claims_for_a_state_that_is_not_finite_is_an_error():
+    lost = Problem(lambda t, y: np.array([-1.0 if t < 0.5 else np.nan]), np.array([1.0]), lambda y: 1.0)
+    with pytest.raises(EngineError, match="the state is not finite"):
+        drive(ScipySolver("LSODA", 1e-8, 1e-11), lost, np.array([0.0, 2.0]))
+
+
+def test_cvodes_failure_is_an_error(monkeypatch, capfd):
+    pytest.importorskip("sksundae")
+    monkeypatch.setattr("adapters.ode_solvers.cvode_engines.MOST_STEPS", 3)
+    with pytest.raises(EngineError, match="CVODE, Adams"):
+        CvodeAdams().run(steep(), Setting(Knob.RTOL, 1e-8))
+    capfd.readouterr()
+
+
+@ALL
+def test_an_error_in_the_equations_comes_out(engine, monkeypatch):
+    prepared = engine()
+    prepared.build(steep(), engine.ladder.setting())
+    calls = []
+
+    def rhs(t, y):
+        calls.append(t)
+        if len(calls) > 3:
+            raise np.linalg.LinAlgError("not positive definite")
+        return np.zeros_like(y)
+
+    prepared.prepared.simulation.packing.rhs = rhs
+    with pytest.raises(EngineError, match="not positive definite"):
+        prepared.simulate()
+
+
+def test_a_state_that_is_not_finite_is_an_error():
+    with pytest.raises(EngineError, match="not finite"):
+        drive(ScipySolver("RK45", 1e-8, 1e-11), Problem(lambda t, y: y, np.array([np.nan]), abs), np.array([0.0, 1.0]))
+
+
+def test_tolerances_are_a_plain_users(monkeypatch):
+    asked = {}
+    own = scipy_module.solve_ivp
+
+    def watched(*args, **named):
+        asked.update(named)
+        return own(*args, **named)
+
+    monkeypatch.setattr(scipy_module, "solve_ivp", watched)
+    ScipyDop853().run(steep(orbits=0.05), Setting(Knob.RTOL, 1e-9))
+    assert (asked["rtol"], asked["atol"]) == (1e-9, ATOL_SHARE * 1e-9)
+    ScipyDop853().run(steep(orbits=0.05), Setting(Knob.RTOL, 1e-14))
+    assert asked["rtol"] == RTOL_FLOOR  # SciPy would warn, and take that
+
+
+def test_samples_that_fall_on_a_break_are_taken_once():
+    t = np.array([0.0, 0.5, 1.0, 1.5])
+    found = drive(ScipySolver("DOP853", 1e-12, 1e-15), decay(), t, (0.5, 0.7, 1.0)).walk
+    np.testing.assert_array_equal(found.t_s, t)
+    assert np.abs(found.y[:, 0] - np.exp(-t)).max() < 1e-11
+
+
+def test_they_are_the_reference_in_another_hand_and_no_check_on_it():
+    for name, registration in ENGINES.items():
+        if name.startswith(("scipy-", "cvode-")):
+            assert not registration.external
+            assert not registration.everyday
+
+
+@ALL
+def test_nothing_is_printed_or_written(engine, tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    engine().run(steep(orbits=0.05), engine.ladder.setting())
+    assert capfd.readouterr() == ("", "")
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,130 @@
+"""The command line: what it writes, and how it fails."""
+
+import json
+
+import pandas as pd
+import pytest
+
+from adapters.registry import ENGINES, Registration
+from barchain.cli.listing import show_engines
+from barchain.cli.main import run
+from scenarios import load_scene
+
+QUICK = "basics/libration"
+
+
+@pytest.mark.parametrize("ending", [".csv", ".parquet"])
+def test_simulate_writes_one_row_a_sample_in_named_columns(tmp_path, ending):
+    out = tmp_path / f"run{ending}"
+    assert run(["simulate", "basics/two_bars_free", "--set", "rtol=1e-8", "--out", str(out)]) == 0
+    table = pd.read_csv(out) if ending == ".csv" else pd.read_parquet(out)
+    assert len(table) == load_scene("basics/two_bars_free").run.samples
+    motion = "t_s com_x_m com_y_m com_vx_m_s com_vy_m_s angle_1_rad angle_2_rad rate_1_rad_s rate_2_rad_s"
+    joint = "reaction_1_x_N reaction_1_y_N gap_1_m"
+    assert set(f"{motion} {joint}".split()) <= set(table.columns)
+    assert "torque_1_N_m" not in table
+
+
+def test_the_condition_number_of_the_joints_comes_on_request(tmp_path):
+    out = tmp_path / "run.csv"
+    assert run(["simulate", "basics/two_bars_free", "--condition", "--out", str(out)]) == 0
+    assert pd.read_csv(out).condition.between(1.0, 100.0).all()
+    assert run(["simulate", "basics/two_bars_free", "--engine", "exudyn", "--condition", "--out", str(out)]) == 2
+
+
+def test_what_an_engine_lacks_is_absent_not_zero(tmp_path):
+    out = tmp_path / "run.csv"
+    assert run(["simulate", QUICK, "--engine", "rebound", "--out", str(out)]) == 0
+    assert not [c for c in pd.read_csv(out).columns if c.startswith(("angle", "rate", "reaction", "gap"))]
+
+
+def test_a_users_own_scene_is_compared_and_its_report_rendered_again_from_tables(tmp_path, capsys):
+    scene = tmp_path / "mine.toml"
+    scene.write_text(
+        'title = "mine"\nsource = "me"\n[orbit]\naltitude_m = 5e5\n[chain]\nbars = 2\nmass_kg = 10.0\nlength_m = 5.0\n'
+        "angle_deg = 80.0\n[run]\norbits = 0.2\nsamples = 21\n"
+    )
+    out = tmp_path / "out"
+    code = run(["compare", str(scene), "--engine", "reference", "--engine", "exudyn-tree", "--out", str(out)])
+    shown = capsys.readouterr()
+    assert code == 0, shown
+    assert {p.name for p in out.iterdir()} >= {
+        "index.html",
+        "report.md",
+        "metrics.csv",
+        "run.json",
+        "trajectories",
+    }
+    record = json.loads((out / "run.json").read_text())
+    assert record["finished"]
+    assert {r["role"] for r in record["runs"]} == {"truth", "truth-check", "truth-fine", "twin", "main", "finer"}
+    first = (out / "report.md").read_bytes()
+    for made in ("index.html", "report.md"):
+        (out / made).unlink()
+    assert run(["report", str(out)]) == 0
+    assert (out / "report.md").read_bytes() == first
+
+
+def test_a_failed_comparison_exits_with_1(tmp_path, capsys):
+    code = run(["compare", QUICK, "--engine", "exudyn", "--time-limit", "0.01", "--out", str(tmp_path)])
+    assert code == 1
+    assert "failed" in capsys.readouterr().out
+
+
+def test_an_engine_asked_for_by_name_that_can_do_no_scene_exits_with_1_and_the_report_says_why(
+    tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setitem(ENGINES, "can-not", Registration("tests.support.stability_engines:CanNot"))
+    asked = ["compare", QUICK, "--engine", "reference", "--engine", "can-not", "--out", str(tmp_path)]
+    assert run(asked) == 1
+    assert "can-not  nothing_compared: run: compared on no scene: does not carry gravity" in capsys.readouterr().out
+    (tmp_path / "report.md").unlink()
+    assert run(["report", str(tmp_path)]) == 0
+    text = (tmp_path / "report.md").read_text()
+    assert "and can-not was compared on no scene." in text
+    assert "can-not was compared on no scene: does not carry gravity" in text
+
+
+def test_lists_name_every_scene_and_engine(capsys):
+    assert run(["scenes"]) == 0
+    assert "paper/fig05_bar_horizontal" in capsys.readouterr().out
+    assert run(["engines"]) == 0
+    assert "exudyn-index3" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", [["compare", QUICK, "--engine", "reference"], ["cost", QUICK], ["roundoff"]])
+def test_a_file_where_a_folder_should_be_is_one_readable_line(command, tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert run([*command, "--out", str(tmp_path / "file" / "x")]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "file" in error
+    assert "Not a directory" in error
+
+
+@pytest.mark.parametrize(("name", "text"), [("metrics.csv", "nonsense\n1\n"), ("run.json", "{"), ("metrics.csv", "")])
+def test_damaged_results_are_one_readable_line(name, text, tmp_path, capsys):
+    assert run(["compare", QUICK, "--engine", "reference", "--out", str(tmp_path)]) == 0
+    (tmp_path / name).write_text(text)
+    capsys.readouterr()
+    assert run(["report", str(tmp_path)]) == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert name in error
+
+
+def test_the_remedy_for_a_missing_engine_names_its_extra(capsys):
+    registration = Registration("nowhere:Nothing", "nowhere", install="pip install '.[oracle]'")
+    show_engines({"nothing": registration})
+    assert "pip install '.[oracle]'" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["cost", "scaling"])
+def test_an_engine_asked_for_by_name_that_does_not_run_is_told_of_and_exits_with_1(
+    command, tmp_path, capsys, monkeypatch
+):
+    missing = Registration("nowhere:Nothing", "nowhere", install="pip install nowhere")
+    monkeypatch.setitem(ENGINES, "nothing", missing)
+    scene = ["basics/libration"] if command == "cost" else ["--bars", "2"]
+    assert run([command, *scene, "--engine", "nothing", "--out", str(tmp_path)]) == 1
+    assert "nothing is left out: nowhere is not installed; try: pip install nowhere" in capsys.readouterr().err

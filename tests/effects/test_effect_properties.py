@@ -1,0 +1,370 @@
+"""What effects conserve, what they work, that they add up, and that they cost nothing where they are not called for."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from reference_impl.effects.joint_spring_damper import JointSpringDamper
+from reference_impl.effects.quadrupole import Quadrupole
+from reference_impl.effects.slender import Slender
+from reference_impl.effects.third_body import ThirdBody
+from reference_impl.effects.thrust import Thrust
+from reference_impl.integrate.discrete_modes import ModelSwitches
+from reference_impl.model import absolute, relative
+from reference_impl.model.chain import ChainModel, Prescription
+from reference_impl.model.complex_vectors import along
+from reference_impl.model.effect import Effect, Modes, Situation, pushed
+from tests.effects.effect_runs import (
+    accounted,
+    angular_momentum,
+    energy,
+    energy_allowed,
+    fastest,
+    momentum_allowed,
+    placed,
+    ran,
+)
+from tests.support import effect_cases
+from tests.support.effect_cases import KINDS, MU, RADIUS, T_S, chain, motion, seen
+
+if TYPE_CHECKING:
+    from reference_impl.model.relative import Accelerations
+    from reference_impl.model.state import State
+
+SEEDS = st.integers(0, 2**32 - 1)
+GRAVITIES: dict[str, tuple[str, tuple[Effect, ...]]] = {
+    "point": ("point", ()),
+    "gradient": ("gradient", ()),
+    "quadrupole": ("gradient", (Quadrupole(),)),
+    "slender": ("point", (Slender(),)),
+}
+
+
+def orbiting(gravity: str, length_m: float, *more: Effect, bars: int = 2) -> tuple[ChainModel, State, float]:
+    """A bent chain on a circular orbit, and the orbit's rate."""
+    base, effects = GRAVITIES[gravity]
+    random = np.random.default_rng(4)
+    model = replace(chain(random, bars, length_m, base), effects=(*effects, *more))
+    r = RADIUS + 2e6
+    n = math.sqrt(MU / r**3)
+    angle = np.linspace(0.9, 1.4, bars)
+    return model, placed(model, r, n * r, angle, n * np.linspace(0.8, 1.3, bars)), n
+
+
+# energy and angular momentum
+
+
+def drifts(gravity: str, length_m: float, orbits: float, rtol: float = 1e-11) -> tuple[float, float, float, float]:
+    """Largest change of energy and angular momentum, and what the integrator may make of each."""
+    model, state, n = orbiting(gravity, length_m)
+    h = ran(model, state, np.linspace(0.0, orbits * 2.0 * np.pi / n, 41), rtol=rtol)
+    kept, turned = energy(model, h), angular_momentum(model, h)
+    return (
+        float(np.abs(kept - kept[0]).max()),
+        float(np.abs(turned - turned[0]).max()),
+        energy_allowed(model, h, rtol),
+        momentum_allowed(model, h, rtol),
+    )
+
+
+@pytest.mark.parametrize("gravity", ["point", "quadrupole", "slender"])
+@pytest.mark.parametrize("orbits", [3.0, pytest.param(100.0, marks=pytest.mark.slow)])
+def test_gravity_with_a_potential_keeps_energy_and_angular_momentum(gravity: str, orbits: float) -> None:
+    """Over a hundred orbits (three by default), to the integrator's tolerance; bars of a hundred kilometres."""
+    lost, turned, lost_allowed, turned_allowed = drifts(gravity, 1e5, orbits)
+    assert lost <= lost_allowed
+    assert turned <= turned_allowed
+
+
+def test_the_gradients_defect_is_the_square_of_size_over_radius() -> None:
+    """Its torque without its force: what is missing of the energy is n² m l², of M v² the square of l/r."""
+    lengths, lost = [1e4, 3e4, 1e5], []
+    for length in lengths:
+        off, turned, allowed, turned_allowed = drifts("gradient", length, 0.5, 1e-13)
+        assert off > 10.0 * allowed  # no solver's, but the model's
+        assert turned > 10.0 * turned_allowed
+        lost.append(off)
+    exponent = np.polyfit(np.log(lengths), np.log(lost), 1)[0]
+    assert exponent == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.parametrize("gravity", ["point", "quadrupole", "slender"])
+@pytest.mark.parametrize("bodies", [1, 2])
+def test_a_third_body_leaves_the_jacobi_integral(gravity: str, bodies: int) -> None:
+    """E - omega L, with the body's potential in E; as well for two bodies of one rate."""
+    moment = gravity != "point"
+    mu, distance = 0.02 * MU, 4e7
+    rate = math.sqrt((MU + mu) / distance**3)
+    third = [ThirdBody(mu, distance, 0.4 + 2.0 * k, rate, moment, moment) for k in range(bodies)]
+    model, state, n = orbiting(gravity, 1e5, *third)
+    h = ran(model, state, np.linspace(0.0, 4.0 * np.pi / n, 21), rtol=1e-10)
+    stored = sum(np.array([third_potential(model, h, i, b) for i in range(len(h.t_s))]) for b in third)
+    kept, turned = energy(model, h) + stored, angular_momentum(model, h)
+    jacobi = kept - rate * turned
+    allowed = energy_allowed(model, h, 1e-10) + rate * momentum_allowed(model, h, 1e-10)
+    assert np.abs(jacobi - jacobi[0]).max() <= allowed
+    assert np.abs(kept - kept[0]).max() > 10.0 * allowed
+
+
+def third_potential(model: ChainModel, h, i: int, body: ThirdBody) -> float:
+    """Potential energy at a sample: -mu_b (1/|Y| - X·Z/D³) per unit mass, and that of the second moments."""
+    from tests.effects.effect_runs import at_sample
+
+    at = seen(model, at_sample(model, h, i), float(h.t_s[i]))
+    x = body.at(float(h.t_s[i]))
+    y = at.place - x
+    stored = -body.mu_m3_s2 * (1.0 / np.abs(y) - (np.conj(x) * at.place).real / body.distance_m**3)
+    c2 = ((at.unit.conj() * y).real / np.abs(y)) ** 2
+    moment = -0.5 * body.mu_m3_s2 * model.inertia_kg_m2 / np.abs(y) ** 3 * (3.0 * c2 - 1.0)
+    return float(model.mass_kg @ stored + body.second_moment * moment.sum())
+
+
+# work
+
+
+def working(name: str) -> tuple[ChainModel, State, float]:
+    """A chain in low orbit with the named effects, as strong as to be felt."""
+    random = np.random.default_rng(8)
+    model = replace(chain(random, 3, 100.0), effects=(Slender(),))
+    r = RADIUS + 3e5
+    n = math.sqrt(MU / r**3)
+    state = placed(model, r, n * r, np.array([1.2, 1.6, 1.9]), n * np.array([1.0, 0.5, 1.5]))
+    law = Prescription(1, 0.5, 200.0, 100.0, local_horizontal=True, reacts_on=None)
+    added: dict[str, tuple[Effect, ...]] = {
+        "drag": (effect_cases.drag(random, model),),
+        "solar pressure": (replace(effect_cases.sunlight(random, model), pressure_Pa=1e-2),),
+        "thrust": (Thrust(2, 1.0, False, 1.0, np.array([100.0, 300.0, 500.0]), np.array([0.1, 0.3, 0.2])),),
+        "springs": (JointSpringDamper(np.array([5.0, 2.0]), np.array([400.0, 300.0]), np.array([0.1, -0.2])),),
+        "prescribed": (),
+    }
+    added["everything"] = tuple(e for es in added.values() for e in es)
+    laws = (law,) if name in ("prescribed", "everything") else ()
+    if laws:  # at rest against its horizontal, as the law asks
+        rate = n * np.array([1.0, 0.5, 1.5])
+        for _ in range(50):
+            whole = placed(model, r, n * r, state.angle_rad, rate)
+            z, v = whole.com_m + whole.position_m[1], whole.com_velocity_m_s + whole.velocity_m_s[1]
+            rate[1] = (z[0] * v[1] - z[1] * v[0]) / (z @ z)
+        state = placed(model, r, n * r, state.angle_rad, rate)
+    return replace(model, effects=(*model.effects, *added[name]), prescriptions=laws), state, n
+
+
+def power_given(model: ChainModel, t_s: float, state: State, a: Accelerations, modes: Modes) -> float:
+    """Rate at which energy comes in: of each element of a bar, each joint, each torque, by no effect's code."""
+    total = 0.0
+    place = state.com_m + state.position_m
+    speed = state.com_velocity_m_s + state.velocity_m_s
+    z, v, u = (
+        x[:, 0] + 1j * x[:, 1] for x in (place, speed, np.stack([np.cos(state.angle_rad), np.sin(state.angle_rad)], 1))
+    )
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    s = model.half_m[:, None] * nodes
+    moving = v[:, None] + 1j * s * (state.rate_rad_s * u)[:, None]
+    for effect, mode in zip(model.effects, modes, strict=True):
+        name = effect.name
+        if name == "drag":
+            wind = np.conj(u) * (v - 1j * effect.rotation_rad_s * z)
+            face = np.sign(wind.imag) if mode is None else mode
+            across = wind.imag[:, None] + s * (state.rate_rad_s - effect.rotation_rad_s)[:, None]
+            lapse = ((np.conj(u) * z).real / np.abs(z) / effect.scale_height_m)[:, None]
+            thick = effect.density_kg_m3 * np.exp((effect.radius_m - np.abs(z)) / effect.scale_height_m)
+            flow = effect.tangential_coefficient * wind.real[:, None] + 1j * effect.normal_coefficient * across
+            force = -(0.5 * effect.width_m * thick * face * u)[:, None] * (1.0 - lapse * s) * across * flow
+            total += float(((np.conj(force) * moving).real @ weights) @ model.half_m)
+        elif name == "solar_pressure" and (mode is None or mode[0] > 0.0):
+            sun = np.exp(1j * (effect.longitude_rad + effect.rate_rad_s * t_s))
+            facing = (np.conj(1j * u) * sun).real
+            light = (1.0 - effect.reflectivity) * sun * np.abs(facing) + 2.0 * effect.reflectivity * facing**2 * (
+                1j * u * np.sign(facing)
+            )
+            total -= float((effect.pressure_Pa * effect.width_m * model.length_m) @ (np.conj(light) * v).real)
+        elif name == "thrust":
+            size = np.interp(t_s, effect.times_s, effect.force_N) if mode is None or mode[0] >= 0.0 else 0.0
+            force = size * np.exp(1j * effect.direction_rad) * (1.0 if effect.inertial else u[effect.bar])
+            end = (
+                v[effect.bar]
+                + 1j * effect.side * model.half_m[effect.bar] * state.rate_rad_s[effect.bar] * u[effect.bar]
+            )
+            total += float((np.conj(force) * end).real)
+        elif name == "joint_spring_damper":
+            total -= float(effect.damping_N_m_s_rad @ np.diff(state.rate_rad_s) ** 2)
+    for p, torque in zip(model.prescriptions, a.torque_N_m, strict=True):
+        total += float(torque * state.rate_rad_s[p.bar])
+    return total
+
+
+@pytest.mark.parametrize("name", ["drag", "solar pressure", "thrust", "everything"])
+def test_the_energy_gained_is_the_work_done(name: str) -> None:
+    """E(t) - E(0) = W(t), the work integrated beside the motion; both to the integrator's tolerance."""
+    model, state, n = working(name)
+    t = np.linspace(0.0, 600.0, 7)
+    unit = model.mass_kg.sum() * (n * (RADIUS + 3e5)) ** 2
+    h, work = accounted(model, state, t, power_given, unit, rtol=1e-10)
+    gained = energy(model, h) - energy(model, h)[0]
+    allowed = energy_allowed(model, h, 1e-10)
+    assert np.abs(gained - work).max() <= allowed
+    assert np.abs(work).max() > 10.0 * allowed
+
+
+@pytest.mark.parametrize("name", ["springs", "prescribed"])
+def test_the_energy_gained_inside_a_free_chain_is_the_work_done(name: str) -> None:
+    """The same of what is too little beside an orbit's energy: at rest in free space, in units of the chain's own."""
+    model, state, _ = working(name)
+    springs = tuple(e for e in model.effects if isinstance(e, JointSpringDamper))
+    laws = tuple(replace(p, local_horizontal=False) for p in model.prescriptions)
+    model = replace(model, gravity="none", effects=springs, prescriptions=laws)
+    rate = state.rate_rad_s * [1.0, 0.0 if laws else 1.0, 1.0]
+    state = placed(model, RADIUS + 3e5, 0.0, state.angle_rad, rate)
+    h, work = accounted(model, state, np.linspace(0.0, 600.0, 7), power_given, 1.0, rtol=1e-10)
+    gained = energy(model, h) - energy(model, h)[0]
+    turn = fastest(model, h)
+    stiffness = sum(float(e.stiffness_N_m_rad.sum()) for e in springs)
+    # a gradient M L² turn by rates and springs' torques by angles, in each bar, and the work's own unit of a joule
+    scale = model.mass_kg.sum() * model.length_m.sum() ** 2 * turn**2 + 4.0 * stiffness + 1.0
+    allowed = h.steps * 1e-10 * 4.0 * scale
+    assert np.abs(gained - work).max() <= allowed
+    assert np.abs(work).max() > 100.0 * allowed
+
+
+# sums
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=SEEDS, kinds=st.lists(st.sampled_from(sorted(KINDS)), max_size=8, unique=True), bars=st.integers(2, 6))
+def test_any_effects_together_push_as_the_sum_of_each_alone(seed: int, kinds: list[str], bars: int) -> None:
+    """Added in the model's order: to the last bit. The motion feels the sum: so do accelerations, to round-off."""
+    random = np.random.default_rng(seed)
+    model = chain(random, bars, 50.0)
+    effects = tuple(KINDS[kind](random, model) for kind in kinds)
+    state = motion(random, model)
+    at = Situation(replace(model, effects=effects), T_S, state, along(state.angle_rad))
+    together, sideways = pushed(at, (None,) * len(effects))
+    common, difference, spin, aside = 0j, np.zeros(bars, complex), np.zeros(bars), np.zeros(bars, complex)
+    for effect in effects:
+        alone, own = pushed(Situation(replace(model, effects=(effect,)), T_S, state, at.unit), (None,))
+        common, difference, spin = common + alone.common, difference + alone.difference, spin + alone.spin
+        aside = aside + own
+    assert together.common == common
+    assert np.array_equal(together.difference, difference)
+    assert np.array_equal(together.spin, spin)
+    assert np.array_equal(sideways, aside)
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    seed=SEEDS,
+    kinds=st.lists(st.sampled_from(sorted(KINDS)), max_size=6, unique=True),
+    coordinates=st.sampled_from(["minimal", "redundant", "projected", "absolute"]),
+)
+def test_any_effects_run_and_run_the_same_twice(seed: int, kinds: list[str], coordinates: str) -> None:
+    def once():
+        random = np.random.default_rng(seed)
+        model = chain(random, 3, 50.0)
+        model = replace(model, effects=tuple(KINDS[kind](random, model) for kind in kinds))
+        return ran(model, motion(random, model), np.linspace(0.0, 60.0, 4), rtol=1e-7, coordinates=coordinates)
+
+    first, second = once(), once()
+    for name, value in vars(first).items():
+        assert np.array_equal(value, getattr(second, name)), name
+    assert np.all(np.isfinite(first.angle_rad))
+    assert np.all(np.isfinite(first.reaction_N))
+
+
+# what is not called for
+
+PLAIN = ["paper/fig05", "paper/fig17", "basics/free_rotation", "basics/libration"]
+SHORT = """
+import dataclasses, hashlib, json, sys
+if {blocked}:
+    class Blocked:
+        def find_spec(self, name, path=None, target=None):
+            if name.startswith("reference_impl.effects") or name == "adapters.common.scene_effects":
+                raise ImportError(name)
+    sys.meta_path.insert(0, Blocked())
+from adapters.engine import Knob, Setting
+from adapters.reference.numpy_engines import Reference, ReferenceAbsolute
+from scenarios import load_scene
+if not {blocked} and {others}:
+    import pkgutil, importlib, reference_impl.effects as them, adapters.common.scene_effects
+    for found in pkgutil.iter_modules(them.__path__):
+        importlib.import_module("reference_impl.effects." + found.name)
+bits = {{}}
+for name in {names}:
+    scene = load_scene(name)
+    run = dataclasses.replace(scene.run, duration_s=min(scene.run.duration_s, 100.0), samples=5)
+    scene = dataclasses.replace(scene, run=run)
+    for engine in (Reference, ReferenceAbsolute):
+        seen = engine().run(scene, Setting(Knob.RTOL, 1e-7))
+        parts = (seen.com_m, seen.com_velocity_m_s, seen.angle_rad, seen.rate_rad_s, seen.reaction_N, seen.torque_N_m)
+        bits[name + engine.__name__] = hashlib.sha256(b"".join(p.tobytes() for p in parts)).hexdigest()
+loaded = [m for m in sys.modules if m.startswith("reference_impl.effects") or m == "adapters.common.scene_effects"]
+print(json.dumps([bits, loaded]))
+"""
+
+
+def told(*, blocked: bool = False, others: bool = False) -> tuple[dict[str, str], list[str]]:
+    """Hashes of trajectories and the effects' modules loaded, from a process of its own."""
+    script = SHORT.format(blocked=blocked, others=others, names=PLAIN)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    bits, loaded = json.loads(done.stdout)
+    return bits, loaded
+
+
+def test_scenes_without_effects_load_no_effect_and_give_the_same_bits_whether_there_are_any() -> None:
+    """Left alone, with all effects' modules loaded beside, and with none to be had."""
+    bits, loaded = told()
+    assert loaded == []
+    assert told(blocked=True) == (bits, [])
+    with_others, loaded = told(others=True)
+    assert len(loaded) > 8
+    assert with_others == bits
+
+
+@pytest.mark.parametrize("coordinates", ["minimal", "absolute"])
+def test_a_model_without_effects_evaluates_nothing_of_them(coordinates: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def never(*_args, **_named):
+        raise AssertionError("something of an effect was evaluated")
+
+    for module in (relative, absolute):
+        monkeypatch.setattr(module, "pushed", never)
+        monkeypatch.setattr(module, "Situation", never)
+    monkeypatch.setattr(Situation, "__init__", never)
+    monkeypatch.setattr(ModelSwitches, "__init__", never)
+    random = np.random.default_rng(1)
+    model = chain(random, 3, 50.0, "gradient")
+    h = ran(model, motion(random, model), np.linspace(0.0, 60.0, 3), rtol=1e-8, coordinates=coordinates)
+    assert h.evaluations > 0
+
+
+@pytest.mark.parametrize("kind", sorted(KINDS))
+def test_a_model_evaluates_only_the_effects_that_it_has(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pushes of its own class are counted once for each evaluation; of any other class there are none."""
+    counts: dict[type[Effect], int] = {}
+    classes = {
+        type(make(np.random.default_rng(0), chain(np.random.default_rng(0), 3, 50.0))) for make in KINDS.values()
+    }
+    for one in classes:
+        counts[one] = 0
+
+        def push(self, at, mode, plain=one.push, own=one):
+            counts[own] += 1
+            return plain(self, at, mode)
+
+        monkeypatch.setattr(one, "push", push)
+    random = np.random.default_rng(3)
+    model = chain(random, 3, 50.0)
+    effect = KINDS[kind](random, model)
+    model = replace(model, effects=(effect,))
+    h = ran(model, motion(random, model), np.linspace(0.0, 30.0, 3), rtol=1e-7)
+    assert counts.pop(type(effect)) >= h.evaluations
+    assert set(counts.values()) == {0}

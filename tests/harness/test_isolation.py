@@ -1,0 +1,200 @@
+"""A run that goes wrong costs one row with a readable reason, never the comparison."""
+
+import dataclasses
+import json
+
+import pandas as pd
+import pytest
+
+from adapters.engine import Knob, Setting
+from adapters.registry import ENGINES, Registration
+from barchain import api
+from barchain.crossval.record import new_record
+from barchain.crossval.suite import Plan, Suite
+from barchain.run.job import TRUTH_ROLES, Job, Role, failure
+from barchain.run.pool import Room, room
+from barchain.run.store import Store
+from barchain.solutions.reference_runs import truth_jobs
+from reports.chapters.crossval.summary import summarise
+from reports.chapters.crossval.verdict import judge
+from reports.render import render
+from reports.tables.crossval import read_results
+from reports.tables.outcome import Outcome
+from scenarios import load_scene
+from tests.support.faulty_engines import UNSOLVABLE
+from tests.support.stability_engines import CanNot
+
+SCENE = "basics/two_bars_free"
+FAULTS = {
+    "Segfault": (Outcome.FAILED, "SIGSEGV"),
+    "Aborts": (Outcome.FAILED, "SIGABRT"),
+    "Hangs": (Outcome.TIMED_OUT, "no result within 8 s"),
+    "GivesUp": (Outcome.FAILED, "step size became zero"),
+    "Raises": (Outcome.FAILED, "ZeroDivisionError: inside the engine"),
+    "DoesNotImport": (Outcome.MISSING, "libmissing.so"),
+    "ReturnsNan": (Outcome.NOT_FINITE, "angle_rad is not finite from sample 7"),
+    "StopsEarly": (Outcome.INCOMPLETE, "returned 100 of 201 samples"),
+    "DropsChannel": (Outcome.INCOMPLETE, "declares but does not return: reaction"),
+    "WrongShape": (Outcome.INCOMPLETE, "rate_rad_s has shape (201, 1), wanted (201, 2)"),
+    "LateClock": (Outcome.INCOMPLETE, "away from the instants asked for"),
+    "IgnoresJoints": (Outcome.JOINTS_IGNORED, "joint 1 is open by"),
+    "IgnoresJointsInSilence": (Outcome.INCONSISTENT, "times what is explained"),
+    "SwapsSign": (Outcome.INCONSISTENT, "times what is explained"),
+    "WrongVelocity": (Outcome.INCONSISTENT, "times what is explained"),
+    "IsSloppy": (Outcome.INCONSISTENT, "times the band"),
+    "NotThere": (Outcome.FAILED, "its adapter does not load"),
+    "Sound": (Outcome.PASS, ""),
+    "Chatters": (Outcome.PASS, ""),
+}
+
+
+def registered(names):
+    return {name: Registration(f"tests.support.faulty_engines:{name}") for name in names}
+
+
+@pytest.fixture(scope="module")
+def spoiled(tmp_path_factory):
+    """One comparison over every fault, with sound engines among them."""
+    folder = tmp_path_factory.mktemp("spoiled")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        result = api.compare([SCENE], out=folder / "out", time_limit_s=8.0, registered=registered(FAULTS))
+    return folder, result
+
+
+@pytest.mark.parametrize(("name", "expected"), FAULTS.items())
+def test_each_fault_costs_its_own_row_and_says_why(spoiled, name, expected):
+    _, result = spoiled
+    outcome, words = expected
+    assert result.outcomes[SCENE, name] is outcome
+    rows = result.metrics.query("engine == @name")
+    assert any(words in reason for reason in rows.reason), list(rows.reason)
+    assert not any("\n" in reason or "Traceback" in reason for reason in rows.reason)
+
+
+def test_faults_make_the_comparison_fail(spoiled):
+    assert not spoiled[1].passed
+
+
+def test_what_an_engine_prints_or_leaves_behind_does_not_come_through(spoiled, capfd):
+    folder, _ = spoiled
+    assert not (folder / "stray.txt").exists()
+    api.compare([SCENE], registered=registered(["Chatters"]))
+    printed = capfd.readouterr()
+    assert "hello" not in printed.out + printed.err
+
+
+def test_what_an_engine_changes_in_its_process_is_gone_for_the_next():
+    found = api.compare([SCENE], registered=registered(["LeavesTraces", "SeesTraces"]), workers=1)
+    assert found.outcomes[SCENE, "SeesTraces"] is Outcome.PASS
+
+
+def test_the_truth_is_run_where_no_engine_was():
+    scene = load_scene(SCENE)
+    ours = Job(scene, "exudyn", ENGINES["exudyn"], Setting(Knob.STEPS_PER_ORBIT, 100.0), Role.MAIN)
+    theirs = dataclasses.replace(ours, engine="Sound", registration=registered(["Sound"])["Sound"])
+    assert {room(job) for job in truth_jobs(scene)} == {Room.TRUTH}
+    assert (room(ours), room(theirs)) == (Room.OURS, Room.THIRD_PARTY)
+    assert Room.THIRD_PARTY.runs_per_worker == 1
+
+
+def test_why_a_reference_solution_failed_is_said_once(tmp_path):
+    plan = Plan([load_scene(SCENE)], {})
+    suite = Suite(plan, Store(tmp_path, new_record(plan, "test"), []), lambda *_: None)
+    progress = suite.progress[SCENE]
+    progress.truths = {role: failure(Outcome.FAILED, "no steps left") for role in TRUTH_ROLES}
+    suite.found_truth(progress)
+    assert progress.truth_failed == "the reference solution could not be run (no steps left)"
+
+
+@pytest.fixture(scope="module")
+def unsolved(tmp_path_factory):
+    """Two scenes, of which one has no reference solution, and an engine that can do neither."""
+    folder = tmp_path_factory.mktemp("unsolved")
+    names = {"Sound": "tests.support.faulty_engines:Sound", "CanNot": "tests.support.stability_engines:CanNot"}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(ENGINES, "planted", registered(["LosesItsGrip"])["LosesItsGrip"])
+        patch.setattr("barchain.solutions.reference_runs.truth_engine", lambda: "planted")
+        both = {name: Registration(target) for name, target in names.items()}
+        result = api.compare([SCENE, UNSOLVABLE], out=folder, registered=both, need_external=True)
+    return folder, result
+
+
+def test_a_scene_without_a_reference_solution_is_one_failure_and_none_of_its_engines(unsolved):
+    _, result = unsolved
+    assert result.outcomes == {
+        (SCENE, "Sound"): Outcome.PASS,
+        (SCENE, "CanNot"): Outcome.UNSUPPORTED,
+        (UNSOLVABLE, "CanNot"): Outcome.UNSUPPORTED,
+        (UNSOLVABLE, "(reference solution)"): Outcome.FAILED,
+    }
+    assert not result.passed
+    own = result.metrics.query("scene == @UNSOLVABLE and engine == '(reference solution)'")
+    assert list(own.reason) == ["the reference solution could not be run (the joint system is singular at t = 12 s)"]
+
+
+def test_the_report_tells_of_a_scene_without_a_reference_solution_once(unsolved):
+    folder, _ = unsolved
+    verdict = judge(summarise(read_results(folder)))
+    assert not verdict.good
+    could_not = "the reference solution of scene basics/libration could not be run"
+    assert verdict.headline == f"The one comparison passed, but {could_not}."
+    assert [(c.scene, c.engine) for c in verdict.failures] == [(UNSOLVABLE, "(reference solution)")]
+    assert "1 passed" in verdict.sentences[0]
+    assert "0 failed, 2 are unsupported and 1 was not run" in verdict.sentences[0]
+    page, text = render(folder)
+    for shown in (page.read_text(), text.read_text()):
+        assert "singular at t = 12 s" in shown
+    assert "| not run |" in text.read_text().split("## Matrix")[1]
+    assert "No engine was compared on" not in text.read_text()
+
+
+@pytest.mark.parametrize("names", [["Sound", "CanNot"], None])
+def test_an_engine_compared_on_no_scene_is_a_failure_if_it_was_named(names, tmp_path):
+    both = registered(["Sound"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
+    result = api.compare([SCENE], names, tmp_path, registered=both)
+    assert result.passed is (names is None)
+    verdict = judge(summarise(read_results(tmp_path)))
+    assert verdict.good is result.passed
+    reason = CanNot.unsupported(load_scene(SCENE))
+    if names:
+        assert result.outcomes["(all scenes)", "CanNot"] is Outcome.NOTHING_COMPARED
+        assert verdict.headline == "The one comparison passed, but CanNot was compared on no scene."
+        assert f"CanNot was compared on no scene: {reason}." in verdict.sentences
+    assert all("(all scenes)" not in path.read_text() for path in render(tmp_path))
+
+
+def test_an_engine_that_can_do_none_of_several_scenes_is_a_failure_though_nobody_named_it(tmp_path):
+    both = registered(["Sound"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
+    result = api.compare([SCENE, "basics/free_rotation"], out=tmp_path, registered=both)
+    assert not result.passed
+    assert {pair for pair, o in result.outcomes.items() if not o.ok} == {("(all scenes)", "CanNot")}
+    assert not judge(summarise(read_results(tmp_path))).good
+
+
+def test_results_so_far_are_kept_and_resumed(tmp_path, monkeypatch):
+    first = api.compare([SCENE], out=tmp_path, registered=registered(["Sound", "GivesUp"]))
+    record = json.loads((tmp_path / "run.json").read_text())
+    assert record["finished"]
+    made = []
+    monkeypatch.setattr("barchain.crossval.suite.run_jobs", lambda jobs, **_: made.extend(jobs) or iter(()))
+    second = api.compare([SCENE], out=tmp_path, resume=True, registered=registered(["Sound", "GivesUp"]))
+    assert [job.engine for job in made] == ["GivesUp", "GivesUp"]  # only what failed is tried again
+    kept = first.metrics.query("engine == 'Sound'")
+    pd.testing.assert_frame_equal(second.metrics.query("engine == 'Sound'"), kept)
+
+
+def test_a_comparison_cut_off_leaves_the_tables_it_had(tmp_path):
+    def stop(scene, engine, outcome):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        api.compare([SCENE], out=tmp_path, registered=registered(["Sound"]), progress=stop)
+    record = json.loads((tmp_path / "run.json").read_text())
+    assert not record["finished"]
+    assert set(pd.read_csv(tmp_path / "metrics.csv").engine) == {"Sound"}
+
+
+def test_a_scene_that_no_external_engine_passes_is_a_failure():
+    result = api.compare([SCENE], registered=registered(["GivesUp"]), need_external=True)
+    assert result.outcomes[SCENE, "(any external)"] is Outcome.NOTHING_COMPARED

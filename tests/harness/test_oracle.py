@@ -1,0 +1,246 @@
+"""A truth that carries its own error: where it comes from, what it promises, and how the reference stands to it."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from adapters.engine import Knob, Setting
+from adapters.heyoka.adapter import HeyokaLong
+from adapters.reference.numpy_engines import Reference
+from adapters.registry import Registration
+from barchain.cli.certified import truths
+from barchain.judge.error_model import ErrorModel
+from barchain.metrics.quantities import differences
+from barchain.solutions import certified as oracle_module
+from barchain.solutions.certified import OracleError, committed, oracle, table_path, table_times
+from barchain.solutions.certified_commit import check
+from barchain.solutions.certified_table import DamagedTableError, physics_digest, read_table, write_table
+from barchain.solutions.reference import TRUTH_CHECK_RTOL, TRUTH_RTOL, establish, twin
+from scenarios import load_scene
+from tests.support.scene_lists import HARD, TAME, TOLD
+
+LONG_RUNS = ("paper/fig05", "paper/fig05_bar_horizontal", "paper/fig09")  # five chaotic orbits each
+QUICK = "basics/two_bars_free"
+LONG_ROUNDOFF = 2.0**-64
+
+
+def over(name, *, orbits=None, samples=21):
+    """A shipped scene over its run, or its first orbits, at 21 instants: those of its committed table."""
+    scene = load_scene(name)
+    duration = scene.run.duration_s if orbits is None else min(orbits * scene.period_s, scene.run.duration_s)
+    return dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=duration, samples=samples))
+
+
+@pytest.fixture
+def quick():
+    """A scene whose instants are in no table, and which runs in a moment."""
+    return over(QUICK, orbits=0.01, samples=4)
+
+
+@pytest.mark.parametrize("name", TOLD)
+def test_every_shipped_scene_has_a_committed_truth_of_its_run_and_its_first_orbit(name, tmp_path):
+    for scene in (over(name), over(name, orbits=1.0)):
+        found = oracle(scene, cache=tmp_path)
+        assert found.source == "committed"
+        assert list(tmp_path.iterdir()) == []
+        seen = len(found.trajectory.t_s)
+        assert seen == len(scene.times_s) or "surface" in found.trajectory.ended
+        np.testing.assert_array_equal(found.trajectory.t_s, scene.times_s[:seen])
+        wanted = {"com", "com_velocity", "attitude", "rate"} | ({"reaction"} if scene.bars > 1 else set())
+        wanted |= ({"torque"} if scene.effects.prescribed_rotation else set()) | (
+            {"impulse"} if scene.effects.impulse else set()
+        )
+        assert set(found.error) == wanted
+        for bound in found.error.values():
+            assert bound.shape == (seen,)
+            assert np.all(np.diff(bound) >= 0.0)
+            assert bound[-1] > 0.0
+
+
+def test_committed_tables_are_small():
+    assert sum(table_path(load_scene(name)).stat().st_size for name in TOLD) < 15e3 * len(TOLD)
+
+
+MANY_STEPS = ("effects/slews", "effects/everything")  # of the NumPy reference: half a minute each
+
+
+def reference_runs(scene):
+    settings = [Setting(Knob.RTOL, rtol) for rtol in (TRUTH_RTOL, TRUTH_CHECK_RTOL)]
+    tight, looser = (Reference().run(scene, s) for s in settings)
+    return establish(scene, tight, looser, Reference().run(twin(scene), settings[0])), settings[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "orbits"),
+    [pytest.param(name, None, marks=[pytest.mark.slow] if name in (*LONG_RUNS, *MANY_STEPS) else [])
+     for name in TAME]
+    + [pytest.param(name, None, marks=pytest.mark.slow) for name in HARD if name in TOLD]
+    + [(name, 1.0) for name in LONG_RUNS],
+)  # fmt: skip
+def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_horizon(name, orbits, record_property):
+    """|reference - oracle| <= 2 E_reference + E_oracle + floor.
+
+    E_reference from a run ten times looser; 2 is Richardson's. Floor: the comparison's own round-off of double
+    precision, carried on by the measured growth.
+    """
+    scene = over(name, orbits=orbits)
+    judge = oracle(scene)
+    assert judge.source == "committed"
+    seen, setting = reference_runs(scene)
+    n = int(np.searchsorted(seen.trajectory.t_s, seen.horizon_s, side="right"))
+    assert n > 10
+    floor = ErrorModel(Reference, setting, seen, seen.trajectory).floor
+    for quantity, apart in differences(seen.trajectory, judge.trajectory).items():
+        allowed = 2.0 * seen.error[quantity][:n] + judge.error[quantity][:n] + floor[quantity][:n]
+        record_property(f"{quantity}_apart", float(apart[:n].max()))
+        record_property(f"{quantity}_oracle_error", float(judge.error[quantity][n - 1]))
+        assert np.all(apart[:n] <= allowed), (quantity, (apart[:n] / allowed).max())
+
+
+@pytest.mark.parametrize(
+    "name",
+    [QUICK, "basics/libration", "paper/fig13", "paper/fig17"]
+    + [pytest.param(n, marks=pytest.mark.slow) for n in TAME if n.startswith("paper/")],
+)
+def test_a_fresh_run_agrees_with_the_committed_table_inside_both_error_bars(name):
+    found = check(load_scene(name))
+    assert found.agrees, found.said
+
+
+def test_long_double_agrees_to_its_own_round_off():
+    """Another arithmetic: a random walk of its roundings, carried on by the first orbit's growth, e^(sqrt(3) 2 pi)."""
+    scene = over("paper/fig05", orbits=1.0)
+    seen = HeyokaLong().run(scene, Setting(Knob.RTOL, 1e-19))
+    growth, lengths, roundings = np.exp(np.sqrt(3.0) * 2.0 * np.pi), 5.0, 16.0
+    walk = roundings * np.sqrt(float(seen.info["evaluations"])) * LONG_ROUNDOFF * lengths
+    apart = differences(seen, oracle(scene).trajectory)["attitude"].max()
+    assert apart <= walk * growth + oracle(scene).error["attitude"][-1]
+
+
+def test_a_truth_is_run_once_and_then_served_from_the_cache_bit_for_bit(quick, tmp_path):
+    first, again = oracle(quick, cache=tmp_path), oracle(quick, cache=tmp_path)
+    assert (first.source, again.source) == ("computed", "cache")
+    assert first.precision == again.precision
+    assert "real128" in first.precision
+    for name in ("t_s", "com_m", "com_velocity_m_s", "angle_rad", "rate_rad_s", "reaction_N"):
+        np.testing.assert_array_equal(getattr(first.trajectory, name), getattr(again.trajectory, name))
+    for name, bound in first.error.items():
+        np.testing.assert_array_equal(bound, again.error[name])
+
+
+@pytest.mark.parametrize("damage", ["cut", "digit", "empty", "other", "binary"])
+def test_a_damaged_file_in_the_cache_is_made_again(damage, quick, tmp_path):
+    oracle(quick, cache=tmp_path)
+    (path,) = tmp_path.rglob("*.csv")
+    whole = path.read_bytes()
+    digit = whole.rindex(b"1")
+    harm = {
+        "cut": whole[: len(whole) * 2 // 3],
+        "digit": whole[:digit] + b"2" + whole[digit + 1 :],
+        "empty": b"",
+        "other": b"t_s,com_x_m\n0,1\n",
+        "binary": bytes(range(256)),
+    }[damage]
+    assert harm != whole
+    path.write_bytes(harm)
+    assert oracle(quick, cache=tmp_path).source == "computed"
+    assert path.read_bytes() == whole
+    assert oracle(quick, cache=tmp_path).source == "cache"
+
+
+@pytest.mark.parametrize("what", ["versions", "code", "physics", "instants"])
+def test_another_version_code_or_scene_is_another_truth(what, quick, tmp_path, monkeypatch):
+    oracle(quick, cache=tmp_path)
+    if what == "versions":
+        monkeypatch.setattr(oracle_module, "package_version", lambda name: f"{name} 99")
+    elif what == "code":
+        monkeypatch.setattr(oracle_module, "code_digest", lambda: "other")
+    elif what == "physics":
+        quick = dataclasses.replace(quick, orbit=dataclasses.replace(quick.orbit, altitude_m=351e3))
+    else:
+        quick = dataclasses.replace(quick, run=dataclasses.replace(quick.run, samples=5))
+    assert oracle(quick, cache=tmp_path).source == "computed"
+    assert len(list(tmp_path.rglob("*.csv"))) == 2
+    assert not list(tmp_path.rglob("*.part"))
+
+
+def test_the_name_of_a_scene_is_no_part_of_its_physics(tmp_path):
+    scene = dataclasses.replace(over(QUICK), name="mine", title="another", tags=())
+    assert oracle(scene, cache=tmp_path).source == "committed"
+
+
+def test_the_cache_is_where_the_environment_says(quick, tmp_path, monkeypatch):
+    monkeypatch.setenv("BARCHAIN_CACHE", str(tmp_path))
+    oracle(quick)
+    assert list((tmp_path / "truths").glob("*.csv"))
+
+
+def test_instants_that_differ_in_their_last_bits_are_served_with_what_that_moves(tmp_path):
+    scene = over(QUICK)
+    later = dataclasses.replace(
+        scene, run=dataclasses.replace(scene.run, duration_s=scene.run.duration_s * (1 + 2.0**-51))
+    )
+    one, other = oracle(scene, cache=tmp_path), oracle(later, cache=tmp_path)
+    assert other.source == "committed"
+    np.testing.assert_array_equal(other.trajectory.t_s, later.times_s)
+    late = later.times_s - scene.times_s
+    assert late.max() > 0.0
+    speed = np.linalg.norm(one.trajectory.com_velocity_m_s, axis=1)
+    moved = np.linalg.norm(other.trajectory.com_m - one.trajectory.com_m, axis=1)
+    assert np.all(np.abs(moved - speed * late) <= 4 * np.spacing(scene.radius0_m))
+    assert other.error["rate"][-1] > one.error["rate"][-1]
+
+
+def test_without_heyoka_tables_are_served_and_all_else_says_how_to_install_it(quick, tmp_path, monkeypatch):
+    monkeypatch.setattr(Registration, "missing", "heyoka is not installed; try: pip install '.[oracle]'")
+    assert oracle(over(QUICK), cache=tmp_path).source == "committed"
+    with pytest.raises(OracleError, match=r"no committed truth .* pip install '\.\[oracle\]'"):
+        oracle(quick, cache=tmp_path)
+    made = CliRunner().invoke(truths, [QUICK])
+    assert made.exit_code == 2
+    assert "pip install" in made.output
+
+
+def test_tables_read_back_bit_for_bit_and_tell_damage(tmp_path):
+    table = committed(physics_digest(load_scene("paper/fig17")))
+    path = tmp_path / "again.csv"
+    write_table(path, table)
+    assert path.read_bytes() == table_path(load_scene("paper/fig17")).read_bytes()
+    path.write_text(path.read_text().replace("1", "2", 50))
+    with pytest.raises(DamagedTableError):
+        read_table(path)
+
+
+def test_tables_hold_equally_spaced_instants_once():
+    scene = load_scene("paper/fig17")
+    times = table_times(scene)
+    assert len(times) == 21  # the run is the first orbit
+    assert len(table_times(load_scene("paper/fig05"))) in range(36, 42)
+    np.testing.assert_allclose(np.diff(times), times[1], rtol=1e-9)
+
+
+def test_the_command_makes_tables_checks_them_and_fails_where_they_differ(tmp_path, monkeypatch):
+    monkeypatch.setattr(oracle_module, "TRUTHS", tmp_path)
+    oracle_module.committed_tables.cache_clear()
+    run = CliRunner().invoke
+    try:
+        assert run(truths, [QUICK, "--check"]).exit_code == 1
+        made = run(truths, [QUICK])
+        assert (made.exit_code, len(list(tmp_path.rglob("*.csv")))) == (0, 1)
+        fine = run(truths, [QUICK, "--check"])
+        assert (fine.exit_code, "agrees" in fine.output) == (0, True)
+        path = tmp_path / f"{QUICK}.csv"
+        table = read_table(path)
+        write_table(path, dataclasses.replace(table, trajectory=table.trajectory.replace(
+            angle_rad=table.trajectory.angle_rad + 1e-13)))  # fmt: skip
+        off = run(truths, [QUICK, "--check"])
+        assert (off.exit_code, "DIFFERS" in off.output) == (1, True)
+        path.write_text("nothing")
+        assert run(truths, [QUICK, "--check"]).exit_code == 1
+        assert run(truths, ["paper/none"]).exit_code == 2
+    finally:
+        oracle_module.committed_tables.cache_clear()

@@ -1,0 +1,101 @@
+"""What an earlier comparison left is taken over only from the same code."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import TYPE_CHECKING
+
+import pytest
+
+from adapters.engine import Knob, Setting
+from adapters.registry import ENGINES, Registration
+from barchain import api
+from barchain.record.sources import digest_of, source_digest
+from barchain.run.job import Job, Role
+from reports.tables.outcome import Outcome
+from scenarios import load_scene
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from barchain.run.job import RunResult
+
+SCENE = "basics/two_bars_free"
+PLUG_IN = """
+from tests.support.faulty_engines import Faulty
+
+class Plugged(Faulty):
+    def spoil(self, seen):
+        return seen.replace(reaction_N=+seen.reaction_N)
+"""
+
+
+@pytest.fixture
+def plug_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Source of somebody's own engine, in one file."""
+    folder = tmp_path / "elsewhere"
+    folder.mkdir()
+    path = folder / "plugged_in.py"
+    path.write_text(PLUG_IN)
+    monkeypatch.syspath_prepend(str(folder))
+    monkeypatch.setitem(sys.modules, "plugged_in", None)  # put back, which here is: forgotten, after the test
+    del sys.modules["plugged_in"]
+    return path
+
+
+def test_a_changed_byte_of_a_plug_in_makes_a_comparison_run_it_anew(
+    plug_in: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[str] = []
+
+    def noted(jobs: list[Job], **_: object) -> list[tuple[Job, RunResult]]:
+        made.extend(job.engine for job in jobs)
+        return []
+
+    registered = {"plugged": Registration("plugged_in:Plugged")}
+    out = tmp_path / "out"
+    assert api.compare([SCENE], out=out, registered=registered).outcomes[SCENE, "plugged"] is Outcome.PASS
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("barchain.crossval.suite.run_jobs", noted)
+        assert api.compare([SCENE], out=out, registered=registered, resume=True).passed
+    assert not made
+    plug_in.write_text(PLUG_IN.replace("+seen", "-seen"))
+    again = api.compare([SCENE], out=out, registered=registered, resume=True)
+    assert again.outcomes[SCENE, "plugged"] is Outcome.INCONSISTENT
+
+
+def test_a_digest_is_of_a_whole_package_and_imports_none_of_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    inner = tmp_path / "somebodys" / "inner"
+    inner.mkdir(parents=True)
+    for folder in (inner, inner.parent):
+        (folder / "__init__.py").write_text("raise RuntimeError('imported')\n")
+    compiled = inner / "core.so"
+    compiled.write_bytes(b"\x7fELF")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    seen = [source_digest("somebodys.inner.engine:Own")]
+    (inner / "engine.py").write_text("a = 1\n")
+    seen.append(source_digest("somebodys.inner.engine:Own"))
+    (inner / "engine.py").write_text("a = 2\n")
+    seen.append(source_digest("somebodys.inner.engine:Own"))
+    os.utime(compiled, ns=(1, 1))
+    seen.append(source_digest("somebodys.inner.engine:Own"))
+    assert len(set(seen)) == len(seen)
+    (inner / "notes.txt").write_text("nothing that runs")
+    assert source_digest("somebodys.other:Own") == seen[-1]
+
+
+def test_a_digest_of_what_is_not_there_is_that_of_nothing() -> None:
+    assert digest_of("nobodys_package") == digest_of("__main__") == digest_of()
+
+
+def test_engines_of_ours_share_one_digest_that_third_parties_have_too() -> None:
+    ours = {source_digest(r.target) for r in ENGINES.values()}
+    assert len(ours) == 1
+    assert source_digest("tests.support.faulty_engines:Sound").startswith(f"{ours.pop()}+")
+
+
+def test_a_runs_key_holds_the_digest_of_its_code() -> None:
+    reference = ENGINES["reference"]
+    job = Job(load_scene(SCENE), "reference", reference, Setting(Knob.RTOL, 1e-6), Role.MAIN)
+    assert source_digest(reference.target) in job.key.split("|")

@@ -1,0 +1,71 @@
+"""Worker processes compute in one thread each, and the process that started them keeps its environment."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+import pytest
+
+from adapters.engine import Knob, Setting
+from adapters.registry import ENGINES, Registration
+from barchain.run import pool
+from barchain.run.job import Job, Role
+from barchain.run.pool import Room, room, run_jobs
+from barchain.run.threads import THREADS, one_thread_each
+from barchain.timing.bench import Bench
+from reports.tables.outcome import Outcome
+from scenarios import load_scene
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+PLANTED = Registration("tests.support.faulty_engines:NeedsOneThread")
+
+
+def job(role: Role = Role.MAIN, rtol: float = 1e-6) -> Job:
+    return Job(load_scene("basics/two_bars_free"), "planted", PLANTED, Setting(Knob.RTOL, rtol), role)
+
+
+@pytest.fixture(autouse=True)
+def environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """One variable that the user has set, the others not; the same afterwards."""
+    for name in THREADS:
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    yield
+    assert {name: os.environ.get(name) for name in THREADS} == dict.fromkeys(THREADS) | {"OMP_NUM_THREADS": "3"}
+
+
+@pytest.mark.parametrize("place", Room)
+def test_a_worker_computes_in_one_thread(place: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = job(Role.TRUTH if place is Room.TRUTH else Role.MAIN)
+    if place is Room.OURS:
+        monkeypatch.setitem(ENGINES, "planted", PLANTED)
+    assert room(asked) is place
+    [(_, result)] = run_jobs([asked], time_limit_s=60.0)
+    assert result.outcome is Outcome.PASS, result.reason
+
+
+def test_a_worker_that_replaces_another_computes_in_one_thread_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(ENGINES, "planted", PLANTED)
+    monkeypatch.setattr(pool, "RUNS_PER_WORKER", 1)
+    results = [r for _, r in run_jobs([job(), job(rtol=1e-7), job(rtol=1e-8)], time_limit_s=60.0, workers=1)]
+    assert [r.outcome for r in results] == 3 * [Outcome.PASS], results
+
+
+def test_runs_that_are_timed_compute_in_one_thread() -> None:
+    with Bench() as bench:
+        result = bench.run(job(), 60.0)
+    assert result.outcome is Outcome.PASS, result.reason
+
+
+def test_contexts_that_overlap_leave_the_environment_as_it_was() -> None:
+    first, second = one_thread_each(), one_thread_each()
+    first.__enter__()
+    second.__enter__()
+    first.__exit__(None, None, None)
+    assert all(os.environ[name] == "1" for name in THREADS)
+    second.__exit__(None, None, None)
+    assert os.environ["OMP_NUM_THREADS"] == "3"
+    assert "OPENBLAS_NUM_THREADS" not in os.environ

@@ -1,0 +1,174 @@
+"""The relative formulation keeps its digits at any size, and a cancelling subtraction put into it is seen."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from barchain.studies.roundoff.evaluation import BOTH, REACTION, errors
+from barchain.studies.roundoff.formulations import FORMULATIONS
+from barchain.studies.roundoff.plan import DECADES
+from barchain.studies.roundoff.production import PRODUCTION
+from barchain.studies.roundoff.states import Case, Kind, exact_case
+from reference_impl.precision.arithmetic import FLOAT32, FLOAT64, exact_numbers
+from tests.reference.cancellation import errors_of_all
+
+ROOT = Path(__file__).resolve().parents[2]
+KEPT = 1e-13
+"""Of any quantity of five bars: some 100 u, by the joint system's condition; a cancelling subtraction leaves 1e-7."""
+
+
+@pytest.mark.parametrize("bars", [2, 3, 5, 10])
+@pytest.mark.parametrize("ratio", DECADES)
+def test_relative_coordinates_keep_14_digits_in_double_and_5_in_single_at_any_size(bars, ratio):
+    with exact_numbers():
+        exact = exact_case(Case(Kind.GENERIC, bars, ratio, 8))
+        for formulation in (FORMULATIONS["relative"], FORMULATIONS["minimal"], *PRODUCTION.values()):
+            assert errors(formulation, FLOAT64, exact)[BOTH, REACTION].max() < 1e-14, formulation.name
+        for name in ("relative", "minimal"):
+            assert errors(FORMULATIONS[name], FLOAT32, exact)[BOTH, REACTION].max() < 1e-5, name
+
+
+def test_absolute_coordinates_do_not():
+    with exact_numbers():
+        exact = exact_case(Case(Kind.GENERIC, 5, 1e-9, 8))
+        assert errors(FORMULATIONS["absolute"], FLOAT64, exact)[BOTH, REACTION].min() > 1e-9
+
+
+@pytest.mark.parametrize("kind", [Kind.GENERIC, Kind.STRAIGHT])
+@pytest.mark.parametrize("compact", [1.0, 20.0])
+def test_everything_the_reference_makes_of_a_tiny_chain_keeps_its_digits(kind, compact):
+    assert max(errors_of_all(kind, compact=compact).values()) < KEPT * compact
+
+
+SUBTRACTIONS = {
+    "gravity's differences by subtraction": (
+        "gravity.py",
+        "    return difference\n",
+        "    ones = np.ones(np.shape(position_m))\n"
+        "    here, there = as_vectors((com_m + position_m) * ones), as_vectors(com_m * ones)\n"
+        "    return as_complex(point_field(mu_m3_s2, here) - point_field(mu_m3_s2, there))\n",
+    ),
+    "one subtracted from a power": ("gravity.py", "np.expm1(-1.5 * np.log1p(q))", "(1.0 + q) ** -1.5 - 1.0"),
+    "a difference of squared distances": (
+        "gravity.py",
+        "q = (twice.real * position_m.real + twice.imag * position_m.imag) / r2",
+        "q = (squared(twice - com_m) - r2) / r2",
+    ),
+    "the field and its mean taken whole": (
+        "relative.py",
+        "difference - mean, gradient_spins",
+        "(difference + as_complex(field)) - (mean + as_complex(field)), gradient_spins",
+    ),
+    "a field common to all left in": (
+        "relative.py",
+        "(field[1:] - field[:-1]) - (end",
+        "((field + 9.0)[1:] - (field + 9.0)[:-1]) - (end",
+    ),
+    "places hung far away and brought back": (
+        "kinematics.py",
+        "np.cumsum(reach[..., :-1] + reach[..., 1:], axis=-1, out=from_first[..., 1:])",
+        "from_first[..., 1:] = np.cumsum(reach[..., :-1] + reach[..., 1:], axis=-1) + 7e6\n    from_first -= 7e6\n"
+        "    from_first[..., 0] = 0.0",
+    ),
+    "relative places by subtraction": (
+        "kinematics.py",
+        "rate_rad_s, as_vectors(position),",
+        "rate_rad_s, (com_m + as_vectors(position)) - com_m,",
+    ),
+    "gaps between absolute places": (
+        "packings.py",
+        "gap_vectors(self.model, state.position_m, state.angle_rad)",
+        "gap_vectors(self.model, state.com_m + state.position_m, state.angle_rad)",
+    ),
+    "tidal energy with its linear part": (
+        "invariants.py",
+        "curved = q * q * (s + 2.0) / (2.0 * s * (1.0 + s) ** 2) - 0.5 * np.sum(position * position, axis=-1) / r2",
+        "curved = np.expm1(-0.5 * np.log1p(q))",
+    ),
+    "point masses: the field and its mean taken whole": (
+        "relative.py",
+        "return field, difference - mean, np.zeros(bars)",
+        "return field, (difference + as_complex(field)) - (mean + as_complex(field)), np.zeros(bars)",
+    ),
+    "relative velocities by subtraction": (
+        "kinematics.py",
+        "as_vectors(position), as_vectors(velocity))",
+        "as_vectors(position), (com_velocity_m_s + as_vectors(velocity)) - com_velocity_m_s)",
+    ),
+    "kinetic energy through orbital speeds": (
+        "invariants.py",
+        "velocity = relative_motion(model, angle_rad, rate_rad_s)[1]",
+        "velocity = relative_motion(model, angle_rad, rate_rad_s)[1] + 7700.0 - 7700.0",
+    ),
+    "angular momentum through the orbit's radius": (
+        "invariants.py",
+        "position, velocity = relative_motion(model, angle_rad, rate_rad_s)",
+        "position, velocity = relative_motion(model, angle_rad, rate_rad_s)\n    position = (position + 7e6) - 7e6",
+    ),
+    "reactions under a law with the weight in them": (
+        "relative.py",
+        "total: ComplexArray = self.free + torque @ self.by_torque",
+        "total: ComplexArray = (self.free + 900.0 + torque @ self.by_torque) - 900.0",
+    ),
+    "identity (6) of absolute places": (
+        "simulate.py",
+        "np.linalg.norm(weight @ s.position_m)",
+        "np.linalg.norm(weight @ (s.com_m + s.position_m) - s.com_m)",
+    ),
+    "redundant places by subtraction": (
+        "packings.py",
+        "y[4 + 5 * n :], d, v)",
+        "y[4 + 5 * n :], (y[0:2] + d) - y[0:2], v)",
+    ),
+    "compiled: reactions under a law with the weight in them": (
+        "fast/laws.py",
+        "rows[RX, j] += work.torque_N_m[k] * work.responses[k, 0, j]",
+        "rows[RX, j] = (rows[RX, j] + 900.0 + work.torque_N_m[k] * work.responses[k, 0, j]) - 900.0",
+    ),
+    "compiled: one subtracted from a power": (
+        "fast/field.py",
+        "nearer = q * (3.0 + q * (3.0 + q)) * inverse * s",
+        "nearer = 1.0 - 1.0 / cube",
+    ),
+    "compiled: a difference of squared distances": (
+        "fast/field.py",
+        "q = ((2.0 * com_x + x) * x + (2.0 * com_y + y) * y) * inverse2",
+        "q = ((com_x + x) ** 2 + (com_y + y) ** 2) * inverse2 - 1.0",
+    ),
+    "compiled: relative places by subtraction": (
+        "fast/field.py",
+        "x, y = rows[DX, i] - mean_x, rows[DY, i] - mean_y",
+        "x, y = (com_x + (rows[DX, i] - mean_x)) - com_x, (com_y + (rows[DY, i] - mean_y)) - com_y",
+    ),
+    "compiled: gravity taken whole at the ends": (
+        "fast/field.py",
+        "= rows[GX, i] - ex, rows[GY, i] - ey",
+        "= rows[GX, i] - ex, rows[GY, i] - ey\n        rows[GX, i] = (rows[GX, i] + 9.0) - 9.0",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", SUBTRACTIONS)
+def test_a_cancelling_subtraction_put_back_anywhere_is_seen(what, tmp_path):
+    """A copy of the reference with the fault in it is asked for the same digits, in a process of its own."""
+    file, old, new = SUBTRACTIONS[what]
+    shutil.copytree(ROOT / "reference_impl", tmp_path / "reference_impl")
+    path = tmp_path / "reference_impl" / file
+    source = path.read_text(encoding="utf-8")
+    assert source.count(old) == 1, f"{file} no longer has the line that this fault is put in place of"
+    path.write_text(source.replace(old, new), encoding="utf-8")
+    for name in ("barchain", "adapters", "reports", "scenarios", "tests"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    told = subprocess.run(
+        [sys.executable, "-m", "tests.reference.cancellation"], cwd=tmp_path, capture_output=True, text=True,
+        check=True, env=os.environ | {"PYTHONPATH": str(tmp_path), "NUMBA_DISABLE_JIT": "1"},
+    )  # fmt: skip
+    found = json.loads(told.stdout)
+    worst = {quantity: error for own in found.values() for quantity, error in own.items() if error > KEPT}
+    assert worst, found
+    assert all(("compiled" in quantity) == what.startswith("compiled") for quantity in worst)

@@ -1,0 +1,211 @@
+"""The formulations in any arithmetic: exact numbers are exact, and doubles agree with the reference's own code."""
+
+import dataclasses
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from barchain.studies.roundoff.formulations import FORMULATIONS
+from barchain.studies.roundoff.states import Case, Kind, exact_case
+from reference_impl.model import absolute as plain_absolute
+from reference_impl.model import relative as plain_relative
+from reference_impl.precision import steppers
+from reference_impl.precision.arithmetic import EXACT, FLOAT32, FLOAT64, LONG, Arithmetic, each, exact_numbers
+from reference_impl.precision.chain import Absolute, Bars, Relative
+from reference_impl.precision.formulations import absolute, relative
+from tests.studies.roundoff import case, forward, joint_bound
+
+TINY = 1e-12
+
+
+def gap_between(found, answer):
+    """Largest difference over the largest value."""
+    return float(abs(found - answer).max() / abs(answer).max())
+
+
+@pytest.mark.parametrize("kind", Kind)
+@pytest.mark.parametrize("bars", [2, 5, 50])
+def test_exact_answers_have_50_digits_where_absolute_coordinates_lose_most(kind, bars):
+    """Two formulas, one of which loses 36 digits on the horizontal chain of this size, agree to 50."""
+    with exact_numbers():
+        exact = exact_case(Case(kind, bars, TINY, 1))
+        by_relative = relative(EXACT, exact.bars, exact.state)
+        by_absolute = absolute(EXACT, exact.bars, exact.state.absolute)
+        assert gap_between(by_absolute.reaction_N, by_relative.reaction_N) < 1e-50
+        assert gap_between(by_absolute.angle_rad_s2, by_relative.angle_rad_s2) < 1e-50
+        assert gap_between(by_absolute.com_m_s2, by_relative.com_m_s2) < 1e-100
+
+
+def newton_and_euler(bars, state):
+    """Reactions (N-1, 2) of one state by the dense system of all accelerations and forces, in mpmath.
+
+    Written from Newton's and Euler's laws and the joints' accelerations alone, with longitudes for the torque.
+    """
+    n, mp = bars.mass_kg.shape[0], mpmath.mp
+    number = lambda x: mp.mpf(str(x))  # noqa: E731
+    mu, m, length, inertia = (
+        np.vectorize(number, otypes=[object])(v[..., 0])
+        for v in (bars.mu_m3_s2, bars.mass_kg, bars.length_m, bars.inertia_kg_m2)
+    )
+    z = np.vectorize(number, otypes=[object])(state.place_m[..., 0])
+    theta, rate = (np.vectorize(number, otypes=[object])(v[..., 0]) for v in (state.angle_rad, state.rate_rad_s))
+    u = [(mp.cos(a), mp.sin(a)) for a in theta]
+    across = [(-s, c) for c, s in u]
+    size = 3 * n + 2 * (n - 1)
+    a, b = mp.matrix(size, size), mp.matrix(size, 1)
+    force = lambda j, k: 3 * n + 2 * j + k  # noqa: E731
+    for j in range(n):
+        r = mp.sqrt(z[0, j] ** 2 + z[1, j] ** 2)
+        phi = theta[j] - mp.atan2(z[1, j], z[0, j]) + mp.pi / 2
+        for k in range(2):
+            a[3 * j + k, 3 * j + k] = m[j]
+            b[3 * j + k] = -m[j] * mu * z[k, j] / r**3
+        a[3 * j + 2, 3 * j + 2] = inertia[j]
+        b[3 * j + 2] = 3 * mu / r**3 * inertia[j] * mp.sin(phi) * mp.cos(phi)
+        for i, sign in ((j, 1), (j - 1, -1)):
+            if 0 <= i < n - 1:
+                for k in range(2):
+                    a[3 * j + k, force(i, k)] = -sign
+                    a[3 * j + 2, force(i, k)] = -length[j] / 2 * across[j][k]
+    for j in range(n - 1):
+        for k in range(2):
+            row = force(j, k)
+            for i, sign in ((j, 1), (j + 1, -1)):
+                a[row, 3 * i + k] = sign
+                a[row, 3 * i + 2] = length[i] / 2 * across[i][k]
+                b[row] += length[i] / 2 * rate[i] ** 2 * u[i][k]
+    found = mp.lu_solve(a, b)
+    return np.array([[found[force(j, k)] for j in range(n - 1)] for k in range(2)])
+
+
+@pytest.mark.parametrize("kind", Kind)
+def test_exact_answers_are_those_of_newtons_and_eulers_laws_in_mpmath(kind):
+    with exact_numbers(), mpmath.workdps(130):
+        exact = exact_case(Case(kind, 3, 1e-6, 1))
+        ours = absolute(EXACT, exact.bars, exact.state.absolute).reaction_N[..., 0]
+        theirs = newton_and_euler(exact.bars, exact.state.absolute)
+        ours = np.vectorize(lambda x: mpmath.mpf(str(x)), otypes=[object])(ours)
+        assert gap_between(ours, theirs) < 1e-50
+
+
+def test_the_same_lines_run_in_mpmath():
+    """Arithmetic is a parameter: long numbers of another library give the same 100 digits."""
+    lift = np.frompyfunc(lambda x: mpmath.mpf(str(x)), 1, 1)
+    with exact_numbers(), mpmath.workdps(120):
+        other = Arithmetic("mpmath", object, 1e-120, *map(each, (mpmath.sqrt, mpmath.sin, mpmath.cos, mpmath.log1p,
+                                                                 mpmath.expm1)))  # fmt: skip
+        exact = exact_case(Case(Kind.GENERIC, 3, 1e-6, 2))
+        lifted = Bars(*(lift(getattr(exact.bars, f.name)) for f in dataclasses.fields(Bars)))
+        state = Relative(*(lift(getattr(exact.state, f.name)) for f in dataclasses.fields(Relative)))
+        theirs = relative(other, lifted, state).reaction_N
+        assert gap_between(lift(relative(EXACT, exact.bars, exact.state).reaction_N), theirs) < 1e-100
+
+
+def columns(c):
+    """Chain and state of a random case, as one column."""
+    m, s = c.model, c.state
+    one = lambda v: np.asarray(v, float)[..., None]  # noqa: E731
+    bars = Bars(np.array([m.mu_m3_s2]), one(m.mass_kg), one(m.length_m), one(m.inertia_kg_m2))
+    return bars, Relative(one(s.com_m), one(s.position_m.T), one(s.angle_rad), one(s.rate_rad_s))
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6), bars=st.integers(2, 9), decades=st.floats(0.0, 3.0))
+def test_in_doubles_the_relative_formulation_is_the_references(seed, bars, decades):
+    """Both are backward stable solutions of the same system: apart by twice what round-off opens a joint."""
+    c = case(seed, bars, "gradient", decades)
+    found, plain = relative(FLOAT64, *columns(c)), plain_relative.accelerations(c.model, 0.0, c.state)
+    apart = np.linalg.norm(found.reaction_N[..., 0].T - plain.reaction_N, axis=1)
+    assert (apart <= forward(c, 2.0 * joint_bound(c, plain))).all()
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 10**6), bars=st.integers(2, 9))
+def test_in_doubles_the_absolute_formulation_is_the_references_absolute_one(seed, bars):
+    """The same within the round-off of a place, u r times n², that both have."""
+    c = case(seed, bars, "gradient", 1.0)
+    chain, state = columns(c)
+    found = absolute(FLOAT64, chain, state.absolute).reaction_N[..., 0].T
+    s = c.state
+    plain = plain_absolute.accelerations(
+        c.model, 0.0, s.com_m + s.position_m, s.com_velocity_m_s + s.velocity_m_s, s.angle_rad, s.rate_rad_s
+    )
+    radius = np.linalg.norm(s.com_m)
+    floor = 32.0 * 2.0**-53 * c.model.mu_m3_s2 / radius**2 * np.ones(bars - 1)
+    assert (np.linalg.norm(found - plain.reaction_N, axis=1) <= forward(c, floor + joint_bound(c, plain))).all()
+
+
+def test_every_arithmetic_stays_itself_from_input_to_answer():
+    with exact_numbers():
+        exact = exact_case(Case(Kind.GENERIC, 4, 1e-5, 2))
+        for a in (FLOAT32, FLOAT64, LONG):
+            for formulation in FORMULATIONS.values():
+                answer = formulation.reactions(a, formulation.given(exact, a).cast(a))
+                assert answer.dtype == a.dtype, (a.name, formulation.name)
+
+
+def test_long_doubles_survive_the_way_through_exact_numbers():
+    value = np.array([1.0, -3.0, 1e30], np.longdouble) / 3
+    with exact_numbers():
+        assert (LONG.cast(EXACT.cast(value)) == value).all()
+
+
+def oscillator(y):
+    """y'' = -y in the arithmetic of `y`."""
+    return np.concatenate([y[1:], -y[:1]])
+
+
+@pytest.mark.parametrize(
+    ("step", "order", "counts"),
+    [
+        (steppers.rk4, 4, (20, 40, 80)),
+        (steppers.DormandPrince(LONG), 8, (6, 12, 24)),
+        (lambda f, y, h: steppers.extrapolated(f, y, h, (2, 4, 6)), 6, (8, 16, 32)),
+    ],
+)
+def test_steppers_have_their_order(step, order, counts):
+    def error(steps):
+        y = np.array([[1.0], [0.0]], np.longdouble)
+        for _ in range(steps):
+            y = step(oscillator, y, np.longdouble(3.0) / steps)
+        return float(np.hypot(y[0, 0] - np.cos(np.longdouble(3.0)), y[1, 0] + np.sin(np.longdouble(3.0))))
+
+    errors = [error(n) for n in counts]
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert orders[-1] == pytest.approx(order, abs=0.15)
+
+
+def test_own_steps_are_scipys():
+    """Column for column what SciPy's DOP853 takes: errors of the same size, at about the same evaluations."""
+    start, stretch = np.array([[1.0, 1.0], [0.0, 0.5]]), np.array([20.0, 20.0])
+    allowed = np.array([[1e-9, 1e-6], [1e-9, 1e-6]])
+    zero = np.zeros(2, int)
+    at = steppers.walk(FLOAT64, oscillator, steppers.Walkers(start, 0.1 * np.ones(2), zero, zero > 0), stretch, allowed)
+    for k, tolerance in enumerate((1e-9, 1e-6)):
+        theirs = solve_ivp(lambda _, y: oscillator(y), (0.0, 20.0), start[:, k], "DOP853", rtol=3e-14, atol=tolerance)
+        exact = start[0, k] * np.cos(20.0) + start[1, k] * np.sin(20.0)
+        ours = abs(at.y[0, k] - exact)
+        assert 0.1 < ours / abs(theirs.y[0, -1] - exact) < 10.0
+        assert at.evaluations[k] == pytest.approx(theirs.nfev, rel=0.3)
+
+
+def test_a_run_that_never_ends_is_given_up_and_the_others_go_on(monkeypatch):
+    monkeypatch.setattr(steppers, "MOST_TRIES", 50)
+    start, zero = np.ones((2, 2)), np.zeros(2, int)
+    allowed = np.array([[1e-3, 1e-30], [1e-3, 1e-30]])
+    at = steppers.walk(FLOAT64, oscillator, steppers.Walkers(start, 0.1 * np.ones(2), zero, zero > 0), np.ones(2),
+                       allowed)  # fmt: skip
+    assert at.given_up.tolist() == [False, True]
+    assert np.isfinite(at.y[:, 0]).all()
+    assert np.isnan(at.y[:, 1]).all()
+
+
+def test_absolute_states_are_sums():
+    with exact_numbers():
+        state = exact_case(Case(Kind.GENERIC, 3, 1e-5, 2)).state
+        assert isinstance(state.absolute, Absolute)
+        assert (state.absolute.place_m - state.position_m == state.com_m[:, None]).all()

@@ -1,0 +1,138 @@
+"""The chapter on what accuracy costs: rendered from tables alone, alone or in the comparison's report."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from adapters.registry import Registration
+from barchain.studies.cost.findings import front_of, orders_table, price_table, reach_table
+from reports.chapters.cost.charts import Setup, Track, by_family, overview
+from reports.plotting.families import families
+from reports.render import render, render_study
+from reports.text.ratios import decade, ratio_text, span_text
+from tests.studies.cost_points import engine_points, point, table, times_of
+from tests.support.report_fixture import build
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+REFERENCE = Registration("adapters.reference.numpy_engines:Reference", ours=True)
+
+
+def write(folder: Path, points: pd.DataFrame, *, finished: bool = True) -> Path:
+    """Write the tables of a study."""
+    inside = folder / "cost"
+    inside.mkdir(parents=True)
+    times = times_of(points)
+    points = points.assign(on_front=front_of(points))
+    engines = dict.fromkeys(points.engine, REFERENCE)
+    made = {"points": points, "orders": orders_table(points, engines, []), "price": price_table(points)}
+    for name, found in (made | {"reach": reach_table(points, times)}).items():
+        found.to_csv(inside / f"{name}.csv", index=False)
+    record = {
+        "finished": finished,
+        "command": "barchain cost",
+        "created": "2026-01-05T10:20:30+00:00",
+        "seconds": 12.0,
+        "environment": {"cpu": "Example CPU", "cores": 2},
+        "packages": {"numpy": "2"},
+        "engines": {e: {"version": "1", "title": e} for e in engines},
+        "scenes": {s: {"title": f"Scene <{s}>", "orbits": 1.0} for s in dict.fromkeys(points.scene)},
+        "truths": {
+            s: {"source": "committed", "precision": "real128", "error": {"attitude": 1e-14}} for s in points.scene
+        },
+        "left_out": [{"scene": "s", "engine": "gone", "outcome": "missing", "reason": "it is <not> installed"}],
+    }
+    (inside / "run.json").write_text(json.dumps(record))
+    return folder
+
+
+def study() -> pd.DataFrame:
+    """A fast, a slow and a failing engine, and the one that ratios are given over."""
+    steps = [20, 40, 80, 160, 320, 640]
+    failed = [
+        point("bad", 10, math.nan, math.nan) | {"outcome": "failed", "reason": "gave up", "com_error_m": math.nan}
+    ]
+    return table(
+        engine_points("reference-fast", 8.0, 1e-6, [14, 20, 30, 40, 60, 80]),
+        engine_points("slow", 2.0, 1e-3, steps),
+        engine_points("slow-er", 2.0, 2e-3, steps),
+        failed,
+    )
+
+
+def test_the_chapter_stands_alone_and_says_what_was_left_out(tmp_path: Path) -> None:
+    page, ratios = render_study("cost", write(tmp_path, study()))
+    assert page == tmp_path / "cost.html"
+    html, text = page.read_text(), ratios.read_text()
+    assert "Scene &lt;s&gt;" in html
+    assert "it is &lt;not&gt; installed" in html
+    assert "× failed: bad (1)." in html
+    assert "Times over those of reference-fast" in html
+    assert "cut off" not in html
+    assert "| slow-er |" in text.replace("\\", "")
+    assert "not reached" in text
+    assert "nan" not in html.lower().replace("nanmin", "")
+
+
+def test_the_chapter_joins_the_report_of_a_comparison(tmp_path: Path) -> None:
+    folder = build(tmp_path, ["basics/two_bars_free"], samples=21)
+    render(folder)
+    assert 'id="cost"' not in (folder / "index.html").read_text()
+    page, _ = render_study("cost", write(folder, study()))
+    assert page == folder / "index.html"
+    assert page.read_text().count('id="cost"') == 1
+    assert "What accuracy costs" in (folder / "report.md").read_text()
+    assert not (folder / "cost.html").exists()
+
+
+def test_equal_tables_give_equal_bytes(tmp_path: Path) -> None:
+    first, second = (render_study("cost", write(tmp_path / name, study())) for name in "ab")
+    for a, b in zip(first, second, strict=True):
+        assert a.read_bytes() == b.read_bytes()
+
+
+def test_a_study_that_was_cut_off_says_so(tmp_path: Path) -> None:
+    page, ratios = render_study("cost", write(tmp_path, study(), finished=False))
+    assert "cut off" in page.read_text()
+    assert "cut off" in ratios.read_text()
+
+
+def test_a_folder_without_a_study_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"cost/points\.csv"):
+        render_study("cost", tmp_path)
+
+
+def test_many_engines_are_drawn_family_by_family() -> None:
+    names = [*(f"exudyn-{k}" for k in range(4)), *(f"scipy-{k}" for k in range(4)), "cvode", "mujoco", "rebound"]
+    assert set(families(names).values()) == {"exudyn", "scipy", "others"}
+    x, no = np.array([1e-3, 1e-6]), np.zeros(2, bool)
+    setup = Setup("n", "x", "y", 1e-14, tuple(Track(e, x, (k + 1) / x, no, no) for k, e in enumerate(names)))
+    panels = by_family(setup)
+    assert [p.title for p in panels] == ["Exudyn", "Scipy", "Others"]
+    assert [len(p.legend) for p in panels] == [4, 4, 3]
+    whole = overview(setup, "t")
+    assert whole is not None
+    assert [e.label for e in whole.legend] == ["exudyn", "scipy", "cvode", "mujoco", "rebound"]
+
+
+def test_nothing_to_draw_draws_nothing() -> None:
+    lost = Track("a", np.array([np.nan]), np.array([np.nan]), np.ones(1, bool), np.zeros(1, bool))
+    assert overview(Setup("n", "x", "y", 0.0, (lost,)), "t") is None
+    assert by_family(Setup("n", "x", "y", 0.0, ())) == []
+
+
+def test_times_ratios_and_targets_read_well() -> None:
+    assert span_text(3.4e-4) == "340 µs"
+    assert span_text(None) == ""
+    assert ratio_text((12.3, 11.0, 13.4)) == "×12 (11–13)"
+    assert ratio_text((1319.0, None, None)) == "×1320"
+    assert decade(1e-4) == "10⁻⁴"
+    assert decade(0.02) == "0.020"

@@ -1,0 +1,298 @@
+"""The chapter on effects: its rule, its words and its charts, from tables alone."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+import pytest
+
+from barchain.cli.effects import show_view
+from barchain.cli.main import run
+from reports.chapters.effects.advice import Worth, advise, worth_of
+from reports.chapters.effects.charts import ticks
+from reports.chapters.effects.labels import Anchor, placed
+from reports.chapters.effects.rows import rows_of, whole_of
+from reports.chapters.effects.view import view_effects
+from reports.chapters.effects.words import NOT_RESOLVED, length_text, share_text
+from reports.render import render_study
+from reports.tables.effects import COLUMNS, read_effects
+from reports.text.numerals import powers_in
+from tests.support.report_fixture import build
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from reports.chapters.effects.advice import Advice
+
+SCENE: dict[str, Any] = {
+    "name": "own/<scene>", "title": "Five bars", "gravity": "gradient", "bound": True, "period_s": 5000.0,
+    "duration_s": 25_000.0, "horizon_s": 25_000.0, "end_s": 25_000.0, "ended": "", "radius0_m": 7e6,
+    "largest_reaction_N": 2.0,
+}  # fmt: skip
+
+
+def row(effect: str, com_m: float = 1.0, attitude: float = 1e-6, reaction: float = 1e-6, **more: Any) -> dict[str, Any]:
+    """Row of effects.csv, resolved to 1e-8 of each scale, at twice the time."""
+    found: dict[str, Any] = dict.fromkeys(COLUMNS) | {
+        "effect": effect, "title": effect.title(), "kind": "nature", "on": False, "said": "", "reason": "",
+        "engine": "reference", "between_start": 1e-3, "torque_start": 0.0, "common_start": 1e-3,
+        "between_largest": 2e-3, "torque_largest": 0.0, "common_largest": 1e-3,
+        "com_m": com_m, "com_noise_m": 0.07, "attitude_rad": attitude, "attitude_noise_rad": 1e-8,
+        "reaction_N": reaction, "reaction_noise_N": 2e-8, "compared_s": 25_000.0, "ended": "",
+        "time_ratio": 2.0, "time_ratio_low": 1.9, "time_ratio_high": 2.1, "rounds": 7, "evaluation_ratio": 2.0,
+        "evaluation_ratio_low": 1.9, "evaluation_ratio_high": 2.1, "evaluations_ratio": 1.0,
+        "seconds": 1.0, "evaluation_s": 1e-6, "evaluations": 1000,
+    }  # fmt: skip
+    return found | more
+
+
+def gravity(model: str, attitude: float) -> dict[str, Any]:
+    """Row of another model of gravity."""
+    return row(
+        f"gravity.{model}", attitude=attitude, kind="gravity", said="instead of gradient", title=f"Gravity {model}"
+    )
+
+
+ROWS = [
+    gravity("point", 0.1),
+    gravity("slender", 1e-7),
+    row("oblateness", 612e3, 0.11, 0.0026),
+    row("third_body.moon", 0.01, 1e-9, 1e-9, on=True),
+    row("drag", 3.0, 4e-7, 6e-8, time_ratio=1.02, time_ratio_low=0.9, time_ratio_high=1.1),
+    row("solar_pressure", reason="its process <died>", com_m=None, attitude_rad=None, reaction_N=None, time_ratio=None),
+]
+
+
+def write(folder: Path, rows: list[dict[str, Any]], **changes: Any) -> Path:
+    """Write the tables of a budget."""
+    inside = folder / "effects"
+    inside.mkdir(parents=True)
+    pd.DataFrame(rows, columns=list(COLUMNS)).to_csv(inside / "effects.csv", index=False)
+    record = {
+        "finished": True, "command": "barchain effects", "created": "2026-01-05T10:20:30+00:00", "seconds": 12.0,
+        "environment": {"cpu": "Example CPU"}, "packages": {"numpy": "2"}, "scene": SCENE | changes,
+        "rtol": 1e-12, "looser": 10.0, "parted_rad": 0.01, "matters": 1e-3,
+    }  # fmt: skip
+    (inside / "record.json").write_text(json.dumps(record))
+    return folder
+
+
+def advice(folder: Path, rows: list[dict[str, Any]], **changes: Any) -> list[Advice]:
+    """Advice on each row."""
+    tables = read_effects(write(folder, rows, **changes))
+    whole = whole_of(tables.record)
+    return [advise(r, whole) for r in rows_of(tables, whole)]
+
+
+def test_each_effect_is_judged_by_one_rule(tmp_path: Path) -> None:
+    assert [a.worth for a in advice(tmp_path, ROWS)] == [
+        Worth.MATTERS, Worth.SMALL, Worth.MATTERS, Worth.UNRESOLVED, Worth.SMALL, Worth.NOT_SWITCHED,
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changes", "worth"),
+    [
+        ({"com_m": 7.1e3}, Worth.MATTERS),
+        ({"com_m": 6.9e3}, Worth.SMALL),
+        ({"attitude": 1.01e-3}, Worth.MATTERS),
+        ({"reaction": 2.02e-3}, Worth.MATTERS),
+        ({"reaction": 1.98e-3}, Worth.SMALL),
+        ({"attitude": 1e-5, "attitude_noise_rad": 0.02}, Worth.UNTOLD),
+        ({"attitude": 0.1, "reaction_noise_N": 1.0}, Worth.MATTERS),
+    ],
+)
+def test_the_rule_counts_in_radians_the_largest_reaction_and_the_distance(
+    changes: dict[str, float], worth: Worth, tmp_path: Path
+) -> None:
+    assert advice(tmp_path, [row("drag", **changes)])[0].worth is worth
+
+
+def test_advice_says_what_it_does_over_what_and_what_to_do(tmp_path: Path) -> None:
+    point, slender, j2, moon, drag, light = (a.text for a in advice(tmp_path, ROWS))
+    assert j2 == (
+        "Oblateness moves the centre of mass by 612 km, turns bars by 0.11 rad and changes the reactions by 0.13 % in "
+        "5 orbits: put it in; with it the run takes 2.00 times as long."
+    )
+    assert "changes next to nothing in 5 orbits (centre of mass 3.0 m, attitude 4.0e-07 rad, react" in drag
+    assert "leave it out; what it costs in time is too small to measure here" in drag
+    assert "stays below what the numerics resolve in 5 orbits (centre of mass 70 mm, att" in moon
+    assert "it can be left out; it takes 50 % of the run's time" in moon
+    assert "keep gradient" in point
+    assert "gradient is enough" in slender
+    assert light == "Solar_Pressure is not switched: its process <died>."
+
+
+def test_a_price_is_told_only_where_it_was_measured(tmp_path: Path) -> None:
+    once = row("drag", time_ratio=1.4, time_ratio_low=None, time_ratio_high=None)
+    twice = row("drag", rounds=2)
+    below = row("oblateness", time_ratio=0.99, time_ratio_low=0.9, time_ratio_high=1.1)
+    on = row("third_body.moon", on=True)
+    dear = row("solar_pressure", on=True, time_ratio=30.0, time_ratio_low=28.0, time_ratio_high=33.0)
+    said = [a.text for a in advice(tmp_path, [once, twice, below, on, dear])]
+    assert said[0].endswith("leave it out.")
+    assert said[1].endswith("leave it out.")
+    assert said[2].endswith("leave it out; what it costs in time is too small to measure here.")
+    assert "it takes 50 % of the run's time." in said[3]
+    assert "with it the run takes 30.0 times as long" in said[4]
+
+
+def test_a_run_that_takes_longer_than_its_evaluations_says_what_takes_it(tmp_path: Path) -> None:
+    dear = row("drag", time_ratio=30.0, time_ratio_low=28.0, time_ratio_high=33.0, evaluations_ratio=1.5)
+    found = advice(tmp_path, [dear])[0]
+    assert found.row.rest == pytest.approx(10.0)
+    assert (
+        "with it the run takes 30.0 times as long (2.0 times an evaluation, 1.5 times as many of them and 10 times for "
+        "the search for instants at which a bar turns its other face to the wind)."
+    ) in found.text
+    view = view_effects(tmp_path)
+    assert view is not None
+    assert view.price.rows[0][1:] == ("30.0 (28.0\N{EN DASH}33.0)", "2.00 (1.90\N{EN DASH}2.10)", "1.50", "10.0")
+
+
+def test_the_lead_names_the_threshold_and_the_page_how_prices_get_better(tmp_path: Path) -> None:
+    html = render_study("effects", write(tmp_path, ROWS)).page.read_text()
+    threshold = "less than 0.001 rad, 0.001 of the largest reaction and of the initial distance from the centre: "
+    assert f"What changes next to nothing, {threshold}Drag and Third_Body.Moon." in html
+    assert "Timed in" not in html
+    record = tmp_path / "effects" / "record.json"
+    record.write_text(json.dumps(json.loads(record.read_text()) | {"rounds": 3, "timed_s": 5000.0}))
+    html = render_study("effects", tmp_path).page.read_text()
+    assert "Timed in 3 rounds over the first 1 orbit; a longer --budget, and more --repeats, narrow" in html
+
+
+def test_names_in_a_chart_stand_on_nothing() -> None:
+    points = [Anchor(f"effect {k}", 100.0 + 0.3 * k, 60.0 + 4.0 * k, (98.0, 103.0)) for k in range(8)]
+    boxes = placed(points, 340.0, 192.0)
+    assert all(boxes)
+    for box, k in zip(boxes, range(8), strict=True):
+        assert box
+        others = [b for b in boxes if b and b is not box] + [p.box for p in points]
+        assert not any(box.meets(b) for b in others), k
+    assert placed([Anchor("a name wider than its plot", 5.0, 5.0, (5.0, 5.0))], 20.0, 20.0) == [None]
+
+
+def test_the_console_shows_tables_of_at_most_120_columns(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "240")
+    view = view_effects(write(tmp_path, ROWS))
+    assert view is not None
+    show_view(view)
+    shown = capsys.readouterr().out
+    lines = shown[: shown.index("What matters:")].splitlines()
+    assert max(map(len, map(str.rstrip, lines))) <= 120
+    assert "What each costs" in shown
+
+
+def test_what_a_default_can_not_tell_follows_its_advice(tmp_path: Path) -> None:
+    plain, limited = (
+        a.text for a in advice(tmp_path, [row("drag"), row("drag", caveat="One exponential can't tell all.")])
+    )
+    assert limited == f"{plain} One exponential can't tell all."
+
+
+def test_a_budget_of_an_earlier_version_is_read_as_far_as_it_goes(tmp_path: Path) -> None:
+    table = write(tmp_path, ROWS) / "effects" / "effects.csv"
+    pd.read_csv(table).drop(columns="caveat").to_csv(table, index=False)
+    assert view_effects(tmp_path) is not None
+
+
+def test_zero_is_never_reported_as_zero(tmp_path: Path) -> None:
+    found = advice(tmp_path, [row("drag", 0.0, 0.0, 1e-3), row("third_body.sun", 0.0, 0.0, 0.0)])
+    assert found[0].text.count(NOT_RESOLVED) == 2
+    assert "below what the numerics resolve" in found[1].text
+    view = view_effects(tmp_path)
+    assert view is not None
+    cells = view.consequences.rows[1]
+    assert [c for c in cells if "not resolved, <" in c] == list(cells[3:6])
+    assert all(" 0 " not in a.text for a in found)
+
+
+def test_a_comparison_that_chaos_ends_says_so(tmp_path: Path) -> None:
+    changes = {"horizon_s": 13_800.0}
+    found = advice(tmp_path, [row("drag", compared_s=13_800.0)], **changes)[0].text
+    assert "in the first 2.76 orbits of 5 orbits" in found
+    assert "numerics alone part by more than 0.01 rad" in found
+    view = view_effects(tmp_path)
+    assert view is not None
+    assert view.horizon == "2.76 orbits"
+
+
+def test_a_switched_run_that_lands_says_so(tmp_path: Path) -> None:
+    landed = row("drag", compared_s=10_000.0, ended="a bar reached the surface at t = 10000 s")
+    assert "With it on, a bar reached the surface at t = 10000 s." in advice(tmp_path, [landed])[0].text
+
+
+def test_the_page_shows_all_of_it_and_is_rendered_again_alike(tmp_path: Path) -> None:
+    page = render_study("effects", write(tmp_path, ROWS)).page
+    html = page.read_text()
+    assert page == tmp_path / "effects.html"
+    assert "What matters: Oblateness." in html
+    assert "Of the models of gravity, point differs from gradient; slender gives next to what gradient gives." in html
+    assert "its process &lt;died&gt;" in html
+    assert "nan" not in html.lower().replace("finance", "")
+    assert html.count("<svg role=") == 3
+    assert "Outlined, with an arrow" in html
+    assert html.count('<ul class="keys">') == 1
+    assert html.count("<table>") == 3
+    text = (tmp_path / "effects" / "effects.md").read_text()
+    assert text.startswith("## What each effect is worth: own/\\<scene\\>")
+    assert run(["report", str(tmp_path)]) == 0
+    assert page.read_text() == html
+
+
+def test_a_comparisons_report_gets_the_chapter(tmp_path: Path) -> None:
+    build(tmp_path, ["paper/fig05"], samples=11)
+    page = render_study("effects", write(tmp_path, ROWS)).page
+    assert page == tmp_path / "index.html"
+    assert '<h2 id="effects">' in page.read_text()
+    assert "## What each effect is worth" in (tmp_path / "report.md").read_text()
+
+
+def test_a_budget_that_was_cut_off_renders_what_it_had(tmp_path: Path) -> None:
+    bare = {name: None for name in COLUMNS if name not in ("effect", "title", "kind", "on", "said", "reason")}
+    folder = write(tmp_path, [row("drag") | bare, row("oblateness")], largest_reaction_N=None)
+    record = folder / "effects" / "record.json"
+    record.write_text(record.read_text().replace('"finished": true', '"finished": false'))
+    html = render_study("effects", folder).page.read_text()
+    assert "cut off" in html
+    assert "not switched" in html
+
+
+def test_a_folder_without_a_budget_is_named(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"effects.csv"):
+        render_study("effects", tmp_path)
+
+
+def test_unknown_scales_make_nothing_matter_that_is_not_there(tmp_path: Path) -> None:
+    """A single bar has no reactions; the other two quantities judge it."""
+    alone = advice(tmp_path, [row("drag", reaction=None, reaction_noise_N=None)], largest_reaction_N=None)[0]
+    assert alone.worth is Worth.SMALL
+    assert worth_of(alone.row, 1e-9) is Worth.MATTERS
+
+
+@pytest.mark.parametrize(
+    ("metres", "text"), [(612e3, "612 km"), (1.2e3, "1.2 km"), (269.0, "269 m"), (0.0591, "59 mm"), (5.9e-4, "590 µm")]
+)
+def test_lengths_read_as_people_write_them(metres: float, text: str) -> None:
+    assert length_text(metres) == text
+
+
+def test_shares_are_percent_until_they_are_too_small() -> None:
+    assert share_text(0.0013) == "0.13 %"
+    assert share_text(3.1e-8) == "3.1e-08 of the largest"
+    assert share_text(math.inf) == ""
+
+
+def test_powers_in_a_sentence_are_set_and_its_signs_escaped() -> None:
+    assert powers_in("above 1.7e-08 <rad>") == "above 1.7&#8202;×&#8202;10<sup>−8</sup> &lt;rad&gt;"
+    assert powers_in("J2 = 0.001, 5 orbits") == "J2 = 0.001, 5 orbits"
+
+
+def test_one_is_always_labelled() -> None:
+    for low, high in ((0.8, 1.3), (0.9, 60.0), (0.05, 3e3)):
+        assert any(abs(t - 1.0) < 1e-12 for t in ticks(low, high))

@@ -1,0 +1,373 @@
+"""The reports: true to the tables, whole in one file, and readable whatever the tables hold."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+import shutil
+from html.parser import HTMLParser
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+import pytest
+
+from reports import render as reports
+from reports.chapters.crossval.summary import WORDS, summarise
+from reports.chapters.crossval.verdict import judge, spoilt_words
+from reports.tables.crossval import METRIC_COLUMNS, read_results
+from reports.tables.outcome import SEVERITY, Outcome
+from reports.text.numerals import significant
+from tests.support.report_fixture import ENGINES, build
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+SCENES = ["paper/fig13", "paper/fig17", "basics/kepler_hyperbolic", "basics/two_bars_free"]
+MOST_BYTES_PER_SCENE = 8e6 / 14  # the core suite in one mail attachment
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = build(tmp_path_factory.mktemp("results"), SCENES, samples=161)
+    reports.render(folder)
+    return folder
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    """A folder with one scene whose tables a test may spoil."""
+    return build(tmp_path, ["basics/radial_equilibrium"], faults=False, samples=41)
+
+
+def change_record(folder: Path, **changes: object) -> None:
+    path = folder / "run.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | changes))
+
+
+def one_row(outcome: str, **changes: object) -> dict[str, object]:
+    row: dict[str, object] = dict.fromkeys(METRIC_COLUMNS, "")
+    row |= {"scene": "s", "engine": f"engine-{outcome}", "setting": "rtol=1e-10", "quantity": "run"}
+    return row | {"metric": "outcome", "outcome": outcome} | changes
+
+
+def write_tables(folder: Path, rows: list[dict[str, object]], record: dict[str, object] | None = None) -> Path:
+    pd.DataFrame(rows, columns=list(METRIC_COLUMNS)).to_csv(folder / "metrics.csv", index=False)
+    (folder / "run.json").write_text(json.dumps(record or {}))
+    return folder
+
+
+class Page(HTMLParser):
+    """What a browser would load, and whether the ids and links hold together."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.ids: list[str] = []
+        self.references: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        for name, value in attrs:
+            if name == "id":
+                self.ids.append(value or "")
+            if name in {"href", "src", "xlink:href", "srcset", "data", "action"}:
+                self.references.append(value or "")
+
+
+def test_the_page_loads_nothing_from_anywhere(made: Path) -> None:
+    text = (made / "index.html").read_text()
+    page = Page(text)
+    assert page.references
+    assert all(r.startswith("#") for r in page.references)
+    assert not {"script", "link", "img", "iframe", "object"} & set(page.tags)
+    assert "http:" not in text
+    assert "https:" not in text
+    assert "@import" not in text
+    assert set(re.findall(r"url\((.)", text)) <= {"#"}
+
+
+def test_ids_are_unique_and_every_link_inside_the_page_leads_somewhere(made: Path) -> None:
+    text = (made / "index.html").read_text()
+    page = Page(text)
+    assert len(page.ids) == len(set(page.ids))
+    used = {r[1:] for r in page.references} | set(re.findall(r"url\(#([^)]+)\)", text))
+    assert used <= set(page.ids)
+
+
+def test_charts_take_their_colours_and_font_from_the_page(made: Path) -> None:
+    charts = re.findall(r"<svg role.*?</svg>", (made / "index.html").read_text(), flags=re.S)
+    assert len(charts) > 8 * len(SCENES)
+    for chart in charts:
+        assert "font-family" not in chart
+        assert not re.search(r"#[0-9a-f]{6}\b", chart.replace("url(#", ""))
+        assert "NaN" not in chart
+
+
+def test_the_file_is_small_enough_to_mail(made: Path) -> None:
+    assert (made / "index.html").stat().st_size < MOST_BYTES_PER_SCENE * len(SCENES)
+
+
+def test_a_second_render_from_the_stored_tables_alone_is_the_same_to_the_byte(made: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "elsewhere"
+    shutil.copytree(made, copy, ignore=shutil.ignore_patterns("index.html", "report.md"))
+    for path in reports.render(copy):
+        assert path.read_bytes() == (made / path.name).read_bytes()
+
+
+def test_only_the_last_section_of_the_markdown_knows_the_clock(small: Path) -> None:
+    before = reports.render(small)[1].read_text()
+    runs = json.loads((small / "run.json").read_text())["runs"]
+    for run in runs:
+        run["seconds"]["simulate"] = 7.77
+    change_record(small, created="2031-12-31T00:00:00+00:00", seconds=9.0, runs=runs)
+    after = reports.render(small)[1].read_text()
+    mark = "## Environment, date and timings"
+    assert after.split(mark)[0] == before.split(mark)[0]
+    assert after.split(mark)[1] != before.split(mark)[1]
+
+
+def test_a_report_does_not_depend_on_the_order_in_which_results_came(small: Path) -> None:
+    before = reports.render(small)[1].read_bytes()
+    metrics = pd.read_csv(small / "metrics.csv", keep_default_na=False)
+    metrics.iloc[::-1].to_csv(small / "metrics.csv", index=False)
+    assert reports.render(small)[1].read_bytes() == before
+
+
+@pytest.mark.parametrize("outcome", Outcome)
+def test_every_outcome_is_shown_with_its_word_and_its_reason(outcome: Outcome, tmp_path: Path) -> None:
+    folder = write_tables(tmp_path, [one_row(outcome, reason="because of the weather")])
+    page, text = (path.read_text() for path in reports.render(folder))
+    for shown in (page, text):
+        assert WORDS[outcome] in shown
+        assert "because of the weather" in shown
+    assert outcome.advice in html.unescape(page)
+    assert judge(summarise(read_results(folder))).good is (outcome is Outcome.PASS)
+
+
+def test_outcomes_are_all_ranked_and_an_unknown_one_is_a_failure(tmp_path: Path) -> None:
+    assert set(SEVERITY) == set(Outcome)
+    folder = write_tables(tmp_path, [one_row("splendid")])
+    assert summarise(read_results(folder)).all[0].outcome is Outcome.FAILED
+
+
+def test_a_run_cut_off_says_so_at_the_top(tmp_path: Path) -> None:
+    rows = [one_row("pass"), one_row("pass", scene="t", engine="engine-pass")]
+    record = {"finished": False, "scenes": {"s": {}, "t": {}, "never": {}}, "engines": {"engine-pass": {}}}
+    page, text = (path.read_text() for path in reports.render(write_tables(tmp_path, rows, record)))
+    assert page.index("cut off before its end") < page.index('id="verdict"')
+    assert text.index("cut off before its end") < text.index("## Verdict")
+    assert "so far" in page
+    assert "1 was not run" in text
+    assert "not run" in text.split("## Matrix")[1]
+
+
+@pytest.mark.parametrize("record", [{}, {"scenes": {"s": {}}, "engines": None, "runs": [{}], "misprints": [{}]}])
+def test_missing_keys_do_not_stop_a_render(record: dict[str, object], tmp_path: Path) -> None:
+    folder = write_tables(tmp_path, [one_row("pass")], record)
+    assert all(path.stat().st_size for path in reports.render(folder))
+
+
+def test_an_empty_table_is_not_a_success(tmp_path: Path) -> None:
+    page, text = (path.read_text() for path in reports.render(write_tables(tmp_path, [])))
+    assert "Nothing was compared." in page
+    assert "Nothing was compared." in text
+
+
+def test_a_hostile_title_is_only_text(small: Path) -> None:
+    hostile = '<script>alert(1)</script><img src=x onerror="alert(2)"> | $x$ & `co'
+    record = json.loads((small / "run.json").read_text())
+    scene = record["scenes"]["basics/radial_equilibrium"]
+    record["scenes"]["basics/radial_equilibrium"] = scene | {
+        "title": hostile,
+        "description": hostile,
+        "source": hostile,
+    }
+    (small / "run.json").write_text(json.dumps(record | {"command": hostile, "limitations": [hostile]}))
+    metrics = pd.read_csv(small / "metrics.csv", keep_default_na=False)
+    metrics["engine"] = metrics["engine"].replace({"exudyn": hostile})
+    metrics["reason"] = hostile
+    metrics.to_csv(small / "metrics.csv", index=False)
+    page, text = (path.read_text() for path in reports.render(small))
+    assert not {"script", "img"} & set(Page(page).tags)
+    assert html.escape(hostile, quote=False).split(" onerror")[0] in page
+    assert not re.search(r"(?<!\\)<(script|img)", text)
+    matrix = text.split("## Matrix")[1].split("| outcome | meaning |")[0]
+    rows = [line for line in matrix.splitlines() if line.startswith("|")]
+    assert len({len(re.findall(r"(?<!\\)\|", line)) for line in rows}) == 1
+
+
+def test_the_words_of_the_verdict_are_those_of_the_table(made: Path) -> None:
+    summary = summarise(read_results(made))
+    verdict = judge(summary)
+    metrics = pd.read_csv(made / "metrics.csv", keep_default_na=False)
+    runs = metrics.groupby(["scene", "engine"])["outcome"].agg(set)
+    failed = sum(not outcomes <= {"pass", "reported", "unsupported"} for outcomes in runs)
+    left_out = sum(outcomes == {"unsupported"} for outcomes in runs)
+    assert failed == 3
+    assert verdict.headline == f"{failed} of {len(runs) - left_out} comparisons failed."
+    passed = len(runs) - failed - left_out
+    outside = sum(o == {"pass", "reported"} and not e.startswith("reference") for (_, e), o in runs.items())
+    assert f"{passed} passed ({outside} of them with external engines)" in verdict.sentences[0]
+    assert f", {failed} failed and {left_out} are unsupported" in verdict.sentences[0]
+    ratios = metrics[metrics["metric"] == "consistency"].assign(value=lambda m: m["value"].astype(float))
+    worst = ratios.loc[ratios["value"].idxmax()]
+    assert f"{significant(worst['value'])} times" in verdict.sentences[1]
+    assert f"{worst['engine']} on {worst['scene']}" in verdict.sentences[1]
+    page = (made / "index.html").read_text()
+    assert all(c.reason in html.unescape(page) for c in verdict.failures)
+    assert page.index(verdict.headline) < page.index("<table")
+
+
+def test_a_pass_needs_band_and_consistency(tmp_path: Path) -> None:
+    both = {"engine": "e", "quantity": "attitude", "unit": "rad"}
+    rows = [
+        one_row("pass", **both | {"metric": "max", "value": 2e-7, "tolerance": 1e-6}),
+        one_row("inconsistent", **both | {"metric": "consistency", "value": 41.0, "tolerance": 1.0}),
+    ]
+    folder = write_tables(tmp_path, rows)
+    verdict = judge(summarise(read_results(folder)))
+    assert not verdict.good
+    assert verdict.headline == "1 of 1 comparison failed."
+    assert "41.0 times what is explained" in reports.render(folder)[1].read_text()
+
+
+def test_a_scene_that_no_engine_could_do_spoils_the_verdict(tmp_path: Path) -> None:
+    rows = [one_row("pass", engine="e"), one_row("unsupported", engine="e", scene="lonely")]
+    verdict = judge(summarise(read_results(write_tables(tmp_path, rows))))
+    assert not verdict.good
+    assert any("lonely" in s for s in verdict.sentences)
+
+
+def test_nan_is_shown_as_nan_and_an_absent_value_as_nothing(tmp_path: Path) -> None:
+    row = one_row("not_finite", engine="e", quantity="attitude", metric="max", value="nan", unit="rad")
+    folder = write_tables(tmp_path, [row])
+    line = next(t for t in reports.render(folder)[1].read_text().splitlines() if "| attitude |" in t)
+    assert line.split(" | ")[4:7] == ["NaN", "", ""]
+
+
+def test_what_lies_beyond_the_truths_own_horizon_is_said_to(small: Path) -> None:
+    page, text = (path.read_text() for path in reports.render(small))
+    assert "truth's horizon" not in html.unescape(page)
+    assert "Truth holds: to the end of the run" in text
+    record = json.loads((small / "run.json").read_text())
+    scene = record["scenes"]["basics/radial_equilibrium"]
+    scene["truth_horizon_s"] = 0.4 * scene["duration_s"]
+    change_record(small, scenes=record["scenes"])
+    page, text = (html.unescape(path.read_text()) for path in reports.render(small))
+    assert "Truth holds: to 0.40 of 1 orbits" in text
+    assert "to 0.40 of 1 orbits" in page
+    assert "After 0.40 orbits beyond the truth's horizon" in page
+    assert page.count(">truth's horizon<") == 2  # in both components of the reactions, over the whole run
+    del scene["truth_horizon_s"]
+    change_record(small, scenes=record["scenes"])
+    assert "Truth holds" not in reports.render(small)[1].read_text()
+
+
+def test_the_chart_of_external_engines_shows_them_alone_and_only_as_far_as_compared(small: Path) -> None:
+    page = reports.render(small)[0].read_text()
+    figures = re.findall(r"<figure>.*?</figure>", page, flags=re.S)
+    shown = [f for f in figures if "external engines</figcaption>" in f]
+    assert len(shown) == 1
+    labels = re.findall(r"</svg>([^<]+)</li>", shown[0])
+    assert labels == ["truth", *(e for e in ENGINES if not e.startswith("reference") and e != "rebound")]
+    own = {"engines": {e: {"external": False} for e in ENGINES}}
+    change_record(small, **own)
+    assert "external engines</figcaption>" not in reports.render(small)[0].read_text()
+
+
+def test_where_a_comparison_stops_early_the_whole_row_shows_the_first_orbit(tmp_path: Path) -> None:
+    def rows(engine: str, horizon_s: float, first: float | None) -> list[dict[str, object]]:
+        both = {"engine": engine, "quantity": "attitude", "unit": "rad", "horizon_s": horizon_s}
+        made = [one_row("pass", **both | {"metric": "max", "value": 0.01, "tolerance": 1.0})]
+        return made + ([one_row("reported", **both | {"metric": "first_orbit", "value": first})] if first else [])
+
+    record = {"scenes": {"s": {"period_s": 100.0, "duration_s": 500.0, "gravity": "point", "speed_factor": 1.0}}}
+    table = [*rows("whole", 500.0, 1e-9), *rows("early", 276.0, 1e-5), *rows("sooner", 62.0, 0.009)]
+    text = reports.render(write_tables(tmp_path, table, record))[1].read_text()
+    assert "| s | pass; 1.00e-05 rad; first of 2.76 orbits |" in text
+    assert "| pass; 0.0100 rad; to 0.62 orbits |" in text
+    assert "| pass; 1.00e-09 rad; first of 5 orbits |" in text
+    text = reports.render(write_tables(tmp_path, rows("whole", 500.0, 1e-9), record))[1].read_text()
+    assert "| s | pass; 0.0100 rad |" in text
+
+
+def test_a_scene_checked_by_nobody_else_spoils_the_verdict(tmp_path: Path) -> None:
+    rows = [one_row("pass", scene=s, engine=e) for s, e in (("s", "ours"), ("s", "theirs"), ("t", "ours"))]
+    rows.append(one_row("unsupported", scene="t", engine="theirs"))
+    record = {"engines": {"ours": {"external": False}, "theirs": {"external": True}}}
+    verdict = judge(summarise(read_results(write_tables(tmp_path, rows, record))))
+    assert not verdict.good
+    assert verdict.headline == "All 3 comparisons passed, but scene t passed in no external engine."
+    assert "3 passed (1 of them with external engines)" in verdict.sentences[0]
+    assert "No external engine passed on t." in verdict.sentences
+    alone = {"engines": {"ours": {"external": False}, "theirs": {"external": False}}}
+    verdict = judge(summarise(read_results(write_tables(tmp_path, rows, alone))))
+    assert "No external engine passed on any scene." in verdict.sentences
+    verdict = judge(summarise(read_results(write_tables(tmp_path, rows))))
+    assert verdict.good, "a record that does not tell whose work the engines are is no ground for a failure"
+
+
+def test_what_is_said_of_several_engines_is_no_engine(tmp_path: Path) -> None:
+    rows = [one_row("pass", engine="ours"), one_row("nothing_compared", engine="(any external)")]
+    folder = write_tables(tmp_path, rows)
+    summary = summarise(read_results(folder))
+    assert summary.engines == ("ours",)
+    verdict = judge(summary)
+    assert not verdict.good
+    assert "No external engine passed on s." in verdict.sentences
+
+
+def test_a_folder_without_tables_says_what_is_missing(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"no metrics\.csv there"):
+        reports.render(tmp_path)
+
+
+def test_a_scene_that_only_our_own_engines_can_carry_says_so(tmp_path: Path) -> None:
+    rows = [one_row("pass", engine="ours"), one_row("unsupported", engine="theirs", reason="theirs has no shadow")]
+    record: dict[str, Any] = {"engines": {"ours": {"external": False}, "theirs": {"external": True}}}
+
+    def said(carriers: dict[str, Any] | None = None) -> str:
+        known = {} if carriers is None else {"carriers": carriers}
+        page, text = reports.render(write_tables(tmp_path, rows, record | {"scenes": {"s": known}}))
+        return page.read_text() + " ".join(text.read_text().split())
+
+    assert said().count("No engine asked but our own can do this scene") == 2
+    lacking = said({"lack": {"theirs": ["shadow"]}, "not_asked": ["heyoka"]})
+    assert lacking.count("No engine asked but our own carries this scene’s effects. heyoka can do it and was") == 1
+    assert lacking.count("No engine asked but our own carries this scene’s effects.") == 2
+    assert lacking.count("one derivation in several forms.") == 2
+    assert said({"truth": "real128"}).count("an independent one, heyoka’s, is committed") == 2
+    stopped = {"engines": ["theirs"], "at_s": [100.0], "run": {"duration_s": 5500.0, "samples": 111}}
+    found = said({"instants": stopped})
+    assert found.count("instants, not its effects, keep other engines from it") == 2
+    assert "something jumps at t = 100 s, which is neither a sample nor midway between two" in found
+    assert "duration_s = 5500.0 and samples = 111" in found
+    rows.append(one_row("pass", engine="others"))
+    record["engines"] |= {"others": {"external": True}}
+    assert "but our own" not in said()
+
+
+def test_several_scenes_that_no_external_engine_passed_are_counted_and_named() -> None:
+    assert spoilt_words([], ["a", "b"], 5) == "2 scenes (a, b) passed in no external engine"
+    assert spoilt_words([], list("abcdefg"), 9) == "7 scenes (a, b, c and 4 more) passed in no external engine"
+    assert spoilt_words(["a"], ["b"], 2) == "scene a was compared in no engine"
+    assert spoilt_words([], ["a", "b"], 2) == "none of the 2 scenes passed in an external engine"
+
+
+def test_the_models_difference_is_told_only_where_an_engine_without_attitude_ran(tmp_path: Path) -> None:
+    scenes = {"scenes": {"s": {"model_difference": {"com_m": 0.056, "note": "a chain is no particle"}}}}
+    text = reports.render(write_tables(tmp_path, [one_row("pass")], scenes))[1].read_text()
+    assert "Model difference" not in text
+    text = reports.render(write_tables(tmp_path, [one_row("pass", quantity="com")], scenes))[1].read_text()
+    assert "- Model difference: 0.0560 m in the CM: a chain is no particle" in text
+
+
+def test_what_acts_what_stays_and_how_far_the_gradient_goes_are_among_a_scenes_facts(tmp_path: Path) -> None:
+    defect = {"energy": 3e-11, "angular_momentum": 2e-11, "size_squared": 2.2e-10}
+    scene = {"effects": ["drag in 6e-11 kg/m³"], "conserved": "angular momentum", "gradient_defect": defect}
+    text = reports.render(write_tables(tmp_path, [one_row("pass")], {"scenes": {"s": scene}}))[1].read_text()
+    assert "- Effect: drag in 6×10⁻¹¹ kg/m³" in text
+    assert "- Conserved: angular momentum" in text
+    assert "of the whole, where (l/r)² = 2.2" in text

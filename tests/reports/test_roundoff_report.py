@@ -1,0 +1,399 @@
+"""The round-off chapter: verdicts that turn with the numbers, charts and tables of whatever was stored."""
+
+import html
+import json
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from barchain.studies.roundoff.objects import objects
+from reports.chapters.roundoff.axes import box, free, place, staggered, width
+from reports.chapters.roundoff.charts import evaluation_panels
+from reports.chapters.roundoff.rows import growth_words
+from reports.chapters.roundoff.run_charts import run_panels
+from reports.chapters.roundoff.series import Fit, Key, Spread, Study
+from reports.chapters.roundoff.verdict import verdict
+from reports.chapters.roundoff.view import view_roundoff
+from reports.chapters.roundoff.words import length, listed, spelled
+from reports.render import render, render_study
+from reports.tables.roundoff import COLUMNS, read_roundoff
+from tests.support.report_fixture import build
+
+U = {"float32": 2.0**-24, "float64": 2.0**-53, "long double": 2.0**-64}
+SIZES = [10.0**-k for k in range(2, 13, 2)]
+EARTH_M = 6378e3
+OBJECTS = {"20 km tether": 20e3, "100 m truss": 100.0, "10 cm CubeSat": 0.1, "5 mm hinge": 5e-3}
+LAWS = {  # state, bars, formulation, yardstick: constant over u, exponent of the size
+    ("generic", 5, "relative", "reaction"): (3.0, 0.0),
+    ("generic", 5, "absolute", "reaction"): (0.5, -1.0),
+    ("generic", 500, "relative", "reaction"): (10.0, 0.0),
+    ("generic", 500, "absolute", "reaction"): (0.5, -1.0),
+    ("80°", 5, "relative", "reaction"): (5.0, 0.0),
+    ("80°", 5, "absolute", "reaction"): (0.2, -1.0),
+    ("80°", 5, "absolute accelerations", "reaction"): (0.3, -1.0),
+    ("80°", 5, "absolute positions", "reaction"): (1e7, -1.0),
+    ("80°", 5, "relative positions", "reaction"): (4e7, 0.0),
+    ("80°", 500, "relative", "reaction"): (3e4, 0.0),
+    ("80°", 500, "absolute", "reaction"): (3e4, 0.0),
+    ("unequal masses", 5, "relative", "reaction"): (3e6, 0.0),
+    ("unequal masses", 5, "absolute", "reaction"): (3e6, 0.0),
+    ("generic", 5, "tree (inertial)", "reaction"): (0.7, -2.0),
+    ("generic", 5, "tree (moving frame)", "reaction"): (4.0, 0.0),
+    ("horizontal", 5, "relative", "reaction"): (0.5, -2.0),
+    ("horizontal", 5, "absolute", "reaction"): (0.05, -3.0),
+    ("horizontal", 5, "relative", "m n² l"): (5.0, 0.0),
+    ("horizontal", 5, "absolute", "m n² l"): (0.6, -1.0),
+}
+BEST = {  # coordinates, ratio: steps of the least error, that error
+    ("absolute", 1e-3): (2048, 1e-12), ("absolute", 1e-7): (512, 1e-8),
+    ("relative", 1e-3): (4096, 3e-14), ("relative", 1e-7): (4096, 4e-14),
+}  # fmt: skip
+
+
+def spread(median):
+    return {"q05": 0.5 * median, "median": median, "q95": 2.0 * median, "largest": 3.0 * median, "members": 32}
+
+
+def fitted(exponent, half=0.01, expected=None):
+    wanted = exponent if expected is None else expected
+    return {"exponent": exponent, "low": exponent - half, "high": exponent + half, "expected": wanted, "points": 6}
+
+
+def keys(laws):
+    names = ("state", "bars", "formulation", "yardstick", "arithmetic", "source")
+    for (state, bars, formulation, yardstick), law in laws.items():
+        for arithmetic in U:
+            for source in ("formula", "input", "both"):
+                yield dict(zip(names, (state, bars, formulation, yardstick, arithmetic, source), strict=True)), law
+
+
+def evaluation(laws):
+    return [
+        key | {"ratio": r} | spread(c * U[key["arithmetic"]] * r**e)
+        for key, (c, e) in keys(laws) for r in SIZES if key["bars"] * r < 0.1
+    ]  # fmt: skip
+
+
+def law_table(laws):
+    return [
+        key | fitted(e) | {"constant": c, "first": SIZES[-1], "last": SIZES[0]}
+        | {"last_digit_ratio": (0.1 / (c * U[key["arithmetic"]])) ** (1.0 / e) if e else None}
+        for key, (c, e) in keys(laws)
+    ]  # fmt: skip
+
+
+def run_head(coordinates, ratio, quantity, arithmetic="float64", method="rk4"):
+    words = {"coordinates": coordinates, "arithmetic": arithmetic, "method": method}
+    return {"ratio": ratio, "quantity": quantity, "known": True} | words
+
+
+def trajectories():
+    rows = []
+    for (c, r), (best, least) in BEST.items():
+        for q in ("attitude", "gap"):
+            for n in (16, 512, 2048, 4096):
+                error = np.inf if n == 16 else least * max(best / n, n / best)
+                rows.append(run_head(c, r, q) | {"steps_per_orbit": n} | spread(error))
+            rows += [run_head(c, r, q, method="dop853, chosen steps") | {"rtol": t} | spread(10 * least)
+                     for t in (1e-6, 1e-9)]  # fmt: skip
+    return rows
+
+
+def tables(laws=LAWS):
+    """Rows of every table of a small study."""
+    rows = {name: [] for name in COLUMNS}
+    rows["evaluation"], rows["laws"], rows["trajectories"] = evaluation(laws), law_table(laws), trajectories()
+    for (c, r), (n, least) in BEST.items():
+        for q in ("attitude", "reaction"):
+            rows["best"] += [run_head(c, r, q) | {"steps_per_orbit": n, "settled": n < 4096} | spread(least)]
+            head = run_head(c, r, q)
+            rows["growth"] += [head | {"orbits": t, "known": t > 1} | spread(least * t**1.5) for t in (1, 2, 4)]
+    for c, e in (("absolute", -1.0), ("relative", 0.0)):
+        head = {"quantity": "attitude", "coordinates": c, "arithmetic": "float64", "method": "rk4"}
+        rows["best_laws"].append(head | fitted(e) | {"constant": 8.0})
+        rows["growth_laws"].append(head | {"ratio": 1e-3} | fitted(1.5, 0.1))
+    for source, p in (("formula", 0.4), ("input", 1e-9)):
+        head = {"state": "generic", "ratio": 1e-5, "formulation": "relative", "arithmetic": "float64"}
+        head |= {"source": source, "p_value": p}
+        rows["longitudes"] += [head | {"sector_deg": 45.0 * k} | spread(1e-16 + 1e-18 * k) for k in range(8)]
+    for frame, error in (("inertial", 1e-3), ("moving", 1e-8)):
+        for n in (100, 1000):
+            head = {"engine": "box", "frame": frame, "ratio": 1e-5, "quantity": "reaction", "outcome": "pass"}
+            rows["engines"].append(head | {"steps_per_orbit": n, "known": True} | spread(error * n))
+    rows["engines"].append({"engine": "ball", "frame": "inertial", "outcome": "failed", "reason": "<flat> tyre"})
+    rows["engine_laws"].append(
+        {"engine": "box", "frame": "inertial", "ratio": 1e-5, "quantity": "reaction", "against": "steps_per_orbit"}
+        | fitted(2.0)
+    )
+    times = {"relative_s": 3e-6, "absolute_s": 2e-6, "ratio": 1.5, "low": 1.4, "high": 1.6, "turns": 15}
+    rows["times"].append({"code": "reference", "arithmetic": "float64", "bars": 5} | times)
+    return rows
+
+
+RECORD = {
+    "finished": True, "created": "2026-11-21T10:00:00+00:00", "command": "barchain roundoff", "seconds": 150.0,
+    "members": 32, "exact_digits": 120, "scene": "paper/fig15", "unit_roundoff": U, "long_doubles": True,
+    "environment": {"cpu": "some"}, "packages": {"numpy": "2"},
+    "objects": [{"name": n, "length_m": m, "ratio": m / EARTH_M} for n, m in OBJECTS.items()],
+    "failed": [{"table": "evaluation", "task": "generic, 9 bars", "reason": "ValueError: no"}],
+}  # fmt: skip
+
+
+def write(folder, rows=None, without=(), **record):
+    inside = folder / "roundoff"
+    inside.mkdir(parents=True)
+    for name, own in (tables() if rows is None else rows).items():
+        if name not in without:
+            pd.DataFrame(own).reindex(columns=list(COLUMNS[name])).to_csv(inside / f"{name}.csv", index=False)
+    (inside / "record.json").write_text(json.dumps(RECORD | record), encoding="utf-8")
+    return folder
+
+
+def study(folder, rows=None, **more):
+    return Study(read_roundoff(write(folder, rows, **more)))
+
+
+def said(folder, rows=None, **more):
+    """Headline and paragraphs by their heads, blanks plain."""
+    found = verdict(study(folder, rows, **more))
+    text = {p.head: " ".join(p.sentences).replace("\N{NO-BREAK SPACE}", " ") for p in found.paragraphs}
+    return found.headline.replace("\N{NO-BREAK SPACE}", " "), text
+
+
+def both(folder, rows=None, **more):
+    """Page as text without markup, and its twin."""
+    page = render_study("roundoff", write(folder, rows, **more)).page.read_text()
+    plain = html.unescape(re.sub(r"<svg.*?</svg>|<style.*?</style>|<[^>]*>", " ", page, flags=re.S))
+    return plain, (folder / "roundoff" / "roundoff.md").read_text()
+
+
+def changed(key, constant, exponent):
+    return LAWS | {key: (constant, exponent)}
+
+
+def test_the_page_and_its_twin_say_the_same(tmp_path):
+    page, twin = both(tmp_path)
+    view = view_roundoff(tmp_path)
+    numbers = [d.text for r in view.digits for d in r.cells] + [r.fit.text for r in view.laws]
+    numbers += [r.constant for r in (*view.laws, *view.best_laws)] + [r.last_digit for r in view.laws]
+    numbers += [r.medians for r in view.longitudes] + [row[-1] for row in view.times]
+    assert len(numbers) > 100
+    for text in (page, twin):
+        assert not re.search(r"\bnan\b|\binf\b|None", text)
+        assert all(n in text for n in numbers)
+        assert "generic, 9 bars" in text
+        assert "2.3 m" not in text  # what a sentence does not get from these tables it does not say
+    sentences = [s for p in view.verdict.paragraphs for s in p.sentences]
+    assert all(" ".join(s.split()) in " ".join(page.split()) for s in sentences)
+    assert "<flat> tyre" in page
+
+
+def test_equal_tables_give_equal_bytes(tmp_path):
+    first, second = (render_study("roundoff", write(tmp_path / name)).page.read_bytes() for name in "ab")
+    assert first == second
+
+
+@pytest.mark.parametrize("names", [
+    ("evaluation",), ("laws",), ("trajectories",), ("best", "best_laws"), ("growth", "growth_laws", "longitudes"),
+    ("engines", "engine_laws", "times"),
+])  # fmt: skip
+def test_missing_tables_cost_only_their_own(tmp_path, names):
+    page, twin = both(tmp_path, without=names)
+    assert not re.search(r"\bnan\b", page + twin)
+    assert "could be impossible" in page or "laws" in names
+    assert ("The inertial frame costs" in page) == ("engines" not in names)
+    assert "Over an orbit." in page or "best" in names
+
+
+def test_a_study_that_was_cut_off_at_once_has_a_page(tmp_path):
+    page, twin = both(tmp_path, without=tuple(COLUMNS), finished=False, objects=[], unit_roundoff={}, failed=[])
+    for text in (page, twin):
+        assert "cut off" in text
+        assert not re.search(r"\bnan\b", text)
+
+
+def test_sizes_have_ratios_where_nothing_says_how_long_they_are(tmp_path):
+    page, _ = both(tmp_path, objects=[])
+    assert "ε = " in page
+    assert not re.search(r"\bnan\b", page)
+
+
+def test_the_chapter_joins_the_report_of_a_comparison(tmp_path):
+    folder = build(tmp_path, ["basics/two_bars_free"], samples=21)
+    render(folder)
+    assert 'id="roundoff"' not in (folder / "index.html").read_text()
+    page = render_study("roundoff", write(folder)).page
+    assert page == folder / "index.html"
+    assert page.read_text().count('id="roundoff"') == 1
+    assert "what round-off leaves" in (folder / "report.md").read_text()
+    assert not (folder / "roundoff.html").exists()
+
+
+def test_a_folder_without_a_study_is_refused(tmp_path):
+    assert view_roundoff(tmp_path) is None
+    with pytest.raises(FileNotFoundError, match=r"roundoff/record\.json"):
+        render_study("roundoff", tmp_path)
+
+
+def test_the_verdict_says_where_the_paper_is_right_and_where_not(tmp_path):
+    headline, text = said(tmp_path)
+    last_m = 0.5 * U["float32"] / 0.1 * EARTH_M
+    assert headline.startswith("In double precision absolute coordinates cost digits")
+    assert f"bars of {length(last_m)}".replace("\N{NO-BREAK SPACE}", " ") in headline
+    assert "“could be impossible”" in text["In ordinary states."]
+    assert "0.50 u/ε" in text["In ordinary states."]
+    assert "exponent −1.00 [−1.01 to −0.99], theory −1" in text["In ordinary states."]
+    assert "3.0 u at every size" in text["In ordinary states."]
+    right = text["Where the paper is right."]
+    assert "none of a 10 cm CubeSat’s" in right
+    assert "0.050 u" not in right  # against the vanishing reaction it is the size that counts
+    horizontal_m = EARTH_M * (0.05 * U["float64"] / 0.1) ** (1 / 3)
+    assert f"at bars of {length(horizontal_m)}".replace("\N{NO-BREAK SPACE}", " ") in right
+    assert "0.60 u/ε in absolute and 5.0 u in relative coordinates, as in any state" in right
+    digits = -np.log10(0.5 * U["float64"] * EARTH_M / 100.0)
+    assert f"{digits:.1f} for a 100 m truss" in text["Where it overstates."]
+    assert "by extrapolation" in text["Where it overstates."]
+    assert "cost 6 digits in either" in text["Not the coordinates’ fault."]
+    assert "500 bars in a straight line cost 4 digits in either" in text["Not the coordinates’ fault."]
+    assert "1.50 (1.40 to 1.60) times as long with 5 bars (reference)" in text["What the cure costs."]
+
+
+def test_a_slope_that_is_off_is_said_and_marked(tmp_path):
+    rows = tables()
+    for row in rows["laws"]:
+        if (row["state"], row["formulation"], row["source"]) == ("generic", "absolute", "both") and row["bars"] == 5:
+            row.update(fitted(-0.8, 0.05, expected=-1.0))
+        if (row["state"], row["formulation"], row["yardstick"]) == ("horizontal", "absolute", "m n² l"):
+            row.update(fitted(-1.3, 0.05, expected=-1.0))
+    _, text = said(tmp_path / "a", rows)
+    assert "exponent −0.80 [−0.85 to −0.75], not the −1 of theory" in text["In ordinary states."]
+    assert "but exponent −1.30 [−1.35 to −1.25], not the −1 of theory" in text["Where the paper is right."]
+    page, twin = both(tmp_path / "b", rows)
+    assert "not as expected" in page
+    assert "≠ not as expected" in twin
+    assert not Fit(-0.9, -0.96, -0.84, -1.0, 5, "").off  # 0.04 beside the interval: no fit tells so little
+    assert not Fit(-0.9, -0.96, -0.84, np.nan, 5, "").off  # nothing is expected
+
+
+def test_no_digits_lost_is_another_verdict(tmp_path):
+    headline, text = said(tmp_path, tables(changed(("generic", 5, "absolute", "reaction"), 4.0, 0.0)))
+    assert headline == "In double precision absolute coordinates cost no digit of ordinary reactions"
+    assert "In single precision the last digit" not in text["Where the paper is right."]
+    assert "The last one would go" not in text["Where it overstates."]
+
+
+def test_all_digits_lost_is_another_verdict(tmp_path):
+    headline, text = said(tmp_path, tables(changed(("generic", 5, "absolute", "reaction"), 1e8, -1.0)))
+    assert headline.endswith("absolute coordinates lose the reactions of a 10 cm CubeSat and a 5 mm hinge")
+    assert text["Where the paper is right."].startswith("In double precision absolute coordinates leave no digit")
+    assert "CubeSat" not in text["Where it overstates."].partition("Even read off")[0]
+
+
+def test_losses_that_only_absolute_coordinates_have_are_not_shared(tmp_path):
+    _, text = said(tmp_path / "a", tables(changed(("unequal masses", 5, "absolute", "reaction"), 3e8, 0.0)))
+    assert "and more in absolute ones" in text["Not the coordinates’ fault."]
+    _, text = said(tmp_path / "b", tables(changed(("unequal masses", 5, "relative", "reaction"), 4.0, 0.0)))
+    assert "Masses" not in text["Not the coordinates’ fault."]
+
+
+def test_runs_are_judged_by_the_least_error_and_where_it_lies(tmp_path):
+    _, text = said(tmp_path / "a")
+    orbit = text["Over an orbit."]
+    assert "to 1.0×10⁻¹² rad for bars of 6.4 km and 1.0×10⁻⁸ rad for bars of 638 mm in absolute coordinates" in orbit
+    assert "3.0×10⁻¹⁴ to 4.0×10⁻¹⁴ rad or less in relative ones at each of 2 sizes" in orbit
+    assert "falls from 2048 an orbit for bars of 6.4 km to 512" in orbit
+    assert "as roundings that know nothing of each other do" in orbit
+    rows = tables()
+    for row in rows["growth_laws"]:
+        row.update(fitted(1.9, 0.05, expected=1.5))
+    rows["best"] = [r | {"steps_per_orbit": 512} for r in rows["best"]]
+    _, text = said(tmp_path / "b", rows)
+    assert "above the 3/2 of roundings" in text["Over an orbit."]
+    assert "does not fall with the size" in text["Over an orbit."]
+
+
+def test_other_engines_are_judged_by_what_they_lose(tmp_path):
+    _, text = said(tmp_path / "a")
+    assert "costs a digit or more in 1 of 1 engines that run in both" in text["In other engines."]
+    assert "0.10 and 1.0×10⁻⁶ by box" in text["In other engines."]
+    assert "by these powers of their number: box 2.00 in the inertial frame" in text["In other engines."]
+    assert "0.70 u/ε² by tree (last digit at bars of 178 mm" in text["In other engines."]
+    rows = tables()
+    rows["engines"] = [r | (spread(1e-6) if r["engine"] == "box" else {}) for r in rows["engines"]]
+    rows["engine_laws"] = [r | fitted(-2.0) for r in rows["engine_laws"]]
+    rows["laws"] = [r for r in rows["laws"] if not r["formulation"].startswith("tree")]
+    _, text = said(tmp_path / "b", rows)
+    assert "costs no digit" in text["In other engines."]
+    assert "worse" not in text["In other engines."]
+    assert "root" not in text["In other engines."]
+
+
+def test_longitudes_are_told_apart_by_source(tmp_path):
+    view = view_roundoff(write(tmp_path))
+    formula, of_input = view.longitudes_say
+    assert "0 of 1 tests have p below 0.05" in formula
+    assert "inside the band" in formula
+    assert "1 of 1 in relative coordinates" in of_input
+
+
+def test_digits_lie_on_lines_between_measured_sizes(tmp_path):
+    found = study(tmp_path)
+    for ratio in (1e-2, 3e-7, 1e-12):
+        assert found.error(Key("absolute"), ratio).median == pytest.approx(0.5 * U["float64"] / ratio)
+    assert found.error(Key("absolute"), 1e-13) is None
+    assert found.error(Key("nothing"), 1e-6) is None
+    assert Spread(0.2, 0.5, np.inf).digits.lost
+    assert Spread(0.01, 0.05, np.inf).digits.spread == "0.0 to 2.0"
+
+
+def test_every_line_of_a_chart_has_a_sign_besides_its_colour(tmp_path):
+    found = study(tmp_path)
+    charts = [*evaluation_panels(found), *run_panels(found, "float64", ("attitude", "reaction"))]
+    charts += [p for s in view_roundoff(tmp_path).sections for p in (*s.panels, *s.folded)]
+    assert len(charts) > 10
+    for chart in charts:
+        signs = [(e.pen.marker, e.pen.dash, e.pen.hollow) for e in chart.legend]
+        assert len(set(signs)) == len(signs), chart.title
+
+
+def test_names_on_the_axis_hide_neither_each_other_nor_their_lines():
+    ends = 6e-13, 2e-2
+    names = [(place(float(o["ratio"]), ends), width(str(o["name"]))) for o in objects()]
+    rows = staggered(names)
+    for k, (at, wide) in enumerate(names):
+        others = [(names[j][0], box(*names[j]), rows[j]) for j in range(len(names)) if j != k]
+        assert free(rows[k], at, box(at, wide), others)
+
+
+def test_names_of_things_of_one_size_stand_above_each_other():
+    assert staggered([(100.0, 60.0)] * 3) == [0, 1, 2]
+    assert staggered([]) == []
+
+
+def test_numbers_read_well():
+    assert [spelled(v) for v in (5.69e-12, 0.569, 5.69, 350.0, 1.47e7, 1891.0)] == [
+        "5.7×10⁻¹²", "0.57", "5.7", "350", "1.5×10⁷", "1900",
+    ]  # fmt: skip
+    assert spelled(None) == ""
+    assert length(0.104).split() == ["104", "mm"]
+    assert listed(["a"]) == "a"
+    assert listed(["a", "b", "c"]) == "a, b and c"
+
+
+@pytest.mark.parametrize(
+    ("exponent", "expected", "words"),
+    [(1.55, 1.5, ""), (1.8, 1.5, "slower than their drift"), (2.4, 1.5, "faster than a random walk"),
+     (1.2, 1.5, "slower than a random walk"), (0.2, 0.0, "steady noise")],
+)  # fmt: skip
+def test_growth_that_is_not_as_expected_is_placed(exponent, expected, words):
+    found = growth_words(Fit(exponent, exponent - 0.02, exponent + 0.02, expected, 9, ""))
+    assert words in found
+    assert bool(found) == bool(words)
+
+
+def test_least_errors_have_a_last_digit_too(tmp_path):
+    rows = view_roundoff(write(tmp_path)).best_laws
+    metres = EARTH_M * 8.0 * U["float64"] / 0.1
+    assert [r.last_digit for r in rows] == [f"{length(metres)}†", ""]

@@ -1,0 +1,125 @@
+"""Instants next to a sample are on it, bit for bit; no shipped scene is another one for that."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from adapters.engine import Knob, Setting
+from adapters.registry import ENGINES
+from scenarios import load_scene
+from scenarios.load import SceneError, parse_scene
+from scenarios.toml import alignment as instants
+from tests.support.scene_lists import ALL
+
+if TYPE_CHECKING:
+    from scenarios import Scene
+
+CHAIN = """title = "t"
+source = "s"
+[orbit]
+altitude_m = 350e3
+[chain]
+bars = 2
+mass_kg = [100.0, 60.0]
+length_m = 50.0
+angle_deg = [80.0, 75.0]
+[run]
+duration_s = 1000.0
+samples = 8
+"""
+THRUST = "[[effects.thrust]]\nbar = 1\ndirection_deg = 90.0\n"
+BLOW = "[[effects.impulse]]\nbar = 1\ndirection_deg = 90.0\nimpulse_N_s = 1.0\n"
+TURN = "[[effects.prescribed_rotation]]\nbar = 1\namplitude_deg = 30.0\n"
+
+
+def scene_of(effects: str) -> Scene:
+    """Run of 1000 s, sampled every 142.857... s, with some effects."""
+    return parse_scene(CHAIN + effects, name="t", file="t.toml")
+
+
+def on_samples(scene: Scene) -> list[bool]:
+    """Of each instant, whether it is a sample bit for bit."""
+    return [t in scene.times_s.tolist() for t in scene.effects.breaks_s]
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_no_shipped_scene_is_moved(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Truths are kept by digest; so no instant of theirs may move."""
+    digest = load_scene(name).digest
+    monkeypatch.setattr(instants, "NEAR", -1.0)
+    assert load_scene(name).digest == digest
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        THRUST + "force_N = 1.0\nstart_s = 285.714285714\nduration_s = 285.714285714",
+        THRUST + "force_N = [1.0, 2.0, 0.5]\ntimes_s = [1e-8, 428.5714285, 999.9999999]",
+        BLOW + "at_s = 428.5714285",
+        TURN + "start_s = 142.8571428\nduration_s = 571.42857150",
+    ],
+)
+def test_instants_next_to_a_sample_are_on_it(effects: str) -> None:
+    assert all(on_samples(scene_of(effects)))
+
+
+def test_only_what_is_next_to_a_sample_moves() -> None:
+    scene = scene_of(THRUST + "force_N = 1.0\nstart_s = 285.714283\nduration_s = 100.0\n" + BLOW + "at_s = 999.99")
+    assert scene.effects.breaks_s == (285.714283, 285.714283 + 100.0, 999.99)
+    turn = scene_of(TURN + "start_s = 100.0\nduration_s = 185.714285714").effects.prescribed_rotation[0]
+    assert turn.start_s == 100.0
+    assert turn.breaks_s[1] in scene.times_s
+
+
+def test_ends_of_a_rotation_that_rounding_alone_keeps_off_stay() -> None:
+    sample = float(scene_of("").times_s[2])
+    start = float(np.nextafter(sample, 0.0))
+    turn = scene_of(TURN + f"start_s = {start!r}\nduration_s = 60.0").effects.prescribed_rotation[0]
+    assert (turn.start_s, turn.duration_s) == (start, 60.0)
+    thrust = scene_of(THRUST + f"force_N = 1.0\nstart_s = {start!r}").effects.thrust[0]
+    assert thrust.times_s == (sample, 1000.0)
+
+
+def test_a_span_added_to_its_start_gives_its_end_bit_for_bit() -> None:
+    rng = np.random.default_rng(5)
+    for start, more in rng.uniform(0.0, 1e3, (500, 2)).tolist():
+        assert start + instants.span(start, start + more) == start + more
+
+
+@pytest.mark.parametrize(
+    ("effects", "words"),
+    [
+        (BLOW + "at_s = 1e-7", ["effects.impulse[0].at_s: 1e-07 given", "after the start", "1e-09 of it"]),
+        (BLOW + "at_s = 999.9999999", ["effects.impulse[0].at_s", "before the end of the run, 1000 s"]),
+        (THRUST + "force_N = 1.0\nstart_s = 999.9999999", ["effects.thrust[0].start_s", "before the end of the run"]),
+        (
+            THRUST + "force_N = [1.0, 2.0, 3.0]\ntimes_s = [1.0, 285.7142857, 285.7142858]",
+            ["effects.thrust[0]: two instants at the sample at 285.714 s", "(1e-06 s)"],
+        ),
+        (TURN + "start_s = 285.7142855\nduration_s = 5e-7", ["effects.prescribed_rotation[0]: two instants"]),
+    ],
+)
+def test_what_a_sample_leaves_no_room_for_is_refused_in_one_line(effects: str, words: list[str]) -> None:
+    with pytest.raises(SceneError) as refused:
+        scene_of(effects)
+    message = str(refused.value)
+    assert len(message.splitlines()) == 1
+    assert all(word in message for word in words), message
+
+
+@pytest.mark.skipif(bool(ENGINES["heyoka"].missing), reason="heyoka is not installed")
+def test_engines_agree_at_samples_that_ten_digits_put_a_jump_next_to() -> None:
+    """In units of the largest of each: an rtol of 1e-13 a step, some hundred steps, ten times as much for reactions."""
+    scene = scene_of(
+        THRUST + "force_N = 1.0\nstart_s = 285.714285714\nduration_s = 285.714285714\n" + BLOW + "at_s = 428.5714285"
+    )
+    runs: list[Any] = [
+        ENGINES[name].load()().run(scene, Setting(Knob.RTOL, rtol))
+        for name, rtol in (("reference", 1e-13), ("heyoka", 1e-15))
+    ]
+    for channel in ("com_velocity_m_s", "rate_rad_s", "reaction_N", "impulse_N_s"):
+        a, b = (getattr(run, channel) for run in runs)
+        assert np.abs(a - b).max() < 1e-10 * np.abs(b).max(), channel

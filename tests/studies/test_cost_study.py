@@ -1,0 +1,223 @@
+"""The cost study itself: small real ones, judged by the oracle; errors and counts are asserted, never times."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from adapters.engine import Knob, Ladder, Setting
+from adapters.registry import ENGINES, Registration
+from barchain.run.job import RunResult
+from barchain.solutions.certified import oracle
+from barchain.studies.cost.findings import orders_table
+from barchain.studies.cost.fixed_steps import errors_at_equal_steps
+from barchain.studies.cost.measure import make_plan, measure
+from barchain.studies.cost.plan import ladders, shortened
+from barchain.studies.cost.points import errors_of, under_floor
+from barchain.studies.cost.store import CostStore
+from barchain.studies.cost.study import CostStudy, columns_of, too_fine, too_long
+from barchain.timing.orders import fit_order
+from reports.render import render_study
+from reports.tables.cost import POINT_COLUMNS, read_cost
+from reports.tables.outcome import Outcome
+from scenarios import load_scene
+from tests.support.certified_stand_in import truth_stand_in
+
+SCENE = "paper/fig09"
+LIMIT_S = 2.0
+
+
+@pytest.fixture(scope="module")
+def truth():
+    return oracle(shortened(load_scene(SCENE)))
+
+
+def measured(truth, engine, values):
+    """Points of an engine at some values of its knob, run in this process."""
+    registration = ENGINES[engine]
+    ladder = dataclasses.replace(registration.load().ladder, values=values)
+    rows = []
+    jobs, _ = ladders(truth.scene, {engine: registration})
+    for value in values:
+        job = dataclasses.replace(jobs[engine][0], setting=Setting(ladder.knob, value))
+        seen = registration.load()().run(truth.scene, job.setting)
+        row = columns_of(job, RunResult(Outcome.PASS, "", seen, {}), truth)
+        rows.append(
+            {"scene": truth.scene.name, "engine": engine, "setting": str(job.setting), "knob": str(ladder.knob)} | row
+        )
+    return pd.DataFrame(rows).reindex(columns=list(POINT_COLUMNS))
+
+
+@pytest.mark.parametrize(
+    ("engine", "values", "order", "within"),
+    [
+        ("exudyn", (800, 1600, 3200, 6400), 2.0, 0.1),
+        ("exudyn-index3", (800, 1600, 3200, 6400), 2.0, 0.1),
+        ("exudyn-tree", (40, 80, 120, 160), 6.0, 0.3),
+        ("pymunk", (1000, 2000, 4000, 8000), 2.0, 0.1),
+    ],
+)
+def test_methods_of_equal_steps_have_their_textbook_order(truth, engine, values, order, within):
+    found = orders_table(measured(truth, engine, values), ENGINES, []).set_index("quantity").loc["attitude"]
+    assert found.theory == order
+    assert found.order == pytest.approx(order, abs=within)
+    assert found.points >= 3
+
+
+@pytest.mark.parametrize("scene", ["paper/fig05", "paper/fig09", "paper/fig13"])
+def test_dop853_is_of_order_eight_at_equal_steps(scene):
+    fit = fit_order(*errors_at_equal_steps(oracle(shortened(load_scene(scene)))))
+    assert fit.order.value == pytest.approx(8.0, abs=0.5)
+    assert fit.points >= 4
+
+
+def test_the_reference_pays_for_accuracy_in_evaluations_as_order_eight_does(truth):
+    points = measured(truth, "reference", (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)).set_index("setting")
+    assert (np.diff(points.attitude_error_rad) < 0).all()
+    assert points.evaluations["rtol=1e-10"] < 1000  # 62 steps of 15 and the start: 960
+    growth = points.evaluations["rtol=1e-12"] / points.evaluations["rtol=1e-08"]
+    assert 1.0 < growth <= 10 ** (4 / 8)  # four digits, at order 8 or better
+
+
+def test_rebounds_floor_is_that_of_the_particles_track():
+    scene = oracle(shortened(load_scene("basics/kepler_elliptic")))
+    points = measured(scene, "rebound", (1e-8, 1e-10, 1e-12))
+    found = orders_table(points, ENGINES, []).iloc[0]
+    assert found.quantity == "com"
+    assert found.least_error < 1e-6  # m: some rounded steps of the radius' own 1e-9 m
+    assert math.isnan(found.order)
+
+
+def plan_of(engines, repeats=2):
+    plan = make_plan([SCENE], ["reference"], orbits=0.1, repeats=repeats, minutes=0.0, time_limit_s=LIMIT_S)
+    return dataclasses.replace(plan, engines=engines)
+
+
+@pytest.fixture(scope="module")
+def engines():
+    """The reference, and some that go wrong, each with a short ladder."""
+    made = {
+        name: Registration(f"tests.support.faulty_engines:{name}") for name in ("Segfault", "IgnoresJoints", "NotThere")
+    }
+    made["reference"] = ENGINES["reference"]
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("Segfault", "IgnoresJoints", "reference"):
+            patch.setattr(made[name].load(), "ladder", Ladder(Knob.RTOL, (1e-4, 1e-6, 1e-8), default=1e-4))
+        yield made
+
+
+@pytest.fixture(scope="module")
+def study(engines, tmp_path_factory):
+    """Folder of a study, and what was told of its progress."""
+    folder, told = tmp_path_factory.mktemp("cost"), []
+    plan = plan_of(engines, repeats=3)  # as many as every point gets even when late: no time decides
+    measure(plan, folder, truth_of=truth_stand_in, progress=lambda *a: told.append(a), command="barchain cost")
+    assert len(told) == plan.turns
+    return folder
+
+
+def test_an_engine_that_fails_costs_its_own_points_only(study):
+    tables = read_cost(study)
+    by_engine = tables.points.groupby("engine").outcome.agg(set).to_dict()
+    assert by_engine == {"reference": {"pass"}, "Segfault": {"failed"}, "IgnoresJoints": {"joints_ignored"}}
+    assert tables.points[tables.points.engine == "IgnoresJoints"].seconds.notna().all()
+    assert tables.points[tables.points.engine == "Segfault"].reason.str.contains("SIGSEGV").all()
+    assert [o["engine"] for o in tables.record["left_out"]] == ["NotThere"]
+    assert set(tables.reach.engine) == {"reference"}
+    page, ratios = render_study("cost", study)
+    assert "× failed: Segfault (3), IgnoresJoints (3)" in page.read_text()
+    assert "reference" in ratios.read_text()
+
+
+def test_every_good_point_is_timed_as_often_as_the_others_and_build_and_read_out_apart(study):
+    points = read_cost(study).points.query("engine == 'reference'")
+    times = pd.read_csv(study / "cost" / "times.csv")
+    assert (points.turns == 3).all()
+    assert times.groupby("key").size().to_dict() == dict.fromkeys(points.key, 3)
+    assert points[["seconds", "seconds_low", "seconds_high", "build_s", "read_s"]].notna().all().all()
+    assert ((points.seconds_low <= points.seconds) & (points.seconds <= points.seconds_high)).all()
+
+
+@pytest.mark.parametrize(
+    ("seconds", "late", "turns"), [(1e-4, True, 7), (0.1, True, 3), (0.1, False, 7), (1.0, True, 1)]
+)
+def test_when_time_is_short_only_brief_runs_get_all_their_turns(engines, tmp_path, seconds, late, turns):
+    plan = plan_of({"reference": engines["reference"]}, repeats=7)
+    store = CostStore(tmp_path / "cost", {}, resume=False)
+    job = next(iter(ladders(plan.scenes[0], plan.engines)[0].values()))[0]
+    store.rows[job.key] = {"seconds": seconds}
+    cost_study = CostStudy(plan, store, truth_stand_in, lambda *_: None)
+    for turn in range(plan.repeats):
+        if cost_study.wanted(job, turn, late=late):
+            store.times.setdefault(job.key, []).append(seconds)
+    assert len(store.times[job.key]) == turns
+
+
+def test_the_record_says_what_ran_where(study):
+    record = read_cost(study).record
+    assert record["finished"]
+    assert record["command"] == "barchain cost"
+    assert record["truths"][SCENE]["source"] == "stand-in"
+    assert {"python", "cpu", "cores"} <= set(record["environment"])
+    assert record["limits"] == {"repeats": 3, "minutes": 0.0, "time_limit_s": LIMIT_S}
+
+
+def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path, engines):
+    plan = plan_of({"reference": engines["reference"]})
+    ran = []
+
+    def cut(scene, what, outcome):
+        ran.append(what)
+        if len(ran) == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        measure(plan, tmp_path, truth_of=truth_stand_in, progress=cut)
+    assert not read_cost(tmp_path).record["finished"]
+    assert "cut off" in render_study("cost", tmp_path)[0].read_text()
+    kept = read_cost(tmp_path).points.set_index("setting")
+    assert len(kept) == 2
+    again = []
+    measure(plan, tmp_path, truth_of=truth_stand_in, resume=True, progress=lambda *a: again.append(a[1]))
+    assert [w for w in again if not w.startswith("round")] == ["reference rtol=1e-08"]
+    points = read_cost(tmp_path).points.set_index("setting")
+    assert (points.outcome == "pass").all()
+    columns = ["attitude_error_rad", "evaluations"]
+    pd.testing.assert_frame_equal(points.loc[kept.index, columns], kept[columns])
+
+
+def ladder_of(engine, values):
+    """Jobs of a ladder on the first orbit."""
+    scene = shortened(load_scene(SCENE))
+    jobs, _ = ladders(scene, {engine: ENGINES[engine]})
+    knob = jobs[engine][0].setting.knob
+    return [dataclasses.replace(jobs[engine][0], setting=Setting(knob, v)) for v in values]
+
+
+def test_settings_past_the_time_limit_are_not_tried():
+    coarse, fine, finer = ladder_of("exudyn", (1000, 2000, 4000))
+    rows = [(coarse, {"outcome": "pass", "reason": "", "seconds": 0.9})]
+    assert too_long(rows, fine, LIMIT_S) == ""
+    assert "about 3.6 s expected" in too_long(rows, finer, LIMIT_S)
+    assert too_long([(coarse, {"outcome": "timed_out", "reason": ""})], fine, LIMIT_S)
+    assert too_long([(coarse, {"outcome": "failed", "reason": "no step"})], fine, LIMIT_S) == ""
+
+
+def test_settings_finer_than_the_oracle_can_tell_are_not_tried():
+    told = {"reason": "", "attitude_error_rad": 1e-9, "com_error_m": 1e-3, "under_floor": "com"}
+    blurred = told | {"under_floor": "attitude,com"}
+    assert too_fine([told, blurred]) == ""
+    assert too_fine([blurred, told]) == ""
+    reason = too_fine([blurred, blurred])
+    assert "oracle's floor" in reason
+    assert too_fine([blurred, {"reason": f"not run: {reason}"}]) == reason
+    assert too_fine([{"reason": "failed"}, {"reason": "failed"}]) == ""
+
+
+def test_runs_that_succeed_but_are_wrong_are_points_with_large_errors(truth):
+    seen = ENGINES["reference"].load()().run(truth.scene)
+    wrong = errors_of(truth, seen.replace(reaction_N=-seen.reaction_N))
+    assert wrong["reaction_relative"] == pytest.approx(2.0, abs=1e-4)
+    assert under_floor(wrong) == ""

@@ -1,0 +1,388 @@
+"""What an effect budget switches, how large it finds effects, and what it calls resolved; times are never asserted."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from adapters.common.initial_state import initial_state
+from adapters.reference.numpy_engines import Reference
+from barchain.studies.effects.altitude_range import Heights, expected, seen
+from barchain.studies.effects.atmosphere import LAYERS, caveat, density_kg_m3, layer_at
+from barchain.studies.effects.cost_ratio import (
+    BATCH_S,
+    BATCHES,
+    Timed,
+    price,
+    shortened,
+    time_evaluations,
+    timed_span_s,
+)
+from barchain.studies.effects.effect_toggles import switches
+from barchain.studies.effects.limits import FAST, SLOW
+from barchain.studies.effects.measure import make_plan, measure
+from barchain.studies.effects.plan import Plan, compiled_can
+from barchain.studies.effects.sensitivity import Runs, change
+from barchain.studies.effects.sizes import situation, sizes_over
+from reports.tables.effects import COLUMNS, Kind, read_effects
+from scenarios import Gravity, Scene, load_scene
+from tests.support.scene_lists import TAME
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from adapters.trajectory import Trajectory
+    from barchain.studies.effects.effect_toggles import Switch
+
+DRAG = "effects/drag"
+
+
+def brief(scene: Scene, orbits: float = 0.1, samples: int = 11) -> Scene:
+    """Scene over a share of its run."""
+    return dataclasses.replace(
+        scene, run=dataclasses.replace(scene.run, duration_s=orbits * scene.period_s, samples=samples)
+    )
+
+
+def one_of(scene: Scene, effect: str) -> Switch:
+    """Switch of one effect."""
+    return next(s for s in switches(scene) if s.effect == effect)
+
+
+def motion(scene: Scene, rtol: float = 1e-10) -> Trajectory:
+    """Run of the reference."""
+    from adapters.engine import Knob, Setting
+
+    return Reference().run(scene, Setting(Knob.RTOL, rtol))
+
+
+@pytest.mark.parametrize("name", TAME)
+def test_every_switch_changes_its_effect_and_nothing_else(name: str) -> None:
+    scene = load_scene(name)
+    for s in switches(scene):
+        assert (s.scene is None) == bool(s.reason), s.effect
+        if s.scene is None:
+            continue
+        field = s.effect.partition(".")[0]
+        same = {f.name for f in dataclasses.fields(scene.effects)} - {field}
+        assert dataclasses.replace(s.scene, effects=scene.effects) == scene
+        assert all(getattr(s.scene.effects, f) == getattr(scene.effects, f) for f in same)
+        assert getattr(s.scene.effects, field) != getattr(scene.effects, field)
+        assert Reference.unsupported(s.scene) is None
+
+
+def test_nature_is_offered_by_default_and_the_design_only_where_it_is() -> None:
+    plain = {s.effect for s in switches(load_scene("paper/fig13"))}
+    nature = {"oblateness", "third_body.moon", "third_body.sun", "drag", "solar_pressure"}
+    assert plain == nature | {"gravity.point", "gravity.quadrupole", "gravity.slender"}
+    full = {s.effect: s for s in switches(load_scene("effects/everything"))}
+    design = {"prescribed_rotation", "joint_spring_damper", "thrust", "impulse"}
+    assert design <= {e for e, s in full.items() if s.on and s.kind is Kind.DESIGN}
+    assert all(full[e].on for e in nature | {"solar_pressure.shadow"})
+
+
+def test_no_gravity_is_offered_only_to_what_is_not_bound() -> None:
+    bound = load_scene("paper/fig13")
+    away = dataclasses.replace(bound, orbit=dataclasses.replace(bound.orbit, speed_factor=1.5))
+    assert "gravity.none" not in {s.effect for s in switches(bound)}
+    assert "gravity.none" in {s.effect for s in switches(away)}
+
+
+@pytest.mark.parametrize(
+    ("name", "effect", "words"),
+    [
+        ("effects/tip_masses", "gravity.slender", "not uniform"),
+        ("effects/solar_pressure", "drag", "no air at the run's lowest height of 35786 km"),
+        ("basics/two_bars_free", "oblateness", "does not pull"),
+    ],
+)
+def test_what_can_not_be_switched_says_why(name: str, effect: str, words: str) -> None:
+    assert words in one_of(load_scene(name), effect).reason
+
+
+def test_another_planet_gets_none_of_the_earths_defaults() -> None:
+    scene = load_scene("paper/fig13")
+    body = dataclasses.replace(scene.central_body, mu_m3_s2=4.28e13, radius_m=3396e3)
+    found = [s for s in switches(dataclasses.replace(scene, central_body=body)) if s.kind is Kind.NATURE]
+    assert len(found) == 5
+    assert all("another body" in s.reason for s in found)
+
+
+def test_the_standard_air_is_nearly_continuous_from_entry_to_entry() -> None:
+    """Each entry's exponential ends within 1.5 % of where the next begins, as a table of three digits lets it."""
+    for below, above in itertools.pairwise(LAYERS):
+        end = below.density_kg_m3 * math.exp(-(above.base_km - below.base_km) / below.scale_height_km)
+        assert end == pytest.approx(above.density_kg_m3, rel=1.5e-2), above
+    assert layer_at(349.999e3).base_km == 300
+    assert layer_at(350e3).base_km == 350
+    assert layer_at(5000e3).base_km == 1000
+
+
+def transfer(samples: int = 41, orbits: float = 1.0) -> Scene:
+    """Scene that starts 1000 km up and comes down to 180 km half an orbit later."""
+    scene = load_scene("paper/fig13")
+    high = scene.central_body.radius_m + 1000e3
+    low = scene.central_body.radius_m + 180e3
+    start = dataclasses.replace(scene.orbit, altitude_m=1000e3, speed_factor=math.sqrt(2.0 * low / (low + high)))
+    point = dataclasses.replace(scene.effects, gravity=Gravity.POINT)
+    return brief(dataclasses.replace(scene, orbit=start, effects=point), orbits, samples)
+
+
+@pytest.mark.parametrize("samples", [201, 12, 2])
+def test_a_perigee_is_found_between_samples(samples: int) -> None:
+    """Of a point's pull on bars of 100 m the orbit is that of two bodies to (l/r)², 1e-10: 1 m is plenty."""
+    scene = transfer(samples)
+    run = motion(scene)
+    found = seen(scene, run)
+    assert found.lowest_m == pytest.approx(180e3, abs=1.0)
+    assert found.highest_m == pytest.approx(1000e3, abs=1.0)
+    assert expected(scene) == pytest.approx(found, abs=1.0)
+    before = transfer(orbits=0.25)
+    assert seen(before, motion(before)).lowest_m > 500e3  # perigee is still to come
+    assert expected(before) == (1000e3, 1000e3)
+
+
+def test_drag_is_taken_in_the_air_of_the_lowest_height() -> None:
+    """Within the 1.5 % by which entries of the table do not meet, it is the table's there."""
+    scene = transfer()
+    for heights in (None, Heights(180.1e3, 1000e3), Heights(179.9e3, 1000e3)):
+        found = next(s for s in switches(scene, heights) if s.effect == "drag")
+        assert found.scene is not None
+        air = found.scene.effects.drag
+        assert air is not None
+        there = air.density_kg_m3 * math.exp(-(180e3 - air.altitude_m) / air.scale_height_m)
+        assert there == pytest.approx(5.464e-10, rel=1.5e-2)
+        assert "lowest height of the run without drag, 1" in found.said
+        assert "scale heights: the table has up to" in found.caveat
+        assert found.caveat.endswith("this drag is a lower bound.")
+
+
+def test_the_budget_takes_the_heights_that_its_own_run_came_to(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A thrust that lifts the chain, or anything besides two bodies, is in them."""
+    asked: list[Heights] = []
+    between = Plan.between
+
+    def kept(self: Plan, heights: Heights) -> Plan:
+        asked.append(heights)
+        return dataclasses.replace(between(self, heights), switches=())
+
+    monkeypatch.setattr(Plan, "between", kept)
+    scene = transfer(11)
+    measure(make_plan(scene, rtol=1e-8, engine=SLOW, repeats=1, workers=2, seconds=0.0), tmp_path)
+    assert asked == [pytest.approx(Heights(180e3, 1000e3), abs=1.0)]
+
+
+def test_one_exponential_says_on_which_side_it_is() -> None:
+    assert caveat(layer_at(400e3), Heights(400e3, 500e3)) == ""  # 1.7 scale heights
+    upper = 3.206e-4 * math.exp(-30.0 / 7.714) / 3.396e-6
+    assert f"it has up to {upper:.2g} times the table's, and its drag is an upper bound." in caveat(
+        layer_at(60e3), Heights(60e3, 90e3)
+    )
+    assert caveat(layer_at(200e3), Heights(200e3, 1000e3)).endswith("this drag is a lower bound.")
+    assert caveat(layer_at(0.0), Heights(0.0, 1e9)).endswith("this drag is no bound.")  # the table ends at 2000 km
+    assert density_kg_m3(250e3) == 7.248e-11
+
+
+def test_sizes_are_those_of_closed_forms() -> None:
+    """J2's pull over gravity is 3/2 J2 (R/r)²; its gradient over the tide's, radially, 2 times that."""
+    scene = brief(load_scene("paper/fig13"))
+    seen = motion(scene)
+    found = sizes_over(scene, one_of(scene, "oblateness"), seen)
+    assert found is not None
+    expected = 1.5 * 1.08262668e-3 * (scene.central_body.radius_m / scene.radius0_m) ** 2
+    assert found[0].common == pytest.approx(expected, rel=1e-3)  # (l/r)² and the chain's length over r besides
+    assert found[0].between == pytest.approx(2.0 * expected, rel=0.03)  # 80°: 3 % of the square lie across
+    point = sizes_over(scene, one_of(scene, "gravity.point"), seen)
+    assert point is not None
+    phi = initial_state(scene).angle_rad[0] + 0.5 * math.pi - scene.orbit.longitude_rad
+    assert point[0].torque == pytest.approx(abs(math.sin(phi) * math.cos(phi)), rel=1e-3)
+    assert (point[0].between, point[0].common) == (0.0, 0.0)
+
+
+def test_what_gravity_adds_is_told_without_cancellation() -> None:
+    """Quadrupole and slender agree to (l/r)² of their own small push: 1e-10 for bars of 100 m."""
+    scene = brief(load_scene("paper/fig13"))
+    seen = motion(scene)
+    pair = [sizes_over(scene, one_of(scene, f"gravity.{g}"), seen) for g in ("quadrupole", "slender")]
+    assert pair[0] is not None
+    assert pair[1] is not None
+    assert 0.0 < pair[0][0].common < 1e-9
+    assert pair[0][0].common == pytest.approx(pair[1][0].common, rel=1e-8)
+
+
+def test_thrusts_are_sized_over_the_run_and_blows_are_not() -> None:
+    scene = load_scene("effects/thrust_table")
+    found = sizes_over(scene, one_of(scene, "thrust"), motion(scene, 1e-7))
+    assert found is not None
+    assert found[0].between == 0.0  # it has yet to begin
+    assert found[1].between > 0.0
+    hit = load_scene("effects/impulse")
+    assert sizes_over(hit, one_of(hit, "impulse"), motion(hit, 1e-7)) is None
+
+
+def test_a_thrust_between_two_samples_has_its_size() -> None:
+    """F over the chain's mass, over g, whichever way the bars have turned; steady, or a peak that lasts for nothing."""
+    scene = load_scene("effects/thrust")
+    own = scene.effects.thrust[0]
+    start = 0.5 * float(scene.times_s[1])
+    for times, force in (((start, start + 0.01), (1.0, 1.0)), ((start, start + 0.01, start + 0.02), (0.0, 1.0, 0.0))):
+        pulse = dataclasses.replace(own, times_s=times, force_N=force)
+        pulsed = dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, thrust=(pulse,)))
+        found = sizes_over(pulsed, one_of(pulsed, "thrust"), motion(brief(pulsed, 0.1, 3)))
+        assert found is not None
+        assert found[0].common == 0.0
+        expected_m_s2 = 1.0 / scene.mass_kg
+        gravity = scene.central_body.mu_m3_s2 / scene.radius0_m**2
+        assert found[1].common == pytest.approx(expected_m_s2 / gravity, rel=1e-3)  # of r in so little an arc
+
+
+def test_between_samples_a_state_is_the_cubic_of_both() -> None:
+    """Off by at most h⁴/384 of the fourth derivative, largest at perigee: (3 β² - 2) mu²/r⁵."""
+    scene = brief(load_scene("paper/fig13"), 0.1, 21)
+    coarse, fine = motion(brief(scene, 0.1, 6)), motion(scene)
+    assert scene.orbit.speed_factor > 1.0  # it starts at perigee
+    fourth = (3.0 * scene.orbit.speed_factor**2 - 2.0) * scene.central_body.mu_m3_s2**2 / scene.radius0_m**5
+    most = float(coarse.t_s[1]) ** 4 / 384.0 * fourth
+    off = [abs(complex(*fine.com_m[k]) - situation(scene, coarse, float(fine.t_s[k])).com) for k in range(21)]
+    assert 0.5 * most < max(off) < most
+    assert max(off[::4]) == 0.0
+
+
+def test_a_change_below_the_numerics_is_not_resolved() -> None:
+    """The same scene twice changes nothing, and that nothing has a bound above zero."""
+    scene = brief(load_scene(DRAG))
+    runs = Runs(motion(scene, 1e-10), motion(scene, 1e-9))
+    nothing = change(runs, runs)
+    assert set(nothing.largest) == {"com", "attitude", "reaction"}
+    for name, value in nothing.largest.items():
+        assert value == 0.0
+        assert nothing.noise[name] > 0.0
+    other = one_of(scene, "drag").scene
+    assert other is not None
+    found = change(runs, Runs(motion(other, 1e-10), motion(other, 1e-9)))
+    assert found.compared_s == scene.run.duration_s
+    assert found.largest["com"] > 1e3 * found.noise["com"]
+
+
+def test_nothing_is_compared_after_the_horizon_of_either_scene() -> None:
+    scene = brief(load_scene(DRAG))
+    tight = motion(scene)
+    parted = dataclasses.replace(tight, angle_rad=tight.angle_rad + np.linspace(0.0, 0.095, 11)[:, None])
+    found = change(Runs(tight, tight), Runs(tight, parted))
+    assert found.compared_s == tight.t_s[1]  # 0.0095 rad, and twice that in the next
+
+
+def test_a_single_bar_has_no_reactions_to_change() -> None:
+    scene = brief(load_scene("basics/libration"))
+    assert scene.bars == 1
+    runs = Runs(motion(scene), motion(scene, 1e-9))
+    assert set(change(runs, runs).largest) == {"com", "attitude"}
+    found = sizes_over(scene, one_of(scene, "oblateness"), runs.tight)
+    assert found is not None
+    assert math.isnan(found[0].between)
+
+
+def test_prices_are_medians_of_ratios_within_rounds() -> None:
+    found = price(Timed([2.0, 4.0, math.nan, 6.0], 20, [3e-6]), Timed([1.0, 2.0, 1.0, 2.0], 10, [2e-6]))
+    assert found is not None
+    assert found.rounds == 3
+    assert found.evaluation is not None
+    assert (found.time.value, found.evaluation.value, found.evaluations) == pytest.approx((2.0, 1.5, 2.0))
+    assert price(Timed([math.nan], 0), Timed([1.0], 10)) is None
+    assert price(Timed(), Timed()) is None
+
+
+def test_a_run_too_long_for_three_rounds_is_timed_in_part() -> None:
+    scene = load_scene(DRAG)
+    assert timed_span_s(scene, 5.0, 20.0) == scene.run.duration_s
+    assert timed_span_s(scene, 10.0, 20.0) == pytest.approx(0.5 * scene.run.duration_s)
+    assert timed_span_s(scene, 10.0, 20.0, rounds=1) == scene.run.duration_s
+    job = make_plan(scene, engine=SLOW).tight[0]
+    assert shortened(job, scene.run.duration_s) is job
+    part = shortened(job, 0.5 * scene.run.duration_s).scene.run
+    assert part.duration_s / (part.samples - 1) == pytest.approx(scene.run.duration_s / (scene.run.samples - 1))
+    pushed = load_scene("effects/thrust")
+    assert timed_span_s(pushed, 1e3, 20.0) > max(t for t in pushed.effects.breaks_s if t < pushed.run.duration_s)
+
+
+def test_evaluations_are_timed_in_turn_for_long_enough() -> None:
+    assert BATCHES * BATCH_S >= 0.02
+    job, kept = make_plan(brief(load_scene(DRAG)), engine=SLOW).tight[0], [Timed(), Timed()]
+    time_evaluations([(job, kept[0]), (job, kept[1])], turns=2)
+    assert all(len(k.evaluation_s) == 2 and min(k.evaluation_s) > 0.0 for k in kept)
+
+
+def test_both_scenes_of_a_pair_run_in_one_engine() -> None:
+    plan = make_plan(load_scene(DRAG))
+    for s in plan.switches:
+        if s.scene:
+            engines = {job.engine for job in plan.pair(s)}
+            assert engines == {FAST if compiled_can([plan.scene, s.scene]) else SLOW}
+    assert len({job.key for job in plan.runs}) == len(plan.runs) == 2 * len(plan.tight)
+    assert {job.engine for job in make_plan(load_scene(DRAG), engine=SLOW).runs} == {SLOW}
+
+
+def test_light_on_bars_that_cross_its_edge_together_does_not_stop_the_run() -> None:
+    """Five parallel bars turn through the Sun's direction within microseconds: each face turns round once."""
+    scene = one_of(load_scene("effects/oblateness"), "solar_pressure").scene
+    assert scene is not None
+    assert motion(brief(scene, 0.6), 1e-11).t_s[-1] == pytest.approx(0.6 * scene.period_s)
+
+
+@pytest.fixture(scope="module")
+def budget(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Any]]:
+    """Folder of a small real budget, and what was told of its progress."""
+    folder, told, noted = tmp_path_factory.mktemp("budget"), [], []
+    plan = make_plan(brief(load_scene(DRAG)), rtol=1e-9, engine=SLOW, repeats=1, workers=2)
+    measure(plan, folder, command="barchain effects", progress=lambda *a: told.append(a), notes=noted.append)
+    assert len(told) == plan.turns
+    runs = len(plan.tight)
+    assert noted[0].startswith(f"timing {runs} runs in turn")  # their first part, on a slow machine
+    assert noted[1:] == [f"timing one evaluation of {runs} right-hand sides by itself"]
+    return folder, told
+
+
+def test_every_effect_has_a_row_with_all_that_was_asked_for(budget: Any) -> None:
+    tables = read_effects(budget[0])
+    assert list(tables.effects.columns) == list(COLUMNS)
+    rows = tables.effects.set_index("effect")
+    assert list(rows.index) == [s.effect for s in switches(load_scene(DRAG))]
+    assert (rows.reason == "").all()
+    for column in (
+        "com_m",
+        "attitude_rad",
+        "reaction_N",
+        "time_ratio",
+        "evaluation_ratio",
+        "evaluation_ratio_low",
+        "evaluation_s",
+    ):
+        assert (rows[column] > 0.0).all(), column
+    assert rows.on.sum() == 1
+    assert rows.loc["oblateness", "com_m"] > 1e4 * rows.loc["third_body.sun", "com_m"] > 0.0
+    # a change is off by no more than what the tolerance leaves, whichever way it is asked for
+    assert (rows.com_noise_m > 0.0).all()
+    record = tables.record
+    assert record["finished"]
+    assert record["scene"]["horizon_s"] == record["scene"]["end_s"]
+    assert record["scene"]["largest_reaction_N"] > 0.0
+
+
+def test_j2_moves_the_centre_of_mass_as_its_closed_form_says(budget: Any) -> None:
+    """To first order 3/4 J2 (R/r)² g t² at first, less what the orbit's own turning makes of it: (n t)²/4 at most."""
+    scene = brief(load_scene(DRAG))
+    rows = read_effects(budget[0]).effects.set_index("effect")
+    t, r = scene.run.duration_s, scene.radius0_m
+    g = scene.central_body.mu_m3_s2 / r**2
+    fall = 0.75 * 1.08262668e-3 * (scene.central_body.radius_m / r) ** 2 * g * t * t
+    assert rows.loc["oblateness", "com_m"] == pytest.approx(fall, rel=(scene.orbital_rate_rad_s * t) ** 2 / 4.0)
+
+
+def test_gravity_models_are_told_apart_from_the_scenes_own() -> None:
+    found = [s for s in switches(load_scene("effects/slender")) if s.kind is Kind.GRAVITY]
+    assert [s.scene.effects.gravity for s in found if s.scene] == [Gravity.POINT, Gravity.GRADIENT, Gravity.QUADRUPOLE]

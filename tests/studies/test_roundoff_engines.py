@@ -1,0 +1,246 @@
+"""Other engines in the round-off study: the frame decides what is left of the reactions, whoever computes them."""
+
+import dataclasses
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import barchain.studies.roundoff.engines as module
+from adapters.common.initial_state import initial_state
+from adapters.exudyn.adapter import ExudynAbsoluteIndex3
+from adapters.reference.numpy_engines import Reference
+from adapters.registry import ENGINES, Registration, UnknownEngineError
+from barchain.studies.roundoff import plan, third_parties
+from barchain.studies.roundoff.engine_laws import NEAR, UNEXPLAINED, engine_laws
+from barchain.studies.roundoff.engines import attempt, engine_rows, scene_at, setting_of
+from barchain.studies.roundoff.evaluation import errors, rows_of
+from barchain.studies.roundoff.laws import evaluation_laws, expected_exponent
+from barchain.studies.roundoff.plan import LADDERS, make_plan
+from barchain.studies.roundoff.states import Case, Kind, exact_case
+from barchain.studies.roundoff.third_parties import THIRD_PARTIES, present
+from barchain.studies.roundoff.trajectories import Family, truth_of
+from reference_impl.precision.arithmetic import EXACT, FLOAT64, exact_numbers
+from scenarios import load_scene
+
+RATIOS = (1e-3, 1e-5, 1e-7)
+MEMBERS = 6
+SCATTER = 3.0  # of a median of so few members, and of sizes at which roundings fall otherwise
+
+
+@pytest.fixture(scope="module")
+def truth():
+    return truth_of(Family(load_scene("paper/fig15"), RATIOS, MEMBERS, 1.0 / 256.0))
+
+
+def medians(truth, engine, size, value):
+    """Median error of each quantity."""
+    return {row["quantity"]: row["median"] for row in engine_rows(truth, engine, size, value)}
+
+
+@pytest.mark.parametrize(
+    ("engine", "value"), [("pymunk", 65536), ("exudyn-index3", 28672), ("exudyn", 36864), ("reference", 1e-9)]
+)
+def test_reactions_get_worse_as_the_chain_shrinks_in_the_inertial_frame_only(truth, engine, value):
+    name, _, index = engine.partition("-")
+    twin = f"{name}-absolute" + (f"-{index}" if index else "")
+    moving, inertial = ([medians(truth, e, k, value)["reaction"] for k in (0, 2)] for e in (engine, twin))
+    assert max(moving) / min(moving) < 2.0 * SCATTER
+    grown = inertial[1] / inertial[0]
+    # on long bars index 2 lies on the floor of a differenced derivative
+    assert grown > 1e3 if engine == "exudyn" else 1e4 / SCATTER < grown < 1e4 * SCATTER
+    assert min(inertial) > SCATTER * max(moving)
+
+
+def test_reactions_of_index_3_grow_as_the_square_of_the_steps_and_those_of_index_2_have_a_floor(truth):
+    coarse, fine = (medians(truth, "exudyn-absolute-index3", 2, steps)["reaction"] for steps in (12288, 49152))
+    assert 16.0 / SCATTER < fine / coarse < 16.0 * SCATTER
+    coarse, fine = (medians(truth, "exudyn-absolute", 2, steps)["reaction"] for steps in (12288, 49152))
+    assert 1.0 / SCATTER < fine / coarse < SCATTER
+
+
+def test_index_3_closes_its_gaps_to_the_rounding_of_a_place(truth):
+    gap_m = medians(truth, "exudyn-absolute-index3", 2, 12288)["gap"] * 1e-7 * 6378e3
+    assert gap_m < 4.0 * np.spacing(load_scene("paper/fig15").radius0_m)
+
+
+def test_index_3_from_the_body_s_centre_does_not_stall_on_long_bars():
+    """A bar turned by a gap of one rounding: reactions of tens of newtons then leave torques above the usual floor."""
+    family = Family(load_scene("paper/fig15"), (1e-2,), 4, 1.0 / 256.0)
+    for longitude in (0.3, 2.37, 4.0, 5.5):
+        scene = scene_at(family, 1e-2, longitude)
+        found = attempt(ExudynAbsoluteIndex3, scene, setting_of(ExudynAbsoluteIndex3, scene, 32768))
+        assert not isinstance(found, module.Fault), found
+        assert found.gap_m.max() < 8.0 * np.spacing(scene.radius0_m)
+
+
+def test_engines_start_where_the_truth_does():
+    family = Family(load_scene("paper/fig15"), (1e-4,), 1, 1.0 / 256.0)
+    start = initial_state(scene_at(family, 1e-4, 2.5))
+    with exact_numbers():
+        exact = family.start(np.array([2.5]), np.array([1e-4]))
+        angle, place = exact.angle_rad[:, 0].astype(float), exact.position_m[..., 0].T.astype(float)
+    eps = np.finfo(float).eps
+    np.testing.assert_allclose(start.angle_rad, angle, rtol=0, atol=8.0 * eps)
+    np.testing.assert_allclose(start.position_m, place, rtol=0, atol=64.0 * eps * np.abs(place).max())
+
+
+def test_steps_are_those_of_the_scenes_own_orbit_and_told_as_taken(truth):
+    rows = engine_rows(truth, "pymunk", 1, 4096)
+    assert {row["steps_per_orbit"] for row in rows} == {4096.0}
+    assert {(row["engine"], row["frame"], row["ratio"]) for row in rows} == {("pymunk", "moving", 1e-5)}
+    assert engine_rows(truth, "pymunk", 1, 100)[0]["steps_per_orbit"] == 4096.0  # two steps a sample at least
+    rows = engine_rows(truth, "reference-absolute", 1, 1e-6)
+    assert {(row["engine"], row["frame"], row["rtol"]) for row in rows} == {("reference", "inertial", 1e-6)}
+    assert {row["members"] for row in rows} == {MEMBERS}
+    assert {row["outcome"] for row in rows} == {"reported"}
+
+
+def use(monkeypatch, registration):
+    """Let every name be this registration's."""
+    monkeypatch.setattr(module, "find_engine", lambda _: registration)
+
+
+@pytest.mark.parametrize(
+    ("engine", "why"),
+    [("GivesUp", ("failed", "step size became zero")), ("Raises", ("failed", "ZeroDivisionError: inside")),
+     ("ReturnsNan", ("not_finite", "angle_rad is not finite"))],
+)  # fmt: skip
+def test_an_engine_that_fails_costs_its_own_row_and_says_why(truth, monkeypatch, engine, why):
+    use(monkeypatch, Registration(f"tests.support.faulty_engines:{engine}"))
+    rows = engine_rows(truth, "it", 0, 1e-6)
+    assert [row["quantity"] for row in rows] == ["attitude", "reaction", "gap"]
+    assert {(row["outcome"], row["reason"].partition(" from")[0], row["members"]) for row in rows} == {(*why, 0)}
+    assert np.isnan([row["median"] for row in rows]).all()
+
+
+def test_members_that_fail_count_as_lost(truth, monkeypatch):
+    simulate, calls = Reference.simulate, []
+
+    def sometimes(self):
+        calls.append(self)
+        if len(calls) == 3:
+            raise ZeroDivisionError("once")
+        simulate(self)
+
+    monkeypatch.setattr(Reference, "simulate", sometimes)
+    row = engine_rows(truth, "reference", 0, 1e-6)[0]
+    assert (row["outcome"], row["reason"]) == ("failed", f"1 of {MEMBERS} runs: ZeroDivisionError: once")
+    assert np.isinf(row["largest"])
+    assert row["median"] < 1e-14
+    assert row["members"] == MEMBERS
+
+
+def test_what_is_missing_or_refused_says_so(truth, monkeypatch):
+    with pytest.raises(UnknownEngineError):
+        engine_rows(truth, "nonsense", 0, 1e-6)
+    monkeypatch.setattr(Reference, "unsupported", classmethod(lambda cls, scene: "not today"))
+    rows = engine_rows(truth, "reference", 0, 1e-6)
+    assert {(row["outcome"], row["reason"]) for row in rows} == {("unsupported", "not today")}
+    missing = Registration("adapters.reference.numpy_engines:Reference", "no-such-thing", "no_such_thing", "get it")
+    use(monkeypatch, missing)
+    rows = engine_rows(truth, "reference", 0, 1e-6)
+    assert {(row["outcome"], row["reason"]) for row in rows} == {("missing", missing.missing)}
+    monkeypatch.setitem(plan.ENGINES, "mujoco", missing)
+    assert [t.arguments for t in plan.engines(full=False) if t.arguments[0] == "mujoco"] == [("mujoco", 0, 4096)]
+
+
+def curve(engine, frame, ratio, error, quantity="reaction"):
+    """Rows of engines.csv along a ladder."""
+    head = {"engine": engine, "frame": frame, "ratio": ratio, "quantity": quantity, "known": True}
+    steps = 1000.0 * 2.0 ** np.arange(8)
+    return [head | {"steps_per_orbit": n, "rtol": np.nan, "median": error(n)} for n in steps]
+
+
+def noisy(noise):
+    """Truncation of second order and round-off that grows as the square of the steps."""
+    return lambda n: (n / 1e3) ** -2 * 1e-4 + noise * n**2
+
+
+def test_laws_tell_truncation_from_round_off_and_one_size_from_another():
+    rows = [r for ratio in RATIOS for r in curve("pymunk", "inertial", ratio, noisy(1e-22 / ratio))]
+    rows += [{"engine": "mujoco", "frame": "moving", "ratio": 1e-3, "quantity": "reaction", "median": np.nan}]
+    found = engine_laws(pd.DataFrame(rows)).set_index(["against", "ratio"]).sort_index()
+    assert set(found.engine) == {"pymunk"}
+    falling, rising = found.loc["steps", 1e-7].sort_values("exponent").to_dict("records")
+    assert (falling["expected"], falling["remark"]) == (-2.0, "truncation")
+    assert falling["exponent"] == pytest.approx(-2.0, abs=0.2)
+    assert (rising["expected"], rising["remark"]) == (2.0, "round-off")
+    assert rising["exponent"] == pytest.approx(2.0, abs=0.2)
+    assert falling["last"] <= rising["first"]
+    nothing = found.loc["steps", 1e-3]
+    assert nothing[nothing.expected == 2.0].remark.tolist() == ["truncation still rules at the finest step"]
+    size = found.loc["ratio"].iloc[0]
+    assert np.isnan(size.exponent)  # at one size in three truncation still rules
+    assert size.remark == "truncation still rules the finest step at most sizes"
+
+
+def test_what_is_not_as_expected_is_said():
+    rows = curve("pymunk", "inertial", 1e-5, lambda n: 1e-12 * n) + curve("mujoco", "moving", 1e-5, lambda n: 1.0 / n)
+    rows += curve("unheard of", "inertial", 1e-5, lambda n: 1e-12 * n)
+    found = engine_laws(pd.DataFrame(rows))
+    said = found[found.exponent.notna()].set_index("engine").remark
+    assert said["pymunk"] == f"round-off; {UNEXPLAINED}"
+    assert said["mujoco"] == f"truncation; {NEAR}"
+    assert said["unheard of"] == f"round-off; {UNEXPLAINED}"
+
+
+def test_the_plan_has_each_engine_in_both_frames_over_a_wide_range_of_steps():
+    tasks = make_plan(("engines",)).tasks
+    assert {t.arguments[0] for t in tasks} == set(LADDERS)
+    assert min(t.truth.members for t in tasks) >= 30
+    for name, values in LADDERS.items():
+        assert max(values) / min(values) >= 30.0
+        assert len(values) >= 3
+        if not ENGINES[name].missing:
+            assert {t.arguments[1] for t in tasks if t.arguments[0] == name} == {0, 1, 2}
+    assert len(make_plan(("engines",), full=True).tasks) > 3 * len(tasks)
+    evaluated = [t.arguments for t in make_plan(("evaluation",)).tasks if t.table == "evaluation"]
+    assert {n for _, names, _ in evaluated for n in names} >= set(present())
+
+
+@pytest.fixture(scope="module")
+def libraries():
+    """Errors of third parties at a few sizes."""
+    if not present():
+        pytest.skip("neither Pinocchio nor MuJoCo is installed")
+    rows = []
+    for ratio in (1e-3, 1e-4, 1e-5, 1e-6, 1e-9):
+        rows += rows_of(Case(Kind.GENERIC, 3, ratio, 8), ("relative", *present()), ("float64",))
+    return pd.DataFrame(rows)
+
+
+@pytest.mark.parametrize("name", THIRD_PARTIES)
+def test_a_library_keeps_its_digits_in_a_moving_frame_and_loses_them_in_the_inertial_one(libraries, name):
+    if name not in present():
+        pytest.skip(f"{THIRD_PARTIES[name].engine} is not installed")
+    own = libraries[(libraries.formulation == name) & (libraries.yardstick == "reaction")]
+    error = own[own.source == "both"].set_index("ratio")["median"]
+    law = evaluation_laws(own).set_index("source").loc["both"]
+    assert law.expected == expected_exponent("generic", name, "reaction")
+    assert law.exponent == pytest.approx(law.expected, abs=0.15)
+    if name.endswith("(moving frame)"):
+        assert error.max() < 1e-13
+    else:
+        assert error[1e-6] > 1e-10
+    # joint angles keep the shape of the chain wherever its root is
+    assert own[own.source == "input"]["median"].max() < 1e-15
+
+
+@pytest.mark.parametrize("name", ["pinocchio (inertial)", "mujoco (inertial)"])
+def test_what_they_lose_beyond_that_is_the_square_of_the_orbital_speed(name, monkeypatch):
+    if name not in present():
+        pytest.skip(f"{THIRD_PARTIES[name].engine} is not installed")
+    circular, found = third_parties.circular_m_s, {}
+    with exact_numbers():
+        exact = exact_case(Case(Kind.GENERIC, 3, 1e-4, 8))
+        for faster in (1.0, 100.0):
+            monkeypatch.setattr(third_parties, "circular_m_s", lambda e, f=faster: circular(e) * EXACT.cast(f))
+            found[faster] = np.median(errors(THIRD_PARTIES[name], FLOAT64, exact)["formula", "reaction"])
+    assert 1e4 / SCATTER < found[100.0] / found[1.0] < 1e4 * SCATTER
+
+
+def test_what_is_not_installed_is_left_out(monkeypatch):
+    gone = dataclasses.replace(ENGINES["mujoco"], module="no_such_module_here")
+    monkeypatch.setitem(third_parties.ENGINES, "mujoco", gone)
+    assert not any(name.startswith("mujoco") for name in present())

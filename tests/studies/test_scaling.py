@@ -1,0 +1,378 @@
+"""What more bars cost: the chain is cut right, growth is fitted and foreseen right; times are never asserted."""
+
+from __future__ import annotations
+
+import ctypes
+import dataclasses
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from adapters.common.initial_state import initial_state
+from adapters.registry import ENGINES, Registration
+from barchain.run.job import Job, Role
+from barchain.studies.scaling.fit import FAST, LEAST_MEMORY_B, exponent, fits_table, targets
+from barchain.studies.scaling.measure import make_plan, measure
+from barchain.studies.scaling.memory import Peak, mark
+from barchain.studies.scaling.plan import BARS, SHARES, affordable, predicted
+from barchain.studies.scaling.point import Task, measure_point
+from barchain.studies.scaling.store import ScalingStore
+from barchain.studies.scaling.study import ScalingStudy
+from barchain.timing.divided_chain import divided
+from barchain.timing.evaluation import DIRECT, calibrated, evaluation_times, loop_of
+from reports.chapters.scaling.view import memory_text
+from reports.render import render, render_study
+from reports.tables.outcome import Outcome
+from reports.tables.scaling import FIT_COLUMNS, POINT_COLUMNS, read_scaling
+from scenarios import load_scene
+from tests.support.faulty_engines import Faulty
+from tests.support.report_fixture import build
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+SCENE = "paper/fig13"
+MEGABYTE = 2.0**20
+
+
+class DiesAtFive(Faulty):
+    """Takes its process with it on five bars."""
+
+    def build(self, scene: Any, setting: Any) -> None:
+        self.bars = scene.bars
+        super().build(scene, setting)
+
+    def simulate(self) -> None:
+        if self.bars == 5:
+            ctypes.string_at(0)
+        super().simulate()
+
+
+@pytest.mark.parametrize("bars", [2, 7, 1000])
+def test_the_chain_keeps_its_length_mass_angle_and_rate(bars: int) -> None:
+    whole, cut = load_scene(SCENE), divided(load_scene(SCENE), bars, 0.1)
+    assert cut.bars == bars
+    assert (cut.mass_kg, cut.size_m) == pytest.approx((whole.mass_kg, whole.size_m), rel=1e-14)
+    assert cut.chain.inertia_kg_m2[0] == pytest.approx(cut.chain.mass_kg[0] * cut.chain.length_m[0] ** 2 / 12.0)
+    assert {*cut.chain.angle_rad} == {whole.chain.angle_rad[0]}
+    assert {*cut.chain.rate_factor} == {whole.chain.rate_factor[0]}
+    assert cut.run.duration_s == pytest.approx(0.1 * whole.period_s)
+    assert np.ptp(initial_state(cut).angle_rad) == 0.0
+
+
+def test_the_smallest_share_of_an_orbit_leaves_every_engine_its_own_step() -> None:
+    from adapters.common.equal_steps import step_s
+    from adapters.engine import Knob
+
+    scene = divided(load_scene(SCENE), 2, SHARES[-1])
+    for name, registration in ENGINES.items():
+        if registration.missing:
+            continue
+        setting = registration.load().ladder.setting()
+        if setting.knob is Knob.STEPS_PER_ORBIT:
+            # rounded up to an even number of steps between samples: with k of them by one in k at most
+            assert step_s(scene, setting.value) > 0.7 * scene.step_period_s / setting.value, name
+
+
+def test_growth_is_foreseen_by_the_last_points() -> None:
+    bars, cost = [5, 10, 20, 50, 100], [1.0, 1.0, 4.0, 25.0, 100.0]  # flat at first, then N²
+    assert predicted(bars, cost, 200) == pytest.approx(400.0)
+    assert predicted([], [], 10) == 0.0
+    assert predicted([10], [3.0], 20) == pytest.approx(12.0)
+    assert predicted([2, 5], [1.0, 1000.0], 10) == pytest.approx(4000.0)  # two points are not believed to grow so fast
+    assert predicted([2, 5, 10], [3.0, 2.0, 1.0], 20) == pytest.approx(1.0)  # nothing gets cheaper
+    assert predicted([2, 5], [math.nan, 1.0], 10) == pytest.approx(4.0)
+
+
+def test_an_orbit_is_run_as_far_as_the_limit_goes() -> None:
+    assert affordable(0.0, 10.0) == 1.0
+    assert affordable(10.0, 10.0) == 1.0
+    assert affordable(45.0, 10.0) == 0.2
+    assert affordable(201.0, 10.0) == 0.0
+
+
+def test_an_exact_power_is_fitted_exactly() -> None:
+    bars = np.array([20.0, 50.0, 100.0, 500.0])
+    found = exponent(bars, 3e-9 * bars**1.5)
+    assert found is not None
+    assert (found.value, found.low, found.high) == pytest.approx((1.5, 1.5, 1.5), abs=1e-9)
+    assert exponent(bars, np.array([1.0, 2.0, math.nan, 0.0])) is None
+
+
+def test_the_interval_of_a_scattered_power_holds_it_as_often_as_it_says() -> None:
+    rng, bars = np.random.default_rng(5), np.array([100.0, 200, 500, 1000, 2000, 5000, 10_000, 20_000, 50_000, 100_000])
+    inside = 0
+    for _ in range(400):
+        found = exponent(bars, bars * np.exp(0.05 * rng.standard_normal(len(bars))))
+        assert found is not None
+        inside += found.low <= 1.0 <= found.high
+    assert abs(inside - 0.95 * 400) < 4.0 * math.sqrt(400 * 0.95 * 0.05)  # four standard deviations
+
+
+def test_cheap_points_come_first(tmp_path: Path) -> None:
+    """An engine that gets expensive waits until the cheap one is through; cheap ones take turns."""
+    plan = dataclasses.replace(make_plan(["reference"], (2, 5, 10), time_limit_s=100.0), engines={})
+    study = ScalingStudy(plan, ScalingStore(tmp_path, {}), lambda *_: None)
+    study.store.keep("cheap", 2, {"build_s": 0.1, "orbit_s": 0.1})
+    study.store.keep("dear", 2, {"build_s": 0.1, "orbit_s": 20.0})
+    study.done |= {"cheap": 1, "dear": 1}
+    assert study.price("cheap", 5) < study.price("cheap", 10) < study.price("dear", 5)
+    assert study.price("new", 2) < study.price("cheap", 5)
+    assert (study.next_bars("cheap"), study.next_bars("new")) == (5, 2)
+    study.done["cheap"] = 3
+    assert study.next_bars("cheap") == 0
+    far = study.price("cheap", 200)  # nobody goes beyond a hundred before all are there
+    assert study.price("dear", 100) < far
+
+
+def test_a_model_that_would_fill_the_memory_is_not_built(tmp_path: Path) -> None:
+    study = ScalingStudy(make_plan(["reference"], (2, 5, 10)), ScalingStore(tmp_path, {}), lambda *_: None)
+    study.store.keep("big", 2, {"build_s": 0.1, "orbit_s": 0.1, "memory_B": 1e18})
+    assert study.share("big", 5) == (0.0, "its model would take about 6.2e+09 GB of memory")
+    study.store.keep("long", 2, {"build_s": 0.1, "orbit_s": 3000.0})
+    assert study.share("long", 5) == (0.0, "would take about 5 h 16 min 40 s, the smallest share 15 min 40 s")
+    assert study.share("new", 5) == (1.0, "")
+
+
+def row(engine: str, bars: int, **columns: Any) -> dict[str, Any]:
+    """Row of points.csv."""
+    return {"engine": engine, "bars": bars, "outcome": "pass", "reason": "", "per": "right-hand side"} | columns
+
+
+def synthetic() -> pd.DataFrame:
+    """A linear engine, and one that counts steps and stops."""
+    rows = [
+        row(FAST, n, evaluation_s=20e-9 * n, orbit_s=1e-9 * n**2, evaluations=30.0 * n, memory_B=200.0 * n, share=1.0)
+        for n in BARS
+    ]
+    rows += [
+        row("stepper", n, evaluation_s=1e-6 * n**1.5, orbit_s=1e-2 * n**1.5, per="steps", steps=1e4,
+            share=1.0 if n < 50 else 0.2, memory_B=3 * MEGABYTE * n)
+        for n in (2, 5, 10, 20, 50, 100)
+    ]  # fmt: skip
+    stop = {"outcome": "nothing_compared", "reason": "not run: would take about <300> s", "per": ""}
+    table = pd.DataFrame([*rows, row("stepper", 200) | stop])
+    return table.reindex(columns=list(POINT_COLUMNS))
+
+
+def test_each_fit_keeps_to_its_range() -> None:
+    fits = fits_table(synthetic()).set_index(["engine", "quantity"])
+    fast, slow = fits.loc[FAST, "evaluation"], fits.loc["stepper", "evaluation"]
+    assert (fast.bars_from, fast.bars_to) == (100, 100_000)
+    assert (slow.bars_from, slow.bars_to, slow.points, slow.per) == (20, 100, 3, "steps")
+    assert fast.exponent == pytest.approx(1.0)
+    assert slow.exponent == pytest.approx(1.5)
+    assert fits.loc[(FAST, "evaluations per orbit"), "exponent"] == pytest.approx(1.0)
+    assert fits.loc[("stepper", "steps per orbit"), "exponent"] == pytest.approx(0.0, abs=1e-12)
+    assert fits.loc[(FAST, "memory"), "bars_from"] * 200 > LEAST_MEMORY_B
+
+
+def test_aims_are_judged_where_they_were_measured() -> None:
+    points = synthetic()
+    found = {t["what"]: t for t in targets(points, fits_table(points))}
+    assert len(found) == 4
+    assert all(t["met"] for t in found.values())
+    assert found["one evaluation of 500 bars, a bar"]["measured"] == pytest.approx(20e-9)
+    slower = points.assign(evaluation_s=3.0 * points.evaluation_s)
+    met = [t["met"] for t in targets(slower, fits_table(slower))]
+    assert met == [True, False, False, True]
+    short = points[points.bars <= 2000]  # what was not measured to its end is not judged
+    assert [t["what"] for t in targets(short, fits_table(short))] == [
+        t["what"] for t in targets(points, fits_table(points))
+    ][:2]
+    others = points[points.engine == "stepper"]
+    assert targets(others, fits_table(others)) == []
+
+
+def write(folder: Path, *, finished: bool = True) -> Path:
+    """Tables of a study."""
+    inside, points = folder / "scaling", synthetic()
+    inside.mkdir(parents=True)
+    fits = fits_table(points)
+    points.to_csv(inside / "points.csv", index=False)
+    fits.to_csv(inside / "fits.csv", index=False)
+    record = {
+        "finished": finished,
+        "command": "barchain scaling",
+        "created": "2026-01-05T10:20:30+00:00",
+        "seconds": 12.0,
+        "environment": {"cpu": "Example CPU", "cores": 2},
+        "packages": {"numpy": "2"},
+        "scene": {"name": SCENE, "size_m": 500.0},
+        "targets": targets(points, fits),
+        "limits": {"time_limit_s": 10.0},
+    }
+    (inside / "record.json").write_text(json.dumps(record))
+    return folder
+
+
+def test_the_chapter_stands_alone(tmp_path: Path) -> None:
+    page = render_study("scaling", write(tmp_path)).page
+    assert page == tmp_path / "scaling.html"
+    html, text = page.read_text(), (tmp_path / "scaling" / "scaling.md").read_text()
+    for words in ("about 2.1 N times", "would take about &lt;300&gt; s", "1.50 (1.50 to 1.50)", "Outlined", "met"):
+        assert words in html
+    assert "cut off" not in html
+    assert "nan" not in html.lower()
+    assert "| stepper | " in text
+    assert "cut off" in render_study("scaling", write(tmp_path / "cut", finished=False)).page.read_text()
+
+
+def test_equal_tables_give_equal_bytes(tmp_path: Path) -> None:
+    first, second = (render_study("scaling", write(tmp_path / name)).page.read_bytes() for name in "ab")
+    assert first == second
+
+
+def test_the_chapter_joins_the_report_of_a_comparison(tmp_path: Path) -> None:
+    folder = build(tmp_path, ["basics/two_bars_free"], samples=21)
+    render(folder)
+    assert 'id="scaling"' not in (folder / "index.html").read_text()
+    page = render_study("scaling", write(folder)).page
+    assert page == folder / "index.html"
+    assert page.read_text().count('id="scaling"') == 1
+    assert "What more bars cost" in (folder / "report.md").read_text()
+    assert not (folder / "scaling.html").exists()
+
+
+def test_a_folder_without_a_study_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"scaling/points\.csv"):
+        render_study("scaling", tmp_path)
+
+
+def test_memory_reads_well() -> None:
+    assert memory_text(None) == ""
+    assert memory_text(8192.0) == "< 1 MB"
+    assert memory_text(12.34e6) == "12.3 MB"
+
+
+def test_a_batch_is_filled_whatever_one_call_takes() -> None:
+    calls = []
+    assert calibrated(calls.append, 0.0) == 1
+    assert calls == [1, 1]  # once to compile, once to measure
+    assert evaluation_times(calls.append, 3, 0.0).shape == (3,)
+
+
+@pytest.mark.parametrize("engine", DIRECT)
+def test_evaluations_are_timed_by_themselves(engine: str) -> None:
+    times = evaluation_times(loop_of(engine, divided(load_scene(SCENE), 5)), 2, 1e-4)
+    assert times.shape == (2,)
+    assert (times > 0.0).all()
+
+
+def test_the_timed_loop_evaluates_the_chain_at_its_start() -> None:
+    """Same operations in the same order as one call, contracted or not: some roundings of the terms that enter."""
+    from adapters.common.initial_state import chain_model
+    from barchain.timing.compiled_loop import repeat  # Numba is an extra
+    from reference_impl.fast import layout
+    from reference_impl.model.kinematics import joined_state
+    from tests.studies.roundoff import C, Case, U, magnitudes
+    from tests.support.fast_evaluation import fast_accelerations
+
+    scene = divided(load_scene(SCENE), 20)
+    start, model = initial_state(scene), chain_model(scene)
+    state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
+    y = layout.pack(*state)
+    before, rates = y.copy(), np.zeros_like(y)
+    repeat(3, y, rates, layout.chain(model), layout.work(scene.bars, 0))
+    np.testing.assert_array_equal(y, before)
+    once = joined_state(model, *state)
+    expected = fast_accelerations(model, 0.0, once)
+    size = magnitudes(Case(model, once), expected).angular.max()
+    np.testing.assert_allclose(rates[22:42], expected.angle_rad_s2, rtol=0, atol=C * U * size)
+
+
+def test_the_peak_sees_what_was_held_and_let_go() -> None:
+    if not math.isfinite(mark()):
+        pytest.skip("this system does not tell its processes' memory")
+    peak = Peak()
+    held = np.ones(8 * 2**20)  # 64 MiB
+    del held
+    assert 60 * MEGABYTE < peak.beyond() < 80 * MEGABYTE
+
+
+def test_an_engine_that_fails_where_it_is_warmed_up_says_so(tmp_path: Path) -> None:
+    scene = divided(load_scene(SCENE), 2, SHARES[-1])
+    registration = Registration("tests.support.faulty_engines:GivesUp")
+    job = Job(scene, "GivesUp", registration, registration.load().ladder.setting(), Role.MAIN)
+    found = measure_point(Task(job, job, 1.0, 1, 1.0), tmp_path / "log")
+    assert found.outcome is Outcome.FAILED
+    assert found.reason == "step size became zero (on three bars, to warm up)"
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[tuple[str, str, str]]]:
+    """Folder of a small real study, and what was told of its progress."""
+    folder, told = tmp_path_factory.mktemp("scaling"), []
+    own = {"DiesAtFive": "tests.studies.test_scaling:DiesAtFive", "NotThere": "tests.support.faulty_engines:NotThere"}
+    engines = {"reference": ENGINES["reference"]} | {e: Registration(t) for e, t in own.items()}
+    plan = dataclasses.replace(make_plan(["reference"], (2, 5, 10), repeats=2, time_limit_s=60.0), engines=engines)
+    measure(plan, folder, command="barchain scaling", progress=lambda *a: told.append(a))
+    return folder, told
+
+
+def test_an_engine_that_fails_costs_its_own_rows_only(study: Any) -> None:
+    folder, told = study
+    tables = read_scaling(folder)
+    assert list(tables.points.columns) == list(POINT_COLUMNS)
+    assert list(tables.fits.columns) == list(FIT_COLUMNS)
+    found = {e: list(zip(own.bars, own.outcome, strict=True)) for e, own in tables.points.groupby("engine")}
+    assert found == {
+        "reference": [(2, "pass"), (5, "pass"), (10, "pass")],
+        "DiesAtFive": [(2, "pass"), (5, "failed"), (10, "pass")],
+        "NotThere": [(2, "failed"), (5, "failed")],
+    }
+    reasons = tables.points.set_index(["engine", "bars"]).reason
+    assert "SIGSEGV" in reasons["DiesAtFive", 5]
+    assert tables.record["finished"]
+    assert len(told) == 9
+    html = render_study("scaling", folder).page.read_text()
+    assert "SIGSEGV" in html
+    assert "nan" not in html.lower()
+
+
+def test_a_good_point_has_all_that_was_asked_for(study: Any) -> None:
+    points = read_scaling(study[0]).points.set_index(["engine", "bars"])
+    own = points.loc["reference"]
+    assert (own.share == 1.0).all()
+    assert set(own.per) == {"right-hand side"}
+    assert set(points.loc["DiesAtFive"].per) == {"evaluations", ""}
+    # a whole orbit at 1e-10: some fifty steps of DOP853 with dense output at ten samples
+    assert own.evaluations.between(500, 2000).all()
+    for column in ("evaluation_s", "orbit_s", "build_s"):
+        assert (own[column] > 0.0).all()
+    assert own.simulate_s.equals(own.orbit_s)
+    if math.isfinite(mark()):
+        assert (own.memory_B >= 0.0).all()
+
+
+def test_a_study_without_time_runs_nothing_and_says_why(tmp_path: Path) -> None:
+    measure(make_plan(["reference", "exudyn"], (2, 5), minutes=0.0), tmp_path)
+    points = read_scaling(tmp_path).points
+    assert points.outcome.tolist() == ["nothing_compared"] * 2
+    assert set(points.reason) == {"not run: the study's 0 minutes were over"}
+    assert "No engine has three points" in render_study("scaling", tmp_path).page.read_text()
+
+
+def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path: Path) -> None:
+    plan, told = make_plan(["reference", "exudyn"], (2, 5), minutes=0.0), []
+    first = ScalingStudy(plan, ScalingStore(tmp_path / "scaling", {}), lambda *_: None)
+    first.store.keep("reference", 2, {"outcome": "pass", "reason": "", "evaluation_s": 1e-4, "memory_B": 0.0})
+    first.store.keep("exudyn", 2, {"outcome": "nothing_compared", "reason": "not run: no time"})
+    measure(plan, tmp_path, resume=True, progress=lambda *a: told.append(a[1]))
+    assert told == ["exudyn, 2 bars", "exudyn, 5 bars", "reference, 5 bars"]
+    points = read_scaling(tmp_path).points
+    assert points.engine.tolist() == ["reference", "reference", "exudyn"]
+    assert points.evaluation_s[0] == 1e-4
+    assert points.outcome.tolist() == ["pass", "nothing_compared", "nothing_compared"]
+
+
+def test_an_engine_says_how_many_bars_are_too_many_for_it(tmp_path: Path) -> None:
+    measure(make_plan(["pymunk"], (100, 200)), tmp_path)
+    points = read_scaling(tmp_path).points
+    assert points.bars.tolist() == [100]
+    assert points.outcome.tolist() == ["unsupported"]
+    assert "sweeps" in points.reason[0]

@@ -1,0 +1,192 @@
+"""The stability study: its settings, what it expects, and short hard scenes that leave ours stable."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from typing import TYPE_CHECKING
+
+import pytest
+
+from adapters.engine import Knob, Setting
+from adapters.registry import ENGINES
+from barchain.cli.main import run as command
+from barchain.run.job import TRUTH_ROLES, Job, Role, RunResult
+from barchain.studies.stability import expected
+from barchain.studies.stability.expected import SLOW
+from barchain.studies.stability.plan import HUGE, Plan, chosen_engines, coarser, default_engines, hard_scenes, settings
+from barchain.studies.stability.rules import Finding
+from barchain.studies.stability.study import stability
+from reports.chapters.stability.view import view_stability
+from reports.render import render_study
+from reports.tables.stability import EVIDENCE, OUTCOMES, Stability, read_stability
+from scenarios import load_scene
+from tests.support import faulty_engines
+from tests.support.stability_engines import FREE, CanNot, CanNotFollow, registration, scene
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+
+    from tests.support.faulty_engines import Faulty
+
+
+def test_coarser_settings_are_coarser_or_none() -> None:
+    free = scene(FREE)
+    for name, each in default_engines().items():
+        loaded = each.load()
+        main = loaded.ladder.setting()
+        found = coarser(free, main)
+        if found is not None:
+            rises = found.value / main.value
+            assert rises == (100.0 if main.knob is Knob.RTOL else 0.25), name
+    close = dataclasses.replace(free, run=dataclasses.replace(free.run, samples=100_001))
+    assert coarser(close, Setting(Knob.STEPS_PER_ORBIT, 1000.0)) is None
+
+
+def test_scipy_runs_at_its_own_default_tolerances_too() -> None:
+    roles = {name: settings(scene(FREE), r.load()) for name, r in default_engines().items()}
+    plain = {name for name, by in roles.items() if Role.PLAIN in by}
+    assert plain == {"scipy-rk45", "scipy-dop853", "scipy-radau", "scipy-lsoda"}
+
+
+def found_as(word: str) -> Finding:
+    """Finding as it would be recorded by a word."""
+    return Finding(expected.stability_of(word), slow=word == SLOW)
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "direction"),
+    [
+        ("stable", "stable", None),
+        ("stable", "unstable", "worse"),
+        ("failed", "drifting", "better"),
+        ("inaccurate", "refused", "better"),
+        ("stable", SLOW, "worse"),
+        ("failed", SLOW, None),
+        (SLOW, "stable", None),
+        (SLOW, "failed", None),
+        (None, "failed", None),
+    ],
+)
+def test_a_change_either_way_is_told_and_time_outs_alone_are_none(
+    before: str | None, now: str, direction: str | None
+) -> None:
+    found = expected.change("hard/x", "exudyn", before, found_as(now))
+    assert (found.direction if found else None) == direction
+    if found:
+        assert found.words == f"hard/x  exudyn: {before} before, {now} now ({direction})"
+
+
+def test_what_is_accepted_is_what_is_expected(tmp_path: Path) -> None:
+    path = tmp_path / "expected.toml"
+    expected.accept({("hard/a", "exudyn"): found_as("drifting"), ("hard/b", "pymunk"): found_as(SLOW)}, path)
+    expected.accept({("hard/a", "exudyn"): found_as("stable")}, path)
+    assert expected.recorded(path) == {("hard/a", "exudyn"): "stable", ("hard/b", "pymunk"): SLOW}
+
+
+def test_what_is_recorded_is_of_scenes_and_engines_that_are_there() -> None:
+    scenes = set(hard_scenes())
+    for (name, engine), word in expected.recorded().items():
+        assert name in scenes or HUGE in load_scene(name).tags
+        assert engine in ENGINES
+        assert expected.stability_of(word) in Stability
+
+
+def test_engines_that_can_not_are_left_out_and_no_engine_is_run_without_hope(tmp_path: Path) -> None:
+    planted: dict[str, type[Faulty]] = {
+        "can-not": CanNot, "can-not-follow": CanNotFollow, "hangs": faulty_engines.Hangs,
+    }  # fmt: skip
+    plan = Plan((scene(FREE),), {n: registration(e) for n, e in planted.items()}, time_limit_s=1.0, workers=1)
+    result = stability(plan, tmp_path, command="test")
+    assert result.findings[FREE, "can-not"].stability is Stability.UNSUPPORTED
+    follows = result.findings[FREE, "can-not-follow"]
+    assert follows.stability is Stability.UNSUPPORTED
+    assert follows.reason.endswith(f"samples of {FREE} are too many for me")
+    late = result.findings[FREE, "hangs"]
+    assert (late.stability, late.slow) == (Stability.FAILED, True)
+    assert late.reason.startswith("not run: the coarse setting already took longer than 1 s")
+    assert result.passed
+    runs = json.loads((tmp_path / "stability" / "run.json").read_text())["runs"]
+    assert [r["role"] for r in runs if r["engine"] == "hangs"] == ["coarse", "main", "finer"]
+
+
+def ours() -> Iterable[str]:
+    """Both forms of the reference, where they are there."""
+    return [name for name in ("reference", "reference-fast") if ENGINES[name].missing is None]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of a small study, run as a user would."""
+    out = tmp_path_factory.mktemp("stability")
+    named = [word for name in (*ours(), "scipy-rk45") for word in ("--engine", name)]
+    few = ["--workers", "1", "--out", str(out)]  # the runs are short: starting processes takes longer
+    assert command(["stability", "hard/vertical_fall", "hard/slews_overlapping", *named, *few]) == 0
+    return out
+
+
+def test_ours_are_stable_in_short_hard_scenes(folder: Path) -> None:
+    tables = read_stability(folder)
+    assert list(tables.outcomes.columns) == list(OUTCOMES)
+    assert list(tables.evidence.columns) == list(EVIDENCE)
+    own = tables.outcomes[tables.outcomes.engine.isin(list(ours()))]
+    assert len(own) == 2 * len(list(ours()))
+    assert set(own.stability) == {"stable"}
+    assert tables.record["finished"]
+
+
+def test_scipy_at_its_defaults_reports_success_and_is_told_on(folder: Path) -> None:
+    plain = read_stability(folder).plain.set_index("scene")
+    assert set(plain.run) == {"pass"}
+    assert plain.attitude_rad["hard/slews_overlapping"] > 0.01  # it asks for 1e-3 a step
+    view = view_stability(folder)
+    assert view is not None
+    assert "success reported in 2 of 2 runs; in 1 of these attitude is off by more than 0.01 rad" in view.plain_sentence
+
+
+def test_the_page_is_rendered_from_the_tables_alone(folder: Path) -> None:
+    text = render_study("stability", folder).page.read_text(encoding="utf-8")
+    view = view_stability(folder)
+    assert view is not None
+    assert view.headline in text
+    assert "stable in all 2 hard scenes" in view.headline
+    for word in ("Condition of the joint system", "a bar reached the surface", "SciPy at its defaults"):
+        assert word in text, word
+    assert r"| hard/vertical\_fall |" in (folder / "stability" / "stability.md").read_text(encoding="utf-8")
+
+
+def test_a_study_goes_on_from_what_an_earlier_one_left(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def nothing(jobs: list[Job], **_: object) -> list[tuple[Job, RunResult]]:
+        assert not jobs
+        return []
+
+    before = read_stability(folder).outcomes
+    monkeypatch.setattr("barchain.studies.stability.study.run_jobs", nothing)
+    named = [word for name in (*ours(), "scipy-rk45") for word in ("--engine", name)]
+    assert command(["stability", *before.scene.unique(), *named, "--out", str(folder), "--resume"]) == 0
+    assert read_stability(folder).outcomes.equals(before)
+
+
+def test_forms_of_the_reference_get_ten_times_as_long_as_other_engines(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    allowed_s: dict[str, float] = {}
+
+    def noted(jobs: list[Job], *, time_limit_s: float, **_: object) -> list[tuple[Job, RunResult]]:
+        allowed_s.update({job.engine: time_limit_s for job in jobs if job.role not in TRUTH_ROLES})
+        return []
+
+    monkeypatch.setattr("barchain.studies.stability.study.run_jobs", noted)
+    plan = Plan((load_scene("hard/vertical_fall"),), chosen_engines(["reference", "exudyn"]), time_limit_s=7.0)
+    stability(plan, tmp_path, command="test")
+    assert allowed_s == {"reference": 70.0, "exudyn": 7.0}
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(0)  # an hour on two cores
+def test_ours_are_stable_in_all_hard_scenes_and_nothing_changed(tmp_path: Path) -> None:
+    scenes = tuple(load_scene(name) for name in hard_scenes())
+    result = stability(Plan(scenes, default_engines()), tmp_path, command="test")
+    assert not result.ours
+    assert not result.changes

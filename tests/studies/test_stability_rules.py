@@ -1,0 +1,180 @@
+"""Outcomes of the stability study: an engine planted for each one reaches it, and laws of growth are found."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from adapters.engine import Knob, Setting
+from adapters.reference.numpy_engines import Reference
+from barchain.metrics.model_difference import com_displacement, track_response
+from barchain.run.job import Job, Role, RunResult, failure
+from barchain.run.worker import run_job
+from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, twin
+from barchain.studies.stability.engine_runs import Seen
+from barchain.studies.stability.evidence import evidence
+from barchain.studies.stability.growth import linear_rate
+from barchain.studies.stability.law import law
+from barchain.studies.stability.plan import settings
+from barchain.studies.stability.rules import finding
+from reports.tables.outcome import Outcome
+from reports.tables.stability import EVIDENCE, Stability
+from scenarios import load_scene
+from tests.support import faulty_engines
+from tests.support.stability_engines import (
+    FALLS,
+    FREE,
+    OPENED,
+    BlowsUp,
+    CanNotFactor,
+    Drifts,
+    EndsAtOnce,
+    Lands,
+    Loose,
+    RunsAway,
+    WillNot,
+    WorseWithFiner,
+    registration,
+    scene,
+)
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from adapters.trajectory import Array, Trajectory
+    from barchain.metrics.model_difference import Displacement
+    from scenarios import Scene
+    from tests.support.faulty_engines import Faulty
+
+
+@functools.cache
+def truth(name: str):  # type: ignore[no-untyped-def]
+    """Truth of a scene, run in this process."""
+    of = scene(name)
+
+    def seen(each: Scene, rtol: float) -> Trajectory:
+        return Reference().run(each, Setting(Knob.RTOL, rtol))
+
+    return establish(of, seen(of, 1e-13), seen(of, 1e-12), seen(twin(of), 1e-13), seen(densely_sampled(of), FINE_RTOL))
+
+
+def seen_of(engine: type[Faulty], name: str, tmp_path: Path) -> Seen:
+    """Runs of a planted engine, made as a worker makes them."""
+    own = settings(scene(name), engine)
+    jobs = {role: Job(scene(name), "planted", registration(engine), s, role) for role, s in own.items()}
+    runs = {role: run_job(job, tmp_path / f"{role}.log") for role, job in jobs.items()}
+    return Seen(scene(name), "planted", engine, own, runs, truth(name))
+
+
+CASES = [
+    (faulty_engines.Sound, FREE, Stability.STABLE, ""),
+    (faulty_engines.Sound, FALLS, Stability.STABLE, ""),
+    (Drifts, FREE, Stability.DRIFTING, "gap: "),
+    (faulty_engines.SwapsSign, FREE, Stability.INACCURATE, "reaction: "),
+    (faulty_engines.IgnoresJointsInSilence, FREE, Stability.INACCURATE, "attitude"),
+    (faulty_engines.IgnoresJoints, FREE, Stability.INACCURATE, "joint 1 is open"),
+    (Loose, FREE, Stability.INACCURATE, "times the expected-error bound at t = "),
+    (BlowsUp, FREE, Stability.UNSTABLE, "kinetic energy"),
+    (WorseWithFiner, FREE, Stability.UNSTABLE, "a finer setting makes the attitude's error 10"),
+    (RunsAway, FALLS, Stability.UNSTABLE, "grew"),
+    (faulty_engines.GivesUp, FREE, Stability.FAILED, "step size became zero"),
+    (faulty_engines.Raises, FREE, Stability.FAILED, "ZeroDivisionError"),
+    (faulty_engines.ReturnsNan, FREE, Stability.FAILED, "not finite"),
+    (faulty_engines.StopsEarly, FREE, Stability.FAILED, "gave no reason"),
+    (Lands, FREE, Stability.FAILED, "apart from the reference"),
+    (EndsAtOnce, FREE, Stability.FAILED, "apart from the reference"),
+    (CanNotFactor, FREE, Stability.FAILED, "not positive definite"),
+    (WillNot, FREE, Stability.REFUSED, "too light"),
+]
+
+
+@pytest.mark.parametrize(("engine", "name", "outcome", "words"), CASES)
+def test_each_outcome_is_reached_by_an_engine_planted_for_it(
+    engine: type[Faulty], name: str, outcome: Stability, words: str, tmp_path: Path
+) -> None:
+    seen = seen_of(engine, name, tmp_path)
+    found = finding(seen)
+    assert found.stability is outcome, found
+    assert words in found.reason
+    assert not found.slow
+    rows = evidence(seen)
+    assert [r["level"] for r in rows] == ["coarse", "default", "finer"]
+    assert set().union(*rows) <= set(EVIDENCE)
+
+
+def test_a_drift_says_how_it_grows(tmp_path: Path) -> None:
+    found = finding(seen_of(Drifts, FREE, tmp_path))
+    assert found.quantity == "gap"
+    assert found.law is not None
+    assert found.law.exponent == pytest.approx(1.5, abs=0.01)
+    assert found.law.at_end == pytest.approx(OPENED, rel=1e-3)
+
+
+def test_a_time_out_is_a_failure_that_hangs_on_the_machine(tmp_path: Path) -> None:
+    seen = seen_of(faulty_engines.Sound, FREE, tmp_path)
+    late = seen.runs | {Role.FINER: failure(Outcome.TIMED_OUT, "no result within 60 s")}
+    found = finding(dataclasses.replace(seen, runs=late))
+    assert (found.stability, found.slow) == (Stability.FAILED, True)
+    assert found.reason == "no result within 60 s (at its finer setting)"
+
+
+def test_without_a_truth_nothing_is_stable(tmp_path: Path) -> None:
+    seen = seen_of(faulty_engines.Sound, FREE, tmp_path)
+    assert finding(dataclasses.replace(seen, truth=None)).stability is Stability.FAILED
+
+
+def test_a_refusal_is_said_while_building_and_nowhere_else(tmp_path: Path) -> None:
+    def made(engine: type[Faulty]) -> RunResult:
+        job = Job(scene(FREE), "planted", registration(engine), engine.ladder.setting(), Role.MAIN)
+        return run_job(job, tmp_path / "log")
+
+    assert made(WillNot).refused
+    assert not made(CanNotFactor).refused
+    assert not made(faulty_engines.GivesUp).refused  # an EngineError, but of its steps
+
+
+def test_a_small_departure_grows_at_the_linear_rate_of_a_pendulum_in_the_tide() -> None:
+    found = linear_rate(truth(FALLS))
+    assert found is not None
+    n = scene(FALLS).mean_motion_rad_s
+    # the twin is aside in angle and rate, and its decaying part e^-√3nt is below 1 % from growth 10 on
+    assert found[0] == pytest.approx(np.sqrt(3.0) * n, rel=0.01)
+
+
+def test_a_track_seen_less_than_once_a_radian_is_bounded_and_not_interpolated() -> None:
+    long = load_scene("hard/long_1000")
+
+    def displaced(samples: int) -> tuple[Displacement, Array]:
+        run = dataclasses.replace(long.run, duration_s=3.0 * long.period_s, samples=samples)
+        of = dataclasses.replace(long, run=run)
+        seen = Reference().run(of, Setting(Knob.RTOL, 1e-10))
+        aside = Reference().run(twin(of), Setting(Knob.RTOL, 1e-10))
+        return com_displacement(of, seen), track_response(of, seen, aside)["com"]
+
+    (close, moved), (far, most) = displaced(301), displaced(4)
+    assert not far.vector_m.any()
+    assert (np.linalg.norm(close.vector_m[::100], axis=1) <= far.uncertainty_m).all()
+    assert (moved[::100] <= most).all()
+
+
+@pytest.mark.parametrize("exponent", [0.5, 1.0, 2.0])
+def test_a_law_is_found_from_what_follows_it(exponent: float) -> None:
+    t = np.linspace(0.0, 1e6, 2001)
+    wobble = 1.0 + 0.05 * np.sin(40.0 * np.log1p(t))
+    found = law(t, 1e-9 * wobble * (t / t[-1]) ** exponent)
+    assert found is not None
+    assert found.low - 0.03 <= exponent <= found.high + 0.03
+    assert found.exponent == pytest.approx(exponent, abs=0.05)
+
+
+def test_nothing_is_fitted_to_nothing() -> None:
+    t = np.linspace(0.0, 1.0, 101)
+    assert law(t, np.zeros(101)) is None
+    assert law(t[:3], t[:3]) is None
+    held = law(t, np.ones(101))
+    assert held is not None
+    assert held.exponent == 0.0
