@@ -109,7 +109,7 @@ def stretches(errors: ErrorModel, seen: Trajectory, first: int) -> list[Stretch]
         start = max(int(planned), found[-1].last)
         if start >= end or not found[-1].right:
             break
-        if start == planned or planned == latest:  # what an earlier one covers needs no other, but for the run's end
+        if planned in (start, latest):  # what an earlier one covers needs no other, but for the run's end
             found.append(compared(errors, seen, start, min(end, start + tried(length))))
     return found
 
