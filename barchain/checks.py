@@ -41,12 +41,15 @@ def arrays(seen: Trajectory) -> dict[str, Array]:
 
 
 def missing_channel(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:
-    """A quantity that the engine declares must be there."""
+    """A quantity that the engine declares must be there, and no other: what is not declared is not judged."""
     effects = scene.effects
     called = {Observable.TORQUE: effects.prescribed_rotation, Observable.IMPULSE: effects.impulse}
     wanted = engine.observables - {what for what, by in called.items() if not by}
     lacking = sorted(wanted - seen.observables)
-    return (Outcome.INCOMPLETE, f"declares but does not return: {', '.join(lacking)}") if lacking else None
+    if lacking:
+        return Outcome.INCOMPLETE, f"declares but does not return: {', '.join(lacking)}"
+    more = sorted(seen.observables - engine.observables - set(called))
+    return (Outcome.MALFORMED, f"returns but does not declare: {', '.join(more)}") if more else None
 
 
 def wrong_shape(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:

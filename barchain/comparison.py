@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from adapters.engine import Coordinates, EngineError
+from barchain.between import wrong_between
 from barchain.declared import too_noisy
 from barchain.drift_bands import drift_bands
 from barchain.ending import ended_differently, ended_elsewhen
@@ -17,7 +18,7 @@ from barchain.form import rounded_values
 from barchain.job import PERTURBED_ROLES, Role
 from barchain.quantities import drifts
 from barchain.relative_energy import BLOWN_UP, kinetic_ratio
-from barchain.residuals import FINEST_NOISE, Residuals, worst
+from barchain.residuals import FINEST_NOISE, HALVED, Residuals, worst
 from barchain.restart import Stretch, can_restart, stretches
 from barchain.roundoff_limit import coarsest_roundoff
 from barchain.tolerances import NORM_SLACK
@@ -32,7 +33,9 @@ if TYPE_CHECKING:
     from barchain.truth import Truth
 
 LEAST_JUDGED = 0.1  # of the run: agreement over less says nothing about the scene
-HALVED = 4.0  # noise of differences over a step goes as 1/h²
+MOST_EMPTY = 0.75  # share of the stretches beyond the limit that may predict no sample; in manoeuvres most do not
+    0.75  # share of the stretches beyond the predictability limit that may predict no sample: in manoeuvres, most
+)
 HOPELESS = 100.0  # times what is allowed: no slowly converging method is behind that
 ASKED = frozenset({"consistency", "band_used", "finer_band_used", "drift", "offset_used"})
 """Metrics that are judged by their tolerance"""
@@ -290,6 +293,7 @@ class Comparison(Residuals):
             inside = self.inside(quantity)[: len(residual)]
             margin = self.margin(quantity)[: len(residual)] + self.finer_floor(quantity)[: len(residual)]
             margin = margin + HALVED * self.limiting_noise(quantity)[: len(residual)]
+            margin = margin + self.granted_finer(quantity)[: len(residual)]
             used, at = worst(residual, margin, inside)
             if used > 1.0:
                 reason = f"{used:.3g} times the expected-error bound at t = {self.t[at]:.6g} s at its finer setting"
@@ -310,7 +314,28 @@ class Comparison(Residuals):
         except (EngineError, ArithmeticError) as error:
             said = f"the reference can't be restarted from the engine's states: {error}"
             return [*rows, self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, said)]
-        return rows + self.stretch_rows(self.stretches)
+        rows += self.stretch_rows(self.stretches) + self.empty_rows(self.stretches)
+        return rows + (self.between_rows(first) if all(Outcome(r["outcome"]).ok for r in rows) else [])
+
+    def between_rows(self, first: int) -> list[Row]:
+        """A fault if samples that no stretch covers contradict themselves or each other (`barchain.between`)."""
+        wrong = wrong_between(self.errors, self.main, self.stretches, first)
+        if wrong is None:
+            return []
+        quantity, used, said = wrong
+        good = Outcome.ROUNDOFF_LIMITED if self.engine.coordinates is Coordinates.ABSOLUTE else Outcome.OUT_OF_BAND
+        return [self.row(quantity, "restarted", used, 1.0, good, said)]
+
+    def empty_rows(self, found: list[Stretch]) -> list[Row]:
+        """A fault if most stretches could predict nothing: then what the engine gives says nothing of its motion."""
+        empty = sum(s.empty for s in found)
+        if not found or empty <= MOST_EMPTY * len(found):
+            return []
+        said = (
+            f"beyond the predictability limit, {self.horizon_s:.4g} s, {empty} of {len(found)} stretches can't predict "
+            "the next sample: the rates are too uncertain"
+        )
+        return [self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, said)]
 
     def energy_row(self) -> Row:
         """Kinetic energy about the centre of mass over the largest that there can be."""

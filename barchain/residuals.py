@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from barchain.evidence import Evidence
     from barchain.truth import Truth
 
+HALVED = 4.0  # noise of differences over a step goes as 1/h²
 FINER_NOISE = 4.0 / 3.0  # what an extrapolation of second order makes of the finer run's noise
 FINEST_NOISE = 4.0 * FINER_NOISE  # of the finer run's, after another halving: noise of differences goes as 1/h²
 SHRINKS = 0.5  # of the error at the main setting, two settings finer: a method of first order leaves a quarter
@@ -82,7 +83,8 @@ class Residuals:
     @property
     def com_only(self) -> bool:
         """Whether the engine follows the centre of mass as a particle."""
-        return self.engine.observables <= {Observable.COM}
+        shown = self.main.observables | self.finer.observables | self.engine.observables
+        return shown <= {Observable.COM}
 
     def inside(self, quantity: str) -> NDArray[np.bool_]:
         """Samples at which a quantity is compared, (n,): all for the centre of mass, whose track is not chaotic."""
@@ -165,6 +167,13 @@ class Residuals:
         if not self.roundoff:
             return np.zeros(self.n)
         return np.minimum(self.roundoff[quantity][: self.n], NORM_SLACK * self.errors.floor[quantity][: self.n])
+
+    def granted_finer(self, quantity: str) -> Array:
+        """The same for the finer run, whose steps, half as long, make four times the noise of differences, (n,)."""
+        if not self.roundoff:
+            return np.zeros(self.n)
+        floor = NORM_SLACK * self.finer_floor(quantity)[: self.n]
+        return np.minimum(HALVED * self.roundoff[quantity][: self.n], floor)
 
     def limiting_noise(self, quantity: str) -> Array:
         """Noise that may be behind too large an error in absolute coordinates, (n,).

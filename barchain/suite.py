@@ -12,8 +12,8 @@ from adapters.steps import finer_setting
 from barchain.comparison import Verdict, judge, no_verdict
 from barchain.compiling import announcement
 from barchain.effect_words import gradient_defect
-from barchain.evidence import follow_up_jobs, gathered
 from barchain.error_model import ErrorModel
+from barchain.evidence import follow_up_jobs, gathered
 from barchain.job import TRUTH_ROLES, Job, Role, RunResult
 from barchain.judging import Judges
 from barchain.model_difference import com_displacement
