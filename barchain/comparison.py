@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 
 LEAST_JUDGED = 0.1  # of the run: agreement over less says nothing about the scene
 MOST_EMPTY = 0.75  # share of the stretches beyond the limit that may predict no sample; in manoeuvres most do not
-    0.75  # share of the stretches beyond the predictability limit that may predict no sample: in manoeuvres, most
-)
 HOPELESS = 100.0  # times what is allowed: no slowly converging method is behind that
 ASKED = frozenset({"consistency", "band_used", "finer_band_used", "drift", "offset_used"})
 """Metrics that are judged by their tolerance"""
