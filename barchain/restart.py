@@ -154,9 +154,9 @@ def tried(samples: float) -> int:
 def compared(errors: ErrorModel, seen: Trajectory, first: int, last: int) -> Stretch:
     """Compare samples `first` to `last` of a run, as far as they can be predicted from the first.
 
-    What is read off a step may belong to what was before the first sample, such as the end of a manoeuvre, and its ringing
-    lasts where the method damps nothing: where there are such instants, the errors of reading that the scene has shown
-    until then are allowed besides. In a manoeuvre and just after it they are errors of the state, too.
+    What is read off a step may belong to what was before the first sample, such as the end of a manoeuvre, and its
+    ringing lasts where the method damps nothing: where there are such instants, the errors of reading that the scene
+    has shown until then are allowed besides. In a manoeuvre and just after it they are errors of the state, too.
     """
     engine, setting = errors.engine, errors.setting
     rtol = min(RTOL, TIGHTER * setting.value) if setting.knob is Knob.RTOL else RTOL
