@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 HALVED = 4.0  # noise of differences over a step goes as 1/h²
 FINER_NOISE = 4.0 / 3.0  # what an extrapolation of second order makes of the finer run's noise
 FINEST_NOISE = 4.0 * FINER_NOISE  # of the finer run's, after another halving: noise of differences goes as 1/h²
+MOST_MEASURED = 1e-5  # of a quantity's scale: measured round-off, in coordinates no larger than the chain
 SHRINKS = 0.5  # of the error at the main setting, two settings finer: a method of first order leaves a quarter
 
 
@@ -176,13 +177,16 @@ class Residuals:
         return np.minimum(HALVED * self.roundoff[quantity][: self.n], floor)
 
     def limiting_noise(self, quantity: str) -> Array:
-        """Noise that may be behind too large an error in absolute coordinates, (n,).
+        """Noise that may be behind too large an error, (n,): such a run is limited by round-off, which is no pass.
 
-        Perturbed runs show it, and declared noise adds to it. An error that does not shrink with the setting may be
-        all that rounding of such coordinates can make: the two can't be told apart.
+        Perturbed runs show it. In absolute coordinates declared noise adds to it, and an error that does not shrink
+        with the setting may be all that rounding of such coordinates can make: the two can't be told apart. In
+        others, whose floor is far lower, only a small share of the quantity's scale is believed to be noise.
         """
-        if not self.evidence.perturbed or self.engine.coordinates is not Coordinates.ABSOLUTE:
+        if not self.evidence.perturbed:
             return np.zeros(self.n)
+        if self.engine.coordinates is not Coordinates.ABSOLUTE:
+            return np.minimum(self.roundoff[quantity][: self.n], MOST_MEASURED * self.scale[quantity])
         most = coarsest_roundoff(self.errors, quantity)[: self.n]
         if self.errors_by_setting(quantity) and not self.shrinks(quantity):
             return most
