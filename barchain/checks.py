@@ -28,6 +28,7 @@ def fault(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome
         off_the_clock,
         places_contradict,
         joints_ignored,
+        undeclared_channel,
     ):
         found = check(scene, engine, seen)
         if found:
@@ -41,14 +42,18 @@ def arrays(seen: Trajectory) -> dict[str, Array]:
 
 
 def missing_channel(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:
-    """A quantity that the engine declares must be there, and no other: what is not declared is not judged."""
+    """A quantity that the engine declares must be there."""
     effects = scene.effects
     called = {Observable.TORQUE: effects.prescribed_rotation, Observable.IMPULSE: effects.impulse}
     wanted = engine.observables - {what for what, by in called.items() if not by}
     lacking = sorted(wanted - seen.observables)
-    if lacking:
-        return Outcome.INCOMPLETE, f"declares but does not return: {', '.join(lacking)}"
-    more = sorted(seen.observables - engine.observables - set(called))
+    return (Outcome.INCOMPLETE, f"declares but does not return: {', '.join(lacking)}") if lacking else None
+
+
+def undeclared_channel(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:
+    """What the engine does not declare must not be there: a verdict goes by what is declared."""
+    del scene
+    more = sorted(seen.observables - engine.observables - {Observable.TORQUE, Observable.IMPULSE})
     return (Outcome.MALFORMED, f"returns but does not declare: {', '.join(more)}") if more else None
 
 

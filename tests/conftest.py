@@ -5,8 +5,10 @@ import pytest
 from barchain import suite, truth_runs
 
 
-@pytest.fixture(autouse=True)
-def _reference_solutions_without_compiling(monkeypatch):
+@pytest.fixture(autouse=True, scope="session")
+def _reference_solutions_without_compiling():
     """Reference solutions by NumPy: compiling a scene's set of effects takes longer than a test's short run."""
-    for module in (truth_runs, suite):
-        monkeypatch.setattr(module, "truth_engine", lambda: truth_runs.NUMPY)
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (truth_runs, suite):
+            patch.setattr(module, "truth_engine", lambda: truth_runs.NUMPY)
+        yield
