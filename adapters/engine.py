@@ -107,6 +107,8 @@ class Engine(ABC):
     """Whether every step puts the joints' ends together again, so that gaps do not open with the step"""
     track_by_length: ClassVar[bool] = False
     """Whether a requested accuracy counts in bar lengths for the centre of mass too, not in its distance"""
+    step_constant: ClassVar[float] = 1.0
+    """Requests that one step may leave, of a method that chooses its steps; the harness believes up to ten."""
     why_not: ClassVar[dict[str, str]] = {}
     """Reason for each effect it can't carry, where there is more to say than that."""
 

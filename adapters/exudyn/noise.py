@@ -22,6 +22,7 @@ ELIMINATION = 2.0  # roundings of the mass matrix's largest entry: one on the wa
 PUSHED_APART = 7.0  # of a constant push along the orbit: the largest acceleration against the frame, 4 cos(nt) - 3
 LAW_PEAK = 18.0 / 16.0  # bound of the law's second derivative, eq. (28), over its amplitude and (pi/t_m)²
 PILES_UP = 4.0  # of a residual's noise: successive steps' add up while they are being damped
+PILES_UP_ABSOLUTE = 10.0  # the same in absolute coordinates, where Newton often accepts its first guess; measured: 9
 
 
 def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dict[str, float | Array]:
@@ -56,9 +57,11 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
     turned: Array = np.minimum(wrong * t_s**2, wrong / slow**2)
     wrong_rate: Array = np.minimum(wrong * t_s, wrong / slow)
     if not method.index3:
-        force += PILES_UP * mass * method.residual_N / step_s
+        piles_up = PILES_UP_ABSOLUTE if method.absolute else PILES_UP
+        force += piles_up * mass * method.residual_N / step_s
         rate_noise = PILES_UP * method.residual_N / min(chain.length_m) + wrong_rate
-        return {"reaction": force, "torque": force * length, "rate": rate_noise, "attitude": turned}
+        lever = scene.size_m if method.absolute else length  # it takes up the forces of all joints beyond
+        return {"reaction": force, "torque": force * lever, "rate": rate_noise, "attitude": turned}
     force += PILES_UP * mass * method.residual_N / step_s**2 / (1.0 - method.spectral_radius)
     transient = transients(scene, step_s, method, t_s)
     residual = PILES_UP * method.residual_N / (min(chain.length_m) * step_s)

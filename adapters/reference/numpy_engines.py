@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from typing import TYPE_CHECKING, ClassVar, Protocol, final
 
@@ -133,16 +134,23 @@ class ReferenceAbsolute(ReferenceNumPy):
 
         No step is held to less than GRAINS roundings of a radius, in velocities times the fastest rate w. With a
         step a radian of w, they add up as a random walk of w t steps; those of velocities run on, by t. In angles it is
-        that over the shortest bar, as a request would be: FEW_STEPS of them may stand in one sample.
+        that over half of the shortest bar, as its centre and its end are places of their own: FEW_STEPS of them may
+        stand in one sample. A step is held by the root mean square over all bars, so that one of N may be sqrt(N) times
+        farther off.
         """
         del setting
         place, w = GRAINS * np.finfo(float).eps * scene.radius0_m, scene.fastest_rate_rad_s
-        steps = np.sqrt(1.0 + w * t_s)
-        rate = place * w * steps / min(scene.chain.length_m)
-        turn = FEW_STEPS * place / min(scene.chain.length_m)
+        steps, lever = np.sqrt(1.0 + w * t_s), 0.5 * min(scene.chain.length_m) / math.sqrt(scene.bars)
+        rate = place * w * np.maximum(steps, FEW_STEPS) / lever
+        turn = FEW_STEPS * place / lever
         return {
             "com": place * steps * (1.0 + w * t_s),
             "com_velocity": place * w * steps,
             "rate": rate,
             "attitude": turn,
+            "reaction": 2.0
+            * scene.mass_kg
+            * max(scene.chain.length_m)
+            * w
+            * rate,  # centrifugal forces answer to rates
         }

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from adapters.engine import Coordinates, EngineError
+from barchain.judge.checks.between import wrong_between
 from barchain.judge.checks.digits import rounded_values
 from barchain.judge.checks.extrapolation import FIELDS
 from barchain.judge.checks.relative_energy import BLOWN_UP, kinetic_ratio
@@ -16,7 +17,7 @@ from barchain.judge.checks.restart import Stretch, can_restart, stretches
 from barchain.judge.declared_noise import too_noisy
 from barchain.judge.drift_bands import drift_bands
 from barchain.judge.landing import ended_elsewhen
-from barchain.judge.residuals import FINEST_NOISE, Residuals, worst
+from barchain.judge.residuals import FINEST_NOISE, HALVED, Residuals, worst
 from barchain.judge.roundoff_limit import coarsest_roundoff
 from barchain.judge.run_end import ended_differently
 from barchain.judge.tolerances import NORM_SLACK
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from barchain.solutions.reference import Truth
 
 LEAST_JUDGED = 0.1  # of the run: agreement over less says nothing about the scene
-HALVED = 4.0  # noise of differences over a step goes as 1/h²
+MOST_EMPTY = 0.75  # share of the stretches beyond the limit that may predict no sample; in manoeuvres most do not
 HOPELESS = 100.0  # times what is allowed: no slowly converging method is behind that
 ASKED = frozenset({"consistency", "band_used", "finer_band_used", "drift", "offset_used"})
 """Metrics that are judged by their tolerance"""
@@ -291,6 +292,7 @@ class Comparison(Residuals):
             inside = self.inside(quantity)[: len(residual)]
             margin = self.margin(quantity)[: len(residual)] + self.finer_floor(quantity)[: len(residual)]
             margin = margin + HALVED * self.limiting_noise(quantity)[: len(residual)]
+            margin = margin + self.granted_finer(quantity)[: len(residual)]
             used, at = worst(residual, margin, inside)
             if used > 1.0:
                 reason = f"{used:.3g} times the expected-error bound at t = {self.t[at]:.6g} s at its finer setting"
@@ -311,7 +313,28 @@ class Comparison(Residuals):
         except (EngineError, ArithmeticError) as error:
             said = f"the reference can't be restarted from the engine's states: {error}"
             return [*rows, self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, said)]
-        return rows + self.stretch_rows(self.stretches)
+        rows += self.stretch_rows(self.stretches) + self.empty_rows(self.stretches)
+        return rows + (self.between_rows(first) if all(Outcome(r["outcome"]).ok for r in rows) else [])
+
+    def between_rows(self, first: int) -> list[Row]:
+        """A fault if samples that no stretch covers contradict themselves or each other (`barchain.between`)."""
+        wrong = wrong_between(self.errors, self.main, self.stretches, first)
+        if wrong is None:
+            return []
+        quantity, used, said = wrong
+        good = Outcome.ROUNDOFF_LIMITED if self.engine.coordinates is Coordinates.ABSOLUTE else Outcome.OUT_OF_BAND
+        return [self.row(quantity, "restarted", used, 1.0, good, said)]
+
+    def empty_rows(self, found: list[Stretch]) -> list[Row]:
+        """A fault if most stretches could predict nothing: then what the engine gives says nothing of its motion."""
+        empty = sum(s.empty for s in found)
+        if not found or empty <= MOST_EMPTY * len(found):
+            return []
+        said = (
+            f"beyond the predictability limit, {self.horizon_s:.4g} s, {empty} of {len(found)} stretches can't predict "
+            "the next sample: the rates are too uncertain"
+        )
+        return [self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, said)]
 
     def energy_row(self) -> Row:
         """Kinetic energy about the centre of mass over the largest that there can be."""

@@ -133,7 +133,7 @@ def gap_band(model: ErrorModel) -> Array:
     if setting.knob is Knob.RTOL:
         return NORM_SLACK * setting.value * length * steps * grown + rounding
     fine = model.truth.fine
-    second, third = end_derivatives(engine, fine)
+    second, third = end_derivatives(engine, model.scene, fine)
     h2 = 0.5 * length * step_s(scene, setting) ** 2
     opened = np.interp(t, fine.t_s, SECOND_ORDER_CONSTANT * h2 * cumulative_trapezoid(third, fine.t_s, initial=0))
     held = np.interp(t, fine.t_s, 0.5 * h2 * np.maximum.accumulate(second))

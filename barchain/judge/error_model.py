@@ -22,6 +22,7 @@ from barchain.judge.local_errors import (
     local_errors,
     orbit_rate_bound,
     orbit_scale,
+    step_constant,
 )
 from barchain.judge.tolerances import NORM_SLACK, rounded, roundoff_unit, step_unit
 from barchain.solutions.reference import PARTED_RAD, RICHARDSON
@@ -187,5 +188,5 @@ class ErrorModel:
             if self.setting.knob is Knob.RTOL:
                 unit = step_unit(self.engine, name, self.scene, self.setting)
                 requested = np.maximum(NORM_SLACK * self.truth.response[name][:n], unit)
-                found[name] = found[name] + self.setting.value * requested
+                found[name] = found[name] + step_constant(self.engine) * self.setting.value * requested
         return found

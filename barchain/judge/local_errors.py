@@ -30,6 +30,7 @@ SECOND_ORDER_CONSTANT = 1.0 / 8.0
 """Largest here: trapezoidal rule 1/12, generalized-alpha with rho = 0.9 about 1/10, half a step aside 1/8."""
 
 UNIT_ROUNDOFF = float(np.finfo(float).eps)
+MOST_STEP_CONSTANT = 10.0  # requests that a step may leave: with more, the request means nothing
 ROUNDINGS = 16.0  # rounding errors that enter a state in one step: a handful of operations, one for each stage
 READ_OFF = 10.0
 """Times a step's request: what interpolation between a step's ends may add. An interpolant may be of one order less
@@ -106,7 +107,7 @@ def requested_errors(
     The track, whose request in radii is far above what is made, counts radians of the orbit, unless it is asked for
     as closely as the bars. What is read off the samples comes by dense output: its error is a step's once more.
     """
-    n, made = len(truth.growth), setting.value
+    n, made = len(truth.growth), setting.value * step_constant(engine)
     read = READ_OFF * made
     reading = {name: read * response for name, response in truth.response.items()}
     if "rate" in reading:  # asked for in units of the orbit's and the bars' own rates, and forces answer to it
@@ -123,6 +124,11 @@ def requested_errors(
         np.full(n, track * max(chain_rate if engine.track_by_length else rate, counted) + shared * chain_rate),
         reading | {"com": np.full(n, track + shared), "com_velocity": np.full(n, track * rate + shared * chain_rate)},
     )
+
+
+def step_constant(engine: type[Engine]) -> float:
+    """Requests that one step may leave, as far as an engine is believed; see `adapters.engine.Engine.step_constant`."""
+    return min(max(1.0, engine.step_constant), MOST_STEP_CONSTANT)
 
 
 def track_unit(engine: type[Engine], scene: Scene, rtol: float) -> float:
@@ -168,7 +174,7 @@ def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, trut
         track = track * (scene.size_m / scene.radius0_m) ** 2 + power * second_derivative(
             t, departure(engine, scene, seen)[1]
         )
-    turn, jerk = end_derivatives(engine, seen)
+    turn, jerk = end_derivatives(engine, scene, seen)
     if engine.coordinates is Coordinates.JOINT:  # the centre of mass is not a coordinate: it shares the angles' errors
         track = track + power * jerk * scene.size_m
     immediate = {name: power * values for name, values in read_off(scene, seen, turn, jerk).items()}
@@ -232,16 +238,16 @@ def varying_rate(scene: Scene, seen: Trajectory) -> float:
     return max(slowest, math.sqrt(float(fifth.max()) / max(float(third.max()), slowest**3)))
 
 
-def end_derivatives(engine: type[Engine], seen: Trajectory) -> tuple[Array, Array]:
+def end_derivatives(engine: type[Engine], scene: Scene, seen: Trajectory) -> tuple[Array, Array]:
     """Second and third time derivatives of a bar's end about its centre, over half its length, bounds, (n,) each.
 
     With w the rate: |w'| + w² and |w''| + 3 |w w'| + |w|³. In a frame that turns with the orbit, rates
-    count from its own.
+    count from its own; without gravity there is no orbit to turn with.
     """
     if seen.rate_rad_s is None:
         return np.zeros(len(seen.t_s)), np.zeros(len(seen.t_s))
     rate = seen.rate_rad_s
-    if engine.coordinates is Coordinates.ROTATING_FRAME:
+    if engine.coordinates is Coordinates.ROTATING_FRAME and scene.effects.gravity is not Gravity.NONE:
         rate = rate - orbit_rate(seen)[:, None]
     fastest = np.abs(rate).max(axis=1)
     turn = np.abs(first_derivative(seen.t_s, rate)).max(axis=1)

@@ -33,8 +33,10 @@ if TYPE_CHECKING:
     from barchain.judge.evidence import Evidence
     from barchain.solutions.reference import Truth
 
+HALVED = 4.0  # noise of differences over a step goes as 1/h²
 FINER_NOISE = 4.0 / 3.0  # what an extrapolation of second order makes of the finer run's noise
 FINEST_NOISE = 4.0 * FINER_NOISE  # of the finer run's, after another halving: noise of differences goes as 1/h²
+MOST_MEASURED = 1e-5  # of a quantity's scale: measured round-off, in coordinates no larger than the chain
 SHRINKS = 0.5  # of the error at the main setting, two settings finer: a method of first order leaves a quarter
 
 
@@ -84,7 +86,8 @@ class Residuals:
     @property
     def com_only(self) -> bool:
         """Whether the engine follows the centre of mass as a particle."""
-        return self.engine.observables <= {Observable.COM}
+        shown = self.main.observables | self.finer.observables | self.engine.observables
+        return shown <= {Observable.COM}
 
     def inside(self, quantity: str) -> NDArray[np.bool_]:
         """Samples at which a quantity is compared, (n,): all for the centre of mass, whose track is not chaotic."""
@@ -168,14 +171,24 @@ class Residuals:
             return np.zeros(self.n)
         return np.minimum(self.roundoff[quantity][: self.n], NORM_SLACK * self.errors.floor[quantity][: self.n])
 
-    def limiting_noise(self, quantity: str) -> Array:
-        """Noise that may be behind too large an error in absolute coordinates, (n,).
-
-        Perturbed runs show it, and declared noise adds to it. An error that does not shrink with the setting may be
-        all that rounding of such coordinates can make: the two can't be told apart.
-        """
-        if not self.evidence.perturbed or self.engine.coordinates is not Coordinates.ABSOLUTE:
+    def granted_finer(self, quantity: str) -> Array:
+        """The same for the finer run, whose steps, half as long, make four times the noise of differences, (n,)."""
+        if not self.roundoff:
             return np.zeros(self.n)
+        floor = NORM_SLACK * self.finer_floor(quantity)[: self.n]
+        return np.minimum(HALVED * self.roundoff[quantity][: self.n], floor)
+
+    def limiting_noise(self, quantity: str) -> Array:
+        """Noise that may be behind too large an error, (n,): such a run is limited by round-off, which is no pass.
+
+        Perturbed runs show it. In absolute coordinates declared noise adds to it, and an error that does not shrink
+        with the setting may be all that rounding of such coordinates can make: the two can't be told apart. In
+        others, whose floor is far lower, only a small share of the quantity's scale is believed to be noise.
+        """
+        if not self.evidence.perturbed:
+            return np.zeros(self.n)
+        if self.engine.coordinates is not Coordinates.ABSOLUTE:
+            return np.minimum(self.roundoff[quantity][: self.n], MOST_MEASURED * self.scale[quantity])
         most = coarsest_roundoff(self.errors, quantity)[: self.n]
         if self.errors_by_setting(quantity) and not self.shrinks(quantity):
             return most

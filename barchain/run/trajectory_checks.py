@@ -29,6 +29,7 @@ def fault(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome
         off_the_clock,
         places_contradict,
         joints_ignored,
+        undeclared_channel,
     ):
         found = check(scene, engine, seen)
         if found:
@@ -48,6 +49,13 @@ def missing_channel(scene: Scene, engine: type[Engine], seen: Trajectory) -> tup
     wanted = engine.observables - {what for what, by in called.items() if not by}
     lacking = sorted(wanted - seen.observables)
     return (Outcome.INCOMPLETE, f"declares but does not return: {', '.join(lacking)}") if lacking else None
+
+
+def undeclared_channel(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:
+    """What the engine does not declare must not be there: a verdict goes by what is declared."""
+    del scene
+    more = sorted(seen.observables - engine.observables - {Observable.TORQUE, Observable.IMPULSE})
+    return (Outcome.MALFORMED, f"returns but does not declare: {', '.join(more)}") if more else None
 
 
 def wrong_shape(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:

@@ -175,9 +175,6 @@ def instants(said: str) -> list[float]:
 def test_a_comparison_leaves_such_engines_out_with_the_bar_and_the_instant(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(
-        "barchain.solutions.reference_runs.truth_engine", lambda: "reference"
-    )  # another set would be compiled
     result = api.compare([lit()], ["reference", "exudyn-tree", "pymunk"], tmp_path)
     assert result.outcomes["lit", "exudyn-tree"] is Outcome.UNSUPPORTED
     assert {result.outcomes["lit", name] for name in ("reference", "pymunk")} == {Outcome.PASS}

@@ -26,6 +26,13 @@ if TYPE_CHECKING:
 SCENE = load_scene("effects/drag")
 
 
+@pytest.fixture(autouse=True)
+def _form_as_it_is_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Other tests have NumPy's form chosen; here the choice itself is tried."""
+    monkeypatch.setattr("barchain.solutions.reference_runs.truth_engine", truth_engine)
+    monkeypatch.setattr("barchain.crossval.suite.truth_engine", truth_engine)
+
+
 def job(engine: str, scene: str = "effects/drag") -> Job:
     return Job(load_scene(scene), engine, ENGINES[engine], Setting(Knob.RTOL, 1e-10), Role.MAIN)
 

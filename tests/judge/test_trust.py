@@ -12,13 +12,17 @@ from adapters.exudyn.adapter import Exudyn, ExudynAbsolute
 from adapters.pymunk.adapter import Pymunk
 from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import Observable
+from barchain.judge.checks.between import wrong_between
 from barchain.judge.checks.digits import rounded_values
+from barchain.judge.checks.restart import declared_rad, stretches
 from barchain.judge.comparison import judge
 from barchain.judge.declared_noise import believed_steps, bounded
+from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import TURNED_RAD, Evidence, perturbed, turned_back
 from barchain.judge.scales import scales
 from barchain.metrics.quantities import differences
 from barchain.run.job import PERTURBED_ROLES, Role, RunResult
+from barchain.run.trajectory_checks import fault
 from barchain.solutions.reference import establish, twin
 from barchain.solutions.sampling import MOST_TURNED_RAD, closely_sampled
 from reports.tables.outcome import Outcome
@@ -91,6 +95,78 @@ def test_a_sound_run_is_judged_to_its_end_far_beyond_what_can_be_predicted(chaot
     assert value(verdict, "attitude", "restarted") < 1.0
 
 
+class NoisyReference(Reference.__mro__[1]):  # the abstract base of the NumPy forms
+    """Says that it is as noisy as its results are large."""
+
+    title, coordinates, coordinate_set = "noisy", Coordinates.RELATIVE, "minimal"
+
+    @classmethod
+    def noise(cls, scene, setting, t_s):
+        return {"reaction": 1e9, "attitude": 1e9, "rate": 1e9, "com": 1e12, "com_velocity": 1e9}
+
+
+class JustBelieved(NoisyReference):
+    """Declares rates just less noisy than is believed: with that in the start, no restart could predict anything."""
+
+    @classmethod
+    def noise(cls, scene, setting, t_s):
+        return {"rate": 0.0099 * scene.fastest_rate_rad_s}
+
+
+def test_declared_noise_of_rates_does_not_switch_off_restarts(chaotic, sound):
+    late = (sound[0].t_s > 0.5 * sound[0].t_s[-1])[:, None]
+    drawn = np.random.default_rng(3).uniform(-3.0, 3.0, sound[0].angle_rad.shape)
+    wild = sound[0].replace(angle_rad=sound[0].angle_rad + late * drawn)
+    assert not judged(chaotic, wild, sound[1], engine=JustBelieved).outcome.ok
+    assert judged(chaotic, *sound, engine=JustBelieved).outcome is Outcome.PASS
+
+
+def test_round_off_since_the_start_makes_no_later_sample_unpredictable(chaotic, sound):
+    """It is part of the state that the engine goes on from; amplified, it emptied every stretch after five orbits."""
+    errors = ErrorModel(Reference, SETTING, chaotic, sound[0])
+    assert errors.floor["rate"][-1] > 1e3 * errors.floor["rate"][0]
+    assert declared_rad(errors, errors.n - 1) == 0.0
+
+
+def test_an_engine_that_shows_more_than_it_declares_is_malformed_and_judged_by_what_it_shows(chaotic, sound):
+    class TrackOnly(NoisyReference):
+        observables = frozenset({Observable.COM})
+        noise = Reference.noise
+
+    said = fault(chaotic.scene, TrackOnly, sound[0])
+    assert said is not None
+    assert said[0] is Outcome.MALFORMED
+    assert "does not declare: attitude" in said[1]
+    wrong = [garbage(s, 0.9, growing=False, seed=1) for s in sound]
+    assert not judged(chaotic, *wrong, engine=TrackOnly).outcome.ok
+
+
+def test_samples_that_no_stretch_covers_answer_for_themselves(chaotic, sound):
+    main = sound[0]
+    errors = ErrorModel(Reference, SETTING, chaotic, main)
+    first = int(np.count_nonzero(main.t_s <= errors.limit_s)) - 1
+    few = stretches(errors, main, first)[:1]
+    assert wrong_between(errors, main, few, first) is None
+    at = (np.arange(len(main.t_s)) == 100)[:, None]
+    turned = main.replace(angle_rad=main.angle_rad + 3.0 * at)
+    pushed = main.replace(reaction_N=main.reaction_N * np.where(at, -1.0, 1.0)[..., None])
+    assert "increment" in wrong_between(errors, turned, few, first)[2]
+    assert "own state" in wrong_between(errors, pushed, few, first)[2]
+
+
+def test_a_blow_beyond_the_limit_is_followed_and_no_later_stretch_lacks_its_channel():
+    chain = load_scene("paper/fig05")
+    blow = load_scene("effects/impulse").effects.impulse[0]
+    run_ = dataclasses.replace(chain.run, duration_s=2.5 * chain.period_s, samples=101)
+    at_s = float(np.linspace(0.0, run_.duration_s, 101)[60])
+    effects = dataclasses.replace(chain.effects, impulse=(dataclasses.replace(blow, at_s=at_s),))
+    truth = truth_of(dataclasses.replace(chain, run=run_, effects=effects))
+    runs = [run(truth.scene, rtol) for rtol in (1e-8, 1e-9)]
+    verdict = judged(truth, *runs)
+    assert verdict.outcome is Outcome.PASS
+    assert next(r["horizon_s"] for r in verdict.rows if r["quantity"] == "attitude") < at_s
+
+
 @pytest.mark.parametrize("growing", [False, True], ids=["sudden", "growing"])
 @pytest.mark.parametrize("which", ["main", "finer", "both"])
 @pytest.mark.parametrize("share", [0.25, 0.5, 0.9])
@@ -151,16 +227,6 @@ def test_declared_noise_counts_up_to_a_hundredth_of_each_quantity(chaotic):
     assert bounded({"reaction": dying}, chaotic)["reaction"].max() == most
     assert np.all(bounded({"reaction": np.full(n, 0.9 * most)}, chaotic)["reaction"] == 0.9 * most)
     assert not bounded({"reaction": np.full(n, 1e9)}, chaotic)["reaction"].any()
-
-
-class NoisyReference(Reference.__mro__[1]):  # the abstract base of the NumPy forms
-    """Says that it is as noisy as its results are large."""
-
-    title, coordinates, coordinate_set = "noisy", Coordinates.RELATIVE, "minimal"
-
-    @classmethod
-    def noise(cls, scene, setting, t_s):
-        return {"reaction": 1e9, "attitude": 1e9, "rate": 1e9, "com": 1e12, "com_velocity": 1e9}
 
 
 def test_an_engine_that_declares_any_noise_does_not_pass_with_a_wrong_mass(chaotic):

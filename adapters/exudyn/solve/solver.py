@@ -43,6 +43,7 @@ class Method:
     """of index 3: with 1 the multipliers oscillate undamped"""
     residual_N: float = 1e-12
     difference_m: float = 1.0
+    absolute: bool = False
 
 
 def settings_of(steps: Steps, samples: int, method: Method) -> Any:
@@ -125,4 +126,5 @@ def method_for(scene: Scene, *, explicit: bool, index3: bool, absolute: bool) ->
         index3=index3,
         residual_N=residual_N(scales_of(scene, absolute=absolute), scene.bars, index3=index3),
         difference_m=min(bar, LARGEST_DIFFERENCE) if absolute else DIFFERENCE_FRACTION * bar,
+        absolute=absolute,
     )

@@ -19,6 +19,7 @@ from adapters.common.initial_state import InitialState, chain_model
 from adapters.engine import Knob, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
+from barchain.judge.declared_noise import MOST_ATTITUDE_NOISE_RAD
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.tolerances import NORM_SLACK
 from barchain.metrics.quantities import differences
@@ -64,6 +65,11 @@ class Stretch:
         return self.first + len(next(iter(self.found.values()))) - 1
 
     @property
+    def empty(self) -> bool:
+        """Whether nothing after its start could be predicted."""
+        return self.last == self.first
+
+    @property
     def everywhere(self) -> NDArray[np.bool_]:
         """All of its samples, (m,)."""
         return np.ones(self.last - self.first + 1, bool)
@@ -106,13 +112,24 @@ def stretches(errors: ErrorModel, seen: Trajectory, first: int) -> list[Stretch]
         return found
     length = max(1, round(np.mean([s.last - s.first for s in found])))
     latest = max(end - length, reached)
-    for planned in np.linspace(reached, latest, SPREAD_OUT).astype(int):
-        start = max(int(planned), found[-1].last)
+    for planned in scattered(errors.scene, reached, latest):
+        start = max(planned, found[-1].last)
         if start >= end or not found[-1].right:
             break
         if planned in (start, latest):  # what an earlier one covers needs no other, but for the run's end
             found.append(compared(errors, seen, start, min(end, start + tried(length))))
     return found
+
+
+def scattered(scene: Scene, reached: int, latest: int) -> list[int]:
+    """Samples that stretches start from: one at random in each equal part of the rest, the last at its end.
+
+    The scene seeds them, so that they are the same in every run, and no fault that recurs can fall between them.
+    """
+    edges = np.linspace(reached, latest, SPREAD_OUT)
+    shift = np.random.default_rng(list(scene.digest.encode())).uniform(0.0, 1.0, SPREAD_OUT - 1)
+    starts = edges[:-1] + shift * np.diff(edges)
+    return [*starts.astype(int).tolist(), latest]
 
 
 def in_a_row(errors: ErrorModel, seen: Trajectory, first: int) -> list[Stretch]:
@@ -138,8 +155,9 @@ def tried(samples: float) -> int:
 def compared(errors: ErrorModel, seen: Trajectory, first: int, last: int) -> Stretch:
     """Compare samples `first` to `last` of a run, as far as they can be predicted from the first.
 
-    What is read off a step may belong to what was before the first sample, such as the end of a manoeuvre: where there
-    are such instants, the errors of reading that the scene has shown until then are allowed besides.
+    What is read off a step may belong to what was before the first sample, such as the end of a manoeuvre, and its
+    ringing lasts where the method damps nothing: where there are such instants, the errors of reading that the scene
+    has shown until then are allowed besides. In a manoeuvre and just after it they are errors of the state, too.
     """
     engine, setting = errors.engine, errors.setting
     rtol = min(RTOL, TIGHTER * setting.value) if setting.knob is Knob.RTOL else RTOL
@@ -147,9 +165,10 @@ def compared(errors: ErrorModel, seen: Trajectory, first: int, last: int) -> Str
     shown = errors.local.immediate if errors.scene.effects.breaks_s else {}
     before = {name: float(values[min(first, errors.n - 1)]) for name, values in shown.items()}
     model = ErrorModel(engine, setting, restarted, seen)
-    noise = float(errors.floor["rate"][min(first, errors.n - 1)])
-    rate = max(before.get("rate", 0.0), float(model.local.immediate["rate"][0])) + noise
-    model.start_rad = rate / own_rate(errors.scene)
+    read_off = float(model.local.immediate["rate"][0])
+    if in_a_manoeuvre(errors.scene, seen.t_s, first):
+        read_off = max(read_off, before.get("rate", 0.0))
+    model.start_rad = read_off / own_rate(errors.scene) + declared_rad(errors, first)
     n = int(np.count_nonzero(model.t_s <= model.limit_s))
     rows = dataclasses.replace(seen, **{k: v[first : last + 1] for k, v in vars(seen).items() if is_rows(v)})
     if rows.impulse_N_s is not None:  # the restarted reference counts its blows from its own start
@@ -164,6 +183,24 @@ def compared(errors: ErrorModel, seen: Trajectory, first: int, last: int) -> Str
             for name in quantities
         },
     )
+
+
+def in_a_manoeuvre(scene: Scene, t_s: Array, first: int) -> bool:
+    """Whether a bar is being turned at a sample, or equations of motion changed within two sample intervals before."""
+    earliest, now = t_s[max(first - 2, 0)], t_s[first]
+    turned = any(p.breaks_s[0] <= now and earliest <= p.breaks_s[1] for p in scene.effects.prescribed_rotation)
+    return turned or any(earliest <= at <= now for at in scene.effects.breaks_s)
+
+
+def declared_rad(errors: ErrorModel, first: int) -> float:
+    """Declared noise of the rates of a sample, as an angle, rad: as far as noise of the attitude would be believed.
+
+    The floor of the run counts for nothing here: what round-off has grown to since the start is part of the state that
+    the engine goes on from.
+    """
+    noise = errors.noise.get("rate")
+    said = 0.0 if noise is None else float(noise[min(first, errors.n - 1)]) / own_rate(errors.scene)
+    return min(said, MOST_ATTITUDE_NOISE_RAD)
 
 
 def is_rows(value: object) -> bool:
@@ -212,7 +249,10 @@ def walked(scene: Scene, seen: Trajectory, first: int, t_s: Array, rtol: float, 
     run = form(scene)
     run.times_s, run.prepared = t_s, run.prepare(model, start, rtol)
     run.simulate()
-    return run.read()
+    seen_again = run.read()
+    if seen.impulse_N_s is not None and seen_again.impulse_N_s is None:  # no blow is left: what it adds up stays
+        return seen_again.replace(impulse_N_s=np.zeros((len(t_s), scene.bars - 1, 2)))
+    return seen_again
 
 
 def form(scene: Scene) -> ReferenceEngine:
