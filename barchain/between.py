@@ -95,8 +95,8 @@ def increments(scene: Scene, seen: Trajectory, first: int) -> tuple[float, float
 
     The trapezoidal rule is off by h³/12 times the rate's second derivative, which samples as wide apart as some tenths
     of a turn hardly show: the rates' first and second differences next to the interval are allowed, times h and
-    :data:`UNDERSAMPLED`, and :data:`barchain.truth.PARTED_RAD`. So this sees jumps of an angle, and angles that rest while rates go on. Where a
-    blow makes rates jump, nothing is said.
+    :data:`UNDERSAMPLED`, and :data:`barchain.truth.PARTED_RAD`. So this sees jumps of an angle, and angles that rest
+    while rates go on. Where a blow makes rates jump, nothing is said.
     """
     assert seen.angle_rad is not None
     assert seen.rate_rad_s is not None
