@@ -112,7 +112,7 @@ def engines():
 def study(engines, tmp_path_factory):
     """Folder of a study, and what was told of its progress."""
     folder, told = tmp_path_factory.mktemp("cost"), []
-    plan = plan_of(engines, repeats=3)  # as many as every point gets even when late: no time decides
+    plan = dataclasses.replace(plan_of(engines, repeats=3), minutes=10.0)  # never late: no time decides
     measure(plan, folder, truth_of=truth_stand_in, progress=lambda *a: told.append(a), command="barchain cost")
     assert len(told) == plan.turns
     return folder
@@ -161,7 +161,7 @@ def test_the_record_says_what_ran_where(study):
     assert record["command"] == "barchain cost"
     assert record["truths"][SCENE]["source"] == "stand-in"
     assert {"python", "cpu", "cores"} <= set(record["environment"])
-    assert record["limits"] == {"repeats": 3, "minutes": 0.0, "time_limit_s": LIMIT_S}
+    assert record["limits"] == {"repeats": 3, "minutes": 10.0, "time_limit_s": LIMIT_S}
 
 
 def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path, engines):
