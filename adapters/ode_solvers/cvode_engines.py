@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, final
 
@@ -11,15 +10,11 @@ import numpy as np
 from adapters.engine import EngineError, Knob, Ladder
 from adapters.ode_solvers.driver import Stretch
 from adapters.ode_solvers.engine import SolverEngine
-from scenarios import Gravity
 
 if TYPE_CHECKING:
-    from adapters.engine import Setting
     from adapters.ode_solvers.driver import Problem
     from adapters.trajectory import Array
-    from scenarios import Scene
 
-CORRECTED = 10.0  # requests of a step that its correctors leave in a radian of the orbit
 MOST_STEPS = 10_000_000  # between two samples: its own limit of 500 is a guard against runs too long, and so is ours
 
 
@@ -86,19 +81,6 @@ class CvodeEngine(SolverEngine):
 
     method: ClassVar[str]
     step_constant = 5.0  # multistep estimates are differences of earlier steps; up to 2.3 was measured
-
-    @classmethod
-    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
-        """On a straight track: what its iterations leave of the requested accuracy.
-
-        A multistep method is exact there, but its corrector stops within the tolerance, asked for in radii, in each
-        step. Velocities are off by that in a radian of the orbit, and the place by what they run on.
-        """
-        if scene.effects.gravity is not Gravity.NONE:
-            return {}
-        turned = 1.0 + 2.0 * math.pi * t_s / scene.step_period_s
-        place = CORRECTED * setting.value * scene.radius0_m * turned
-        return {"com": place, "com_velocity": place * 2.0 * math.pi / scene.step_period_s}
 
     def solver(self, rtol: float, atol: float) -> CvodeSolver:
         """CVODE with this method."""

@@ -143,14 +143,11 @@ class ReferenceAbsolute(ReferenceNumPy):
         steps, lever = np.sqrt(1.0 + w * t_s), 0.5 * min(scene.chain.length_m) / math.sqrt(scene.bars)
         rate = place * w * np.maximum(steps, FEW_STEPS) / lever
         turn = FEW_STEPS * place / lever
+        force = 2.0 * scene.mass_kg * max(scene.chain.length_m) * w * rate  # centrifugal forces answer to rates
         return {
             "com": place * steps * (1.0 + w * t_s),
             "com_velocity": place * w * steps,
             "rate": rate,
             "attitude": turn,
-            "reaction": 2.0
-            * scene.mass_kg
-            * max(scene.chain.length_m)
-            * w
-            * rate,  # centrifugal forces answer to rates
+            "reaction": force,
         }

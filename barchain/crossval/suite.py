@@ -89,8 +89,6 @@ class Suite:
         """Verdicts on engines that should have been compared, and were on no scene"""
         self.doubted: dict[tuple[str, str], Verdict] = {}
         """Verdicts that wait for the further runs that they ask for"""
-        self.asked: set[tuple[str, str]] = set()
-        """Engines in scenes that a verdict is being given on"""
         self.judges: Judges[tuple[str, str]] = Judges(plan.workers)
 
     def run(self) -> dict[tuple[str, str], Verdict]:
@@ -221,7 +219,8 @@ class Suite:
         """Judge an engine once its two runs and the truth are there, if it supports what the scene turned out to do."""
         runs, name = progress.runs[engine], progress.scene.name
         evidence = gathered(runs)
-        if evidence is None or engine in progress.verdicts or progress.truth is None or (name, engine) in self.asked:
+        given = engine in progress.verdicts or (name, engine) in self.judges.waiting
+        if evidence is None or progress.truth is None or given:
             return
         setting = self.plan.setting(engine, self.classes[engine])
         reason = unsupported(self.classes[engine], progress.truth)
@@ -232,16 +231,14 @@ class Suite:
         if earlier is not None and not all(role in runs for role in earlier.asks):
             return
         if goes_beyond(self.classes[engine], setting, evidence, progress.truth):
-            self.asked.add((name, engine))
-            given = (engine, self.plan.engines[engine], setting, evidence, progress.truth)
-            self.judges.submit((name, engine), judge_loaded, *given)
+            registration = self.plan.engines[engine]
+            self.judges.submit((name, engine), judge_loaded, engine, registration, setting, evidence, progress.truth)
         else:
             self.judged(name, engine, judge(engine, self.classes[engine], setting, evidence, progress.truth))
 
     def collect(self, *, wait: bool) -> None:
         """Take verdicts from the processes that give them; of one that does not come, the engine's row says so."""
         for (name, engine), verdict in self.judges.collected(wait=wait):
-            self.asked.discard((name, engine))
             if isinstance(verdict, Verdict):
                 self.judged(name, engine, verdict)
                 continue

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from adapters.engine import Coordinates, EngineError
-from barchain.judge.checks.between import wrong_between
+from barchain.judge.checks.between import OF_A_STATE, wrong_between
 from barchain.judge.checks.digits import rounded_values
 from barchain.judge.checks.extrapolation import FIELDS
 from barchain.judge.checks.relative_energy import BLOWN_UP, kinetic_ratio
@@ -44,7 +44,9 @@ DOUBTED = {Outcome.INCONSISTENT, Outcome.OUT_OF_BAND}
 """Outcomes that round-off or slow convergence may be behind"""
 END_SLACK = 1e-6  # of an orbit: a sample meant to be at its end is in it
 
-UNITLESS = frozenset({"consistency", "band_used", "finer_band_used", "detection_limit", "judged_share", "offset_used"})
+UNITLESS = frozenset(
+    {"consistency", "band_used", "finer_band_used", "detection_limit", "judged_share", "offset_used", "between"}
+)
 """Metrics that are ratios, whatever their quantity's unit"""
 
 Row = dict[str, Any]
@@ -318,12 +320,17 @@ class Comparison(Residuals):
 
     def between_rows(self, first: int) -> list[Row]:
         """A fault if samples that no stretch covers contradict themselves or each other (`barchain.between`)."""
-        wrong = wrong_between(self.errors, self.main, self.stretches, first)
+        seen = (self.errors, self.main, self.stretches, first)
+        wrong = wrong_between(*seen, room={})
         if wrong is None:
             return []
         quantity, used, said = wrong
-        good = Outcome.ROUNDOFF_LIMITED if self.engine.coordinates is Coordinates.ABSOLUTE else Outcome.OUT_OF_BAND
-        return [self.row(quantity, "restarted", used, 1.0, good, said)]
+        good = Outcome.OUT_OF_BAND
+        if self.engine.coordinates is Coordinates.ABSOLUTE:
+            alone = np.ones(self.errors.n)  # nothing grows in a state by itself
+            room = {quantity: coarsest_roundoff(self.errors, quantity, alone) for quantity in OF_A_STATE}
+            good = Outcome.OUT_OF_BAND if wrong_between(*seen, room=room) else Outcome.ROUNDOFF_LIMITED
+        return [self.row(quantity, "between", used, 1.0, good, said)]
 
     def empty_rows(self, found: list[Stretch]) -> list[Row]:
         """A fault if most stretches could predict nothing: then what the engine gives says nothing of its motion."""
@@ -366,9 +373,12 @@ class Comparison(Residuals):
         """Outcome of a quantity that is outside in a stretch: rounding of absolute coordinates is no fault."""
         if self.engine.coordinates is not Coordinates.ABSOLUTE:
             return Outcome.OUT_OF_BAND
-        most = coarsest_roundoff(self.errors, quantity)
-        right = [np.all(s.found[quantity] <= s.allowed[quantity] + most[s.first : s.last + 1]) for s in found]
-        return Outcome.ROUNDOFF_LIMITED if all(right) else Outcome.OUT_OF_BAND
+        for s in found:
+            since = self.errors.growth / self.errors.growth[s.first]
+            most = coarsest_roundoff(self.errors, quantity, since)[s.first : s.last + 1]
+            if not np.all(s.found[quantity] <= s.allowed[quantity] + most):
+                return Outcome.OUT_OF_BAND
+        return Outcome.ROUNDOFF_LIMITED
 
     def share_row(self, rows: list[Row]) -> Row:
         """Share of the run that was judged: up to the limit, and in stretches beyond it."""

@@ -42,7 +42,8 @@ class Judges(Generic[Key]):
         self.pool: ProcessPool | None = None
         self.threads = ExitStack()
         self.done: queue.SimpleQueue[tuple[Key, ProcessFuture]] = queue.SimpleQueue()
-        self.waiting = 0
+        self.waiting: set[Key] = set()
+        """Keys whose answers are still to come"""
 
     def submit(self, key: Key, function: Callable[..., Any], *given: Any) -> None:
         """Have `function` called with what is given; the answer comes from :meth:`collected` under `key`."""
@@ -50,14 +51,14 @@ class Judges(Generic[Key]):
             self.threads.enter_context(one_thread_each())
             self.pool = ProcessPool(self.workers, context=multiprocessing.get_context("spawn"))
         future = self.pool.schedule(function, given, timeout=self.time_limit_s)
-        self.waiting += 1
+        self.waiting.add(key)
         future.add_done_callback(lambda f: self.done.put((key, f)))
 
     def collected(self, *, wait: bool) -> Iterator[tuple[Key, Any]]:
         """Answers by their keys, an exception where there is none: those that are there, or all that are to come."""
         while self.waiting and (wait or not self.done.empty()):
             key, future = self.done.get()
-            self.waiting -= 1
+            self.waiting.discard(key)
             yield key, future.exception() or future.result()
 
     def close(self) -> None:

@@ -19,6 +19,7 @@ from barchain.judge.comparison import judge
 from barchain.judge.declared_noise import believed_steps, bounded
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import TURNED_RAD, Evidence, perturbed, turned_back
+from barchain.judge.local_errors import step_constant
 from barchain.judge.scales import scales
 from barchain.metrics.quantities import differences
 from barchain.run.job import PERTURBED_ROLES, Role, RunResult
@@ -121,6 +122,19 @@ def test_declared_noise_of_rates_does_not_switch_off_restarts(chaotic, sound):
     assert judged(chaotic, *sound, engine=JustBelieved).outcome is Outcome.PASS
 
 
+@pytest.mark.parametrize("every", [1, 20])
+def test_round_off_of_absolute_coordinates_excuses_no_nonsense_beyond_the_limit(chaotic, sound, every):
+    class FromTheEarthsCentre(NoisyReference):
+        coordinates = Coordinates.ABSOLUTE
+        noise = Reference.noise
+
+    late = ((sound[0].t_s > 0.7 * sound[0].t_s[-1]) & (np.arange(len(sound[0].t_s)) % every == 0))[:, None]
+    wild = sound[0].replace(
+        angle_rad=sound[0].angle_rad + late * np.random.default_rng(3).uniform(1.0, 3.0, late.shape)
+    )
+    assert judged(chaotic, wild, sound[1], engine=FromTheEarthsCentre).outcome is Outcome.OUT_OF_BAND
+
+
 def test_round_off_since_the_start_makes_no_later_sample_unpredictable(chaotic, sound):
     """It is part of the state that the engine goes on from; amplified, it emptied every stretch after five orbits."""
     errors = ErrorModel(Reference, SETTING, chaotic, sound[0])
@@ -146,12 +160,12 @@ def test_samples_that_no_stretch_covers_answer_for_themselves(chaotic, sound):
     errors = ErrorModel(Reference, SETTING, chaotic, main)
     first = int(np.count_nonzero(main.t_s <= errors.limit_s)) - 1
     few = stretches(errors, main, first)[:1]
-    assert wrong_between(errors, main, few, first) is None
+    assert wrong_between(errors, main, few, first, room={}) is None
     at = (np.arange(len(main.t_s)) == 100)[:, None]
     turned = main.replace(angle_rad=main.angle_rad + 3.0 * at)
     pushed = main.replace(reaction_N=main.reaction_N * np.where(at, -1.0, 1.0)[..., None])
-    assert "increment" in wrong_between(errors, turned, few, first)[2]
-    assert "own state" in wrong_between(errors, pushed, few, first)[2]
+    assert "increment" in wrong_between(errors, turned, few, first, room={})[2]
+    assert "own state" in wrong_between(errors, pushed, few, first, room={})[2]
 
 
 def test_a_blow_beyond_the_limit_is_followed_and_no_later_stretch_lacks_its_channel():
@@ -219,6 +233,18 @@ def test_a_count_of_steps_that_no_method_takes_widens_nothing(chaotic):
     assert believed_steps(SETTING, chaotic, 1e9) == 0.0
     assert believed_steps(SETTING, chaotic, 500.0) == 500.0
     assert not judged(chaotic, *lying).outcome.ok
+
+
+def test_a_declared_error_constant_counts_up_to_ten_and_makes_no_room_for_a_wrong_mass(chaotic):
+    class Boasting(NoisyReference):
+        step_constant = 1e6
+        noise = Reference.noise
+
+    assert step_constant(Boasting) == 10.0
+    chain = chaotic.scene.chain
+    heavy = dataclasses.replace(chain, mass_kg=(*chain.mass_kg[:-1], 1.1 * chain.mass_kg[-1]))
+    wrong = dataclasses.replace(chaotic.scene, chain=heavy)
+    assert not judged(chaotic, run(wrong, 1e-8), run(wrong, 1e-9), engine=Boasting).outcome.ok
 
 
 def test_declared_noise_counts_up_to_a_hundredth_of_each_quantity(chaotic):

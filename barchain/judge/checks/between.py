@@ -13,19 +13,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.engine import EngineError
-from barchain.judge.checks.restart import RTOL, Stretch, walked
+from barchain.judge.checks.restart import RTOL, Stretch, part, walked
 from barchain.metrics.quantities import differences
 from barchain.solutions.reference import PARTED_RAD
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
-    from adapters.engine import Trajectory
+    from adapters.trajectory import Array, Trajectory
     from barchain.judge.error_model import ErrorModel
     from scenarios import Scene
 
 OF_A_STATE = ("reaction", "torque")
 """Quantities that a state decides"""
+TINY = float(np.finfo(float).tiny)
 UNDERSAMPLED = 4.0  # a swing between two samples changes rates more than its ends show; 1.2 in random scenes
 
 
@@ -39,11 +42,12 @@ def uncovered(found: list[Stretch], n: int, first: int) -> NDArray[np.int_]:
 
 
 def own_states(
-    errors: ErrorModel, seen: Trajectory, found: list[Stretch], first: int
+    errors: ErrorModel, seen: Trajectory, found: list[Stretch], first: int, room: Mapping[str, Array]
 ) -> dict[str, tuple[float, float]]:
     """Largest share of its allowance that each of `OF_A_STATE` uses at uncovered samples, and when, s.
 
-    What is allowed at the starts of the stretches, over the size of the quantity there, is allowed everywhere.
+    What is allowed at the starts of the stretches, over the size of the quantity there, is allowed everywhere; `room`
+    adds to it at each sample of the reference solution, in the quantity's unit.
 
     Raises
     ------
@@ -51,33 +55,26 @@ def own_states(
         If the reference has no accelerations for one of the states.
     """
     left = uncovered(found, min(errors.n, len(seen.t_s)), first)
-    starts = [s for s in found if s.first < errors.n]
     worst = dict[str, tuple[float, float]]()
-    if not len(left) or not starts:
+    if not len(left) or not found:
         return worst
-    at_starts = [state_of(errors.scene, seen, s.first) for s in starts]
-    for k in left:
-        right = state_of(errors.scene, seen, int(k))
-        apart = differences(row(seen, int(k)), right)
-        for name in OF_A_STATE:
-            if name not in apart or name not in starts[0].allowed:
-                continue
-            sizes = [size(other, name) for other in at_starts]
-            share = max(float(s.allowed[name][0]) / max(z, TINY) for s, z in zip(starts, sizes, strict=True))
-            allowed = share * max(size(right, name), float(np.median(sizes)))
+    names = [name for name in OF_A_STATE if name in found[0].allowed]
+    at_starts = [state_of(errors.scene, seen, s.first) for s in found]
+    sizes = {name: [size(at, name) for at in at_starts] for name in names}
+    shares = {
+        name: max(float(s.allowed[name][0]) / max(z, TINY) for s, z in zip(found, sizes[name], strict=True))
+        for name in names
+    }
+    for k in map(int, left):
+        right = state_of(errors.scene, seen, k)
+        apart = differences(part(seen, k, k), right)
+        for name in names:
+            allowed = shares[name] * max(size(right, name), float(np.median(sizes[name])))
+            allowed += float(room[name][k]) if name in room else 0.0
             used = float(apart[name][0]) / max(allowed, TINY)
             if not used <= worst.get(name, (0.0, 0.0))[0]:  # not-a-number is worse than all
                 worst[name] = (np.inf if np.isnan(used) else used, float(seen.t_s[k]))
     return worst
-
-
-TINY = float(np.finfo(float).tiny)
-
-
-def row(seen: Trajectory, k: int) -> Trajectory:
-    """One sample of a run, as a run."""
-    kept = {name: value[k : k + 1] for name, value in vars(seen).items() if isinstance(value, np.ndarray)}
-    return seen.replace(**kept)
 
 
 def state_of(scene: Scene, seen: Trajectory, k: int) -> Trajectory:
@@ -119,15 +116,18 @@ def increments(scene: Scene, seen: Trajectory, first: int) -> tuple[float, float
 
 
 def wrong_between(
-    errors: ErrorModel, seen: Trajectory, found: list[Stretch], first: int
+    errors: ErrorModel, seen: Trajectory, found: list[Stretch], first: int, room: Mapping[str, Array]
 ) -> tuple[str, float, str] | None:
-    """Quantity, share of its allowance and words of what is most wrong at samples that no stretch covers, or None."""
+    """Quantity, share of its allowance and words of what is most wrong at samples that no stretch covers, or None.
+
+    `room` is what :func:`own_states` allows besides.
+    """
     used, when = increments(errors.scene, seen, first)
     if used > 1.0:
         said = f"an angle's increment up to t = {when:.6g} s is {used:.3g} times farther off its rates than allowed"
         return "attitude", used, said
     try:
-        worst = own_states(errors, seen, found, first)
+        worst = own_states(errors, seen, found, first, room)
     except (EngineError, ArithmeticError) as error:
         return "reaction", np.inf, f"no accelerations belong to the engine's own state: {error}"
     for name, (share, when) in worst.items():

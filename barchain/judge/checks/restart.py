@@ -170,7 +170,7 @@ def compared(errors: ErrorModel, seen: Trajectory, first: int, last: int) -> Str
         read_off = max(read_off, before.get("rate", 0.0))
     model.start_rad = read_off / own_rate(errors.scene) + declared_rad(errors, first)
     n = int(np.count_nonzero(model.t_s <= model.limit_s))
-    rows = dataclasses.replace(seen, **{k: v[first : last + 1] for k, v in vars(seen).items() if is_rows(v)})
+    rows = part(seen, first, last)
     if rows.impulse_N_s is not None:  # the restarted reference counts its blows from its own start
         rows = rows.replace(impulse_N_s=rows.impulse_N_s - rows.impulse_N_s[0])
     apart = differences(rows, restarted.trajectory)
@@ -201,6 +201,11 @@ def declared_rad(errors: ErrorModel, first: int) -> float:
     noise = errors.noise.get("rate")
     said = 0.0 if noise is None else float(noise[min(first, errors.n - 1)]) / own_rate(errors.scene)
     return min(said, MOST_ATTITUDE_NOISE_RAD)
+
+
+def part(seen: Trajectory, first: int, last: int) -> Trajectory:
+    """Samples `first` to `last` of a run, as a run."""
+    return dataclasses.replace(seen, **{k: v[first : last + 1] for k, v in vars(seen).items() if is_rows(v)})
 
 
 def is_rows(value: object) -> bool:
