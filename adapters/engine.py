@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 
-class Knob(StrEnum):
+class AccuracyParameter(StrEnum):
     """The one number that sets an engine's accuracy."""
 
     RTOL = "rtol"
@@ -45,19 +45,19 @@ class Coordinates(StrEnum):
 class Setting:
     """One value of an engine's accuracy knob."""
 
-    knob: Knob
+    parameter: AccuracyParameter
     value: float
 
     def __str__(self) -> str:
         """``rtol=1e-10``, as the command line takes it."""
-        return f"{self.knob}={self.value:g}"
+        return f"{self.parameter}={self.value:g}"
 
 
 @dataclass(frozen=True)
-class Ladder:
+class AccuracySweep:
     """An engine's settings from coarse to fine, and which of them it is compared at."""
 
-    knob: Knob
+    parameter: AccuracyParameter
     values: tuple[float, ...]
     default: float
     finer_rtol: float = 0.1
@@ -65,17 +65,17 @@ class Ladder:
 
     def setting(self, value: float | None = None) -> Setting:
         """Setting of this ladder's knob; the default one without a value."""
-        return Setting(self.knob, self.default if value is None else value)
+        return Setting(self.parameter, self.default if value is None else value)
 
     def finer(self, setting: Setting) -> Setting:
         """One step finer: a tenth of the requested accuracy (or `finer_rtol` of it), or twice the steps."""
-        factor = self.finer_rtol if self.knob is Knob.RTOL else 2.0
-        return Setting(self.knob, setting.value * factor)
+        factor = self.finer_rtol if self.parameter is AccuracyParameter.RTOL else 2.0
+        return Setting(self.parameter, setting.value * factor)
 
     @property
     def settings(self) -> tuple[Setting, ...]:
         """All settings, coarse to fine."""
-        return tuple(Setting(self.knob, v) for v in self.values)
+        return tuple(Setting(self.parameter, v) for v in self.values)
 
 
 class EngineError(RuntimeError):
@@ -97,7 +97,7 @@ class Engine(ABC):
     coordinates: ClassVar[Coordinates]
     order: ClassVar[float | None]
     """Order of the method in the step; None if the method chooses its steps."""
-    ladder: ClassVar[Ladder]
+    sweep: ClassVar[AccuracySweep]
     effects: ClassVar[frozenset[str]]
     """What it carries exactly, in the words of `Effects.names`."""
     observables: ClassVar[frozenset[Observable]]
@@ -192,6 +192,6 @@ class Engine(ABC):
         reason = self.unsupported(scene)
         if reason:
             raise ValueError(reason)
-        self.build(scene, setting or self.ladder.setting())
+        self.build(scene, setting or self.sweep.setting())
         self.simulate()
         return self.read()

@@ -96,7 +96,7 @@ def _more(module: str, name: str, requires: str, imported: str = "", *, ours: bo
     )
 
 
-def _oracle(name: str, *, everyday: bool = True) -> Registration:
+def _certified(name: str, *, everyday: bool = True) -> Registration:
     install = "pip install '.[oracle]'"
     return Registration(
         f"adapters.heyoka.adapter:{name}", "heyoka", "", install, everyday=everyday, optional=True, compiles=True
@@ -123,9 +123,9 @@ ENGINES: dict[str, Registration] = {
     "rebound": _external("rebound.adapter", "Rebound", "rebound"),
     "pymunk": _external("pymunk.adapter", "Pymunk", "pymunk"),
     "pymunk-absolute": _external("pymunk.adapter", "PymunkAbsolute", "pymunk"),
-    "heyoka": _oracle("Heyoka"),
-    "heyoka-long": _oracle("HeyokaLong", everyday=False),
-    "heyoka-quad": _oracle("HeyokaQuad", everyday=False),
+    "heyoka": _certified("Heyoka"),
+    "heyoka-long": _certified("HeyokaLong", everyday=False),
+    "heyoka-quad": _certified("HeyokaQuad", everyday=False),
     "scipy-rk45": _more("ode_solvers.scipy_engines", "ScipyRK45", "scipy", ours=True),
     "scipy-dop853": _more("ode_solvers.scipy_engines", "ScipyDop853", "scipy", ours=True),
     "scipy-radau": _more("ode_solvers.scipy_engines", "ScipyRadau", "scipy", ours=True),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from adapters.engine import EngineError, Knob, Setting
+from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.registry import Registration, find_engine
 from barchain.crossval.record import new_record
 from barchain.crossval.suite import ANY_EXTERNAL, Plan, Suite
@@ -118,15 +118,17 @@ def choose_setting(engine: str, given: Mapping[str, float]) -> Setting:
     SettingError
         If the engine has another knob, or the value is out of its range.
     """
-    ladder = find_engine(engine).load().ladder
+    sweep = find_engine(engine).load().sweep
     for name, value in given.items():
-        if name != ladder.knob:
-            raise SettingError(f"{engine} has no setting {name}{nearest(name, [ladder.knob])}; allowed: {ladder.knob}")
-        least, most = (min(1e-15, *ladder.values), 1.0) if ladder.knob is Knob.RTOL else (1.0, 1e9)
+        if name != sweep.parameter:
+            raise SettingError(
+                f"{engine} has no setting {name}{nearest(name, [sweep.parameter])}; allowed: {sweep.parameter}"
+            )
+        least, most = (min(1e-15, *sweep.values), 1.0) if sweep.parameter is AccuracyParameter.RTOL else (1.0, 1e9)
         if not least <= value <= most:
             raise SettingError(f"{engine}: {name}={value:g} given, allowed: {least:g} to {most:g}")
-        return Setting(ladder.knob, float(value))
-    return ladder.setting()
+        return Setting(sweep.parameter, float(value))
+    return sweep.setting()
 
 
 def compare(

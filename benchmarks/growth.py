@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import find_engine
 from barchain.metrics.quantities import differences, drifts
 from barchain.studies.stability.law import law
@@ -48,7 +48,7 @@ def starts(orbits: float, count: int) -> list[Scene]:
 
 def seen(engine: str, rtol: float, scenes: list[Scene]) -> list[Trajectory]:
     """Runs of all starts."""
-    return [find_engine(engine).load()().run(scene, Setting(Knob.RTOL, rtol)) for scene in scenes]
+    return [find_engine(engine).load()().run(scene, Setting(AccuracyParameter.RTOL, rtol)) for scene in scenes]
 
 
 def root_mean_square(errors: list[Array]) -> Array:
@@ -70,12 +70,12 @@ def words(found: Law | None) -> str:
 def main(orbits: float, count: int) -> None:
     """Run all and print a line for each setting."""
     scenes = starts(orbits, count)
-    truth = seen(*JUDGE, scenes)
+    solution = seen(*JUDGE, scenes)
     for engine, rtol in RUNS:
         runs = seen(engine, rtol, scenes)
         energy = [drifts(scene, run)["energy"] for scene, run in zip(scenes, runs, strict=True)]
-        place = [differences(a, b)["com"] / scenes[0].radius0_m for a, b in zip(runs, truth, strict=True)]
-        t = truth[0].t_s
+        place = [differences(a, b)["com"] / scenes[0].radius0_m for a, b in zip(runs, solution, strict=True)]
+        t = solution[0].t_s
         grown = (law(t, root_mean_square(each)) for each in (energy, place))
         click.echo("{} rtol={:g}: energy {}; place/r {}".format(engine, rtol, *map(words, grown)))
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import click
 import pandas as pd
 
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import find_engine
 from barchain.cli.progress import verdicts_shown
 from barchain.fuzzing.random_scenes import draw
@@ -65,7 +65,7 @@ def main(scenes: int, first: int, engine: str, time_limit: float, out: Path | No
 
 def job_of(scene: Scene, engine: str) -> Job:
     """One run."""
-    return Job(scene, engine, find_engine(engine), Setting(Knob.RTOL, RTOL), Role.MAIN)
+    return Job(scene, engine, find_engine(engine), Setting(AccuracyParameter.RTOL, RTOL), Role.MAIN)
 
 
 def compile_first(engine: str) -> bool:

@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import click
 
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.compiled_engine import ReferenceFast
 from barchain.timing.divided_chain import divided
 from scenarios import load_scene
@@ -35,7 +35,7 @@ def main(orbits: float, bars: int, rtol: float) -> None:
     scene = scene if bars == scene.bars else divided(scene, bars)
     scene = replace(scene, run=replace(scene.run, duration_s=orbits * scene.period_s, samples=SAMPLES))
     engine = ReferenceFast()
-    engine.build(scene, Setting(Knob.RTOL, rtol))
+    engine.build(scene, Setting(AccuracyParameter.RTOL, rtol))
     start = time.perf_counter()
     engine.simulate()
     seconds = time.perf_counter() - start

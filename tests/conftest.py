@@ -11,5 +11,5 @@ def _reference_solutions_without_compiling():
     """Reference solutions by NumPy: compiling a scene's set of effects takes longer than a test's short run."""
     with pytest.MonkeyPatch.context() as patch:
         for module in (reference_runs, suite):
-            patch.setattr(module, "truth_engine", lambda: reference_runs.NUMPY)
+            patch.setattr(module, "solution_engine", lambda: reference_runs.NUMPY)
         yield

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from adapters.engine import Knob, Ladder, Setting
+from adapters.engine import AccuracyParameter, AccuracySweep, Setting
 
 if TYPE_CHECKING:
     from scenarios import Scene
@@ -29,12 +29,12 @@ def step_s(scene: Scene, steps_per_orbit: float) -> float:
     return scene.run.duration_s / ((scene.run.samples - 1) * steps_between_samples(scene, steps_per_orbit))
 
 
-def finer_setting(scene: Scene, ladder: Ladder, setting: Setting) -> Setting:
+def finer_setting(scene: Scene, sweep: AccuracySweep, setting: Setting) -> Setting:
     """Setting with half the step really taken, or a tenth of the requested error.
 
     Samples may lie so close together that twice the steps asked for are no more steps at all: two equal
     runs would then be taken for an error of zero.
     """
-    if setting.knob is Knob.RTOL:
-        return ladder.finer(setting)
-    return Setting(setting.knob, 2.0 * scene.step_period_s / step_s(scene, setting.value))
+    if setting.parameter is AccuracyParameter.RTOL:
+        return sweep.finer(setting)
+    return Setting(setting.parameter, 2.0 * scene.step_period_s / step_s(scene, setting.value))

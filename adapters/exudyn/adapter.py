@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, final
 
 import numpy as np
 
-from adapters.engine import Coordinates, EngineError, Knob, Ladder, Setting
+from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, EngineError, Setting
 from adapters.exudyn.engine import SHOWN, ExudynEngine
 from adapters.exudyn.loads.thrust import jumps_s
 from adapters.exudyn.models.bodies import RedundantModel
 from adapters.exudyn.models.tree import StandingTreeModel, TreeModel, seen_tree
 from adapters.exudyn.noise import engine_noise, tree_noise
-from adapters.exudyn.readout import Seen
+from adapters.exudyn.readout import SensorReadings
 from adapters.exudyn.solve.solver import method_for, settings_of, solver_of, steps_of
 from adapters.exudyn.solve.start import StartForces, offset_follows_motion, start_forces, supply
 from adapters.trajectory import Observable
@@ -73,7 +73,7 @@ class ExudynRedundant(ExudynEngine):
         """Bodies with joints."""
         return RedundantModel(self.scene, steps, absolute=self.absolute)
 
-    def seen(self) -> tuple[Seen, dict[str, float | str]]:
+    def readings(self) -> tuple[SensorReadings, dict[str, float | str]]:
         """Bodies' coordinates, joints' multipliers; a prescription's multiplier is minus its torque."""
         m = self.model
         q, v = stacked(m, m.coordinates), stacked(m, m.rates)
@@ -83,7 +83,7 @@ class ExudynRedundant(ExudynEngine):
         if self.start_forces is not None:  # sensors show zeros at t = 0 where multipliers were supplied
             joints, prescribed = np.split(self.start_forces.multipliers, [2 * (bars - 1)])
             reaction[0], torque[0] = joints.reshape(-1, 2), -prescribed
-        return Seen(q[..., :2], v[..., :2], q[..., 2], v[..., 2], reaction, torque), {}
+        return SensorReadings(q[..., :2], v[..., :2], q[..., 2], v[..., 2], reaction, torque), {}
 
 
 def stacked(model: Model, sensors: list[Any]) -> Array:
@@ -97,7 +97,7 @@ class Exudyn(ExudynRedundant):
 
     title = "Exudyn, redundant coordinates in a frame on the Kepler orbit, trapezoidal index 2"
     coordinates = Coordinates.ROTATING_FRAME
-    ladder = Ladder(Knob.STEPS_PER_ORBIT, (100, 500, 1000, 5000, 10000, 50000, 100000), default=5000)
+    sweep = AccuracySweep(AccuracyParameter.STEPS_PER_ORBIT, (100, 500, 1000, 5000, 10000, 50000, 100000), default=5000)
 
 
 @final
@@ -106,7 +106,7 @@ class ExudynIndex3(ExudynRedundant):
 
     title = "Exudyn, redundant coordinates in a frame on the Kepler orbit, generalized-alpha index 3"
     coordinates = Coordinates.ROTATING_FRAME
-    ladder = Ladder(Knob.STEPS_PER_ORBIT, (100, 500, 1000, 5000, 10000, 50000, 100000), default=5000)
+    sweep = AccuracySweep(AccuracyParameter.STEPS_PER_ORBIT, (100, 500, 1000, 5000, 10000, 50000, 100000), default=5000)
     index3 = True
     joints_in_place = True
 
@@ -117,7 +117,7 @@ class ExudynAbsolute(ExudynRedundant):
 
     title = "Exudyn, redundant absolute inertial coordinates, trapezoidal index 2"
     coordinates = Coordinates.ABSOLUTE
-    ladder = Ladder(Knob.STEPS_PER_ORBIT, (1000, 5000, 10000, 50000, 100000), default=5000)
+    sweep = AccuracySweep(AccuracyParameter.STEPS_PER_ORBIT, (1000, 5000, 10000, 50000, 100000), default=5000)
     absolute = True
 
 
@@ -127,7 +127,7 @@ class ExudynAbsoluteIndex3(ExudynRedundant):
 
     title = "Exudyn, redundant absolute inertial coordinates, generalized-alpha index 3"
     coordinates = Coordinates.ABSOLUTE
-    ladder = Ladder(Knob.STEPS_PER_ORBIT, (1000, 5000, 10000, 50000, 100000), default=5000)
+    sweep = AccuracySweep(AccuracyParameter.STEPS_PER_ORBIT, (1000, 5000, 10000, 50000, 100000), default=5000)
     absolute = True
     index3 = True
     joints_in_place = True
@@ -140,7 +140,7 @@ class ExudynTree(ExudynEngine):
     title = "Exudyn, kinematic tree in a frame on the Kepler orbit, RK67"
     coordinates = Coordinates.JOINT
     order = 6.0
-    ladder = Ladder(Knob.STEPS_PER_ORBIT, (20, 50, 100, 150, 200, 400, 800, 1600), default=400)
+    sweep = AccuracySweep(AccuracyParameter.STEPS_PER_ORBIT, (20, 50, 100, 150, 200, 400, 800, 1600), default=400)
     effects = CARRIED
     explicit = True
     model: TreeModel
@@ -159,12 +159,12 @@ class ExudynTree(ExudynEngine):
         """Kinematic tree."""
         return TreeModel(self.scene, steps, absolute=False)
 
-    def seen(self) -> tuple[Seen, dict[str, float | str]]:
+    def readings(self) -> tuple[SensorReadings, dict[str, float | str]]:
         """Tree coordinates unfolded, reactions from the bars' momentum."""
         q, q_t, q_tt = (self.model.history(s)[:, 1:] for s in self.model.sensors)
         q_tt[0] = self._first_accelerations()
-        seen, left_over = seen_tree(self.model, q, q_t, q_tt)
-        return seen, {"free_end_N": float(left_over.max())}
+        readings, left_over = seen_tree(self.model, q, q_t, q_tt)
+        return readings, {"free_end_N": float(left_over.max())}
 
     def _first_accelerations(self) -> Array:
         """Get accelerations at t = 0, where an explicit run has zeros, from a very short run of the model."""

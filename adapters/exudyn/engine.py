@@ -10,7 +10,7 @@ import numpy as np
 from adapters.common import face_reversal
 from adapters.engine import Engine, EngineError, Setting, UnsupportedMotionError
 from adapters.exudyn.loads.thrust import off_step_s
-from adapters.exudyn.readout import Seen, gaps, landing, places, trajectory
+from adapters.exudyn.readout import SensorReadings, gaps, landing, places, trajectory
 from adapters.exudyn.solve.restart_segments import pieces_of, run_pieces
 from adapters.exudyn.solve.solver import method_for, settings_of, solver_of, steps_of
 from adapters.trajectory import Observable, Trajectory
@@ -78,39 +78,41 @@ class ExudynEngine(Engine):
             self.model.close()
 
     @abstractmethod
-    def seen(self) -> tuple[Seen, dict[str, float | str]]:
+    def readings(self) -> tuple[SensorReadings, dict[str, float | str]]:
         """Return what the sensors stored, and what else is worth telling."""
 
     def _read(self) -> Trajectory:
-        seen, info = self.seen()
-        stored = len(seen.angle_rad)
+        readings, info = self.readings()
+        stored = len(readings.angle_rad)
         axes = self.model.frame.at(self.scene.times_s[:stored])
-        landed = landing(self.scene, axes, seen)
-        self._check(seen, stored if landed is None else landed, whole=landed is None)
+        landed = landing(self.scene, axes, readings)
+        self._check(readings, stored if landed is None else landed, whole=landed is None)
         ended = ""
         if landed is not None:
             ended = f"a bar was below the surface at t = {self.scene.times_s[landed]:.6g} s, the next sample"
-            seen, axes = seen.first(landed), self.model.frame.at(self.scene.times_s[:landed])
-        found = trajectory(self.scene, axes, seen, ended=ended, info=info | {"steps": self.steps.count})
+            readings, axes = readings.first(landed), self.model.frame.at(self.scene.times_s[:landed])
+        found = trajectory(self.scene, axes, readings, ended=ended, info=info | {"steps": self.steps.count})
         turns = face_reversal.first_reversal(self.scene, found)
         if turns:
             raise UnsupportedMotionError(f"Exudyn: {turns}")
         loose = Observable.GAP in self.observables  # places of the bars are coordinates, which joints may leave open
         return found.replace(
-            gap_m=gaps(self.scene, seen) if loose else None,
-            position_m=places(self.scene, axes, seen) if loose else None,
-            torque_N_m=seen.torque_N_m if Observable.TORQUE in self.observables else None,
+            gap_m=gaps(self.scene, readings) if loose else None,
+            position_m=places(self.scene, axes, readings) if loose else None,
+            torque_N_m=readings.torque_N_m if Observable.TORQUE in self.observables else None,
         )
 
-    def _check(self, seen: Seen, used: int, *, whole: bool) -> None:
+    def _check(self, readings: SensorReadings, used: int, *, whole: bool) -> None:
         """Refuse what Exudyn passes over in silence."""
         t = self.scene.times_s
-        good = seen.finite[:used]
+        good = readings.finite[:used]
         if not good.all():
             raise EngineError(f"Exudyn: the state is not finite at t = {t[int(np.argmin(good))]:.6g} s")
         if whole and (not self.finished or used != self.scene.run.samples):
             raise EngineError(f"Exudyn: the solver gave up after t = {t[used - 1]:.6g} s of {t[-1]:.6g} s")
         start = self.model.start
-        off = np.abs(seen.position_m[0] - start.position_m).max() / (np.abs(start.position_m).max() + self.scene.size_m)
-        if max(off, np.abs(seen.angle_rad[0] - start.angle_rad).max()) > START_TOLERANCE:
+        off = np.abs(readings.position_m[0] - start.position_m).max() / (
+            np.abs(start.position_m).max() + self.scene.size_m
+        )
+        if max(off, np.abs(readings.angle_rad[0] - start.angle_rad).max()) > START_TOLERANCE:
             raise EngineError("Exudyn: the first sample is not the initial state")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Seen:
+class SensorReadings:
     """What the sensors saw at n samples, in the frame's axes."""
 
     position_m: Array
@@ -32,9 +32,9 @@ class Seen:
     torque_N_m: Array
     """(n, P)"""
 
-    def first(self, n: int) -> Seen:
+    def first(self, n: int) -> SensorReadings:
         """Only the first `n` samples."""
-        return Seen(*(getattr(self, name)[:n] for name in self.__dataclass_fields__))
+        return SensorReadings(*(getattr(self, name)[:n] for name in self.__dataclass_fields__))
 
     @property
     def finite(self) -> Array:
@@ -44,35 +44,35 @@ class Seen:
         return good
 
 
-def landing(scene: Scene, axes: Axes, seen: Seen) -> int | None:
+def landing(scene: Scene, axes: Axes, readings: SensorReadings) -> int | None:
     """Index of the first sample with a point of a bar below the surface; None if there is none.
 
     Exudyn does not stop there, and the samples after it mean nothing.
     """
     with np.errstate(invalid="ignore", over="ignore"):  # what a run does below the surface is nobody's concern
-        below = np.flatnonzero(least_distance(scene, axes, seen) <= scene.central_body.radius_m)
+        below = np.flatnonzero(least_distance(scene, axes, readings) <= scene.central_body.radius_m)
     return int(below[0]) if len(below) else None
 
 
-def least_distance(scene: Scene, axes: Axes, seen: Seen) -> Array:
+def least_distance(scene: Scene, axes: Axes, readings: SensorReadings) -> Array:
     """Distance of the nearest point of any bar from the centre of the body, (n,), m."""
     half = 0.5 * np.array(scene.chain.length_m)
-    place = axes.origin_m[:, None] + axes.to_inertial(seen.position_m)
-    angle = seen.angle_rad + axes.turn_rad[:, None]
+    place = axes.origin_m[:, None] + axes.to_inertial(readings.position_m)
+    angle = readings.angle_rad + axes.turn_rad[:, None]
     along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     foot = np.clip(-np.sum(place * along, axis=-1), -half, half)  # nearest point of the bar, from its centre
     distance: Array = np.linalg.norm(place + foot[..., None] * along, axis=-1).min(axis=-1)
     return distance
 
 
-def gaps(scene: Scene, seen: Seen) -> Array:
+def gaps(scene: Scene, readings: SensorReadings) -> Array:
     """Distance between the two ends that each joint ties, (n, N-1), m, in Exudyn's own coordinates."""
     reach = (
         0.5
         * np.array(scene.chain.length_m)[:, None]
-        * np.stack([np.cos(seen.angle_rad), np.sin(seen.angle_rad)], axis=-1)
+        * np.stack([np.cos(readings.angle_rad), np.sin(readings.angle_rad)], axis=-1)
     )
-    between = np.diff(seen.position_m, axis=1) - reach[:, 1:] - reach[:, :-1]
+    between = np.diff(readings.position_m, axis=1) - reach[:, 1:] - reach[:, :-1]
     distance: Array = np.linalg.norm(between, axis=-1)
     return distance
 
@@ -83,28 +83,30 @@ def weights(scene: Scene) -> Array:
     return share
 
 
-def places(scene: Scene, axes: Axes, seen: Seen) -> Array:
+def places(scene: Scene, axes: Axes, readings: SensorReadings) -> Array:
     """Centres of the bars from the chain's centre of mass, (n, N, 2), m, inertial axes.
 
     Subtracted before they are turned: a turn rounds what it turns, and the frame's origin may be far away.
     """
-    com = np.einsum("j,njk->nk", weights(scene), seen.position_m)
-    return axes.to_inertial(seen.position_m - com[:, None])
+    com = np.einsum("j,njk->nk", weights(scene), readings.position_m)
+    return axes.to_inertial(readings.position_m - com[:, None])
 
 
-def trajectory(scene: Scene, axes: Axes, seen: Seen, *, ended: str, info: dict[str, float | str]) -> Trajectory:
+def trajectory(
+    scene: Scene, axes: Axes, readings: SensorReadings, *, ended: str, info: dict[str, float | str]
+) -> Trajectory:
     """Trajectory of the samples in `seen`; gap and places are left to engines whose joints can open."""
     weight = weights(scene)
-    place = axes.to_inertial(seen.position_m)
-    motion = axes.carried(seen.position_m, seen.velocity_m_s)
+    place = axes.to_inertial(readings.position_m)
+    motion = axes.carried(readings.position_m, readings.velocity_m_s)
     return Trajectory(
-        t_s=scene.times_s[: len(seen.angle_rad)],
+        t_s=scene.times_s[: len(readings.angle_rad)],
         com_m=axes.origin_m + np.einsum("j,njk->nk", weight, place),
         com_velocity_m_s=axes.origin_velocity_m_s + np.einsum("j,njk->nk", weight, motion),
-        angle_rad=seen.angle_rad + axes.turn_rad[:, None],
-        rate_rad_s=seen.rate_rad_s + axes.rate_rad_s[:, None],
-        reaction_N=axes.to_inertial(seen.reaction_N),
-        torque_N_m=seen.torque_N_m,
+        angle_rad=readings.angle_rad + axes.turn_rad[:, None],
+        rate_rad_s=readings.rate_rad_s + axes.rate_rad_s[:, None],
+        reaction_N=axes.to_inertial(readings.reaction_N),
+        torque_N_m=readings.torque_N_m,
         ended=ended,
         info=info,
     )

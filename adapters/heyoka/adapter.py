@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, ClassVar, final
 
-from adapters.engine import Coordinates, Engine, Knob, Ladder, Setting
+from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, Setting
 from adapters.heyoka.compiled import DOUBLE, LONG, QUAD, Precision
 from adapters.heyoka.run import Run
 from adapters.trajectory import Observable, Trajectory
@@ -60,7 +60,7 @@ class Heyoka(HeyokaEngine):
     """Double precision."""
 
     title = "heyoka, Taylor series of adaptive order, double precision"
-    ladder = Ladder(Knob.RTOL, rungs(16), default=1e-12)
+    sweep = AccuracySweep(AccuracyParameter.RTOL, rungs(16), default=1e-12)
     precision = DOUBLE
 
 
@@ -69,7 +69,7 @@ class HeyokaLong(HeyokaEngine):
     """Extended precision of x86, 64 bits of mantissa."""
 
     title = "heyoka, Taylor series of adaptive order, long double"
-    ladder = Ladder(Knob.RTOL, rungs(19), default=1e-15)
+    sweep = AccuracySweep(AccuracyParameter.RTOL, rungs(19), default=1e-15)
     precision = LONG
 
 
@@ -78,5 +78,5 @@ class HeyokaQuad(HeyokaEngine):
     """Quadruple precision, in software."""
 
     title = "heyoka, Taylor series of adaptive order, quadruple precision"
-    ladder = Ladder(Knob.RTOL, rungs(30), default=1e-20)
+    sweep = AccuracySweep(AccuracyParameter.RTOL, rungs(30), default=1e-20)
     precision = QUAD

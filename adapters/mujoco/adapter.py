@@ -17,7 +17,7 @@ from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.common.initial_state import initial_state
 from adapters.common.joint_coordinates import angles, folded, places, velocities
 from adapters.common.step_alignment import between_steps, jumps_by_step
-from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Setting
+from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.trajectory import Array, Observable, Trajectory
 from scenarios import Gravity
 
@@ -37,7 +37,7 @@ class Mujoco(Engine):
     title = "MuJoCo, joint coordinates in a freely falling frame, RK4"
     coordinates = Coordinates.JOINT
     order = 4.0
-    ladder = Ladder(Knob.STEPS_PER_ORBIT, (50, 100, 200, 500, 1000, 2000, 5000), default=1000)
+    sweep = AccuracySweep(AccuracyParameter.STEPS_PER_ORBIT, (50, 100, 200, 500, 1000, 2000, 5000), default=1000)
     effects = CARRIED
     observables = frozenset(
         {Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION, Observable.IMPULSE}

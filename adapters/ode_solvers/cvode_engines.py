@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, final
 
 import numpy as np
 
-from adapters.engine import EngineError, Knob, Ladder
+from adapters.engine import AccuracyParameter, AccuracySweep, EngineError
 from adapters.ode_solvers.driver import Stretch
 from adapters.ode_solvers.engine import SolverEngine
 
@@ -93,7 +93,9 @@ class CvodeAdams(CvodeEngine):
 
     title = "CVODE (SUNDIALS), Adams, on the reference's equations"
     method = "Adams"
-    ladder = Ladder(Knob.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), default=1e-10)
+    sweep = AccuracySweep(
+        AccuracyParameter.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), default=1e-10
+    )
 
 
 @final
@@ -102,4 +104,4 @@ class CvodeBdf(CvodeEngine):
 
     title = "CVODE (SUNDIALS), BDF, on the reference's equations"
     method = "BDF"
-    ladder = Ladder(Knob.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11), default=1e-9)
+    sweep = AccuracySweep(AccuracyParameter.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11), default=1e-9)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, final
 
-from adapters.engine import Knob, Ladder
+from adapters.engine import AccuracyParameter, AccuracySweep
 from adapters.ode_solvers.engine import SolverEngine
 from adapters.ode_solvers.scipy_solver import Method, ScipySolver
 
@@ -25,8 +25,8 @@ class ScipyRK45(ScipyEngine):
 
     title = "SciPy's RK45 on the reference's equations"
     method = "RK45"
-    ladder = Ladder(
-        Knob.RTOL,
+    sweep = AccuracySweep(
+        AccuracyParameter.RTOL,
         (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11),
         default=1e-8,
         finer_rtol=0.01,  # on paper/fig05 the errors at 1e-8 and 1e-9 differ by a factor of 2 only, and are no estimate
@@ -47,7 +47,7 @@ class ScipyRadau(ScipyEngine):
 
     title = "SciPy's Radau on the reference's equations"
     method = "Radau"
-    ladder = Ladder(Knob.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10), default=1e-7)
+    sweep = AccuracySweep(AccuracyParameter.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10), default=1e-7)
 
 
 @final
@@ -56,4 +56,6 @@ class ScipyLsoda(ScipyEngine):
 
     title = "SciPy's LSODA on the reference's equations"
     method = "LSODA"
-    ladder = Ladder(Knob.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), default=1e-10)
+    sweep = AccuracySweep(
+        AccuracyParameter.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), default=1e-10
+    )

@@ -10,7 +10,7 @@ import numpy as np
 from adapters.bar_loads.assemble import CARRIED
 from adapters.common.initial_state import initial_state
 from adapters.common.joint_coordinates import angles, folded, places, velocities
-from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Setting
+from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.ode_solvers.driver import Problem, drive
 from adapters.ode_solvers.scipy_solver import RTOL_FLOOR, ScipySolver
 from adapters.trajectory import Observable, Trajectory
@@ -32,7 +32,9 @@ class Pinocchio(Engine):
     title = "Pinocchio, joint coordinates in a freely falling frame, ABA stepped by SciPy's DOP853"
     coordinates = Coordinates.JOINT
     order = None
-    ladder = Ladder(Knob.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13), default=1e-10)
+    sweep = AccuracySweep(
+        AccuracyParameter.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13), default=1e-10
+    )
     effects = CARRIED
     observables = frozenset(
         {Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION, Observable.IMPULSE}

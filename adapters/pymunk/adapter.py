@@ -20,7 +20,7 @@ from adapters.bar_loads.interface import Here
 from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.common.initial_state import InitialState, initial_state
 from adapters.common.step_alignment import between_steps, jumps_by_step
-from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Setting
+from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.pymunk.iteration_count import MOST_SWEEPS, SETTLED_STEPS, step_sweeps, sweeps
 from adapters.trajectory import Array, Observable, Trajectory
 from reference_impl.model.kinematics import directions
@@ -41,7 +41,9 @@ class PymunkEngine(Engine):
     """What both coordinate sets share."""
 
     order = 2.0
-    ladder = Ladder(Knob.STEPS_PER_ORBIT, (500, 1000, 2000, 5000, 10000, 20000, 50000, 100000, 200000), default=10000)
+    sweep = AccuracySweep(
+        AccuracyParameter.STEPS_PER_ORBIT, (500, 1000, 2000, 5000, 10000, 20000, 50000, 100000, 200000), default=10000
+    )
     effects = CARRIED
     observables = frozenset(Observable) - {Observable.IDENTITY, Observable.TORQUE}
     why_not: ClassVar[dict[str, str]] = {

@@ -34,7 +34,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from adapters.common.initial_state import initial_state
-from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Setting
+from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.rebound.forces import attach, companion, forces
 from adapters.trajectory import Observable, Trajectory
 from reference_impl.model.gravity import perigee_m
@@ -142,7 +142,7 @@ class Rebound(Engine):
     title = "REBOUND, one particle for the chain (IAS15; WHFast where coarse)"
     coordinates = Coordinates.ABSOLUTE
     order = None
-    ladder = Ladder(Knob.RTOL, (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), default=1e-12)
+    sweep = AccuracySweep(AccuracyParameter.RTOL, (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), default=1e-12)
     effects = frozenset(
         {f"gravity.{g}" for g in Gravity}
         | {f"prescribed_rotation.{what}" for what in ("inertial", "local_horizontal", "external", "joint")}

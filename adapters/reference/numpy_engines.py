@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Protocol, final
 import numpy as np
 
 from adapters.common.initial_state import chain_model, initial_state
-from adapters.engine import Coordinates, Engine, EngineError, Knob, Ladder, Setting
+from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.trajectory import ENDED, Observable, Trajectory
 from reference_impl.integrate.coordinate_sets import GRAINS, CoordinateSet
 from reference_impl.integrate.simulate import Simulation
@@ -46,7 +46,9 @@ class ReferenceEngine(Engine):
     """What all forms of the reference share."""
 
     order = None
-    ladder = Ladder(Knob.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14), default=1e-10)
+    sweep = AccuracySweep(
+        AccuracyParameter.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14), default=1e-10
+    )
     effects = EVERYTHING
     observables = frozenset(Observable)
     options = frozenset({"condition"})

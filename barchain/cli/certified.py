@@ -15,7 +15,7 @@ from scenarios import load_scene, nearest, scene_names
 @click.option(
     "--check", "only_check", is_flag=True, help="Compare a fresh run with what is committed, and write nothing."
 )
-def truths(scenes: tuple[str, ...], only_check: bool) -> None:
+def certified_solutions(scenes: tuple[str, ...], only_check: bool) -> None:
     """Make the truths of SCENEs (all that come with barchain by default) again, or check them.
 
     A truth is a run in quadruple precision with its own error bar. The check fails, with exit code 1, where a

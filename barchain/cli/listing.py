@@ -58,7 +58,7 @@ def show_engines(registered: Mapping[str, Registration]) -> None:
         except Exception as error:
             table.add_row(name, registration.version, "", escape(f"its adapter does not load: {error}"))
             continue
-        table.add_row(name, registration.version, str(loaded.ladder.setting()), loaded.title)
+        table.add_row(name, registration.version, str(loaded.sweep.setting()), loaded.title)
     show(table)
 
 

@@ -13,7 +13,7 @@ from adapters.engine import EngineError
 from adapters.registry import UnknownEngineError, engines
 from barchain import api
 from barchain.cli import listing
-from barchain.cli.certified import truths
+from barchain.cli.certified import certified_solutions
 from barchain.cli.cost import cost
 from barchain.cli.effects import effects
 from barchain.cli.ensemble import ensemble
@@ -257,4 +257,4 @@ cli.add_command(roundoff)
 cli.add_command(scaling)
 cli.add_command(selftest)
 cli.add_command(stability)
-cli.add_command(truths)
+cli.add_command(certified_solutions)

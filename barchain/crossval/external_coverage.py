@@ -34,7 +34,7 @@ def carriers(scene: Scene, asked: Mapping[str, Registration]) -> dict[str, Any]:
         "lack": {name: lacking for name, e in outside.items() if (lacking := sorted(scene.effects.names - e.effects))},
         "instants": in_the_way(scene, outside),
         "not_asked": [name for name, r in engines().items() if name not in asked and carries(r, scene)],
-        "truth": committed_precision(scene),
+        "solution": committed_precision(scene),
     }
 
 

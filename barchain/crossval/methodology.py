@@ -14,10 +14,10 @@ from barchain.judge.roundoff_limit import SPREAD
 from barchain.solutions.reference import (
     FINE_PER_RADIAN,
     PARTED_RAD,
+    PERTURBATION_RAD,
     RICHARDSON,
-    TRUTH_CHECK_RTOL,
-    TRUTH_RTOL,
-    TWIN_ASIDE,
+    SOLUTION_CHECK_RTOL,
+    SOLUTION_RTOL,
 )
 from reference_impl.paper.misprint_effects import misprint_effects
 
@@ -30,13 +30,13 @@ def misprints() -> list[dict[str, Any]]:
 def tolerances() -> list[dict[str, str]]:
     """Every tolerance with its derivation, for the report."""
     rows = [
-        ("all", "truth", f"rtol = {TRUTH_RTOL:g}",
-         f"the reference at its tightest; its difference from rtol = {TRUTH_CHECK_RTOL:g} bounds its error"),
+        ("all", "solution", f"rtol = {SOLUTION_RTOL:g}",
+         f"the reference at its tightest; its difference from rtol = {SOLUTION_CHECK_RTOL:g} bounds its error"),
         ("all", "Richardson factor", f"{RICHARDSON:g}",
          "a method of order p >= 1 whose finer setting halves the step is off by at most 1/(1 - 2^-p) of its change"),
         ("all", "round-off floor", f"{ROUNDINGS:g} u sqrt(steps) G(t)",
          "a random walk of the steps' roundings (u r/l in absolute coordinates), amplified by the measured growth G"),
-        ("all", "growth G(t)", f"twin started {TWIN_ASIDE:g} rad aside",
+        ("all", "growth G(t)", f"twin started {PERTURBATION_RAD:g} rad aside",
          "a truth's twin: far above the truth's own error, and linear until it has grown 1e8 times"),
         ("all", "predictability limit", f"{PARTED_RAD:g} rad",
          "the last sample at which the expected-error bound of the attitude is below this: growth of the reference "
@@ -60,14 +60,14 @@ def tolerances() -> list[dict[str, str]]:
          "its error is a sum of steps of any sign, so that the slack explains besides what two runs estimate"),
         ("pointwise", "derivatives", f"{FINE_PER_RADIAN:g} samples a radian",
          "those of the truth are taken from a run sampled so closely, and more closely in a manoeuvre"),
-        ("com", "band", "n^2 rtol r, or C h^p of its third derivative",
+        ("com", "bound", "n^2 rtol r, or C h^p of its third derivative",
          "what is made at s has run on along the track, 1 + 3 n (t - s) times, by t; in a straight line nothing is"),
-        ("com velocity", "band", "n times the track's",
+        ("com velocity", "bound", "n times the track's",
          "a displaced centre of mass goes round at the orbit's rate, at its largest v/r"),
         ("com", "model difference", "12 pi r (l/r)^2 an orbit on fig05",
          "a chain's centre of mass leaves a particle's track; integrated along the truth's attitude, taken out, and "
          "only its uncertainty (interpolation, next order) allowed"),
-        ("gap", "band", f"{t.NORM_SLACK:g} h^2",
+        ("gap", "bound", f"{t.NORM_SLACK:g} h^2",
          "index 2 leaves C h² times the third derivative of a bar's end, impulses h²/2 of its second; chosen steps "
          "rtol l each"),
         ("reaction, torque, rate", "engine's noise", "declared by its adapter",
@@ -75,9 +75,9 @@ def tolerances() -> list[dict[str, str]]:
          "absolute coordinates), the start-up transient of index 3"),
         ("gap", "joints in place", "Newton's residual + u L N",
          "index 3 puts the ends together in every step: what is left is where its iterations stop, and rounding"),
-        ("identity", "band", f"{ROUNDINGS:g} u L sqrt(N)",
+        ("identity", "bound", f"{ROUNDINGS:g} u L sqrt(N)",
          "a sum of places, of radii in absolute coordinates: nothing is integrated"),
-        ("energy, angular momentum", "band", "the less of both",
+        ("energy, angular momentum", "bound", "the less of both",
          "quadratic and bilinear in what they are made of: four times the relative bands of rates, attitude and track; "
          "and twice the change to the finer setting, beside round-off"),
     ]  # fmt: skip

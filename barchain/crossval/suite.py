@@ -16,11 +16,11 @@ from barchain.judge.support import unsupported
 from barchain.metrics.model_difference import com_displacement
 from barchain.record.scene_description import gradient_defect
 from barchain.run.compilation import announcement
-from barchain.run.job import TRUTH_ROLES, Job, Role, RunResult
+from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult
 from barchain.run.pool import run_jobs
 from barchain.run.verdict_workers import Judges
-from barchain.solutions.reference import TRUTH_RTOL, Truth
-from barchain.solutions.reference_runs import TruthFailedError, truth_engine, truth_jobs, truth_of
+from barchain.solutions.reference import SOLUTION_RTOL, ReferenceSolution
+from barchain.solutions.reference_runs import SolutionFailedError, solution_engine, solution_jobs, solution_of
 from barchain.solutions.sampling import closely_sampled
 from reports.tables.crossval import ALL_SCENES, REFERENCE_SOLUTION
 from reports.tables.outcome import Outcome
@@ -56,7 +56,7 @@ class Plan:
 
     def setting(self, name: str, engine: type[Engine]) -> Setting:
         """Setting at which an engine is judged."""
-        return self.settings.get(name, engine.ladder.setting())
+        return self.settings.get(name, engine.sweep.setting())
 
 
 @dataclass
@@ -64,11 +64,11 @@ class SceneProgress:
     """Results of one scene as they come."""
 
     scene: Scene
-    truths: dict[Role, RunResult] = field(default_factory=dict)
+    certified_solutions: dict[Role, RunResult] = field(default_factory=dict)
     runs: dict[str, dict[Role, RunResult]] = field(default_factory=dict)
     verdicts: dict[str, Verdict] = field(default_factory=dict)
-    truth: Truth | None = None
-    truth_failed: str = ""
+    solution: ReferenceSolution | None = None
+    solution_failed: str = ""
 
 
 class Suite:
@@ -152,7 +152,7 @@ class Suite:
         jobs = []
         for name, progress in self.progress.items():
             scene = progress.scene
-            jobs += truth_jobs(scene)
+            jobs += solution_jobs(scene)
             for engine, registration in self.plan.engines.items():
                 reason = self.cannot(engine, registration, scene)
                 if reason is not None:
@@ -175,7 +175,7 @@ class Suite:
     def engine_jobs(self, scene: Scene, engine: str, registration: Registration) -> list[Job]:
         """The two runs of one engine on one scene."""
         setting = self.plan.setting(engine, self.classes[engine])
-        finer = finer_setting(scene, self.classes[engine].ladder, setting)
+        finer = finer_setting(scene, self.classes[engine].sweep, setting)
         return [
             Job(scene, engine, registration, setting, Role.MAIN),
             Job(scene, engine, registration, finer, Role.FINER),
@@ -185,9 +185,9 @@ class Suite:
         """Note a result, and judge whatever it completes."""
         self.store.keep_run(job, result)
         progress = self.progress[job.scene.name]
-        if job.role in TRUTH_ROLES:
-            progress.truths[job.role] = result
-            self.found_truth(progress)
+        if job.role in SOLUTION_ROLES:
+            progress.certified_solutions[job.role] = result
+            self.found_solution(progress)
             ready = list(progress.runs)
         else:
             progress.runs.setdefault(job.engine, {})[job.role] = result
@@ -195,24 +195,26 @@ class Suite:
         for engine in ready:
             self.judge_if_ready(progress, engine)
 
-    def found_truth(self, progress: SceneProgress) -> None:
+    def found_solution(self, progress: SceneProgress) -> None:
         """Establish the truth once its runs are there."""
         try:
-            truth = truth_of(progress.scene, progress.truths)
-        except TruthFailedError as error:
+            solution = solution_of(progress.scene, progress.certified_solutions)
+        except SolutionFailedError as error:
             self.give_up(progress, str(error))
             return
-        if truth is None:
+        if solution is None:
             return
-        progress.truth = truth
-        self.store.record["scenes"][progress.scene.name] |= truth_facts(truth)
-        t = truth.trajectory.t_s[: len(truth.growth)]
-        self.store.keep_growth(progress.scene.name, pd.DataFrame({"t_s": t, "growth": truth.growth}))
+        progress.solution = solution
+        self.store.record["scenes"][progress.scene.name] |= solution_facts(solution)
+        t = solution.trajectory.t_s[: len(solution.amplification)]
+        self.store.keep_amplification(
+            progress.scene.name, pd.DataFrame({"t_s": t, "amplification": solution.amplification})
+        )
 
     def give_up(self, progress: SceneProgress, reason: str) -> None:
         """Settle a scene that has no reference solution by one verdict; its engines get none."""
-        progress.truth_failed, name = f"the reference solution could not be run ({reason})", progress.scene.name
-        verdict = no_verdict(name, REFERENCE_SOLUTION, None, Outcome.FAILED, progress.truth_failed)
+        progress.solution_failed, name = f"the reference solution could not be run ({reason})", progress.scene.name
+        verdict = no_verdict(name, REFERENCE_SOLUTION, None, Outcome.FAILED, progress.solution_failed)
         self.settle(name, REFERENCE_SOLUTION, verdict)
 
     def judge_if_ready(self, progress: SceneProgress, engine: str) -> None:
@@ -220,21 +222,21 @@ class Suite:
         runs, name = progress.runs[engine], progress.scene.name
         evidence = gathered(runs)
         given = engine in progress.verdicts or (name, engine) in self.judges.waiting
-        if evidence is None or progress.truth is None or given:
+        if evidence is None or progress.solution is None or given:
             return
         setting = self.plan.setting(engine, self.classes[engine])
-        reason = unsupported(self.classes[engine], progress.truth)
+        reason = unsupported(self.classes[engine], progress.solution)
         if reason is not None:
             self.settle(name, engine, no_verdict(name, engine, setting, Outcome.UNSUPPORTED, reason))
             return
         earlier = self.doubted.get((name, engine))
         if earlier is not None and not all(role in runs for role in earlier.asks):
             return
-        if goes_beyond(self.classes[engine], setting, evidence, progress.truth):
+        if goes_beyond(self.classes[engine], setting, evidence, progress.solution):
             registration = self.plan.engines[engine]
-            self.judges.submit((name, engine), judge_loaded, engine, registration, setting, evidence, progress.truth)
+            self.judges.submit((name, engine), judge_loaded, engine, registration, setting, evidence, progress.solution)
         else:
-            self.judged(name, engine, judge(engine, self.classes[engine], setting, evidence, progress.truth))
+            self.judged(name, engine, judge(engine, self.classes[engine], setting, evidence, progress.solution))
 
     def collect(self, *, wait: bool) -> None:
         """Take verdicts from the processes that give them; of one that does not come, the engine's row says so."""
@@ -265,7 +267,7 @@ class Suite:
         if not self.plan.need_external:
             return
         for name, progress in self.progress.items():
-            if progress.truth_failed:
+            if progress.solution_failed:
                 continue
             outside = [v.outcome for e, v in progress.verdicts.items() if self.plan.engines[e].external]
             if Outcome.PASS not in outside:
@@ -274,7 +276,7 @@ class Suite:
 
     def require_compared(self) -> None:
         """An engine that was compared on no scene is no success, if it was named or had several scenes to do."""
-        scenes = [p for p in self.progress.values() if not p.truth_failed]
+        scenes = [p for p in self.progress.values() if not p.solution_failed]
         if not self.plan.named and len(scenes) < SEVERAL:
             return
         for engine in self.plan.engines:
@@ -291,45 +293,47 @@ class Suite:
         self.report(ALL_SCENES, engine, verdict.outcome)
 
 
-def judge_loaded(name: str, registration: Registration, setting: Setting, evidence: Evidence, truth: Truth) -> Verdict:
+def judge_loaded(
+    name: str, registration: Registration, setting: Setting, evidence: Evidence, solution: ReferenceSolution
+) -> Verdict:
     """Verdict in a process that has to load the engine's class itself; arguments as of `judge`."""
-    return judge(name, registration.load(), setting, evidence, truth)
+    return judge(name, registration.load(), setting, evidence, solution)
 
 
-def goes_beyond(engine: type[Engine], setting: Setting, evidence: Evidence, truth: Truth) -> bool:
+def goes_beyond(engine: type[Engine], setting: Setting, evidence: Evidence, solution: ReferenceSolution) -> bool:
     """Whether a verdict compares beyond the predictability limit, which takes long."""
     run = evidence.main.trajectory
     try:
-        return run is not None and ErrorModel(engine, setting, truth, run).limit_s < truth.trajectory.t_s[-1]
+        return run is not None and ErrorModel(engine, setting, solution, run).limit_s < solution.trajectory.t_s[-1]
     except Exception:  # of samples that arithmetic fails on, or an adapter's own: the verdict says so
         return False
 
 
 def beforehand(jobs: list[Job]) -> list[str]:
     """What is to be said before runs from which no verdict comes yet."""
-    first = [job for job in jobs if job.role in TRUTH_ROLES]
+    first = [job for job in jobs if job.role in SOLUTION_ROLES]
     scenes = len({job.scene.name for job in first})
     of = "the scene" if scenes == 1 else f"{scenes} scenes"
-    truths = f"truth of {of} first: {len(first)} runs of the reference at its tightest" if first else ""
-    return [text for text in (truths, announcement(jobs)) if text]
+    certified_solutions = f"truth of {of} first: {len(first)} runs of the reference at its tightest" if first else ""
+    return [text for text in (certified_solutions, announcement(jobs)) if text]
 
 
-def truth_facts(truth: Truth) -> dict[str, Any]:
+def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
     """What run.json says of a scene's truth."""
-    displacement = com_displacement(truth.scene, truth.trajectory)
-    inside = truth.trajectory.t_s[: len(truth.growth)] <= truth.horizon_s
+    displacement = com_displacement(solution.scene, solution.trajectory)
+    inside = solution.trajectory.t_s[: len(solution.amplification)] <= solution.limit_s
     return {
-        "truth_engine": truth_engine(),
-        "truth_method": str(truth.trajectory.info.get("method", "")),
-        "truth_setting": f"rtol={TRUTH_RTOL:g}",
-        "truth_error_rad": float(truth.error["attitude"][: len(inside)][inside].max()),
-        "truth_horizon_s": truth.horizon_s,
-        "growth_per_orbit": truth.growth_per_orbit,
-        "growth_total": float(truth.growth[-1]),
+        "solution_engine": solution_engine(),
+        "solution_method": str(solution.trajectory.info.get("method", "")),
+        "solution_setting": f"rtol={SOLUTION_RTOL:g}",
+        "solution_error_rad": float(solution.error["attitude"][: len(inside)][inside].max()),
+        "solution_limit_s": solution.limit_s,
+        "growth_per_orbit": solution.growth_per_orbit,
+        "growth_total": float(solution.amplification[-1]),
         "model_difference": {
             "com_m": float(abs(displacement.vector_m).max()),
             "note": "departure of the chain's centre of mass from a particle's track, O((L/r)^2), "
             "predicted along the truth's attitude and taken out before engines without attitude are judged",
         },
-        **gradient_defect(truth.scene, truth.trajectory, truth.horizon_s),
+        **gradient_defect(solution.scene, solution.trajectory, solution.limit_s),
     }

@@ -29,167 +29,169 @@ SHAKES = 4  # of all angles by their last digits
 ROUNDED = 64.0 * UNIT_ROUNDOFF  # of the terms that an invariant is summed from
 
 
-def broken(scene: Scene, seen: Trajectory, rtol: float) -> str:
+def broken(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
     """What of a finished run of the reference is not as it must be, in one line; empty if all is.
 
     Parameters
     ----------
     scene : Scene
-    seen : Trajectory
+    trajectory : Trajectory
         With attitude and rates, by an engine whose steps are asked for as `reference`'s are.
     rtol : float
         What each step was asked for.
     """
     for check in (not_numbers, open_joints, lost_energy, lost_momentum, left_law, other_reactions):
-        found = check(scene, seen, rtol)
+        found = check(scene, trajectory, rtol)
         if found:
             return found
     return ""
 
 
-def not_numbers(scene: Scene, seen: Trajectory, rtol: float) -> str:
+def not_numbers(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
     """Every number must be one."""
     del scene, rtol
-    for name, value in vars(seen).items():
+    for name, value in vars(trajectory).items():
         if isinstance(value, np.ndarray) and not np.all(np.isfinite(value)):
             return f"{name} is not finite"
     return ""
 
 
-def open_joints(scene: Scene, seen: Trajectory, rtol: float) -> str:
+def open_joints(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
     """Relative places follow from the angles: gaps and eq. (6) are roundings of sums over the bars."""
     del rtol
-    if seen.gap_m is None or seen.identity_m is None:
+    if trajectory.gap_m is None or trajectory.identity_m is None:
         return ""
     allowed = ROUNDINGS * UNIT_ROUNDOFF * scene.size_m * scene.bars
-    gap, identity = seen.gap_m.max(initial=0.0), seen.identity_m.max()
+    gap, identity = trajectory.gap_m.max(initial=0.0), trajectory.identity_m.max()
     return (
         "" if max(gap, identity) <= allowed else f"gap {gap:.3g} m, identity {identity:.3g} m, allowed {allowed:.3g} m"
     )
 
 
-def other_reactions(scene: Scene, seen: Trajectory, rtol: float) -> str:
+def other_reactions(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
     """Reactions must be those that the NumPy form finds at the states told, but for what refinement and rounding leave.
 
     Rounding leaves what the forces' last digits are, and what the angles' make of the reactions. Where bars are turned
     from outside, torques and reactions are differences of larger numbers, and it is not asked.
     """
     del rtol
-    if seen.reaction_N is None or scene.bars == 1 or scene.effects.prescribed_rotation:
+    if trajectory.reaction_N is None or scene.bars == 1 or scene.effects.prescribed_rotation:
         return ""
-    model, (angle, rate) = chain_model(scene), attitude(seen)
+    model, (angle, rate) = chain_model(scene), attitude(trajectory)
     wound = bent_J(scene) * float(np.abs(angle).max()) / min(scene.chain.length_m)
-    for k, t in enumerate(seen.t_s):
+    for k, t in enumerate(trajectory.t_s):
         try:
-            own = reactions_at(model, seen, k, angle[k])
+            own = reactions_at(model, trajectory, k, angle[k])
         except np.linalg.LinAlgError:  # at the edge of double precision one form may still tell, the other not
             return ""
-        tide = scene.central_body.mu_m3_s2 / float(np.linalg.norm(seen.com_m[k])) ** 3
+        tide = scene.central_body.mu_m3_s2 / float(np.linalg.norm(trajectory.com_m[k])) ** 3
         forces = scene.mass_kg * scene.size_m * (tide + float(np.abs(rate[k]).max()) ** 2) + wound
-        off = float(np.abs(own - seen.reaction_N[k]).max())
+        off = float(np.abs(own - trajectory.reaction_N[k]).max())
         allowed = 2.0 * ASTRAY * np.abs(own).max() + ROUNDED * forces
         if not off <= allowed:  # rarely: so the angles are shaken only here
-            allowed += FEW * moved_by_last_digits(model, seen, k, own)
+            allowed += FEW * moved_by_last_digits(model, trajectory, k, own)
         if not off <= allowed:
             return f"reactions off by {off:.3g} N at t = {t:.6g} s, allowed {allowed:.3g} N"
     return ""
 
 
-def reactions_at(model: ChainModel, seen: Trajectory, k: int, angle_rad: Array) -> Array:
+def reactions_at(model: ChainModel, trajectory: Trajectory, k: int, angle_rad: Array) -> Array:
     """Reactions of the NumPy form at sample k, but for the angles, (N-1, 2), N."""
-    state = joined_state(model, seen.com_m[k], seen.com_velocity_m_s[k], angle_rad, attitude(seen)[1][k])
-    return accelerations(model, float(seen.t_s[k]), state).reaction_N
+    state = joined_state(
+        model, trajectory.com_m[k], trajectory.com_velocity_m_s[k], angle_rad, attitude(trajectory)[1][k]
+    )
+    return accelerations(model, float(trajectory.t_s[k]), state).reaction_N
 
 
-def moved_by_last_digits(model: ChainModel, seen: Trajectory, k: int, own: Array) -> float:
+def moved_by_last_digits(model: ChainModel, trajectory: Trajectory, k: int, own: Array) -> float:
     """How far the last digit of each angle, its signs drawn at random, moves the reactions at sample k, N.
 
     Springs turn light bars so hard that rounding their directions pulls at heavy neighbours. Infinite where it loses a
     joint.
     """
-    angle = attitude(seen)[0][k]
+    angle = attitude(trajectory)[0][k]
     drawn = np.random.default_rng(k).choice([-1.0, 1.0], (SHAKES, len(angle)))
     try:
-        shaken = [reactions_at(model, seen, k, angle + sign * np.spacing(np.abs(angle))) for sign in drawn]
+        shaken = [reactions_at(model, trajectory, k, angle + sign * np.spacing(np.abs(angle))) for sign in drawn]
     except np.linalg.LinAlgError:
         return np.inf
     return float(max(np.abs(found - own).max() for found in shaken))
 
 
-def lost_energy(scene: Scene, seen: Trajectory, rtol: float) -> str:
+def lost_energy(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
     """Energy changes in a step by its gradient times what the step was asked for."""
     if not conserved(scene).energy:
         return ""
-    model, (angle, rate) = chain_model(scene), attitude(seen)
+    model, (angle, rate) = chain_model(scene), attitude(trajectory)
     kinetic = invariants.relative_kinetic_energy(model, angle, rate)
     energy, terms = kinetic.copy(), [kinetic]
     if conserved(scene).relative:
         com = 0.0
     else:
-        terms += [0.5 * scene.mass_kg * squared(seen.com_velocity_m_s), weight_J(scene, seen)]
-        energy += invariants.com_energy(model, seen.com_m, seen.com_velocity_m_s)
-        energy += invariants.tidal_energy(model, seen.com_m, angle)
-        com = scene.mass_kg * com_gradient(scene, seen)
+        terms += [0.5 * scene.mass_kg * squared(trajectory.com_velocity_m_s), weight_J(scene, trajectory)]
+        energy += invariants.com_energy(model, trajectory.com_m, trajectory.com_velocity_m_s)
+        energy += invariants.tidal_energy(model, trajectory.com_m, angle)
+        com = scene.mass_kg * com_gradient(scene, trajectory)
     for effect in model.effects:
-        terms.append(effect.energy(model, seen.com_m, angle))
+        terms.append(effect.energy(model, trajectory.com_m, angle))
         energy = energy + terms[-1]
     scale_s = scene_rate(scene)
     spun = np.sqrt(2.0 * kinetic.max() * scene.mass_kg) * scene.size_m  # bounds a momentum conjugate to an angle
-    turned = spun * (scale_s + 2.0 * np.abs(rate).max()) + bent_J(scene) + tide_J(scene, seen)
-    allowed = FEW * steps(seen) * rtol * (com + scene.bars * turned) + ROUNDED * walk(seen) * biggest(terms)
+    turned = spun * (scale_s + 2.0 * np.abs(rate).max()) + bent_J(scene) + tide_J(scene, trajectory)
+    allowed = FEW * steps(trajectory) * rtol * (com + scene.bars * turned) + ROUNDED * walk(trajectory) * biggest(terms)
     off = float(np.abs(energy - energy[0]).max())
     return "" if off <= allowed else f"energy off by {off:.3g} J, allowed {allowed:.3g} J"
 
 
-def lost_momentum(scene: Scene, seen: Trajectory, rtol: float) -> str:
+def lost_momentum(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
     """Angular momentum changes in a step by its gradient times what the step was asked for."""
     if not conserved(scene).angular_momentum:
         return ""
-    model, (angle, rate) = chain_model(scene), attitude(seen)
+    model, (angle, rate) = chain_model(scene), attitude(trajectory)
     momentum = invariants.relative_angular_momentum(model, angle, rate)
     size = scene.mass_kg * scene.size_m**2
     terms, com = [np.full(len(momentum), size * np.abs(rate).max())], 0.0
     if not conserved(scene).relative:
-        terms.append(invariants.com_angular_momentum(model, seen.com_m, seen.com_velocity_m_s))
+        terms.append(invariants.com_angular_momentum(model, trajectory.com_m, trajectory.com_velocity_m_s))
         momentum = momentum + terms[-1]
-        speed, distance = np.sqrt(squared(seen.com_velocity_m_s).max()), np.sqrt(squared(seen.com_m).max())
+        speed, distance = np.sqrt(squared(trajectory.com_velocity_m_s).max()), np.sqrt(squared(trajectory.com_m).max())
         com = scene.mass_kg * scene.radius0_m * (speed + distance * scene_rate(scene))
         terms.append(np.full(len(momentum), scene.mass_kg * speed * distance))
     turned = size * (scene_rate(scene) + np.abs(rate).max())
-    allowed = FEW * steps(seen) * rtol * (com + scene.bars * turned) + ROUNDED * walk(seen) * biggest(terms)
+    allowed = FEW * steps(trajectory) * rtol * (com + scene.bars * turned) + ROUNDED * walk(trajectory) * biggest(terms)
     off = float(np.abs(momentum - momentum[0]).max())
     return "" if off <= allowed else f"angular momentum off by {off:.3g} N m s, allowed {allowed:.3g} N m s"
 
 
-def left_law(scene: Scene, seen: Trajectory, rtol: float) -> str:
+def left_law(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
     """A bar prescribed in inertial axes is where its law says: errors of its rate run on with time."""
-    angle, _ = attitude(seen)
+    angle, _ = attitude(trajectory)
     for p in scene.effects.prescribed_rotation:
         if p.frame is not Frame.INERTIAL or p.actuator is not Actuator.EXTERNAL:
             continue
-        law = angle[0, p.bar - 1] + np.array([p.law(t)[0] - p.law(0.0)[0] for t in seen.t_s])
+        law = angle[0, p.bar - 1] + np.array([p.law(t)[0] - p.law(0.0)[0] for t in trajectory.t_s])
         off = float(np.abs(angle[:, p.bar - 1] - law).max())
-        allowed = FEW * steps(seen) * (rtol + ROUNDED) * (1.0 + scene_rate(scene) * seen.t_s[-1])
+        allowed = FEW * steps(trajectory) * (rtol + ROUNDED) * (1.0 + scene_rate(scene) * trajectory.t_s[-1])
         if off > allowed:
             return f"bar {p.bar} is {off:.3g} rad off its law, allowed {allowed:.3g} rad"
     return ""
 
 
-def attitude(seen: Trajectory) -> tuple[Array, Array]:
+def attitude(trajectory: Trajectory) -> tuple[Array, Array]:
     """Angles and rates, (n, N)."""
-    assert seen.angle_rad is not None
-    assert seen.rate_rad_s is not None
-    return seen.angle_rad, seen.rate_rad_s
+    assert trajectory.angle_rad is not None
+    assert trajectory.rate_rad_s is not None
+    return trajectory.angle_rad, trajectory.rate_rad_s
 
 
-def steps(seen: Trajectory) -> float:
+def steps(trajectory: Trajectory) -> float:
     """Steps taken."""
-    return 1.0 + float(seen.info["steps"])
+    return 1.0 + float(trajectory.info["steps"])
 
 
-def walk(seen: Trajectory) -> float:
+def walk(trajectory: Trajectory) -> float:
     """Roundings of so many steps that go either way."""
-    return float(np.sqrt(steps(seen)))
+    return float(np.sqrt(steps(trajectory)))
 
 
 def scene_rate(scene: Scene) -> float:
@@ -200,24 +202,24 @@ def scene_rate(scene: Scene) -> float:
     return float(max(circular, *own, *laws, scene.orbital_rate_rad_s))
 
 
-def com_gradient(scene: Scene, seen: Trajectory) -> float:
+def com_gradient(scene: Scene, trajectory: Trajectory) -> float:
     """Change of the centre of mass's energy, by kg, for a unit of its request: a radius, and that times the rate."""
-    pull = scene.central_body.mu_m3_s2 / squared(seen.com_m).min()
-    speed = np.sqrt(squared(seen.com_velocity_m_s).max())
+    pull = scene.central_body.mu_m3_s2 / squared(trajectory.com_m).min()
+    speed = np.sqrt(squared(trajectory.com_velocity_m_s).max())
     return float(scene.radius0_m * (pull + speed * scene_rate(scene)))
 
 
-def weight_J(scene: Scene, seen: Trajectory) -> Array:
+def weight_J(scene: Scene, trajectory: Trajectory) -> Array:
     """Size of the potential energy, (n,)."""
-    found: Array = scene.mass_kg * scene.central_body.mu_m3_s2 / np.sqrt(squared(seen.com_m))
+    found: Array = scene.mass_kg * scene.central_body.mu_m3_s2 / np.sqrt(squared(trajectory.com_m))
     return found
 
 
-def tide_J(scene: Scene, seen: Trajectory) -> float:
+def tide_J(scene: Scene, trajectory: Trajectory) -> float:
     """Bound of the tide's energy, and of its change by a radian."""
     if conserved(scene).relative:
         return 0.0
-    nearest = np.sqrt(squared(seen.com_m).min())
+    nearest = np.sqrt(squared(trajectory.com_m).min())
     return float(3.0 * scene.mass_kg * scene.central_body.mu_m3_s2 * scene.size_m**2 / nearest**3)
 
 

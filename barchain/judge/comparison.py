@@ -15,7 +15,7 @@ from barchain.judge.checks.extrapolation import FIELDS
 from barchain.judge.checks.relative_energy import BLOWN_UP, kinetic_ratio
 from barchain.judge.checks.restart import Stretch, can_restart, stretches
 from barchain.judge.declared_noise import too_noisy
-from barchain.judge.drift_bands import drift_bands
+from barchain.judge.drift_bounds import drift_bounds
 from barchain.judge.landing import ended_elsewhen
 from barchain.judge.residuals import FINEST_NOISE, HALVED, Residuals, worst
 from barchain.judge.roundoff_limit import coarsest_roundoff
@@ -31,21 +31,21 @@ if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Array, Trajectory
     from barchain.judge.evidence import Evidence
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
 
 LEAST_JUDGED = 0.1  # of the run: agreement over less says nothing about the scene
 MOST_EMPTY = 0.75  # share of the stretches beyond the limit that may predict no sample; in manoeuvres most do not
 HOPELESS = 100.0  # times what is allowed: no slowly converging method is behind that
-ASKED = frozenset({"consistency", "band_used", "finer_band_used", "drift", "offset_used"})
+ASKED = frozenset({"normalised_error", "bound_used", "finer_bound_used", "drift", "offset_used"})
 """Metrics that are judged by their tolerance"""
-OF_TWO_SETTINGS = frozenset({"offset_used", "finer_band_used"})
+OF_TWO_SETTINGS = frozenset({"offset_used", "finer_bound_used"})
 """Metrics that need the second run to be the finer one"""
-DOUBTED = {Outcome.INCONSISTENT, Outcome.OUT_OF_BAND}
+DOUBTED = {Outcome.INCONSISTENT, Outcome.EXCEEDS_BOUND}
 """Outcomes that round-off or slow convergence may be behind"""
 END_SLACK = 1e-6  # of an orbit: a sample meant to be at its end is in it
 
 UNITLESS = frozenset(
-    {"consistency", "band_used", "finer_band_used", "detection_limit", "judged_share", "offset_used", "between"}
+    {"normalised_error", "bound_used", "finer_bound_used", "detection_limit", "judged_share", "offset_used", "between"}
 )
 """Metrics that are ratios, whatever their quantity's unit"""
 
@@ -84,7 +84,7 @@ def row(
     tolerance: float | None,
     outcome: Outcome,
     reason: str,
-    horizon_s: float | None,
+    limit_s: float | None,
 ) -> Row:
     """One row of the metrics table."""
     unit = "1" if metric in UNITLESS else QUANTITY_UNITS[quantity]
@@ -99,11 +99,13 @@ def row(
         "tolerance": tolerance,
         "outcome": str(outcome),
         "reason": reason,
-        "horizon_s": horizon_s,
+        "limit_s": limit_s,
     }
 
 
-def judge(name: str, engine: type[Engine], setting: Setting, evidence: Evidence, truth: Truth) -> Verdict:
+def judge(
+    name: str, engine: type[Engine], setting: Setting, evidence: Evidence, solution: ReferenceSolution
+) -> Verdict:
     """Compare an engine's runs with the reference solution.
 
     Samples that arithmetic fails on cost their engine's verdict, not the run that it is part of. Where the evidence
@@ -123,12 +125,12 @@ def judge(name: str, engine: type[Engine], setting: Setting, evidence: Evidence,
     -------
     Verdict
     """
-    scene = truth.scene
+    scene = solution.scene
     for role, result in (("", evidence.main), (" (at its finer setting)", evidence.finer)):
         if result.outcome is not Outcome.PASS or result.trajectory is None:
             return no_verdict(scene.name, name, setting, result.outcome, result.reason + role)
     try:
-        return Comparison(name, engine, setting, evidence, truth).verdict()
+        return Comparison(name, engine, setting, evidence, solution).verdict()
     except Exception as error:
         said = f"could not be compared: {type(error).__name__}: {error}"
         return no_verdict(scene.name, name, setting, Outcome.FAILED, said)
@@ -137,10 +139,12 @@ def judge(name: str, engine: type[Engine], setting: Setting, evidence: Evidence,
 class Comparison(Residuals):
     """Rows of the verdict on one engine in one scene."""
 
-    def __init__(self, name: str, engine: type[Engine], setting: Setting, evidence: Evidence, truth: Truth) -> None:
-        super().__init__(engine, setting, evidence, truth)
+    def __init__(
+        self, name: str, engine: type[Engine], setting: Setting, evidence: Evidence, solution: ReferenceSolution
+    ) -> None:
+        super().__init__(engine, setting, evidence, solution)
         self.name = name
-        self.drift_band = drift_bands(self.errors, self.main, self.finer)
+        self.drift_bound = drift_bounds(self.errors, self.main, self.finer)
         self.stretches: list[Stretch] = []
 
     def verdict(self) -> Verdict:
@@ -166,17 +170,17 @@ class Comparison(Residuals):
 
         Noise that is declared is a stated limit of the engine as long as it is behind every refusal; it makes no pass.
         """
-        refused = [r for r in rows if not Outcome(r["outcome"]).ok]
-        said = too_noisy(self.errors.declared_noise, self.truth) if refused else None
-        if said is None or not all(r["metric"] in (*ASKED, "max") and self.is_noise(r) for r in refused):
+        rejected = [r for r in rows if not Outcome(r["outcome"]).ok]
+        said = too_noisy(self.errors.declared_noise, self.solution) if rejected else None
+        if said is None or not all(r["metric"] in (*ASKED, "max") and self.is_noise(r) for r in rejected):
             return None
         return said
 
-    def is_noise(self, refused: Row) -> bool:
+    def is_noise(self, rejected: Row) -> bool:
         """Whether declared noise explains what a row refuses."""
-        quantity, finer = refused["quantity"], refused["metric"] == "finer_band_used"
+        quantity, finer = rejected["quantity"], rejected["metric"] == "finer_bound_used"
         found = (self.finer_residual if finer else self.residual).get(quantity)
-        if found is None or refused["metric"] == "drift":
+        if found is None or rejected["metric"] == "drift":
             return False
         model = self.finer_errors if finer else self.errors
         n = min(self.n, len(found))
@@ -187,7 +191,7 @@ class Comparison(Residuals):
     def early_fault(self) -> Row | None:
         """First thing that speaks against the run as a whole."""
         for role, run in (("", self.main), (" (at its finer setting)", self.finer)):
-            other_end = ended_differently(run, self.truth)
+            other_end = ended_differently(run, self.solution)
             if other_end is not None:
                 return self.row("run", "outcome", None, None, Outcome.INCOMPLETE, other_end + role)
         other_instant = ended_elsewhen(self)
@@ -214,7 +218,7 @@ class Comparison(Residuals):
 
     def compared_too_little(self) -> Row | None:
         """A fault if nothing after the start can be compared."""
-        if self.com_only or np.count_nonzero(self.t <= self.horizon_s) > 1 or len(self.truth.growth) == 1:
+        if self.com_only or np.count_nonzero(self.t <= self.limit_s) > 1 or len(self.solution.amplification) == 1:
             return None
         reason = (
             f"the next sample is beyond what {self.setting} can predict: the expected error of the attitude reaches "
@@ -224,7 +228,7 @@ class Comparison(Residuals):
 
     def malformed(self) -> Row | None:
         """A fault if values have a form that no integration gives them."""
-        said = rounded_values(self.main, self.truth)
+        said = rounded_values(self.main, self.solution)
         return None if said is None else self.row("run", "outcome", None, None, Outcome.MALFORMED, said)
 
     def row(
@@ -237,7 +241,7 @@ class Comparison(Residuals):
         reason: str = "",
     ) -> Row:
         """One row of the metrics table for this engine and scene."""
-        limit_s = float(self.t[-1]) if quantity in TRACK else self.horizon_s
+        limit_s = float(self.t[-1]) if quantity in TRACK else self.limit_s
         return row(
             self.scene.name, self.name, self.setting, quantity, metric, value, tolerance, outcome, reason, limit_s
         )
@@ -246,7 +250,7 @@ class Comparison(Residuals):
         """Size of the difference up to the limit, whether it is explained, and whether it is good enough."""
         inside = self.inside(quantity)
         size = self.found[quantity][inside]
-        consistency, good = self.checks(quantity)
+        normalised_error, good = self.checks(quantity)
         model = self.left_out(quantity)
         allowed = self.margin(quantity)[inside] + model.size[inside]
         return [
@@ -257,28 +261,35 @@ class Comparison(Residuals):
             self.row(quantity, "final", float(size[-1]), None, Outcome.REPORTED),
             *self.first_orbit(quantity),
             self.row(quantity, "detection_limit", self.detection_limit(quantity), None, Outcome.REPORTED),
-            self.row(quantity, "band_used", good.ratio, 1.0, good.outcome, ""),
-            self.row(quantity, "consistency", consistency.ratio, 1.0, consistency.outcome, consistency.words),
+            self.row(quantity, "bound_used", good.ratio, 1.0, good.outcome, ""),
+            self.row(
+                quantity,
+                "normalised_error",
+                normalised_error.ratio,
+                1.0,
+                normalised_error.outcome,
+                normalised_error.words,
+            ),
         ]
 
     def first_orbit(self, quantity: str) -> list[Row]:
         """Largest difference up to one orbit: on a chaotic scene that at the limit says little."""
         early = self.inside(quantity) & (self.t <= self.scene.period_s * (1.0 + END_SLACK))
-        if early.sum() == self.n or self.horizon_s < self.scene.period_s * (1.0 - END_SLACK):
+        if early.sum() == self.n or self.limit_s < self.scene.period_s * (1.0 - END_SLACK):
             return []
         return [self.row(quantity, "first_orbit", float(self.found[quantity][early].max()), None, Outcome.REPORTED)]
 
     def drift_rows(self) -> list[Row]:
         """Drifts over the whole run."""
-        band = self.drift_band
+        bound = self.drift_bound
         rows = []
         for quantity, drift in drifts(self.scene, self.main).items():
-            n = min(len(drift), len(band[quantity]))
-            allowed = band[quantity][:n]
+            n = min(len(drift), len(bound[quantity]))
+            allowed = bound[quantity][:n]
             if quantity in self.roundoff:  # joints and sums of places: rounding is all that there is
                 allowed = allowed + np.minimum(self.roundoff[quantity][:n], NORM_SLACK * allowed)
             used, at = worst(drift[:n], allowed, np.ones(n, bool))
-            good = Outcome.PASS if used <= 1.0 else Outcome.OUT_OF_BAND
+            good = Outcome.PASS if used <= 1.0 else Outcome.EXCEEDS_BOUND
             reason = "" if used <= 1.0 else f"{used:.3g} times the band at t = {self.main.t_s[at]:.6g} s"
             top = int(np.argmax(drift[:n]))
             rows.append(self.row(quantity, "drift", float(drift[top]), float(allowed[top]), good, reason))
@@ -298,17 +309,17 @@ class Comparison(Residuals):
             used, at = worst(residual, margin, inside)
             if used > 1.0:
                 reason = f"{used:.3g} times the expected-error bound at t = {self.t[at]:.6g} s at its finer setting"
-                rows.append(self.row(quantity, "finer_band_used", used, 1.0, Outcome.OUT_OF_BAND, reason))
+                rows.append(self.row(quantity, "finer_bound_used", used, 1.0, Outcome.EXCEEDS_BOUND, reason))
         return rows
 
     def beyond_rows(self) -> list[Row]:
         """Rows on what is judged beyond the predictability limit."""
-        first = int(np.count_nonzero(self.t <= self.horizon_s)) - 1
+        first = int(np.count_nonzero(self.t <= self.limit_s)) - 1
         if first >= self.n - 1 or self.com_only:
             return []
         rows = [self.energy_row()]
         if not can_restart(self.main):
-            said = f"no rates: nothing can be judged beyond the predictability limit, {self.horizon_s:.4g} s"
+            said = f"no rates: nothing can be judged beyond the predictability limit, {self.limit_s:.4g} s"
             return [*rows, self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, said)]
         try:
             self.stretches = stretches(self.errors, self.main, first)
@@ -325,11 +336,11 @@ class Comparison(Residuals):
         if wrong is None:
             return []
         quantity, used, said = wrong
-        good = Outcome.OUT_OF_BAND
+        good = Outcome.EXCEEDS_BOUND
         if self.engine.coordinates is Coordinates.ABSOLUTE:
             alone = np.ones(self.errors.n)  # nothing grows in a state by itself
             room = {quantity: coarsest_roundoff(self.errors, quantity, alone) for quantity in OF_A_STATE}
-            good = Outcome.OUT_OF_BAND if wrong_between(*seen, room=room) else Outcome.ROUNDOFF_LIMITED
+            good = Outcome.EXCEEDS_BOUND if wrong_between(*seen, room=room) else Outcome.ROUNDOFF_LIMITED
         return [self.row(quantity, "between", used, 1.0, good, said)]
 
     def empty_rows(self, found: list[Stretch]) -> list[Row]:
@@ -338,7 +349,7 @@ class Comparison(Residuals):
         if not found or empty <= MOST_EMPTY * len(found):
             return []
         said = (
-            f"beyond the predictability limit, {self.horizon_s:.4g} s, {empty} of {len(found)} stretches can't predict "
+            f"beyond the predictability limit, {self.limit_s:.4g} s, {empty} of {len(found)} stretches can't predict "
             "the next sample: the rates are too uncertain"
         )
         return [self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, said)]
@@ -346,11 +357,11 @@ class Comparison(Residuals):
     def energy_row(self) -> Row:
         """Kinetic energy about the centre of mass over the largest that there can be."""
         unlimited = self.scene.effects.thrust or self.scene.effects.impulse or self.scene.effects.prescribed_rotation
-        each = [] if unlimited else [kinetic_ratio(run, self.truth) for run in (self.main, self.finer)]
+        each = [] if unlimited else [kinetic_ratio(run, self.solution) for run in (self.main, self.finer)]
         ratio = max((r for r in each if r is not None), default=None)
         if ratio is None:
             return self.row("relative_energy", "drift", None, None, Outcome.REPORTED)
-        good = Outcome.PASS if ratio <= BLOWN_UP else Outcome.OUT_OF_BAND
+        good = Outcome.PASS if ratio <= BLOWN_UP else Outcome.EXCEEDS_BOUND
         reason = "" if ratio <= BLOWN_UP else f"{ratio:.3g} times the largest kinetic energy there can be"
         return self.row("relative_energy", "drift", ratio, BLOWN_UP, good, reason)
 
@@ -372,20 +383,20 @@ class Comparison(Residuals):
     def out_of_stretch(self, quantity: str, found: list[Stretch]) -> Outcome:
         """Outcome of a quantity that is outside in a stretch: rounding of absolute coordinates is no fault."""
         if self.engine.coordinates is not Coordinates.ABSOLUTE:
-            return Outcome.OUT_OF_BAND
+            return Outcome.EXCEEDS_BOUND
         for s in found:
-            since = self.errors.growth / self.errors.growth[s.first]
+            since = self.errors.amplification / self.errors.amplification[s.first]
             most = coarsest_roundoff(self.errors, quantity, since)[s.first : s.last + 1]
             if not np.all(s.found[quantity] <= s.allowed[quantity] + most):
-                return Outcome.OUT_OF_BAND
+                return Outcome.EXCEEDS_BOUND
         return Outcome.ROUNDOFF_LIMITED
 
     def share_row(self, rows: list[Row]) -> Row:
         """Share of the run that was judged: up to the limit, and in stretches beyond it."""
-        last = len(self.truth.growth) - 1  # of the reference solution, not of what the engine's runs have
+        last = len(self.solution.amplification) - 1  # of the reference solution, not of what the engine's runs have
         if self.com_only or last == 0:
             return self.row("run", "judged_share", 1.0, None, Outcome.REPORTED)
-        judged = self.t <= self.horizon_s
+        judged = self.t <= self.limit_s
         for s in self.stretches:
             judged[s.first + 1 : s.last + 1] = True
         share = float(np.count_nonzero(judged[1:]) / last)
@@ -427,7 +438,7 @@ class Comparison(Residuals):
             columns[f"{quantity}_difference"] = padded(found, self.main)
             columns[f"{quantity}_tolerance"] = padded(self.tolerance(quantity) + shift, self.main)
             columns[f"{quantity}_band"] = padded(self.margin(quantity) + shift, self.main)
-        allowed = self.drift_band
+        allowed = self.drift_bound
         for quantity, drift in drifts(self.scene, self.main).items():
             columns[f"{quantity}_drift"] = drift
             columns[f"{quantity}_band"] = padded(allowed[quantity], self.main)

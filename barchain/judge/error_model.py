@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.engine import Knob
+from adapters.engine import AccuracyParameter
 from barchain.judge import declared_noise as declared
 from barchain.judge.local_errors import (
     ROUNDINGS,
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Array, Trajectory
     from barchain.judge.local_errors import LocalErrors
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
 
 
 class ErrorModel:
@@ -40,7 +40,7 @@ class ErrorModel:
     start_rad: float = 0.0
     """Error of the initial state, in what growth is counted in, rad: none but for a restart from an engine's samples"""
 
-    def __init__(self, engine: type[Engine], setting: Setting, truth: Truth, run: Trajectory) -> None:
+    def __init__(self, engine: type[Engine], setting: Setting, solution: ReferenceSolution, run: Trajectory) -> None:
         """Prepare.
 
         Parameters
@@ -51,28 +51,32 @@ class ErrorModel:
         run : Trajectory
             Of the engine: its number of samples, and its count of steps as far as that is believed.
         """
-        self.engine, self.setting, self.truth, self.scene = engine, setting, truth, truth.scene
-        self.n = min(len(run.t_s), len(truth.growth))
-        self.t_s = truth.trajectory.t_s[: self.n]
-        self.growth = truth.growth[: self.n]
+        self.engine, self.setting, self.solution, self.scene = engine, setting, solution, solution.scene
+        self.n = min(len(run.t_s), len(solution.amplification))
+        self.t_s = solution.trajectory.t_s[: self.n]
+        self.amplification = solution.amplification[: self.n]
         said = run.info.get("steps", 0.0)
         counted = float(said) if isinstance(said, int | float) and np.isfinite(said) else 0.0
-        self.steps = declared.believed_steps(setting, truth, counted) if setting.knob is Knob.RTOL else counted
+        self.steps = (
+            declared.believed_steps(setting, solution, counted)
+            if setting.parameter is AccuracyParameter.RTOL
+            else counted
+        )
 
     @cached_property
     def declared_noise(self) -> dict[str, Array]:
         """Noise that the engine declares, (n,) for each quantity, unbounded."""
-        return declared.noise(self.engine, self.setting, self.truth, self.t_s)
+        return declared.noise(self.engine, self.setting, self.solution, self.t_s)
 
     @cached_property
     def noise(self) -> dict[str, Array]:
         """Noise that the engine declares, (n,) for each quantity, as far as it counts in floors."""
-        return declared.bounded(self.declared_noise, self.truth)
+        return declared.bounded(self.declared_noise, self.solution)
 
     @cached_property
     def local(self) -> LocalErrors:
         """Errors made on the way, before the motion carries them on."""
-        return local_errors(self.engine, self.scene, self.setting, self.truth, self.steps)
+        return local_errors(self.engine, self.scene, self.setting, self.solution, self.steps)
 
     def steps_taken(self, t_s: Array) -> Array:
         """Steps taken up to each instant, (n,)."""
@@ -86,7 +90,9 @@ class ErrorModel:
     def amplified_rad(self, noise: dict[str, Array]) -> Array:
         """Round-off and noise in the attitude, as the scene amplifies them, (n,) rad."""
         walk = ROUNDINGS * np.sqrt(self.steps_taken(self.t_s))
-        found: Array = (roundoff_unit(self.engine, self.truth) * walk + noise.get("attitude", 0.0)) * self.growth
+        found: Array = (
+            roundoff_unit(self.engine, self.solution) * walk + noise.get("attitude", 0.0)
+        ) * self.amplification
         return found
 
     @cached_property
@@ -95,14 +101,16 @@ class ErrorModel:
 
         Carried on are the error of the start (half a step aside), and all errors that are made on the way.
         """
-        made = self.growth * self.local.immediate["attitude"][0] + self.local.attitude(self.t_s, self.growth)
+        made = self.amplification * self.local.immediate["attitude"][0] + self.local.attitude(
+            self.t_s, self.amplification
+        )
         found: Array = NORM_SLACK * made + self.started_rad
         return found
 
     @property
     def started_rad(self) -> Array:
         """What round-off and the given initial state are off by, (n,) rad."""
-        return self.floor_rad + self.growth * self.start_rad
+        return self.floor_rad + self.amplification * self.start_rad
 
     @cached_property
     def limit_s(self) -> float:
@@ -113,7 +121,7 @@ class ErrorModel:
         """
         parted = np.nonzero(np.maximum.accumulate(self.attitude_rad) > PARTED_RAD)[0]
         last = int(parted[0]) - 1 if len(parted) else self.n - 1
-        return min(float(self.t_s[max(last, 0)]), self.truth.horizon_s)
+        return min(float(self.t_s[max(last, 0)]), self.solution.limit_s)
 
     @cached_property
     def floor(self) -> dict[str, Array]:
@@ -132,13 +140,13 @@ class ErrorModel:
 
     def floor_of(self, angle_rad: Array, noise: dict[str, Array]) -> dict[str, Array]:
         """Floor of each quantity, (n,), from that of the attitude, (n,) rad, and noise of its own."""
-        truth, seen, n = self.truth, self.truth.trajectory, self.n
+        solution, seen, n = self.solution, self.solution.trajectory, self.n
         found = {
-            name: angle_rad * truth.response[name][:n] + rounded(seen, name)[:n] + noise.get(name, 0.0)
-            for name in truth.response
+            name: angle_rad * solution.response[name][:n] + rounded(seen, name)[:n] + noise.get(name, 0.0)
+            for name in solution.response
         }
         if "rate" in found:  # a place rounded once in a radian of the orbit
-            found["rate"] += roundoff_unit(self.engine, truth) * ROUNDINGS * orbit_scale(self.scene)
+            found["rate"] += roundoff_unit(self.engine, solution) * ROUNDINGS * orbit_scale(self.scene)
         walk = ROUNDINGS * np.sqrt(self.steps_taken(self.t_s))
         carried = UNIT_ROUNDOFF * walk * kepler_growth(self.scene, self.t_s - self.t_s[0])
         for name, values in (("com", seen.com_m), ("com_velocity", seen.com_velocity_m_s)):
@@ -146,7 +154,7 @@ class ErrorModel:
         return found
 
     @cached_property
-    def band(self) -> dict[str, Array]:
+    def bound(self) -> dict[str, Array]:
         """Expected-error bound: what the method promises at this setting, (n,) for each quantity, floors included.
 
         Errors of attitude made at s are carried to t by G(t)/G(s), and into the other quantities by the perturbed
@@ -155,7 +163,7 @@ class ErrorModel:
         parted = RICHARDSON * PARTED_RAD  # up to the limit no attitude is off by more
         attitude = (self.attitude_rad - self.floor_rad) / NORM_SLACK  # with the error of the start in it
         found = {}
-        for name, response in self.truth.response.items():
+        for name, response in self.solution.response.items():
             direct = self.local.immediate[name][: self.n] if name in self.local.immediate else 0.0
             carried = np.minimum(NORM_SLACK * attitude, parted)
             if name != "attitude":  # the perturbed run parts in one direction; others may answer more strongly
@@ -163,13 +171,13 @@ class ErrorModel:
             found[name] = carried * response[: self.n] + NORM_SLACK * direct + self.floor[name]
         track = NORM_SLACK * self.local.track(self.scene, self.t_s)
         found["com"] += track
-        found["com_velocity"] += track * orbit_rate_bound(self.scene, self.truth.trajectory)
+        found["com_velocity"] += track * orbit_rate_bound(self.scene, self.solution.trajectory)
         return found
 
     @cached_property
     def missed(self) -> dict[str, Array]:
         """What fixed steps may miss where a manoeuvre starts or ends inside one, (n,) for each quantity."""
-        return kinks(self.engine, self.scene, self.setting, self.truth)
+        return kinks(self.engine, self.scene, self.setting, self.solution)
 
     def explained(self, own: dict[str, Array]) -> dict[str, Array]:
         """What may stand between the engine and the reference if both are right, (n,) for each quantity.
@@ -181,12 +189,12 @@ class ErrorModel:
         """
         missed = self.missed
         found = {}
-        for name in own.keys() & self.truth.error.keys():
+        for name in own.keys() & self.solution.error.keys():
             n = min(self.n, len(own[name]))  # an engine may run on where the reference has ended
-            both = np.maximum.accumulate(own[name][:n]) + self.truth.error[name][:n]
+            both = np.maximum.accumulate(own[name][:n]) + self.solution.error[name][:n]
             found[name] = RICHARDSON * both + self.floor[name][:n] + (missed[name][:n] if name in missed else 0.0)
-            if self.setting.knob is Knob.RTOL:
+            if self.setting.parameter is AccuracyParameter.RTOL:
                 unit = step_unit(self.engine, name, self.scene, self.setting)
-                requested = np.maximum(NORM_SLACK * self.truth.response[name][:n], unit)
+                requested = np.maximum(NORM_SLACK * self.solution.response[name][:n], unit)
                 found[name] = found[name] + step_constant(self.engine) * self.setting.value * requested
         return found

@@ -77,11 +77,11 @@ def follow_up_jobs(
         At which the engine is judged.
     asks : iterable of Role
     """
-    finer = finer_setting(scene, engine.ladder, setting)
+    finer = finer_setting(scene, engine.sweep, setting)
     jobs = []
     for role in asks:
         if role is Role.FINEST:
-            jobs.append(Job(scene, name, registration, finer_setting(scene, engine.ladder, finer), role))
+            jobs.append(Job(scene, name, registration, finer_setting(scene, engine.sweep, finer), role))
         else:
             number = PERTURBED_ROLES.index(role)
             jobs.append(Job(perturbed(scene, number), name, registration, setting, role))
@@ -123,7 +123,7 @@ def turned_push(push: Push, turn: float) -> Push:
     return dataclasses.replace(push, direction_rad=push.direction_rad + turn)
 
 
-def turned_back(seen: Trajectory, turn: float) -> Trajectory:
+def turned_back(trajectory: Trajectory, turn: float) -> Trajectory:
     """Trajectory of a turned scene in the axes of the scene itself."""
     c, s = math.cos(turn), math.sin(turn)
     back = np.array([[c, -s], [s, c]])  # rows times this: turned by -turn
@@ -131,10 +131,10 @@ def turned_back(seen: Trajectory, turn: float) -> Trajectory:
     def vectors(values: Array | None) -> Array | None:
         return None if values is None else values @ back
 
-    return seen.replace(
-        com_m=vectors(seen.com_m),
-        com_velocity_m_s=vectors(seen.com_velocity_m_s),
-        angle_rad=None if seen.angle_rad is None else seen.angle_rad - turn,
-        reaction_N=vectors(seen.reaction_N),
-        impulse_N_s=vectors(seen.impulse_N_s),
+    return trajectory.replace(
+        com_m=vectors(trajectory.com_m),
+        com_velocity_m_s=vectors(trajectory.com_velocity_m_s),
+        angle_rad=None if trajectory.angle_rad is None else trajectory.angle_rad - turn,
+        reaction_N=vectors(trajectory.reaction_N),
+        impulse_N_s=vectors(trajectory.impulse_N_s),
     )

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def ended_elsewhen(run: Residuals) -> str | None:
     """Say why, if both located the instant of their end, and their errors don't explain that it is not the same."""
-    mine, theirs = (float(seen.info.get(ENDED, np.nan)) for seen in (run.main, run.truth.trajectory))
+    mine, theirs = (float(seen.info.get(ENDED, np.nan)) for seen in (run.main, run.solution.trajectory))
     if np.isnan(mine - theirs):
         return None
     apart, allowed = abs(mine - theirs), landing_tolerance_s(run)
@@ -32,7 +32,7 @@ def landing_tolerance_s(run: Residuals) -> float:
     down, at least the centre of mass' less what they turn with about it. Where that is nothing, the chain grazes
     the surface, and no instant is judged but to a sample.
     """
-    seen, size, last = run.truth.trajectory, run.scene.size_m, run.n - 1
+    seen, size, last = run.solution.trajectory, run.scene.size_m, run.n - 1
     spacing = run.scene.run.duration_s / (run.scene.run.samples - 1)
     if seen.rate_rad_s is None or not {"attitude", "rate"} <= run.found.keys():
         return spacing
@@ -40,7 +40,7 @@ def landing_tolerance_s(run: Residuals) -> float:
     turning = float(np.abs(seen.rate_rad_s[last]).max())
     down = -float(place @ velocity) / float(np.linalg.norm(place)) - size * turning
     off = {name: float(run.tolerance(name)[last]) for name in ("com", "com_velocity", "attitude", "rate")}
-    if run.t[last] > run.horizon_s:
+    if run.t[last] > run.limit_s:
         off |= {"attitude": 1.0, "rate": turning}
     ends = off["com"] + size * off["attitude"]
     ends += spacing * (off["com_velocity"] + size * (off["rate"] + turning * off["attitude"]))

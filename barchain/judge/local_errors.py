@@ -13,7 +13,7 @@ from adapters.bar_loads.falling_frame import falling
 from adapters.common import equal_steps as steps
 from adapters.common.initial_state import initial_state
 from adapters.common.kepler import propagate
-from adapters.engine import Coordinates, Knob
+from adapters.engine import AccuracyParameter, Coordinates
 from barchain.judge.scales import inertia_force_N
 from barchain.metrics.rates import own_rate, rate_scale
 from barchain.solutions.reference import RICHARDSON
@@ -22,7 +22,7 @@ from scenarios import Gravity
 if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Array, Trajectory
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
 SECOND_ORDER = 2
@@ -53,9 +53,9 @@ def kepler_growth(scene: Scene, t_s: Array) -> Array:
     return 1.0 + 3.0 * orbit_scale(scene) * t_s
 
 
-def orbit_rate_bound(scene: Scene, seen: Trajectory) -> float:
+def orbit_rate_bound(scene: Scene, trajectory: Trajectory) -> float:
     """Largest rate at which a displaced centre of mass moves: speed over distance, where the orbit is lowest."""
-    speed, distance = (np.linalg.norm(x, axis=1) for x in (seen.com_velocity_m_s, seen.com_m))
+    speed, distance = (np.linalg.norm(x, axis=1) for x in (trajectory.com_velocity_m_s, trajectory.com_m))
     return max(orbit_scale(scene), float((speed / distance).max()))
 
 
@@ -72,10 +72,10 @@ class LocalErrors:
     immediate: dict[str, Array]
     """(n,) largest error so far of what is read off one step: reactions and torques that vary inside it"""
 
-    def attitude(self, t_s: Array, growth: Array) -> Array:
+    def attitude(self, t_s: Array, amplification: Array) -> Array:
         """Error of the attitude, (n,): what was made at s has grown G(t)/G(s) times by t."""
-        made = cumulative_trapezoid(self.attitude_rate / np.interp(self.t_s, t_s, growth), self.t_s, initial=0)
-        found: Array = growth * np.interp(t_s, self.t_s, made)
+        made = cumulative_trapezoid(self.attitude_rate / np.interp(self.t_s, t_s, amplification), self.t_s, initial=0)
+        found: Array = amplification * np.interp(t_s, self.t_s, made)
         return found
 
     def track(self, scene: Scene, t_s: Array) -> Array:
@@ -90,16 +90,16 @@ class LocalErrors:
 
 
 def local_errors(
-    engine: type[Engine], scene: Scene, setting: Setting, truth: Truth, steps: float | None = None
+    engine: type[Engine], scene: Scene, setting: Setting, solution: ReferenceSolution, steps: float | None = None
 ) -> LocalErrors:
     """Local errors of a method: by its order and step, or by the accuracy it is asked for in each of its `steps`."""
-    if setting.knob is Knob.RTOL:
-        return requested_errors(engine, scene, setting, truth, steps)
-    return truncation_errors(engine, scene, setting, truth)
+    if setting.parameter is AccuracyParameter.RTOL:
+        return requested_errors(engine, scene, setting, solution, steps)
+    return truncation_errors(engine, scene, setting, solution)
 
 
 def requested_errors(
-    engine: type[Engine], scene: Scene, setting: Setting, truth: Truth, steps: float | None = None
+    engine: type[Engine], scene: Scene, setting: Setting, solution: ReferenceSolution, steps: float | None = None
 ) -> LocalErrors:
     """A method that chooses its steps: the requested error in each, one step for each radian of the fastest rate.
 
@@ -107,19 +107,19 @@ def requested_errors(
     The track, whose request in radii is far above what is made, counts radians of the orbit, unless it is asked for
     as closely as the bars. What is read off the samples comes by dense output: its error is a step's once more.
     """
-    n, made = len(truth.growth), setting.value * step_constant(engine)
+    n, made = len(solution.amplification), setting.value * step_constant(engine)
     read = READ_OFF * made
-    reading = {name: read * response for name, response in truth.response.items()}
+    reading = {name: read * response for name, response in solution.response.items()}
     if "rate" in reading:  # asked for in units of the orbit's and the bars' own rates, and forces answer to it
         reading["rate"] = np.maximum(reading["rate"], read * own_rate(scene))
     if "reaction" in reading:
         reading["reaction"] = np.maximum(reading["reaction"], read * RICHARDSON * inertia_force_N(scene))
     track = made * track_unit(engine, scene, made)
-    rate, chain_rate = orbit_rate_bound(scene, truth.trajectory), rate_scale(scene, truth.trajectory)
+    rate, chain_rate = orbit_rate_bound(scene, solution.trajectory), rate_scale(scene, solution.trajectory)
     counted = (steps or 0.0) / scene.run.duration_s
     shared = made * scene.size_m if engine.coordinates is Coordinates.JOINT else 0.0  # of the angles it is made of
     return LocalErrors(
-        truth.trajectory.t_s[:n],
+        solution.trajectory.t_s[:n],
         np.full(n, made * max(chain_rate, counted)),
         np.full(n, track * max(chain_rate if engine.track_by_length else rate, counted) + shared * chain_rate),
         reading | {"com": np.full(n, track + shared), "com_velocity": np.full(n, track * rate + shared * chain_rate)},
@@ -153,14 +153,14 @@ def error_constant(order: float) -> float:
     return SECOND_ORDER_CONSTANT if order <= SECOND_ORDER else 1.0 / math.factorial(round(order) + 1)
 
 
-def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, truth: Truth) -> LocalErrors:
+def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, solution: ReferenceSolution) -> LocalErrors:
     """A fixed-step method of order p: C h^p times the derivative of order p+1, taken from the truth.
 
     Third derivatives come from its close samples, those above from the third by the rate at which that varies.
     In absolute coordinates the orbit's own error, run along the track, turns every local vertical. The
     track in a moving frame is the chain's departure from Kepler's, of order (L/r)² r, and what other effects add.
     """
-    seen, order = truth.fine, engine.order or 1.0
+    seen, order = solution.fine, engine.order or 1.0
     t = seen.t_s
     constant = error_constant(order)
     power = constant * step_s(scene, setting) ** order
@@ -179,21 +179,21 @@ def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, trut
         track = track + power * jerk * scene.size_m
     immediate = {name: power * values for name, values in read_off(scene, seen, turn, jerk).items()}
     immediate["com_velocity"] = track  # h² times the second derivative of a velocity: read off half a step aside
-    samples = truth.trajectory.t_s[: len(truth.growth)]
+    samples = solution.trajectory.t_s[: len(solution.amplification)]
     return LocalErrors(
         t, power * jerk + turned, track, {name: so_far(t, values, samples) for name, values in immediate.items()}
     )
 
 
-def departure(engine: type[Engine], scene: Scene, seen: Trajectory) -> tuple[Array, Array]:
+def departure(engine: type[Engine], scene: Scene, trajectory: Trajectory) -> tuple[Array, Array]:
     """How far effects drive the centre of mass off a frame's own orbit, m, and how fast, m/s: each (n, 2).
 
     A rotating frame is on Kepler's orbit, and some of those that trees of joints are in; the others fall with all
     fields, so that only what pushes the chain itself drives it off them. Zero where nothing does.
     """
     if not scene.effects.more:
-        return np.zeros_like(seen.com_m), np.zeros_like(seen.com_m)
-    start, t_s = initial_state(scene), seen.t_s
+        return np.zeros_like(trajectory.com_m), np.zeros_like(trajectory.com_m)
+    start, t_s = initial_state(scene), trajectory.t_s
     from_start = t_s if t_s[0] == 0.0 else np.append(0.0, t_s)  # a frame is carried on from the scene's own start
     keplerian = engine.coordinates in (Coordinates.ROTATING_FRAME, Coordinates.JOINT)
     if keplerian and scene.effects.gravity is not Gravity.NONE:
@@ -201,14 +201,14 @@ def departure(engine: type[Engine], scene: Scene, seen: Trajectory) -> tuple[Arr
         place, velocity = propagate(mu, start.com_m, start.com_velocity_m_s, from_start)
     else:
         place, velocity = falling(scene, start, from_start)
-    return seen.com_m - place[-len(t_s) :], seen.com_velocity_m_s - velocity[-len(t_s) :]
+    return trajectory.com_m - place[-len(t_s) :], trajectory.com_velocity_m_s - velocity[-len(t_s) :]
 
 
-def read_off(scene: Scene, seen: Trajectory, turn: Array, jerk: Array) -> dict[str, Array]:
+def read_off(scene: Scene, trajectory: Trajectory, turn: Array, jerk: Array) -> dict[str, Array]:
     """How each quantity varies inside a step, (m,): its second derivative, in SI units."""
     found = {"attitude": turn}
-    values = {"rate": seen.rate_rad_s, "reaction": seen.reaction_N, "torque": seen.torque_N_m}
-    found |= {k: second_derivative(seen.t_s, v) for k, v in values.items() if v is not None and v.size}
+    values = {"rate": trajectory.rate_rad_s, "reaction": trajectory.reaction_N, "torque": trajectory.torque_N_m}
+    found |= {k: second_derivative(trajectory.t_s, v) for k, v in values.items() if v is not None and v.size}
     if "rate" in found:
         found["rate"] = found["rate"] + jerk
     if "reaction" in found:  # forces that cancel in the exact motion do not in the discrete one
@@ -224,40 +224,42 @@ def so_far(t_s: Array, values: Array, samples_s: Array) -> Array:
     return found
 
 
-def varying_rate(scene: Scene, seen: Trajectory) -> float:
+def varying_rate(scene: Scene, trajectory: Trajectory) -> float:
     """Rate at which high derivatives of the attitude follow each other, rad/s: at least the spin and the orbit's own.
 
     The fastest mode of the chain is no measure: where it is not excited it is in no derivative.
     """
-    if seen.rate_rad_s is None:
+    if trajectory.rate_rad_s is None:
         return orbit_scale(scene)
-    third = second_derivative(seen.t_s, seen.rate_rad_s)
-    fifth = second_derivative(seen.t_s, first_derivative(seen.t_s, first_derivative(seen.t_s, seen.rate_rad_s)))
-    spin = float(np.abs(seen.rate_rad_s).max())
-    slowest = max(spin, math.sqrt(3.0) * orbit_rate_bound(scene, seen))
+    third = second_derivative(trajectory.t_s, trajectory.rate_rad_s)
+    fifth = second_derivative(
+        trajectory.t_s, first_derivative(trajectory.t_s, first_derivative(trajectory.t_s, trajectory.rate_rad_s))
+    )
+    spin = float(np.abs(trajectory.rate_rad_s).max())
+    slowest = max(spin, math.sqrt(3.0) * orbit_rate_bound(scene, trajectory))
     return max(slowest, math.sqrt(float(fifth.max()) / max(float(third.max()), slowest**3)))
 
 
-def end_derivatives(engine: type[Engine], scene: Scene, seen: Trajectory) -> tuple[Array, Array]:
+def end_derivatives(engine: type[Engine], scene: Scene, trajectory: Trajectory) -> tuple[Array, Array]:
     """Second and third time derivatives of a bar's end about its centre, over half its length, bounds, (n,) each.
 
     With w the rate: |w'| + w² and |w''| + 3 |w w'| + |w|³. In a frame that turns with the orbit, rates
     count from its own; without gravity there is no orbit to turn with.
     """
-    if seen.rate_rad_s is None:
-        return np.zeros(len(seen.t_s)), np.zeros(len(seen.t_s))
-    rate = seen.rate_rad_s
+    if trajectory.rate_rad_s is None:
+        return np.zeros(len(trajectory.t_s)), np.zeros(len(trajectory.t_s))
+    rate = trajectory.rate_rad_s
     if engine.coordinates is Coordinates.ROTATING_FRAME and scene.effects.gravity is not Gravity.NONE:
-        rate = rate - orbit_rate(seen)[:, None]
+        rate = rate - orbit_rate(trajectory)[:, None]
     fastest = np.abs(rate).max(axis=1)
-    turn = np.abs(first_derivative(seen.t_s, rate)).max(axis=1)
-    jerk = second_derivative(seen.t_s, rate)
+    turn = np.abs(first_derivative(trajectory.t_s, rate)).max(axis=1)
+    jerk = second_derivative(trajectory.t_s, rate)
     return turn + fastest**2, jerk + 3.0 * fastest * turn + fastest**3
 
 
-def orbit_rate(seen: Trajectory) -> Array:
+def orbit_rate(trajectory: Trajectory) -> Array:
     """Rate of the longitude of the centre of mass, (n,), rad/s."""
-    z, v = seen.com_m, seen.com_velocity_m_s
+    z, v = trajectory.com_m, trajectory.com_velocity_m_s
     rate: Array = (z[:, 0] * v[:, 1] - z[:, 1] * v[:, 0]) / np.sum(z * z, axis=1)
     return rate
 
@@ -276,13 +278,13 @@ def second_derivative(t_s: Array, values: Array) -> Array:
     return largest
 
 
-def kinks(engine: type[Engine], scene: Scene, setting: Setting, truth: Truth) -> dict[str, Array]:
+def kinks(engine: type[Engine], scene: Scene, setting: Setting, solution: ReferenceSolution) -> dict[str, Array]:
     """What fixed steps may miss where a manoeuvre starts or ends inside one, (n,) for each quantity.
 
     The law's fourth derivative jumps there, so that what is missed depends on where in the step it falls and
     does not shrink from one setting to the next: one step's own error is allowed.
     """
     inside = [t for p in scene.effects.prescribed_rotation for t in p.breaks_s if 0.0 < t < scene.run.duration_s]
-    if setting.knob is Knob.RTOL or not inside:
+    if setting.parameter is AccuracyParameter.RTOL or not inside:
         return {}
-    return truncation_errors(engine, scene, setting, truth).immediate
+    return truncation_errors(engine, scene, setting, solution).immediate

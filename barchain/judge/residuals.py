@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Array, Trajectory
     from barchain.judge.evidence import Evidence
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
 
 HALVED = 4.0  # noise of differences over a step goes as 1/h²
 FINER_NOISE = 4.0 / 3.0  # what an extrapolation of second order makes of the finer run's noise
@@ -63,24 +63,24 @@ class Check:
 class Residuals:
     """Residuals of an engine's two runs, n common samples, and their bounds; computed once for a verdict."""
 
-    def __init__(self, engine: type[Engine], setting: Setting, evidence: Evidence, truth: Truth) -> None:
+    def __init__(self, engine: type[Engine], setting: Setting, evidence: Evidence, solution: ReferenceSolution) -> None:
         assert evidence.main.trajectory is not None
         assert evidence.finer.trajectory is not None
-        self.engine, self.setting, self.truth, self.scene = engine, setting, truth, truth.scene
+        self.engine, self.setting, self.solution, self.scene = engine, setting, solution, solution.scene
         self.evidence = evidence
         self.main, self.finer = evidence.main.trajectory, evidence.finer.trajectory
-        self.errors = ErrorModel(engine, setting, truth, self.main)
+        self.errors = ErrorModel(engine, setting, solution, self.main)
         self.n = min(self.errors.n, len(self.finer.t_s))
         self.t = self.main.t_s[: self.n]
-        self.horizon_s = self.errors.limit_s
-        self.scale = scales(truth)
-        self.found = {k: d[: self.n] for k, d in differences(self.main, truth.trajectory).items()}
+        self.limit_s = self.errors.limit_s
+        self.scale = scales(solution)
+        self.found = {k: d[: self.n] for k, d in differences(self.main, solution.trajectory).items()}
         self.residual = dict(self.found)
-        self.finer_residual = {k: d[: self.n] for k, d in differences(self.finer, truth.trajectory).items()}
+        self.finer_residual = {k: d[: self.n] for k, d in differences(self.finer, solution.trajectory).items()}
         self.model = self.remove_model_difference() if self.com_only else {}
         self.explained = self.errors.explained(differences(self.main, self.finer))
-        self.band = self.errors.band
-        self.beyond = beyond_limit(truth, self.t, self.horizon_s)
+        self.bound = self.errors.bound
+        self.beyond = beyond_limit(solution, self.t, self.limit_s)
         self.roundoff = measured_roundoff(self.scene, (self.main, *evidence.perturbed)) if evidence.perturbed else {}
 
     @property
@@ -91,11 +91,11 @@ class Residuals:
 
     def inside(self, quantity: str) -> NDArray[np.bool_]:
         """Samples at which a quantity is compared, (n,): all for the centre of mass, whose track is not chaotic."""
-        return np.ones(self.n, bool) if quantity in TRACK else self.t <= self.horizon_s
+        return np.ones(self.n, bool) if quantity in TRACK else self.t <= self.limit_s
 
     def remove_model_difference(self) -> dict[str, ModelDifference]:
         """Take what the chain's centre of mass is predicted to do besides a particle's motion out of the residuals."""
-        predicted = com_displacement(self.scene, self.truth.trajectory)
+        predicted = com_displacement(self.scene, self.solution.trajectory)
         return {
             "com": self.removed("com", "com_m", predicted.vector_m, predicted.uncertainty_m),
             "com_velocity": self.removed(
@@ -105,7 +105,7 @@ class Residuals:
 
     def removed(self, quantity: str, field: str, predicted: Array, uncertainty: Array) -> ModelDifference:
         """Set the residuals of one quantity to what its prediction leaves of them."""
-        n, right = self.n, getattr(self.truth.trajectory, field)
+        n, right = self.n, getattr(self.solution.trajectory, field)
         for residual, run in ((self.residual, self.main), (self.finer_residual, self.finer)):
             apart = right[:n] - getattr(run, field)[:n]
             residual[quantity] = np.linalg.norm(apart - predicted[:n], axis=1)
@@ -126,7 +126,7 @@ class Residuals:
 
     def margin(self, quantity: str) -> Array:
         """Expected-error bound of a residual, (n,): the engine's, and the reference's own error."""
-        bound = self.band[quantity][: self.n] + RICHARDSON * self.truth.error[quantity][: self.n]
+        bound = self.bound[quantity][: self.n] + RICHARDSON * self.solution.error[quantity][: self.n]
         return bound + self.left_out(quantity).uncertainty + self.apart(quantity)
 
     def apart(self, quantity: str) -> Array:
@@ -153,7 +153,7 @@ class Residuals:
         checks = []
         for allowed, verdict, words in (
             (tolerance, Outcome.INCONSISTENT, "what is explained"),
-            (margin, Outcome.OUT_OF_BAND, "the expected-error bound"),
+            (margin, Outcome.EXCEEDS_BOUND, "the expected-error bound"),
         ):
             used, at = worst(residual, allowed, inside)
             if used <= 1.0:
@@ -207,11 +207,11 @@ class Residuals:
         result = self.evidence.finest
         if result is None or result.outcome is not Outcome.PASS or result.trajectory is None:
             return None
-        return None if ended_differently(result.trajectory, self.truth) else result.trajectory
+        return None if ended_differently(result.trajectory, self.solution) else result.trajectory
 
     def errors_by_setting(self, quantity: str) -> tuple[float, ...]:
         """Largest errors of a quantity from the coarsest to the finest of three settings; empty without a third one."""
-        finest = None if self.finest is None else differences(self.finest, self.truth.trajectory).get(quantity)
+        finest = None if self.finest is None else differences(self.finest, self.solution.trajectory).get(quantity)
         if finest is None or self.com_only:
             return ()
         inside = self.inside(quantity)
@@ -252,9 +252,9 @@ class Residuals:
     ) -> tuple[Array, Array]:
         """What the extrapolation of two runs is off by, and may be, each (n,); `noise`: share of the finer floor."""
         assert self.engine.order is not None
-        size, own = left_over(quantity, coarse, fine, self.truth.trajectory, self.engine.order)
+        size, own = left_over(quantity, coarse, fine, self.solution.trajectory, self.engine.order)
         n = min(self.n, len(size))
-        fixed = self.errors.floor[quantity] + RICHARDSON * self.truth.error[quantity][: self.errors.n]
+        fixed = self.errors.floor[quantity] + RICHARDSON * self.solution.error[quantity][: self.errors.n]
         fixed = fixed + noise * self.finer_floor(quantity)
         missed = self.errors.missed.get(quantity, np.zeros(self.errors.n))
         return size[:n], SHARE * own[:n] + (fixed + missed)[:n] + self.apart(quantity)[:n]
@@ -267,7 +267,7 @@ class Residuals:
     def finer_errors(self) -> ErrorModel:
         """Error model of the finer setting."""
         return ErrorModel(
-            self.engine, finer_setting(self.scene, self.engine.ladder, self.setting), self.truth, self.main
+            self.engine, finer_setting(self.scene, self.engine.sweep, self.setting), self.solution, self.main
         )
 
     def stays(self, quantity: str, over: NDArray[np.bool_], size: Array) -> bool:

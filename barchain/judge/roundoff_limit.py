@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.engine import Knob
-from barchain.judge.drift_bands import rounded_place
+from adapters.engine import AccuracyParameter
+from barchain.judge.drift_bounds import rounded_place
 from barchain.judge.local_errors import ROUNDINGS, UNIT_ROUNDOFF, kepler_growth, orbit_scale, step_s
 from barchain.judge.scales import scales
 from barchain.judge.tolerances import NORM_SLACK
@@ -50,7 +50,7 @@ def measured_roundoff(scene: Scene, runs: Sequence[Trajectory]) -> dict[str, Arr
     return found
 
 
-def coarsest_roundoff(model: ErrorModel, quantity: str, growth: Array | None = None) -> Array:
+def coarsest_roundoff(model: ErrorModel, quantity: str, amplification: Array | None = None) -> Array:
     """Most that round-off may be in an engine's coordinates, (n,), in the quantity's unit.
 
     A place of the size r, the orbit's radius in absolute coordinates and the chain's own in others, is known to u r.
@@ -58,17 +58,22 @@ def coarsest_roundoff(model: ErrorModel, quantity: str, growth: Array | None = N
     angles and rates, which add up as a random walk and grow as the scene makes errors grow. Forces that an engine gets
     as differences over a step are known to m u r / h².
 
-    `growth`, (n,), is the scene's error amplification from the start on, or from where a comparison started anew.
+    `amplification`, (n,), is the scene's error amplification from the start on, or from where a comparison started
+    anew.
     """
-    growth = model.growth if growth is None else growth
-    scene, truth, t = model.scene, model.truth, model.t_s - model.t_s[0]
-    place = ROUNDINGS * UNIT_ROUNDOFF * rounded_place(model.engine, truth)
-    step = step_s(scene, model.setting) if model.setting.knob is Knob.STEPS_PER_ORBIT else 1.0 / orbit_scale(scene)
+    amplification = model.amplification if amplification is None else amplification
+    scene, solution, t = model.scene, model.solution, model.t_s - model.t_s[0]
+    place = ROUNDINGS * UNIT_ROUNDOFF * rounded_place(model.engine, solution)
+    step = (
+        step_s(scene, model.setting)
+        if model.setting.parameter is AccuracyParameter.STEPS_PER_ORBIT
+        else 1.0 / orbit_scale(scene)
+    )
     walk = np.sqrt(model.steps_taken(model.t_s))
-    turn = place / min(scene.chain.length_m) * walk * (1.0 + t * orbit_scale(scene)) * growth
-    if model.setting.knob is Knob.STEPS_PER_ORBIT:  # velocities made of places a step apart
-        turn = turn + place / (min(scene.chain.length_m) * step) * t * growth
-    size = scales(truth)
+    turn = place / min(scene.chain.length_m) * walk * (1.0 + t * orbit_scale(scene)) * amplification
+    if model.setting.parameter is AccuracyParameter.STEPS_PER_ORBIT:  # velocities made of places a step apart
+        turn = turn + place / (min(scene.chain.length_m) * step) * t * amplification
+    size = scales(solution)
     force = PILES_UP * max(scene.chain.mass_kg) * place / step**2
     found = {
         "com": place * walk * kepler_growth(scene, t),

@@ -8,17 +8,17 @@ import numpy as np
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
 
-def scales(truth: Truth) -> dict[str, float]:
+def scales(solution: ReferenceSolution) -> dict[str, float]:
     """Size of each quantity over the whole run, from the reference solution and the scene alone; SI units.
 
     ``attitude`` counts in radians, ``rate`` in the fastest rate of a bar. ``reaction`` counts in the largest one, but
     in no less than the inertia force of the bars: where forces cancel, their sum says nothing of what they are made of.
     """
-    scene, seen = truth.scene, truth.trajectory
+    scene, seen = solution.scene, solution.trajectory
     force = inertia_force_N(scene)
     found = {
         "com": largest(seen.com_m),

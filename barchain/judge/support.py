@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from adapters.engine import Engine
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
 
 
-def unsupported(engine: type[Engine], truth: Truth) -> str | None:
+def unsupported(engine: type[Engine], solution: ReferenceSolution) -> str | None:
     """Why an engine can't follow the reference solution of a scene, or None if it can."""
-    return engine.unsupported_motion(truth.scene, truth.fine)
+    return engine.unsupported_motion(solution.scene, solution.fine)

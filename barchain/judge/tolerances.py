@@ -24,18 +24,18 @@ from barchain.metrics.rates import own_rate
 if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Array, Trajectory
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
 NORM_SLACK = 10.0  # largest component against norm, constants of the method other than the textbook's, stage effects
 
 
-def roundoff_unit(engine: type[Engine], truth: Truth) -> float:
+def roundoff_unit(engine: type[Engine], solution: ReferenceSolution) -> float:
     """Angle that one rounding of a position is worth, rad: u for lengths of a bar, u r/l for distances.
 
     In a frame on an orbit of its own the chain's places are as large as what drives it off that orbit makes them.
     """
-    scene, away = truth.scene, reach_m(engine, truth)
+    scene, away = solution.scene, reach_m(engine, solution)
     if engine.coordinates is Coordinates.ABSOLUTE:
         away = scene.radius0_m
     elif engine.coordinates is Coordinates.RELATIVE:
@@ -43,26 +43,26 @@ def roundoff_unit(engine: type[Engine], truth: Truth) -> float:
     return UNIT_ROUNDOFF * away / min(scene.chain.length_m)
 
 
-def reach_m(engine: type[Engine], truth: Truth) -> float:
+def reach_m(engine: type[Engine], solution: ReferenceSolution) -> float:
     """Largest place of a bar in an engine's frame, m: the chain's size, and its departure from the frame's orbit."""
-    place, _ = departure(engine, truth.scene, truth.trajectory)
-    return truth.scene.size_m + float(np.linalg.norm(place, axis=1).max())
+    place, _ = departure(engine, solution.scene, solution.trajectory)
+    return solution.scene.size_m + float(np.linalg.norm(place, axis=1).max())
 
 
-def rounded(seen: Trajectory, quantity: str) -> Array:
+def rounded(trajectory: Trajectory, quantity: str) -> Array:
     """Rounding of a value that is a sum over the bars, (n,): N terms of at most its own size."""
     values = {
-        "attitude": seen.angle_rad,
-        "rate": seen.rate_rad_s,
-        "reaction": seen.reaction_N,
-        "torque": seen.torque_N_m,
-        "impulse": seen.impulse_N_s,
+        "attitude": trajectory.angle_rad,
+        "rate": trajectory.rate_rad_s,
+        "reaction": trajectory.reaction_N,
+        "torque": trajectory.torque_N_m,
+        "impulse": trajectory.impulse_N_s,
     }
     found = values.get(quantity)
-    bars = 1 if seen.angle_rad is None else seen.angle_rad.shape[1]
+    bars = 1 if trajectory.angle_rad is None else trajectory.angle_rad.shape[1]
     if found is None or not found.size:
-        return np.zeros(len(seen.t_s))
-    size = np.abs(found).reshape(len(seen.t_s), -1).max(axis=1)
+        return np.zeros(len(trajectory.t_s))
+    size = np.abs(found).reshape(len(trajectory.t_s), -1).max(axis=1)
     largest: Array = UNIT_ROUNDOFF * ROUNDINGS * bars * np.maximum.accumulate(size)
     return largest
 

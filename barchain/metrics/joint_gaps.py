@@ -23,38 +23,38 @@ ROUNDING = 16.0 * float(np.finfo(float).eps)
 """Of the largest number that a place is made of: a handful of sums and a turn of axes, in the engine and here."""
 
 
-def gaps(scene: Scene, seen: Trajectory) -> Array | None:
+def gaps(scene: Scene, trajectory: Trajectory) -> Array | None:
     """Distance between the two ends that each joint ties, (n, N-1), m; None without places or angles."""
-    if seen.position_m is None or seen.angle_rad is None:
+    if trajectory.position_m is None or trajectory.angle_rad is None:
         return None
-    along = np.stack([np.cos(seen.angle_rad), np.sin(seen.angle_rad)], axis=-1)
+    along = np.stack([np.cos(trajectory.angle_rad), np.sin(trajectory.angle_rad)], axis=-1)
     reach = half_m(scene)[:, None] * along
-    between = np.diff(seen.position_m, axis=1) - (reach[:, 1:] + reach[:, :-1])
+    between = np.diff(trajectory.position_m, axis=1) - (reach[:, 1:] + reach[:, :-1])
     distance: Array = np.hypot(between[..., 0], between[..., 1])
     return distance
 
 
-def centre_of_mass_residual(scene: Scene, seen: Trajectory) -> Array | None:
+def centre_of_mass_residual(scene: Scene, trajectory: Trajectory) -> Array | None:
     """Distance of the bars' weighted centre from the centre of mass, |sum mu_j d_j|, (n,), m; None without places."""
-    if seen.position_m is None:
+    if trajectory.position_m is None:
         return None
     mass = np.array(scene.chain.mass_kg)
-    centre = np.einsum("j,njk->nk", mass / mass.sum(), seen.position_m)
+    centre = np.einsum("j,njk->nk", mass / mass.sum(), trajectory.position_m)
     distance: Array = np.hypot(centre[:, 0], centre[:, 1])
     return distance
 
 
-def measured(scene: Scene, seen: Trajectory) -> Trajectory:
+def measured(scene: Scene, trajectory: Trajectory) -> Trajectory:
     """Trajectory with gaps and residual as its places have them, where it gives places.
 
     A reported number that agrees to rounding stays: an engine may know its angles to more digits than it tells.
     """
-    if seen.position_m is None:
-        return seen
-    place = ROUNDING * largest_m(scene, seen)
-    gap = kept_or_computed(seen.gap_m, gaps(scene, seen), gap_rounding(scene, seen, place))
-    return seen.replace(
-        gap_m=gap, identity_m=kept_or_computed(seen.identity_m, centre_of_mass_residual(scene, seen), place)
+    if trajectory.position_m is None:
+        return trajectory
+    place = ROUNDING * largest_m(scene, trajectory)
+    gap = kept_or_computed(trajectory.gap_m, gaps(scene, trajectory), gap_rounding(scene, trajectory, place))
+    return trajectory.replace(
+        gap_m=gap, identity_m=kept_or_computed(trajectory.identity_m, centre_of_mass_residual(scene, trajectory), place)
     )
 
 
@@ -65,69 +65,70 @@ def kept_or_computed(reported: Array | None, computed: Array | None, allowed: Ar
     return np.where(np.abs(reported - computed) <= allowed, reported, computed)
 
 
-def disagreement(scene: Scene, engine: type[Engine], seen: Trajectory) -> str:
+def disagreement(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> str:
     """First reported gap or residual that the bars' places contradict, in one line; empty if there is none."""
-    if seen.position_m is None:
+    if trajectory.position_m is None:
         return ""
-    place = ROUNDING * (largest_m(scene, seen) + origin_m(scene, engine, seen))
-    return wrong_gap(scene, seen, place) or wrong_residual(scene, seen, place)
+    place = ROUNDING * (largest_m(scene, trajectory) + origin_m(scene, engine, trajectory))
+    return wrong_gap(scene, trajectory, place) or wrong_residual(scene, trajectory, place)
 
 
-def wrong_gap(scene: Scene, seen: Trajectory, place_m: Array) -> str:
+def wrong_gap(scene: Scene, trajectory: Trajectory, place_m: Array) -> str:
     """First reported gap that differs from the computed one by more than rounding explains; empty if none does."""
-    computed = gaps(scene, seen)
-    if seen.gap_m is None or computed is None:
+    computed = gaps(scene, trajectory)
+    if trajectory.gap_m is None or computed is None:
         return ""
-    wrong = np.abs(seen.gap_m - computed) > gap_rounding(scene, seen, place_m)
+    wrong = np.abs(trajectory.gap_m - computed) > gap_rounding(scene, trajectory, place_m)
     if not wrong.any():
         return ""
     sample, joint = (int(i[0]) for i in np.nonzero(wrong))
     return (
-        f"reports a gap of {seen.gap_m[sample, joint]:.3g} m at joint {joint + 1} at t = {seen.t_s[sample]:.6g} s, "
+        f"reports a gap of {trajectory.gap_m[sample, joint]:.3g} m at joint {joint + 1} at "
+        f"t = {trajectory.t_s[sample]:.6g} s, "
         f"its bars' places leave {computed[sample, joint]:.3g} m"
     )
 
 
-def wrong_residual(scene: Scene, seen: Trajectory, place_m: Array) -> str:
+def wrong_residual(scene: Scene, trajectory: Trajectory, place_m: Array) -> str:
     """First reported residual that differs from the computed one by more than rounding explains; empty if none does."""
-    computed = centre_of_mass_residual(scene, seen)
-    if seen.identity_m is None or computed is None:
+    computed = centre_of_mass_residual(scene, trajectory)
+    if trajectory.identity_m is None or computed is None:
         return ""
-    wrong = np.abs(seen.identity_m - computed) > place_m
+    wrong = np.abs(trajectory.identity_m - computed) > place_m
     if not wrong.any():
         return ""
     sample = int(np.argmax(wrong))
     return (
-        f"reports its bars' weighted centre {seen.identity_m[sample]:.3g} m from the centre of mass at "
-        f"t = {seen.t_s[sample]:.6g} s, their places leave {computed[sample]:.3g} m"
+        f"reports its bars' weighted centre {trajectory.identity_m[sample]:.3g} m from the centre of mass at "
+        f"t = {trajectory.t_s[sample]:.6g} s, their places leave {computed[sample]:.3g} m"
     )
 
 
-def largest_m(scene: Scene, seen: Trajectory) -> Array:
+def largest_m(scene: Scene, trajectory: Trajectory) -> Array:
     """Largest number that places about the centre of mass are made of, (n,), m; bars that nothing holds go far."""
-    assert seen.position_m is not None
-    farthest: Array = np.abs(seen.position_m).max(axis=(1, 2))
+    assert trajectory.position_m is not None
+    farthest: Array = np.abs(trajectory.position_m).max(axis=(1, 2))
     return scene.size_m + farthest
 
 
-def origin_m(scene: Scene, engine: type[Engine], seen: Trajectory) -> Array:
+def origin_m(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> Array:
     """Distance of the centre of mass from the origin of the engine's coordinates, (n,), m.
 
     The engine may have found a gap there, between ends of bars that are as far away. Of a frame on an orbit of its own
     it is a bound: what effects drive the chain off it by.
     """
     if engine.coordinates is Coordinates.ABSOLUTE:
-        distance: Array = np.linalg.norm(seen.com_m, axis=1)
+        distance: Array = np.linalg.norm(trajectory.com_m, axis=1)
         return distance
     relative = engine.coordinates is Coordinates.RELATIVE
-    return np.full(len(seen.t_s), 0.0 if relative else departure(scene).distance_m + driven_m(scene))
+    return np.full(len(trajectory.t_s), 0.0 if relative else departure(scene).distance_m + driven_m(scene))
 
 
-def gap_rounding(scene: Scene, seen: Trajectory, place_m: Array) -> Array:
+def gap_rounding(scene: Scene, trajectory: Trajectory, place_m: Array) -> Array:
     """Rounding of a gap, (n, N-1), m: of the places, and of the angles, by which the bars may have turned often."""
-    if seen.angle_rad is None:
-        return np.zeros((len(seen.t_s), scene.bars - 1))
-    moved = ROUNDING * half_m(scene) * np.abs(seen.angle_rad)
+    if trajectory.angle_rad is None:
+        return np.zeros((len(trajectory.t_s), scene.bars - 1))
+    moved = ROUNDING * half_m(scene) * np.abs(trajectory.angle_rad)
     both: Array = place_m[:, None] + (moved[:, 1:] + moved[:, :-1])
     return both
 

@@ -35,13 +35,13 @@ PUSHES = frozenset({"drag", "solar_pressure", "thrust"})
 """Effects that push it by how it is turned, or along a fixed direction; what is left acts inside the chain"""
 
 
-def pull_along(scene: Scene, seen: Trajectory, every: int, *, pushed: bool = False) -> Pull:
+def pull_along(scene: Scene, trajectory: Trajectory, every: int, *, pushed: bool = False) -> Pull:
     """Mean pull less that at the centre of mass (m/s²), along the attitude through every `every`-th sample.
 
     Parameters
     ----------
     scene : Scene
-    seen : Trajectory
+    trajectory : Trajectory
         With attitude and rates.
     every : int
     pushed : bool
@@ -52,11 +52,11 @@ def pull_along(scene: Scene, seen: Trajectory, every: int, *, pushed: bool = Fal
     callable
         Of an instant and the place (2,) of the centre of mass.
     """
-    assert seen.angle_rad is not None
-    assert seen.rate_rad_s is not None
-    model, mu, t = chain_model(scene), scene.central_body.mu_m3_s2, seen.t_s
+    assert trajectory.angle_rad is not None
+    assert trajectory.rate_rad_s is not None
+    model, mu, t = chain_model(scene), scene.central_body.mu_m3_s2, trajectory.t_s
     knots = every_nth(len(t), every)
-    angle = CubicHermiteSpline(t[knots], seen.angle_rad[knots], seen.rate_rad_s[knots])
+    angle = CubicHermiteSpline(t[knots], trajectory.angle_rad[knots], trajectory.rate_rad_s[knots])
 
     def pull(time: float, z: Array) -> Array:
         found: Array = model.weight @ field_differences(mu, z, relative_positions(model, angle(time)))
@@ -65,7 +65,7 @@ def pull_along(scene: Scene, seen: Trajectory, every: int, *, pushed: bool = Fal
     acting = [e for e in model.effects if e.name in FIELDS or (pushed and e.name in PUSHES)]
     if not acting:
         return pull
-    more = push_along(model, acting, CubicHermiteSpline(t, seen.com_m, seen.com_velocity_m_s), angle)
+    more = push_along(model, acting, CubicHermiteSpline(t, trajectory.com_m, trajectory.com_velocity_m_s), angle)
     return more if model.gravity == "none" else lambda time, z: pull(time, z) + more(time, z)
 
 
@@ -121,14 +121,14 @@ def tides(scene: Scene) -> list[Tide]:
     return found + [Tide(body.mu_m3_s2, 3, body) for body in scene.effects.third_body]
 
 
-def blows_along(scene: Scene, seen: Trajectory) -> list[tuple[float, Array]]:
+def blows_along(scene: Scene, trajectory: Trajectory) -> list[tuple[float, Array]]:
     """Instants of blows along a bar's own axes, and the velocities (2,) they give to the centre of mass, m/s."""
     turning = [blow for blow in scene.effects.impulse if blow.axes is Axes.BODY]
     if not turning:
         return []
-    assert seen.angle_rad is not None
-    assert seen.rate_rad_s is not None
-    angle = CubicHermiteSpline(seen.t_s, seen.angle_rad, seen.rate_rad_s)
+    assert trajectory.angle_rad is not None
+    assert trajectory.rate_rad_s is not None
+    angle = CubicHermiteSpline(trajectory.t_s, trajectory.angle_rad, trajectory.rate_rad_s)
     found = []
     for blow in turning:
         jump = cmath.rect(blow.impulse_N_s / scene.mass_kg, blow.direction_rad + angle(blow.at_s)[blow.bar - 1])

@@ -56,7 +56,7 @@ class Displacement:
     """(n,), never falling, alike"""
 
 
-def com_displacement(scene: Scene, truth: Trajectory) -> Displacement:
+def com_displacement(scene: Scene, solution: Trajectory) -> Displacement:
     """Displacement of the chain's centre of mass from a particle's track, and its time derivative.
 
     Its uncertainty is the change on halving the samples used (a bound for cubic interpolation, whose
@@ -65,51 +65,53 @@ def com_displacement(scene: Scene, truth: Trajectory) -> Displacement:
     counts at the orbit's rate. Where samples are too far apart to be interpolated, nothing is predicted: all of it
     is uncertain.
     """
-    n = len(truth.t_s)
-    if not pulled_apart(scene, truth):
+    n = len(solution.t_s)
+    if not pulled_apart(scene, solution):
         return Displacement(np.zeros((n, 2)), np.zeros(n), np.zeros((n, 2)), np.zeros(n))
-    if sparse(scene, truth):
-        most = bounded(scene, truth.t_s, PULLED)
+    if sparse(scene, solution):
+        most = bounded(scene, solution.t_s, PULLED)
         return Displacement(np.zeros((n, 2)), most["com"], np.zeros((n, 2)), most["com_velocity"])
-    full = integrate(scene, truth, 1)
-    coarse = integrate(scene, truth, 2) if n > 4 else np.zeros_like(full)
+    full = integrate(scene, solution, 1)
+    coarse = integrate(scene, solution, 2) if n > 4 else np.zeros_like(full)
     interpolation = np.maximum.accumulate(np.linalg.norm((full - coarse).reshape(n, 2, 2), axis=2))
     size = np.maximum.accumulate(np.linalg.norm(full[:, :2], axis=1))
-    distance = np.linalg.norm(truth.com_m, axis=1)
-    rate = float((np.linalg.norm(truth.com_velocity_m_s, axis=1) / distance).max())
-    growth = 1.0 + 3.0 * scene.orbital_rate_rad_s * truth.t_s
-    second_order = size * size / distance.min() * growth
+    distance = np.linalg.norm(solution.com_m, axis=1)
+    rate = float((np.linalg.norm(solution.com_velocity_m_s, axis=1) / distance).max())
+    amplification = 1.0 + 3.0 * scene.orbital_rate_rad_s * solution.t_s
+    second_order = size * size / distance.min() * amplification
     return Displacement(
         full[:, :2], interpolation[:, 0] + second_order, full[:, 2:], interpolation[:, 1] + rate * second_order
     )
 
 
-def track_response(scene: Scene, truth: Trajectory, aside: Trajectory) -> dict[str, Array]:
+def track_response(scene: Scene, solution: Trajectory, aside: Trajectory) -> dict[str, Array]:
     """How far the centre of mass of a twin goes aside: ``com`` (m), ``com_velocity`` (m/s), each (n,).
 
     The difference of the two displacements, integrated as one: that of the two tracks themselves drowns in
     their own errors, which are larger than what an attitude 1e-10 rad aside can do.
     """
-    n = min(len(truth.t_s), len(aside.t_s))
+    n = min(len(solution.t_s), len(aside.t_s))
     struck = any(e.name in PUSHES for e in chain_model(scene).effects) or scene.effects.impulse
-    if truth.angle_rad is None or aside.angle_rad is None or not (pulled_apart(scene, truth) or struck):
+    if solution.angle_rad is None or aside.angle_rad is None or not (pulled_apart(scene, solution) or struck):
         return {"com": np.zeros(n), "com_velocity": np.zeros(n)}
-    t = truth.t_s[:n]
-    if sparse(scene, truth) and not struck:
-        aside_rad = np.maximum.accumulate(np.abs(truth.angle_rad[:n] - aside.angle_rad[:n]).max(axis=1))
+    t = solution.t_s[:n]
+    if sparse(scene, solution) and not struck:
+        aside_rad = np.maximum.accumulate(np.abs(solution.angle_rad[:n] - aside.angle_rad[:n]).max(axis=1))
         return {name: aside_rad * size for name, size in bounded(scene, t, TURNED).items()}
     count = math.ceil((t[-1] - t[0]) * 2.0 * math.pi / scene.step_period_s * RESPONSE_STEPS_PER_RADIAN)
-    if struck and truth.rate_rad_s is not None:
-        count = max(count, math.ceil((t[-1] - t[0]) * float(np.abs(truth.rate_rad_s).max()) * PUSHED_STEPS_PER_RADIAN))
-    pulls = [pull_along(scene, each, 1, pushed=True) for each in (truth, aside)]
-    times, seen = walk(scene, truth, pulls, max(count, 1), kicks(scene, truth, aside))
+    if struck and solution.rate_rad_s is not None:
+        count = max(
+            count, math.ceil((t[-1] - t[0]) * float(np.abs(solution.rate_rad_s).max()) * PUSHED_STEPS_PER_RADIAN)
+        )
+    pulls = [pull_along(scene, each, 1, pushed=True) for each in (solution, aside)]
+    times, seen = walk(scene, solution, pulls, max(count, 1), kicks(scene, solution, aside))
     apart = {"com": seen[:, :2], "com_velocity": seen[:, 2:]}
     return {name: np.interp(t, times, np.linalg.norm(d, axis=1)) for name, d in apart.items()}
 
 
-def sparse(scene: Scene, truth: Trajectory) -> bool:
+def sparse(scene: Scene, solution: Trajectory) -> bool:
     """Whether samples of an orbit that returns are too far apart to be interpolated."""
-    spacing = (truth.t_s[-1] - truth.t_s[0]) / max(1, len(truth.t_s) - 1)
+    spacing = (solution.t_s[-1] - solution.t_s[0]) / max(1, len(solution.t_s) - 1)
     return scene.bound and bool(spacing * 2.0 * math.pi / scene.step_period_s > SPARSE_RAD)
 
 
@@ -129,14 +131,14 @@ def bounded(scene: Scene, t_s: Array, factor: float) -> dict[str, Array]:
     return {"com": moved_m, "com_velocity": rate * moved_m}
 
 
-def kicks(scene: Scene, truth: Trajectory, aside: Trajectory) -> list[tuple[float, Array]]:
+def kicks(scene: Scene, solution: Trajectory, aside: Trajectory) -> list[tuple[float, Array]]:
     """Instants of blows, and how much more velocity (2,) they give to the centre of mass of a twin, m/s."""
-    both = zip(blows_along(scene, truth), blows_along(scene, aside), strict=True)
+    both = zip(blows_along(scene, solution), blows_along(scene, aside), strict=True)
     return [(at_s, other - jump) for (at_s, jump), (_, other) in both]
 
 
 def walk(
-    scene: Scene, truth: Trajectory, pulls: list[Pull], steps: int, jumps: list[tuple[float, Array]]
+    scene: Scene, solution: Trajectory, pulls: list[Pull], steps: int, jumps: list[tuple[float, Array]]
 ) -> tuple[Array, Array]:
     """Instants, and what the second pull moves beyond the first, (steps + 1, 4): Runge and Kutta's equal steps.
 
@@ -144,8 +146,8 @@ def walk(
     start of the step that `jumps` fall in.
     """
     acting = tides(scene)
-    com = CubicHermiteSpline(truth.t_s, truth.com_m, truth.com_velocity_m_s)
-    times = np.linspace(truth.t_s[0], truth.t_s[-1], 2 * steps + 1)  # with the middles
+    com = CubicHermiteSpline(solution.t_s, solution.com_m, solution.com_velocity_m_s)
+    times = np.linspace(solution.t_s[0], solution.t_s[-1], 2 * steps + 1)  # with the middles
     places = com(times)
     forced = [pulls[1](t, z) - pulls[0](t, z) for t, z in zip(times, places, strict=True)]
     h, y, seen = times[2] - times[0], np.zeros(4), [np.zeros(4)]
@@ -161,9 +163,9 @@ def walk(
     return times[::2], np.array(seen)
 
 
-def pulled_apart(scene: Scene, truth: Trajectory) -> bool:
+def pulled_apart(scene: Scene, solution: Trajectory) -> bool:
     """Whether the bars' places matter to the centre of mass."""
-    return scene.effects.gravity is not Gravity.NONE and truth.angle_rad is not None
+    return scene.effects.gravity is not Gravity.NONE and solution.angle_rad is not None
 
 
 def moved(acting: list[Tide], t_s: float, place_m: Array, pull_m_s2: Array, y: Array) -> Array:
@@ -172,11 +174,11 @@ def moved(acting: list[Tide], t_s: float, place_m: Array, pull_m_s2: Array, y: A
     return np.concatenate([y[2:], tide + pull_m_s2])
 
 
-def integrate(scene: Scene, truth: Trajectory, every: int) -> Array:
+def integrate(scene: Scene, solution: Trajectory, every: int) -> Array:
     """Displacement and its velocity, (n, 4), along the truth through every `every`-th sample."""
-    acting, t, pull = tides(scene), truth.t_s, pull_along(scene, truth, every)
+    acting, t, pull = tides(scene), solution.t_s, pull_along(scene, solution, every)
     knots = every_nth(len(t), every)
-    com = CubicHermiteSpline(t[knots], truth.com_m[knots], truth.com_velocity_m_s[knots])
+    com = CubicHermiteSpline(t[knots], solution.com_m[knots], solution.com_velocity_m_s[knots])
 
     def rhs(time: float, y: Array) -> Array:
         z = com(time)

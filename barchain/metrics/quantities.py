@@ -76,7 +76,7 @@ def conserved(scene: Scene) -> Conserved:
     )
 
 
-def drifts(scene: Scene, seen: Trajectory) -> dict[str, Array]:
+def drifts(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
     """Drift of what should stay, at each sample: ``gap``, ``identity`` (m), ``energy``, ``angular_momentum`` (1).
 
     Energy and angular momentum are rebuilt from the centre of mass and the attitude in the same way for
@@ -84,34 +84,34 @@ def drifts(scene: Scene, seen: Trajectory) -> dict[str, Array]:
     Gaps and the identity come from the bars' places where an engine gives them, else they are as reported.
     """
     found: dict[str, Array] = {}
-    seen = measured(scene, seen)
-    if seen.gap_m is not None and scene.bars > 1:
-        found["gap"] = seen.gap_m.max(axis=1)
-    if seen.identity_m is not None and scene.bars > 1:
-        found["identity"] = seen.identity_m
-    if seen.angle_rad is None or seen.rate_rad_s is None:
+    trajectory = measured(scene, trajectory)
+    if trajectory.gap_m is not None and scene.bars > 1:
+        found["gap"] = trajectory.gap_m.max(axis=1)
+    if trajectory.identity_m is not None and scene.bars > 1:
+        found["identity"] = trajectory.identity_m
+    if trajectory.angle_rad is None or trajectory.rate_rad_s is None:
         return found
     keeps = conserved(scene)
     if keeps.energy:
-        found["energy"] = energy_drift(scene, seen, keeps.relative)
+        found["energy"] = energy_drift(scene, trajectory, keeps.relative)
     if keeps.angular_momentum:
-        found["angular_momentum"] = angular_momentum_drift(scene, seen, keeps.relative)
+        found["angular_momentum"] = angular_momentum_drift(scene, trajectory, keeps.relative)
     return found
 
 
-def energy_drift(scene: Scene, seen: Trajectory, relative: bool) -> Array:
+def energy_drift(scene: Scene, trajectory: Trajectory, relative: bool) -> Array:
     """Change of energy over its kinetic part, (n,)."""
-    assert seen.angle_rad is not None
-    assert seen.rate_rad_s is not None
+    assert trajectory.angle_rad is not None
+    assert trajectory.rate_rad_s is not None
     model = chain_model(scene)
-    energy = kinetic = invariants.relative_kinetic_energy(model, seen.angle_rad, seen.rate_rad_s)
+    energy = kinetic = invariants.relative_kinetic_energy(model, trajectory.angle_rad, trajectory.rate_rad_s)
     if not relative:
-        kinetic = energy + 0.5 * scene.mass_kg * np.sum(seen.com_velocity_m_s**2, axis=-1)
+        kinetic = energy + 0.5 * scene.mass_kg * np.sum(trajectory.com_velocity_m_s**2, axis=-1)
         with np.errstate(divide="ignore", invalid="ignore"):  # a place at the body's centre: no number is in a band
-            energy = energy + invariants.com_energy(model, seen.com_m, seen.com_velocity_m_s)
-            energy = energy + invariants.tidal_energy(model, seen.com_m, seen.angle_rad)
+            energy = energy + invariants.com_energy(model, trajectory.com_m, trajectory.com_velocity_m_s)
+            energy = energy + invariants.tidal_energy(model, trajectory.com_m, trajectory.angle_rad)
     for effect in model.effects:
-        energy = energy + effect.energy(model, seen.com_m, seen.angle_rad)
+        energy = energy + effect.energy(model, trajectory.com_m, trajectory.angle_rad)
     least = 0.5 * float(model.inertia_kg_m2.sum()) * slowest_rate(scene) ** 2
     return from_first(energy, kinetic, least)
 
@@ -127,15 +127,15 @@ def slowest_rate(scene: Scene) -> float:
     return scene.orbital_rate_rad_s or 2.0 * np.pi / scene.step_period_s
 
 
-def angular_momentum_drift(scene: Scene, seen: Trajectory, relative: bool) -> Array:
+def angular_momentum_drift(scene: Scene, trajectory: Trajectory, relative: bool) -> Array:
     """Change of angular momentum over its size, (n,)."""
-    assert seen.angle_rad is not None
-    assert seen.rate_rad_s is not None
+    assert trajectory.angle_rad is not None
+    assert trajectory.rate_rad_s is not None
     model = chain_model(scene)
-    momentum = invariants.relative_angular_momentum(model, seen.angle_rad, seen.rate_rad_s)
-    size = np.abs(seen.rate_rad_s) @ model.inertia_kg_m2 + np.abs(momentum)
+    momentum = invariants.relative_angular_momentum(model, trajectory.angle_rad, trajectory.rate_rad_s)
+    size = np.abs(trajectory.rate_rad_s) @ model.inertia_kg_m2 + np.abs(momentum)
     if not relative:
-        momentum = momentum + invariants.com_angular_momentum(model, seen.com_m, seen.com_velocity_m_s)
-        speed, distance = (np.linalg.norm(v, axis=-1) for v in (seen.com_velocity_m_s, seen.com_m))
+        momentum = momentum + invariants.com_angular_momentum(model, trajectory.com_m, trajectory.com_velocity_m_s)
+        speed, distance = (np.linalg.norm(v, axis=-1) for v in (trajectory.com_velocity_m_s, trajectory.com_m))
         size = size + scene.mass_kg * speed * distance
     return from_first(momentum, size, float(model.inertia_kg_m2.sum()) * slowest_rate(scene))

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 MODES_PER_BAR = 2.1  # fastest oscillation of a chain of N bars, over N times its rate (radial chain: 2.1 N n)
 
 
-def rate_scale(scene: Scene, truth: Trajectory) -> float:
+def rate_scale(scene: Scene, solution: Trajectory) -> float:
     """Fastest rate in the scene, rad/s: the chain's stiffest oscillation in its field or under its own spin."""
-    spin = float(np.abs(truth.rate_rad_s).max()) if truth.rate_rad_s is not None else 0.0
+    spin = float(np.abs(solution.rate_rad_s).max()) if solution.rate_rad_s is not None else 0.0
     return max(MODES_PER_BAR * scene.bars * max(spin, scene.mean_motion_rad_s), scene.spring_rate_rad_s)
 
 

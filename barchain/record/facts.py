@@ -28,8 +28,8 @@ def engine_facts(registration: Registration) -> dict[str, Any]:
     return facts | {
         "title": loaded.title,
         "coordinates": str(loaded.coordinates),
-        "knob": str(loaded.ladder.knob),
-        "default": loaded.ladder.default,
+        "parameter": str(loaded.sweep.parameter),
+        "default": loaded.sweep.default,
         "order": loaded.order,
     }
 

@@ -81,17 +81,17 @@ def losses(scene: Scene) -> list[Loss]:
     return [loss for acts, loss in found if acts]
 
 
-def gradient_defect(scene: Scene, truth: Trajectory, horizon_s: float) -> dict[str, Any]:
+def gradient_defect(scene: Scene, solution: Trajectory, limit_s: float) -> dict[str, Any]:
     """How far the truth's energy and angular momentum go, relative, where only the gravity model lets them."""
     plain = scene.effects.gravity is Gravity.GRADIENT and not scene.effects.prescribed_rotation
-    if not plain or scene.effects.more or truth.angle_rad is None:
+    if not plain or scene.effects.more or solution.angle_rad is None:
         return {}
-    inside = truth.t_s <= horizon_s
-    size = max(scene.chain.length_m) / float(np.linalg.norm(truth.com_m, axis=1).min())
+    inside = solution.t_s <= limit_s
+    size = max(scene.chain.length_m) / float(np.linalg.norm(solution.com_m, axis=1).min())
     return {
         "gradient_defect": {
-            "energy": float(energy_drift(scene, truth, relative=False)[inside].max()),
-            "angular_momentum": float(angular_momentum_drift(scene, truth, relative=False)[inside].max()),
+            "energy": float(energy_drift(scene, solution, relative=False)[inside].max()),
+            "angular_momentum": float(angular_momentum_drift(scene, solution, relative=False)[inside].max()),
             "size_squared": math.pow(size, 2),
         }
     }

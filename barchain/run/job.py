@@ -32,9 +32,9 @@ class Role(StrEnum):
     """As the first, by another angle."""
     PERTURBED_3 = "perturbed-3"
     """As the first, by a third angle."""
-    TRUTH = "truth"
+    SOLUTION = "solution"
     """The reference at its tightest."""
-    TRUTH_CHECK = "truth-check"
+    SOLUTION_CHECK = "truth-check"
     """The reference ten times looser: the truth's error bar."""
     FINE = "truth-fine"
     """The reference at close samples: what its derivatives are."""
@@ -50,7 +50,7 @@ class Role(StrEnum):
 
 PERTURBED_ROLES = (Role.PERTURBED_1, Role.PERTURBED_2, Role.PERTURBED_3)
 """Runs that show a run's round-off: what one of them differs by may be small by chance, what three do hardly"""
-TRUTH_ROLES = (Role.TRUTH, Role.TRUTH_CHECK, Role.TWIN, Role.FINE)
+SOLUTION_ROLES = (Role.SOLUTION, Role.SOLUTION_CHECK, Role.TWIN, Role.FINE)
 """Runs that a scene's truth is made of, as `barchain.solutions.reference.establish` takes them"""
 
 
@@ -71,7 +71,7 @@ class Job:
         """Name of its trajectory's file inside the scene's folder."""
         if self.role is Role.MAIN:
             return self.engine
-        return str(self.role) if self.role in TRUTH_ROLES else f"{self.engine}.{self.role}"
+        return str(self.role) if self.role in SOLUTION_ROLES else f"{self.engine}.{self.role}"
 
     @cached_property
     def key(self) -> str:
@@ -97,10 +97,10 @@ class RunResult:
     trajectory: Trajectory | None = None
     seconds: dict[str, float] = field(default_factory=dict)
     """Wall time of `build`, `simulate`, `read`"""
-    refused: bool = False
+    rejected: bool = False
     """Whether the engine said, before its first step, that it will not"""
 
 
-def failure(outcome: Outcome, reason: str, *, refused: bool = False) -> RunResult:
+def failure(outcome: Outcome, reason: str, *, rejected: bool = False) -> RunResult:
     """Result of a run that gave nothing; the reason is kept to one line."""
-    return RunResult(outcome, " ".join(reason.split())[:500], refused=refused)
+    return RunResult(outcome, " ".join(reason.split())[:500], rejected=rejected)

@@ -23,7 +23,7 @@ from pebble import ProcessExpired, ProcessPool
 
 from adapters.registry import ENGINES
 from barchain.run.compilation import compiled
-from barchain.run.job import TRUTH_ROLES, Job, RunResult, failure
+from barchain.run.job import SOLUTION_ROLES, Job, RunResult, failure
 from barchain.run.threads import one_thread_each
 from barchain.run.worker import run_job
 from reports.tables.outcome import Outcome
@@ -40,7 +40,7 @@ COMPILE_S = 600.0  # on top of the limit, for compiling: 40 s for a set of effec
 class Room(IntEnum):
     """Who shares a process, in the order in which they are run."""
 
-    TRUTH = 0
+    SOLUTION = 0
     """The reference, for the truth"""
     OURS = 1
     """Engines behind the project's own adapters"""
@@ -89,8 +89,8 @@ class Limit:
 
 def room(job: Job) -> Room:
     """Where a run belongs."""
-    if job.role in TRUTH_ROLES:
-        return Room.TRUTH
+    if job.role in SOLUTION_ROLES:
+        return Room.SOLUTION
     return Room.OURS if job.registration in ENGINES.values() else Room.THIRD_PARTY
 
 

@@ -77,9 +77,9 @@ class Store:
             write_parquet(series, self.folder / "differences" / scene / f"{engine}.parquet")
         write_atomically(self.folder / "metrics.csv", self.metrics().to_csv(index=False))
 
-    def keep_growth(self, scene: str, frame: pd.DataFrame) -> None:
+    def keep_amplification(self, scene: str, frame: pd.DataFrame) -> None:
         """Write how a small perturbation of a scene grew."""
-        write_parquet(frame, self.folder / "differences" / scene / "growth.parquet")
+        write_parquet(frame, self.folder / "differences" / scene / "amplification.parquet")
 
     def metrics(self) -> pd.DataFrame:
         """All rows so far, in the order of scenes and engines asked for."""

@@ -19,7 +19,7 @@ TIME_SLACK = 1e-9  # of the run: sample instants may differ from those asked for
 LOOSE_JOINT = 0.1  # of the shorter bar: two ends farther apart than this are not joined by any standard
 
 
-def fault(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:
+def fault(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
     """First fault of a trajectory and its reason, or None if it may be compared."""
     for check in (
         missing_channel,
@@ -31,37 +31,37 @@ def fault(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome
         joints_ignored,
         undeclared_channel,
     ):
-        found = check(scene, engine, seen)
+        found = check(scene, engine, trajectory)
         if found:
             return found
     return None
 
 
-def arrays(seen: Trajectory) -> dict[str, Array]:
+def arrays(trajectory: Trajectory) -> dict[str, Array]:
     """Arrays that a trajectory holds, by name."""
-    return {name: value for name, value in vars(seen).items() if isinstance(value, np.ndarray)}
+    return {name: value for name, value in vars(trajectory).items() if isinstance(value, np.ndarray)}
 
 
-def missing_channel(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:
+def missing_channel(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
     """A quantity that the engine declares must be there."""
     effects = scene.effects
     called = {Observable.TORQUE: effects.prescribed_rotation, Observable.IMPULSE: effects.impulse}
     wanted = engine.observables - {what for what, by in called.items() if not by}
-    lacking = sorted(wanted - seen.observables)
+    lacking = sorted(wanted - trajectory.observables)
     return (Outcome.INCOMPLETE, f"declares but does not return: {', '.join(lacking)}") if lacking else None
 
 
-def undeclared_channel(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:
+def undeclared_channel(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
     """What the engine does not declare must not be there: a verdict goes by what is declared."""
     del scene
-    more = sorted(seen.observables - engine.observables - {Observable.TORQUE, Observable.IMPULSE})
+    more = sorted(trajectory.observables - engine.observables - {Observable.TORQUE, Observable.IMPULSE})
     return (Outcome.MALFORMED, f"returns but does not declare: {', '.join(more)}") if more else None
 
 
-def wrong_shape(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:
+def wrong_shape(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
     """Every array has one row per sample and the right number of columns."""
     del engine
-    n, bars = len(seen.t_s), scene.bars
+    n, bars = len(trajectory.t_s), scene.bars
     shapes = {
         "com_m": (n, 2),
         "com_velocity_m_s": (n, 2),
@@ -75,64 +75,64 @@ def wrong_shape(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[O
         "position_m": (n, bars, 2),
     }
     for name in ("t_s", "com_m", "com_velocity_m_s"):
-        if not isinstance(getattr(seen, name), np.ndarray):
-            return Outcome.INCOMPLETE, f"{name} is a {type(getattr(seen, name)).__name__}, wanted an array"
-    for name, value in arrays(seen).items():
+        if not isinstance(getattr(trajectory, name), np.ndarray):
+            return Outcome.INCOMPLETE, f"{name} is a {type(getattr(trajectory, name)).__name__}, wanted an array"
+    for name, value in arrays(trajectory).items():
         if value.dtype != np.float64:
             return Outcome.INCOMPLETE, f"{name} holds {value.dtype}, wanted float64"
-    for name, value in arrays(seen).items():
+    for name, value in arrays(trajectory).items():
         if name in shapes and value.shape != shapes[name]:
             return Outcome.INCOMPLETE, f"{name} has shape {value.shape}, wanted {shapes[name]}"
     return None
 
 
-def not_finite(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:
+def not_finite(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
     """NaN and infinity are never compared."""
     del scene, engine
-    for name, value in arrays(seen).items():
+    for name, value in arrays(trajectory).items():
         bad = ~np.isfinite(value.reshape(len(value), -1)).all(axis=1)
         if bad.any():
             first = int(np.argmax(bad))
             return (
                 Outcome.NOT_FINITE,
-                f"{name} is not finite from sample {first} (t = {seen.t_s[first]:.6g} s) on",
+                f"{name} is not finite from sample {first} (t = {trajectory.t_s[first]:.6g} s) on",
             )
     return None
 
 
-def cut_short(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:
+def cut_short(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
     """A run reaches its last sample, or says why it ended."""
     del engine
-    if len(seen.t_s) == scene.run.samples or seen.ended:
+    if len(trajectory.t_s) == scene.run.samples or trajectory.ended:
         return None
-    last = seen.t_s[-1] if len(seen.t_s) else 0.0
+    last = trajectory.t_s[-1] if len(trajectory.t_s) else 0.0
     return (
         Outcome.INCOMPLETE,
-        f"returned {len(seen.t_s)} of {scene.run.samples} samples, up to t = {last:.6g} of "
+        f"returned {len(trajectory.t_s)} of {scene.run.samples} samples, up to t = {last:.6g} of "
         f"{scene.run.duration_s:.6g} s, and gave no reason",
     )
 
 
-def off_the_clock(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:
+def off_the_clock(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
     """Samples are at the instants asked for."""
     del engine
-    late = np.abs(seen.t_s - scene.times_s[: len(seen.t_s)]).max(initial=0.0)
+    late = np.abs(trajectory.t_s - scene.times_s[: len(trajectory.t_s)]).max(initial=0.0)
     if late <= TIME_SLACK * scene.run.duration_s:
         return None
     return Outcome.INCOMPLETE, f"samples are up to {late:.3g} s away from the instants asked for"
 
 
-def places_contradict(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:
+def places_contradict(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
     """What an engine says of its joints must follow from the places that it gives of its bars."""
-    found = disagreement(scene, engine, seen)
+    found = disagreement(scene, engine, trajectory)
     return (Outcome.INCOMPLETE, found) if found else None
 
 
-def joints_ignored(scene: Scene, engine: type[Engine], seen: Trajectory) -> tuple[Outcome, str] | None:
+def joints_ignored(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
     """Bars that a joint ties stay together: by their places where an engine gives them, else as it reports."""
     del engine
-    computed = gaps(scene, seen)
-    gap = seen.gap_m if computed is None else computed
+    computed = gaps(scene, trajectory)
+    gap = trajectory.gap_m if computed is None else computed
     if gap is None or scene.bars == 1:
         return None
     length = np.array(scene.chain.length_m)
@@ -142,5 +142,5 @@ def joints_ignored(scene: Scene, engine: type[Engine], seen: Trajectory) -> tupl
     sample, joint = (int(i[0]) for i in np.nonzero(loose))
     return (
         Outcome.JOINTS_IGNORED,
-        f"joint {joint + 1} is open by {gap[sample, joint]:.3g} m at t = {seen.t_s[sample]:.6g} s",
+        f"joint {joint + 1} is open by {gap[sample, joint]:.3g} m at t = {trajectory.t_s[sample]:.6g} s",
     )

@@ -41,12 +41,12 @@ def run_job(job: Job, log: Path) -> RunResult:
         except ImportError as error:
             return failure(Outcome.MISSING, f"does not import ({error}); try: {job.registration.install}")
         except EngineError as error:
-            return failure(Outcome.FAILED, str(error), refused=refusal(error))
+            return failure(Outcome.FAILED, str(error), rejected=rejection(error))
         except Exception as error:
-            return failure(Outcome.FAILED, f"{type(error).__name__}: {error}", refused=refusal(error))
+            return failure(Outcome.FAILED, f"{type(error).__name__}: {error}", rejected=rejection(error))
 
 
-def refusal(error: Exception) -> bool:
+def rejection(error: Exception) -> bool:
     """Whether an exception is an engine's word, while it builds, that it will not; its arithmetic failing is none."""
     said = isinstance(error, (EngineError, ValueError)) and not isinstance(error, np.linalg.LinAlgError)
     return said and BUILD in getattr(error, "__notes__", ())

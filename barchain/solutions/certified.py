@@ -21,8 +21,8 @@ from adapters.registry import find_engine
 from barchain.record.environment import package_version
 from barchain.solutions.certified_table import (
     SAME_INSTANT,
+    CertifiedTable,
     DamagedTableError,
-    TruthTable,
     physics_digest,
     read_head,
     read_table,
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
-TRUTHS = Path(__file__).parent / "tables"
+CERTIFIED_SOLUTIONS = Path(__file__).parent / "tables"
 CACHE_VARIABLE = "BARCHAIN_CACHE"
 MARGIN = 10.0  # a judge must be this many times better than what it judges
 INSTANTS = 21  # of a committed table, over the run and over the first orbit each
@@ -42,12 +42,12 @@ VERSIONS = ("heyoka", "numpy")
 Source = Literal["committed", "cache", "computed"]
 
 
-class OracleError(EngineError):
+class CertifiedSolutionError(EngineError):
     """No truth is to be had; the message says how to get one."""
 
 
 @dataclass(frozen=True)
-class Oracle:
+class CertifiedSolution:
     """The truth of one scene at its samples, and how far off it may be; n samples."""
 
     scene: Scene
@@ -60,7 +60,7 @@ class Oracle:
     source: Source
 
 
-def oracle(scene: Scene, *, cache: Path | None = None) -> Oracle:
+def certified(scene: Scene, *, cache: Path | None = None) -> CertifiedSolution:
     """Truth of `scene`: from a committed table, else from the cache, else from a run that is then cached.
 
     Parameters
@@ -82,17 +82,17 @@ def oracle(scene: Scene, *, cache: Path | None = None) -> Oracle:
     """
     kept = committed(physics_digest(scene))
     found = served(scene, kept, "committed") if kept else None
-    path = (cache or cache_folder()) / "truths" / f"{cache_key(scene)}.csv"
+    path = (cache or cache_folder()) / "certified_solutions" / f"{cache_key(scene)}.csv"
     return found or cached(scene, path) or computed(scene, path)
 
 
-def served(scene: Scene, table: TruthTable, source: Source) -> Oracle | None:
+def served(scene: Scene, table: CertifiedTable, source: Source) -> CertifiedSolution | None:
     """Truth from a table, or None if it lacks an instant."""
     rows = rows_at(scene, table)
-    return None if rows is None else Oracle(scene, *rows, table.precision, source)
+    return None if rows is None else CertifiedSolution(scene, *rows, table.precision, source)
 
 
-def committed(physics: str) -> TruthTable | None:
+def committed(physics: str) -> CertifiedTable | None:
     """Table that comes with barchain for a scene of these physics, if there is one.
 
     Raises
@@ -107,10 +107,10 @@ def committed(physics: str) -> TruthTable | None:
 @remembered
 def committed_tables() -> dict[str, Path]:
     """Files of the committed tables by digest of the physics."""
-    return {read_head(path)["physics"]: path for path in sorted(TRUTHS.rglob("*.csv"))}
+    return {read_head(path)["physics"]: path for path in sorted(CERTIFIED_SOLUTIONS.rglob("*.csv"))}
 
 
-def cached(scene: Scene, path: Path) -> Oracle | None:
+def cached(scene: Scene, path: Path) -> CertifiedSolution | None:
     """Truth from a file of the cache; None if there is none, or it is damaged or of other physics."""
     try:
         table = read_table(path)
@@ -119,16 +119,16 @@ def cached(scene: Scene, path: Path) -> Oracle | None:
         return None
 
 
-def computed(scene: Scene, path: Path) -> Oracle:
+def computed(scene: Scene, path: Path) -> CertifiedSolution:
     """Truth from a run, which is then kept in the cache."""
     missing = find_engine("heyoka-quad").missing
     if missing:
-        raise OracleError(f"{scene.name} has no committed truth at these instants, and {missing}")
+        raise CertifiedSolutionError(f"{scene.name} has no committed truth at these instants, and {missing}")
     from barchain.solutions.certified_run import fresh  # noqa: PLC0415  # only here is heyoka needed
 
     table = fresh(scene, scene.times_s)
     write_table(path, table)
-    return Oracle(scene, table.trajectory, table.error, table.precision, "computed")
+    return CertifiedSolution(scene, table.trajectory, table.error, table.precision, "computed")
 
 
 def cache_folder() -> Path:
@@ -167,4 +167,4 @@ def table_times(scene: Scene) -> Array:
 
 def table_path(scene: Scene) -> Path:
     """File of the committed table of a shipped scene."""
-    return TRUTHS / f"{scene.name}.csv"
+    return CERTIFIED_SOLUTIONS / f"{scene.name}.csv"

@@ -11,8 +11,8 @@ from barchain.metrics.quantities import differences
 from barchain.solutions.certified import committed_tables, table_path, table_times
 from barchain.solutions.certified_run import fresh
 from barchain.solutions.certified_table import (
+    CertifiedTable,
     DamagedTableError,
-    TruthTable,
     physics_digest,
     read_table,
     taken,
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 
-def make(scene: Scene) -> TruthTable:
+def make(scene: Scene) -> CertifiedTable:
     """Truth of a shipped scene at the instants of its table, its errors seen at all samples of the run."""
     wanted = table_times(scene)
     every = np.unique(np.concatenate([wanted, scene.times_s]))
@@ -32,10 +32,10 @@ def make(scene: Scene) -> TruthTable:
     row = np.searchsorted(full.trajectory.t_s, wanted[wanted <= full.trajectory.t_s[-1]])
     error = {name: values[row] for name, values in full.error.items()}
     command = f"barchain truths {scene.name}"
-    return TruthTable(full.scene, full.physics, full.precision, command, taken(full.trajectory, row), error)
+    return CertifiedTable(full.scene, full.physics, full.precision, command, taken(full.trajectory, row), error)
 
 
-def commit(scene: Scene) -> TruthTable:
+def commit(scene: Scene) -> CertifiedTable:
     """Make a truth and write it where it is committed."""
     table = make(scene)
     write_table(table_path(scene), table)
@@ -80,7 +80,7 @@ def check(scene: Scene) -> Check:
     return compare(scene.name, kept, make(scene))
 
 
-def compare(name: str, kept: TruthTable, again: TruthTable) -> Check:
+def compare(name: str, kept: CertifiedTable, again: CertifiedTable) -> Check:
     """Differences of two truths at the same instants over their error bars."""
     if kept.trajectory.t_s.shape != again.trajectory.t_s.shape:
         return Check(name, {}, f"has other instants than committed; make it again: {kept.command}")

@@ -12,7 +12,7 @@ import numpy as np
 from adapters.heyoka.compiled import QUAD
 from adapters.heyoka.run import Run
 from barchain.metrics.quantities import differences
-from barchain.solutions.certified_table import TruthTable, largest, physics_digest
+from barchain.solutions.certified_table import CertifiedTable, largest, physics_digest
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
@@ -24,7 +24,7 @@ UNIT_ROUNDOFF = 2.0**-53
 ROUNDED = 3.0  # the result's own rounding, and that of the two results whose difference is taken
 
 
-def fresh(scene: Scene, times_s: Array) -> TruthTable:
+def fresh(scene: Scene, times_s: Array) -> CertifiedTable:
     """Truth of `scene` at `times_s`, (n,) s, increasing from 0.
 
     Raises
@@ -33,7 +33,7 @@ def fresh(scene: Scene, times_s: Array) -> TruthTable:
         If either run fails.
     """
     fine, check = (run(scene, times_s, rtol) for rtol in (FINE_RTOL, CHECK_RTOL))
-    return TruthTable(scene.name, physics_digest(scene), PRECISION, "", fine, error_bar(fine, check))
+    return CertifiedTable(scene.name, physics_digest(scene), PRECISION, "", fine, error_bar(fine, check))
 
 
 def run(scene: Scene, times_s: Array, rtol: float) -> Trajectory:

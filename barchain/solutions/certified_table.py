@@ -48,7 +48,7 @@ class DamagedTableError(ValueError):
 
 
 @dataclass(frozen=True)
-class TruthTable:
+class CertifiedTable:
     """A truth and where it is from; n instants."""
 
     scene: str
@@ -69,7 +69,7 @@ def physics_digest(scene: Scene) -> str:
     return scene.digest_of(*PHYSICS)
 
 
-def write_table(path: Path, table: TruthTable) -> None:
+def write_table(path: Path, table: CertifiedTable) -> None:
     """Write a table, making its folder; never leaves half of it."""
     frame = to_frame(table.trajectory)
     for name, column in ERROR_COLUMNS.items():
@@ -113,7 +113,7 @@ def read_head(path: Path) -> dict[str, str]:
     return {key: value.strip() for key, _, value in (line.partition(":") for line in lines[1:])}
 
 
-def read_table(path: Path) -> TruthTable:
+def read_table(path: Path) -> CertifiedTable:
     """Table of a file.
 
     Raises
@@ -130,10 +130,10 @@ def read_table(path: Path) -> TruthTable:
     frame = words.map(float)  # exact; pandas' own conversion is not in every version
     seen = dataclasses.replace(from_frame(frame, ended=head["ended"]), gap_m=None)
     error = {name: frame[column].to_numpy(float) for name, column in ERROR_COLUMNS.items() if column in frame}
-    return TruthTable(head["scene"], head["physics"], head["precision"], head["command"], seen, error)
+    return CertifiedTable(head["scene"], head["physics"], head["precision"], head["command"], seen, error)
 
 
-def rows_at(scene: Scene, table: TruthTable) -> tuple[Trajectory, dict[str, Array]] | None:
+def rows_at(scene: Scene, table: CertifiedTable) -> tuple[Trajectory, dict[str, Array]] | None:
     """Rows of a table at the instants of `scene`, and their errors; None if it has not got all of them.
 
     Instants that differ in their last bits are the same one: place and angles are moved along for the difference,
@@ -150,41 +150,41 @@ def rows_at(scene: Scene, table: TruthTable) -> tuple[Trajectory, dict[str, Arra
     return moved(scene, taken(table.trajectory, row), {k: e[row] for k, e in table.error.items()}, wanted, late)
 
 
-def taken(seen: Trajectory, row: NDArray[np.intp]) -> Trajectory:
+def taken(trajectory: Trajectory, row: NDArray[np.intp]) -> Trajectory:
     """Some rows of a trajectory."""
-    arrays = {f.name: getattr(seen, f.name) for f in dataclasses.fields(seen)}
-    return seen.replace(**{k: v[row] for k, v in arrays.items() if isinstance(v, np.ndarray)})
+    arrays = {f.name: getattr(trajectory, f.name) for f in dataclasses.fields(trajectory)}
+    return trajectory.replace(**{k: v[row] for k, v in arrays.items() if isinstance(v, np.ndarray)})
 
 
 def moved(
-    scene: Scene, seen: Trajectory, error: dict[str, Array], t_s: Array, late_s: Array
+    scene: Scene, trajectory: Trajectory, error: dict[str, Array], t_s: Array, late_s: Array
 ) -> tuple[Trajectory, dict[str, Array]]:
     """Trajectory a few roundings of time later, to first order, and its errors."""
     if not late_s.any():
-        return dataclasses.replace(seen, t_s=t_s), error
-    assert seen.angle_rad is not None
-    assert seen.rate_rad_s is not None
+        return dataclasses.replace(trajectory, t_s=t_s), error
+    assert trajectory.angle_rad is not None
+    assert trajectory.rate_rad_s is not None
     later = dataclasses.replace(
-        seen,
+        trajectory,
         t_s=t_s,
-        com_m=seen.com_m + late_s[:, None] * seen.com_velocity_m_s,
-        angle_rad=seen.angle_rad + late_s[:, None] * seen.rate_rad_s,
+        com_m=trajectory.com_m + late_s[:, None] * trajectory.com_velocity_m_s,
+        angle_rad=trajectory.angle_rad + late_s[:, None] * trajectory.rate_rad_s,
     )
-    share = float(np.abs(late_s).max()) * rate_scale(scene, seen)  # by which what oscillates fastest may change
-    sizes = largest(seen)
+    share = float(np.abs(late_s).max()) * rate_scale(scene, trajectory)  # by which what oscillates fastest may change
+    sizes = largest(trajectory)
     return later, {k: e + share * sizes[k] if k not in ("com", "attitude") else e for k, e in error.items()}
 
 
-def largest(seen: Trajectory) -> dict[str, Array]:
+def largest(trajectory: Trajectory) -> dict[str, Array]:
     """Largest value of each quantity so far, (n,): what its rounding counts in."""
     values = {
-        "com": seen.com_m[:, None, :],
-        "com_velocity": seen.com_velocity_m_s[:, None, :],
-        "attitude": seen.angle_rad[:, :, None] if seen.angle_rad is not None else None,
-        "rate": seen.rate_rad_s[:, :, None] if seen.rate_rad_s is not None else None,
-        "reaction": seen.reaction_N,
-        "torque": seen.torque_N_m[:, :, None] if seen.torque_N_m is not None else None,
-        "impulse": seen.impulse_N_s,
+        "com": trajectory.com_m[:, None, :],
+        "com_velocity": trajectory.com_velocity_m_s[:, None, :],
+        "attitude": trajectory.angle_rad[:, :, None] if trajectory.angle_rad is not None else None,
+        "rate": trajectory.rate_rad_s[:, :, None] if trajectory.rate_rad_s is not None else None,
+        "reaction": trajectory.reaction_N,
+        "torque": trajectory.torque_N_m[:, :, None] if trajectory.torque_N_m is not None else None,
+        "impulse": trajectory.impulse_N_s,
     }
     return {
         name: np.maximum.accumulate(np.linalg.norm(x, axis=-1).max(axis=-1))

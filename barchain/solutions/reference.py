@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
-TRUTH_RTOL = 1e-13
-TRUTH_CHECK_RTOL = 1e-12
-TWIN_ASIDE = 1e-10  # rad: a thousand times the truth's own error, yet linear until it has grown 1e8 times
+SOLUTION_RTOL = 1e-13
+SOLUTION_CHECK_RTOL = 1e-12
+PERTURBATION_RAD = 1e-10  # rad: a thousand times the truth's own error, yet linear until it has grown 1e8 times
 RICHARDSON = 2.0
 """Half the step of a method of order p >= 1: it was off by at most 1/(1 - 2^-p) <= 2 times what that changes."""
 FINE_RTOL = 1e-10  # four differences over a tenth of a radian cost four digits: six are left
@@ -39,7 +39,7 @@ PARTED_RAD = 1e-2  # two runs whose attitudes differ by more have parted: nothin
 def twin(scene: Scene) -> Scene:
     """`scene` with every bar's angle and rate moved aside by :data:`TWIN_ASIDE`, in fixed arbitrary proportions."""
     chain = scene.chain
-    aside = TWIN_ASIDE * moves_aside(chain.bars)
+    aside = PERTURBATION_RAD * moves_aside(chain.bars)
     unit = max(1.0, *(abs(a) for a in chain.rate_factor))
     moved = dataclasses.replace(
         chain,
@@ -67,7 +67,7 @@ def densely_sampled(scene: Scene) -> Scene:
 
 
 @dataclass(frozen=True)
-class Truth:
+class ReferenceSolution:
     """The truth of one scene and what limits it; n samples."""
 
     scene: Scene
@@ -76,41 +76,43 @@ class Truth:
     """The motion at close samples (:func:`densely_sampled`), for its derivatives only"""
     error: dict[str, Array]
     """Estimate for each quantity, (n,), never falling"""
-    growth: Array
+    amplification: Array
     """(n,) how many times a small perturbation of the attitude has grown by then, never falling"""
     response: dict[str, Array]
     """Change of each quantity per change of attitude, (n,), never falling, SI units per rad: the larger of what
     the twin and the looser run show"""
-    horizon_s: float
+    limit_s: float
     """Until when the truth itself is one"""
 
     @property
     def growth_per_orbit(self) -> float:
         """Growth of a perturbation over the first orbit (or the run, if shorter)."""
         t = self.trajectory.t_s
-        return float(self.growth[np.searchsorted(t, min(self.scene.period_s, t[-1]) * (1 - 1e-12))])
+        return float(self.amplification[np.searchsorted(t, min(self.scene.period_s, t[-1]) * (1 - 1e-12))])
 
 
 def establish(
-    scene: Scene, truth: Trajectory, check: Trajectory, aside: Trajectory, fine: Trajectory | None = None
-) -> Truth:
+    scene: Scene, solution: Trajectory, check: Trajectory, aside: Trajectory, fine: Trajectory | None = None
+) -> ReferenceSolution:
     """Truth of a scene from its runs of the reference; without a `fine` one, derivatives come from its own samples."""
-    parted = differences(truth, aside)
-    n = min(len(truth.t_s), len(check.t_s), len(aside.t_s))
+    parted = differences(solution, aside)
+    n = min(len(solution.t_s), len(check.t_s), len(aside.t_s))
     attitude = np.maximum.accumulate(parted["attitude"])[:n]
-    growth = attitude / attitude[0]
-    looser = differences(truth, check)
+    amplification = attitude / attitude[0]
+    looser = differences(solution, check)
     # the track's own error is no answer to an attitude 1e-10 rad aside: what the attitude does to it is integrated
-    response = answers(parted | track_response(scene, truth, aside), n, 0.0)
-    for name, other in answers({k: d for k, d in looser.items() if k not in TRACK}, n, TWIN_ASIDE).items():
+    response = answers(parted | track_response(scene, solution, aside), n, 0.0)
+    for name, other in answers({k: d for k, d in looser.items() if k not in TRACK}, n, PERTURBATION_RAD).items():
         response[name] = np.maximum(response[name], other)  # another direction, once it stands out of round-off
     # between two runs that choose their steps a single sample says little: one step's request is allowed besides
-    error = {name: np.maximum.accumulate(d)[:n] + TRUTH_RTOL * response[name] for name, d in looser.items()}
+    error = {name: np.maximum.accumulate(d)[:n] + SOLUTION_RTOL * response[name] for name, d in looser.items()}
     if scene.effects.gravity is not Gravity.NONE:  # a straight track has no error but its rounding
-        error["com"] += TRUTH_RTOL * scene.radius0_m
-        error["com_velocity"] += TRUTH_RTOL * scene.speed0_m_s
-    error["rate"] += TRUTH_RTOL * scene.fastest_rate_rad_s
-    return Truth(scene, truth, fine or truth, error, growth, response, horizon(truth, check))
+        error["com"] += SOLUTION_RTOL * scene.radius0_m
+        error["com_velocity"] += SOLUTION_RTOL * scene.speed0_m_s
+    error["rate"] += SOLUTION_RTOL * scene.fastest_rate_rad_s
+    return ReferenceSolution(
+        scene, solution, fine or solution, error, amplification, response, predictability_limit(solution, check)
+    )
 
 
 def answers(apart: dict[str, Array], n: int, least_rad: float) -> dict[str, Array]:
@@ -123,7 +125,7 @@ def answers(apart: dict[str, Array], n: int, least_rad: float) -> dict[str, Arra
     }
 
 
-def horizon(a: Trajectory, b: Trajectory) -> float:
+def predictability_limit(a: Trajectory, b: Trajectory) -> float:
     """Last common instant before two runs part by :data:`PARTED_RAD` in attitude, s.
 
     Runs without attitude (centre of mass only) part when they end: orbits are not chaotic.

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.run.compilation import COMPILED
-from barchain.run.job import TRUTH_ROLES, Job, Role, RunResult
+from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult
 from barchain.solutions.reference import (
     FINE_RTOL,
-    TRUTH_CHECK_RTOL,
-    TRUTH_RTOL,
-    Truth,
+    SOLUTION_CHECK_RTOL,
+    SOLUTION_RTOL,
+    ReferenceSolution,
     densely_sampled,
     establish,
     twin,
@@ -27,16 +27,16 @@ if TYPE_CHECKING:
 NUMPY = "reference"
 
 
-class TruthFailedError(RuntimeError):
+class SolutionFailedError(RuntimeError):
     """A scene has no truth, as one of its runs failed; the message says why, in one line."""
 
 
-def truth_engine() -> str:
+def solution_engine() -> str:
     """Form of the reference that truths are made by: the compiled one where it is installed, for its speed."""
     return NUMPY if ENGINES[COMPILED].missing else COMPILED
 
 
-def truth_jobs(scene: Scene, engine: str | None = None) -> list[Job]:
+def solution_jobs(scene: Scene, engine: str | None = None) -> list[Job]:
     """The runs of the reference that a scene's truth is made of, in the form that :func:`truth_engine` says or another.
 
     Parameters
@@ -45,20 +45,20 @@ def truth_jobs(scene: Scene, engine: str | None = None) -> list[Job]:
     engine : str, optional
         Name of the form.
     """
-    name = engine or truth_engine()
+    name = engine or solution_engine()
 
     def job(of: Scene, rtol: float, role: Role) -> Job:
-        return Job(of, name, ENGINES[name], Setting(Knob.RTOL, rtol), role)
+        return Job(of, name, ENGINES[name], Setting(AccuracyParameter.RTOL, rtol), role)
 
     return [
-        job(scene, TRUTH_RTOL, Role.TRUTH),
-        job(scene, TRUTH_CHECK_RTOL, Role.TRUTH_CHECK),
-        job(twin(scene), TRUTH_RTOL, Role.TWIN),
+        job(scene, SOLUTION_RTOL, Role.SOLUTION),
+        job(scene, SOLUTION_CHECK_RTOL, Role.SOLUTION_CHECK),
+        job(twin(scene), SOLUTION_RTOL, Role.TWIN),
         job(densely_sampled(scene), FINE_RTOL, Role.FINE),
     ]
 
 
-def truth_of(scene: Scene, runs: Mapping[Role, RunResult]) -> Truth | None:
+def solution_of(scene: Scene, runs: Mapping[Role, RunResult]) -> ReferenceSolution | None:
     """Truth of a scene, or None while runs of it are still to come.
 
     Raises
@@ -66,10 +66,10 @@ def truth_of(scene: Scene, runs: Mapping[Role, RunResult]) -> Truth | None:
     TruthFailedError
         If all are there and one failed.
     """
-    if any(role not in runs for role in TRUTH_ROLES):
+    if any(role not in runs for role in SOLUTION_ROLES):
         return None
     failed = [r.reason for r in runs.values() if r.outcome is not Outcome.PASS]
     if failed:  # for the same reason, as a rule, which once is enough to say
-        raise TruthFailedError("; ".join(dict.fromkeys(failed)))
-    seen = [runs[role].trajectory for role in TRUTH_ROLES]
+        raise SolutionFailedError("; ".join(dict.fromkeys(failed)))
+    seen = [runs[role].trajectory for role in SOLUTION_ROLES]
     return establish(scene, *(t for t in seen if t is not None))

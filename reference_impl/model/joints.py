@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from reference_impl.model.arrays import Array, ComplexArray
     from reference_impl.model.chain import ChainModel
 
-BAND = 4  # a diagonal and three below it hold 2x2 blocks and their neighbours
+BOUND = 4  # a diagonal and three below it hold 2x2 blocks and their neighbours
 REFINEMENTS = 5  # at most; one is enough up to condition numbers of 1e8
 SETTLED = 1e-10  # of the reactions: a correction below it leaves next to nothing
 ASTRAY = 1e-6  # of the reactions: a last correction above it says that they do not settle
@@ -42,16 +42,16 @@ def joint_matrix(model: ChainModel, across: ComplexArray) -> Array:
     x, y = across.real, across.imag
     cx, w = model.compliance * x, model.inverse_mass
     xx, xy, yy = cx * x, cx * y, model.compliance * y * y
-    band = np.zeros((BAND, 2 * (model.bars - 1)))
+    bound = np.zeros((BOUND, 2 * (model.bars - 1)))
     neighbours = w[:-1] + w[1:]
-    band[0, 0::2] = neighbours + xx[:-1] + xx[1:]
-    band[0, 1::2] = neighbours + yy[:-1] + yy[1:]
-    band[1, 0::2] = xy[:-1] + xy[1:]
-    band[2, 0:-2:2] = xx[1:-1] - w[1:-1]
-    band[3, 0:-2:2] = xy[1:-1]
-    band[1, 1:-2:2] = xy[1:-1]
-    band[2, 1:-2:2] = yy[1:-1] - w[1:-1]
-    return band
+    bound[0, 0::2] = neighbours + xx[:-1] + xx[1:]
+    bound[0, 1::2] = neighbours + yy[:-1] + yy[1:]
+    bound[1, 0::2] = xy[:-1] + xy[1:]
+    bound[2, 0:-2:2] = xx[1:-1] - w[1:-1]
+    bound[3, 0:-2:2] = xy[1:-1]
+    bound[1, 1:-2:2] = xy[1:-1]
+    bound[2, 1:-2:2] = yy[1:-1] - w[1:-1]
+    return bound
 
 
 class JointSystem:
@@ -129,13 +129,13 @@ class JointSystem:
         return opened
 
 
-def condition_number(band: Array) -> float:
+def condition_number(bound: Array) -> float:
     """Two-norm condition number of the joint system; 1 where there are no joints. O(N²): for diagnosis."""
-    size = band.shape[1]
+    size = bound.shape[1]
     if size == 0:
         return 1.0
     full = np.zeros((size, size))
-    for i in range(min(BAND, size)):
+    for i in range(min(BOUND, size)):
         rows = np.arange(size - i)
-        full[rows + i, rows] = full[rows, rows + i] = band[i, : size - i]
+        full[rows + i, rows] = full[rows, rows + i] = bound[i, : size - i]
     return float(np.linalg.cond(full))

@@ -70,7 +70,7 @@ def measured(misprint: Misprint) -> MisprintEffect:
     reactions = angles = None
     note = f"{entry.effect}: {entry.reason}"
     if entry.effect is Effect.NOT_SOLVABLE:
-        note = f"{entry.effect}: {refusal(misprint)}"
+        note = f"{entry.effect}: {rejection(misprint)}"
     elif entry.effect is not Effect.TEXT_ONLY:
         model = generic_model(UNEQUAL_LENGTHS_M) if misprint is Misprint.HALF_LENGTH else generic_model()
         right, wrong = solved(model, frozenset()), solved(model, frozenset({misprint}))
@@ -85,7 +85,7 @@ def solved(model: ChainModel, as_printed: frozenset[Misprint]) -> PaperSolution:
     return solve(model, 0.0, state, units_of(model, state.com_m), as_printed)
 
 
-def refusal(misprint: Misprint) -> str:
+def rejection(misprint: Misprint) -> str:
     """Say what the paper's form answers to a prescribed rotation with this misprint."""
     slewed = Prescription(4, np.pi / 4, 60.0, 0.0, local_horizontal=True, reacts_on=None)
     try:

@@ -28,7 +28,7 @@ FOLDER = "cost"
 BASELINE = "reference-fast"  # times are also given over this engine's
 TIME_COLUMNS = ("key", "turn", "seconds")
 POINT_COLUMNS = (
-    "scene", "engine", "setting", "knob", "value", "step_s", "outcome", "reason",
+    "scene", "engine", "setting", "parameter", "value", "step_s", "outcome", "reason",
     "attitude_error_rad", "attitude_floor_rad",
     "reaction_error_N", "reaction_floor_N", "reaction_relative", "reaction_floor_relative",
     "com_error_m", "com_floor_m", "gap_m", "energy_error", "under_floor",

@@ -9,12 +9,12 @@ A result folder holds
 ``run.json``
     what ran where, see :class:`RunRecord`;
 ``trajectories/<scene>/<engine>.parquet``
-    one row per sample; ``truth.parquet`` is the reference at its tightest;
+    one row per sample; ``solution.parquet`` is the reference at its tightest;
 ``differences/<scene>/<engine>.parquet``
     ``t_s`` and, for each compared quantity q: ``q_difference``, ``q_tolerance`` (what both errors explain) and
     ``q_band`` (what the engine's setting should reach), each the largest over the quantity's components;
     for each drift d: ``d_drift``, ``d_band``;
-``differences/<scene>/growth.parquet``
+``differences/<scene>/amplification.parquet``
     ``t_s, growth``: how many times a small perturbation of the attitude has grown.
 """
 
@@ -40,7 +40,7 @@ METRIC_COLUMNS = (
     "tolerance",
     "outcome",
     "reason",
-    "horizon_s",
+    "limit_s",
 )
 QUANTITY_UNITS = {
     "com": "m",
@@ -57,7 +57,7 @@ QUANTITY_UNITS = {
     "relative_energy": "1",
     "run": "",
 }
-TRUTH, GROWTH = "truth", "growth"
+SOLUTION, AMPLIFICATION = "solution", "amplification"
 REFERENCE_SOLUTION = "(reference solution)"
 """Stands in the engine column for a scene's reference solution, where that could not be run"""
 ALL_SCENES = "(all scenes)"
@@ -109,7 +109,7 @@ def read_results(folder: Path) -> Results:
     for name in ("metrics.csv", "run.json"):
         if not (folder / name).is_file():
             raise FileNotFoundError(f"{folder}: no {name} there; give a folder that compare or crossval wrote")
-    empty = {"value": [""], "tolerance": [""], "horizon_s": [""]}
+    empty = {"value": [""], "tolerance": [""], "limit_s": [""]}
     try:
         metrics = pd.read_csv(folder / "metrics.csv", keep_default_na=False, na_values=empty)
         record = json.loads((folder / "run.json").read_text(encoding="utf-8"))

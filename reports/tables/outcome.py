@@ -17,7 +17,7 @@ class Outcome(StrEnum):
     UNSUPPORTED = "unsupported"
     ROUNDOFF_LIMITED = "roundoff_limited"
     INCONSISTENT = "inconsistent"
-    OUT_OF_BAND = "out_of_band"
+    EXCEEDS_BOUND = "exceeds_bound"
     NOTHING_COMPARED = "nothing_compared"
     MALFORMED = "malformed"
     INCOMPLETE = "incomplete"
@@ -47,7 +47,7 @@ ADVICE = {
     Outcome.MALFORMED: "The values have a form that no integration gives: written with too few digits.",
     Outcome.INCONSISTENT: "The two differ by more than both errors, round-off and the declared model difference: "
     "look for different physics, a wrong sign, or an error estimate that is too small.",
-    Outcome.OUT_OF_BAND: "The error is larger than this engine at this setting should make: "
+    Outcome.EXCEEDS_BOUND: "The error is larger than this engine at this setting should make: "
     "look for a lost order, a loosened tolerance or wrong options.",
     Outcome.NOTHING_COMPARED: "Two settings of the engine part too early for a comparison: refine the setting.",
     Outcome.INCOMPLETE: "The run stopped early or lacks a quantity that the engine declares.",
@@ -63,7 +63,7 @@ SEVERITY = (
     Outcome.PASS,
     Outcome.UNSUPPORTED,
     Outcome.ROUNDOFF_LIMITED,
-    Outcome.OUT_OF_BAND,
+    Outcome.EXCEEDS_BOUND,
     Outcome.INCONSISTENT,
     Outcome.NOTHING_COMPARED,
     Outcome.MALFORMED,

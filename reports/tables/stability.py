@@ -15,7 +15,7 @@ A folder ``stability`` inside a result folder holds
 ``run.json``
     what ran where, and the scenes in words;
 ``trajectories/<scene>/<engine>[.coarse|.finer].parquet``
-    one row per sample; ``truth.parquet`` is the truth.
+    one row per sample; ``solution.parquet`` is the truth.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ OUTCOMES = (
 empty where nothing is recorded, and where nothing changed"""
 EVIDENCE = (
     "scene", "engine", "level", "setting", "run", "reason", "attitude_rad",
-    "consistency", "consistency_of", "band_used", "band_of", "horizon_s",
+    "normalised_error", "normalised_error_of", "bound_used", "bound_of", "limit_s",
     "gap_m", "energy", "angular_momentum", "energy_exponent", "kinetic_ratio", "growth_excess",
     "steps", "mean_step_s", "simulate_s",
 )  # fmt: skip
@@ -51,7 +51,7 @@ SERIES = ("scene", "engine", "level", "quantity", "t_s", "value")
 PLAIN = ("scene", "engine", "run", "reason", "attitude_rad", "judged", "seconds")
 WORDS = (
     "scene", "engine", "stability", "reason", "quantity", "expected", "change", "level", "setting", "run",
-    "consistency_of", "band_of", "judged",
+    "normalised_error_of", "bound_of", "judged",
 )  # fmt: skip
 
 
@@ -63,7 +63,7 @@ class Stability(StrEnum):
     INACCURATE = "inaccurate"
     UNSTABLE = "unstable"
     FAILED = "failed"
-    REFUSED = "refused"
+    REJECTED = "rejected"
     UNSUPPORTED = "unsupported"
 
     @property
@@ -81,7 +81,7 @@ ADVICE = {
     Stability.UNSTABLE: "Finite, and blown up: energy out of nothing, a departure that grows faster than the scene's "
     "own, or an error that grows with a finer setting.",
     Stability.FAILED: "An exception, a crash, a time-out, not a number, or another end than the truth's.",
-    Stability.REFUSED: "The engine says before its first step that it will not.",
+    Stability.REJECTED: "The engine says before its first step that it will not.",
     Stability.UNSUPPORTED: "The scene has what the engine can't carry exactly; it is not run.",
 }
 

@@ -53,7 +53,7 @@ def compiled(structure: Structure, precision: Precision) -> Any:
     return hy.cfunc(found.rates + found.observables, vars=found.variables, fp_type=precision.type, compact_mode=True)
 
 
-def oracle_accelerations(model: ChainModel, t_s: float, state: State, precision: Precision = QUAD) -> Accelerations:
+def certified_accelerations(model: ChainModel, t_s: float, state: State, precision: Precision = QUAD) -> Accelerations:
     """What the reference's `accelerations` gives, by the oracle's equations."""
     number, n = precision.number, model.bars
     function = compiled(shape_of(model), precision)

@@ -117,9 +117,9 @@ def test_fields_are_the_inertial_formulas_differences_to_round_off(name, gravity
         return
     here, spots, rates = state(size)
     found = loads_of(scene, here, spots, rates)
-    truth = [exact(scene, here, spot, j, falls=True) for j, spot in enumerate(spots)]
-    scale, turning = max(abs(a) for a, _ in truth), max(abs(w) for _, w in truth)
-    for (ax, ay, spin), (a, w) in zip(found, truth, strict=True):
+    solution = [exact(scene, here, spot, j, falls=True) for j, spot in enumerate(spots)]
+    scale, turning = max(abs(a) for a, _ in solution), max(abs(w) for _, w in solution)
+    for (ax, ay, spin), (a, w) in zip(found, solution, strict=True):
         assert abs(mp.mpc(ax, ay) - a) < ROUNDINGS * EPS * scale
         assert abs(spin - w) <= ROUNDINGS * EPS * turning
 

@@ -50,23 +50,23 @@ def marked(engine, name):
 
 
 @pytest.fixture(scope="module")
-def truths():
+def certified_solutions():
     return {}
 
 
-def truth_of(truths, name):
-    if name not in truths:
-        truths[name] = Reference().run(shortened(name), Reference.ladder.setting(1e-12))
-    return truths[name]
+def solution_of(certified_solutions, name):
+    if name not in certified_solutions:
+        certified_solutions[name] = Reference().run(shortened(name), Reference.sweep.setting(1e-12))
+    return certified_solutions[name]
 
 
 @pytest.mark.parametrize(("engine", "name"), [marked(*pair) for pair in PAIRS])
 def test_an_engine_returns_what_it_declares_in_the_common_units_axes_and_signs(
-    engine, name, truths, tmp_path, monkeypatch, capfd
+    engine, name, certified_solutions, tmp_path, monkeypatch, capfd
 ):
     monkeypatch.chdir(tmp_path)
     scene, loaded = shortened(name), ENGINES[engine].load()
-    setting = loaded.ladder.finer(loaded.ladder.setting(COARSE.get((engine, name))))
+    setting = loaded.sweep.finer(loaded.sweep.setting(COARSE.get((engine, name))))
     seen = loaded().run(scene, setting)
     assert fault(scene, loaded, seen) is None
     assert seen.observables - {Observable.TORQUE, Observable.IMPULSE} <= loaded.observables
@@ -74,7 +74,7 @@ def test_an_engine_returns_what_it_declares_in_the_common_units_axes_and_signs(
     assert printed.out + printed.err == ""
     assert list(tmp_path.iterdir()) == []
     starts_at_the_initial_state(scene, seen)
-    means_the_same(scene, seen, truth_of(truths, name))
+    means_the_same(scene, seen, solution_of(certified_solutions, name))
 
 
 def starts_at_the_initial_state(scene, seen):
@@ -88,17 +88,17 @@ def starts_at_the_initial_state(scene, seen):
         )
 
 
-def means_the_same(scene, seen, truth):
+def means_the_same(scene, seen, solution):
     """Signs, frames and order of joints: a tenth of a percent of the largest value tells them apart."""
     tenth_percent = 1e-3
-    assert np.abs(seen.com_m - truth.com_m).max() <= 1e-6 * scene.radius0_m
-    for mine, theirs in ((seen.angle_rad, truth.angle_rad), (seen.rate_rad_s, truth.rate_rad_s)):
+    assert np.abs(seen.com_m - solution.com_m).max() <= 1e-6 * scene.radius0_m
+    for mine, theirs in ((seen.angle_rad, solution.angle_rad), (seen.rate_rad_s, solution.rate_rad_s)):
         if mine is not None:
             assert np.abs(mine - theirs).max() <= tenth_percent * max(np.abs(theirs - theirs[0]).max(), 1e-3)
     scale = (
         scene.mass_kg * max(scene.chain.length_m) * scene.mean_motion_rad_s**2
     )  # m n² l: the horizontal chain's own vanish
-    for mine, theirs in ((seen.reaction_N, truth.reaction_N), (seen.torque_N_m, truth.torque_N_m)):
+    for mine, theirs in ((seen.reaction_N, solution.reaction_N), (seen.torque_N_m, solution.torque_N_m)):
         if mine is not None and mine.size:
             # index 3 starts its multipliers with an error of first order in the step and damps it in some 50 steps
             assert np.abs(mine - theirs).max() <= 20 * tenth_percent * max(np.abs(theirs).max(), scale)
@@ -130,10 +130,10 @@ def test_what_an_engine_cant_carry_has_a_reason(engine):
 
 @pytest.mark.parametrize("engine", HERE)
 def test_ladders_run_from_coarse_to_fine_and_hold_their_default(engine):
-    ladder = ENGINES[engine].load().ladder
-    finer = np.diff(ladder.values) < 0 if ladder.knob == "rtol" else np.diff(ladder.values) > 0
+    sweep = ENGINES[engine].load().sweep
+    finer = np.diff(sweep.values) < 0 if sweep.parameter == "rtol" else np.diff(sweep.values) > 0
     assert finer.all()
-    assert ladder.default in ladder.values
+    assert sweep.default in sweep.values
 
 
 @pytest.mark.parametrize("engine", HERE)

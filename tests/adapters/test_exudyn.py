@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import adapters.exudyn.solve.solver as solver_module
-from adapters.engine import Engine, EngineError, Knob, Setting
+from adapters.engine import AccuracyParameter, Engine, EngineError, Setting
 from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
 from adapters.exudyn.frames.clock import NAMES, coefficients
 from adapters.exudyn.frames.frames import turned
@@ -33,21 +33,21 @@ def shortened(name: str, orbits: float, samples: int) -> Scene:
 
 
 @functools.cache
-def truth(scene: Scene) -> Trajectory:
-    return Reference().run(scene, Setting(Knob.RTOL, 1e-13))
+def solution(scene: Scene) -> Trajectory:
+    return Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-13))
 
 
 def run(engine: type[Engine], scene: Scene, steps: float | None = None) -> Trajectory:
-    return engine().run(scene, engine.ladder.setting(steps))
+    return engine().run(scene, engine.sweep.setting(steps))
 
 
 def error(found: Trajectory, scene: Scene, name: str) -> float:
-    difference = getattr(found, name) - getattr(truth(scene), name)
+    difference = getattr(found, name) - getattr(solution(scene), name)
     return float(np.abs(difference).max(initial=0.0))
 
 
 def scale(scene: Scene, name: str) -> float:
-    return float(np.abs(getattr(truth(scene), name)).max(initial=0.0))
+    return float(np.abs(getattr(solution(scene), name)).max(initial=0.0))
 
 
 def observed_ratio(engine: type[Engine], scene: Scene, steps: float, name: str) -> float:
@@ -176,7 +176,7 @@ def test_a_bar_below_the_surface_ends_the_run(engine: type[Engine], speed_factor
     )
     found = run(engine, scene, 1000)
     assert "surface" in found.ended
-    assert len(found.t_s) == len(truth(scene).t_s) < 46
+    assert len(found.t_s) == len(solution(scene).t_s) < 46
 
 
 @pytest.mark.parametrize("engine", ENGINES)

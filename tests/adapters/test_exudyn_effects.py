@@ -10,7 +10,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from adapters.engine import Engine, Knob, Setting, UnsupportedMotionError
+from adapters.engine import AccuracyParameter, Engine, Setting, UnsupportedMotionError
 from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
 from adapters.exudyn.frames.clock import orbit_given
 from adapters.exudyn.frames.frames import OrbitFrame, frame_of, turned
@@ -231,8 +231,8 @@ def test_light_and_thrust_push_as_their_pages_say(absolute: bool) -> None:
 
 
 @functools.cache
-def truth(name: str) -> Trajectory:
-    return Reference().run(halved(name), Setting(Knob.RTOL, 1e-13))
+def solution(name: str) -> Trajectory:
+    return Reference().run(halved(name), Setting(AccuracyParameter.RTOL, 1e-13))
 
 
 def halved(name: str) -> Scene:
@@ -242,13 +242,13 @@ def halved(name: str) -> Scene:
 
 
 def error(found: Trajectory, name: str, what: str) -> float:
-    return float(np.abs(getattr(found, what) - getattr(truth(name), what)).max())
+    return float(np.abs(getattr(found, what) - getattr(solution(name), what)).max())
 
 
 @pytest.mark.parametrize("name", CARRIED)
 def test_halving_the_step_quarters_the_error_against_the_reference(name: str) -> None:
     scene = halved(name)
-    coarse, fine = (Exudyn().run(scene, Setting(Knob.STEPS_PER_ORBIT, k)) for k in (800, 1600))
+    coarse, fine = (Exudyn().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, k)) for k in (800, 1600))
     ratio = (float(fine.info["steps"]) / float(coarse.info["steps"])) ** 2
     for what in ("angle_rad", "reaction_N"):
         assert error(coarse, name, what) / error(fine, name, what) == pytest.approx(ratio, rel=0.1)
@@ -256,16 +256,16 @@ def test_halving_the_step_quarters_the_error_against_the_reference(name: str) ->
 
 @pytest.mark.parametrize("name", CARRIED)
 def test_the_tree_agrees_with_the_reference_to_nine_digits(name: str) -> None:
-    found = ExudynTree().run(halved(name), Setting(Knob.STEPS_PER_ORBIT, 800))
+    found = ExudynTree().run(halved(name), Setting(AccuracyParameter.STEPS_PER_ORBIT, 800))
     for what in ("angle_rad", "reaction_N", "com_m"):
-        assert error(found, name, what) < 1e-9 * float(np.abs(getattr(truth(name), what)).max())
+        assert error(found, name, what) < 1e-9 * float(np.abs(getattr(solution(name), what)).max())
 
 
 @pytest.mark.parametrize("engine", [ExudynIndex3, ExudynAbsolute, ExudynAbsoluteIndex3])
 @pytest.mark.parametrize("name", CARRIED)
 def test_every_engine_carries_the_effects_with_second_order(engine: type[Engine], name: str) -> None:
     scene = halved(name)
-    coarse, fine = (engine().run(scene, Setting(Knob.STEPS_PER_ORBIT, k)) for k in (1000, 2000))
+    coarse, fine = (engine().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, k)) for k in (1000, 2000))
     ratio = (float(fine.info["steps"]) / float(coarse.info["steps"])) ** 2
     assert error(coarse, name, "angle_rad") / error(fine, name, "angle_rad") == pytest.approx(ratio, rel=0.1)
 
@@ -273,9 +273,9 @@ def test_every_engine_carries_the_effects_with_second_order(engine: type[Engine]
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_thrust_that_starts_and_ends_keeps_the_order(engine: type[Engine]) -> None:
     scene = load_scene("effects/thrust_table")
-    exact = Reference().run(scene, Setting(Knob.RTOL, 1e-13))
+    exact = Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-13))
     assert engine.order is not None
-    coarse, fine = (engine().run(scene, Setting(Knob.STEPS_PER_ORBIT, k)) for k in (1000, 2000))
+    coarse, fine = (engine().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, k)) for k in (1000, 2000))
     assert coarse.angle_rad is not None
     assert fine.angle_rad is not None
     assert exact.angle_rad is not None
@@ -293,8 +293,8 @@ def test_a_sample_at_a_jump_shows_what_was_just_before_it(engine: type[Engine]) 
     late = dataclasses.replace(scene.effects.thrust[1], times_s=(400.0, 1000.0))
     scene = dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, thrust=(late,)))
     scene = shortened(scene, 1200.0, 13)
-    found = engine().run(scene, Setting(Knob.STEPS_PER_ORBIT, 2000))
-    exact = Reference().run(scene, Setting(Knob.RTOL, 1e-12))
+    found = engine().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, 2000))
+    exact = Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-12))
     assert found.reaction_N is not None
     assert exact.reaction_N is not None
     np.testing.assert_array_equal(found.t_s, scene.times_s)
@@ -343,7 +343,7 @@ def test_a_bar_that_turns_its_other_face_ends_the_run_with_a_reason(engine: type
     assert light is not None
     scene = with_effects("solar_shadow", solar_pressure=dataclasses.replace(light, shadow=False))
     with pytest.raises(UnsupportedMotionError, match=r"other face to the Sun between t = "):
-        engine().run(scene, Setting(Knob.STEPS_PER_ORBIT, 500))
+        engine().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, 500))
 
 
 def test_newtons_tolerance_knows_how_far_effects_take_the_chain() -> None:
@@ -357,7 +357,7 @@ def test_newtons_tolerance_knows_how_far_effects_take_the_chain() -> None:
 @pytest.mark.parametrize("name", ["oblateness", "tip_masses"])
 def test_what_is_left_at_a_trees_free_end_is_the_rounding_it_declares(name: str) -> None:
     scene = load_scene(f"effects/{name}")
-    setting = ExudynTree.ladder.setting()
+    setting = ExudynTree.sweep.setting()
     declared = ExudynTree.noise(scene, setting, scene.times_s)["reaction"]
     assert float(ExudynTree().run(scene, setting).info["free_end_N"]) < float(np.max(declared))
 
@@ -368,11 +368,11 @@ def test_a_prescribed_rotation_goes_on_beside_other_effects(engine: type[Engine]
     moon = load_scene("effects/third_body").effects.third_body[:1]
     effects = dataclasses.replace(slews.effects, gravity=Gravity.QUADRUPOLE, oblateness=flat, third_body=moon)
     scene = shortened(dataclasses.replace(slews, effects=effects), 300.0, 7)
-    exact = Reference().run(scene, Setting(Knob.RTOL, 1e-12))
+    exact = Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-12))
     assert exact.angle_rad is not None
     errors = []
     for k in (10000, 20000):
-        found = engine().run(scene, Setting(Knob.STEPS_PER_ORBIT, k))
+        found = engine().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, k))
         assert found.angle_rad is not None
         errors.append(float(np.abs(found.angle_rad - exact.angle_rad).max()))
     assert 3.4 < errors[0] / errors[1] < 4.6

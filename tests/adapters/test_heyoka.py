@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from adapters.engine import EngineError, Knob, Setting
+from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.heyoka.adapter import Heyoka, HeyokaLong, HeyokaQuad
 from adapters.heyoka.compiled import DOUBLE, QUAD, symbols
 from adapters.heyoka.equations import visit
@@ -20,7 +20,7 @@ from barchain.metrics.quantities import differences
 from reference_impl.model import relative
 from reference_impl.model.state import Accelerations
 from scenarios import load_scene
-from tests.adapters.heyoka_state import compiled, oracle_accelerations
+from tests.adapters.heyoka_state import certified_accelerations, compiled
 from tests.reference.paper_chains import AGREEMENT, LAWS, chain, disagreement, grip
 from tests.support.arbiter import judge
 
@@ -42,7 +42,7 @@ def varied(name, *, orbit=None, chain=None, run=None):
 def test_accelerations_reactions_and_torques_are_the_references_to_its_round_off(bars, laws):
     for seed in range(12):
         model, state = chain(seed, bars, equal=bool(seed % 2), laws=laws)
-        theirs, mine = relative.accelerations(model, 25.0, state), oracle_accelerations(model, 25.0, state)
+        theirs, mine = relative.accelerations(model, 25.0, state), certified_accelerations(model, 25.0, state)
         assert disagreement(model, state, mine, theirs) < AGREEMENT / grip(model, state)
 
 
@@ -51,7 +51,7 @@ def test_so_they_are_with_less_gravity(gravity):
     for seed in range(12):
         model, state = chain(seed, 4, equal=bool(seed % 2), laws="both ends")
         model = dataclasses.replace(model, gravity=gravity)
-        theirs, mine = relative.accelerations(model, 25.0, state), oracle_accelerations(model, 25.0, state)
+        theirs, mine = relative.accelerations(model, 25.0, state), certified_accelerations(model, 25.0, state)
         if gravity == "none":  # a share of nothing is no number
             assert not mine.com_m_s2.any()
             theirs, mine = (dataclasses.replace(a, com_m_s2=np.ones(2)) for a in (theirs, mine))
@@ -65,25 +65,27 @@ def test_they_are_those_of_an_independent_derivation_in_fifty_digits(laws):
     verdict = judge(model, 25.0, state)
     centre = model.weight @ verdict.place_m_s2
     judged = Accelerations(centre, verdict.angle_rad_s2, verdict.relative_m_s2, verdict.reaction_N, verdict.torque_N_m)
-    assert disagreement(model, state, oracle_accelerations(model, 25.0, state), judged) < AGREEMENT / grip(model, state)
+    assert disagreement(model, state, certified_accelerations(model, 25.0, state), judged) < AGREEMENT / grip(
+        model, state
+    )
 
 
 def test_double_loses_no_more_than_the_reference_does():
     model, state = chain(3, 12, equal=False, laws="none")
-    exact = oracle_accelerations(model, 25.0, state)
-    for found in (oracle_accelerations(model, 25.0, state, DOUBLE), relative.accelerations(model, 25.0, state)):
+    exact = certified_accelerations(model, 25.0, state)
+    for found in (certified_accelerations(model, 25.0, state, DOUBLE), relative.accelerations(model, 25.0, state)):
         assert disagreement(model, state, found, exact) < AGREEMENT
 
 
 def test_the_symmetric_step_is_the_general_one(monkeypatch):
     model, state = chain(5, 5, equal=False, laws="none")
-    short = oracle_accelerations(model, 25.0, state)
+    short = certified_accelerations(model, 25.0, state)
     monkeypatch.setattr(
         "adapters.heyoka.equations.visit_free",
         lambda bar, beyond: visit(bar, beyond, None, motor=False, pushed=False),
     )
     forget()
-    general = oracle_accelerations(model, 25.0, state)
+    general = certified_accelerations(model, 25.0, state)
     forget()
     # both in real128: nothing but their rounding to double is left
     np.testing.assert_allclose(general.angle_rad_s2, short.angle_rad_s2, rtol=4 * U)
@@ -99,21 +101,23 @@ def forget():
 def test_the_three_precisions_agree_to_the_coarsest_one(name):
     """A short run: 1e-15 a step in double, 10 000 roundings of it at most, on scenes that hardly grow."""
     scene = varied(name, run={"duration_s": 600.0, "samples": 5})
-    finest = HeyokaQuad().run(scene, Setting(Knob.RTOL, 1e-24))
+    finest = HeyokaQuad().run(scene, Setting(AccuracyParameter.RTOL, 1e-24))
     for engine, rtol in ((Heyoka, 1e-15), (HeyokaLong, 1e-18)):
-        apart = differences(engine().run(scene, Setting(Knob.RTOL, rtol)), finest)
+        apart = differences(engine().run(scene, Setting(AccuracyParameter.RTOL, rtol)), finest)
         assert apart["attitude"].max() <= 1e4 * U
         assert apart["com"].max() <= 1e4 * U * scene.radius0_m
-    assert differences(HeyokaLong().run(scene, Setting(Knob.RTOL, 1e-18)), finest)["attitude"].max() <= 32 * U
+    assert (
+        differences(HeyokaLong().run(scene, Setting(AccuracyParameter.RTOL, 1e-18)), finest)["attitude"].max() <= 32 * U
+    )
 
 
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-12])
 def test_errors_are_what_is_asked_for(rtol):
     scene = varied("paper/fig13", run={"duration_s": 3000.0, "samples": 5})
-    truth = HeyokaQuad().run(scene, Setting(Knob.RTOL, 1e-24))
-    seen = Heyoka().run(scene, Setting(Knob.RTOL, rtol))
+    solution = HeyokaQuad().run(scene, Setting(AccuracyParameter.RTOL, 1e-24))
+    seen = Heyoka().run(scene, Setting(AccuracyParameter.RTOL, rtol))
     # each step may err by rtol; the librating chain of growth below 100 carries that on
-    assert differences(seen, truth)["attitude"].max() <= 100.0 * rtol * float(seen.info["steps"])
+    assert differences(seen, solution)["attitude"].max() <= 100.0 * rtol * float(seen.info["steps"])
 
 
 @pytest.mark.parametrize(
@@ -128,9 +132,12 @@ def test_a_run_ends_where_the_references_does_and_says_so_alike(name, changes):
     """By an end of a bar (falling steeply) or between its ends (a horizontal bar sags below its ends)."""
     scene = varied(name, **changes)
     assert structure_of(scene).lands
-    seen, truth = Heyoka().run(scene, Setting(Knob.RTOL, 1e-15)), Reference().run(scene, Setting(Knob.RTOL, 1e-13))
-    assert seen.ended == truth.ended != ""
-    assert len(seen.t_s) == len(truth.t_s) < scene.run.samples
+    seen, solution = (
+        Heyoka().run(scene, Setting(AccuracyParameter.RTOL, 1e-15)),
+        Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-13)),
+    )
+    assert seen.ended == solution.ended != ""
+    assert len(seen.t_s) == len(solution.t_s) < scene.run.samples
 
 
 def test_no_step_straddles_a_break_of_a_law_and_samples_at_breaks_are_seen_once():
@@ -143,8 +150,8 @@ def test_no_step_straddles_a_break_of_a_law_and_samples_at_breaks_are_seen_once(
     run.walk()
     seen = run.trajectory()
     np.testing.assert_array_equal(seen.t_s, scene.times_s)
-    truth = Reference().run(scene, Setting(Knob.RTOL, 1e-13))
-    for name, apart in differences(seen, truth).items():
+    solution = Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-13))
+    for name, apart in differences(seen, solution).items():
         size = {"com": scene.radius0_m, "com_velocity": scene.speed0_m_s, "rate": scene.fastest_rate_rad_s}.get(
             name, 1.0
         )
@@ -158,9 +165,12 @@ def test_a_chain_of_fifty_bars_runs():
         key: (value[0],) * n for key, value in vars(load_scene("paper/fig13").chain).items() if key != "angle_from"
     }
     scene = varied("paper/fig13", chain=chain, run={"duration_s": 60.0, "samples": 3})
-    seen, truth = Heyoka().run(scene, Setting(Knob.RTOL, 1e-15)), Reference().run(scene, Setting(Knob.RTOL, 1e-13))
-    assert differences(seen, truth)["attitude"].max() <= 1e-11
-    assert differences(seen, truth)["reaction"].max() <= 1e-11
+    seen, solution = (
+        Heyoka().run(scene, Setting(AccuracyParameter.RTOL, 1e-15)),
+        Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-13)),
+    )
+    assert differences(seen, solution)["attitude"].max() <= 1e-11
+    assert differences(seen, solution)["reaction"].max() <= 1e-11
 
 
 def test_units_are_powers_of_two_so_that_nothing_is_rounded():

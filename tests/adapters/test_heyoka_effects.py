@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from adapters.common.initial_state import chain_model, initial_state
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.heyoka.adapter import Heyoka, HeyokaQuad
 from adapters.heyoka.compiled import DOUBLE, QUAD
 from adapters.heyoka.discrete_modes import Modes
@@ -41,7 +41,7 @@ from scenarios import (
     Thrust,
     load_scene,
 )
-from tests.harness.oracle_start import scene_of, start
+from tests.harness.certified_start import scene_of, start
 from tests.support.scene_lists import TAME
 
 U = 2.0**-53
@@ -230,7 +230,7 @@ def test_the_shadow_and_faces_to_the_sun_are_met_at_their_instants_in_closed_for
     """In at 180 degrees less asin(R/r) from the Sun, out as far behind; n·s = 0 by two uniform rotations."""
     scene = circling(Effects(Gravity.POINT, solar_pressure=dataclasses.replace(LIGHT, pressure_Pa=1e-25)))
     made = engine()
-    seen = made.run(scene, Setting(Knob.RTOL, rtol))
+    seen = made.run(scene, Setting(AccuracyParameter.RTOL, rtol))
     turn, at = initial_state(scene), scene.orbit.longitude_rad
     dark = math.asin(scene.central_body.radius_m / scene.radius0_m)
     chase = scene.orbital_rate_rad_s - LIGHT.sun_rate_rad_s
@@ -284,13 +284,13 @@ def test_a_thrusts_table_adds_its_integral_to_momentum_and_spin():
     integral = sum(0.5 * (a + b) * (t - s) for a, b, s, t in zip(force, force[1:], times, times[1:], strict=False))
     fixed = Thrust(1, End.LEFT, Axes.INERTIAL, 2.0, times, force)
     scene = scene_of(Effects(Gravity.NONE, thrust=(fixed,)))
-    seen = HeyokaQuad().run(scene, Setting(Knob.RTOL, 1e-20))
+    seen = HeyokaQuad().run(scene, Setting(AccuracyParameter.RTOL, 1e-20))
     gained = scene.chain.mass_kg[0] * (seen.com_velocity_m_s[-1] - seen.com_velocity_m_s[0])
     # velocities of 8 km/s are rounded to double
     wanted = integral * np.array([math.cos(2.0), math.sin(2.0)])
     np.testing.assert_allclose(gained, wanted, atol=4 * U * scene.chain.mass_kg[0] * scene.speed0_m_s)
     turning = dataclasses.replace(fixed, axes=Axes.BODY)
-    seen = HeyokaQuad().run(scene_of(Effects(Gravity.NONE, thrust=(turning,))), Setting(Knob.RTOL, 1e-20))
+    seen = HeyokaQuad().run(scene_of(Effects(Gravity.NONE, thrust=(turning,))), Setting(AccuracyParameter.RTOL, 1e-20))
     spin = scene.chain.inertia_kg_m2[0] * (seen.rate_rad_s[-1, 0] - seen.rate_rad_s[0, 0])
     assert spin == pytest.approx(-40.0 * math.sin(2.0) * integral, rel=100 * U)
 
@@ -354,7 +354,7 @@ def test_springs_give_back_what_they_take_and_dampers_lose_what_they_turn_to_hea
         effects = dataclasses.replace(springs, damping_N_m_s_rad=(damping,))
         seen = Heyoka().run(
             dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, joint_spring_damper=effects)),
-            Setting(Knob.RTOL, 1e-15),
+            Setting(AccuracyParameter.RTOL, 1e-15),
         )
         model, bend = chain_model(scene), np.diff(seen.angle_rad, axis=1)[:, 0]
         energy = invariants.relative_kinetic_energy(model, seen.angle_rad, seen.rate_rad_s) + (bend - 0.3) ** 2
@@ -383,7 +383,9 @@ def test_a_bar_held_to_its_horizon_stays_there_whatever_else_moves_it():
     scene = scene_of(effects, **PAIR)
     body = dataclasses.replace(scene.central_body, radius_m=0.0)  # no surface to be watched
     orbit = dataclasses.replace(scene.orbit, altitude_m=scene.radius0_m)
-    seen = Heyoka().run(dataclasses.replace(scene, central_body=body, orbit=orbit), Setting(Knob.RTOL, 1e-15))
+    seen = Heyoka().run(
+        dataclasses.replace(scene, central_body=body, orbit=orbit), Setting(AccuracyParameter.RTOL, 1e-15)
+    )
     place = seen.com_m + relative_positions(chain_model(scene), seen.angle_rad)[:, 1]
     off = seen.angle_rad[:, 1] - np.unwrap(np.arctan2(place[:, 1], place[:, 0]))
     # each step may err by 1e-15 in the angle and in the longitude, and its rates carry that through the run
@@ -398,9 +400,12 @@ def test_a_scene_that_a_thrust_brings_down_ends_at_the_surface_as_the_references
     run = dataclasses.replace(scene.run, duration_s=4000.0, samples=41)
     scene = dataclasses.replace(scene, orbit=dataclasses.replace(scene.orbit, speed_factor=1.0), run=run)
     assert structure_of(scene).lands
-    seen, truth = Heyoka().run(scene, Setting(Knob.RTOL, 1e-15)), Reference().run(scene, Setting(Knob.RTOL, 1e-13))
-    assert seen.ended[:-5] == truth.ended[:-5] != ""  # to 0.01 s
-    assert len(seen.t_s) == len(truth.t_s) < scene.run.samples
+    seen, solution = (
+        Heyoka().run(scene, Setting(AccuracyParameter.RTOL, 1e-15)),
+        Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-13)),
+    )
+    assert seen.ended[:-5] == solution.ended[:-5] != ""  # to 0.01 s
+    assert len(seen.t_s) == len(solution.t_s) < scene.run.samples
 
 
 @pytest.mark.parametrize("name", [n for n in TAME if not n.startswith("effects/")])

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from adapters.common.initial_state import chain_model, initial_state
-from adapters.engine import Coordinates, Engine, Knob, Setting
+from adapters.engine import AccuracyParameter, Coordinates, Engine, Setting
 from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
 from adapters.pymunk.adapter import Pymunk, PymunkAbsolute
 from adapters.reference.numpy_engines import Reference, ReferenceAbsolute
@@ -39,23 +39,23 @@ def scene_of(name: str = "paper/fig13") -> Scene:
 
 @functools.cache
 def run(engine: type[Engine], name: str = "paper/fig13") -> Trajectory:
-    value = 1e-9 if engine.ladder.knob is Knob.RTOL else 2000.0
-    return engine().run(scene_of(name), Setting(engine.ladder.knob, value))
+    value = 1e-9 if engine.sweep.parameter is AccuracyParameter.RTOL else 2000.0
+    return engine().run(scene_of(name), Setting(engine.sweep.parameter, value))
 
 
-def opened(seen: Trajectory, by_m: float, *, after: int, sample: int = 0) -> Trajectory:
+def opened(trajectory: Trajectory, by_m: float, *, after: int, sample: int = 0) -> Trajectory:
     """Bars beyond joint `after` (from 1) moved aside from `sample` on; gaps and residual as they were reported."""
-    assert seen.position_m is not None
-    place = seen.position_m.copy()
+    assert trajectory.position_m is not None
+    place = trajectory.position_m.copy()
     place[sample:, after:] += np.array([0.0, by_m])
-    return seen.replace(position_m=place)
+    return trajectory.replace(position_m=place)
 
 
-def nothing_amiss(seen: Trajectory) -> Trajectory:
+def nothing_amiss(trajectory: Trajectory) -> Trajectory:
     """What an engine says that never looks at its joints."""
-    assert seen.angle_rad is not None
-    n, bars = seen.angle_rad.shape
-    return seen.replace(gap_m=np.zeros((n, bars - 1)), identity_m=np.zeros(n))
+    assert trajectory.angle_rad is not None
+    n, bars = trajectory.angle_rad.shape
+    return trajectory.replace(gap_m=np.zeros((n, bars - 1)), identity_m=np.zeros(n))
 
 
 # what sound engines give
@@ -210,7 +210,7 @@ def test_places_in_a_frame_may_carry_the_rounding_of_how_far_the_chain_is_driven
     for name, allowed in (("effects/drag", True), ("paper/fig13", False)):
         scene = load_scene(name)
         scene = dataclasses.replace(scene, run=dataclasses.replace(scene.run, samples=7))
-        seen = Exudyn().run(scene, Setting(Knob.STEPS_PER_ORBIT, 500.0))
+        seen = Exudyn().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, 500.0))
         assert seen.gap_m is not None
         assert (fault(scene, Exudyn, seen.replace(gap_m=seen.gap_m + 50.0 * grain)) is None) is allowed
 

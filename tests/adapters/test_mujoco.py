@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from adapters.common.kepler import propagate
-from adapters.engine import EngineError, Knob, Setting
+from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.mujoco.adapter import Mujoco
 from scenarios import Gravity, load_scene
-from tests.support.generic_scenes import generic, of_bars, steep, truth, truth_at_start, worst
+from tests.support.generic_scenes import generic, of_bars, solution, solution_at_start, steep, worst
 from tests.support.step_order import JUMPING, SMOOTH, by_steps, effect_scene, errors
 
 mujoco = pytest.importorskip("mujoco")
@@ -19,7 +19,7 @@ CHANNELS = ["angle_rad", "rate_rad_s", "reaction_N"]
 
 
 def run(scene, steps):
-    return Mujoco().run(scene, Setting(Knob.STEPS_PER_ORBIT, steps))
+    return Mujoco().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, steps))
 
 
 def brief(scene):
@@ -30,7 +30,7 @@ def brief(scene):
 def first_accelerations(scene):
     """Angular accelerations that MuJoCo has at t = 0, the reactions there, and the mass matrix' condition."""
     engine = Mujoco()
-    engine.build(brief(scene), Mujoco.ladder.setting())
+    engine.build(brief(scene), Mujoco.sweep.setting())
     engine.simulate()
     engine.seen = engine.seen[:1]
     reaction = engine.read().reaction_N[0]
@@ -46,7 +46,7 @@ def test_accelerations_and_reactions_are_the_references_to_round_off(size, gravi
     for seed in range(5):
         scene = generic(seed, size=size, gravity=gravity)
         angular, reaction, condition = first_accelerations(scene)
-        true = truth_at_start(scene)
+        true = solution_at_start(scene)
         lost = 4.0 * EPS * condition  # by a mass matrix in joint angles: three digits or four for unequal bars
         assert lost < 1e-11
         assert worst(angular, true.angle_rad_s2) < lost * np.abs(true.angle_rad_s2).max()
@@ -57,7 +57,7 @@ def test_accelerations_and_reactions_are_the_references_to_round_off(size, gravi
 def test_reactions_of_long_chains_lose_no_more_than_a_rounding_a_bar(bars):
     scene = of_bars(steep(), bars)
     _, reaction, _ = first_accelerations(scene)
-    true = truth_at_start(scene).reaction_N
+    true = solution_at_start(scene).reaction_N
     assert worst(reaction, true) < 16.0 * EPS * bars * np.abs(true).max()
 
 
@@ -66,7 +66,7 @@ def test_order_is_four_by_richardson_and_against_the_reference(channel):
     scene = steep()
     a, b, c = (getattr(run(scene, n), channel) for n in (200, 400, 800))
     assert math.log2(worst(a, b) / worst(b, c)) == pytest.approx(4.0, abs=0.3)
-    true = getattr(truth(scene), channel)
+    true = getattr(solution(scene), channel)
     assert math.log2(worst(b, true) / worst(c, true)) == pytest.approx(4.0, abs=0.3)
 
 
@@ -76,13 +76,13 @@ def test_other_orbits_agree_to_the_error_of_the_step(speed_factor, channel):
     scene = steep(orbits=0.5, name="paper/fig15", speed_factor=speed_factor, longitude_rad=2.5)
     coarse, fine = (getattr(run(scene, n), channel) for n in (500, 1000))
     # halving the step takes 15/16 of the error away; twice that for the next order
-    assert worst(fine, getattr(truth(scene), channel)) < 2.0 * worst(fine, coarse) / 15.0
+    assert worst(fine, getattr(solution(scene), channel)) < 2.0 * worst(fine, coarse) / 15.0
 
 
 def test_the_first_orbit_of_fig05_agrees_to_a_nanoradian():
     scene = steep(name="paper/fig05")
-    assert worst(run(scene, 1000).angle_rad, truth(scene).angle_rad) < 1e-9
-    assert worst(run(scene, 1000).reaction_N, truth(scene).reaction_N) < 1e-10
+    assert worst(run(scene, 1000).angle_rad, solution(scene).angle_rad) < 1e-9
+    assert worst(run(scene, 1000).reaction_N, solution(scene).reaction_N) < 1e-10
 
 
 @pytest.mark.parametrize("name", ["kepler_circular", "kepler_elliptic", "kepler_hyperbolic"])
@@ -104,7 +104,7 @@ def test_the_place_of_injection_does_not_matter():
 
 def test_fall_ends_at_the_surface_within_a_step():
     scene = steep(orbits=0.2, samples=28, name="paper/fig15", speed_factor=0.0)
-    found, true = run(scene, 2000), truth(scene)
+    found, true = run(scene, 2000), solution(scene)
     instant, expected = (float(t.ended.split()[-2]) for t in (found, true))
     assert "a bar reached the surface" in found.ended
     assert abs(instant - expected) < 1.01 * found.info["dt_s"]
@@ -113,7 +113,7 @@ def test_fall_ends_at_the_surface_within_a_step():
 
 def test_a_chain_that_touches_the_surface_at_its_last_sample_only_ends_there():
     fall = steep(orbits=0.2, samples=28, name="paper/fig15", speed_factor=0.0)
-    until = float(truth(fall).ended.split()[-2])
+    until = float(solution(fall).ended.split()[-2])
     scene = dataclasses.replace(fall, run=dataclasses.replace(fall.run, duration_s=until + 1e-3, samples=2))
     found = run(scene, 2000)
     assert "reached the surface" in found.ended
@@ -123,7 +123,7 @@ def test_a_chain_that_touches_the_surface_at_its_last_sample_only_ends_there():
 def test_a_state_that_is_not_finite_is_an_error_and_leaves_no_log(tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     engine = Mujoco()
-    engine.build(dataclasses.replace(generic(1, gravity=Gravity.NONE)), Mujoco.ladder.setting())
+    engine.build(dataclasses.replace(generic(1, gravity=Gravity.NONE)), Mujoco.sweep.setting())
     engine.data.qvel[3] = math.nan
     with pytest.raises(EngineError, match="MuJoCo"):
         engine.simulate()
@@ -137,7 +137,7 @@ def test_an_exception_in_the_callback_comes_out_and_the_callbacks_are_put_back(m
 
     before = mujoco.get_mjcb_control(), mujoco.get_mju_user_warning()
     engine = Mujoco()
-    engine.build(steep(), Mujoco.ladder.setting())
+    engine.build(steep(), Mujoco.sweep.setting())
     monkeypatch.setattr("adapters.mujoco.adapter.MovingLoads.load", fails)
     with pytest.raises(EngineError, match="no distance"):
         engine.simulate()

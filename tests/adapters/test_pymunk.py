@@ -16,7 +16,7 @@ import adapters.pymunk.adapter as adapter_module
 from adapters.bar_loads.falling_frame import falling
 from adapters.common.initial_state import chain_model, initial_state
 from adapters.common.kepler import propagate
-from adapters.engine import EngineError, Knob, Setting
+from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.pymunk.adapter import Pymunk, PymunkAbsolute
 from adapters.pymunk.iteration_count import sweeps
 from adapters.reference.numpy_engines import Reference
@@ -61,13 +61,13 @@ def steep(orbits=1.0, samples=51, **orbit):
 
 
 @functools.cache
-def truth(scene):
-    return Reference().run(scene, Setting(Knob.RTOL, 1e-13))
+def solution(scene):
+    return Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-13))
 
 
 @functools.cache
 def seen(engine, scene, steps):
-    return engine().run(scene, Setting(Knob.STEPS_PER_ORBIT, steps))
+    return engine().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, steps))
 
 
 def worst(a, b):
@@ -87,7 +87,7 @@ def test_order_is_two_by_richardson_and_against_the_reference(engine, channel):
     scene = steep()
     a, b, c = (getattr(seen(engine, scene, n), channel) for n in (500, 1000, 2000))
     assert math.log2(worst(a, b) / worst(b, c)) == pytest.approx(2.0, abs=0.1)
-    true = getattr(truth(scene), channel)
+    true = getattr(solution(scene), channel)
     assert math.log2(worst(a, true) / worst(b, true)) == pytest.approx(2.0, abs=0.1)
 
 
@@ -97,7 +97,7 @@ def test_order_is_two_by_richardson_and_against_the_reference(engine, channel):
 def test_eccentric_and_hyperbolic_orbits_agree_with_the_reference(engine, channel, speed_factor):
     scene = steep(orbits=0.5, speed_factor=speed_factor, longitude_rad=2.5)
     found = getattr(seen(engine, scene, 2000), channel)
-    assert worst(found, getattr(truth(scene), channel)) < allowed(engine, scene, 2000, channel)
+    assert worst(found, getattr(solution(scene), channel)) < allowed(engine, scene, 2000, channel)
 
 
 @pytest.mark.parametrize("channel", ["angle_rad", "rate_rad_s", "reaction_N", "com_m"])
@@ -105,12 +105,12 @@ def test_unequal_bars_agree_with_the_reference(channel):
     scene = of_masses(steep(orbits=0.25), 100.0, 10.0, 100.0, 1.0, 50.0)
     own = 1e-12 * scene.radius0_m if channel == "com_m" else 0.0  # the reference's track, 3e-6 m at its tightest
     found = getattr(seen(Pymunk, scene, 2000), channel)
-    assert worst(found, getattr(truth(scene), channel)) < allowed(Pymunk, scene, 2000, channel) + own
+    assert worst(found, getattr(solution(scene), channel)) < allowed(Pymunk, scene, 2000, channel) + own
 
 
 def test_reactions_are_right_from_the_first_sample_on():
     scene = steep(orbits=0.1, samples=21)  # every fifth step: see pymunk_space on the very first one
-    error = np.abs(seen(Pymunk, scene, 1000).reaction_N - truth(scene).reaction_N).max(axis=(1, 2))
+    error = np.abs(seen(Pymunk, scene, 1000).reaction_N - solution(scene).reaction_N).max(axis=(1, 2))
     assert error[:4].max() < HEADROOM * error[4:].max()
 
 
@@ -121,7 +121,7 @@ def test_reactions_do_not_jump_where_the_engine_goes_over_to_fewer_sweeps(sample
     dt_s = scene.step_period_s / 10_000
     short = dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=7.99 * sample * dt_s, samples=9))
     engine = Pymunk()
-    seen, right = engine.run(short, Setting(Knob.STEPS_PER_ORBIT, 10_000)), truth(short)
+    seen, right = engine.run(short, Setting(AccuracyParameter.STEPS_PER_ORBIT, 10_000)), solution(short)
     assert engine.every == sample
     error = np.abs(seen.reaction_N - right.reaction_N).max(axis=(1, 2))[1:]
     assert error[0] < 3.0 * error[1:].max()
@@ -194,7 +194,7 @@ def test_the_moving_frame_keeps_the_chains_departure_from_kepler():
     scene = steep()
     track = propagate(scene.central_body.mu_m3_s2, *start_of(scene), scene.times_s)[0]
     departs = worst(seen(Pymunk, scene, 2000).com_m, track)
-    true = worst(truth(scene).com_m, track)
+    true = worst(solution(scene).com_m, track)
     own = 1e-12 * scene.radius0_m  # the reference's
     assert true > 0.1
     assert abs(departs - true) < allowed(Pymunk, scene, 2000, "com_m") + own
@@ -217,19 +217,19 @@ def test_reactions_in_inertial_coordinates_are_as_noisy_as_places_are_rounded():
     scene = steep(orbits=0.01, samples=41)
     run = seen(PymunkAbsolute, scene, 200000)
     unit = np.spacing(scene.radius0_m) * 100.0 / run.info["dt_s"] ** 2  # ulp(r) m/dt²
-    error = run.reaction_N - truth(scene).reaction_N
-    setting = Setting(Knob.STEPS_PER_ORBIT, 200000)
+    error = run.reaction_N - solution(scene).reaction_N
+    setting = Setting(AccuracyParameter.STEPS_PER_ORBIT, 200000)
     assert np.abs(error).max() < PymunkAbsolute.noise(scene, setting, run.t_s)["reaction"]
-    assert worst(run.rate_rad_s, truth(scene).rate_rad_s) < PymunkAbsolute.noise(scene, setting, run.t_s)["rate"]
+    assert worst(run.rate_rad_s, solution(scene).rate_rad_s) < PymunkAbsolute.noise(scene, setting, run.t_s)["rate"]
     assert 0.7 < error.std() / unit < 2.0  # measured 1.2 to 1.4 from dt = 0.27 to 0.005 s
-    moving = seen(Pymunk, scene, 200000).reaction_N - truth(scene).reaction_N
+    moving = seen(Pymunk, scene, 200000).reaction_N - solution(scene).reaction_N
     assert moving.std() < 1e-3 * unit
 
 
 @BOTH
 def test_fall_ends_at_the_surface_within_a_step(engine):
     scene = steep(orbits=0.2, samples=28, speed_factor=0.0)
-    run, true = engine().run(scene, Setting(Knob.STEPS_PER_ORBIT, 20000)), truth(scene)
+    run, true = engine().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, 20000)), solution(scene)
     assert "a bar reached the surface" in run.ended
     instant, expected = (float(t.ended.split()[-2]) for t in (run, true))
     assert expected - 1e-6 <= instant <= expected + 1.01 * run.info["dt_s"]
@@ -243,7 +243,7 @@ def test_an_exception_in_the_engines_callback_is_not_swallowed(fault):
         raise fault
 
     engine = Pymunk()
-    engine.build(steep(), Setting(Knob.STEPS_PER_ORBIT, 500))
+    engine.build(steep(), Setting(AccuracyParameter.STEPS_PER_ORBIT, 500))
     engine.gravity.load = raises
     engine.chain.install(engine.gravity)
     with pytest.raises(EngineError, match=str(fault)):
@@ -254,14 +254,14 @@ def test_joints_that_burst_are_an_error(monkeypatch):
     monkeypatch.setattr(adapter_module, "step_sweeps", lambda scene, dt_s: 8)
     engine = Pymunk()
     light_between_heavy = of_masses(steep(orbits=0.25), 1e3, 1.0, 1e3, 1.0, 1e3)  # needs 2999 sweeps
-    engine.build(light_between_heavy, Setting(Knob.STEPS_PER_ORBIT, 2000))
+    engine.build(light_between_heavy, Setting(AccuracyParameter.STEPS_PER_ORBIT, 2000))
     with pytest.raises(EngineError, match="ends of a joint"):
         engine.simulate()
 
 
 def test_a_state_that_is_not_finite_is_an_error():
     engine = Pymunk()
-    engine.build(steep(), Setting(Knob.STEPS_PER_ORBIT, 500))
+    engine.build(steep(), Setting(AccuracyParameter.STEPS_PER_ORBIT, 500))
     engine.chain.bars[2].velocity = (math.nan, 0.0)
     with pytest.raises(EngineError):
         engine.simulate()
@@ -285,7 +285,7 @@ def test_sweeps_are_those_of_gauss_seidels_slowest_error():
 
 def test_steps_are_rounded_up_to_a_multiple_of_the_samples():
     scene = steep(orbits=0.5, samples=8)
-    run = Pymunk().run(scene, Setting(Knob.STEPS_PER_ORBIT, 100))
+    run = Pymunk().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, 100))
     assert run.info["steps"] == 56  # 7 intervals of 8 steps, for the 50 asked for
     assert run.info["dt_s"] == pytest.approx(scene.run.duration_s / 56)
 
@@ -294,7 +294,7 @@ def test_steps_are_rounded_up_to_a_multiple_of_the_samples():
 def test_nothing_is_printed_or_written(engine, capfd, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     scene = dataclasses.replace(steep(orbits=0.1), effects=dataclasses.replace(steep().effects, gravity=Gravity.POINT))
-    engine().run(scene, Setting(Knob.STEPS_PER_ORBIT, 500))
+    engine().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, 500))
     assert capfd.readouterr() == ("", "")
     assert not list(tmp_path.iterdir())
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from adapters.common.kepler import propagate
-from adapters.engine import EngineError, Knob, Setting
+from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.rebound.adapter import Rebound
 from adapters.reference.numpy_engines import Reference
 from scenarios import Gravity, load_scene
 
 EPS = np.finfo(float).eps
-REFERENCE = Setting(Knob.RTOL, 1e-13)
+REFERENCE = Setting(AccuracyParameter.RTOL, 1e-13)
 
 
 def particle(speed_factor, *, samples=201, orbits=2.0, duration_s=None, gravity=Gravity.POINT):
@@ -62,11 +62,11 @@ def round_off(scene):
     return 6.0 * (v * phase_s + EPS * v * scene.run.duration_s)
 
 
-@pytest.mark.parametrize("rtol", Rebound.ladder.values)
+@pytest.mark.parametrize("rtol", Rebound.sweep.values)
 @pytest.mark.parametrize("speed_factor", [1.0, 1.1, 1.2, 1.35, math.sqrt(2.0), 1.6])
 def test_every_setting_keeps_its_promise_on_every_conic(speed_factor, rtol):
     scene = particle(speed_factor)
-    found = Rebound().run(scene, Setting(Knob.RTOL, rtol))
+    found = Rebound().run(scene, Setting(AccuracyParameter.RTOL, rtol))
     place, _ = kepler(scene)
     assert np.abs(found.com_m - place).max() < rtol * scene.radius0_m + round_off(scene)
     assert found.info["integrator"] == ("whfast" if rtol > 3e-7 else "ias15")
@@ -95,7 +95,7 @@ def test_vertical_fall_ends_at_the_surface_at_the_closed_forms_instant(rtol):
     x = scene.central_body.radius_m / scene.radius0_m
     fall = math.sqrt(scene.radius0_m**3 / (2.0 * scene.central_body.mu_m3_s2))
     expected = fall * (math.acos(math.sqrt(x)) + math.sqrt(x * (1.0 - x)))
-    found = Rebound().run(scene, Setting(Knob.RTOL, rtol))
+    found = Rebound().run(scene, Setting(AccuracyParameter.RTOL, rtol))
     assert "reached the surface" in found.ended
     assert float(found.ended.split()[-2]) == pytest.approx(expected, abs=1e-6)  # it prints six decimals
     assert found.t_s[-1] <= expected < found.t_s[-1] + 20.0
@@ -113,7 +113,7 @@ def test_a_dip_below_the_surface_is_found_between_samples(samples):
 
 def test_a_state_that_is_not_a_number_is_given_up_and_does_not_hang():
     engine = Rebound()
-    engine.build(particle(1.0), Rebound.ladder.setting())
+    engine.build(particle(1.0), Rebound.sweep.setting())
     engine.track.particles[1].vx = math.nan
     with pytest.raises(EngineError, match="lost the particle"):
         engine.simulate()
@@ -160,6 +160,6 @@ def test_a_chain_that_passes_lower_than_it_is_long_is_none_of_a_particles_busine
 def test_nothing_is_printed_or_written(capfd, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for rtol in (1e-6, 1e-12):
-        Rebound().run(particle(1.1, samples=11), Setting(Knob.RTOL, rtol))
+        Rebound().run(particle(1.1, samples=11), Setting(AccuracyParameter.RTOL, rtol))
     assert capfd.readouterr() == ("", "")
     assert not list(tmp_path.iterdir())

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicHermiteSpline
 import barchain.metrics.mean_acceleration
 from adapters.common.initial_state import initial_state
 from adapters.common.kepler import propagate
-from adapters.engine import EngineError, Knob, Setting
+from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.rebound.adapter import Rebound
 from adapters.rebound.forces import companion
 from adapters.reference.numpy_engines import Reference
@@ -22,7 +22,7 @@ from barchain.solutions.reference import twin
 from scenarios import Actuator, Axes, Drag, Frame, Gravity, Impulse, PrescribedRotation, Thrust, load_scene
 
 EPS = np.finfo(float).eps
-TIGHT = Setting(Knob.RTOL, 1e-13)
+TIGHT = Setting(AccuracyParameter.RTOL, 1e-13)
 ENCKE_RTOL = 1e-12
 
 
@@ -103,7 +103,7 @@ def round_off(scene, departure):
 @pytest.mark.parametrize("name", scenes())
 def test_a_particle_under_effects_is_where_enckes_method_puts_it(name, rtol):
     scene, (place, departure) = scenes()[name], yardstick(name)
-    found = Rebound().run(scene, Setting(Knob.RTOL, rtol))
+    found = Rebound().run(scene, Setting(AccuracyParameter.RTOL, rtol))
     assert found.info["integrator"] == "ias15"  # WHFast knows Kepler's orbit only
     assert np.abs(found.com_m - place).max() < rtol * scene.radius0_m + round_off(scene, departure)
     assert np.abs(departure).max() > 1e3 * round_off(scene, departure)  # the effect itself is seen
@@ -236,7 +236,7 @@ def test_all_that_a_particle_can_not_feel_is_refused_in_one_sentence():
 
 def test_what_a_callback_raises_is_raised_by_the_engine_and_not_printed(capfd):
     engine = Rebound()
-    engine.build(load_scene("effects/oblateness"), Rebound.ladder.setting())
+    engine.build(load_scene("effects/oblateness"), Rebound.sweep.setting())
     engine.forces[0] = lambda _t, _x, _y: 1.0 / 0.0
     with pytest.raises(EngineError, match="ZeroDivisionError"):
         engine.simulate()
@@ -263,10 +263,10 @@ def test_a_chains_track_leaves_the_particles_by_what_is_predicted(name):
 
 def prediction(scene):
     """What the prediction leaves, what may be left, (n,) each, and the size of what is predicted, m."""
-    truth, looser = (Reference().run(scene, Setting(Knob.RTOL, rtol)) for rtol in (1e-13, 1e-12))
-    seen, predicted = Rebound().run(scene), com_displacement(scene, truth)
-    own = np.maximum.accumulate(np.hypot(*(truth.com_m - looser.com_m).T)) + 1e-12 * scene.radius0_m
-    apart = np.hypot(*(truth.com_m - seen.com_m - predicted.vector_m).T)
+    solution, looser = (Reference().run(scene, Setting(AccuracyParameter.RTOL, rtol)) for rtol in (1e-13, 1e-12))
+    seen, predicted = Rebound().run(scene), com_displacement(scene, solution)
+    own = np.maximum.accumulate(np.hypot(*(solution.com_m - looser.com_m).T)) + 1e-12 * scene.radius0_m
+    apart = np.hypot(*(solution.com_m - seen.com_m - predicted.vector_m).T)
     return apart, predicted.uncertainty_m + 2.0 * own, float(np.hypot(*predicted.vector_m.T).max())
 
 
@@ -350,13 +350,13 @@ def test_a_chains_track_in_thin_air_is_rebounds_under_the_same_force():
     """What is allowed: 16/15 of what every other sample of the attitude changes, round-off, the reference's own."""
     scene = load_scene("effects/drag")
     scene = lasting(scene, scene.run.duration_s, 401)
-    truth, looser = (Reference().run(scene, Setting(Knob.RTOL, rtol)) for rtol in (1e-13, 1e-12))
-    fine, coarse = (driven(scene, chain_push(scene, truth, n), truth.t_s[::80])[:, :2] for n in (1, 2))
-    own = np.abs(truth.com_m - looser.com_m).max() + 1e-12 * scene.radius0_m
+    solution, looser = (Reference().run(scene, Setting(AccuracyParameter.RTOL, rtol)) for rtol in (1e-13, 1e-12))
+    fine, coarse = (driven(scene, chain_push(scene, solution, n), solution.t_s[::80])[:, :2] for n in (1, 2))
+    own = np.abs(solution.com_m - looser.com_m).max() + 1e-12 * scene.radius0_m
     allowed = 2.0 * np.abs(fine - coarse).max() + 2.0 * own
     still = Rebound().run(under(scene, drag=None)).com_m
-    assert np.hypot(*(truth.com_m - still).T).max() > 1e6 * allowed  # drag is seen to six digits
-    assert np.abs(truth.com_m[::80] - fine).max() < allowed
+    assert np.hypot(*(solution.com_m - still).T).max() > 1e6 * allowed  # drag is seen to six digits
+    assert np.abs(solution.com_m[::80] - fine).max() < allowed
 
 
 def broadside(density):
@@ -422,8 +422,8 @@ def test_a_tracks_answer_to_the_attitude_counts_what_pushes_by_it(name):
         scene.chain,
         angle_rad=tuple(a + 1e6 * (b - a) for a, b in zip(scene.chain.angle_rad, aside.chain.angle_rad, strict=True)),
     )
-    truth, other = (Reference().run(s, TIGHT) for s in (scene, dataclasses.replace(scene, chain=moved)))
-    apart = np.hypot(*(truth.com_m - other.com_m).T)
-    found = track_response(scene, truth, other)["com"]
+    solution, other = (Reference().run(s, TIGHT) for s in (scene, dataclasses.replace(scene, chain=moved)))
+    apart = np.hypot(*(solution.com_m - other.com_m).T)
+    found = track_response(scene, solution, other)["com"]
     assert found[-1] == pytest.approx(apart[-1], rel=0.05, abs=2e-12 * scene.radius0_m)
     assert apart[-1] > 5.0 * 2e-12 * scene.radius0_m

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import adapters.ode_solvers.scipy_solver as scipy_module
-from adapters.engine import EngineError, Knob, Setting
+from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.ode_solvers.cvode_engines import CvodeAdams, CvodeBdf
 from adapters.ode_solvers.driver import Problem, drive
 from adapters.ode_solvers.engine import ATOL_SHARE
@@ -15,7 +15,7 @@ from adapters.ode_solvers.scipy_engines import ScipyDop853, ScipyLsoda, ScipyRad
 from adapters.ode_solvers.scipy_solver import RTOL_FLOOR, ScipySolver
 from adapters.registry import ENGINES
 from scenarios import load_scene
-from tests.support.generic_scenes import steep, truth, worst
+from tests.support.generic_scenes import solution, steep, worst
 
 SCIPY = [ScipyRK45, ScipyDop853, ScipyRadau, ScipyLsoda]
 CVODE = [CvodeAdams, CvodeBdf]
@@ -30,7 +30,7 @@ def _cvode_is_there(request):
 
 @functools.cache
 def run(engine, scene, rtol):
-    return engine().run(scene, Setting(Knob.RTOL, rtol))
+    return engine().run(scene, Setting(AccuracyParameter.RTOL, rtol))
 
 
 @functools.cache
@@ -46,7 +46,7 @@ def slewed():
 @ALL
 def test_error_follows_the_tolerance(engine):
     scene = steep(orbits=0.5)
-    error = [worst(run(engine, scene, rtol).angle_rad, truth(scene).angle_rad) for rtol in (1e-5, 1e-7, 1e-9)]
+    error = [worst(run(engine, scene, rtol).angle_rad, solution(scene).angle_rad) for rtol in (1e-5, 1e-7, 1e-9)]
     assert error[0] > 10.0 * error[1] > 100.0 * error[2]  # at least ten times better for a hundredth
     assert error[2] < 1e3 * 1e-9  # some hundred steps' requests, and steps' errors add up
 
@@ -57,7 +57,7 @@ def test_a_sample_on_a_break_and_none_since_the_last_one_is_where_it_is_asked_fo
     full = slewed()
     _, end = full.effects.prescribed_rotation[0].breaks_s
     alone = dataclasses.replace(full, run=dataclasses.replace(full.run, duration_s=2.0 * end, samples=3))
-    seen, right = run(engine, alone, 1e-9), truth(alone)
+    seen, right = run(engine, alone, 1e-9), solution(alone)
     assert np.linalg.norm(seen.com_m - right.com_m, axis=1).max() < 1.0  # a step of its own is kilometres off
 
 
@@ -78,19 +78,19 @@ def test_no_step_straddles_a_break(engine, monkeypatch):
         return Watched()
 
     monkeypatch.setattr(engine, "solver", watched)
-    found = engine().run(slewed(), Setting(Knob.RTOL, 1e-9))
+    found = engine().run(slewed(), Setting(AccuracyParameter.RTOL, 1e-9))
     assert np.array(asked) == pytest.approx(np.array([(0.0, 33.3), (33.3, 93.3), (93.3, 200.0)]))
     assert len(found.t_s) == 21
     # the torque answers to the state; 1e-9 of some radians in each of some dozen steps
-    scale = np.abs(truth(slewed()).torque_N_m).max()
-    assert worst(found.torque_N_m, truth(slewed()).torque_N_m) < 1e-5 * scale
-    assert worst(found.angle_rad, truth(slewed()).angle_rad) < 1e-6
+    scale = np.abs(solution(slewed()).torque_N_m).max()
+    assert worst(found.torque_N_m, solution(slewed()).torque_N_m) < 1e-5 * scale
+    assert worst(found.angle_rad, solution(slewed()).angle_rad) < 1e-6
 
 
 @ALL
 def test_fall_ends_at_the_surface(engine):
     scene = steep(orbits=0.2, samples=28, name="paper/fig15", speed_factor=0.0)
-    found, true = run(engine, scene, 1e-9), truth(scene)
+    found, true = run(engine, scene, 1e-9), solution(scene)
     instant, expected = (float(t.ended.split()[-2]) for t in (found, true))
     assert instant == pytest.approx(expected, abs=1e-3)  # metres a millisecond: 1e-9 of the radius in some steps
     assert len(found.t_s) == len(found.reaction_N) == len(true.t_s) < scene.run.samples
@@ -134,14 +134,14 @@ def test_cvodes_failure_is_an_error(monkeypatch, capfd):
     pytest.importorskip("sksundae")
     monkeypatch.setattr("adapters.ode_solvers.cvode_engines.MOST_STEPS", 3)
     with pytest.raises(EngineError, match="CVODE, Adams"):
-        CvodeAdams().run(steep(), Setting(Knob.RTOL, 1e-8))
+        CvodeAdams().run(steep(), Setting(AccuracyParameter.RTOL, 1e-8))
     capfd.readouterr()
 
 
 @ALL
 def test_an_error_in_the_equations_comes_out(engine, monkeypatch):
     prepared = engine()
-    prepared.build(steep(), engine.ladder.setting())
+    prepared.build(steep(), engine.sweep.setting())
     calls = []
 
     def rhs(t, y):
@@ -169,9 +169,9 @@ def test_tolerances_are_a_plain_users(monkeypatch):
         return own(*args, **named)
 
     monkeypatch.setattr(scipy_module, "solve_ivp", watched)
-    ScipyDop853().run(steep(orbits=0.05), Setting(Knob.RTOL, 1e-9))
+    ScipyDop853().run(steep(orbits=0.05), Setting(AccuracyParameter.RTOL, 1e-9))
     assert (asked["rtol"], asked["atol"]) == (1e-9, ATOL_SHARE * 1e-9)
-    ScipyDop853().run(steep(orbits=0.05), Setting(Knob.RTOL, 1e-14))
+    ScipyDop853().run(steep(orbits=0.05), Setting(AccuracyParameter.RTOL, 1e-14))
     assert asked["rtol"] == RTOL_FLOOR  # SciPy would warn, and take that
 
 
@@ -192,6 +192,6 @@ def test_they_are_the_reference_in_another_hand_and_no_check_on_it():
 @ALL
 def test_nothing_is_printed_or_written(engine, tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
-    engine().run(steep(orbits=0.05), engine.ladder.setting())
+    engine().run(steep(orbits=0.05), engine.sweep.setting())
     assert capfd.readouterr() == ("", "")
     assert not list(tmp_path.iterdir())

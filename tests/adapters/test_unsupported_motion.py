@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from adapters.common.face_reversal import Facing, first_reversal, turns_and_returns, unsupported_motion
-from adapters.engine import Engine, Knob, Setting, UnsupportedMotionError
+from adapters.engine import AccuracyParameter, Engine, Setting, UnsupportedMotionError
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
 from adapters.trajectory import Trajectory
@@ -143,15 +143,15 @@ def lit() -> Scene:
 
 @functools.cache
 def reference(scene: Scene) -> Trajectory:
-    return Reference().run(scene, Setting(Knob.RTOL, 1e-9))
+    return Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-9))
 
 
 def test_engines_of_equal_steps_do_not_support_it_and_the_others_do() -> None:
     said = {name: r.load().unsupported_motion(lit(), reference(lit())) for name, r in ENGINES.items() if not r.missing}
     assert {name for name, reason in said.items() if reason} == EQUAL_STEPS & said.keys()
-    truth = establish(lit(), reference(lit()), reference(lit()), reference(twin(lit())))
-    assert unsupported(ENGINES["exudyn"].load(), truth) == said["exudyn"]
-    assert unsupported(Reference, truth) is None
+    solution = establish(lit(), reference(lit()), reference(lit()), reference(twin(lit())))
+    assert unsupported(ENGINES["exudyn"].load(), solution) == said["exudyn"]
+    assert unsupported(Reference, solution) is None
 
 
 @pytest.mark.parametrize("name", ["exudyn", "exudyn-tree", "exudyn-absolute", "mujoco"])
@@ -160,7 +160,7 @@ def test_a_run_by_itself_ends_with_an_error_where_the_reference_solution_has_it(
         pytest.skip("not installed")
     engine: type[Engine] = ENGINES[name].load()
     with pytest.raises(UnsupportedMotionError, match=r"other face to the .*Sun .*t = ") as caught:
-        engine().run(lit(), Setting(Knob.STEPS_PER_ORBIT, 500))
+        engine().run(lit(), Setting(AccuracyParameter.STEPS_PER_ORBIT, 500))
     said = unsupported_motion(lit(), reference(lit()))
     assert said is not None
     _, end = instants(said)

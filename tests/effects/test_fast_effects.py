@@ -153,26 +153,33 @@ def part(scene: Scene, share: float) -> Scene:
 
 def alike(scene: Scene, rtol: float = 1e-9) -> tuple:
     """Both runs, their steps and samples the same, their states as far apart as rounding grows."""
-    setting = Reference.ladder.setting(rtol)
+    setting = Reference.sweep.setting(rtol)
     theirs, mine = Reference().run(scene, setting), ReferenceFast().run(scene, setting)
     assert mine.info["steps"] == theirs.info["steps"]
     np.testing.assert_array_equal(mine.t_s, theirs.t_s)
     # C roundings of each step, grown like gravity's fastest instability, e^(sqrt 3 n t)
     span_s, steps = scene.run.duration_s, theirs.info["steps"]
-    growth = np.exp(np.sqrt(3.0) * scene.mean_motion_rad_s * span_s)
+    amplification = np.exp(np.sqrt(3.0) * scene.mean_motion_rad_s * span_s)
     angular, com = accelerations_apart(scene, theirs)
     for name, pushed in (
         ("com_m", 0.5 * com * span_s**2), ("com_velocity_m_s", com * span_s), ("angle_rad", 0.5 * angular * span_s**2),
     ):  # fmt: skip
         a, b = getattr(theirs, name), getattr(mine, name)
-        assert np.abs(a - b).max() <= growth * (C * U * steps * np.abs(a).max() + pushed), name
+        assert np.abs(a - b).max() <= amplification * (C * U * steps * np.abs(a).max() + pushed), name
     return theirs, mine
 
 
-def accelerations_apart(scene: Scene, seen: Trajectory) -> tuple[float, float]:
+def accelerations_apart(scene: Scene, trajectory: Trajectory) -> tuple[float, float]:
     """Largest rounding of angular accelerations and that of the centre of mass, at any sample: it acts all the time."""
     model, found = chain_model(scene), []
-    for t, *parts in zip(seen.t_s, seen.com_m, seen.com_velocity_m_s, seen.angle_rad, seen.rate_rad_s, strict=True):
+    for t, *parts in zip(
+        trajectory.t_s,
+        trajectory.com_m,
+        trajectory.com_velocity_m_s,
+        trajectory.angle_rad,
+        trajectory.rate_rad_s,
+        strict=True,
+    ):
         c = Case(model, joined_state(model, *parts))
         found.append(allowed(c, relative.accelerations(model, t, c.state), t)[1:])
     return max(float(angular.max()) for angular, _ in found), max(com for _, com in found)
@@ -205,7 +212,7 @@ def test_the_shadow_is_entered_and_left_when_the_reference_does(monkeypatch: pyt
     scene = load_scene("effects/solar_shadow")
     for kind in (Reference, ReferenceFast):
         found.append([])
-        kind().run(scene, kind.ladder.setting(1e-9))
+        kind().run(scene, kind.sweep.setting(1e-9))
     assert len(found[0]) >= 2
     np.testing.assert_allclose(found[1], found[0], rtol=0.0, atol=1e-7)
 
@@ -251,7 +258,7 @@ def test_ensembles_carry_what_is_smooth_and_refuse_the_rest() -> None:
     scene = load_scene("effects/oblateness")
     same = f"altitude_m=normal({scene.orbit.altitude_m!r}, 0)"
     found = ensemble(scene, [same], runs=2, orbits=0.2, samples=5, rtol=1e-9, workers=1)
-    alone = ReferenceFast().run(found.scene, ReferenceFast.ladder.setting(1e-9))
+    alone = ReferenceFast().run(found.scene, ReferenceFast.sweep.setting(1e-9))
     without = replace(found.scene, effects=replace(scene.effects, oblateness=None))
     assert alone.angle_rad is not None
     turned = found.scene.mean_motion_rad_s * found.scene.run.duration_s

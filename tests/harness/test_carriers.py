@@ -80,8 +80,8 @@ def test_what_lacks_an_effect_is_told_and_no_instant_blamed() -> None:
     assert set(found["lack"]) == {name for name, r in HERE.items() if r.external}
     assert found["instants"] == {}
     assert "heyoka" in found["not_asked"]
-    assert found["truth"].startswith("real128")
-    assert carriers(scene(""), HERE)["truth"] == ""
+    assert found["solution"].startswith("real128")
+    assert carriers(scene(""), HERE)["solution"] == ""
 
 
 @pytest.mark.parametrize("name", scene_names())

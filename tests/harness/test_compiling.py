@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.api import compare
 from barchain.crossval.suite import beforehand
 from barchain.run.compilation import announcement, compiled
 from barchain.run.job import Job, Role, RunResult, failure
 from barchain.run.pool import COMPILE_S, Limit
-from barchain.solutions.reference_runs import truth_engine, truth_jobs
+from barchain.solutions.reference_runs import solution_engine, solution_jobs
 from reports.render import render
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
@@ -29,12 +29,12 @@ SCENE = load_scene("effects/drag")
 @pytest.fixture(autouse=True)
 def _form_as_it_is_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Other tests have NumPy's form chosen; here the choice itself is tried."""
-    monkeypatch.setattr("barchain.solutions.reference_runs.truth_engine", truth_engine)
-    monkeypatch.setattr("barchain.crossval.suite.truth_engine", truth_engine)
+    monkeypatch.setattr("barchain.solutions.reference_runs.truth_engine", solution_engine)
+    monkeypatch.setattr("barchain.crossval.suite.truth_engine", solution_engine)
 
 
 def job(engine: str, scene: str = "effects/drag") -> Job:
-    return Job(load_scene(scene), engine, ENGINES[engine], Setting(Knob.RTOL, 1e-10), Role.MAIN)
+    return Job(load_scene(scene), engine, ENGINES[engine], Setting(AccuracyParameter.RTOL, 1e-10), Role.MAIN)
 
 
 def test_only_an_engine_that_compiles_has_time_for_it() -> None:
@@ -77,9 +77,9 @@ def test_scenes_of_one_set_of_effects_are_compiled_once(tmp_path: Path, monkeypa
 
 
 def test_a_comparison_says_what_goes_on_before_its_first_verdict() -> None:
-    jobs = truth_jobs(SCENE, "reference")
+    jobs = solution_jobs(SCENE, "reference")
     assert beforehand(jobs) == ["truth of the scene first: 4 runs of the reference at its tightest"]
-    two = [*jobs, *truth_jobs(load_scene("effects/thrust"), "reference")]
+    two = [*jobs, *solution_jobs(load_scene("effects/thrust"), "reference")]
     assert beforehand(two) == ["truth of 2 scenes first: 8 runs of the reference at its tightest"]
     assert beforehand([]) == []
 
@@ -89,21 +89,21 @@ def test_the_reference_solution_is_made_by_the_compiled_form_where_it_is_install
 ) -> None:
     jit = pytest.importorskip("reference_impl.fast.jit")
     monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path)
-    jobs = truth_jobs(SCENE)
+    jobs = solution_jobs(SCENE)
     assert {j.engine for j in jobs} == {"reference-fast"}
     assert "compiles a set of effects" in beforehand(jobs)[1]
     gone = dataclasses.replace(ENGINES["reference-fast"], requires="not_there")
     monkeypatch.setitem(ENGINES, "reference-fast", gone)
-    assert {j.engine for j in truth_jobs(SCENE)} == {"reference"}
+    assert {j.engine for j in solution_jobs(SCENE)} == {"reference"}
 
 
 def test_the_record_says_which_form_made_a_reference_solution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = load_scene("basics/free_rotation")
-    for form in ("reference", truth_engine()):
+    for form in ("reference", solution_engine()):
         monkeypatch.setattr("barchain.solutions.reference_runs.truth_engine", lambda form=form: form)
         monkeypatch.setattr("barchain.crossval.suite.truth_engine", lambda form=form: form)
         compare([scene], ["reference"], tmp_path)
         record = json.loads((tmp_path / "run.json").read_text())
-        assert record["scenes"][scene.name]["truth_engine"] == form
-        assert {r["engine"] for r in record["runs"] if r["role"] == "truth"} == {form}
+        assert record["scenes"][scene.name]["solution_engine"] == form
+        assert {r["engine"] for r in record["runs"] if r["role"] == "solution"} == {form}
         assert f"- Truth: {form}, rtol=1e-13" in render(tmp_path)[1].read_text()

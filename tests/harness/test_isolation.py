@@ -6,15 +6,15 @@ import json
 import pandas as pd
 import pytest
 
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
 from barchain import api
 from barchain.crossval.record import new_record
 from barchain.crossval.suite import Plan, Suite
-from barchain.run.job import TRUTH_ROLES, Job, Role, failure
+from barchain.run.job import SOLUTION_ROLES, Job, Role, failure
 from barchain.run.pool import Room, room
 from barchain.run.store import Store
-from barchain.solutions.reference_runs import truth_jobs
+from barchain.solutions.reference_runs import solution_jobs
 from reports.chapters.crossval.summary import summarise
 from reports.chapters.crossval.verdict import judge
 from reports.render import render
@@ -91,9 +91,9 @@ def test_what_an_engine_changes_in_its_process_is_gone_for_the_next():
 
 def test_the_truth_is_run_where_no_engine_was():
     scene = load_scene(SCENE)
-    ours = Job(scene, "exudyn", ENGINES["exudyn"], Setting(Knob.STEPS_PER_ORBIT, 100.0), Role.MAIN)
+    ours = Job(scene, "exudyn", ENGINES["exudyn"], Setting(AccuracyParameter.STEPS_PER_ORBIT, 100.0), Role.MAIN)
     theirs = dataclasses.replace(ours, engine="Sound", registration=registered(["Sound"])["Sound"])
-    assert {room(job) for job in truth_jobs(scene)} == {Room.TRUTH}
+    assert {room(job) for job in solution_jobs(scene)} == {Room.SOLUTION}
     assert (room(ours), room(theirs)) == (Room.OURS, Room.THIRD_PARTY)
     assert Room.THIRD_PARTY.runs_per_worker == 1
 
@@ -102,9 +102,9 @@ def test_why_a_reference_solution_failed_is_said_once(tmp_path):
     plan = Plan([load_scene(SCENE)], {})
     suite = Suite(plan, Store(tmp_path, new_record(plan, "test"), []), lambda *_: None)
     progress = suite.progress[SCENE]
-    progress.truths = {role: failure(Outcome.FAILED, "no steps left") for role in TRUTH_ROLES}
-    suite.found_truth(progress)
-    assert progress.truth_failed == "the reference solution could not be run (no steps left)"
+    progress.certified_solutions = {role: failure(Outcome.FAILED, "no steps left") for role in SOLUTION_ROLES}
+    suite.found_solution(progress)
+    assert progress.solution_failed == "the reference solution could not be run (no steps left)"
 
 
 @pytest.fixture(scope="module")

@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.heyoka.adapter import HeyokaLong
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import Registration
-from barchain.cli.certified import truths
+from barchain.cli.certified import certified_solutions
 from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
-from barchain.solutions import certified as oracle_module
-from barchain.solutions.certified import OracleError, committed, oracle, table_path, table_times
+from barchain.solutions import certified as certified_module
+from barchain.solutions.certified import CertifiedSolutionError, certified, committed, table_path, table_times
 from barchain.solutions.certified_commit import check
 from barchain.solutions.certified_table import DamagedTableError, physics_digest, read_table, write_table
-from barchain.solutions.reference import TRUTH_CHECK_RTOL, TRUTH_RTOL, establish, twin
+from barchain.solutions.reference import SOLUTION_CHECK_RTOL, SOLUTION_RTOL, establish, twin
 from scenarios import load_scene
 from tests.support.scene_lists import HARD, TAME, TOLD
 
@@ -44,7 +44,7 @@ def quick():
 @pytest.mark.parametrize("name", TOLD)
 def test_every_shipped_scene_has_a_committed_truth_of_its_run_and_its_first_orbit(name, tmp_path):
     for scene in (over(name), over(name, orbits=1.0)):
-        found = oracle(scene, cache=tmp_path)
+        found = certified(scene, cache=tmp_path)
         assert found.source == "committed"
         assert list(tmp_path.iterdir()) == []
         seen = len(found.trajectory.t_s)
@@ -69,7 +69,7 @@ MANY_STEPS = ("effects/slews", "effects/everything")  # of the NumPy reference: 
 
 
 def reference_runs(scene):
-    settings = [Setting(Knob.RTOL, rtol) for rtol in (TRUTH_RTOL, TRUTH_CHECK_RTOL)]
+    settings = [Setting(AccuracyParameter.RTOL, rtol) for rtol in (SOLUTION_RTOL, SOLUTION_CHECK_RTOL)]
     tight, looser = (Reference().run(scene, s) for s in settings)
     return establish(scene, tight, looser, Reference().run(twin(scene), settings[0])), settings[0]
 
@@ -88,10 +88,10 @@ def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_horizon(nam
     precision, carried on by the measured growth.
     """
     scene = over(name, orbits=orbits)
-    judge = oracle(scene)
+    judge = certified(scene)
     assert judge.source == "committed"
     seen, setting = reference_runs(scene)
-    n = int(np.searchsorted(seen.trajectory.t_s, seen.horizon_s, side="right"))
+    n = int(np.searchsorted(seen.trajectory.t_s, seen.limit_s, side="right"))
     assert n > 10
     floor = ErrorModel(Reference, setting, seen, seen.trajectory).floor
     for quantity, apart in differences(seen.trajectory, judge.trajectory).items():
@@ -114,15 +114,15 @@ def test_a_fresh_run_agrees_with_the_committed_table_inside_both_error_bars(name
 def test_long_double_agrees_to_its_own_round_off():
     """Another arithmetic: a random walk of its roundings, carried on by the first orbit's growth, e^(sqrt(3) 2 pi)."""
     scene = over("paper/fig05", orbits=1.0)
-    seen = HeyokaLong().run(scene, Setting(Knob.RTOL, 1e-19))
-    growth, lengths, roundings = np.exp(np.sqrt(3.0) * 2.0 * np.pi), 5.0, 16.0
+    seen = HeyokaLong().run(scene, Setting(AccuracyParameter.RTOL, 1e-19))
+    amplification, lengths, roundings = np.exp(np.sqrt(3.0) * 2.0 * np.pi), 5.0, 16.0
     walk = roundings * np.sqrt(float(seen.info["evaluations"])) * LONG_ROUNDOFF * lengths
-    apart = differences(seen, oracle(scene).trajectory)["attitude"].max()
-    assert apart <= walk * growth + oracle(scene).error["attitude"][-1]
+    apart = differences(seen, certified(scene).trajectory)["attitude"].max()
+    assert apart <= walk * amplification + certified(scene).error["attitude"][-1]
 
 
 def test_a_truth_is_run_once_and_then_served_from_the_cache_bit_for_bit(quick, tmp_path):
-    first, again = oracle(quick, cache=tmp_path), oracle(quick, cache=tmp_path)
+    first, again = certified(quick, cache=tmp_path), certified(quick, cache=tmp_path)
     assert (first.source, again.source) == ("computed", "cache")
     assert first.precision == again.precision
     assert "real128" in first.precision
@@ -134,7 +134,7 @@ def test_a_truth_is_run_once_and_then_served_from_the_cache_bit_for_bit(quick, t
 
 @pytest.mark.parametrize("damage", ["cut", "digit", "empty", "other", "binary"])
 def test_a_damaged_file_in_the_cache_is_made_again(damage, quick, tmp_path):
-    oracle(quick, cache=tmp_path)
+    certified(quick, cache=tmp_path)
     (path,) = tmp_path.rglob("*.csv")
     whole = path.read_bytes()
     digit = whole.rindex(b"1")
@@ -147,36 +147,36 @@ def test_a_damaged_file_in_the_cache_is_made_again(damage, quick, tmp_path):
     }[damage]
     assert harm != whole
     path.write_bytes(harm)
-    assert oracle(quick, cache=tmp_path).source == "computed"
+    assert certified(quick, cache=tmp_path).source == "computed"
     assert path.read_bytes() == whole
-    assert oracle(quick, cache=tmp_path).source == "cache"
+    assert certified(quick, cache=tmp_path).source == "cache"
 
 
 @pytest.mark.parametrize("what", ["versions", "code", "physics", "instants"])
 def test_another_version_code_or_scene_is_another_truth(what, quick, tmp_path, monkeypatch):
-    oracle(quick, cache=tmp_path)
+    certified(quick, cache=tmp_path)
     if what == "versions":
-        monkeypatch.setattr(oracle_module, "package_version", lambda name: f"{name} 99")
+        monkeypatch.setattr(certified_module, "package_version", lambda name: f"{name} 99")
     elif what == "code":
-        monkeypatch.setattr(oracle_module, "code_digest", lambda: "other")
+        monkeypatch.setattr(certified_module, "code_digest", lambda: "other")
     elif what == "physics":
         quick = dataclasses.replace(quick, orbit=dataclasses.replace(quick.orbit, altitude_m=351e3))
     else:
         quick = dataclasses.replace(quick, run=dataclasses.replace(quick.run, samples=5))
-    assert oracle(quick, cache=tmp_path).source == "computed"
+    assert certified(quick, cache=tmp_path).source == "computed"
     assert len(list(tmp_path.rglob("*.csv"))) == 2
     assert not list(tmp_path.rglob("*.part"))
 
 
 def test_the_name_of_a_scene_is_no_part_of_its_physics(tmp_path):
     scene = dataclasses.replace(over(QUICK), name="mine", title="another", tags=())
-    assert oracle(scene, cache=tmp_path).source == "committed"
+    assert certified(scene, cache=tmp_path).source == "committed"
 
 
 def test_the_cache_is_where_the_environment_says(quick, tmp_path, monkeypatch):
     monkeypatch.setenv("BARCHAIN_CACHE", str(tmp_path))
-    oracle(quick)
-    assert list((tmp_path / "truths").glob("*.csv"))
+    certified(quick)
+    assert list((tmp_path / "certified_solutions").glob("*.csv"))
 
 
 def test_instants_that_differ_in_their_last_bits_are_served_with_what_that_moves(tmp_path):
@@ -184,7 +184,7 @@ def test_instants_that_differ_in_their_last_bits_are_served_with_what_that_moves
     later = dataclasses.replace(
         scene, run=dataclasses.replace(scene.run, duration_s=scene.run.duration_s * (1 + 2.0**-51))
     )
-    one, other = oracle(scene, cache=tmp_path), oracle(later, cache=tmp_path)
+    one, other = certified(scene, cache=tmp_path), certified(later, cache=tmp_path)
     assert other.source == "committed"
     np.testing.assert_array_equal(other.trajectory.t_s, later.times_s)
     late = later.times_s - scene.times_s
@@ -197,10 +197,10 @@ def test_instants_that_differ_in_their_last_bits_are_served_with_what_that_moves
 
 def test_without_heyoka_tables_are_served_and_all_else_says_how_to_install_it(quick, tmp_path, monkeypatch):
     monkeypatch.setattr(Registration, "missing", "heyoka is not installed; try: pip install '.[oracle]'")
-    assert oracle(over(QUICK), cache=tmp_path).source == "committed"
-    with pytest.raises(OracleError, match=r"no committed truth .* pip install '\.\[oracle\]'"):
-        oracle(quick, cache=tmp_path)
-    made = CliRunner().invoke(truths, [QUICK])
+    assert certified(over(QUICK), cache=tmp_path).source == "committed"
+    with pytest.raises(CertifiedSolutionError, match=r"no committed truth .* pip install '\.\[oracle\]'"):
+        certified(quick, cache=tmp_path)
+    made = CliRunner().invoke(certified_solutions, [QUICK])
     assert made.exit_code == 2
     assert "pip install" in made.output
 
@@ -224,23 +224,23 @@ def test_tables_hold_equally_spaced_instants_once():
 
 
 def test_the_command_makes_tables_checks_them_and_fails_where_they_differ(tmp_path, monkeypatch):
-    monkeypatch.setattr(oracle_module, "TRUTHS", tmp_path)
-    oracle_module.committed_tables.cache_clear()
+    monkeypatch.setattr(certified_module, "TRUTHS", tmp_path)
+    certified_module.committed_tables.cache_clear()
     run = CliRunner().invoke
     try:
-        assert run(truths, [QUICK, "--check"]).exit_code == 1
-        made = run(truths, [QUICK])
+        assert run(certified_solutions, [QUICK, "--check"]).exit_code == 1
+        made = run(certified_solutions, [QUICK])
         assert (made.exit_code, len(list(tmp_path.rglob("*.csv")))) == (0, 1)
-        fine = run(truths, [QUICK, "--check"])
+        fine = run(certified_solutions, [QUICK, "--check"])
         assert (fine.exit_code, "agrees" in fine.output) == (0, True)
         path = tmp_path / f"{QUICK}.csv"
         table = read_table(path)
         write_table(path, dataclasses.replace(table, trajectory=table.trajectory.replace(
             angle_rad=table.trajectory.angle_rad + 1e-13)))  # fmt: skip
-        off = run(truths, [QUICK, "--check"])
+        off = run(certified_solutions, [QUICK, "--check"])
         assert (off.exit_code, "DIFFERS" in off.output) == (1, True)
         path.write_text("nothing")
-        assert run(truths, [QUICK, "--check"]).exit_code == 1
-        assert run(truths, ["paper/none"]).exit_code == 2
+        assert run(certified_solutions, [QUICK, "--check"]).exit_code == 1
+        assert run(certified_solutions, ["paper/none"]).exit_code == 2
     finally:
-        oracle_module.committed_tables.cache_clear()
+        certified_module.committed_tables.cache_clear()

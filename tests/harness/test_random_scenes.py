@@ -25,7 +25,7 @@ def shortened(scene: Scene, share: float) -> Scene:
 
 
 def run(engine: type, scene: Scene):
-    return engine().run(scene, engine.ladder.setting(RTOL))
+    return engine().run(scene, engine.sweep.setting(RTOL))
 
 
 @settings(max_examples=100, deadline=None, derandomize=True)

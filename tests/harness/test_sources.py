@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
 from barchain import api
 from barchain.record.sources import digest_of, source_digest
@@ -97,5 +97,5 @@ def test_engines_of_ours_share_one_digest_that_third_parties_have_too() -> None:
 
 def test_a_runs_key_holds_the_digest_of_its_code() -> None:
     reference = ENGINES["reference"]
-    job = Job(load_scene(SCENE), "reference", reference, Setting(Knob.RTOL, 1e-6), Role.MAIN)
+    job = Job(load_scene(SCENE), "reference", reference, Setting(AccuracyParameter.RTOL, 1e-6), Role.MAIN)
     assert source_digest(reference.target) in job.key.split("|")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
 from barchain.run import pool
 from barchain.run.job import Job, Role
@@ -24,7 +24,7 @@ PLANTED = Registration("tests.support.faulty_engines:NeedsOneThread")
 
 
 def job(role: Role = Role.MAIN, rtol: float = 1e-6) -> Job:
-    return Job(load_scene("basics/two_bars_free"), "planted", PLANTED, Setting(Knob.RTOL, rtol), role)
+    return Job(load_scene("basics/two_bars_free"), "planted", PLANTED, Setting(AccuracyParameter.RTOL, rtol), role)
 
 
 @pytest.fixture(autouse=True)
@@ -39,7 +39,7 @@ def environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 @pytest.mark.parametrize("place", Room)
 def test_a_worker_computes_in_one_thread(place: Room, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = job(Role.TRUTH if place is Room.TRUTH else Role.MAIN)
+    asked = job(Role.SOLUTION if place is Room.SOLUTION else Role.MAIN)
     if place is Room.OURS:
         monkeypatch.setitem(ENGINES, "planted", PLANTED)
     assert room(asked) is place

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import Trajectory
 from barchain.judge.comparison import judge, worst
@@ -13,13 +13,13 @@ from barchain.judge.evidence import Evidence
 from barchain.metrics.model_difference import com_displacement
 from barchain.metrics.quantities import conserved, differences, drifts
 from barchain.run.job import RunResult
-from barchain.solutions.reference import PARTED_RAD, TWIN_ASIDE, establish, horizon, twin
+from barchain.solutions.reference import PARTED_RAD, PERTURBATION_RAD, establish, predictability_limit, twin
 from reports.tables.outcome import Outcome
 from scenarios import Actuator, load_scene
 
 
 def run(scene, rtol):
-    return Reference().run(scene, Setting(Knob.RTOL, rtol))
+    return Reference().run(scene, Setting(AccuracyParameter.RTOL, rtol))
 
 
 def lasting(scene, share, samples=101):
@@ -34,7 +34,7 @@ def scene():
 
 
 @pytest.fixture(scope="module")
-def truth(scene):
+def solution(scene):
     return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(twin(scene), 1e-13))
 
 
@@ -43,20 +43,20 @@ def honest(scene):
     return run(scene, 1e-8), run(scene, 1e-9)
 
 
-def outcomes(truth, main, finer):
-    setting = Setting(Knob.RTOL, 1e-8)
+def outcomes(solution, main, finer):
+    setting = Setting(AccuracyParameter.RTOL, 1e-8)
     verdict = judge(
         "x",
         Reference,
         setting,
         Evidence(RunResult(Outcome.PASS, trajectory=main), RunResult(Outcome.PASS, trajectory=finer)),
-        truth,
+        solution,
     )
     return verdict, {(r["quantity"], r["metric"]): Outcome(r["outcome"]) for r in verdict.rows}
 
 
-def test_an_honest_engine_passes_in_every_quantity(truth, honest):
-    verdict, found = outcomes(truth, *honest)
+def test_an_honest_engine_passes_in_every_quantity(solution, honest):
+    verdict, found = outcomes(solution, *honest)
     assert verdict.outcome is Outcome.PASS
     assert {q for q, _ in found} - {"run"} == {"com", "com_velocity", "attitude", "rate", "reaction", "gap", "identity"}
 
@@ -71,24 +71,24 @@ NAMES = {
 
 
 @pytest.mark.parametrize("quantity", NAMES)
-def test_a_shift_common_to_both_settings_is_inconsistent(truth, honest, quantity):
+def test_a_shift_common_to_both_settings_is_inconsistent(solution, honest, quantity):
     """Different physics does not shrink with the step: the two error estimates can't explain it."""
     main, finer = (seen.replace(**{quantity: getattr(seen, quantity) * (1 + 1e-4)}) for seen in honest)
-    _, found = outcomes(truth, main, finer)
-    assert found[NAMES[quantity], "consistency"] is Outcome.INCONSISTENT
+    _, found = outcomes(solution, main, finer)
+    assert found[NAMES[quantity], "normalised_error"] is Outcome.INCONSISTENT
 
 
-def test_an_engine_worse_than_its_setting_promises_is_out_of_band_though_consistent(scene, truth):
+def test_an_engine_worse_than_its_setting_promises_is_out_of_band_though_consistent(scene, solution):
     main, finer = run(scene, 1e-4), run(scene, 1e-5)
-    _, found = outcomes(truth, main, finer)
-    assert found["attitude", "consistency"] is Outcome.PASS
-    assert found["attitude", "max"] is Outcome.OUT_OF_BAND
+    _, found = outcomes(solution, main, finer)
+    assert found["attitude", "normalised_error"] is Outcome.PASS
+    assert found["attitude", "max"] is Outcome.EXCEEDS_BOUND
 
 
-def test_reactions_one_sample_late_are_caught(truth, honest):
+def test_reactions_one_sample_late_are_caught(solution, honest):
     main, finer = (s.replace(reaction_N=np.roll(s.reaction_N, 1, axis=0)) for s in honest)
-    _, found = outcomes(truth, main, finer)
-    assert found["reaction", "consistency"] is Outcome.INCONSISTENT
+    _, found = outcomes(solution, main, finer)
+    assert found["reaction", "normalised_error"] is Outcome.INCONSISTENT
 
 
 def test_not_a_number_never_equals_anything():
@@ -105,20 +105,20 @@ def test_the_horizon_is_the_last_instant_before_two_runs_part():
     a = Trajectory(t, com, com, angle_rad=np.zeros((10, 1)))
     apart = np.zeros((10, 1))
     apart[6:] = 2 * PARTED_RAD
-    assert horizon(a, a) == 9.0
-    assert horizon(a, a.replace(angle_rad=apart)) == 5.0
+    assert predictability_limit(a, a) == 9.0
+    assert predictability_limit(a, a.replace(angle_rad=apart)) == 5.0
 
 
-def test_a_finer_run_that_parts_from_the_main_one_is_a_fault_and_no_limit(truth, honest):
+def test_a_finer_run_that_parts_from_the_main_one_is_a_fault_and_no_limit(solution, honest):
     main, finer = honest
-    verdict, _ = outcomes(truth, main, finer.replace(angle_rad=finer.angle_rad + np.linspace(0, 1, 101)[:, None]))
-    assert verdict.outcome is Outcome.OUT_OF_BAND
+    verdict, _ = outcomes(solution, main, finer.replace(angle_rad=finer.angle_rad + np.linspace(0, 1, 101)[:, None]))
+    assert verdict.outcome is Outcome.EXCEEDS_BOUND
 
 
 def test_a_twin_starts_aside_by_what_it_says_and_shows_the_growth_of_the_horizontal_chain():
     scene = lasting(load_scene("paper/fig05"), 1.0)
     apart = differences(run(scene, 1e-12), run(twin(scene), 1e-12))["attitude"]
-    assert 0.5 * TWIN_ASIDE <= apart[0] <= TWIN_ASIDE
+    assert 0.5 * PERTURBATION_RAD <= apart[0] <= PERTURBATION_RAD
     # the slowest unstable mode of a horizontal chain, the rigid one, grows as exp(sqrt(3) n t): 5.3e4 an orbit
     assert apart[-1] / apart[0] > np.exp(np.sqrt(3) * 2 * np.pi) / 10
 

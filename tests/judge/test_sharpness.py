@@ -8,7 +8,7 @@ import pytest
 
 import barchain.solutions.reference
 from adapters.common.equal_steps import finer_setting
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.exudyn.adapter import Exudyn, ExudynIndex3, ExudynTree
 from adapters.exudyn.noise import engine_noise
 from adapters.exudyn.solve.solver import method_for
@@ -68,7 +68,7 @@ samples = 51
 
 
 def run(scene, rtol):
-    return Reference().run(scene, Setting(Knob.RTOL, rtol))
+    return Reference().run(scene, Setting(AccuracyParameter.RTOL, rtol))
 
 
 def short(name, share, samples):
@@ -79,22 +79,22 @@ def short(name, share, samples):
 
 
 @functools.cache
-def truth_of(scene, *, fine=True):
+def solution_of(scene, *, fine=True):
     closely = run(densely_sampled(scene), FINE_RTOL) if fine else None
     return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(twin(scene), 1e-13), closely)
 
 
 @functools.cache
 def both(engine, scene, value=None):
-    setting = engine.ladder.setting(value)
-    finer = finer_setting(scene, engine.ladder, setting)
+    setting = engine.sweep.setting(value)
+    finer = finer_setting(scene, engine.sweep, setting)
     return engine().run(scene, setting), engine().run(scene, finer)
 
 
-def judged(engine, truth, spoil=lambda seen: seen, value=None):
+def judged(engine, solution, spoil=lambda seen: seen, value=None):
     """Verdict of an engine whose two runs are spoiled alike."""
-    main, finer = (RunResult(Outcome.PASS, trajectory=spoil(seen)) for seen in both(engine, truth.scene, value))
-    return judge("x", engine, engine.ladder.setting(value), Evidence(main, finer), truth)
+    main, finer = (RunResult(Outcome.PASS, trajectory=spoil(seen)) for seen in both(engine, solution.scene, value))
+    return judge("x", engine, engine.sweep.setting(value), Evidence(main, finer), solution)
 
 
 def out(verdict, metric=None):
@@ -117,50 +117,50 @@ def free():
 
 
 def test_the_velocity_of_a_particle_is_judged_by_the_predicted_departure(steep):
-    truth = truth_of(steep)
-    assert judged(Rebound, truth).outcome is Outcome.PASS
-    wrong = judged(Rebound, truth, lambda s: s.replace(com_velocity_m_s=s.com_velocity_m_s + 1e-6))
-    assert "com_velocity" in out(wrong, "consistency")
+    solution = solution_of(steep)
+    assert judged(Rebound, solution).outcome is Outcome.PASS
+    wrong = judged(Rebound, solution, lambda s: s.replace(com_velocity_m_s=s.com_velocity_m_s + 1e-6))
+    assert "com_velocity" in out(wrong, "normalised_error")
 
 
 @pytest.mark.parametrize("name", ["paper/fig15", "basics/libration", "basics/point_chain"])
 def test_the_reference_is_consistent_with_itself_at_every_setting(name):
-    truth = truth_of(short(name, 0.15, 31))
+    solution = solution_of(short(name, 0.15, 31))
     for engine in (Reference, ReferenceAbsolute):
-        for value in engine.ladder.values[:-1]:
-            found = out(judged(engine, truth, value=value), "consistency")
+        for value in engine.sweep.values[:-1]:
+            found = out(judged(engine, solution, value=value), "normalised_error")
             assert not found, (engine.__name__, value)
 
 
 def test_two_runs_that_meet_where_both_are_off_are_explained_by_a_few_steps_requests(steep):
     """Chosen steps leave errors of any sign: here the finer run happens to agree with the coarser."""
-    truth, rtol = truth_of(steep), 1e-8
-    off = truth.trajectory.replace(angle_rad=truth.trajectory.angle_rad + 5 * rtol)
+    solution, rtol = solution_of(steep), 1e-8
+    off = solution.trajectory.replace(angle_rad=solution.trajectory.angle_rad + 5 * rtol)
     same = RunResult(Outcome.PASS, trajectory=off)
-    found = judge("x", Reference, Setting(Knob.RTOL, rtol), Evidence(same, same), truth)
-    assert "attitude" not in out(found, "consistency")
+    found = judge("x", Reference, Setting(AccuracyParameter.RTOL, rtol), Evidence(same, same), solution)
+    assert "attitude" not in out(found, "normalised_error")
 
 
 def test_a_manoeuvre_between_few_samples_is_no_false_alarm(tmp_path):
     (tmp_path / "slew.toml").write_text(SLEW)
     scene = load_scene(tmp_path / "slew.toml")
     assert densely_sampled(scene).run.duration_s / (densely_sampled(scene).run.samples - 1) <= 60.0 / 20
-    assert out(judged(Exudyn, truth_of(scene))) == set()
-    assert "torque" in out(judged(Exudyn, truth_of(scene, fine=False)))  # as seen from the scene's own samples
+    assert out(judged(Exudyn, solution_of(scene))) == set()
+    assert "torque" in out(judged(Exudyn, solution_of(scene, fine=False)))  # as seen from the scene's own samples
 
 
 def test_a_bar_that_is_hard_to_turn_is_no_false_alarm(tmp_path):
     (tmp_path / "hard.toml").write_text(HARD_TO_TURN)
     scene = load_scene(tmp_path / "hard.toml")
-    assert out(judged(ExudynTree, truth_of(scene))) == set()
-    assert out(judged(Exudyn, truth_of(scene))) == set()
+    assert out(judged(ExudynTree, solution_of(scene))) == set()
+    assert out(judged(Exudyn, solution_of(scene))) == set()
 
 
 def test_a_straight_track_is_exact_but_for_rounding(free):
-    truth = truth_of(free)
+    solution = solution_of(free)
     for engine in (Reference, Exudyn, Rebound):
-        assert out(judged(engine, truth)) == set()
-        assert "com" in out(judged(engine, truth, lambda s: s.replace(com_m=s.com_m + 1e-5)), "consistency")
+        assert out(judged(engine, solution)) == set()
+        assert "com" in out(judged(engine, solution, lambda s: s.replace(com_m=s.com_m + 1e-5)), "normalised_error")
 
 
 def opened_places(seen):
@@ -170,11 +170,11 @@ def opened_places(seen):
 
 
 def test_joints_put_in_place_are_judged_by_rounding_and_not_by_the_step(steep):
-    truth = truth_of(steep)
-    assert out(judged(ExudynIndex3, truth)) == set()
-    assert "gap" in out(judged(ExudynIndex3, truth, opened_places))
+    solution = solution_of(steep)
+    assert out(judged(ExudynIndex3, solution)) == set()
+    assert "gap" in out(judged(ExudynIndex3, solution, opened_places))
     # what index 2 opens by is within its own band
-    assert "gap" not in out(judged(Exudyn, truth, opened_places))
+    assert "gap" not in out(judged(Exudyn, solution, opened_places))
 
 
 def off_centre(seen, off):
@@ -184,36 +184,36 @@ def off_centre(seen, off):
 
 
 def test_the_identity_is_judged_by_the_rounding_of_a_sum(steep):
-    truth = truth_of(steep)
+    solution = solution_of(steep)
     for engine, off in ((Reference, 1e-11), (ReferenceAbsolute, 1e-6)):
-        assert out(judged(engine, truth)) == set()
-        assert "identity" in out(judged(engine, truth, functools.partial(off_centre, off=off)))
+        assert out(judged(engine, solution)) == set()
+        assert "identity" in out(judged(engine, solution, functools.partial(off_centre, off=off)))
 
 
 def test_energy_may_drift_by_what_the_finer_setting_changes_and_no_more(free):
-    truth = truth_of(free)
+    solution = solution_of(free)
     for engine in (Reference, Exudyn):
-        assert out(judged(engine, truth)) == set()
+        assert out(judged(engine, solution)) == set()
 
     def damped(seen):  # the same at both settings, far inside the band of a hundred times looser steps
         return seen.replace(rate_rad_s=seen.rate_rad_s * (1 - 1e-4 * np.linspace(0, 1, len(seen.t_s)))[:, None])
 
-    assert {"energy", "angular_momentum"} <= out(judged(Exudyn, truth, damped), "drift")
+    assert {"energy", "angular_momentum"} <= out(judged(Exudyn, solution, damped), "drift")
 
 
 def test_the_trees_band_follows_the_motion_and_not_the_chains_fastest_mode(steep):
-    truth = truth_of(steep)
-    assert out(judged(ExudynTree, truth)) == set()
+    solution = solution_of(steep)
+    assert out(judged(ExudynTree, solution)) == set()
     main, finer = both(ExudynTree, steep)
     spoiled = main.replace(angle_rad=main.angle_rad + 2e-10)
     found = judge(
         "x",
         ExudynTree,
-        ExudynTree.ladder.setting(),
+        ExudynTree.sweep.setting(),
         Evidence(RunResult(Outcome.PASS, trajectory=spoiled), RunResult(Outcome.PASS, trajectory=finer)),
-        truth,
+        solution,
     )
-    assert "attitude" in out(found, "band_used")
+    assert "attitude" in out(found, "bound_used")
 
 
 def test_a_manoeuvre_stirs_index_3_by_its_own_bar_and_one_order_less_than_the_start():
@@ -227,13 +227,13 @@ def test_a_manoeuvre_stirs_index_3_by_its_own_bar_and_one_order_less_than_the_st
 
 
 def test_the_tracks_answer_to_attitude_is_that_of_a_twin_far_enough_aside_to_be_seen(steep, monkeypatch):
-    truth = truth_of(steep)
+    solution = solution_of(steep)
     monkeypatch.setattr(
         barchain.solutions.reference, "TWIN_ASIDE", 1e-3
     )  # a thousandth of a metre: above the track's own error
-    apart = differences(truth.trajectory, run(twin(steep), 1e-13))
+    apart = differences(solution.trajectory, run(twin(steep), 1e-13))
     seen = apart["com"][-1] / np.maximum.accumulate(apart["attitude"])[-1]
-    assert truth.response["com"][-1] == pytest.approx(seen, rel=0.2)
+    assert solution.response["com"][-1] == pytest.approx(seen, rel=0.2)
 
 
 def test_a_chain_of_points_keeps_its_energy_and_angular_momentum_with_the_tidal_part():
@@ -241,7 +241,7 @@ def test_a_chain_of_points_keeps_its_energy_and_angular_momentum_with_the_tidal_
     found = drifts(scene, run(scene, 1e-12))
     assert found["energy"].max() < 1e-11
     assert found["angular_momentum"].max() < 1e-11
-    assert {r["quantity"] for r in judged(Reference, truth_of(scene)).rows} >= {"energy", "angular_momentum"}
+    assert {r["quantity"] for r in judged(Reference, solution_of(scene)).rows} >= {"energy", "angular_momentum"}
 
 
 def test_the_chain_of_points_needs_the_tidal_part(monkeypatch):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from adapters.common.equal_steps import finer_setting
-from adapters.engine import Coordinates, Knob, Setting
+from adapters.engine import AccuracyParameter, Coordinates, Setting
 from adapters.exudyn.adapter import Exudyn, ExudynAbsolute
 from adapters.pymunk.adapter import Pymunk
 from adapters.reference.numpy_engines import Reference
@@ -29,11 +29,11 @@ from barchain.solutions.sampling import MOST_TURNED_RAD, closely_sampled
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 
-SETTING = Setting(Knob.RTOL, 1e-8)
+SETTING = Setting(AccuracyParameter.RTOL, 1e-8)
 
 
 def run(scene, rtol):
-    return Reference().run(scene, Setting(Knob.RTOL, rtol))
+    return Reference().run(scene, Setting(AccuracyParameter.RTOL, rtol))
 
 
 def lasting(name, orbits, samples):
@@ -44,14 +44,14 @@ def lasting(name, orbits, samples):
 
 
 @functools.cache
-def truth_of(scene):
+def solution_of(scene):
     return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(twin(scene), 1e-13))
 
 
 @pytest.fixture(scope="module")
 def chaotic():
     """Three orbits of the horizontal chain: at this setting its attitude can be predicted for about one."""
-    return truth_of(lasting("paper/fig05", 3.0, 121))
+    return solution_of(lasting("paper/fig05", 3.0, 121))
 
 
 @pytest.fixture(scope="module")
@@ -59,9 +59,9 @@ def sound(chaotic):
     return run(chaotic.scene, 1e-8), run(chaotic.scene, 1e-9)
 
 
-def judged(truth, main, finer, engine=Reference, setting=SETTING, **more):
+def judged(solution, main, finer, engine=Reference, setting=SETTING, **more):
     evidence = Evidence(RunResult(Outcome.PASS, trajectory=main), RunResult(Outcome.PASS, trajectory=finer), **more)
-    return judge("x", engine, setting, evidence, truth)
+    return judge("x", engine, setting, evidence, solution)
 
 
 def value(verdict, quantity, metric):
@@ -90,7 +90,7 @@ def garbage(seen, share, *, growing, seed):
 def test_a_sound_run_is_judged_to_its_end_far_beyond_what_can_be_predicted(chaotic, sound):
     verdict = judged(chaotic, *sound)
     assert verdict.outcome is Outcome.PASS
-    limit_s = next(r["horizon_s"] for r in verdict.rows if r["quantity"] == "attitude")
+    limit_s = next(r["limit_s"] for r in verdict.rows if r["quantity"] == "attitude")
     assert 0.3 < limit_s / chaotic.scene.period_s < 2.0
     assert value(verdict, "run", "judged_share") == 1.0
     assert value(verdict, "attitude", "restarted") < 1.0
@@ -132,7 +132,7 @@ def test_round_off_of_absolute_coordinates_excuses_no_nonsense_beyond_the_limit(
     wild = sound[0].replace(
         angle_rad=sound[0].angle_rad + late * np.random.default_rng(3).uniform(1.0, 3.0, late.shape)
     )
-    assert judged(chaotic, wild, sound[1], engine=FromTheEarthsCentre).outcome is Outcome.OUT_OF_BAND
+    assert judged(chaotic, wild, sound[1], engine=FromTheEarthsCentre).outcome is Outcome.EXCEEDS_BOUND
 
 
 def test_round_off_since_the_start_makes_no_later_sample_unpredictable(chaotic, sound):
@@ -174,11 +174,11 @@ def test_a_blow_beyond_the_limit_is_followed_and_no_later_stretch_lacks_its_chan
     run_ = dataclasses.replace(chain.run, duration_s=2.5 * chain.period_s, samples=101)
     at_s = float(np.linspace(0.0, run_.duration_s, 101)[60])
     effects = dataclasses.replace(chain.effects, impulse=(dataclasses.replace(blow, at_s=at_s),))
-    truth = truth_of(dataclasses.replace(chain, run=run_, effects=effects))
-    runs = [run(truth.scene, rtol) for rtol in (1e-8, 1e-9)]
-    verdict = judged(truth, *runs)
+    solution = solution_of(dataclasses.replace(chain, run=run_, effects=effects))
+    runs = [run(solution.scene, rtol) for rtol in (1e-8, 1e-9)]
+    verdict = judged(solution, *runs)
     assert verdict.outcome is Outcome.PASS
-    assert next(r["horizon_s"] for r in verdict.rows if r["quantity"] == "attitude") < at_s
+    assert next(r["limit_s"] for r in verdict.rows if r["quantity"] == "attitude") < at_s
 
 
 @pytest.mark.parametrize("growing", [False, True], ids=["sudden", "growing"])
@@ -248,7 +248,7 @@ def test_a_declared_error_constant_counts_up_to_ten_and_makes_no_room_for_a_wron
 
 
 def test_declared_noise_counts_up_to_a_hundredth_of_each_quantity(chaotic):
-    n, most = len(chaotic.growth), 1e-2 * scales(chaotic)["reaction"]
+    n, most = len(chaotic.amplification), 1e-2 * scales(chaotic)["reaction"]
     dying = np.geomspace(1e9, 1e-30, n)
     assert bounded({"reaction": dying}, chaotic)["reaction"].max() == most
     assert np.all(bounded({"reaction": np.full(n, 0.9 * most)}, chaotic)["reaction"] == 0.9 * most)
@@ -290,28 +290,28 @@ def test_every_quantity_states_a_detection_limit_and_a_scene_of_second_order_a_c
 
 
 def test_an_error_above_the_detection_limit_is_called_and_its_tenth_need_not_be():
-    truth = truth_of(lasting("paper/fig15", 0.3, 61))
-    main, finer = run(truth.scene, 1e-8), run(truth.scene, 1e-9)
-    limit = value(judged(truth, main, finer), "reaction", "detection_limit")
-    size = 1.01 * limit * scales(truth)["reaction"]
+    solution = solution_of(lasting("paper/fig15", 0.3, 61))
+    main, finer = run(solution.scene, 1e-8), run(solution.scene, 1e-9)
+    limit = value(judged(solution, main, finer), "reaction", "detection_limit")
+    size = 1.01 * limit * scales(solution)["reaction"]
     for at in (5, 30, 60):
         wrong = []
         for seen in (main, finer):
             reaction = seen.reaction_N.copy()
             reaction[at, 0, 0] += size
             wrong.append(seen.replace(reaction_N=reaction))
-        assert not judged(truth, *wrong).outcome.ok
+        assert not judged(solution, *wrong).outcome.ok
 
 
 @pytest.fixture(scope="module")
 def steep():
-    return truth_of(lasting("paper/fig15", 0.3, 61))
+    return solution_of(lasting("paper/fig15", 0.3, 61))
 
 
 def three_settings(engine, scene):
-    main = engine.ladder.setting()
-    finer = finer_setting(scene, engine.ladder, main)
-    finest = finer_setting(scene, engine.ladder, finer)
+    main = engine.sweep.setting()
+    finer = finer_setting(scene, engine.sweep, main)
+    finest = finer_setting(scene, engine.sweep, finer)
     return main, [engine().run(scene, s) for s in (main, finer, finest)]
 
 
@@ -371,13 +371,13 @@ def test_an_engine_in_absolute_coordinates_that_round_off_ruins_is_limited_and_n
         inertia_kg_m2=tuple(1e-6 * j for j in scene.chain.inertia_kg_m2),
     )
     scene = dataclasses.replace(scene, chain=chain)
-    truth, (setting, runs) = truth_of(scene), three_settings(ExudynAbsolute, scene)
-    first = judged(truth, runs[0], runs[1], ExudynAbsolute, setting)
+    solution, (setting, runs) = solution_of(scene), three_settings(ExudynAbsolute, scene)
+    first = judged(solution, runs[0], runs[1], ExudynAbsolute, setting)
     assert not first.outcome.ok
     assert set(first.asks) >= set(PERTURBED_ROLES)
     others = tuple(turned_back(ExudynAbsolute().run(perturbed(scene, k), setting), a) for k, a in enumerate(TURNED_RAD))
     final = judged(
-        truth, runs[0], runs[1], ExudynAbsolute, setting,
+        solution, runs[0], runs[1], ExudynAbsolute, setting,
         perturbed=others, finest=RunResult(Outcome.PASS, trajectory=runs[2]),
     )  # fmt: skip
     assert final.outcome is Outcome.ROUNDOFF_LIMITED
@@ -411,11 +411,11 @@ def test_a_comparison_looks_closely_enough_and_keeps_a_scene_s_own_instants():
 
 
 def test_five_samples_over_two_chaotic_orbits_are_judged_and_not_only_the_first():
-    truth = truth_of(closely_sampled(lasting("paper/fig05", 2.0, 5)))
-    main, finer = run(truth.scene, 1e-8), run(truth.scene, 1e-9)
-    assert value(judged(truth, main, finer), "run", "judged_share") == 1.0
+    solution = solution_of(closely_sampled(lasting("paper/fig05", 2.0, 5)))
+    main, finer = run(solution.scene, 1e-8), run(solution.scene, 1e-9)
+    assert value(judged(solution, main, finer), "run", "judged_share") == 1.0
     noise = np.random.default_rng(1).normal(size=main.angle_rad.shape) * (main.t_s > 0.0)[:, None]
-    assert not judged(truth, main.replace(angle_rad=main.angle_rad + 0.1 * noise), finer).outcome.ok
+    assert not judged(solution, main.replace(angle_rad=main.angle_rad + 0.1 * noise), finer).outcome.ok
 
 
 def cut(seen, samples, ended="a bar reached the surface"):
@@ -465,7 +465,7 @@ def test_a_run_that_can_not_be_compared_costs_its_own_row(chaotic, sound):
 
 
 def test_a_track_may_not_be_declared_noisier_than_a_millionth(chaotic):
-    n = len(chaotic.growth)
+    n = len(chaotic.amplification)
     assert not bounded({"com": np.full(n, 6e4)}, chaotic)["com"].any()
 
 
@@ -507,6 +507,6 @@ samples = 21
 def test_exact_decimals_and_rest_accuse_nobody(tmp_path, text, engine):
     """3.6 degrees between samples are no rounding, and of no motion nothing is lost."""
     (tmp_path / "scene.toml").write_text(text)
-    truth = truth_of(load_scene(tmp_path / "scene.toml"))
-    setting, runs = three_settings(engine, truth.scene)
-    assert judged(truth, runs[0], runs[1], engine, setting).outcome is Outcome.PASS
+    solution = solution_of(load_scene(tmp_path / "scene.toml"))
+    setting, runs = three_settings(engine, solution.scene)
+    assert judged(solution, runs[0], runs[1], engine, setting).outcome is Outcome.PASS

@@ -38,12 +38,12 @@ def implementation(request: pytest.FixtureRequest) -> None:
 
 
 def run(scene: Scene, rtol: float = RTOL) -> Trajectory:
-    return engine().run(scene, engine.ladder.setting(rtol))
+    return engine().run(scene, engine.sweep.setting(rtol))
 
 
-def budget(seen: Trajectory, rate_rad_s: float, rtol: float = RTOL) -> float:
+def budget(trajectory: Trajectory, rate_rad_s: float, rtol: float = RTOL) -> float:
     """Steps x rtol x (1 + rate t): a rate's error shifts the angle by itself times the time."""
-    return float(seen.info["steps"]) * rtol * (1.0 + rate_rad_s * seen.t_s[-1])
+    return float(trajectory.info["steps"]) * rtol * (1.0 + rate_rad_s * trajectory.t_s[-1])
 
 
 def with_chain(scene: Scene, **changes: tuple[float, ...]) -> Scene:
@@ -72,9 +72,9 @@ def test_a_bar_librates_as_jacobis_elliptic_function(amplitude_deg: float) -> No
     _, cn, dn, _ = ellipj(math.sqrt(3.0) * n * seen.t_s, k * k)
     psi = seen.angle_rad[:, 0] - n * seen.t_s - scene.orbit.longitude_rad
     # near the unstable horizontal an error grows like cosh(sqrt(3) n t) over the first quarter swing
-    growth = math.cosh(ellipk(k * k))
+    amplification = math.cosh(ellipk(k * k))
     error = np.abs(np.sin(psi) - k * cn / dn)
-    assert error.max() <= growth * (budget(seen, n) + 8.0 * EPS * n * seen.t_s[-1])
+    assert error.max() <= amplification * (budget(seen, n) + 8.0 * EPS * n * seen.t_s[-1])
 
 
 def test_small_librations_have_the_frequency_root_three_n() -> None:
@@ -94,10 +94,10 @@ def test_small_librations_have_the_frequency_root_three_n() -> None:
 # the radial chain
 
 
-def tensions(seen: Trajectory) -> np.ndarray:
+def tensions(trajectory: Trajectory) -> np.ndarray:
     """Reaction along the bar (n, N-1)."""
-    along = np.stack([np.cos(seen.angle_rad[:, :-1]), np.sin(seen.angle_rad[:, :-1])], axis=-1)
-    return np.sum(seen.reaction_N * along, axis=-1)
+    along = np.stack([np.cos(trajectory.angle_rad[:, :-1]), np.sin(trajectory.angle_rad[:, :-1])], axis=-1)
+    return np.sum(trajectory.reaction_N * along, axis=-1)
 
 
 def test_radial_tension_at_the_start_is_the_exact_sum_over_the_bars() -> None:
@@ -246,13 +246,13 @@ def test_a_point_like_bar_follows_kepler(kind: str) -> None:
     seen, b2 = run(scene), scene.orbit.speed_factor**2
     expected = np.array([kepler(scene, t) for t in seen.t_s])
     stretch = 2.0 / abs(2.0 - b2)  # of the semi-major axis by a change of speed at r0: da/a = 2 a/r0 dv/v
-    growth = (
+    amplification = (
         3.0
         * stretch
         * np.linalg.norm(seen.com_velocity_m_s, axis=1).max()
         / (scene.speed0_m_s / scene.orbit.speed_factor)
     )
-    allowed = growth * budget(seen, math.sqrt(scene.central_body.mu_m3_s2 / scene.radius0_m**3))
+    allowed = amplification * budget(seen, math.sqrt(scene.central_body.mu_m3_s2 / scene.radius0_m**3))
     assert np.linalg.norm(seen.com_m - expected, axis=1).max() <= allowed * scene.radius0_m
     even = seen.angle_rad[:, 0] - seen.angle_rad[0, 0] - scene.orbital_rate_rad_s * seen.t_s
     assert np.abs(even).max() <= budget(seen, scene.orbital_rate_rad_s)
@@ -262,11 +262,11 @@ def test_a_point_like_bar_follows_kepler(kind: str) -> None:
 def test_the_error_shrinks_with_the_tolerance_asked_for(name: str) -> None:
     """From 1e-6 to 1e-10 the distance to a run at 1e-13 falls by at least 1e3 of the 1e4 asked for."""
     scene = load_scene(f"basics/{name}")
-    truth = run(scene, 1e-13)
+    solution = run(scene, 1e-13)
     coarse, fine = (
         max(
-            np.abs(seen.angle_rad - truth.angle_rad).max(),
-            np.abs(seen.com_m - truth.com_m).max() / scene.radius0_m,
+            np.abs(seen.angle_rad - solution.angle_rad).max(),
+            np.abs(seen.com_m - solution.com_m).max() / scene.radius0_m,
         )
         for seen in (run(scene, 1e-6), run(scene, 1e-10))
     )

@@ -24,7 +24,7 @@ EPS = float(np.finfo(float).eps)
 
 def run(engine: type, scene: Scene | str, rtol: float = 1e-10):
     scene = load_scene(scene) if isinstance(scene, str) else scene
-    return engine().run(scene, engine.ladder.setting(rtol))
+    return engine().run(scene, engine.sweep.setting(rtol))
 
 
 @pytest.mark.parametrize("engine", BOTH)

@@ -90,7 +90,7 @@ def test_no_request_makes_steps_shrink_to_the_rounding_of_angles(engine: type) -
     """At a tenth of the error the eighth order takes 1.33 times the steps; light bars used to take a thousand times."""
     scene = load_scene("hard/masses_alternating")
     scene = replace(scene, run=replace(scene.run, duration_s=0.1 * scene.run.duration_s))
-    coarse, fine = (engine().run(scene, engine.ladder.setting(rtol)).info["steps"] for rtol in (1e-11, 1e-14))
+    coarse, fine = (engine().run(scene, engine.sweep.setting(rtol)).info["steps"] for rtol in (1e-11, 1e-14))
     assert fine <= 2.0 * 1.34**3 * coarse
 
 
@@ -106,7 +106,7 @@ def test_where_samples_are_taken_changes_no_bit_of_a_run(engine: type) -> None:
     scene = load_scene("hard/masses_alternating_light_ends")
     short = replace(scene.run, duration_s=0.05 * scene.run.duration_s)
     ends = [
-        engine().run(replace(scene, run=replace(short, samples=n)), engine.ladder.setting(1e-13)).angle_rad[-1]
+        engine().run(replace(scene, run=replace(short, samples=n)), engine.sweep.setting(1e-13)).angle_rad[-1]
         for n in (2, 11, 201)
     ]
     assert (ends[0] == ends[1]).all()

@@ -138,8 +138,8 @@ def test_energy_drifts_no_more_than_steps_times_rtol(rtol: float) -> None:
 
 def test_the_ladder_of_tolerances_converges() -> None:
     scene = one_orbit("paper/fig13", 11)
-    truth = simulate(scene, TIGHT).angle_rad
-    errors = [np.abs(simulate(scene, rtol).angle_rad - truth).max() for rtol in (1e-5, 1e-7, 1e-9, 1e-11)]
+    solution = simulate(scene, TIGHT).angle_rad
+    errors = [np.abs(simulate(scene, rtol).angle_rad - solution).max() for rtol in (1e-5, 1e-7, 1e-9, 1e-11)]
     assert all(fine < 0.1 * coarse for coarse, fine in itertools.pairwise(errors))
 
 

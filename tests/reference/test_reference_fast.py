@@ -68,8 +68,8 @@ def test_compact_bars_lose_no_more_than_their_compactness_takes(bars: int, compa
     """Against fifty digits: u c/w for each bar, not its square, which sweeps alone would lose."""
     c = case(7, bars, "gradient", 0.0)
     model = replace(c.model, inertia_kg_m2=c.model.mass_kg * c.model.length_m**2 / 12.0 * compact)
-    truth, found = judge(model, 25.0, c.state), fast_accelerations(model, 25.0, c.state)
-    error = np.abs(found.angle_rad_s2 - truth.angle_rad_s2).max() / np.abs(truth.angle_rad_s2).max()
+    solution, found = judge(model, 25.0, c.state), fast_accelerations(model, 25.0, c.state)
+    error = np.abs(found.angle_rad_s2 - solution.angle_rad_s2).max() / np.abs(solution.angle_rad_s2).max()
     assert error <= C * bars * U * 3.0 / compact
 
 
@@ -79,8 +79,8 @@ def test_alternating_masses_cost_no_more_digits_than_their_ratio(ratio: float) -
     mass = 100.0 * np.where(np.arange(5) % 2, ratio, 1.0)
     model = replace(c.model, mass_kg=mass, inertia_kg_m2=mass * c.model.length_m**2 / 12.0)
     state = with_angles(model, c.state, c.state.angle_rad)
-    truth, found = judge(model, 25.0, state), fast_accelerations(model, 25.0, state)
-    error = np.abs(found.reaction_N - truth.reaction_N).max() / np.abs(truth.reaction_N).max()
+    solution, found = judge(model, 25.0, state), fast_accelerations(model, 25.0, state)
+    error = np.abs(found.reaction_N - solution.reaction_N).max() / np.abs(solution.reaction_N).max()
     assert error <= C * U * 1e6
 
 
@@ -89,7 +89,7 @@ def short(scene: Scene) -> Scene:
 
 
 def both(scene: Scene, rtol: float = 1e-9):
-    setting = Reference.ladder.setting(rtol)
+    setting = Reference.sweep.setting(rtol)
     return Reference().run(scene, setting), ReferenceFast().run(scene, setting)
 
 
@@ -100,8 +100,8 @@ def test_it_takes_the_references_steps(name: str) -> None:
     theirs, mine = both(scene)
     assert mine.info == theirs.info | {"evaluations": theirs.info["evaluations"] - 1}
     # C roundings of each step, grown like gravity's fastest instability, e^(sqrt 3 n t)
-    growth = np.exp(np.sqrt(3.0) * scene.mean_motion_rad_s * scene.run.duration_s)
-    allowed = C * U * theirs.info["steps"] * np.abs(theirs.angle_rad).max() * growth
+    amplification = np.exp(np.sqrt(3.0) * scene.mean_motion_rad_s * scene.run.duration_s)
+    allowed = C * U * theirs.info["steps"] * np.abs(theirs.angle_rad).max() * amplification
     assert np.abs(mine.angle_rad - theirs.angle_rad).max() <= allowed
 
 
@@ -149,8 +149,8 @@ def test_it_solves_a_chain_that_a_factorization_cannot_tell_apart() -> None:
     """A bar 1e20 times lighter than its neighbours that no lever turns: the other refuses, the sweeps lose nothing."""
     c = case(3, 3, "none", 0.0)
     model = replace(c.model, mass_kg=np.array([1e20, 1.0, 1e20]), inertia_kg_m2=np.full(3, 1e40))
-    truth, found = judge(model, 0.0, c.state), fast_accelerations(model, 0.0, c.state)
-    assert np.abs(found.reaction_N - truth.reaction_N).max() <= C * U * np.abs(truth.reaction_N).max()
+    solution, found = judge(model, 0.0, c.state), fast_accelerations(model, 0.0, c.state)
+    assert np.abs(found.reaction_N - solution.reaction_N).max() <= C * U * np.abs(solution.reaction_N).max()
     with pytest.raises(np.linalg.LinAlgError, match="not positive definite"):
         relative.accelerations(model, 0.0, c.state)
 

@@ -16,7 +16,7 @@ STIFF, DAMPED = "hard/springs_stiff", "hard/damping_heavy"
 
 
 def run(engine: type, scene: Scene, rtol: float = 1e-10):
-    return engine().run(scene, engine.ladder.setting(rtol))
+    return engine().run(scene, engine.sweep.setting(rtol))
 
 
 @pytest.mark.parametrize("rtol", [1e-10, 1e-13])

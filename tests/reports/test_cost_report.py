@@ -45,7 +45,7 @@ def write(folder: Path, points: pd.DataFrame, *, finished: bool = True) -> Path:
         "packages": {"numpy": "2"},
         "engines": {e: {"version": "1", "title": e} for e in engines},
         "scenes": {s: {"title": f"Scene <{s}>", "orbits": 1.0} for s in dict.fromkeys(points.scene)},
-        "truths": {
+        "certified_solutions": {
             s: {"source": "committed", "precision": "real128", "error": {"attitude": 1e-14}} for s in points.scene
         },
         "left_out": [{"scene": "s", "engine": "gone", "outcome": "missing", "reason": "it is <not> installed"}],

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 SCENE: dict[str, Any] = {
     "name": "own/<scene>", "title": "Five bars", "gravity": "gradient", "bound": True, "period_s": 5000.0,
-    "duration_s": 25_000.0, "horizon_s": 25_000.0, "end_s": 25_000.0, "ended": "", "radius0_m": 7e6,
+    "duration_s": 25_000.0, "limit_s": 25_000.0, "end_s": 25_000.0, "ended": "", "radius0_m": 7e6,
     "largest_reaction_N": 2.0,
 }  # fmt: skip
 
@@ -213,13 +213,13 @@ def test_zero_is_never_reported_as_zero(tmp_path: Path) -> None:
 
 
 def test_a_comparison_that_chaos_ends_says_so(tmp_path: Path) -> None:
-    changes = {"horizon_s": 13_800.0}
+    changes = {"limit_s": 13_800.0}
     found = advice(tmp_path, [row("drag", compared_s=13_800.0)], **changes)[0].text
     assert "in the first 2.76 orbits of 5 orbits" in found
     assert "numerics alone part by more than 0.01 rad" in found
     view = view_effects(tmp_path)
     assert view is not None
-    assert view.horizon == "2.76 orbits"
+    assert view.predictability_limit == "2.76 orbits"
 
 
 def test_a_switched_run_that_lands_says_so(tmp_path: Path) -> None:

@@ -62,9 +62,9 @@ def test_marks_reach_a_peak_and_stop_at_the_horizon() -> None:
     instants = spread(t, y, 0.5)
     assert (np.diff(instants) > 0).all()
     assert np.interp(instants, t, y).max() > 0.5
-    run = Reactions(t, {}, horizon_s=50.5)
+    run = Reactions(t, {}, limit_s=50.5)
     assert t[nearest(run, instants)].max() <= 50.5
-    assert not len(nearest(Reactions(t, {}, horizon_s=-1.0), instants))
+    assert not len(nearest(Reactions(t, {}, limit_s=-1.0), instants))
 
 
 def test_a_long_name_breaks_where_its_words_do() -> None:

@@ -211,7 +211,7 @@ def test_the_words_of_the_verdict_are_those_of_the_table(made: Path) -> None:
     outside = sum(o == {"pass", "reported"} and not e.startswith("reference") for (_, e), o in runs.items())
     assert f"{passed} passed ({outside} of them with external engines)" in verdict.sentences[0]
     assert f", {failed} failed and {left_out} are unsupported" in verdict.sentences[0]
-    ratios = metrics[metrics["metric"] == "consistency"].assign(value=lambda m: m["value"].astype(float))
+    ratios = metrics[metrics["metric"] == "normalised_error"].assign(value=lambda m: m["value"].astype(float))
     worst = ratios.loc[ratios["value"].idxmax()]
     assert f"{significant(worst['value'])} times" in verdict.sentences[1]
     assert f"{worst['engine']} on {worst['scene']}" in verdict.sentences[1]
@@ -224,7 +224,7 @@ def test_a_pass_needs_band_and_consistency(tmp_path: Path) -> None:
     both = {"engine": "e", "quantity": "attitude", "unit": "rad"}
     rows = [
         one_row("pass", **both | {"metric": "max", "value": 2e-7, "tolerance": 1e-6}),
-        one_row("inconsistent", **both | {"metric": "consistency", "value": 41.0, "tolerance": 1.0}),
+        one_row("inconsistent", **both | {"metric": "normalised_error", "value": 41.0, "tolerance": 1.0}),
     ]
     folder = write_tables(tmp_path, rows)
     verdict = judge(summarise(read_results(folder)))
@@ -253,14 +253,14 @@ def test_what_lies_beyond_the_truths_own_horizon_is_said_to(small: Path) -> None
     assert "Truth holds: to the end of the run" in text
     record = json.loads((small / "run.json").read_text())
     scene = record["scenes"]["basics/radial_equilibrium"]
-    scene["truth_horizon_s"] = 0.4 * scene["duration_s"]
+    scene["solution_limit_s"] = 0.4 * scene["duration_s"]
     change_record(small, scenes=record["scenes"])
     page, text = (html.unescape(path.read_text()) for path in reports.render(small))
     assert "Truth holds: to 0.40 of 1 orbits" in text
     assert "to 0.40 of 1 orbits" in page
     assert "After 0.40 orbits beyond the truth's horizon" in page
     assert page.count(">truth's horizon<") == 2  # in both components of the reactions, over the whole run
-    del scene["truth_horizon_s"]
+    del scene["solution_limit_s"]
     change_record(small, scenes=record["scenes"])
     assert "Truth holds" not in reports.render(small)[1].read_text()
 
@@ -271,15 +271,15 @@ def test_the_chart_of_external_engines_shows_them_alone_and_only_as_far_as_compa
     shown = [f for f in figures if "external engines</figcaption>" in f]
     assert len(shown) == 1
     labels = re.findall(r"</svg>([^<]+)</li>", shown[0])
-    assert labels == ["truth", *(e for e in ENGINES if not e.startswith("reference") and e != "rebound")]
+    assert labels == ["solution", *(e for e in ENGINES if not e.startswith("reference") and e != "rebound")]
     own = {"engines": {e: {"external": False} for e in ENGINES}}
     change_record(small, **own)
     assert "external engines</figcaption>" not in reports.render(small)[0].read_text()
 
 
 def test_where_a_comparison_stops_early_the_whole_row_shows_the_first_orbit(tmp_path: Path) -> None:
-    def rows(engine: str, horizon_s: float, first: float | None) -> list[dict[str, object]]:
-        both = {"engine": engine, "quantity": "attitude", "unit": "rad", "horizon_s": horizon_s}
+    def rows(engine: str, limit_s: float, first: float | None) -> list[dict[str, object]]:
+        both = {"engine": engine, "quantity": "attitude", "unit": "rad", "limit_s": limit_s}
         made = [one_row("pass", **both | {"metric": "max", "value": 0.01, "tolerance": 1.0})]
         return made + ([one_row("reported", **both | {"metric": "first_orbit", "value": first})] if first else [])
 
@@ -338,7 +338,7 @@ def test_a_scene_that_only_our_own_engines_can_carry_says_so(tmp_path: Path) -> 
     assert lacking.count("No engine asked but our own carries this scene’s effects. heyoka can do it and was") == 1
     assert lacking.count("No engine asked but our own carries this scene’s effects.") == 2
     assert lacking.count("one derivation in several forms.") == 2
-    assert said({"truth": "real128"}).count("an independent one, heyoka’s, is committed") == 2
+    assert said({"solution": "real128"}).count("an independent one, heyoka’s, is committed") == 2
     stopped = {"engines": ["theirs"], "at_s": [100.0], "run": {"duration_s": 5500.0, "samples": 111}}
     found = said({"instants": stopped})
     assert found.count("instants, not its effects, keep other engines from it") == 2

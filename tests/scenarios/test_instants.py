@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from scenarios import load_scene
 from scenarios.load import SceneError, parse_scene
@@ -103,9 +103,9 @@ def test_a_span_added_to_its_start_gives_its_end_bit_for_bit() -> None:
     ],
 )
 def test_what_a_sample_leaves_no_room_for_is_refused_in_one_line(effects: str, words: list[str]) -> None:
-    with pytest.raises(SceneError) as refused:
+    with pytest.raises(SceneError) as rejected:
         scene_of(effects)
-    message = str(refused.value)
+    message = str(rejected.value)
     assert len(message.splitlines()) == 1
     assert all(word in message for word in words), message
 
@@ -117,7 +117,7 @@ def test_engines_agree_at_samples_that_ten_digits_put_a_jump_next_to() -> None:
         THRUST + "force_N = 1.0\nstart_s = 285.714285714\nduration_s = 285.714285714\n" + BLOW + "at_s = 428.5714285"
     )
     runs: list[Any] = [
-        ENGINES[name].load()().run(scene, Setting(Knob.RTOL, rtol))
+        ENGINES[name].load()().run(scene, Setting(AccuracyParameter.RTOL, rtol))
         for name, rtol in (("reference", 1e-13), ("heyoka", 1e-15))
     ]
     for channel in ("com_velocity_m_s", "rate_rad_s", "reaction_N", "impulse_N_s"):

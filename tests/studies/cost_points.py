@@ -27,7 +27,7 @@ def point(engine: str, n: int, error: float, seconds: float, *, scene: str = "s"
     """One good point."""
     errors = {"attitude_error_rad": error, "reaction_error_N": error, "reaction_relative": error, "com_error_m": error}
     floors = {name: FLOOR for name in POINT_COLUMNS if "_floor_" in name}
-    setting = {"setting": f"steps_per_orbit={n}", "knob": "steps_per_orbit", "value": float(n)}
+    setting = {"setting": f"steps_per_orbit={n}", "parameter": "steps_per_orbit", "value": float(n)}
     spent = {"seconds": seconds, "evaluations": float(2 * n), "steps": float(n), "turns": 5}
     key = f"{scene}|{engine}|{n}"
     named = {"scene": scene, "engine": engine, "outcome": "pass", "reason": "", "under_floor": "", "key": key}

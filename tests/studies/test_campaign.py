@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from adapters.engine import Coordinates, Knob, Setting
+from adapters.engine import AccuracyParameter, Coordinates, Setting
 from adapters.exudyn.adapter import Exudyn
 from adapters.pymunk.adapter import Pymunk
 from adapters.reference.numpy_engines import Reference
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 SEED = 8  # three bars in a point's pull, for a third of an orbit
 FREE = 6  # two bars without gravity
 EVENTS = 2  # a blow, a thrust and a slew
-MAIN, FINER = Setting(Knob.RTOL, 1e-10), Setting(Knob.RTOL, 1e-11)
+MAIN, FINER = Setting(AccuracyParameter.RTOL, 1e-10), Setting(AccuracyParameter.RTOL, 1e-11)
 TURNED_DEG = 57.29577951308232
 
 
@@ -123,7 +123,7 @@ def sound(scene: Scene) -> Trajectory:
 def with_fault(name: str, run: Trajectory, scene: Scene, setting: Setting = MAIN) -> Trajectory:
     """What a run shows with a fault in it."""
     fault = FAULTS[name]
-    return fault.seen(run, scene, setting, fault.natural)
+    return fault.output_of(run, scene, setting, fault.natural)
 
 
 def test_names_are_unique_and_words_are_there() -> None:
@@ -274,7 +274,7 @@ def test_a_stuck_engine_gives_the_same_bits_at_all_settings(scene: Scene) -> Non
 def test_a_sloppy_engine_claims_many_steps(scene: Scene) -> None:
     sloppy = planted("reference", "sloppy").load()().run(scene, MAIN)
     assert sloppy.info["steps"] == 1e9
-    assert np.array_equal(sloppy.angle_rad, seen(scene, Setting(Knob.RTOL, 1e3 * MAIN.value)).angle_rad)
+    assert np.array_equal(sloppy.angle_rad, seen(scene, Setting(AccuracyParameter.RTOL, 1e3 * MAIN.value)).angle_rad)
 
 
 def test_false_declarations_are_those_of_the_class(scene: Scene, sound: Trajectory) -> None:
@@ -562,7 +562,7 @@ def test_a_findings_scene_is_written_simpler_and_simpler(tmp_path: Path, monkeyp
     """With a judge that sees nothing, two bars and three samples are enough to miss a sign."""
 
     def blind(case, results):  # type: ignore[no-untyped-def]
-        limit = {"quantity": "reaction", "metric": "detection_limit", "value": 1e-9, "horizon_s": None}
+        limit = {"quantity": "reaction", "metric": "detection_limit", "value": 1e-9, "limit_s": None}
         verdict = no_verdict(case.trial.scene.name, case.trial.engine, case.trial.setting, Outcome.PASS, "")
         return dataclasses.replace(verdict, rows=[*verdict.rows, verdict.rows[0] | limit])
 

@@ -10,13 +10,13 @@ import pytest
 
 from adapters.registry import ENGINES
 from barchain.studies.cost.findings import front_of, order_row, price_table, reach_table
-from barchain.studies.cost.plan import distinct, ladders, shortened
+from barchain.studies.cost.plan import distinct, shortened, sweeps
 from barchain.studies.cost.points import errors_of, under_floor
 from barchain.timing.orders import SCATTERED, fit_order
 from barchain.timing.statistics import interval, locate, lower_envelope, median_time, on_front
 from scenarios import load_scene
 from tests.studies.cost_points import FLOOR, engine_points, point, table, times_of
-from tests.support.certified_stand_in import truth_stand_in
+from tests.support.certified_stand_in import certified_stand_in
 
 STEPS = [20, 40, 80, 160, 320, 640]
 ROUNDING = 1e-9  # of a least-squares fit or an interpolation in logarithms, many times over
@@ -141,48 +141,48 @@ def test_few_times_give_their_range_and_one_gives_none():
 
 
 @pytest.fixture(scope="module")
-def truth():
-    return truth_stand_in(shortened(load_scene("basics/two_bars_free")))
+def solution():
+    return certified_stand_in(shortened(load_scene("basics/two_bars_free")))
 
 
-def test_errors_are_the_largest_up_to_the_truths_horizon(truth):
-    seen = truth.trajectory
+def test_errors_are_the_largest_up_to_the_truths_horizon(solution):
+    seen = solution.trajectory
     off = np.linspace(0.0, 1e-6, len(seen.t_s))
     moved = seen.replace(angle_rad=seen.angle_rad + off[:, None])
-    assert errors_of(truth, moved)["attitude_error_rad"] == pytest.approx(1e-6)
-    bound = truth.error | {"attitude": np.where(np.arange(len(off)) > 10, 1.0, 1e-12)}
-    parted = SimpleNamespace(**{**vars(truth), "error": bound})
+    assert errors_of(solution, moved)["attitude_error_rad"] == pytest.approx(1e-6)
+    bound = solution.error | {"attitude": np.where(np.arange(len(off)) > 10, 1.0, 1e-12)}
+    parted = SimpleNamespace(**{**vars(solution), "error": bound})
     assert errors_of(parted, moved)["attitude_error_rad"] == pytest.approx(off[10])
 
 
-def test_errors_near_the_oracles_own_are_marked(truth):
-    seen = truth.trajectory
+def test_errors_near_the_oracles_own_are_marked(solution):
+    seen = solution.trajectory
     moved = seen.replace(angle_rad=seen.angle_rad + 9e-12, com_m=seen.com_m + 1e-3)
-    marked = under_floor(errors_of(truth, moved))
+    marked = under_floor(errors_of(solution, moved))
     assert "attitude" in marked
     assert "com" not in marked
-    assert "attitude" not in under_floor(errors_of(truth, seen.replace(angle_rad=seen.angle_rad + 2e-11)))
+    assert "attitude" not in under_floor(errors_of(solution, seen.replace(angle_rad=seen.angle_rad + 2e-11)))
 
 
 def test_a_particle_is_judged_on_its_own_track_and_has_no_other_errors():
     scene = shortened(load_scene("paper/fig09"), 0.2)
-    truth = truth_stand_in(scene)
+    solution = certified_stand_in(scene)
     loaded = ENGINES["rebound"].load()
-    errors = errors_of(truth, loaded().run(scene))
+    errors = errors_of(solution, loaded().run(scene))
     assert set(errors) == {"com_error_m", "com_floor_m"}
     assert errors["com_error_m"] < 10.0 * errors["com_floor_m"] < 1e-2  # m: the chain leaves Kepler by that much
 
 
 def test_settings_that_round_to_the_same_steps_are_run_once():
     scene, loaded = shortened(load_scene("paper/fig05")), ENGINES["exudyn-tree"].load()
-    values = [s.value for s in distinct(scene, dataclasses.replace(loaded.ladder, values=(10, 20, 40, 80)))]
+    values = [s.value for s in distinct(scene, dataclasses.replace(loaded.sweep, values=(10, 20, 40, 80)))]
     assert values == [10, 80]
 
 
 def test_engines_that_cant_run_a_scene_are_named_with_the_reason():
     scene = shortened(load_scene("paper/fig17"))
     missing = dataclasses.replace(ENGINES["exudyn"], module="no_such_module_here")
-    runs, out = ladders(scene, {"exudyn": missing, "pymunk": ENGINES["pymunk"], "reference": ENGINES["reference"]})
+    runs, out = sweeps(scene, {"exudyn": missing, "pymunk": ENGINES["pymunk"], "reference": ENGINES["reference"]})
     assert list(runs) == ["reference"]
     assert {o.engine: str(o.outcome) for o in out} == {"exudyn": "missing", "pymunk": "unsupported"}
     assert all(len(o.reason.split()) > 3 for o in out)

@@ -7,14 +7,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from adapters.engine import Knob, Ladder, Setting
+from adapters.engine import AccuracyParameter, AccuracySweep, Setting
 from adapters.registry import ENGINES, Registration
 from barchain.run.job import RunResult
-from barchain.solutions.certified import oracle
+from barchain.solutions.certified import certified
 from barchain.studies.cost.findings import orders_table
 from barchain.studies.cost.fixed_steps import errors_at_equal_steps
 from barchain.studies.cost.measure import make_plan, measure
-from barchain.studies.cost.plan import ladders, shortened
+from barchain.studies.cost.plan import shortened, sweeps
 from barchain.studies.cost.points import errors_of, under_floor
 from barchain.studies.cost.store import CostStore
 from barchain.studies.cost.study import CostStudy, columns_of, too_fine, too_long
@@ -23,29 +23,35 @@ from reports.render import render_study
 from reports.tables.cost import POINT_COLUMNS, read_cost
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
-from tests.support.certified_stand_in import truth_stand_in
+from tests.support.certified_stand_in import certified_stand_in
 
 SCENE = "paper/fig09"
 LIMIT_S = 2.0
 
 
 @pytest.fixture(scope="module")
-def truth():
-    return oracle(shortened(load_scene(SCENE)))
+def solution():
+    return certified(shortened(load_scene(SCENE)))
 
 
-def measured(truth, engine, values):
+def measured(solution, engine, values):
     """Points of an engine at some values of its knob, run in this process."""
     registration = ENGINES[engine]
-    ladder = dataclasses.replace(registration.load().ladder, values=values)
+    sweep = dataclasses.replace(registration.load().sweep, values=values)
     rows = []
-    jobs, _ = ladders(truth.scene, {engine: registration})
+    jobs, _ = sweeps(solution.scene, {engine: registration})
     for value in values:
-        job = dataclasses.replace(jobs[engine][0], setting=Setting(ladder.knob, value))
-        seen = registration.load()().run(truth.scene, job.setting)
-        row = columns_of(job, RunResult(Outcome.PASS, "", seen, {}), truth)
+        job = dataclasses.replace(jobs[engine][0], setting=Setting(sweep.parameter, value))
+        seen = registration.load()().run(solution.scene, job.setting)
+        row = columns_of(job, RunResult(Outcome.PASS, "", seen, {}), solution)
         rows.append(
-            {"scene": truth.scene.name, "engine": engine, "setting": str(job.setting), "knob": str(ladder.knob)} | row
+            {
+                "scene": solution.scene.name,
+                "engine": engine,
+                "setting": str(job.setting),
+                "parameter": str(sweep.parameter),
+            }
+            | row
         )
     return pd.DataFrame(rows).reindex(columns=list(POINT_COLUMNS))
 
@@ -59,8 +65,8 @@ def measured(truth, engine, values):
         ("pymunk", (1000, 2000, 4000, 8000), 2.0, 0.1),
     ],
 )
-def test_methods_of_equal_steps_have_their_textbook_order(truth, engine, values, order, within):
-    found = orders_table(measured(truth, engine, values), ENGINES, []).set_index("quantity").loc["attitude"]
+def test_methods_of_equal_steps_have_their_textbook_order(solution, engine, values, order, within):
+    found = orders_table(measured(solution, engine, values), ENGINES, []).set_index("quantity").loc["attitude"]
     assert found.theory == order
     assert found.order == pytest.approx(order, abs=within)
     assert found.points >= 3
@@ -68,13 +74,13 @@ def test_methods_of_equal_steps_have_their_textbook_order(truth, engine, values,
 
 @pytest.mark.parametrize("scene", ["paper/fig05", "paper/fig09", "paper/fig13"])
 def test_dop853_is_of_order_eight_at_equal_steps(scene):
-    fit = fit_order(*errors_at_equal_steps(oracle(shortened(load_scene(scene)))))
+    fit = fit_order(*errors_at_equal_steps(certified(shortened(load_scene(scene)))))
     assert fit.order.value == pytest.approx(8.0, abs=0.5)
     assert fit.points >= 4
 
 
-def test_the_reference_pays_for_accuracy_in_evaluations_as_order_eight_does(truth):
-    points = measured(truth, "reference", (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)).set_index("setting")
+def test_the_reference_pays_for_accuracy_in_evaluations_as_order_eight_does(solution):
+    points = measured(solution, "reference", (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)).set_index("setting")
     assert (np.diff(points.attitude_error_rad) < 0).all()
     assert points.evaluations["rtol=1e-10"] < 1000  # 62 steps of 15 and the start: 960
     growth = points.evaluations["rtol=1e-12"] / points.evaluations["rtol=1e-08"]
@@ -82,7 +88,7 @@ def test_the_reference_pays_for_accuracy_in_evaluations_as_order_eight_does(trut
 
 
 def test_rebounds_floor_is_that_of_the_particles_track():
-    scene = oracle(shortened(load_scene("basics/kepler_elliptic")))
+    scene = certified(shortened(load_scene("basics/kepler_elliptic")))
     points = measured(scene, "rebound", (1e-8, 1e-10, 1e-12))
     found = orders_table(points, ENGINES, []).iloc[0]
     assert found.quantity == "com"
@@ -104,7 +110,9 @@ def engines():
     made["reference"] = ENGINES["reference"]
     with pytest.MonkeyPatch.context() as patch:
         for name in ("Segfault", "IgnoresJoints", "reference"):
-            patch.setattr(made[name].load(), "ladder", Ladder(Knob.RTOL, (1e-4, 1e-6, 1e-8), default=1e-4))
+            patch.setattr(
+                made[name].load(), "sweep", AccuracySweep(AccuracyParameter.RTOL, (1e-4, 1e-6, 1e-8), default=1e-4)
+            )
         yield made
 
 
@@ -113,7 +121,7 @@ def study(engines, tmp_path_factory):
     """Folder of a study, and what was told of its progress."""
     folder, told = tmp_path_factory.mktemp("cost"), []
     plan = dataclasses.replace(plan_of(engines, repeats=3), minutes=10.0)  # never late: no time decides
-    measure(plan, folder, truth_of=truth_stand_in, progress=lambda *a: told.append(a), command="barchain cost")
+    measure(plan, folder, solution_of=certified_stand_in, progress=lambda *a: told.append(a), command="barchain cost")
     assert len(told) == plan.turns
     return folder
 
@@ -146,9 +154,9 @@ def test_every_good_point_is_timed_as_often_as_the_others_and_build_and_read_out
 def test_when_time_is_short_only_brief_runs_get_all_their_turns(engines, tmp_path, seconds, late, turns):
     plan = plan_of({"reference": engines["reference"]}, repeats=7)
     store = CostStore(tmp_path / "cost", {}, resume=False)
-    job = next(iter(ladders(plan.scenes[0], plan.engines)[0].values()))[0]
+    job = next(iter(sweeps(plan.scenes[0], plan.engines)[0].values()))[0]
     store.rows[job.key] = {"seconds": seconds}
-    cost_study = CostStudy(plan, store, truth_stand_in, lambda *_: None)
+    cost_study = CostStudy(plan, store, certified_stand_in, lambda *_: None)
     for turn in range(plan.repeats):
         if cost_study.wanted(job, turn, late=late):
             store.times.setdefault(job.key, []).append(seconds)
@@ -159,7 +167,7 @@ def test_the_record_says_what_ran_where(study):
     record = read_cost(study).record
     assert record["finished"]
     assert record["command"] == "barchain cost"
-    assert record["truths"][SCENE]["source"] == "stand-in"
+    assert record["certified_solutions"][SCENE]["source"] == "stand-in"
     assert {"python", "cpu", "cores"} <= set(record["environment"])
     assert record["limits"] == {"repeats": 3, "minutes": 10.0, "time_limit_s": LIMIT_S}
 
@@ -174,13 +182,13 @@ def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path, engines):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        measure(plan, tmp_path, truth_of=truth_stand_in, progress=cut)
+        measure(plan, tmp_path, solution_of=certified_stand_in, progress=cut)
     assert not read_cost(tmp_path).record["finished"]
     assert "cut off" in render_study("cost", tmp_path)[0].read_text()
     kept = read_cost(tmp_path).points.set_index("setting")
     assert len(kept) == 2
     again = []
-    measure(plan, tmp_path, truth_of=truth_stand_in, resume=True, progress=lambda *a: again.append(a[1]))
+    measure(plan, tmp_path, solution_of=certified_stand_in, resume=True, progress=lambda *a: again.append(a[1]))
     assert [w for w in again if not w.startswith("round")] == ["reference rtol=1e-08"]
     points = read_cost(tmp_path).points.set_index("setting")
     assert (points.outcome == "pass").all()
@@ -188,16 +196,16 @@ def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path, engines):
     pd.testing.assert_frame_equal(points.loc[kept.index, columns], kept[columns])
 
 
-def ladder_of(engine, values):
+def sweep_of(engine, values):
     """Jobs of a ladder on the first orbit."""
     scene = shortened(load_scene(SCENE))
-    jobs, _ = ladders(scene, {engine: ENGINES[engine]})
-    knob = jobs[engine][0].setting.knob
-    return [dataclasses.replace(jobs[engine][0], setting=Setting(knob, v)) for v in values]
+    jobs, _ = sweeps(scene, {engine: ENGINES[engine]})
+    parameter = jobs[engine][0].setting.parameter
+    return [dataclasses.replace(jobs[engine][0], setting=Setting(parameter, v)) for v in values]
 
 
 def test_settings_past_the_time_limit_are_not_tried():
-    coarse, fine, finer = ladder_of("exudyn", (1000, 2000, 4000))
+    coarse, fine, finer = sweep_of("exudyn", (1000, 2000, 4000))
     rows = [(coarse, {"outcome": "pass", "reason": "", "seconds": 0.9})]
     assert too_long(rows, fine, LIMIT_S) == ""
     assert "about 3.6 s expected" in too_long(rows, finer, LIMIT_S)
@@ -216,8 +224,8 @@ def test_settings_finer_than_the_oracle_can_tell_are_not_tried():
     assert too_fine([{"reason": "failed"}, {"reason": "failed"}]) == ""
 
 
-def test_runs_that_succeed_but_are_wrong_are_points_with_large_errors(truth):
-    seen = ENGINES["reference"].load()().run(truth.scene)
-    wrong = errors_of(truth, seen.replace(reaction_N=-seen.reaction_N))
+def test_runs_that_succeed_but_are_wrong_are_points_with_large_errors(solution):
+    seen = ENGINES["reference"].load()().run(solution.scene)
+    wrong = errors_of(solution, seen.replace(reaction_N=-seen.reaction_N))
     assert wrong["reaction_relative"] == pytest.approx(2.0, abs=1e-4)
     assert under_floor(wrong) == ""

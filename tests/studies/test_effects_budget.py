@@ -56,9 +56,9 @@ def one_of(scene: Scene, effect: str) -> Switch:
 
 def motion(scene: Scene, rtol: float = 1e-10) -> Trajectory:
     """Run of the reference."""
-    from adapters.engine import Knob, Setting
+    from adapters.engine import AccuracyParameter, Setting
 
-    return Reference().run(scene, Setting(Knob.RTOL, rtol))
+    return Reference().run(scene, Setting(AccuracyParameter.RTOL, rtol))
 
 
 @pytest.mark.parametrize("name", TAME)
@@ -369,7 +369,7 @@ def test_every_effect_has_a_row_with_all_that_was_asked_for(budget: Any) -> None
     assert (rows.com_noise_m > 0.0).all()
     record = tables.record
     assert record["finished"]
-    assert record["scene"]["horizon_s"] == record["scene"]["end_s"]
+    assert record["scene"]["limit_s"] == record["scene"]["end_s"]
     assert record["scene"]["largest_reaction_N"] > 0.0
 
 

@@ -40,7 +40,7 @@ def test_every_copy_moves_as_the_engine_moves_it_bit_for_bit(name):
     population = populate(scene, tuple(parse(v, scene.bars) for v in vary), 5, seed=3)
     part = run_task(tasks(population, RTOL)[0])
     for run in range(5):
-        alone = ReferenceFast().run(population.copy(run), Setting(ReferenceFast.ladder.knob, RTOL))
+        alone = ReferenceFast().run(population.copy(run), Setting(ReferenceFast.sweep.parameter, RTOL))
         # starts made for all copies at once are the engine's own to a rounding; what follows amplifies it by the orbit
         np.testing.assert_allclose(part.seen.angle_rad[run], alone.angle_rad, rtol=0, atol=1e-10)
         sizes = np.linalg.norm(alone.reaction_N, axis=2)

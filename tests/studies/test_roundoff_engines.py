@@ -16,10 +16,10 @@ from barchain.studies.roundoff.engine_laws import NEAR, UNEXPLAINED, engine_laws
 from barchain.studies.roundoff.engines import attempt, engine_rows, scene_at, setting_of
 from barchain.studies.roundoff.evaluation import errors, rows_of
 from barchain.studies.roundoff.laws import evaluation_laws, expected_exponent
-from barchain.studies.roundoff.plan import LADDERS, make_plan
+from barchain.studies.roundoff.plan import SWEEPS, make_plan
 from barchain.studies.roundoff.states import Case, Kind, exact_case
 from barchain.studies.roundoff.third_parties import THIRD_PARTIES, present
-from barchain.studies.roundoff.trajectories import Family, truth_of
+from barchain.studies.roundoff.trajectories import Family, solution_of
 from reference_impl.precision.arithmetic import EXACT, FLOAT64, exact_numbers
 from scenarios import load_scene
 
@@ -29,22 +29,22 @@ SCATTER = 3.0  # of a median of so few members, and of sizes at which roundings 
 
 
 @pytest.fixture(scope="module")
-def truth():
-    return truth_of(Family(load_scene("paper/fig15"), RATIOS, MEMBERS, 1.0 / 256.0))
+def solution():
+    return solution_of(Family(load_scene("paper/fig15"), RATIOS, MEMBERS, 1.0 / 256.0))
 
 
-def medians(truth, engine, size, value):
+def medians(solution, engine, size, value):
     """Median error of each quantity."""
-    return {row["quantity"]: row["median"] for row in engine_rows(truth, engine, size, value)}
+    return {row["quantity"]: row["median"] for row in engine_rows(solution, engine, size, value)}
 
 
 @pytest.mark.parametrize(
     ("engine", "value"), [("pymunk", 65536), ("exudyn-index3", 28672), ("exudyn", 36864), ("reference", 1e-9)]
 )
-def test_reactions_get_worse_as_the_chain_shrinks_in_the_inertial_frame_only(truth, engine, value):
+def test_reactions_get_worse_as_the_chain_shrinks_in_the_inertial_frame_only(solution, engine, value):
     name, _, index = engine.partition("-")
     twin = f"{name}-absolute" + (f"-{index}" if index else "")
-    moving, inertial = ([medians(truth, e, k, value)["reaction"] for k in (0, 2)] for e in (engine, twin))
+    moving, inertial = ([medians(solution, e, k, value)["reaction"] for k in (0, 2)] for e in (engine, twin))
     assert max(moving) / min(moving) < 2.0 * SCATTER
     grown = inertial[1] / inertial[0]
     # on long bars index 2 lies on the floor of a differenced derivative
@@ -52,15 +52,15 @@ def test_reactions_get_worse_as_the_chain_shrinks_in_the_inertial_frame_only(tru
     assert min(inertial) > SCATTER * max(moving)
 
 
-def test_reactions_of_index_3_grow_as_the_square_of_the_steps_and_those_of_index_2_have_a_floor(truth):
-    coarse, fine = (medians(truth, "exudyn-absolute-index3", 2, steps)["reaction"] for steps in (12288, 49152))
+def test_reactions_of_index_3_grow_as_the_square_of_the_steps_and_those_of_index_2_have_a_floor(solution):
+    coarse, fine = (medians(solution, "exudyn-absolute-index3", 2, steps)["reaction"] for steps in (12288, 49152))
     assert 16.0 / SCATTER < fine / coarse < 16.0 * SCATTER
-    coarse, fine = (medians(truth, "exudyn-absolute", 2, steps)["reaction"] for steps in (12288, 49152))
+    coarse, fine = (medians(solution, "exudyn-absolute", 2, steps)["reaction"] for steps in (12288, 49152))
     assert 1.0 / SCATTER < fine / coarse < SCATTER
 
 
-def test_index_3_closes_its_gaps_to_the_rounding_of_a_place(truth):
-    gap_m = medians(truth, "exudyn-absolute-index3", 2, 12288)["gap"] * 1e-7 * 6378e3
+def test_index_3_closes_its_gaps_to_the_rounding_of_a_place(solution):
+    gap_m = medians(solution, "exudyn-absolute-index3", 2, 12288)["gap"] * 1e-7 * 6378e3
     assert gap_m < 4.0 * np.spacing(load_scene("paper/fig15").radius0_m)
 
 
@@ -85,12 +85,12 @@ def test_engines_start_where_the_truth_does():
     np.testing.assert_allclose(start.position_m, place, rtol=0, atol=64.0 * eps * np.abs(place).max())
 
 
-def test_steps_are_those_of_the_scenes_own_orbit_and_told_as_taken(truth):
-    rows = engine_rows(truth, "pymunk", 1, 4096)
+def test_steps_are_those_of_the_scenes_own_orbit_and_told_as_taken(solution):
+    rows = engine_rows(solution, "pymunk", 1, 4096)
     assert {row["steps_per_orbit"] for row in rows} == {4096.0}
     assert {(row["engine"], row["frame"], row["ratio"]) for row in rows} == {("pymunk", "moving", 1e-5)}
-    assert engine_rows(truth, "pymunk", 1, 100)[0]["steps_per_orbit"] == 4096.0  # two steps a sample at least
-    rows = engine_rows(truth, "reference-absolute", 1, 1e-6)
+    assert engine_rows(solution, "pymunk", 1, 100)[0]["steps_per_orbit"] == 4096.0  # two steps a sample at least
+    rows = engine_rows(solution, "reference-absolute", 1, 1e-6)
     assert {(row["engine"], row["frame"], row["rtol"]) for row in rows} == {("reference", "inertial", 1e-6)}
     assert {row["members"] for row in rows} == {MEMBERS}
     assert {row["outcome"] for row in rows} == {"reported"}
@@ -106,15 +106,15 @@ def use(monkeypatch, registration):
     [("GivesUp", ("failed", "step size became zero")), ("Raises", ("failed", "ZeroDivisionError: inside")),
      ("ReturnsNan", ("not_finite", "angle_rad is not finite"))],
 )  # fmt: skip
-def test_an_engine_that_fails_costs_its_own_row_and_says_why(truth, monkeypatch, engine, why):
+def test_an_engine_that_fails_costs_its_own_row_and_says_why(solution, monkeypatch, engine, why):
     use(monkeypatch, Registration(f"tests.support.faulty_engines:{engine}"))
-    rows = engine_rows(truth, "it", 0, 1e-6)
+    rows = engine_rows(solution, "it", 0, 1e-6)
     assert [row["quantity"] for row in rows] == ["attitude", "reaction", "gap"]
     assert {(row["outcome"], row["reason"].partition(" from")[0], row["members"]) for row in rows} == {(*why, 0)}
     assert np.isnan([row["median"] for row in rows]).all()
 
 
-def test_members_that_fail_count_as_lost(truth, monkeypatch):
+def test_members_that_fail_count_as_lost(solution, monkeypatch):
     simulate, calls = Reference.simulate, []
 
     def sometimes(self):
@@ -124,22 +124,22 @@ def test_members_that_fail_count_as_lost(truth, monkeypatch):
         simulate(self)
 
     monkeypatch.setattr(Reference, "simulate", sometimes)
-    row = engine_rows(truth, "reference", 0, 1e-6)[0]
+    row = engine_rows(solution, "reference", 0, 1e-6)[0]
     assert (row["outcome"], row["reason"]) == ("failed", f"1 of {MEMBERS} runs: ZeroDivisionError: once")
     assert np.isinf(row["largest"])
     assert row["median"] < 1e-14
     assert row["members"] == MEMBERS
 
 
-def test_what_is_missing_or_refused_says_so(truth, monkeypatch):
+def test_what_is_missing_or_refused_says_so(solution, monkeypatch):
     with pytest.raises(UnknownEngineError):
-        engine_rows(truth, "nonsense", 0, 1e-6)
+        engine_rows(solution, "nonsense", 0, 1e-6)
     monkeypatch.setattr(Reference, "unsupported", classmethod(lambda cls, scene: "not today"))
-    rows = engine_rows(truth, "reference", 0, 1e-6)
+    rows = engine_rows(solution, "reference", 0, 1e-6)
     assert {(row["outcome"], row["reason"]) for row in rows} == {("unsupported", "not today")}
     missing = Registration("adapters.reference.numpy_engines:Reference", "no-such-thing", "no_such_thing", "get it")
     use(monkeypatch, missing)
-    rows = engine_rows(truth, "reference", 0, 1e-6)
+    rows = engine_rows(solution, "reference", 0, 1e-6)
     assert {(row["outcome"], row["reason"]) for row in rows} == {("missing", missing.missing)}
     monkeypatch.setitem(plan.ENGINES, "mujoco", missing)
     assert [t.arguments for t in plan.engines(full=False) if t.arguments[0] == "mujoco"] == [("mujoco", 0, 4096)]
@@ -187,9 +187,9 @@ def test_what_is_not_as_expected_is_said():
 
 def test_the_plan_has_each_engine_in_both_frames_over_a_wide_range_of_steps():
     tasks = make_plan(("engines",)).tasks
-    assert {t.arguments[0] for t in tasks} == set(LADDERS)
-    assert min(t.truth.members for t in tasks) >= 30
-    for name, values in LADDERS.items():
+    assert {t.arguments[0] for t in tasks} == set(SWEEPS)
+    assert min(t.solution.members for t in tasks) >= 30
+    for name, values in SWEEPS.items():
         assert max(values) / min(values) >= 30.0
         assert len(values) >= 3
         if not ENGINES[name].missing:

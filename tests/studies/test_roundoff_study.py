@@ -14,7 +14,7 @@ from barchain.studies.roundoff.measure import measure
 from barchain.studies.roundoff.plan import DECADES, PARTS, Plan, Task, make_plan
 from barchain.studies.roundoff.states import Case, Kind
 from barchain.studies.roundoff.times import many_states, one_state
-from barchain.studies.roundoff.trajectories import Family, chosen_step_rows, equal_step_rows, growth_rows, truth_of
+from barchain.studies.roundoff.trajectories import Family, chosen_step_rows, equal_step_rows, growth_rows, solution_of
 from reports.tables.roundoff import COLUMNS, read_roundoff
 from scenarios import load_scene
 
@@ -98,20 +98,20 @@ def test_rounding_the_input_knows_of_it_by_the_angle_alone(longitudes):
 
 
 @pytest.fixture(scope="module")
-def truth():
+def solution():
     family = Family(load_scene("paper/fig15"), (1e-3, 1e-6), 8, orbits=0.5, samples=4)
-    return truth_of(family)
+    return solution_of(family)
 
 
-def test_the_truth_is_far_below_any_double(truth):
-    assert max(truth.error["attitude"].max(), truth.error["reaction"].max()) < 1e-15
+def test_the_truth_is_far_below_any_double(solution):
+    assert max(solution.error["attitude"].max(), solution.error["reaction"].max()) < 1e-15
 
 
-def test_a_run_in_absolute_coordinates_ends_at_an_error_that_grows_as_the_chain_shrinks(truth):
+def test_a_run_in_absolute_coordinates_ends_at_an_error_that_grows_as_the_chain_shrinks(solution):
     rows = []
     for name in ("minimal", "relative", "absolute"):
         for steps in (16, 32):
-            rows += equal_step_rows(truth, "float64", name, "dop853", steps)
+            rows += equal_step_rows(solution, "float64", name, "dop853", steps)
     found = pd.DataFrame(rows).query("quantity == 'attitude'").groupby(["coordinates", "ratio"])["median"].min()
     assert found["absolute", 1e-6] / found["absolute", 1e-3] == pytest.approx(1e3, rel=0.7)
     for name in ("minimal", "relative"):
@@ -119,17 +119,17 @@ def test_a_run_in_absolute_coordinates_ends_at_an_error_that_grows_as_the_chain_
         assert found[name].max() / found[name].min() < 3.0
 
 
-def test_truncation_does_not_know_of_coordinates(truth):
+def test_truncation_does_not_know_of_coordinates(solution):
     """Far above round-off the two redundant sets, which are linear images of each other, err alike."""
     found = {
-        name: pd.DataFrame(equal_step_rows(truth, "float64", name, "rk4", 32)).query("quantity == 'attitude'")
+        name: pd.DataFrame(equal_step_rows(solution, "float64", name, "rk4", 32)).query("quantity == 'attitude'")
         for name in ("relative", "absolute")
     }
     assert found["relative"]["median"].to_numpy() == pytest.approx(found["absolute"]["median"].to_numpy(), rel=0.01)
 
 
-def test_own_steps_reach_the_tolerance_or_the_arithmetics_floor(truth):
-    rows = pd.DataFrame(chosen_step_rows(truth, "float64", "minimal", (1e-6, 1e-9)))
+def test_own_steps_reach_the_tolerance_or_the_arithmetics_floor(solution):
+    rows = pd.DataFrame(chosen_step_rows(solution, "float64", "minimal", (1e-6, 1e-9)))
     errors = rows.query("quantity == 'attitude' and ratio == 1e-3").set_index("rtol")["median"]
     assert errors[1e-6] < 1e-4
     assert errors[1e-9] < 1e-2 * errors[1e-6]
@@ -138,7 +138,7 @@ def test_own_steps_reach_the_tolerance_or_the_arithmetics_floor(truth):
 
 def test_errors_of_rounding_grow_with_time_as_a_random_walk_moves_things():
     family = Family(load_scene("paper/fig15"), (1e-4,), 12, orbits=3.0, samples=12)
-    known = truth_of(family)
+    known = solution_of(family)
     rows = pd.DataFrame(growth_rows(known, "float64", "relative", "dop853", 32))
     found = growth_laws(rows).set_index("quantity")
     assert found.exponent["gap"] == pytest.approx(1.5, abs=0.25)

@@ -66,14 +66,14 @@ def test_the_chain_keeps_its_length_mass_angle_and_rate(bars: int) -> None:
 
 def test_the_smallest_share_of_an_orbit_leaves_every_engine_its_own_step() -> None:
     from adapters.common.equal_steps import step_s
-    from adapters.engine import Knob
+    from adapters.engine import AccuracyParameter
 
     scene = divided(load_scene(SCENE), 2, SHARES[-1])
     for name, registration in ENGINES.items():
         if registration.missing:
             continue
-        setting = registration.load().ladder.setting()
-        if setting.knob is Knob.STEPS_PER_ORBIT:
+        setting = registration.load().sweep.setting()
+        if setting.parameter is AccuracyParameter.STEPS_PER_ORBIT:
             # rounded up to an even number of steps between samples: with k of them by one in k at most
             assert step_s(scene, setting.value) > 0.7 * scene.step_period_s / setting.value, name
 
@@ -297,7 +297,7 @@ def test_the_peak_sees_what_was_held_and_let_go() -> None:
 def test_an_engine_that_fails_where_it_is_warmed_up_says_so(tmp_path: Path) -> None:
     scene = divided(load_scene(SCENE), 2, SHARES[-1])
     registration = Registration("tests.support.faulty_engines:GivesUp")
-    job = Job(scene, "GivesUp", registration, registration.load().ladder.setting(), Role.MAIN)
+    job = Job(scene, "GivesUp", registration, registration.load().sweep.setting(), Role.MAIN)
     found = measure_point(Task(job, job, 1.0, 1, 1.0), tmp_path / "log")
     assert found.outcome is Outcome.FAILED
     assert found.reason == "step size became zero (on three bars, to warm up)"

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from adapters.common.equal_steps import finer_setting
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import find_engine
 from adapters.trajectory import ENDED
@@ -79,11 +79,11 @@ def ground(name: str) -> Ground:
     scene, engine = brief(name), find_engine(HOST).load()
 
     def seen(of: Scene, rtol: float):  # type: ignore[no-untyped-def]
-        return Reference().run(of, Setting(Knob.RTOL, rtol))
+        return Reference().run(of, Setting(AccuracyParameter.RTOL, rtol))
 
     runs = seen(scene, 1e-13), seen(scene, 1e-12), seen(twin(scene), 1e-13), seen(densely_sampled(scene), FINE_RTOL)
-    setting = engine.ladder.setting()
-    finer = finer_setting(scene, engine.ladder, setting)
+    setting = engine.sweep.setting()
+    finer = finer_setting(scene, engine.sweep, setting)
     found = Ground(establish(scene, *runs), HOST, engine, {Role.MAIN: setting, Role.FINER: finer})
     for control in CONTROLS.values():
         if nothing(found, control) is None:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.cli.main import run as command
-from barchain.run.job import TRUTH_ROLES, Job, Role, RunResult
+from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult
 from barchain.studies.stability import expected
 from barchain.studies.stability.expected import SLOW
 from barchain.studies.stability.plan import HUGE, Plan, chosen_engines, coarser, default_engines, hard_scenes, settings
@@ -35,13 +35,13 @@ def test_coarser_settings_are_coarser_or_none() -> None:
     free = scene(FREE)
     for name, each in default_engines().items():
         loaded = each.load()
-        main = loaded.ladder.setting()
+        main = loaded.sweep.setting()
         found = coarser(free, main)
         if found is not None:
             rises = found.value / main.value
-            assert rises == (100.0 if main.knob is Knob.RTOL else 0.25), name
+            assert rises == (100.0 if main.parameter is AccuracyParameter.RTOL else 0.25), name
     close = dataclasses.replace(free, run=dataclasses.replace(free.run, samples=100_001))
-    assert coarser(close, Setting(Knob.STEPS_PER_ORBIT, 1000.0)) is None
+    assert coarser(close, Setting(AccuracyParameter.STEPS_PER_ORBIT, 1000.0)) is None
 
 
 def test_scipy_runs_at_its_own_default_tolerances_too() -> None:
@@ -61,7 +61,7 @@ def found_as(word: str) -> Finding:
         ("stable", "stable", None),
         ("stable", "unstable", "worse"),
         ("failed", "drifting", "better"),
-        ("inaccurate", "refused", "better"),
+        ("inaccurate", "rejected", "better"),
         ("stable", SLOW, "worse"),
         ("failed", SLOW, None),
         (SLOW, "stable", None),
@@ -174,7 +174,7 @@ def test_forms_of_the_reference_get_ten_times_as_long_as_other_engines(
     allowed_s: dict[str, float] = {}
 
     def noted(jobs: list[Job], *, time_limit_s: float, **_: object) -> list[tuple[Job, RunResult]]:
-        allowed_s.update({job.engine: time_limit_s for job in jobs if job.role not in TRUTH_ROLES})
+        allowed_s.update({job.engine: time_limit_s for job in jobs if job.role not in SOLUTION_ROLES})
         return []
 
     monkeypatch.setattr("barchain.studies.stability.study.run_jobs", noted)

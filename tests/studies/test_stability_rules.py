@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from barchain.metrics.model_difference import com_displacement, track_response
 from barchain.run.job import Job, Role, RunResult, failure
 from barchain.run.worker import run_job
 from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, twin
-from barchain.studies.stability.engine_runs import Seen
+from barchain.studies.stability.engine_runs import EngineRuns
 from barchain.studies.stability.evidence import evidence
 from barchain.studies.stability.growth import linear_rate
 from barchain.studies.stability.law import law
@@ -52,22 +52,28 @@ if TYPE_CHECKING:
 
 
 @functools.cache
-def truth(name: str):  # type: ignore[no-untyped-def]
+def solution(name: str):  # type: ignore[no-untyped-def]
     """Truth of a scene, run in this process."""
     of = scene(name)
 
-    def seen(each: Scene, rtol: float) -> Trajectory:
-        return Reference().run(each, Setting(Knob.RTOL, rtol))
+    def engine_runs(each: Scene, rtol: float) -> Trajectory:
+        return Reference().run(each, Setting(AccuracyParameter.RTOL, rtol))
 
-    return establish(of, seen(of, 1e-13), seen(of, 1e-12), seen(twin(of), 1e-13), seen(densely_sampled(of), FINE_RTOL))
+    return establish(
+        of,
+        engine_runs(of, 1e-13),
+        engine_runs(of, 1e-12),
+        engine_runs(twin(of), 1e-13),
+        engine_runs(densely_sampled(of), FINE_RTOL),
+    )
 
 
-def seen_of(engine: type[Faulty], name: str, tmp_path: Path) -> Seen:
+def seen_of(engine: type[Faulty], name: str, tmp_path: Path) -> EngineRuns:
     """Runs of a planted engine, made as a worker makes them."""
     own = settings(scene(name), engine)
     jobs = {role: Job(scene(name), "planted", registration(engine), s, role) for role, s in own.items()}
     runs = {role: run_job(job, tmp_path / f"{role}.log") for role, job in jobs.items()}
-    return Seen(scene(name), "planted", engine, own, runs, truth(name))
+    return EngineRuns(scene(name), "planted", engine, own, runs, solution(name))
 
 
 CASES = [
@@ -88,7 +94,7 @@ CASES = [
     (Lands, FREE, Stability.FAILED, "apart from the reference"),
     (EndsAtOnce, FREE, Stability.FAILED, "apart from the reference"),
     (CanNotFactor, FREE, Stability.FAILED, "not positive definite"),
-    (WillNot, FREE, Stability.REFUSED, "too light"),
+    (WillNot, FREE, Stability.REJECTED, "too light"),
 ]
 
 
@@ -96,12 +102,12 @@ CASES = [
 def test_each_outcome_is_reached_by_an_engine_planted_for_it(
     engine: type[Faulty], name: str, outcome: Stability, words: str, tmp_path: Path
 ) -> None:
-    seen = seen_of(engine, name, tmp_path)
-    found = finding(seen)
+    engine_runs = seen_of(engine, name, tmp_path)
+    found = finding(engine_runs)
     assert found.stability is outcome, found
     assert words in found.reason
     assert not found.slow
-    rows = evidence(seen)
+    rows = evidence(engine_runs)
     assert [r["level"] for r in rows] == ["coarse", "default", "finer"]
     assert set().union(*rows) <= set(EVIDENCE)
 
@@ -115,30 +121,30 @@ def test_a_drift_says_how_it_grows(tmp_path: Path) -> None:
 
 
 def test_a_time_out_is_a_failure_that_hangs_on_the_machine(tmp_path: Path) -> None:
-    seen = seen_of(faulty_engines.Sound, FREE, tmp_path)
-    late = seen.runs | {Role.FINER: failure(Outcome.TIMED_OUT, "no result within 60 s")}
-    found = finding(dataclasses.replace(seen, runs=late))
+    engine_runs = seen_of(faulty_engines.Sound, FREE, tmp_path)
+    late = engine_runs.runs | {Role.FINER: failure(Outcome.TIMED_OUT, "no result within 60 s")}
+    found = finding(dataclasses.replace(engine_runs, runs=late))
     assert (found.stability, found.slow) == (Stability.FAILED, True)
     assert found.reason == "no result within 60 s (at its finer setting)"
 
 
 def test_without_a_truth_nothing_is_stable(tmp_path: Path) -> None:
-    seen = seen_of(faulty_engines.Sound, FREE, tmp_path)
-    assert finding(dataclasses.replace(seen, truth=None)).stability is Stability.FAILED
+    engine_runs = seen_of(faulty_engines.Sound, FREE, tmp_path)
+    assert finding(dataclasses.replace(engine_runs, solution=None)).stability is Stability.FAILED
 
 
 def test_a_refusal_is_said_while_building_and_nowhere_else(tmp_path: Path) -> None:
     def made(engine: type[Faulty]) -> RunResult:
-        job = Job(scene(FREE), "planted", registration(engine), engine.ladder.setting(), Role.MAIN)
+        job = Job(scene(FREE), "planted", registration(engine), engine.sweep.setting(), Role.MAIN)
         return run_job(job, tmp_path / "log")
 
-    assert made(WillNot).refused
-    assert not made(CanNotFactor).refused
-    assert not made(faulty_engines.GivesUp).refused  # an EngineError, but of its steps
+    assert made(WillNot).rejected
+    assert not made(CanNotFactor).rejected
+    assert not made(faulty_engines.GivesUp).rejected  # an EngineError, but of its steps
 
 
 def test_a_small_departure_grows_at_the_linear_rate_of_a_pendulum_in_the_tide() -> None:
-    found = linear_rate(truth(FALLS))
+    found = linear_rate(solution(FALLS))
     assert found is not None
     n = scene(FALLS).mean_motion_rad_s
     # the twin is aside in angle and rate, and its decaying part e^-√3nt is below 1 % from growth 10 on
@@ -151,9 +157,9 @@ def test_a_track_seen_less_than_once_a_radian_is_bounded_and_not_interpolated() 
     def displaced(samples: int) -> tuple[Displacement, Array]:
         run = dataclasses.replace(long.run, duration_s=3.0 * long.period_s, samples=samples)
         of = dataclasses.replace(long, run=run)
-        seen = Reference().run(of, Setting(Knob.RTOL, 1e-10))
-        aside = Reference().run(twin(of), Setting(Knob.RTOL, 1e-10))
-        return com_displacement(of, seen), track_response(of, seen, aside)["com"]
+        engine_runs = Reference().run(of, Setting(AccuracyParameter.RTOL, 1e-10))
+        aside = Reference().run(twin(of), Setting(AccuracyParameter.RTOL, 1e-10))
+        return com_displacement(of, engine_runs), track_response(of, engine_runs, aside)["com"]
 
     (close, moved), (far, most) = displaced(301), displaced(4)
     assert not far.vector_m.any()

@@ -23,7 +23,7 @@ class Faulty(Engine):
     title = "the reference with a fault"
     coordinates = Reference.coordinates
     order = None
-    ladder = Reference.ladder
+    sweep = Reference.sweep
     effects = Reference.effects
     observables: ClassVar = Reference.observables
 

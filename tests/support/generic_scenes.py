@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.common.initial_state import chain_model, initial_state
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from reference_impl.model.relative import accelerations
 from reference_impl.model.state import Accelerations, State
@@ -36,7 +36,7 @@ def generic(seed: int, bars: int = 5, size: float = 1.0, gravity: Gravity = Grav
     return dataclasses.replace(base, chain=chain, orbit=orbit, effects=effects)
 
 
-def truth_at_start(scene: Scene) -> Accelerations:
+def solution_at_start(scene: Scene) -> Accelerations:
     """Accelerations and reactions of the initial state, by the relative formulation."""
     s = initial_state(scene)
     state = State(s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, s.position_m, s.velocity_m_s)
@@ -60,9 +60,9 @@ def of_bars(scene: Scene, bars: int) -> Scene:
 
 
 @functools.cache
-def truth(scene: Scene) -> Trajectory:
+def solution(scene: Scene) -> Trajectory:
     """The reference at its tightest."""
-    return Reference().run(scene, Setting(Knob.RTOL, 1e-13))
+    return Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-13))
 
 
 def worst(a: Array | None, b: Array | None) -> float:

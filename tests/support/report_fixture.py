@@ -75,10 +75,10 @@ def sampled(scene: Scene, samples: int | None) -> Scene:
     return dataclasses.replace(scene, run=dataclasses.replace(scene.run, samples=samples))
 
 
-def truth_of(scene: Scene) -> pd.DataFrame:
+def solution_of(scene: Scene) -> pd.DataFrame:
     """Motion of the reference at a tolerance that is cheap."""
     engine = Reference()
-    return engine.run(scene, Setting(engine.ladder.knob, 1e-7)).to_frame()
+    return engine.run(scene, Setting(engine.sweep.parameter, 1e-7)).to_frame()
 
 
 def write_scene(
@@ -94,11 +94,11 @@ def write_scene(
     places = [folder / kind / scene.name for kind in ("trajectories", "differences")]
     for place in places:
         place.mkdir(parents=True, exist_ok=True)
-    truth = truth_of(scene)
-    truth.to_parquet(places[0] / "truth.parquet")
-    t = truth["t_s"].to_numpy()
-    growth = np.minimum(np.exp(rate(scene) * t), 1e7) * (1 + 0.5 * np.sin(6 * t / t[-1]) ** 2)
-    pd.DataFrame({"t_s": t, "growth": growth}).to_parquet(places[1] / "growth.parquet")
+    solution = solution_of(scene)
+    solution.to_parquet(places[0] / "solution.parquet")
+    t = solution["t_s"].to_numpy()
+    amplification = np.minimum(np.exp(rate(scene) * t), 1e7) * (1 + 0.5 * np.sin(6 * t / t[-1]) ** 2)
+    pd.DataFrame({"t_s": t, "amplification": amplification}).to_parquet(places[1] / "amplification.parquet")
     for engine in ENGINES:
         reason = unsupported(scene, engine)
         outcome, why = ("unsupported", reason) if reason else faults.get((scene.name, engine), ("pass", ""))
@@ -106,9 +106,9 @@ def write_scene(
         if outcome != "pass":
             metrics.append(metric((scene, engine), "run", "outcome", math.nan, outcome=outcome, reason=why))
             continue
-        table = differences(scene, engine, truth, growth, rng)
+        table = differences(scene, engine, solution, amplification, rng)
         table.to_parquet(places[1] / f"{engine}.parquet")
-        perturbed(truth, table).to_parquet(places[0] / f"{engine}.parquet")
+        perturbed(solution, table).to_parquet(places[0] / f"{engine}.parquet")
         metrics += rows_of(scene, engine, table)
 
 
@@ -129,12 +129,12 @@ def unsupported(scene: Scene, engine: str) -> str:
 
 
 def differences(
-    scene: Scene, engine: str, truth: pd.DataFrame, growth: np.ndarray, rng: np.random.Generator
+    scene: Scene, engine: str, solution: pd.DataFrame, amplification: np.ndarray, rng: np.random.Generator
 ) -> pd.DataFrame:
     """Synthetic differences from the truth, tolerances, bands and drifts."""
-    t = truth["t_s"].to_numpy()
+    t = solution["t_s"].to_numpy()
     base, bars = ENGINES[engine][2], ENGINES[engine][3]
-    curve = base * growth * (t / t[-1]) * (0.3 + np.abs(np.sin(17 * t / t[-1] + base * 1e9)))
+    curve = base * amplification * (t / t[-1]) * (0.3 + np.abs(np.sin(17 * t / t[-1] + base * 1e9)))
     curve[1:] *= np.exp(0.25 * rng.standard_normal(len(t) - 1))
     size = float(np.mean(scene.chain.length_m))
     scales = {
@@ -161,10 +161,10 @@ def differences(
     return pd.DataFrame(table)
 
 
-def perturbed(truth: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
+def perturbed(solution: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
     """Truth with the differences on it, as far as the engine knows of it."""
-    moved = truth.copy()
-    for name in truth.columns:
+    moved = solution.copy()
+    for name in solution.columns:
         if name.startswith("torque") and "torque_difference" in table:
             moved[name] += table["torque_difference"]
     bars = "attitude_difference" in table
@@ -174,22 +174,22 @@ def perturbed(truth: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
 def rows_of(scene: Scene, engine: str, table: pd.DataFrame) -> list[dict[str, Any]]:
     """Metric rows of one engine that ran."""
     rows, duration, run = [], scene.run.duration_s, (scene, engine)
-    horizon = duration * (0.31 if engine.endswith("absolute") and "chaotic" in scene.tags else 1.0)
-    seen = table[table["t_s"] <= horizon]
+    predictability_limit = duration * (0.31 if engine.endswith("absolute") and "chaotic" in scene.tags else 1.0)
+    seen = table[table["t_s"] <= predictability_limit]
     wrong = (scene.name, engine) == ("paper/fig05_bar_horizontal", "pymunk-absolute")
     for column in [c for c in table if c.endswith("_difference")]:
         q, values = column.removesuffix("_difference"), seen[column]
         ratio = float((values / seen[f"{q}_tolerance"]).max()) * (3.7 if wrong else 1.0)
-        band = float(seen[f"{q}_band"].max()) * (0.1 if engine == "pymunk" and scene.name == "paper/fig05" else 1.0)
-        judged = "pass" if values.max() <= band else "out_of_band"
+        bound = float(seen[f"{q}_band"].max()) * (0.1 if engine == "pymunk" and scene.name == "paper/fig05" else 1.0)
+        judged = "pass" if values.max() <= bound else "exceeds_bound"
         explained = "inconsistent" if ratio > 1 else "pass"
         rms = float(np.sqrt((values**2).mean()))
         rows += [
-            metric(run, q, "max", values.max(), tolerance=band, outcome=judged, horizon_s=horizon),
-            metric(run, q, "rms", rms, horizon_s=horizon),
-            metric(run, q, "final", values.iloc[-1], horizon_s=horizon),
-            *first_orbit(run, q, table, horizon),
-            metric(run, q, "consistency", ratio, tolerance=1.0, outcome=explained, horizon_s=horizon),
+            metric(run, q, "max", values.max(), tolerance=bound, outcome=judged, limit_s=predictability_limit),
+            metric(run, q, "rms", rms, limit_s=predictability_limit),
+            metric(run, q, "final", values.iloc[-1], limit_s=predictability_limit),
+            *first_orbit(run, q, table, predictability_limit),
+            metric(run, q, "normalised_error", ratio, tolerance=1.0, outcome=explained, limit_s=predictability_limit),
         ]
         rows[-1]["unit"] = "1"
     for column in [c for c in table if c.endswith("_drift")]:
@@ -199,12 +199,12 @@ def rows_of(scene: Scene, engine: str, table: pd.DataFrame) -> list[dict[str, An
     return rows
 
 
-def first_orbit(run: tuple[Scene, str], quantity: str, table: pd.DataFrame, horizon_s: float) -> list[dict[str, Any]]:
+def first_orbit(run: tuple[Scene, str], quantity: str, table: pd.DataFrame, limit_s: float) -> list[dict[str, Any]]:
     """Row of the largest difference up to one orbit, where more is compared."""
-    if not run[0].period_s < horizon_s:
+    if not run[0].period_s < limit_s:
         return []
     early = table.loc[table["t_s"] <= run[0].period_s, f"{quantity}_difference"]
-    return [metric(run, quantity, "first_orbit", early.max(), horizon_s=horizon_s)]
+    return [metric(run, quantity, "first_orbit", early.max(), limit_s=limit_s)]
 
 
 def metric(
@@ -216,16 +216,16 @@ def metric(
     tolerance: float = math.nan,
     outcome: str = "reported",
     reason: str = "",
-    horizon_s: float = math.nan,
+    limit_s: float = math.nan,
 ) -> dict[str, Any]:
     """One row of metrics.csv."""
     scene, engine = run
-    knob, default, *_ = ENGINES[engine]
+    parameter, default, *_ = ENGINES[engine]
     unit = QUANTITY_UNITS[quantity]
     row = (
         scene.name,
         engine,
-        f"{knob}={default:g}",
+        f"{parameter}={default:g}",
         quantity,
         name,
         value,
@@ -233,15 +233,15 @@ def metric(
         tolerance,
         outcome,
         reason,
-        horizon_s,
+        limit_s,
     )
     return dict(zip(METRIC_COLUMNS, row, strict=True))
 
 
 def run_records(scene: Scene, engine: str, outcome: str, reason: str) -> list[dict[str, Any]]:
     """Entries of run.json for one engine's runs."""
-    knob, default, *_ = ENGINES[engine]
-    finer = default / 10 if knob == "rtol" else default * 2
+    parameter, default, *_ = ENGINES[engine]
+    finer = default / 10 if parameter == "rtol" else default * 2
     made = []
     for role, value in (("main", default), ("finer", finer)):
         spent = {"build": 0.012, "simulate": 0.0871 * (2 if role == "finer" else 1), "read": 0.0033}
@@ -249,7 +249,7 @@ def run_records(scene: Scene, engine: str, outcome: str, reason: str) -> list[di
             {
                 "scene": scene.name,
                 "engine": engine,
-                "setting": f"{knob}={value:g}",
+                "setting": f"{parameter}={value:g}",
                 "role": role,
                 "outcome": outcome,
             }
@@ -282,9 +282,9 @@ def scene_record(scene: Scene) -> dict[str, Any]:
         "body_radius_m": scene.central_body.radius_m,
         "mean_motion_rad_s": scene.mean_motion_rad_s,
         "prescribed": prescribed,
-        "truth_setting": "reference, rtol=1e-13",
-        "truth_error_rad": 7.1e-12,
-        "truth_horizon_s": scene.run.duration_s,
+        "solution_setting": "reference, rtol=1e-13",
+        "solution_error_rad": 7.1e-12,
+        "solution_limit_s": scene.run.duration_s,
         "growth_per_orbit": math.exp(rate(scene) * scene.period_s),
         "growth_total": math.exp(min(rate(scene) * scene.run.duration_s, 40.0)),
         "model_difference": {"com_m": 0.056, "note": "12π r (l/r)² per orbit against a point's orbit"},
@@ -306,10 +306,10 @@ RECORD: dict[str, Any] = {
         "pymunk": "7.3.1",
     },
     "engines": {
-        name: {"title": f"{name}, as the tests make it up", "coordinates": "moving frame", "knob": knob}
-        | {"default": default, "version": "1.2.3", "order": 2 if knob != "rtol" else None, "missing": None}
+        name: {"title": f"{name}, as the tests make it up", "coordinates": "moving frame", "parameter": parameter}
+        | {"default": default, "version": "1.2.3", "order": 2 if parameter != "rtol" else None, "missing": None}
         | {"external": not name.startswith("reference")}
-        for name, (knob, default, *_) in ENGINES.items()
+        for name, (parameter, default, *_) in ENGINES.items()
     },
     "misprints": [
         {

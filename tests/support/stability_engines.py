@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from adapters.engine import Coordinates, EngineError, Knob, Ladder, Setting
+from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, EngineError, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import Registration
 from barchain.judge.checks.relative_energy import BLOWN_UP
@@ -27,19 +27,19 @@ OPENED = 1e-6  # of a bar: far beyond a joint's band in relative coordinates, fa
 class Drifts(Faulty):
     """Joints that open, ever faster."""
 
-    def spoil(self, seen: Trajectory) -> Trajectory:
-        opened = OPENED * (seen.t_s / seen.t_s[-1])[:, None] ** 1.5
-        return seen.replace(gap_m=seen.gap_m + opened)
+    def spoil(self, engine_runs: Trajectory) -> Trajectory:
+        opened = OPENED * (engine_runs.t_s / engine_runs.t_s[-1])[:, None] ** 1.5
+        return engine_runs.replace(gap_m=engine_runs.gap_m + opened)
 
 
 class BlowsUp(Faulty):
     """Rates that grow exponentially to many times what they are."""
 
-    def spoil(self, seen: Trajectory) -> Trajectory:
-        rate = 3.0 * BLOWN_UP * np.abs(seen.rate_rad_s).max()
-        grown = np.exp(20.0 * (seen.t_s / seen.t_s[-1] - 1.0))[:, None]
-        angle = seen.angle_rad + rate * seen.t_s[-1] / 20.0 * (grown - grown[0])
-        return seen.replace(angle_rad=angle, rate_rad_s=seen.rate_rad_s + rate * grown)
+    def spoil(self, engine_runs: Trajectory) -> Trajectory:
+        rate = 3.0 * BLOWN_UP * np.abs(engine_runs.rate_rad_s).max()
+        grown = np.exp(20.0 * (engine_runs.t_s / engine_runs.t_s[-1] - 1.0))[:, None]
+        angle = engine_runs.angle_rad + rate * engine_runs.t_s[-1] / 20.0 * (grown - grown[0])
+        return engine_runs.replace(angle_rad=angle, rate_rad_s=engine_runs.rate_rad_s + rate * grown)
 
 
 class KnowsItsRequest(Faulty):
@@ -53,30 +53,34 @@ class KnowsItsRequest(Faulty):
 class WorseWithFiner(KnowsItsRequest):
     """An error that grows as what is asked for shrinks."""
 
-    def spoil(self, seen: Trajectory) -> Trajectory:
-        return seen.replace(angle_rad=seen.angle_rad + 1e-15 / self.rtol * (seen.t_s / seen.t_s[-1])[:, None])
+    def spoil(self, engine_runs: Trajectory) -> Trajectory:
+        return engine_runs.replace(
+            angle_rad=engine_runs.angle_rad + 1e-15 / self.rtol * (engine_runs.t_s / engine_runs.t_s[-1])[:, None]
+        )
 
 
 class Loose(KnowsItsRequest):
     """Errors as its own two settings say, far beyond what it was asked for."""
 
-    def spoil(self, seen: Trajectory) -> Trajectory:
-        return seen.replace(angle_rad=seen.angle_rad + 1e6 * self.rtol * (seen.t_s / seen.t_s[-1])[:, None])
+    def spoil(self, engine_runs: Trajectory) -> Trajectory:
+        return engine_runs.replace(
+            angle_rad=engine_runs.angle_rad + 1e6 * self.rtol * (engine_runs.t_s / engine_runs.t_s[-1])[:, None]
+        )
 
 
 class EndsAtOnce(Faulty):
     """A method of equal steps that loses the chain to the ground before its second sample."""
 
-    ladder: ClassVar = Ladder(Knob.STEPS_PER_ORBIT, (1000.0, 4000.0), default=4000.0)
+    sweep: ClassVar = AccuracySweep(AccuracyParameter.STEPS_PER_ORBIT, (1000.0, 4000.0), default=4000.0)
     order: ClassVar = 2
     coordinates: ClassVar = Coordinates.ABSOLUTE
 
     def build(self, scene: Scene, setting: Setting) -> None:
-        super().build(scene, Reference.ladder.setting())
+        super().build(scene, Reference.sweep.setting())
 
-    def spoil(self, seen: Trajectory) -> Trajectory:
-        first = {k: v[:1] for k, v in vars(seen).items() if isinstance(v, np.ndarray)}
-        return dataclasses.replace(seen, **first, ended="a bar reached the surface")
+    def spoil(self, engine_runs: Trajectory) -> Trajectory:
+        first = {k: v[:1] for k, v in vars(engine_runs).items() if isinstance(v, np.ndarray)}
+        return dataclasses.replace(engine_runs, **first, ended="a bar reached the surface")
 
 
 class RunsAway(Faulty):
@@ -86,8 +90,11 @@ class RunsAway(Faulty):
         super().build(scene, setting)
         self.rate = 2.0 * np.sqrt(3.0) * scene.mean_motion_rad_s
 
-    def spoil(self, seen: Trajectory) -> Trajectory:
-        return seen.replace(angle_rad=seen.angle_rad + 1e-3 * np.exp(self.rate * (seen.t_s - seen.t_s[-1]))[:, None])
+    def spoil(self, engine_runs: Trajectory) -> Trajectory:
+        return engine_runs.replace(
+            angle_rad=engine_runs.angle_rad
+            + 1e-3 * np.exp(self.rate * (engine_runs.t_s - engine_runs.t_s[-1]))[:, None]
+        )
 
 
 class WillNot(Faulty):
@@ -107,8 +114,8 @@ class CanNotFactor(Faulty):
 class Lands(Faulty):
     """Ends where the truth does not."""
 
-    def spoil(self, seen: Trajectory) -> Trajectory:
-        early = faulty_engines.StopsEarly.spoil(self, seen)
+    def spoil(self, engine_runs: Trajectory) -> Trajectory:
+        early = faulty_engines.StopsEarly.spoil(self, engine_runs)
         return dataclasses.replace(early, ended="a bar reached the surface")
 
 

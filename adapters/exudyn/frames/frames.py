@@ -45,8 +45,8 @@ class Axes:
 
     def relative(self, position_m: Array, velocity_m_s: Array) -> tuple[Array, Array]:
         """Turn (n, k, 2) offsets from the origin, in inertial axes, into what the frame sees."""
-        seen = self.to_frame(position_m)
-        return seen, self.to_frame(velocity_m_s) - self.rate_rad_s[:, None, None] * perpendicular(seen)
+        readings = self.to_frame(position_m)
+        return readings, self.to_frame(velocity_m_s) - self.rate_rad_s[:, None, None] * perpendicular(readings)
 
     def carried(self, seen_m: Array, velocity_m_s: Array) -> Array:
         """Velocity from the origin, in inertial axes, of (n, k, 2) as the frame sees it."""

@@ -45,8 +45,8 @@ def start_of(scene: Scene, axes: Axes, *, absolute: bool) -> Start:
     place, motion = s.position_m, s.velocity_m_s
     if absolute:
         place, motion = place + s.com_m, motion + s.com_velocity_m_s
-    seen, velocity = axes.relative(place[None], motion[None])
-    return Start(seen[0], velocity[0], s.angle_rad - axes.turn_rad[0], s.rate_rad_s - axes.rate_rad_s[0])
+    readings, velocity = axes.relative(place[None], motion[None])
+    return Start(readings[0], velocity[0], s.angle_rad - axes.turn_rad[0], s.rate_rad_s - axes.rate_rad_s[0])
 
 
 class Model(ABC):

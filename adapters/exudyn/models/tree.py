@@ -19,7 +19,7 @@ from adapters.exudyn.frames.numbers import Motion, OrbitNumbers
 from adapters.exudyn.library import exu, items
 from adapters.exudyn.loads.springs import add_springs
 from adapters.exudyn.models.model import Model
-from adapters.exudyn.readout import Seen
+from adapters.exudyn.readout import SensorReadings
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array
@@ -86,11 +86,11 @@ class StandingTreeModel(TreeModel):
     inside_degree = 0
 
 
-def seen_tree(model: TreeModel, q: Array, q_t: Array, q_tt: Array) -> tuple[Seen, Array]:
+def seen_tree(model: TreeModel, q: Array, q_t: Array, q_tt: Array) -> tuple[SensorReadings, Array]:
     """Return what a tree's sensors saw, and the reaction left at the free end, (n,) N: round-off."""
     chain = model.scene.chain
     length = np.array(chain.length_m)
-    seen = Seen(
+    readings = SensorReadings(
         places(length, q),
         velocities(length, q, q_t),
         angles(q),
@@ -98,26 +98,26 @@ def seen_tree(model: TreeModel, q: Array, q_t: Array, q_tt: Array) -> tuple[Seen
         np.empty((len(q), 0, 2)),
         np.empty((len(q), 0)),
     )
-    lacking = np.array(chain.mass_kg)[:, None] * accelerations(length, q, q_t, q_tt) - forces(model, seen)
+    lacking = np.array(chain.mass_kg)[:, None] * accelerations(length, q, q_t, q_tt) - forces(model, readings)
     reaction = np.cumsum(lacking, axis=1)
-    return dataclasses.replace(seen, reaction_N=reaction[:, :-1]), np.linalg.norm(reaction[:, -1], axis=-1)
+    return dataclasses.replace(readings, reaction_N=reaction[:, :-1]), np.linalg.norm(reaction[:, -1], axis=-1)
 
 
-def forces(model: TreeModel, seen: Seen) -> Array:
+def forces(model: TreeModel, readings: SensorReadings) -> Array:
     """Return the forces on the bars at the samples, (n, N, 2), by the expressions that Exudyn evaluates."""
-    loading, frame, t = model.loading, model.frame, model.scene.times_s[: len(seen.angle_rad)]
+    loading, frame, t = model.loading, model.frame, model.scene.times_s[: len(readings.angle_rad)]
     orbit = OrbitNumbers(*orbit_given(frame.orbit)(t, t).T) if isinstance(frame, OrbitFrame) else None
     # at a jump, what was just before it
     half_s = 0.5 * model.steps.size_s
     numbers = list(loading.given(t, np.maximum(t - half_s, half_s)).T) if loading.width else []
-    found = np.zeros_like(seen.position_m)
+    found = np.zeros_like(readings.position_m)
     for j in filter(loading.acts_on, range(model.scene.bars)):
-        fx, fy, _ = loading.on(j, motion_of(seen, j), orbit, numbers, np)
+        fx, fy, _ = loading.on(j, motion_of(readings, j), orbit, numbers, np)
         found[:, j, 0], found[:, j, 1] = fx, fy
     return found
 
 
-def motion_of(seen: Seen, bar: int) -> Motion:
+def motion_of(readings: SensorReadings, bar: int) -> Motion:
     """Samples of one bar."""
-    (x, y), (vx, vy), angle = seen.position_m[:, bar].T, seen.velocity_m_s[:, bar].T, seen.angle_rad[:, bar]
-    return Motion(x, y, vx, vy, np.cos(angle), np.sin(angle), seen.rate_rad_s[:, bar])
+    (x, y), (vx, vy), angle = readings.position_m[:, bar].T, readings.velocity_m_s[:, bar].T, readings.angle_rad[:, bar]
+    return Motion(x, y, vx, vy, np.cos(angle), np.sin(angle), readings.rate_rad_s[:, bar])

@@ -42,7 +42,7 @@ def uncovered(found: list[Stretch], n: int, first: int) -> NDArray[np.int_]:
 
 
 def own_states(
-    errors: ErrorModel, seen: Trajectory, found: list[Stretch], first: int, room: Mapping[str, Array]
+    errors: ErrorModel, trajectory: Trajectory, found: list[Stretch], first: int, room: Mapping[str, Array]
 ) -> dict[str, tuple[float, float]]:
     """Largest share of its allowance that each of `OF_A_STATE` uses at uncovered samples, and when, s.
 
@@ -54,41 +54,41 @@ def own_states(
     EngineError
         If the reference has no accelerations for one of the states.
     """
-    left = uncovered(found, min(errors.n, len(seen.t_s)), first)
+    left = uncovered(found, min(errors.n, len(trajectory.t_s)), first)
     worst = dict[str, tuple[float, float]]()
     if not len(left) or not found:
         return worst
     names = [name for name in OF_A_STATE if name in found[0].allowed]
-    at_starts = [state_of(errors.scene, seen, s.first) for s in found]
+    at_starts = [state_of(errors.scene, trajectory, s.first) for s in found]
     sizes = {name: [size(at, name) for at in at_starts] for name in names}
     shares = {
         name: max(float(s.allowed[name][0]) / max(z, TINY) for s, z in zip(found, sizes[name], strict=True))
         for name in names
     }
     for k in map(int, left):
-        right = state_of(errors.scene, seen, k)
-        apart = differences(part(seen, k, k), right)
+        right = state_of(errors.scene, trajectory, k)
+        apart = differences(part(trajectory, k, k), right)
         for name in names:
             allowed = shares[name] * max(size(right, name), float(np.median(sizes[name])))
             allowed += float(room[name][k]) if name in room else 0.0
             used = float(apart[name][0]) / max(allowed, TINY)
             if not used <= worst.get(name, (0.0, 0.0))[0]:  # not-a-number is worse than all
-                worst[name] = (np.inf if np.isnan(used) else used, float(seen.t_s[k]))
+                worst[name] = (np.inf if np.isnan(used) else used, float(trajectory.t_s[k]))
     return worst
 
 
-def state_of(scene: Scene, seen: Trajectory, k: int) -> Trajectory:
+def state_of(scene: Scene, trajectory: Trajectory, k: int) -> Trajectory:
     """The reference at a sample of a run."""
-    return walked(scene, seen, k, seen.t_s[k : k + 1], RTOL, 0.0)
+    return walked(scene, trajectory, k, trajectory.t_s[k : k + 1], RTOL, 0.0)
 
 
-def size(seen: Trajectory, name: str) -> float:
+def size(trajectory: Trajectory, name: str) -> float:
     """Largest size of a quantity."""
-    values = seen.reaction_N if name == "reaction" else seen.torque_N_m
+    values = trajectory.reaction_N if name == "reaction" else trajectory.torque_N_m
     return 0.0 if values is None else float(np.abs(values).max(initial=0.0))
 
 
-def increments(scene: Scene, seen: Trajectory, first: int) -> tuple[float, float]:
+def increments(scene: Scene, trajectory: Trajectory, first: int) -> tuple[float, float]:
     """Largest share of its allowance that an angle's increment uses against its rates, from a sample on, and when, s.
 
     The trapezoidal rule is off by h³/12 times the rate's second derivative, which samples as wide apart as some tenths
@@ -96,9 +96,9 @@ def increments(scene: Scene, seen: Trajectory, first: int) -> tuple[float, float
     :data:`UNDERSAMPLED`, and :data:`barchain.solutions.reference.PARTED_RAD`. So this sees jumps of an angle, and
     angles that rest while rates go on. Where a blow makes rates jump, nothing is said.
     """
-    assert seen.angle_rad is not None
-    assert seen.rate_rad_s is not None
-    t, angle, rate = seen.t_s, seen.angle_rad, seen.rate_rad_s
+    assert trajectory.angle_rad is not None
+    assert trajectory.rate_rad_s is not None
+    t, angle, rate = trajectory.t_s, trajectory.angle_rad, trajectory.rate_rad_s
     if len(t) < 3:
         return 0.0, 0.0
     h = np.diff(t)[:, None]
@@ -116,18 +116,18 @@ def increments(scene: Scene, seen: Trajectory, first: int) -> tuple[float, float
 
 
 def wrong_between(
-    errors: ErrorModel, seen: Trajectory, found: list[Stretch], first: int, room: Mapping[str, Array]
+    errors: ErrorModel, trajectory: Trajectory, found: list[Stretch], first: int, room: Mapping[str, Array]
 ) -> tuple[str, float, str] | None:
     """Quantity, share of its allowance and words of what is most wrong at samples that no stretch covers, or None.
 
     `room` is what :func:`own_states` allows besides.
     """
-    used, when = increments(errors.scene, seen, first)
+    used, when = increments(errors.scene, trajectory, first)
     if used > 1.0:
         said = f"an angle's increment up to t = {when:.6g} s is {used:.3g} times farther off its rates than allowed"
         return "attitude", used, said
     try:
-        worst = own_states(errors, seen, found, first, room)
+        worst = own_states(errors, trajectory, found, first, room)
     except (EngineError, ArithmeticError) as error:
         return "reaction", np.inf, f"no accelerations belong to the engine's own state: {error}"
     for name, (share, when) in worst.items():

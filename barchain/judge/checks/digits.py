@@ -9,7 +9,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
 
 FEWEST = 12
 """Different values that a channel must have: by chance they all lie on a lattice a hundred times coarser than their
@@ -33,24 +33,24 @@ ERRORS = 10.0  # of the reference solution: where a value is exact, its error is
 MOSTLY = 0.5  # of the reference's values: chance puts next to none on a lattice so coarse
 
 
-def rounded_values(seen: Trajectory, truth: Truth | None = None) -> str | None:
+def rounded_values(trajectory: Trajectory, solution: ReferenceSolution | None = None) -> str | None:
     """Say which channel was rounded to decimals, or to single precision; None if none was.
 
     Parameters
     ----------
-    seen : Trajectory
+    trajectory : Trajectory
     truth : Truth, optional
         Values that are exact decimals in the reference solution, too, were not rounded.
     """
     for name, (quantity, units) in UNITS.items():
-        values = getattr(seen, name)
+        values = getattr(trajectory, name)
         if values is None or not values.size:
             continue
         least = LEFT_OVER * np.abs(values).max()
         columns = values.reshape(len(values), -1)
         for k, column in enumerate(columns.T):
             lattice = lattice_of(column[np.abs(column) > least], units)
-            if lattice is not None and not (truth and exact(truth, name, quantity, k, lattice)):
+            if lattice is not None and not (solution and exact(solution, name, quantity, k, lattice)):
                 return f"{name} is {lattice.words}"
     return None
 
@@ -71,14 +71,14 @@ class Lattice:
         return np.abs(values - np.round(values / self.spacing) * self.spacing)
 
 
-def exact(truth: Truth, name: str, quantity: str, column: int, lattice: Lattice) -> bool:
+def exact(solution: ReferenceSolution, name: str, quantity: str, column: int, lattice: Lattice) -> bool:
     """Whether the reference solution's own values are on the lattice, to its error."""
-    values = getattr(truth.trajectory, name)
-    if values is None or quantity not in truth.error:
+    values = getattr(solution.trajectory, name)
+    if values is None or quantity not in solution.error:
         return False
     own = values.reshape(len(values), -1)[:, column]
-    n = min(len(own), len(truth.error[quantity]))
-    allowed = ERRORS * truth.error[quantity][:n] + ROUNDED * np.spacing(np.abs(own[:n]))
+    n = min(len(own), len(solution.error[quantity]))
+    allowed = ERRORS * solution.error[quantity][:n] + ROUNDED * np.spacing(np.abs(own[:n]))
     return bool(np.mean(lattice.off(own[:n]) <= allowed) > MOSTLY)
 
 

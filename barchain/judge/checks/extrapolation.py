@@ -39,9 +39,9 @@ def left_over(
     """
     arrays = [getattr(run, FIELDS[quantity]) for run in (coarse, fine, right)]
     n = min(len(values) for values in arrays)
-    one, two, truth = (values[:n].reshape(n, -1) for values in arrays)
+    one, two, solution = (values[:n].reshape(n, -1) for values in arrays)
     change = one - two
-    left = two - change / (2.0**order - 1.0) - truth
+    left = two - change / (2.0**order - 1.0) - solution
     size: Array = np.abs(left).max(axis=1, initial=0.0)
     own: Array = np.maximum.accumulate(np.abs(change).max(axis=1, initial=0.0))
     return size, own

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from adapters.common.initial_state import InitialState, chain_model
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
 from barchain.judge.declared_noise import MOST_ATTITUDE_NOISE_RAD
@@ -25,7 +25,7 @@ from barchain.judge.tolerances import NORM_SLACK
 from barchain.metrics.quantities import differences
 from barchain.metrics.rates import own_rate
 from barchain.run.compilation import COMPILED, mark
-from barchain.solutions.reference import TRACK, Truth, answers, densely_sampled, moves_aside
+from barchain.solutions.reference import TRACK, ReferenceSolution, answers, densely_sampled, moves_aside
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -80,12 +80,12 @@ class Stretch:
         return all(np.all(self.found[name] <= self.allowed[name]) for name in self.found)
 
 
-def can_restart(seen: Trajectory) -> bool:
+def can_restart(trajectory: Trajectory) -> bool:
     """Whether a run shows the whole state."""
-    return seen.angle_rad is not None and seen.rate_rad_s is not None
+    return trajectory.angle_rad is not None and trajectory.rate_rad_s is not None
 
 
-def stretches(errors: ErrorModel, seen: Trajectory, first: int) -> list[Stretch]:
+def stretches(errors: ErrorModel, trajectory: Trajectory, first: int) -> list[Stretch]:
     """Stretches of a run from sample `first` on, until one of them is wrong or the run ends.
 
     Each starts from the engine's own state, so that they need not follow on each other: where the run is longer than
@@ -96,7 +96,7 @@ def stretches(errors: ErrorModel, seen: Trajectory, first: int) -> list[Stretch]
     ----------
     errors : ErrorModel
         Of the engine at its setting in the scene.
-    seen : Trajectory
+    trajectory : Trajectory
         Run of the engine.
     first : int
         Last sample that is known to be right.
@@ -106,8 +106,8 @@ def stretches(errors: ErrorModel, seen: Trajectory, first: int) -> list[Stretch]
     EngineError
         If the reference can't go on from one of the engine's states.
     """
-    found = in_a_row(errors, seen, first)
-    reached, end = found[-1].last if found else first, len(seen.t_s) - 1
+    found = in_a_row(errors, trajectory, first)
+    reached, end = found[-1].last if found else first, len(trajectory.t_s) - 1
     if reached >= end or not all(s.right for s in found):
         return found
     length = max(1, round(np.mean([s.last - s.first for s in found])))
@@ -117,7 +117,7 @@ def stretches(errors: ErrorModel, seen: Trajectory, first: int) -> list[Stretch]
         if start >= end or not found[-1].right:
             break
         if planned in (start, latest):  # what an earlier one covers needs no other, but for the run's end
-            found.append(compared(errors, seen, start, min(end, start + tried(length))))
+            found.append(compared(errors, trajectory, start, min(end, start + tried(length))))
     return found
 
 
@@ -132,13 +132,13 @@ def scattered(scene: Scene, reached: int, latest: int) -> list[int]:
     return [*starts.astype(int).tolist(), latest]
 
 
-def in_a_row(errors: ErrorModel, seen: Trajectory, first: int) -> list[Stretch]:
+def in_a_row(errors: ErrorModel, trajectory: Trajectory, first: int) -> list[Stretch]:
     """Stretches of a run from sample `first` on, each from the end of the one before, at most :data:`IN_A_ROW`."""
-    end = len(seen.t_s) - 1
+    end = len(trajectory.t_s) - 1
     found: list[Stretch] = []
     ahead = max(SHORTER * first, 1.0)
     while first < end and len(found) < IN_A_ROW:
-        stretch = compared(errors, seen, first, min(end, first + tried(ahead)))
+        stretch = compared(errors, trajectory, first, min(end, first + tried(ahead)))
         found.append(stretch)
         if not stretch.right:
             break
@@ -152,7 +152,7 @@ def tried(samples: float) -> int:
     return max(2, math.ceil(FIRST_TRY * samples))
 
 
-def compared(errors: ErrorModel, seen: Trajectory, first: int, last: int) -> Stretch:
+def compared(errors: ErrorModel, trajectory: Trajectory, first: int, last: int) -> Stretch:
     """Compare samples `first` to `last` of a run, as far as they can be predicted from the first.
 
     What is read off a step may belong to what was before the first sample, such as the end of a manoeuvre, and its
@@ -160,17 +160,17 @@ def compared(errors: ErrorModel, seen: Trajectory, first: int, last: int) -> Str
     has shown until then are allowed besides. In a manoeuvre and just after it they are errors of the state, too.
     """
     engine, setting = errors.engine, errors.setting
-    rtol = min(RTOL, TIGHTER * setting.value) if setting.knob is Knob.RTOL else RTOL
-    restarted = restarted_truth(errors.truth, seen, first, last, rtol)
+    rtol = min(RTOL, TIGHTER * setting.value) if setting.parameter is AccuracyParameter.RTOL else RTOL
+    restarted = restarted_solution(errors.solution, trajectory, first, last, rtol)
     shown = errors.local.immediate if errors.scene.effects.breaks_s else {}
     before = {name: float(values[min(first, errors.n - 1)]) for name, values in shown.items()}
-    model = ErrorModel(engine, setting, restarted, seen)
+    model = ErrorModel(engine, setting, restarted, trajectory)
     read_off = float(model.local.immediate["rate"][0])
-    if in_a_manoeuvre(errors.scene, seen.t_s, first):
+    if in_a_manoeuvre(errors.scene, trajectory.t_s, first):
         read_off = max(read_off, before.get("rate", 0.0))
     model.start_rad = read_off / own_rate(errors.scene) + declared_rad(errors, first)
     n = int(np.count_nonzero(model.t_s <= model.limit_s))
-    rows = part(seen, first, last)
+    rows = part(trajectory, first, last)
     if rows.impulse_N_s is not None:  # the restarted reference counts its blows from its own start
         rows = rows.replace(impulse_N_s=rows.impulse_N_s - rows.impulse_N_s[0])
     apart = differences(rows, restarted.trajectory)
@@ -179,7 +179,7 @@ def compared(errors: ErrorModel, seen: Trajectory, first: int, last: int) -> Str
         first,
         {name: apart[name][:n] for name in quantities},
         {
-            name: (model.band[name] + restarted.error[name])[:n] + NORM_SLACK * before.get(name, 0.0)
+            name: (model.bound[name] + restarted.error[name])[:n] + NORM_SLACK * before.get(name, 0.0)
             for name in quantities
         },
     )
@@ -203,9 +203,11 @@ def declared_rad(errors: ErrorModel, first: int) -> float:
     return min(said, MOST_ATTITUDE_NOISE_RAD)
 
 
-def part(seen: Trajectory, first: int, last: int) -> Trajectory:
+def part(trajectory: Trajectory, first: int, last: int) -> Trajectory:
     """Samples `first` to `last` of a run, as a run."""
-    return dataclasses.replace(seen, **{k: v[first : last + 1] for k, v in vars(seen).items() if is_rows(v)})
+    return dataclasses.replace(
+        trajectory, **{k: v[first : last + 1] for k, v in vars(trajectory).items() if is_rows(v)}
+    )
 
 
 def is_rows(value: object) -> bool:
@@ -213,41 +215,43 @@ def is_rows(value: object) -> bool:
     return isinstance(value, np.ndarray)
 
 
-def restarted_truth(truth: Truth, seen: Trajectory, first: int, last: int, rtol: float) -> Truth:
+def restarted_solution(
+    solution: ReferenceSolution, trajectory: Trajectory, first: int, last: int, rtol: float
+) -> ReferenceSolution:
     """Reference solution from a sample of a run on: growth, derivatives and its own error as the scene's truth has."""
-    scene = truth.scene
+    scene = solution.scene
     between = max(1, (densely_sampled(scene).run.samples - 1) // (scene.run.samples - 1))
-    times = seen.t_s[first : last + 1]
+    times = trajectory.t_s[first : last + 1]
     closely = np.interp(np.arange((len(times) - 1) * between + 1) / between, np.arange(len(times)), times)
     closely[::between] = times
-    fine = walked(scene, seen, first, closely, rtol, 0.0)
-    aside = walked(scene, seen, first, times, max(rtol, ASIDE_RTOL), ASIDE_RAD)
+    fine = walked(scene, trajectory, first, closely, rtol, 0.0)
+    aside = walked(scene, trajectory, first, times, max(rtol, ASIDE_RTOL), ASIDE_RAD)
     arrays = {k: v[::between] for k, v in vars(fine).items() if is_rows(v)}
     main = dataclasses.replace(fine, **arrays)
     parted = differences(main, aside)
     n = min(len(main.t_s), len(aside.t_s))
     attitude = np.maximum.accumulate(parted["attitude"])[:n]
     response = answers(parted, n, 0.0) | {name: np.zeros(n) for name in TRACK}
-    made = Truth(scene, main, fine, {}, attitude / attitude[0], response, float(main.t_s[n - 1]))
-    own = ErrorModel(Reference, Setting(Knob.RTOL, rtol), made, main)
-    return dataclasses.replace(made, error=own.band)
+    made = ReferenceSolution(scene, main, fine, {}, attitude / attitude[0], response, float(main.t_s[n - 1]))
+    own = ErrorModel(Reference, Setting(AccuracyParameter.RTOL, rtol), made, main)
+    return dataclasses.replace(made, error=own.bound)
 
 
-def walked(scene: Scene, seen: Trajectory, first: int, t_s: Array, rtol: float, aside_rad: float) -> Trajectory:
-    """Run of the reference from sample `first` of `seen`, at instants (m,) s; its start moved aside by an angle.
+def walked(scene: Scene, trajectory: Trajectory, first: int, t_s: Array, rtol: float, aside_rad: float) -> Trajectory:
+    """Run of the reference from sample `first` of `trajectory`, at instants (m,) s; its start moved aside by an angle.
 
     Raises
     ------
     EngineError
         If the reference can't go on from there.
     """
-    assert seen.angle_rad is not None
-    assert seen.rate_rad_s is not None
+    assert trajectory.angle_rad is not None
+    assert trajectory.rate_rad_s is not None
     unit, moved = own_rate(scene), aside_rad * moves_aside(scene.bars)
     nothing = np.zeros((scene.bars, 2))
     start = InitialState(
-        seen.com_m[first], seen.com_velocity_m_s[first], seen.angle_rad[first] + moved[0],
-        seen.rate_rad_s[first] + unit * moved[1], nothing, nothing,
+        trajectory.com_m[first], trajectory.com_velocity_m_s[first], trajectory.angle_rad[first] + moved[0],
+        trajectory.rate_rad_s[first] + unit * moved[1], nothing, nothing,
     )  # fmt: skip
     model = chain_model(scene)
     model = dataclasses.replace(model, impulses=tuple(b for b in model.impulses if b.at_s >= t_s[0]))
@@ -255,7 +259,7 @@ def walked(scene: Scene, seen: Trajectory, first: int, t_s: Array, rtol: float, 
     run.times_s, run.prepared = t_s, run.prepare(model, start, rtol)
     run.simulate()
     seen_again = run.read()
-    if seen.impulse_N_s is not None and seen_again.impulse_N_s is None:  # no blow is left: what it adds up stays
+    if trajectory.impulse_N_s is not None and seen_again.impulse_N_s is None:  # no blow is left: what it adds up stays
         return seen_again.replace(impulse_N_s=np.zeros((len(t_s), scene.bars - 1, 2)))
     return seen_again
 

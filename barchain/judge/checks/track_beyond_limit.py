@@ -13,19 +13,19 @@ from scenarios import Gravity
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
 
 EITHER_WAY = 2.0  # two bodies' attitudes that have parted may drive them in opposite directions
 
 
-def beyond_limit(truth: Truth, t_s: Array, limit_s: float) -> dict[str, Array]:
+def beyond_limit(solution: ReferenceSolution, t_s: Array, limit_s: float) -> dict[str, Array]:
     """What attitudes that have parted at the limit may do to the track, (n,): ``com`` (m), ``com_velocity`` (m/s).
 
     The pull on a chain differs from that on a particle by mu I/(M r⁴) at most, and what pushes the chain itself (air,
     light, thrusters) by its whole strength. A constant acceleration a moves the track by 3/2 a t² along the orbit, and
     swings by 8 a/n² beside it.
     """
-    scene = truth.scene
+    scene = solution.scene
     since = np.maximum(t_s - limit_s, 0.0)
     if not since.any():
         return {}
@@ -40,6 +40,6 @@ def beyond_limit(truth: Truth, t_s: Array, limit_s: float) -> dict[str, Array]:
     grown = kepler_growth(scene, since)
     found["com"] += EITHER_WAY * (0.5 * push * since + blow) * since * grown
     found["com_velocity"] += EITHER_WAY * (push * since + blow * (since > 0.0)) * grown
-    rate = orbit_rate_bound(scene, truth.trajectory)
+    rate = orbit_rate_bound(scene, solution.trajectory)
     found["com_velocity"] += rate * EITHER_WAY * (0.5 * push * since + blow) * since * grown
     return found

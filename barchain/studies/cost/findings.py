@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from adapters.engine import Knob
+from adapters.engine import AccuracyParameter
 from barchain.studies.cost.points import TELLS
 from barchain.studies.cost.reach import MEASURES, QUANTITIES, curves_of, least_error, reach_rows
 from barchain.timing.orders import SCATTERED, STRAIGHT, Fit, fit_order, price_of_a_digit
@@ -43,7 +43,7 @@ def judged(rows: pd.DataFrame, quantity: str) -> pd.DataFrame:
 
 def order_row(rows: pd.DataFrame, quantity: str, theory: float | None) -> dict[str, Any]:
     """Order of one engine on one scene: against its step, or against evaluations if it chooses its steps."""
-    fixed = bool((rows.knob == Knob.STEPS_PER_ORBIT.value).all())
+    fixed = bool((rows.parameter == AccuracyParameter.STEPS_PER_ORBIT.value).all())
     told = judged(rows, quantity)
     x = told.step_s.to_numpy(float) if fixed else 1.0 / told.evaluations.to_numpy(float)
     error = told[QUANTITIES[quantity][0]].to_numpy(float)

@@ -16,25 +16,25 @@ from reference_impl.integrate.simulate import Simulation
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array
-    from barchain.studies.cost.points import Truth
+    from barchain.studies.cost.points import SolutionSource
     from scenarios import Scene
 
 STEPS_PER_ORBIT = (16, 20, 25, 32, 40, 50, 64, 80)
 ORDER = 8.0
 
 
-def errors_at_equal_steps(truth: Truth) -> tuple[Array, Array]:
+def errors_at_equal_steps(solution: SolutionSource) -> tuple[Array, Array]:
     """Steps (s) and errors of the attitude at the end (rad), each (n,); those under the truth's floor are left out.
 
     Empty for scenes with prescribed rotations: their laws have kinks, which steps would straddle.
     """
-    scene, angle = truth.scene, truth.trajectory.angle_rad
-    if scene.effects.prescribed_rotation or angle is None or len(truth.trajectory.t_s) < scene.run.samples:
+    scene, angle = solution.scene, solution.trajectory.angle_rad
+    if scene.effects.prescribed_rotation or angle is None or len(solution.trajectory.t_s) < scene.run.samples:
         return np.empty(0), np.empty(0)
     orbits = scene.run.duration_s / scene.step_period_s
     counts = [max(1, round(n * orbits)) for n in STEPS_PER_ORBIT]
     off = np.array([np.abs(end_attitude(scene, n) - angle[-1]).max() for n in counts])
-    told = off >= 10.0 * truth.error["attitude"][-1]
+    told = off >= 10.0 * solution.error["attitude"][-1]
     return scene.run.duration_s / np.array(counts)[told], off[told]
 
 

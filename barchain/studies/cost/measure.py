@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from pathlib import Path
 
-    from barchain.studies.cost.points import Truth
+    from barchain.studies.cost.points import SolutionSource
 
 DEFAULT_SCENES = "paper/"
 
@@ -67,7 +67,7 @@ def measure(
     resume: bool = False,
     command: str = "",
     progress: Callable[[str, str, str], None] | None = None,
-    truth_of: Callable[[Scene], Truth] | None = None,
+    solution_of: Callable[[Scene], SolutionSource] | None = None,
 ) -> CostStudy:
     """Measure what accuracy costs, and write the tables into ``out/cost``.
 
@@ -86,16 +86,16 @@ def measure(
         Truth of a scene; the oracle's by default.
     """
     store = CostStore(out / FOLDER, new_record(plan, command), resume=resume)
-    study = CostStudy(plan, store, truth_of or oracle_of(), progress or (lambda *_: None))
+    study = CostStudy(plan, store, solution_of or certified_of(), progress or (lambda *_: None))
     study.run()
     return study
 
 
-def oracle_of() -> Callable[[Scene], Truth]:
+def certified_of() -> Callable[[Scene], SolutionSource]:
     """Return the oracle, imported only where a study asks for it."""
-    from barchain.solutions.certified import oracle  # noqa: PLC0415  # heyoka is an extra
+    from barchain.solutions.certified import certified  # noqa: PLC0415  # heyoka is an extra
 
-    found: Callable[[Scene], Truth] = oracle
+    found: Callable[[Scene], SolutionSource] = certified
     return found
 
 
@@ -104,7 +104,7 @@ def new_record(plan: Plan, command: str) -> dict[str, Any]:
     return provenance(command, external_versions(plan.engines)) | {
         "engines": {name: engine_facts(r) for name, r in plan.engines.items()},
         "scenes": {s.name: scene_words(s) for s in plan.scenes},
-        "truths": {},
+        "certified_solutions": {},
         "left_out": [],
         "limits": {"repeats": plan.repeats, "minutes": plan.minutes, "time_limit_s": plan.time_limit_s},
     }

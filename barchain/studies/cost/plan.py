@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import step_s
-from adapters.engine import Knob
+from adapters.engine import AccuracyParameter
 from barchain.run.job import Job, Role
 from barchain.timing.left_out import LeftOut, cannot
 
 if TYPE_CHECKING:
-    from adapters.engine import Ladder, Setting
+    from adapters.engine import AccuracySweep, Setting
     from adapters.registry import Registration
     from scenarios import Scene
 
@@ -35,7 +35,7 @@ class Plan:
     @property
     def turns(self) -> int:
         """Number of first runs and rounds to be reported, engines left out among them."""
-        found = [ladders(s, self.engines) for s in self.scenes]
+        found = [sweeps(s, self.engines) for s in self.scenes]
         return sum(sum(map(len, runs.values())) + len(out) + self.repeats for runs, out in found)
 
 
@@ -45,17 +45,17 @@ def shortened(scene: Scene, orbits: float = 1.0) -> Scene:
     return dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=duration_s, samples=SAMPLES))
 
 
-def distinct(scene: Scene, ladder: Ladder) -> list[Setting]:
+def distinct(scene: Scene, sweep: AccuracySweep) -> list[Setting]:
     """Settings of a ladder, coarse to fine, without those that round to the same steps as a coarser one."""
-    if ladder.knob is Knob.RTOL:
-        return list(ladder.settings)
+    if sweep.parameter is AccuracyParameter.RTOL:
+        return list(sweep.settings)
     kept: dict[float, Setting] = {}
-    for setting in ladder.settings:
+    for setting in sweep.settings:
         kept.setdefault(step_s(scene, setting.value), setting)
     return list(kept.values())
 
 
-def ladders(scene: Scene, engines: dict[str, Registration]) -> tuple[dict[str, list[Job]], list[LeftOut]]:
+def sweeps(scene: Scene, engines: dict[str, Registration]) -> tuple[dict[str, list[Job]], list[LeftOut]]:
     """Runs of each engine on a scene, coarse to fine, and the engines left out."""
     runs: dict[str, list[Job]] = {}
     out: list[LeftOut] = []
@@ -64,6 +64,6 @@ def ladders(scene: Scene, engines: dict[str, Registration]) -> tuple[dict[str, l
         if reason is not None:
             out.append(reason)
             continue
-        settings = distinct(scene, registration.load().ladder)
+        settings = distinct(scene, registration.load().sweep)
         runs[name] = [Job(scene, name, registration, s, Role.MAIN) for s in settings]
     return runs, out

@@ -24,7 +24,7 @@ VANISHING = 1e-9  # of m n² l: reactions below it are round-off of zero
 UNITS = {"attitude": "rad", "reaction": "N", "com": "m"}
 
 
-class Truth(Protocol):
+class SolutionSource(Protocol):
     """What is asked of the truth of a scene."""
 
     @property
@@ -40,23 +40,23 @@ class Truth(Protocol):
         """Bound of its error at each sample, (n,) for each quantity: SI units."""
 
 
-def compared(truth: Truth) -> int:
+def compared(solution: SolutionSource) -> int:
     """Count the samples before the truth's own error reaches :data:`PARTED_RAD`."""
-    bound = truth.error.get("attitude")
-    n = len(truth.trajectory.t_s)
+    bound = solution.error.get("attitude")
+    n = len(solution.trajectory.t_s)
     if bound is None:
         return n
     parted = np.nonzero(bound > PARTED_RAD)[0]
     return min(n, int(parted[0])) if len(parted) else n
 
 
-def errors_of(truth: Truth, seen: Trajectory) -> dict[str, float]:
+def errors_of(solution: SolutionSource, trajectory: Trajectory) -> dict[str, float]:
     """Columns of a point: largest error of each quantity, the oracle's floor under it, and drifts.
 
     Parameters
     ----------
     truth : Truth
-    seen : Trajectory
+    trajectory : Trajectory
         At the same instants; it may end early.
 
     Returns
@@ -64,23 +64,23 @@ def errors_of(truth: Truth, seen: Trajectory) -> dict[str, float]:
     dict
         ``attitude_error_rad``, ``attitude_floor_rad`` and so on; a quantity that the engine has not got is absent.
     """
-    judge, floor = with_particle(truth) if seen.angle_rad is None else (truth.trajectory, truth.error)
-    n = min(compared(truth), len(seen.t_s))
+    judge, floor = with_particle(solution) if trajectory.angle_rad is None else (solution.trajectory, solution.error)
+    n = min(compared(solution), len(trajectory.t_s))
     found: dict[str, float] = {}
     if n == 0:
         return found  # the truth is none from the start
-    for name, off in differences(seen, judge).items():
+    for name, off in differences(trajectory, judge).items():
         if name in UNITS:
             found[f"{name}_error_{UNITS[name]}"] = float(off[:n].max())
             found[f"{name}_floor_{UNITS[name]}"] = float(floor[name][:n].max())
     if "reaction_error_N" in found:
-        size = reaction_size(truth, n)
+        size = reaction_size(solution, n)
         found["reaction_relative"] = found["reaction_error_N"] / size
         found["reaction_floor_relative"] = found["reaction_floor_N"] / size
-    if seen.gap_m is not None and seen.gap_m.size:
-        found["gap_m"] = float(seen.gap_m[:n].max())
-    if seen.angle_rad is not None and seen.rate_rad_s is not None:
-        found["energy_error"] = energy_error(truth, seen, n)
+    if trajectory.gap_m is not None and trajectory.gap_m.size:
+        found["gap_m"] = float(trajectory.gap_m[:n].max())
+    if trajectory.angle_rad is not None and trajectory.rate_rad_s is not None:
+        found["energy_error"] = energy_error(solution, trajectory, n)
     return found
 
 
@@ -94,51 +94,51 @@ def under_floor(errors: dict[str, float]) -> str:
     return ",".join(blurred)
 
 
-def with_particle(truth: Truth) -> tuple[Trajectory, dict[str, Array]]:
+def with_particle(solution: SolutionSource) -> tuple[Trajectory, dict[str, Array]]:
     """Track that a particle takes for the chain, and the bound of its error.
 
     An engine without attitude moves a particle: the departure of the chain's centre of mass from that is a
     difference of models, predicted along the truth's attitude and taken out.
     """
-    apart = com_displacement(truth.scene, truth.trajectory)
-    track = truth.trajectory.replace(com_m=truth.trajectory.com_m - apart.vector_m)
+    apart = com_displacement(solution.scene, solution.trajectory)
+    track = solution.trajectory.replace(com_m=solution.trajectory.com_m - apart.vector_m)
     n = len(apart.uncertainty_m)
-    return track, {**truth.error, "com": truth.error["com"][:n] + apart.uncertainty_m}
+    return track, {**solution.error, "com": solution.error["com"][:n] + apart.uncertainty_m}
 
 
-def reaction_size(truth: Truth, n: int) -> float:
+def reaction_size(solution: SolutionSource, n: int) -> float:
     """Largest true reaction, N; m n² l of the longest bar where reactions vanish."""
-    scene, reaction = truth.scene, truth.trajectory.reaction_N
+    scene, reaction = solution.scene, solution.trajectory.reaction_N
     natural = max(scene.chain.mass_kg) * scene.mean_motion_rad_s**2 * max(scene.chain.length_m)
     largest = 0.0 if reaction is None else float(np.linalg.norm(reaction[:n], axis=-1).max(initial=0.0))
     return largest if largest > VANISHING * natural else natural
 
 
-def energy(scene: Scene, seen: Trajectory) -> tuple[Array, float]:
+def energy(scene: Scene, trajectory: Trajectory) -> tuple[Array, float]:
     """Energy of the chain at each sample, (n,) J, less that of the start, and the kinetic energy there."""
-    assert seen.angle_rad is not None
-    assert seen.rate_rad_s is not None
+    assert trajectory.angle_rad is not None
+    assert trajectory.rate_rad_s is not None
     model = chain_model(scene)
-    inner = invariants.relative_kinetic_energy(model, seen.angle_rad, seen.rate_rad_s)
-    outer = invariants.com_energy(model, seen.com_m, seen.com_velocity_m_s)
+    inner = invariants.relative_kinetic_energy(model, trajectory.angle_rad, trajectory.rate_rad_s)
+    outer = invariants.com_energy(model, trajectory.com_m, trajectory.com_velocity_m_s)
     total = inner + outer
     if scene.effects.gravity is not Gravity.NONE:
-        total = total + invariants.tidal_energy(model, seen.com_m, seen.angle_rad)
-    kinetic = inner[0] + 0.5 * scene.mass_kg * float(np.sum(seen.com_velocity_m_s[0] ** 2))
+        total = total + invariants.tidal_energy(model, trajectory.com_m, trajectory.angle_rad)
+    kinetic = inner[0] + 0.5 * scene.mass_kg * float(np.sum(trajectory.com_velocity_m_s[0] ** 2))
     return total - total[0], float(kinetic)
 
 
-def energy_error(truth: Truth, seen: Trajectory, n: int) -> float:
+def energy_error(solution: SolutionSource, trajectory: Trajectory, n: int) -> float:
     """Largest difference of the energy's change from the truth's, over the initial kinetic energy.
 
     The paper's gravity gradient does not conserve energy, so the change is compared, not taken for an error.
     """
-    mine, kinetic = energy(truth.scene, head(seen, n))
-    theirs, _ = energy(truth.scene, head(truth.trajectory, n))
+    mine, kinetic = energy(solution.scene, head(trajectory, n))
+    theirs, _ = energy(solution.scene, head(solution.trajectory, n))
     return float(np.abs(mine - theirs).max()) / kinetic
 
 
-def head(seen: Trajectory, n: int) -> Trajectory:
+def head(trajectory: Trajectory, n: int) -> Trajectory:
     """First `n` samples of what an energy is made of."""
     names = ("t_s", "com_m", "com_velocity_m_s", "angle_rad", "rate_rad_s")
-    return dataclasses.replace(seen, **{name: getattr(seen, name)[:n] for name in names})
+    return dataclasses.replace(trajectory, **{name: getattr(trajectory, name)[:n] for name in names})

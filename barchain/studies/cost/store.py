@@ -52,7 +52,7 @@ class CostStore:
     def keep_point(self, job: Job, columns: dict[str, Any]) -> None:
         """Note what a point's first run gave."""
         named = {"scene": job.scene.name, "engine": job.engine, "setting": str(job.setting)}
-        self.rows[job.key] = named | {"knob": str(job.setting.knob), "value": job.setting.value} | columns
+        self.rows[job.key] = named | {"parameter": str(job.setting.parameter), "value": job.setting.value} | columns
         self.rows[job.key]["key"] = job.key
 
     def keep_time(self, job: Job, seconds: float) -> None:

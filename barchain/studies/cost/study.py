@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adapters.common.equal_steps import step_s
-from adapters.engine import Knob
+from adapters.engine import AccuracyParameter
 from barchain.studies.cost.findings import equal_steps_row, front_of, orders_table, price_table, reach_table
 from barchain.studies.cost.fixed_steps import ORDER, errors_at_equal_steps
-from barchain.studies.cost.plan import ladders
+from barchain.studies.cost.plan import sweeps
 from barchain.studies.cost.points import UNITS, errors_of, under_floor
 from barchain.timing.bench import LONG_S, Bench
 from barchain.timing.left_out import NOT_RUN, LeftOut
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from barchain.run.job import Job, RunResult
     from barchain.studies.cost.plan import Plan
-    from barchain.studies.cost.points import Truth
+    from barchain.studies.cost.points import SolutionSource
     from barchain.studies.cost.store import CostStore
     from scenarios import Scene
 
@@ -43,10 +43,14 @@ class CostStudy:
     """One study of many scenes and engines."""
 
     def __init__(
-        self, plan: Plan, store: CostStore, truth_of: Callable[[Scene], Truth], report: Callable[[str, str, str], None]
+        self,
+        plan: Plan,
+        store: CostStore,
+        solution_of: Callable[[Scene], SolutionSource],
+        report: Callable[[str, str, str], None],
     ) -> None:
         """Prepare; `report` is told (scene, engine and setting, outcome) after each first run."""
-        self.plan, self.store, self.truth_of, self.report = plan, store, truth_of, report
+        self.plan, self.store, self.solution_of, self.report = plan, store, solution_of, report
         self.haste_at = math.inf
         self.equal_steps: list[dict[str, Any]] = []
 
@@ -72,20 +76,20 @@ class CostStudy:
 
     def usable(self) -> list[str]:
         """Engines that run at least one of the scenes."""
-        found = [ladders(scene, self.plan.engines)[0] for scene in self.plan.scenes]
+        found = [sweeps(scene, self.plan.engines)[0] for scene in self.plan.scenes]
         return [name for name in self.plan.engines if any(name in runs for runs in found)]
 
     def scene(self, bench: Bench, scene: Scene, deadline: float) -> None:
         """First pass and rounds on one scene."""
-        runs, left_out = ladders(scene, self.plan.engines)
+        runs, left_out = sweeps(scene, self.plan.engines)
         for out in left_out:
             self.leave_out(out)
-        truth = self.truth_of(scene)
-        self.note_truth(truth)
+        solution = self.solution_of(scene)
+        self.note_solution(solution)
         self.haste_at = time.perf_counter() + FIRST_SHARE * (deadline - time.perf_counter())
-        self.first_pass(bench, truth, runs)
+        self.first_pass(bench, solution, runs)
         self.rounds(bench, [job for row in by_rung(runs) for job in row], deadline)
-        self.equal_steps.append(equal_steps_row(scene.name, *errors_at_equal_steps(truth), ORDER))
+        self.equal_steps.append(equal_steps_row(scene.name, *errors_at_equal_steps(solution), ORDER))
         self.store.write("points", self.summed_up())
 
     def leave_out(self, out: LeftOut) -> None:
@@ -94,18 +98,18 @@ class CostStudy:
         self.store.record["left_out"].append(found)
         self.report(out.scene, out.engine, str(out.outcome))
 
-    def note_truth(self, truth: Truth) -> None:
+    def note_solution(self, solution: SolutionSource) -> None:
         """Say in the record what the truth is and how good."""
-        error = {name: float(np.max(values)) for name, values in truth.error.items()}
-        words = {name: str(getattr(truth, name, "")) for name in ("precision", "source")}
-        self.store.record["truths"][truth.scene.name] = words | {"error": error}
+        error = {name: float(np.max(values)) for name, values in solution.error.items()}
+        words = {name: str(getattr(solution, name, "")) for name in ("precision", "source")}
+        self.store.record["certified_solutions"][solution.scene.name] = words | {"error": error}
 
-    def first_pass(self, bench: Bench, truth: Truth, runs: dict[str, list[Job]]) -> None:
+    def first_pass(self, bench: Bench, solution: SolutionSource, runs: dict[str, list[Job]]) -> None:
         """One turn of every point, rung by rung over the engines; rungs past the time limit are not run."""
         for rung in by_rung(runs):
             for job in rung:
                 if job.key not in self.store.rows:
-                    self.first_turn(bench, truth, job, runs[job.engine])
+                    self.first_turn(bench, solution, job, runs[job.engine])
             self.store.write("points", self.store.points())
 
     @property
@@ -114,9 +118,9 @@ class CostStudy:
         late = time.perf_counter() > self.haste_at
         return min(LONG_S, self.plan.time_limit_s) if late else self.plan.time_limit_s
 
-    def first_turn(self, bench: Bench, truth: Truth, job: Job, ladder: list[Job]) -> None:
+    def first_turn(self, bench: Bench, solution: SolutionSource, job: Job, sweep: list[Job]) -> None:
         """Errors of a point, and a first idea of its time."""
-        coarser = [(c, self.store.rows[c.key]) for c in ladder[: ladder.index(job)]]
+        coarser = [(c, self.store.rows[c.key]) for c in sweep[: sweep.index(job)]]
         reason = too_long(coarser, job, self.limit_s) or too_fine([row for _, row in coarser])
         if reason:
             outcome = str(Outcome.NOTHING_COMPARED)
@@ -124,7 +128,7 @@ class CostStudy:
             self.report(job.scene.name, f"{job.engine} {job.setting}", outcome)
             return
         result = bench.run(job, (1.0 + CHECK_SHARE) * 2.0 * self.plan.time_limit_s)
-        self.store.keep_point(job, columns_of(job, result, truth))
+        self.store.keep_point(job, columns_of(job, result, solution))
         if result.outcome is Outcome.PASS and result.seconds["simulate"] >= LONG_S:
             self.store.keep_time(job, result.seconds["simulate"])
         self.report(job.scene.name, f"{job.engine} {job.setting}", str(result.outcome))
@@ -191,7 +195,7 @@ def too_long(coarser: list[tuple[Job, dict[str, Any]]], job: Job, limit_s: float
         return ""
     last, seconds = timed[-1]
     growth = 1.0
-    if job.setting.knob is Knob.STEPS_PER_ORBIT:
+    if job.setting.parameter is AccuracyParameter.STEPS_PER_ORBIT:
         growth = step_s(job.scene, last.setting.value) / step_s(job.scene, job.setting.value)
     elif len(timed) > 1:
         growth = max(1.0, seconds / timed[-2][1])
@@ -214,20 +218,20 @@ def blurred(row: dict[str, Any]) -> bool:
     return bool(present) and present <= set(str(row.get("under_floor") or "").split(","))
 
 
-def columns_of(job: Job, result: RunResult, truth: Truth) -> dict[str, Any]:
+def columns_of(job: Job, result: RunResult, solution: SolutionSource) -> dict[str, Any]:
     """Columns of points.csv that a first run gives; errors of failed runs too, where they have a whole trajectory."""
     found: dict[str, Any] = {"outcome": str(result.outcome), "reason": result.reason}
-    if job.setting.knob is Knob.STEPS_PER_ORBIT:
+    if job.setting.parameter is AccuracyParameter.STEPS_PER_ORBIT:
         found["step_s"] = step_s(job.scene, job.setting.value)
     spent, seen = result.seconds, result.trajectory
     renamed = {"simulate": "seconds", "build": "build_s", "read": "read_s", "cold": "compile_s"}
     found |= {renamed[phase]: s for phase, s in spent.items() if phase in renamed}
-    if seen is None or (len(seen.t_s) < len(truth.trajectory.t_s) and not seen.ended):
+    if seen is None or (len(seen.t_s) < len(solution.trajectory.t_s) and not seen.ended):
         return found
     found |= {name: seen.info[name] for name in ("evaluations", "steps") if name in seen.info}
     if "compile_s" in seen.info:
         found["compile_s"] = seen.info["compile_s"]
     if result.outcome in (Outcome.PASS, Outcome.JOINTS_IGNORED):
-        errors = errors_of(truth, seen)
+        errors = errors_of(solution, seen)
         found |= errors | {"under_floor": under_floor(errors)}
     return found

@@ -184,9 +184,9 @@ def change_columns(found: Change) -> dict[str, float]:
 
 def base_facts(whole: Runs) -> dict[str, Any]:
     """What is known of the scene as it is, once it has run."""
-    size = sizes(whole.tight, whole.horizon_s)
+    size = sizes(whole.tight, whole.limit_s)
     return {
-        "horizon_s": whole.horizon_s,
+        "limit_s": whole.limit_s,
         "ended": whole.tight.ended,
         "end_s": float(whole.tight.t_s[-1]),
         "largest_reaction_N": size.get("reaction"),

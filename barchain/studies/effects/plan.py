@@ -6,7 +6,7 @@ import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.run.job import Job, Role
 from barchain.studies.effects.effect_toggles import Switch, switches
@@ -73,11 +73,13 @@ class Plan:
 
     def job(self, scene: Scene, engine: str) -> Job:
         """Run at the tolerance asked for."""
-        return Job(scene, engine, ENGINES[engine], Setting(Knob.RTOL, self.rtol), Role.MAIN)
+        return Job(scene, engine, ENGINES[engine], Setting(AccuracyParameter.RTOL, self.rtol), Role.MAIN)
 
     def looser(self, job: Job) -> Job:
         """Run that tells what the numerics make of it."""
-        return Job(job.scene, job.engine, job.registration, Setting(Knob.RTOL, LOOSER * self.rtol), Role.MAIN)
+        return Job(
+            job.scene, job.engine, job.registration, Setting(AccuracyParameter.RTOL, LOOSER * self.rtol), Role.MAIN
+        )
 
 
 def make_plan(scene: Scene, **options: Any) -> Plan:

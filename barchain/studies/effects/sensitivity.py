@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.metrics.quantities import differences
-from barchain.solutions.reference import horizon
+from barchain.solutions.reference import predictability_limit
 from reports.tables.effects import QUANTITIES
 
 if TYPE_CHECKING:
@@ -32,9 +32,9 @@ class Runs:
     loose: Trajectory
 
     @property
-    def horizon_s(self) -> float:
+    def limit_s(self) -> float:
         """Last instant before the two part."""
-        return horizon(self.tight, self.loose)
+        return predictability_limit(self.tight, self.loose)
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Change:
 
 def change(scene: Runs, switched: Runs) -> Change:
     """Largest differences of two scenes over what can be compared."""
-    until = min(scene.horizon_s, switched.horizon_s)
+    until = min(scene.limit_s, switched.limit_s)
     apart = upto(until, scene.tight, switched.tight)
     own, other = (upto(until, runs.tight, runs.loose) for runs in (scene, switched))
     size = sizes(scene.tight, until)
@@ -65,12 +65,12 @@ def upto(until_s: float, a: Trajectory, b: Trajectory) -> dict[str, float]:
     return {name: float(d[inside].max()) for name, d in differences(a, b).items() if name in QUANTITIES}
 
 
-def sizes(seen: Trajectory, until_s: float) -> dict[str, float]:
+def sizes(trajectory: Trajectory, until_s: float) -> dict[str, float]:
     """Largest size of each quantity until an instant: what its rounding counts in."""
-    inside = seen.t_s <= until_s
-    found = {"com": largest(seen.com_m[inside]), "attitude": 1.0}
-    if seen.reaction_N is not None and seen.reaction_N.shape[1]:
-        found["reaction"] = largest(seen.reaction_N[inside])
+    inside = trajectory.t_s <= until_s
+    found = {"com": largest(trajectory.com_m[inside]), "attitude": 1.0}
+    if trajectory.reaction_N is not None and trajectory.reaction_N.shape[1]:
+        found["reaction"] = largest(trajectory.reaction_N[inside])
     return found
 
 

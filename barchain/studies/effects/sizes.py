@@ -53,14 +53,14 @@ class Sizes(NamedTuple):
     common: float
 
 
-def sizes_over(scene: Scene, switch: Switch, seen: Trajectory) -> tuple[Sizes, Sizes] | None:
+def sizes_over(scene: Scene, switch: Switch, trajectory: Trajectory) -> tuple[Sizes, Sizes] | None:
     """Sizes at the first sample of the scene's own run, and the largest over it; None of what pushes nothing."""
-    if switch.part is None or seen.angle_rad is None or seen.rate_rad_s is None:
+    if switch.part is None or trajectory.angle_rad is None or trajectory.rate_rad_s is None:
         return None
-    every = max(1, len(seen.t_s) // MOST_STATES)
-    between = inside_stretches_s(switch.part.breaks_s, float(seen.t_s[-1]))
-    looked_at = (*seen.t_s[::every].tolist(), *between)
-    found = np.array([sizes_at(scene, switch, situation(scene, seen, t)) for t in looked_at])
+    every = max(1, len(trajectory.t_s) // MOST_STATES)
+    between = inside_stretches_s(switch.part.breaks_s, float(trajectory.t_s[-1]))
+    looked_at = (*trajectory.t_s[::every].tolist(), *between)
+    found = np.array([sizes_at(scene, switch, situation(scene, trajectory, t)) for t in looked_at])
     return Sizes(*found[0].tolist()), Sizes(*found.max(axis=0).tolist())
 
 
@@ -71,20 +71,20 @@ def inside_stretches_s(breaks_s: tuple[float, ...], end_s: float) -> Iterator[fl
         yield until
 
 
-def situation(scene: Scene, seen: Trajectory, t_s: float) -> Situation:
+def situation(scene: Scene, trajectory: Trajectory, t_s: float) -> Situation:
     """State of a run as effects see it: a sample's own, or between two by the cubics through both."""
     model = chain_model(scene)
-    assert seen.angle_rad is not None
-    assert seen.rate_rad_s is not None
-    k = int(np.searchsorted(seen.t_s, t_s))
-    if t_s == seen.t_s[k]:
+    assert trajectory.angle_rad is not None
+    assert trajectory.rate_rad_s is not None
+    k = int(np.searchsorted(trajectory.t_s, t_s))
+    if t_s == trajectory.t_s[k]:
         com, velocity, angle, rate = (
-            x[k] for x in (seen.com_m, seen.com_velocity_m_s, seen.angle_rad, seen.rate_rad_s)
+            x[k] for x in (trajectory.com_m, trajectory.com_velocity_m_s, trajectory.angle_rad, trajectory.rate_rad_s)
         )
     else:
         pair = slice(k - 1, k + 1)
-        place = CubicHermiteSpline(seen.t_s[pair], seen.com_m[pair], seen.com_velocity_m_s[pair])
-        turn = CubicHermiteSpline(seen.t_s[pair], seen.angle_rad[pair], seen.rate_rad_s[pair])
+        place = CubicHermiteSpline(trajectory.t_s[pair], trajectory.com_m[pair], trajectory.com_velocity_m_s[pair])
+        turn = CubicHermiteSpline(trajectory.t_s[pair], trajectory.angle_rad[pair], trajectory.rate_rad_s[pair])
         com, velocity, angle, rate = place(t_s), place(t_s, 1), turn(t_s), turn(t_s, 1)
     return Situation(model, t_s, joined_state(model, com, velocity, angle, rate), along(angle))
 

@@ -71,7 +71,7 @@ def run_task(task: Task) -> Part:
 def run_alone(task: Task, run: int, seen: Seen) -> tuple[str, str]:
     """Run one copy in the engine, write what it showed into `seen`, and say how it ended and why it failed."""
     try:
-        found = ReferenceFast().run(task.part.copy(run), Setting(ReferenceFast.ladder.knob, task.rtol))
+        found = ReferenceFast().run(task.part.copy(run), Setting(ReferenceFast.sweep.parameter, task.rtol))
     except EngineError as error:
         seen.angle_rad[run], seen.reaction_N[run] = np.nan, np.nan
         return "", str(error)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adapters.common.equal_steps import steps_between_samples
-from adapters.engine import Coordinates, EngineError, Knob, Setting
+from adapters.engine import AccuracyParameter, Coordinates, EngineError, Setting
 from adapters.registry import find_engine
 from adapters.trajectory import Observable
 from barchain.run.trajectory_checks import fault
@@ -26,7 +26,7 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from adapters.engine import Engine
     from adapters.trajectory import Array, Trajectory
-    from barchain.studies.roundoff.trajectories import Family, Truth
+    from barchain.studies.roundoff.trajectories import Family, HighPrecisionSolution
     from scenarios import Scene
 
 INERTIAL, MOVING = "inertial", "moving"
@@ -44,7 +44,7 @@ class Fault:
     reason: str
 
 
-def engine_rows(truth: Truth, name: str, size: int, value: float) -> list[dict[str, Any]]:
+def engine_rows(solution: HighPrecisionSolution, name: str, size: int, value: float) -> list[dict[str, Any]]:
     """Rows of engines.csv for one engine at one size and setting, one for each quantity that it shows.
 
     Parameters
@@ -67,22 +67,22 @@ def engine_rows(truth: Truth, name: str, size: int, value: float) -> list[dict[s
     UnknownEngineError
         If there is no such engine.
     """
-    registration, family = find_engine(name), truth.family
+    registration, family = find_engine(name), solution.family
     engine, ratio = registration.load(), family.ratios[size]
     longitudes = np.random.default_rng(family.members).uniform(0.0, 2.0 * np.pi, family.members)
     scenes = [scene_at(family, ratio, longitude) for longitude in longitudes.tolist()]
     setting = setting_of(engine, scenes[0], value)
     head = {"engine": name.replace(APART, ""), "frame": frame_of(engine), "ratio": ratio, **columns(scenes[0], setting)}
     shown = [q for q, observable in QUANTITIES.items() if observable in engine.observables]
-    refusal = Fault(Outcome.MISSING, registration.missing) if registration.missing else refused(engine, scenes[0])
-    if refusal:
-        return [head | empty(q, refusal) for q in shown]
+    rejection = Fault(Outcome.MISSING, registration.missing) if registration.missing else rejected(engine, scenes[0])
+    if rejection:
+        return [head | empty(q, rejection) for q in shown]
     runs = [attempt(engine, scene, setting) for scene in scenes]
-    return [head | row for row in judged_rows(truth, size, longitudes, runs, shown)]
+    return [head | row for row in judged_rows(solution, size, longitudes, runs, shown)]
 
 
 def judged_rows(
-    truth: Truth, size: int, longitudes: Array, runs: list[Trajectory | Fault], shown: list[str]
+    solution: HighPrecisionSolution, size: int, longitudes: Array, runs: list[Trajectory | Fault], shown: list[str]
 ) -> list[dict[str, Any]]:
     """Quantiles of each quantity, and what became of the runs."""
     faults = [run for run in runs if isinstance(run, Fault)]
@@ -90,13 +90,13 @@ def judged_rows(
     if not any(whole):
         return [empty(q, faults[0]) for q in shown]
     seen = instants([run for run in runs if not isinstance(run, Fault)])
-    found = judged(truth, seen, longitudes[whole], np.full(len(seen[0].gap_m), size))
+    found = judged(solution, seen, longitudes[whole], np.full(len(seen[0].gap_m), size))
     rows = []
     for quantity in shown:
         errors = np.full(len(runs), np.inf)
         errors[whole] = settled(found[quantity])
         spread = quantiles(errors)
-        known = quantity == "gap" or spread["median"] >= MARGIN * truth.error[quantity][size]
+        known = quantity == "gap" or spread["median"] >= MARGIN * solution.error[quantity][size]
         rows.append({"quantity": quantity, **spread, "known": bool(known), **ending(faults, len(runs))})
     return rows
 
@@ -135,7 +135,7 @@ def attempt(engine: type[Engine], scene: Scene, setting: Setting) -> Trajectory 
     return Fault(*wrong) if wrong else found
 
 
-def refused(engine: type[Engine], scene: Scene) -> Fault | None:
+def rejected(engine: type[Engine], scene: Scene) -> Fault | None:
     """Why an engine can't do the scene."""
     reason = engine.unsupported(scene)
     return Fault(Outcome.UNSUPPORTED, reason) if reason else None
@@ -161,13 +161,16 @@ def frame_of(engine: type[Engine]) -> str:
 
 def setting_of(engine: type[Engine], scene: Scene, value: float) -> Setting:
     """Setting of an engine's knob, whose unit of steps may be another orbit than the scene's own."""
-    knob = engine.ladder.knob
-    return Setting(knob, value * scene.step_period_s / scene.period_s if knob is Knob.STEPS_PER_ORBIT else value)
+    parameter = engine.sweep.parameter
+    return Setting(
+        parameter,
+        value * scene.step_period_s / scene.period_s if parameter is AccuracyParameter.STEPS_PER_ORBIT else value,
+    )
 
 
 def columns(scene: Scene, setting: Setting) -> dict[str, float]:
     """Steps really taken in an orbit, or the tolerance."""
-    if setting.knob is Knob.RTOL:
+    if setting.parameter is AccuracyParameter.RTOL:
         return {"rtol": setting.value}
     steps = steps_between_samples(scene, setting.value) * (scene.run.samples - 1)
     return {"steps_per_orbit": steps * scene.period_s / scene.run.duration_s}

@@ -31,7 +31,7 @@ Errors = dict[tuple[str, str], "Array"]
 """Errors (B,) by source and yardstick"""
 
 
-def errors(formulation: Formulation, a: Arithmetic, exact: Exact, truth: Values | None = None) -> Errors:
+def errors(formulation: Formulation, a: Arithmetic, exact: Exact, solution: Values | None = None) -> Errors:
     """Errors of a formulation in an arithmetic at a case's members; where exact numbers are in force.
 
     Parameters
@@ -47,16 +47,16 @@ def errors(formulation: Formulation, a: Arithmetic, exact: Exact, truth: Values 
     dict
         Largest joint's error, (B,), over the largest joint's reaction and over m n² l.
     """
-    if truth is None:
-        truth = FORMULATIONS["absolute"].exactly(FORMULATIONS["absolute"].given(exact, EXACT))
+    if solution is None:
+        solution = FORMULATIONS["absolute"].exactly(FORMULATIONS["absolute"].given(exact, EXACT))
     rounded = formulation.given(exact, a).cast(a)
     with np.errstate(all="ignore"):  # what overflows or is lost is found, and shown, as an error
         found = formulation.reactions(a, rounded)
     lost = ~np.isfinite(found.astype(float))
     answer = formulation.exactly(rounded.cast(EXACT))
     seen = EXACT.cast(np.where(lost, 0.0, found))
-    differences = {FORMULA: seen - answer, INPUT: answer - truth, BOTH: seen - truth}
-    yards = {REACTION: largest(truth), ORDINARY: exact.yard_N}
+    differences = {FORMULA: seen - answer, INPUT: answer - solution, BOTH: seen - solution}
+    yards = {REACTION: largest(solution), ORDINARY: exact.yard_N}
     return {
         (source, yard): np.where(lost.any(axis=(0, 1)) & (source != INPUT), np.inf, over(difference, yards[yard]))
         for source, difference in differences.items()
@@ -80,10 +80,10 @@ def rows_of(case: Case, formulations: Iterable[str], arithmetics: Iterable[str])
     with exact_numbers():
         exact = exact_case(case)
         plain, known = FORMULATIONS["absolute"], FORMULATIONS | PRODUCTION | THIRD_PARTIES
-        truth = plain.exactly(plain.given(exact, EXACT))
+        solution = plain.exactly(plain.given(exact, EXACT))
         for name in formulations:
             for arithmetic in arithmetics:
-                for (source, yard), values in errors(known[name], ARITHMETICS[arithmetic], exact, truth).items():
+                for (source, yard), values in errors(known[name], ARITHMETICS[arithmetic], exact, solution).items():
                     head = {"state": str(case.kind), "bars": case.bars, "ratio": case.ratio}
                     ways = {"formulation": name, "arithmetic": arithmetic, "source": source, "yardstick": yard}
                     found.append(head | ways | quantiles(values))

@@ -18,7 +18,7 @@ DECADES = tuple(10.0**-k for k in range(2, 13))
 REACH = 0.1  # of the Earth's radius, that the chain may span: a longer one would touch the ground
 ALL, SHORT = ("float32", "float64", "long double"), ("float32", "float64")
 COORDINATES = ("minimal", "relative", "absolute")
-LADDERS = {
+SWEEPS = {
     "exudyn": (4096, 12288, 36864, 122880),
     "exudyn-absolute": (4096, 12288, 36864, 122880),
     "exudyn-index3": (4096, 12288, 28672, 61440, 122880),
@@ -32,7 +32,7 @@ LADDERS = {
 }
 """Steps in an orbit, or tolerances, of other engines: index 3 and pymunk from truncation far into round-off"""
 FULL_STEPS = tuple(1024 * 2**k for k in range(8))
-FULL_LADDERS = {name: FULL_STEPS for name, values in LADDERS.items() if values[0] > 1.0} | {
+FULL_SWEEPS = {name: FULL_STEPS for name, values in SWEEPS.items() if values[0] > 1.0} | {
     "pymunk": (*FULL_STEPS, 262144, 524288)
 }
 PART, FULL_PART = 1.0 / 256.0, 1.0 / 64.0  # of an orbit: noise is there from the first steps on, and steps cost
@@ -47,7 +47,7 @@ class Task:
     function: str
     """``module:function``"""
     arguments: tuple[Any, ...]
-    truth: Family | None = None
+    solution: Family | None = None
     """Whose truth is the function's first argument"""
 
 
@@ -67,9 +67,9 @@ class Plan:
         return len(self.tasks) + bool(self.time_bars)
 
     @property
-    def truths(self) -> tuple[Family, ...]:
+    def certified_solutions(self) -> tuple[Family, ...]:
         """Truths that tasks want, each once."""
-        return tuple(dict.fromkeys(t.truth for t in self.tasks if t.truth is not None))
+        return tuple(dict.fromkeys(t.solution for t in self.tasks if t.solution is not None))
 
 
 def make_plan(parts: tuple[str, ...] = PARTS, *, full: bool = False) -> Plan:
@@ -173,7 +173,7 @@ def engines(full: bool) -> list[Task]:
     ratios = DECADES[1:8] if full else (1e-3, 1e-5, 1e-7)
     family = Family(load_scene(SCENE), ratios, 32, FULL_PART if full else PART)
     found = []
-    for name, values in (LADDERS | FULL_LADDERS if full else LADDERS).items():
+    for name, values in (SWEEPS | FULL_SWEEPS if full else SWEEPS).items():
         runs = [(0, values[0])] if ENGINES[name].missing else itertools.product(range(len(ratios)), values)
         found += [engine_run(family, name, size, value) for size, value in runs]
     return found

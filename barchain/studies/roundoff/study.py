@@ -12,7 +12,7 @@ from pebble import ProcessPool
 
 from barchain.run.threads import one_thread_each
 from barchain.studies.roundoff.times import time_rows
-from barchain.studies.roundoff.trajectories import truth_of
+from barchain.studies.roundoff.trajectories import solution_of
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from barchain.studies.roundoff.plan import Plan, Task
     from barchain.studies.roundoff.store import RoundoffStore
-    from barchain.studies.roundoff.trajectories import Truth
+    from barchain.studies.roundoff.trajectories import HighPrecisionSolution
 
 Rows = list[dict[str, Any]]
 TASK_LIMIT_S = 600.0
@@ -64,20 +64,22 @@ class RoundoffStudy:
         context = multiprocessing.get_context("spawn")
         pool = ProcessPool(self.workers, context=context)
         try:
-            truths = {family: pool.schedule(truth_of, (family,)) for family in self.plan.truths}
-            waiting = {self.schedule(pool, t): k for k, t in enumerate(self.plan.tasks) if t.truth is None}
+            certified_solutions = {
+                family: pool.schedule(solution_of, (family,)) for family in self.plan.certified_solutions
+            }
+            waiting = {self.schedule(pool, t): k for k, t in enumerate(self.plan.tasks) if t.solution is None}
             for k, task in enumerate(self.plan.tasks):
-                if task.truth is not None:
-                    waiting[self.schedule(pool, task, truths[task.truth].result())] = k
+                if task.solution is not None:
+                    waiting[self.schedule(pool, task, certified_solutions[task.solution].result())] = k
             for future in as_completed(waiting):
                 self.keep(waiting[future], future)
         finally:
             pool.stop()
             pool.join()
 
-    def schedule(self, pool: ProcessPool, task: Task, *truth: Truth) -> Future[Rows]:
+    def schedule(self, pool: ProcessPool, task: Task, *solution: HighPrecisionSolution) -> Future[Rows]:
         """Queue a task; one that hangs is ended, and costs its own rows."""
-        found: Future[Rows] = pool.schedule(call, (task.function, (*truth, *task.arguments)), timeout=TASK_LIMIT_S)
+        found: Future[Rows] = pool.schedule(call, (task.function, (*solution, *task.arguments)), timeout=TASK_LIMIT_S)
         return found
 
     def keep(self, place: int, future: Future[Rows]) -> None:

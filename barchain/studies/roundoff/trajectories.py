@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from scenarios import Scene
 
-TRUTH_STEPS = 64, 48  # an orbit, of order 14: the truth's, and those that tell its error
+SOLUTION_STEPS = 64, 48  # an orbit, of order 14: the truth's, and those that tell its error
 GROWS_FROM = 1.0  # orbits: the motion's own oscillation is averaged out
 REDRAWN = 400  # times that members are drawn again
 MARGIN = 10.0  # a truth tells errors this many times its own
@@ -66,7 +66,7 @@ class Family:
 
 
 @dataclass(frozen=True)
-class Truth:
+class HighPrecisionSolution:
     """Motion at each size from longitude 0, and how well it is known."""
 
     family: Family
@@ -75,30 +75,30 @@ class Truth:
     """(sizes,) of each quantity over the whole run, by another step size"""
 
 
-def truth_of(family: Family) -> Truth:
+def solution_of(family: Family) -> HighPrecisionSolution:
     """Integrate in long double, by a method that nothing else here uses, at two steps."""
     ratios = np.array(family.ratios)
     with exact_numbers():
         start, sample_s = family.start(np.zeros(len(ratios)), ratios), np.full(len(ratios), family.sample_s)
         fine, coarse = (
             tuple(equal_steps(LONG, "minimal", start, "extrapolated", sample_s, family.samples, steps))
-            for steps in (math.ceil(n * family.orbits / family.samples) for n in TRUTH_STEPS)
+            for steps in (math.ceil(n * family.orbits / family.samples) for n in SOLUTION_STEPS)
         )
-    found = Truth(family, fine, {})
+    found = HighPrecisionSolution(family, fine, {})
     apart = judged(found, coarse, np.zeros(len(ratios)), np.arange(len(ratios)))
-    return Truth(family, fine, {quantity: values.max(axis=0) for quantity, values in apart.items()})
+    return HighPrecisionSolution(family, fine, {quantity: values.max(axis=0) for quantity, values in apart.items()})
 
 
-def judged(truth: Truth, seen: Iterable[Seen], longitudes: Array, sizes: Values) -> dict[str, Array]:
+def judged(solution: HighPrecisionSolution, seen: Iterable[Seen], longitudes: Array, sizes: Values) -> dict[str, Array]:
     """Errors (samples, B) of runs from `longitudes`, the `sizes`-th of the truth's, largest over bars and joints.
 
     Attitude in rad; reactions over the largest of the run; gaps and the centre of mass over a bar's length.
     """
     turn = LONG.cast(longitudes)
-    yard = np.max([length_of(t.reaction_N).max(axis=0) for t in truth.seen], axis=0)[sizes]
-    bar_m = LONG.cast(np.array(truth.family.ratios) * EQUATOR_M)[sizes]
+    yard = np.max([length_of(t.reaction_N).max(axis=0) for t in solution.seen], axis=0)[sizes]
+    bar_m = LONG.cast(np.array(solution.family.ratios) * EQUATOR_M)[sizes]
     rows: dict[str, list[Values]] = {"attitude": [], "reaction": [], "gap": [], "com": []}
-    for right, one in zip(truth.seen, seen, strict=True):
+    for right, one in zip(solution.seen, seen, strict=True):
         rows["attitude"].append(np.abs(LONG.cast(one.angle_rad) - (right.angle_rad[:, sizes] + turn)).max(axis=0))
         missed = LONG.cast(one.reaction_N) - rotated(right.reaction_N[..., sizes], turn)
         rows["reaction"].append(length_of(missed).max(axis=0) / yard)
@@ -126,28 +126,32 @@ def columns(family: Family) -> tuple[Values, Array]:
     return np.array([k for k, _ in pairs]), np.array([x for _, x in pairs])
 
 
-def equal_step_rows(truth: Truth, arithmetic: str, name: str, method: str, steps: int) -> list[dict[str, Any]]:
+def equal_step_rows(
+    solution: HighPrecisionSolution, arithmetic: str, name: str, method: str, steps: int
+) -> list[dict[str, Any]]:
     """Rows of trajectories.csv for one set of coordinates at `steps` equal steps between samples."""
-    family = truth.family
+    family = solution.family
     sizes, longitudes = columns(family)
     with exact_numbers():
         start = family.start(longitudes, np.array(family.ratios)[sizes])
         sample_s = np.full(len(sizes), family.sample_s)
         with np.errstate(all="ignore"):
             found = judged(
-                truth,
+                solution,
                 equal_steps(ARITHMETICS[arithmetic], name, start, method, sample_s, family.samples, steps),
                 longitudes,
                 sizes,
             )
     per_orbit = steps * family.samples / family.orbits
     head = {"coordinates": name, "arithmetic": arithmetic, "method": method, "steps_per_orbit": per_orbit}
-    return summed_up(truth, head, worst(found), sizes)
+    return summed_up(solution, head, worst(found), sizes)
 
 
-def chosen_step_rows(truth: Truth, arithmetic: str, name: str, rtols: tuple[float, ...]) -> list[dict[str, Any]]:
+def chosen_step_rows(
+    solution: HighPrecisionSolution, arithmetic: str, name: str, rtols: tuple[float, ...]
+) -> list[dict[str, Any]]:
     """The same for DOP853 with its own steps, at several tolerances side by side."""
-    family = truth.family
+    family = solution.family
     sizes, longitudes = (np.tile(v, len(rtols)) for v in columns(family))
     rtol = np.repeat(rtols, len(sizes) // len(rtols))
     with exact_numbers(), np.errstate(all="ignore"):
@@ -157,26 +161,28 @@ def chosen_step_rows(truth: Truth, arithmetic: str, name: str, rtols: tuple[floa
                 ARITHMETICS[arithmetic], name, start, np.full(len(sizes), family.sample_s), family.samples, rtol
             )
         )
-        found = judged(truth, [seen for seen, _ in walked], longitudes, sizes)
+        found = judged(solution, [seen for seen, _ in walked], longitudes, sizes)
     evaluations = walked[-1][1].evaluations / family.orbits
     rows = []
     for tolerance in rtols:
         own = rtol == tolerance
         head = {"coordinates": name, "arithmetic": arithmetic, "method": "dop853, chosen steps", "rtol": tolerance}
         values = {quantity: v[own] for quantity, v in worst(found).items()}
-        rows += summed_up(truth, head, values, sizes[own], evaluations[own])
+        rows += summed_up(solution, head, values, sizes[own], evaluations[own])
     return rows
 
 
-def growth_rows(truth: Truth, arithmetic: str, name: str, method: str, steps: int) -> list[dict[str, Any]]:
+def growth_rows(
+    solution: HighPrecisionSolution, arithmetic: str, name: str, method: str, steps: int
+) -> list[dict[str, Any]]:
     """Rows of growth.csv: the largest errors so far, at each sample of a long run; so the motion's swing is out."""
-    family = truth.family
+    family = solution.family
     sizes, longitudes = columns(family)
     with exact_numbers(), np.errstate(all="ignore"):
         start = family.start(longitudes, np.array(family.ratios)[sizes])
         sample_s = np.full(len(sizes), family.sample_s)
         found = judged(
-            truth,
+            solution,
             equal_steps(ARITHMETICS[arithmetic], name, start, method, sample_s, family.samples, steps),
             longitudes,
             sizes,
@@ -192,7 +198,7 @@ def growth_rows(truth: Truth, arithmetic: str, name: str, method: str, steps: in
     for k in range(family.samples):
         orbits = (k + 1) * family.orbits / family.samples
         head = {"coordinates": name, "arithmetic": arithmetic, "method": method, "orbits": orbits}
-        own = summed_up(truth, head, {quantity: values[k] for quantity, values in found.items()}, sizes)
+        own = summed_up(solution, head, {quantity: values[k] for quantity, values in found.items()}, sizes)
         rows += [row | drawn[row["ratio"], row["quantity"]] for row in own]
     return rows
 
@@ -217,15 +223,19 @@ def worst(found: dict[str, Array]) -> dict[str, Array]:
 
 
 def summed_up(
-    truth: Truth, head: dict[str, Any], found: dict[str, Array], sizes: Values, evaluations: Array | None = None
+    solution: HighPrecisionSolution,
+    head: dict[str, Any],
+    found: dict[str, Array],
+    sizes: Values,
+    evaluations: Array | None = None,
 ) -> list[dict[str, Any]]:
     """One row for each size and quantity; errors that the truth can't tell are marked."""
     rows = []
-    for k, ratio in enumerate(truth.family.ratios):
+    for k, ratio in enumerate(solution.family.ratios):
         count = {} if evaluations is None else {"evaluations": float(np.median(evaluations[sizes == k]))}
         for quantity, values in found.items():
             own = np.where(np.isfinite(values[sizes == k]), values[sizes == k], np.inf)
             spread = quantiles(own)
-            known = quantity == "gap" or spread["median"] >= MARGIN * truth.error[quantity][k]
+            known = quantity == "gap" or spread["median"] >= MARGIN * solution.error[quantity][k]
             rows.append({"ratio": ratio, "quantity": quantity} | head | count | spread | {"known": bool(known)})
     return rows

@@ -48,7 +48,7 @@ class Plan:
         """Run of the chain of `bars` bars over a share of its orbit, at the engine's default setting."""
         registration = self.engines[engine]
         return Job(
-            divided(self.scene, bars, share), engine, registration, registration.load().ladder.setting(), Role.MAIN
+            divided(self.scene, bars, share), engine, registration, registration.load().sweep.setting(), Role.MAIN
         )
 
 

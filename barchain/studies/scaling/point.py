@@ -83,9 +83,9 @@ def run_columns(task: Task, first: RunResult, log: Path) -> dict[str, float | st
     return columns
 
 
-def counted(seen: Trajectory | None) -> dict[str, float]:
+def counted(trajectory: Trajectory | None) -> dict[str, float]:
     """Evaluations and steps, where the engine counts them."""
-    info = {} if seen is None else seen.info
+    info = {} if trajectory is None else trajectory.info
     return {name: float(info[name]) for name in COUNTERS if float(info.get(name, 0.0)) > 0.0}
 
 

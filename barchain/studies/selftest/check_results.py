@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from barchain.studies.selftest.trial import Ground, Result, Trial
 
 CHECKS = {
-    "consistency": "consistency",
-    "band_used": "band",
-    "finer_band_used": "band",
+    "normalised_error": "normalised_error",
+    "bound_used": "bound",
+    "finer_bound_used": "bound",
     "restarted": "restarted",
     "drift": "drift",
 }
@@ -84,7 +84,7 @@ def reading(row: Row) -> Reading | None:
 
 def nothing(ground: Ground, fault: Fault, foreign: str = "") -> Cell | None:
     """Cell of a fault that has nothing to spoil in a scene, or is `foreign` to the host; None if it has."""
-    reason = foreign or fault.nothing(ground.truth)
+    reason = foreign or fault.nothing(ground.solution)
     return Cell(fault, ground.scene.name, Fate.NOTHING, reason) if reason else None
 
 

@@ -44,7 +44,7 @@ def moved_beyond_rounding(trial: Trial) -> float:
 
 def evaluated(ground: Ground, fault: Fault, size: float) -> dict[str, Array]:
     """What the equations give, with a fault in the code, at the truth's samples."""
-    model, seen = chain_model(ground.scene), ground.truth.trajectory
+    model, seen = chain_model(ground.scene), ground.solution.trajectory
     assert seen.angle_rad is not None
     assert seen.rate_rad_s is not None
     moving = zip(seen.t_s, seen.com_m, seen.com_velocity_m_s, seen.angle_rad, seen.rate_rad_s, strict=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from barchain.record.environment import provenance
-from barchain.run.job import TRUTH_ROLES, Role
+from barchain.run.job import SOLUTION_ROLES, Role
 from barchain.studies.selftest.detection_limit import brackets, most_trials, settled
 from barchain.studies.selftest.faults.catalogue import CONTROLS
 from barchain.studies.selftest.matrix import HOST, Matrix, matrix
@@ -63,7 +63,7 @@ def selftest(plan: Plan, out: Path, *, command: str, counted: Counter) -> Matrix
     """
     start = time.perf_counter()
     store = SelftestStore(out / FOLDER, new_record(plan, command))
-    with counted("truths", len(plan.scenes) * len(TRUTH_ROLES)) as done:
+    with counted("certified_solutions", len(plan.scenes) * len(SOLUTION_ROLES)) as done:
         found = grounds(plan.scenes, plan.host, workers=plan.workers, done=done)
     with counted("faults", len(plan.scenes) * (len(plan.faults) + len(CONTROLS))) as done:
         tried, ready = matrix(plan.faults, found, plan.host, workers=plan.workers, done=done)

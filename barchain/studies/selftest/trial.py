@@ -12,7 +12,7 @@ from barchain.judge.evidence import Evidence
 from barchain.run.job import Job, Role, RunResult
 from barchain.run.pool import Limit, Room, run_jobs, run_together
 from barchain.run.worker import run_phases
-from barchain.solutions.reference_runs import NUMPY, truth_jobs, truth_of
+from barchain.solutions.reference_runs import NUMPY, solution_jobs, solution_of
 from barchain.studies.selftest.faults.faulty_engine import seeded, spoilt
 from reports.tables.outcome import Outcome
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Trajectory
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.selftest.faults.fault import Fault
     from scenarios import Scene
 
@@ -36,7 +36,7 @@ class SelftestError(RuntimeError):
 class Ground:
     """One scene's truth, and the engine that faults are put into there."""
 
-    truth: Truth
+    solution: ReferenceSolution
     host: str
     engine: type[Engine]
     settings: dict[Role, Setting]
@@ -48,7 +48,7 @@ class Ground:
     @property
     def scene(self) -> Scene:
         """The scene."""
-        return self.truth.scene
+        return self.solution.scene
 
 
 class Trial(NamedTuple):
@@ -97,19 +97,19 @@ def grounds(
     engine = find_engine(host).load()
     wanted = {s.name: s for s in scenes}
     runs: dict[str, dict[Role, RunResult]] = {name: {} for name in wanted}
-    jobs = [(name, job) for name, s in wanted.items() for job in truth_jobs(s, NUMPY)]
+    jobs = [(name, job) for name, s in wanted.items() for job in solution_jobs(s, NUMPY)]
     for job, result in run_jobs([job for _, job in jobs], time_limit_s=TIME_LIMIT_S, workers=workers):
         if result.outcome is not Outcome.PASS:
             raise SelftestError(f"{job.scene.name}: the truth could not be run ({result.reason})")
         runs[job.scene.name][job.role] = result
         done(1)
-    setting = engine.ladder.setting()
+    setting = engine.sweep.setting()
     found = []
     for name, scene in wanted.items():
-        truth = truth_of(scene, runs[name])
-        assert truth is not None  # all of its runs have come, and none failed
-        settings = {Role.MAIN: setting, Role.FINER: finer_setting(scene, engine.ladder, setting)}
-        found.append(Ground(truth, host, engine, settings))
+        solution = solution_of(scene, runs[name])
+        assert solution is not None  # all of its runs have come, and none failed
+        settings = {Role.MAIN: setting, Role.FINER: finer_setting(scene, engine.sweep, setting)}
+        found.append(Ground(solution, host, engine, settings))
     return found
 
 
@@ -142,5 +142,5 @@ def judged(trial: Trial, main: RunResult, finer: RunResult) -> Result:
     """Verdict of the production comparison."""
     ground = trial.ground
     setting = ground.settings[Role.MAIN]
-    verdict = judge(trial.fault.name, ground.engine, setting, Evidence(main, finer), ground.truth)
+    verdict = judge(trial.fault.name, ground.engine, setting, Evidence(main, finer), ground.solution)
     return Result(trial, main, finer, verdict)

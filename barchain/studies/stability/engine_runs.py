@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import step_s
-from adapters.engine import Knob
+from adapters.engine import AccuracyParameter
 from barchain.judge.comparison import judge
 from barchain.judge.evidence import Evidence
 from barchain.run.job import Role
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
     from barchain.judge.comparison import Row, Verdict
     from barchain.run.job import RunResult
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
 OTHER = {Role.COARSE: Role.MAIN, Role.MAIN: Role.FINER, Role.FINER: Role.MAIN, Role.PLAIN: Role.MAIN}
@@ -33,14 +33,14 @@ LEVEL_WORDS = {
     Role.FINER: "finer",
     Role.PLAIN: "SciPy's own",
     Role.EXACT: "exact",
-    Role.TRUTH: "truth",
+    Role.SOLUTION: "solution",
 }
 WITH_TRAJECTORY = frozenset({Outcome.PASS, Outcome.JOINTS_IGNORED})
 """Runs that gave finite samples; of joints that open, wrong ones"""
 
 
 @dataclass(frozen=True)
-class Seen:
+class EngineRuns:
     """What one engine made of one scene."""
 
     scene: Scene
@@ -48,7 +48,7 @@ class Seen:
     engine: type[Engine]
     settings: dict[Role, Setting]
     runs: dict[Role, RunResult]
-    truth: Truth | None
+    solution: ReferenceSolution | None
     """None where it could not be run"""
 
     @property
@@ -69,9 +69,9 @@ class Seen:
     def verdict(self, role: Role) -> Verdict | None:
         """What the comparison says of one level; None without it, its other run or the truth."""
         mine, other = self.runs.get(role), self.runs.get(OTHER.get(role, role))
-        if self.truth is None or mine is None or other is None or role not in OTHER:
+        if self.solution is None or mine is None or other is None or role not in OTHER:
             return None
-        return judge(self.name, self.engine, self.settings[role], Evidence(mine, other), self.truth)
+        return judge(self.name, self.engine, self.settings[role], Evidence(mine, other), self.solution)
 
     def rows(self, role: Role) -> list[Row]:
         """Rows of one level's verdict."""
@@ -80,10 +80,10 @@ class Seen:
 
     def mean_step_s(self, role: Role) -> float | None:
         """Mean step of one level, s; None where its engine does not count them."""
-        seen, setting = self.trajectory(role), self.settings.get(role)
-        if seen is None or setting is None:
+        engine_runs, setting = self.trajectory(role), self.settings.get(role)
+        if engine_runs is None or setting is None:
             return None
-        if setting.knob is Knob.STEPS_PER_ORBIT:
+        if setting.parameter is AccuracyParameter.STEPS_PER_ORBIT:
             return step_s(self.scene, setting.value)
-        steps = float(seen.info.get("steps", 0.0))
-        return float(seen.t_s[-1]) / steps if steps else None
+        steps = float(engine_runs.info.get("steps", 0.0))
+        return float(engine_runs.t_s[-1]) / steps if steps else None

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from adapters.engine import Setting
     from adapters.trajectory import Array, Trajectory
     from barchain.judge.comparison import Row
-    from barchain.solutions.reference import Truth
-    from barchain.studies.stability.engine_runs import Seen
+    from barchain.solutions.reference import ReferenceSolution
+    from barchain.studies.stability.engine_runs import EngineRuns
     from scenarios import Scene
 
 MOST_BARS = 100  # a condition number costs N²
@@ -33,29 +33,29 @@ FOLLOWED = ("energy", "angular_momentum", "gap")
 SERIES_POINTS = 400  # evenly spaced in log t
 
 
-def evidence(seen: Seen) -> list[dict[str, Any]]:
+def evidence(engine_runs: EngineRuns) -> list[dict[str, Any]]:
     """A row for each run."""
-    return [evidence_row(seen, role) for role in seen.levels]
+    return [evidence_row(engine_runs, role) for role in engine_runs.levels]
 
 
-def evidence_row(seen: Seen, role: Role) -> dict[str, Any]:
+def evidence_row(engine_runs: EngineRuns, role: Role) -> dict[str, Any]:
     """Numbers of one run."""
-    result, trajectory, truth = seen.runs[role], seen.trajectory(role), seen.truth
+    result, trajectory, solution = engine_runs.runs[role], engine_runs.trajectory(role), engine_runs.solution
     row: dict[str, Any] = {
-        "scene": seen.scene.name,
-        "engine": seen.name,
+        "scene": engine_runs.scene.name,
+        "engine": engine_runs.name,
         "level": LEVEL_WORDS[role],
-        "setting": str(seen.settings[role]),
+        "setting": str(engine_runs.settings[role]),
         "run": str(result.outcome),
         "reason": result.reason,
-        "mean_step_s": seen.mean_step_s(role),
+        "mean_step_s": engine_runs.mean_step_s(role),
         "simulate_s": result.seconds.get("simulate"),
     }
     if trajectory is not None:
-        row |= {"steps": trajectory.info.get("steps")} | drift_numbers(seen.scene, trajectory)
-    if trajectory is not None and truth is not None:
-        row |= against_truth(trajectory, truth)
-    return row | judged_numbers(seen.rows(role))
+        row |= {"steps": trajectory.info.get("steps")} | drift_numbers(engine_runs.scene, trajectory)
+    if trajectory is not None and solution is not None:
+        row |= against_solution(trajectory, solution)
+    return row | judged_numbers(engine_runs.rows(role))
 
 
 def drift_numbers(scene: Scene, trajectory: Trajectory) -> dict[str, float]:
@@ -66,30 +66,30 @@ def drift_numbers(scene: Scene, trajectory: Trajectory) -> dict[str, float]:
     return row | ({"energy_exponent": grown.exponent} if grown else {})
 
 
-def against_truth(trajectory: Trajectory, truth: Truth) -> dict[str, float | None]:
+def against_solution(trajectory: Trajectory, solution: ReferenceSolution) -> dict[str, float | None]:
     """Differences from the truth that need no tolerance."""
-    error = attitude_error(trajectory, truth)
+    error = attitude_error(trajectory, solution)
     return {
         "attitude_rad": None if error is None else float(error[1].max()),
-        "kinetic_ratio": kinetic_ratio(trajectory, truth),
-        "growth_excess": growth_excess(trajectory, truth),
+        "kinetic_ratio": kinetic_ratio(trajectory, solution),
+        "growth_excess": growth_excess(trajectory, solution),
     }
 
 
 def judged_numbers(rows: list[Row]) -> dict[str, Any]:
     """Worst ratio of each kind of check, the quantity it is of, and the horizon."""
     found: dict[str, Any] = {}
-    for metric, name in (("consistency", "consistency_of"), ("band_used", "band_of")):
+    for metric, name in (("normalised_error", "normalised_error_of"), ("bound_used", "bound_of")):
         own = [r for r in rows if r["metric"] == metric]
         if own:
             row = max(own, key=lambda r: float(r["value"]))
-            found |= {metric: float(row["value"]), name: row["quantity"], "horizon_s": row["horizon_s"]}
+            found |= {metric: float(row["value"]), name: row["quantity"], "limit_s": row["limit_s"]}
     return found
 
 
-def condition_range(scene: Scene, truth: Truth) -> tuple[float, float] | None:
+def condition_range(scene: Scene, solution: ReferenceSolution) -> tuple[float, float] | None:
     """Least and largest condition number of the joint system along the truth; None of chains of too many bars."""
-    angle = truth.trajectory.angle_rad
+    angle = solution.trajectory.angle_rad
     if angle is None or scene.bars > MOST_BARS:
         return None
     model = chain_model(scene)
@@ -98,18 +98,18 @@ def condition_range(scene: Scene, truth: Truth) -> tuple[float, float] | None:
     return min(found), max(found)
 
 
-def plain_row(seen: Seen) -> dict[str, Any] | None:
+def plain_row(engine_runs: EngineRuns) -> dict[str, Any] | None:
     """A SciPy solver at its own default tolerances; None of other engines, and without a truth."""
-    result = seen.runs.get(Role.PLAIN)
-    if result is None or seen.truth is None:
+    result = engine_runs.runs.get(Role.PLAIN)
+    if result is None or engine_runs.solution is None:
         return None
-    trajectory = seen.trajectory(Role.PLAIN)
-    error = attitude_error(trajectory, seen.truth) if trajectory is not None else None
-    main = seen.runs.get(OTHER[Role.PLAIN])
-    verdict = seen.verdicts.get(Role.PLAIN) if main is not None and main.outcome is Outcome.PASS else None
+    trajectory = engine_runs.trajectory(Role.PLAIN)
+    error = attitude_error(trajectory, engine_runs.solution) if trajectory is not None else None
+    main = engine_runs.runs.get(OTHER[Role.PLAIN])
+    verdict = engine_runs.verdicts.get(Role.PLAIN) if main is not None and main.outcome is Outcome.PASS else None
     return {
-        "scene": seen.scene.name,
-        "engine": seen.name,
+        "scene": engine_runs.scene.name,
+        "engine": engine_runs.name,
         "run": str(result.outcome),
         "reason": result.reason,
         "attitude_rad": None if error is None else float(error[1].max()),
@@ -118,24 +118,26 @@ def plain_row(seen: Seen) -> dict[str, Any] | None:
     }
 
 
-def followed(scene: Scene, trajectory: Trajectory, truth: Truth | None) -> dict[str, tuple[Array, Array]]:
+def followed(
+    scene: Scene, trajectory: Trajectory, solution: ReferenceSolution | None
+) -> dict[str, tuple[Array, Array]]:
     """What is followed over time in a long scene: its energy's drift, and the attitude's difference from the truth."""
     found = {}
     if "energy" in (kept := drifts(scene, trajectory)):
         found["energy"] = trajectory.t_s, kept["energy"]
-    error = None if truth is None or trajectory is truth.trajectory else attitude_error(trajectory, truth)
+    error = None if solution is None or trajectory is solution.trajectory else attitude_error(trajectory, solution)
     if error is not None:
         found["attitude"] = error
     return found
 
 
 def laws(
-    scene: Scene, engine: str, level: str, setting: Setting, trajectory: Trajectory, truth: Truth | None
+    scene: Scene, engine: str, level: str, setting: Setting, trajectory: Trajectory, solution: ReferenceSolution | None
 ) -> tuple[list[dict[str, Any]], pd.DataFrame]:
     """Laws of one run's drifts in a long scene, and the drifts themselves, thinned evenly in log t."""
     rows, series = [], []
     named = {"scene": scene.name, "engine": engine, "level": level}
-    for quantity, (t, size) in followed(scene, trajectory, truth).items():
+    for quantity, (t, size) in followed(scene, trajectory, solution).items():
         found = law(t, size)
         if found is not None:
             values = (found.exponent, found.low, found.high, found.at_end)

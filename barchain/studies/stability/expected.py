@@ -19,7 +19,7 @@ PATH = Path(__file__).with_name("expected.toml")
 HEADER = "# How each engine fares in each hard scene; written by `barchain stability --accept`.\n"
 SLOW = "failed: time"  # a time-out, which another machine may not see
 HARM = (
-    Stability.STABLE, Stability.DRIFTING, Stability.UNSUPPORTED, Stability.REFUSED, Stability.INACCURATE,
+    Stability.STABLE, Stability.DRIFTING, Stability.UNSUPPORTED, Stability.REJECTED, Stability.INACCURATE,
     Stability.UNSTABLE, Stability.FAILED,
 )  # fmt: skip
 """From the best to the worst for who relies on it: saying no is better than being wrong"""

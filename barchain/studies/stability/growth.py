@@ -8,27 +8,27 @@ import numpy as np
 
 from barchain.judge.tolerances import NORM_SLACK
 from barchain.metrics.quantities import differences
-from barchain.solutions.reference import PARTED_RAD, TWIN_ASIDE
+from barchain.solutions.reference import PARTED_RAD, PERTURBATION_RAD
 from barchain.timing.orders import slope
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from adapters.trajectory import Array, Trajectory
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
 
 CLEAR = 10.0  # times its first size, or the truth's own error: what has grown so far is growth and no longer its seed
 FEWEST = 5  # samples of a fit
 UNSTABLE = "unstable"  # tag of scenes on an unstable equilibrium
 
 
-def attitude_error(seen: Trajectory, truth: Truth) -> tuple[Array, Array] | None:
+def attitude_error(engine_runs: Trajectory, solution: ReferenceSolution) -> tuple[Array, Array] | None:
     """Instants up to the truth's horizon, and the difference from it there, rad: each (n,); None without attitude."""
-    apart = differences(seen, truth.trajectory).get("attitude")
+    apart = differences(engine_runs, solution.trajectory).get("attitude")
     if apart is None:
         return None
-    t = truth.trajectory.t_s[: len(apart)]
-    inside = t <= truth.horizon_s
+    t = solution.trajectory.t_s[: len(apart)]
+    inside = t <= solution.limit_s
     return t[inside], apart[inside]
 
 
@@ -40,24 +40,24 @@ def exponential_rate(t_s: Array, size: Array, inside: NDArray[np.bool_]) -> tupl
     return found.value, found.low
 
 
-def linear_rate(truth: Truth) -> tuple[float, float] | None:
+def linear_rate(solution: ReferenceSolution) -> tuple[float, float] | None:
     """Rate at which the scene itself makes a small departure grow, 1/s: the twin's, while it is linear."""
-    growth = truth.growth
-    inside = (growth > CLEAR) & (growth < PARTED_RAD / TWIN_ASIDE)
-    return exponential_rate(truth.trajectory.t_s[: len(growth)], growth, inside)
+    amplification = solution.amplification
+    inside = (amplification > CLEAR) & (amplification < PARTED_RAD / PERTURBATION_RAD)
+    return exponential_rate(solution.trajectory.t_s[: len(amplification)], amplification, inside)
 
 
-def own_motion(truth: Truth) -> Array:
+def own_motion(solution: ReferenceSolution) -> Array:
     """How far the truth itself has left where it stood, (n,) rad, never falling: against its own horizontal."""
-    seen = truth.trajectory
-    assert seen.angle_rad is not None
-    longitude = np.unwrap(np.arctan2(seen.com_m[:, 1], seen.com_m[:, 0]))
-    stood = seen.angle_rad - longitude[:, None]
+    engine_runs = solution.trajectory
+    assert engine_runs.angle_rad is not None
+    longitude = np.unwrap(np.arctan2(engine_runs.com_m[:, 1], engine_runs.com_m[:, 0]))
+    stood = engine_runs.angle_rad - longitude[:, None]
     largest: Array = np.maximum.accumulate(np.abs(stood - stood[0]).max(axis=1))
     return largest
 
 
-def growth_excess(seen: Trajectory, truth: Truth) -> float | None:
+def growth_excess(engine_runs: Trajectory, solution: ReferenceSolution) -> float | None:
     """How many times more a departure from the truth grew than the scene's linear growth; None where none is seen.
 
     Asked of scenes on an unstable equilibrium (tag `unstable`): elsewhere nothing grows exponentially from the start.
@@ -67,9 +67,9 @@ def growth_excess(seen: Trajectory, truth: Truth) -> float | None:
     less than a tenth more in all. It is asked while the departure exceeds the truth's own motion: where the truth moves
     more, a method errs in proportion to a motion that itself grows, which feeds the departure and is no instability.
     """
-    if UNSTABLE not in truth.scene.tags:
+    if UNSTABLE not in solution.scene.tags:
         return None
-    error, own = attitude_error(seen, truth), linear_rate(truth)
+    error, own = attitude_error(engine_runs, solution), linear_rate(solution)
     if error is None or own is None:
         return None
     t, apart = error
@@ -77,8 +77,8 @@ def growth_excess(seen: Trajectory, truth: Truth) -> float | None:
     nonzero = size[size > 0.0]
     if not len(nonzero):
         return None
-    clear = CLEAR * np.maximum(nonzero[0], truth.error["attitude"][: len(size)])
-    inside = (size > np.maximum(clear, own_motion(truth)[: len(size)])) & (size < PARTED_RAD)
+    clear = CLEAR * np.maximum(nonzero[0], solution.error["attitude"][: len(size)])
+    inside = (size > np.maximum(clear, own_motion(solution)[: len(size)])) & (size < PARTED_RAD)
     found = exponential_rate(t, size, inside)
     if found is None:
         return None

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting, steps_between_samples
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.ode_solvers.scipy_engines import ScipyEngine
 from adapters.registry import ENGINES, engines, find_engine
 from barchain.run.compilation import COMPILED
-from barchain.run.job import TRUTH_ROLES, Job, Role
+from barchain.run.job import SOLUTION_ROLES, Job, Role
 from barchain.studies.stability.limits import TIME_LIMIT_S
 from scenarios import load_scene, scene_names
 
@@ -25,7 +25,9 @@ HARD = "hard/"
 HUGE = "huge"  # tag of scenes that take hours, and are run where they are named
 LONG = "long"  # tag of scenes whose drifts are followed over time
 
-TRUTH_LIMIT_S = 600.0  # a truth is run four times, at its tightest and at close samples; without it nothing is judged
+SOLUTION_LIMIT_S = (
+    600.0  # a truth is run four times, at its tightest and at close samples; without it nothing is judged
+)
 LEVELS = (Role.COARSE, Role.MAIN, Role.FINER)
 COARSER_RTOL, COARSER_STEPS = 100.0, 0.25  # two decades of a request; two halvings of a step
 PLAIN_RTOL = 1e-3  # SciPy's default; its default absolute tolerance of 1e-6 is a thousandth of it, as the adapter takes
@@ -48,8 +50,8 @@ class Plan:
         """Number of runs, for the progress."""
         classes = [r.load() for r in self.engines.values()]
         able = [(s, e) for s in self.scenes for e in classes if e.unsupported(s) is None]
-        truths = sum(len(TRUTH_ROLES) + len(exact_jobs(s)) for s in self.scenes)
-        return truths + sum(len(settings(s, e)) for s, e in able)
+        certified_solutions = sum(len(SOLUTION_ROLES) + len(exact_jobs(s)) for s in self.scenes)
+        return certified_solutions + sum(len(settings(s, e)) for s, e in able)
 
 
 def hard_scenes() -> list[str]:
@@ -70,21 +72,21 @@ def chosen_engines(names: Iterable[str] | None) -> dict[str, Registration]:
 
 def settings(scene: Scene, engine: type[Engine]) -> dict[Role, Setting]:
     """Settings of an engine in a scene, by role; samples may lie too close for a coarser one."""
-    main = engine.ladder.setting()
-    found = {Role.MAIN: main, Role.FINER: finer_setting(scene, engine.ladder, main)}
+    main = engine.sweep.setting()
+    found = {Role.MAIN: main, Role.FINER: finer_setting(scene, engine.sweep, main)}
     coarse = coarser(scene, main)
     if coarse is not None:
         found[Role.COARSE] = coarse
     if issubclass(engine, ScipyEngine):
-        found[Role.PLAIN] = Setting(Knob.RTOL, PLAIN_RTOL)
+        found[Role.PLAIN] = Setting(AccuracyParameter.RTOL, PLAIN_RTOL)
     return found
 
 
 def coarser(scene: Scene, main: Setting) -> Setting | None:
     """A hundred times the request, or a quarter of the steps; None where that makes the same steps."""
-    if main.knob is Knob.RTOL:
-        return Setting(Knob.RTOL, COARSER_RTOL * main.value)
-    found = Setting(main.knob, COARSER_STEPS * main.value)
+    if main.parameter is AccuracyParameter.RTOL:
+        return Setting(AccuracyParameter.RTOL, COARSER_RTOL * main.value)
+    found = Setting(main.parameter, COARSER_STEPS * main.value)
     same = steps_between_samples(scene, found.value) == steps_between_samples(scene, main.value)
     return None if same else found
 
@@ -93,4 +95,4 @@ def exact_jobs(scene: Scene) -> list[Job]:
     """The compiled reference with compensated sums, in a scene whose drifts are followed over time."""
     if LONG not in scene.tags or ENGINES[COMPILED].missing:
         return []
-    return [Job(scene, COMPILED, ENGINES[COMPILED], Setting(Knob.RTOL, EXACT_RTOL), Role.EXACT)]
+    return [Job(scene, COMPILED, ENGINES[COMPILED], Setting(AccuracyParameter.RTOL, EXACT_RTOL), Role.EXACT)]

@@ -10,7 +10,7 @@ from barchain.judge.comparison import LEAST_JUDGED, OF_TWO_SETTINGS
 from barchain.judge.tolerances import NORM_SLACK
 from barchain.metrics.quantities import drifts
 from barchain.run.job import Role
-from barchain.solutions.reference import PARTED_RAD, RICHARDSON, horizon
+from barchain.solutions.reference import PARTED_RAD, RICHARDSON, predictability_limit
 from barchain.studies.stability.engine_runs import JUDGED, LEVEL_WORDS, WITH_TRAJECTORY
 from barchain.studies.stability.growth import attitude_error, grows_too_fast, growth_excess
 from barchain.studies.stability.law import Law, law
@@ -20,8 +20,8 @@ from reports.tables.stability import Stability
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
     from barchain.judge.comparison import Row
-    from barchain.solutions.reference import Truth
-    from barchain.studies.stability.engine_runs import Seen
+    from barchain.solutions.reference import ReferenceSolution
+    from barchain.studies.stability.engine_runs import EngineRuns
 
 ILL_POSED = "ill-posed"  # tag of scenes in which nobody need be stable
 DRIFT = "drift"
@@ -41,106 +41,108 @@ class Finding:
     """How"""
 
 
-def finding(seen: Seen) -> Finding:
+def finding(engine_runs: EngineRuns) -> Finding:
     """Outcome by the first rule that applies: the gravest one, as they are asked."""
-    for rule in (refused, failed, unstable, inaccurate, drifting):
-        found = rule(seen)
+    for rule in (rejected, failed, unstable, inaccurate, drifting):
+        found = rule(engine_runs)
         if found is not None:
             return found
     return Finding(Stability.STABLE)
 
 
-def refused(seen: Seen) -> Finding | None:
+def rejected(engine_runs: EngineRuns) -> Finding | None:
     """The engine says, in one line and before its first step, that it will not."""
-    main = seen.runs[Role.MAIN]
-    return Finding(Stability.REFUSED, main.reason) if main.refused else None
+    main = engine_runs.runs[Role.MAIN]
+    return Finding(Stability.REJECTED, main.reason) if main.rejected else None
 
 
-def failed(seen: Seen) -> Finding | None:
+def failed(engine_runs: EngineRuns) -> Finding | None:
     """No finite trajectory to the end at the default or the finer setting, another end than the truth's, or no truth.
 
     Time-outs hang on the machine, and are marked so.
     """
     for role in JUDGED:
-        result = seen.runs[role]
+        result = engine_runs.runs[role]
         if result.outcome not in WITH_TRAJECTORY:
             said = result.reason or result.outcome.advice
             return Finding(Stability.FAILED, said + at(role), result.outcome is Outcome.TIMED_OUT)
-    if seen.truth is None:
+    if engine_runs.solution is None:
         return Finding(Stability.FAILED, "the truth of the scene could not be run")
     for role in JUDGED:
-        for row in seen.rows(role):
+        for row in engine_runs.rows(role):
             if row["quantity"] == "run" and row["outcome"] == Outcome.INCOMPLETE:
                 return Finding(Stability.FAILED, row["reason"] + at(role))
     return None
 
 
-def unstable(seen: Seen) -> Finding | None:
+def unstable(engine_runs: EngineRuns) -> Finding | None:
     """Finite, and blown up at the default or the finer setting."""
-    if seen.truth is None:
+    if engine_runs.solution is None:
         return None
     for role in JUDGED:
-        trajectory = seen.trajectory(role)
-        said = trajectory and (blown_up(trajectory, seen.truth) or ran_away(trajectory, seen.truth))
+        trajectory = engine_runs.trajectory(role)
+        said = trajectory and (blown_up(trajectory, engine_runs.solution) or ran_away(trajectory, engine_runs.solution))
         if said:
             return Finding(Stability.UNSTABLE, said + at(role))
-    said = grows_with_finer(seen, seen.truth)
+    said = grows_with_finer(engine_runs, engine_runs.solution)
     return Finding(Stability.UNSTABLE, said) if said else None
 
 
-def blown_up(trajectory: Trajectory, truth: Truth) -> str:
+def blown_up(trajectory: Trajectory, solution: ReferenceSolution) -> str:
     """Kinetic energy about the centre of mass beyond all that there can be, after the attitude has left the truth's."""
-    ratio = kinetic_ratio(trajectory, truth)
+    ratio = kinetic_ratio(trajectory, solution)
     if ratio is None or ratio <= BLOWN_UP:
         return ""
-    end = float(truth.trajectory.t_s[-1])
-    left = horizon(trajectory, truth.trajectory)
+    end = float(solution.trajectory.t_s[-1])
+    left = predictability_limit(trajectory, solution.trajectory)
     if left >= end:
         return ""
     return f"{ratio:.3g} times the largest kinetic energy there can be, attitude lost at t = {left:.6g} of {end:.6g} s"
 
 
-def ran_away(trajectory: Trajectory, truth: Truth) -> str:
+def ran_away(trajectory: Trajectory, solution: ReferenceSolution) -> str:
     """A departure from an unstable equilibrium that grows faster than its linear growth."""
-    excess = growth_excess(trajectory, truth)
+    excess = growth_excess(trajectory, solution)
     if excess is None or not grows_too_fast(excess):
         return ""
     return f"its departure grew {excess:.3g} times more than the scene's own growth, allowed: {NORM_SLACK:g}"
 
 
-def grows_with_finer(seen: Seen, truth: Truth) -> str:
+def grows_with_finer(engine_runs: EngineRuns, solution: ReferenceSolution) -> str:
     """An attitude that was followed at the default setting and gets worse, and wrong, at the finer one."""
-    errors = [e for role in JUDGED if (t := seen.trajectory(role)) is not None and (e := attitude_error(t, truth))]
+    errors = [
+        e for role in JUDGED if (t := engine_runs.trajectory(role)) is not None and (e := attitude_error(t, solution))
+    ]
     if len(errors) < len(JUDGED):
         return ""
     main, finer = (float(apart.max()) for _, apart in errors)
-    wrong = any(r["quantity"] == "attitude" and not Outcome(r["outcome"]).ok for r in seen.rows(Role.FINER))
+    wrong = any(r["quantity"] == "attitude" and not Outcome(r["outcome"]).ok for r in engine_runs.rows(Role.FINER))
     if main > PARTED_RAD or finer <= RICHARDSON * main or not wrong:
         return ""
     return f"a finer setting makes the attitude's error {finer / main if main else float('inf'):.3g} times larger"
 
 
-def inaccurate(seen: Seen) -> Finding | None:
+def inaccurate(engine_runs: EngineRuns) -> Finding | None:
     """Finite, and wrong: what the comparison refuses point by point, up to the horizon."""
     for role in JUDGED:
-        result = seen.runs[role]
+        result = engine_runs.runs[role]
         if result.outcome is Outcome.JOINTS_IGNORED:
             return Finding(Stability.INACCURATE, result.reason + at(role))
-        rows = [r for r in seen.rows(role) if r["metric"] != DRIFT and r["metric"] not in OF_TWO_SETTINGS]
-        wrong = [r for r in rows if refuses(r, seen)]
+        rows = [r for r in engine_runs.rows(role) if r["metric"] != DRIFT and r["metric"] not in OF_TWO_SETTINGS]
+        wrong = [r for r in rows if refuses(r, engine_runs)]
         if wrong:
             return Finding(Stability.INACCURATE, worst(wrong) + at(role))
     return None
 
 
-def refuses(row: Row, seen: Seen) -> bool:
+def refuses(row: Row, engine_runs: EngineRuns) -> bool:
     """Whether a row stands against an engine.
 
     Settings that part early do so only if that is early beside the truth's own horizon: chaos is physics.
     """
     outcome = Outcome(row["outcome"])
     if outcome is Outcome.NOTHING_COMPARED:
-        return seen.truth is not None and row["horizon_s"] <= LEAST_JUDGED * seen.truth.horizon_s
+        return engine_runs.solution is not None and row["limit_s"] <= LEAST_JUDGED * engine_runs.solution.limit_s
     return not outcome.ok
 
 
@@ -161,15 +163,15 @@ def worst(wrong: list[Row]) -> str:
     return f"{named}{said}"
 
 
-def drifting(seen: Seen) -> Finding | None:
+def drifting(engine_runs: EngineRuns) -> Finding | None:
     """What should stay drifts out of its band at the default or the finer setting."""
     for role in JUDGED:
-        trajectory = seen.trajectory(role)
-        out = [r for r in seen.rows(role) if r["metric"] == DRIFT and not Outcome(r["outcome"]).ok]
+        trajectory = engine_runs.trajectory(role)
+        out = [r for r in engine_runs.rows(role) if r["metric"] == DRIFT and not Outcome(r["outcome"]).ok]
         if not out or trajectory is None:
             continue
         row = max(out, key=lambda r: float(r["value"]) / float(r["tolerance"]) if r["tolerance"] else float("inf"))
-        found = law(trajectory.t_s, drifts(seen.scene, trajectory)[row["quantity"]])
+        found = law(trajectory.t_s, drifts(engine_runs.scene, trajectory)[row["quantity"]])
         words = f", {found.words}" if found else ""
         said = f"{row['quantity'].replace('_', ' ')}: {row['reason']}{words}{at(role)}"
         return Finding(Stability.DRIFTING, said, quantity=row["quantity"], law=found)

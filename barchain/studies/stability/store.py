@@ -18,7 +18,7 @@ from reports.tables.stability import EVIDENCE, LAWS, OUTCOMES, PLAIN, SERIES
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.studies.stability.engine_runs import Seen
+    from barchain.studies.stability.engine_runs import EngineRuns
     from barchain.studies.stability.expected import Change
     from barchain.studies.stability.rules import Finding
 
@@ -44,7 +44,7 @@ class StabilityStore(Store):
             return {}
         record = json.loads(path.read_text(encoding="utf-8"))
         short = float(record.get("time_limit_s", 0.0)) < self.record["time_limit_s"]
-        runs = [run for run in record.get("runs", []) if "refused" in run]
+        runs = [run for run in record.get("runs", []) if "rejected" in run]
         return {run["key"]: run for run in runs if not (short and run["outcome"] == Outcome.TIMED_OUT)}
 
     def recall(self, job: Job, earlier: dict[str, dict[str, Any]]) -> RunResult | None:
@@ -54,7 +54,7 @@ class StabilityStore(Store):
             return super().recall(job, earlier)
         if run["outcome"] == Outcome.PASS:
             return None
-        return RunResult(Outcome(run["outcome"]), run["reason"], None, run["seconds"], run["refused"])
+        return RunResult(Outcome(run["outcome"]), run["reason"], None, run["seconds"], run["rejected"])
 
     def keep_run(self, job: Job, result: RunResult) -> None:
         """Write a run's trajectory and note it in run.json; no earlier trajectory stays beside a failure.
@@ -65,13 +65,15 @@ class StabilityStore(Store):
             self.path(job).unlink(missing_ok=True)
             result = replace(result, trajectory=None)
         super().keep_run(job, result)
-        self.record["runs"][-1]["refused"] = result.refused
+        self.record["runs"][-1]["rejected"] = result.rejected
 
-    def keep_finding(self, seen: Seen, finding: Finding, before: str | None, changed: Change | None) -> None:
+    def keep_finding(
+        self, engine_runs: EngineRuns, finding: Finding, before: str | None, changed: Change | None
+    ) -> None:
         """Write an outcome and its evidence."""
-        self.tables["outcomes"].append(outcome_row(seen.scene.name, seen.name, finding, before, changed))
-        self.tables["evidence"] += evidence(seen)
-        row = plain_row(seen)
+        self.tables["outcomes"].append(outcome_row(engine_runs.scene.name, engine_runs.name, finding, before, changed))
+        self.tables["evidence"] += evidence(engine_runs)
+        row = plain_row(engine_runs)
         if row is not None:
             self.tables["plain"].append(row)
             self.write("plain")

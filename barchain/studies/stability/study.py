@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 from barchain.judge.support import unsupported
 from barchain.record.environment import provenance
 from barchain.run.compilation import announcement
-from barchain.run.job import TRUTH_ROLES, Job, Role, RunResult, failure
+from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult, failure
 from barchain.run.pool import run_jobs
-from barchain.solutions.reference import TRUTH_RTOL, Truth
-from barchain.solutions.reference_runs import TruthFailedError, truth_engine, truth_jobs, truth_of
+from barchain.solutions.reference import SOLUTION_RTOL, ReferenceSolution
+from barchain.solutions.reference_runs import SolutionFailedError, solution_engine, solution_jobs, solution_of
 from barchain.studies.stability import expected
-from barchain.studies.stability.engine_runs import LEVEL_WORDS, WITH_TRAJECTORY, Seen
+from barchain.studies.stability.engine_runs import LEVEL_WORDS, WITH_TRAJECTORY, EngineRuns
 from barchain.studies.stability.evidence import condition_range, laws
 from barchain.studies.stability.growth import linear_rate
-from barchain.studies.stability.plan import LEVELS, LONG, TRUTH_LIMIT_S, Plan, exact_jobs, settings
+from barchain.studies.stability.plan import LEVELS, LONG, SOLUTION_LIMIT_S, Plan, exact_jobs, settings
 from barchain.studies.stability.rules import ILL_POSED, Finding, finding
 from barchain.studies.stability.store import StabilityStore
 from reports.tables.outcome import Outcome
@@ -45,10 +45,10 @@ class SceneStudy:
     """One scene as its results come."""
 
     scene: Scene
-    truths: dict[Role, RunResult] = field(default_factory=dict)
+    certified_solutions: dict[Role, RunResult] = field(default_factory=dict)
     runs: dict[str, dict[Role, RunResult]] = field(default_factory=dict)
-    truth: Truth | None = None
-    truth_failed: str = ""
+    solution: ReferenceSolution | None = None
+    solution_failed: str = ""
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Study:
         self.earlier = self.store.earlier_runs() if self.plan.resume else {}
         self.store.write_record()
         self.leave_out()
-        self.make([job for s in self.plan.scenes for job in truth_jobs(s)])
+        self.make([job for s in self.plan.scenes for job in solution_jobs(s)])
         for wave in WAVES:
             self.make(self.hopeful(self.jobs(wave)))
         self.store.record.update(finished=True, seconds=time.perf_counter() - start)
@@ -128,8 +128,8 @@ class Study:
 
     def limit_s(self, job: Job) -> float:
         """Wall time allowed to a run."""
-        if job.role in TRUTH_ROLES:
-            return TRUTH_LIMIT_S
+        if job.role in SOLUTION_ROLES:
+            return SOLUTION_LIMIT_S
         return self.plan.time_limit_s * (OURS_PATIENCE if job.engine in OURS else 1.0)
 
     def late_before(self, job: Job) -> Role | None:
@@ -161,9 +161,9 @@ class Study:
         said = "pass" if result.outcome is Outcome.PASS else f"{result.outcome}: {result.reason}"
         self.report(job.scene.name, job.engine, f"{job.setting} {said}" if said != "pass" else said)
         progress = self.scenes[job.scene.name]
-        if job.role in TRUTH_ROLES:
-            progress.truths[job.role] = result
-            self.found_truth(progress)
+        if job.role in SOLUTION_ROLES:
+            progress.certified_solutions[job.role] = result
+            self.found_solution(progress)
         elif job.role is Role.EXACT:
             self.follow(progress, job, result)
         else:
@@ -171,19 +171,19 @@ class Study:
             if job.role is Role.FINER:
                 self.judge(progress, job.engine)
 
-    def found_truth(self, progress: SceneStudy) -> None:
+    def found_solution(self, progress: SceneStudy) -> None:
         """Establish the truth once its runs are there."""
         scene, facts = progress.scene, self.store.record["scenes"][progress.scene.name]
         try:
-            progress.truth = truth_of(scene, progress.truths)
-        except TruthFailedError as error:
-            progress.truth_failed = facts["truth_failed"] = str(error)
+            progress.solution = solution_of(scene, progress.certified_solutions)
+        except SolutionFailedError as error:
+            progress.solution_failed = facts["solution_failed"] = str(error)
             self.note(f"{scene.name} has no truth: {error}")
-        if progress.truth is None:
+        if progress.solution is None:
             return
-        facts |= truth_facts(progress.truth)
-        job = next(j for j in truth_jobs(scene) if j.role is Role.TRUTH)
-        self.follow(progress, job, progress.truths[Role.TRUTH])
+        facts |= solution_facts(progress.solution)
+        job = next(j for j in solution_jobs(scene) if j.role is Role.SOLUTION)
+        self.follow(progress, job, progress.certified_solutions[Role.SOLUTION])
         self.store.write_record()
 
     def follow(self, progress: SceneStudy, job: Job, result: RunResult) -> None:
@@ -191,30 +191,32 @@ class Study:
         if LONG not in progress.scene.tags or result.trajectory is None or result.outcome not in WITH_TRAJECTORY:
             return
         level = LEVEL_WORDS[job.role]
-        self.store.keep_laws(*laws(progress.scene, job.engine, level, job.setting, result.trajectory, progress.truth))
+        self.store.keep_laws(
+            *laws(progress.scene, job.engine, level, job.setting, result.trajectory, progress.solution)
+        )
 
     def judge(self, progress: SceneStudy, engine: str) -> None:
         """Judge an engine whose runs are all there."""
         scene, runs, own = progress.scene, progress.runs[engine], self.classes[engine]
-        seen = Seen(scene, engine, own, settings(scene, own), runs, progress.truth)
-        reason = unsupported(own, progress.truth) if progress.truth is not None else None
-        found = finding(seen) if reason is None else Finding(Stability.UNSUPPORTED, reason)
-        self.settle(scene.name, engine, found, seen)
+        engine_runs = EngineRuns(scene, engine, own, settings(scene, own), runs, progress.solution)
+        reason = unsupported(own, progress.solution) if progress.solution is not None else None
+        found = finding(engine_runs) if reason is None else Finding(Stability.UNSUPPORTED, reason)
+        self.settle(scene.name, engine, found, engine_runs)
         for role in (Role.MAIN, Role.FINER):
-            job = Job(scene, engine, self.plan.engines[engine], seen.settings[role], role)
+            job = Job(scene, engine, self.plan.engines[engine], engine_runs.settings[role], role)
             self.follow(progress, job, runs[role])
 
-    def settle(self, scene: str, engine: str, found: Finding, seen: Seen | None = None) -> None:
+    def settle(self, scene: str, engine: str, found: Finding, engine_runs: EngineRuns | None = None) -> None:
         """Keep an outcome, and see whether it is the one recorded."""
         before = self.recorded.get((scene, engine))
         changed = expected.change(scene, engine, before, found)
         self.findings[scene, engine] = found
         if changed:
             self.changes.append(changed)
-        if seen is None:
+        if engine_runs is None:
             self.store.keep_left_out(scene, engine, found, before, changed)
         else:
-            self.store.keep_finding(seen, found, before, changed)
+            self.store.keep_finding(engine_runs, found, before, changed)
 
     def unstable_ours(self) -> tuple[Pair, ...]:
         """Well-posed scenes in which ours are not stable; a run that was not in time tells of the machine."""
@@ -226,21 +228,21 @@ class Study:
         )
 
 
-def truth_facts(truth: Truth) -> dict[str, Any]:
+def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
     """What the record says of a scene's truth."""
-    condition, rate = condition_range(truth.scene, truth), linear_rate(truth)
-    inside = truth.trajectory.t_s[: len(truth.growth)] <= truth.horizon_s
+    condition, rate = condition_range(solution.scene, solution), linear_rate(solution)
+    inside = solution.trajectory.t_s[: len(solution.amplification)] <= solution.limit_s
     return {
-        "truth_setting": f"rtol={TRUTH_RTOL:g}",
-        "truth_engine": truth_engine(),
-        "truth_method": str(truth.trajectory.info.get("method", "")),
-        "truth_steps": truth.trajectory.info.get("steps"),
-        "truth_error_rad": float(truth.error["attitude"][: len(inside)][inside].max()),
-        "truth_horizon_s": truth.horizon_s,
-        "growth_total": float(truth.growth[-1]),
+        "solution_setting": f"rtol={SOLUTION_RTOL:g}",
+        "solution_engine": solution_engine(),
+        "solution_method": str(solution.trajectory.info.get("method", "")),
+        "solution_steps": solution.trajectory.info.get("steps"),
+        "solution_error_rad": float(solution.error["attitude"][: len(inside)][inside].max()),
+        "solution_limit_s": solution.limit_s,
+        "growth_total": float(solution.amplification[-1]),
         "growth_rate_per_s": None if rate is None else rate[0],
         "condition": None if condition is None else list(condition),
-        "ended": truth.trajectory.ended,
+        "ended": solution.trajectory.ended,
     }
 
 

@@ -66,7 +66,7 @@ class CostScene:
     anchor: str
     title: str
     orbits: float | None
-    truth: dict[str, Any]
+    solution: dict[str, Any]
     overviews: tuple[Panel, ...]
     families: tuple[Panel, ...]
     reach: tuple[ReachTable, ...]
@@ -117,7 +117,7 @@ def view_scene(tables: CostTables, scene: str) -> CostScene:
         name,
         str(facts.get("title") or scene),
         number(facts.get("orbits")),
-        mapping(mapping(tables.record.get("truths")).get(scene)),
+        mapping(mapping(tables.record.get("certified_solutions")).get(scene)),
         tuple(p for p in overviews(points, name) if p),
         tuple(by_family(timed)),
         reach_tables(tables.reach, scene),

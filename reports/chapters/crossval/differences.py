@@ -11,7 +11,7 @@ from reports.chapters.crossval.summary import SHORT_OF_THE_RUN
 from reports.plotting.palette import COLOURS, Pen
 from reports.plotting.panels import Legend, Line, linear_panel, log_panel
 from reports.plotting.series import column
-from reports.tables.crossval import GROWTH, QUANTITY_UNITS
+from reports.tables.crossval import AMPLIFICATION, QUANTITY_UNITS
 
 if TYPE_CHECKING:
     from reports.chapters.crossval.scene_data import Group, SceneData
@@ -45,11 +45,11 @@ class DifferenceCharts:
             y = column(table, f"{quantity}_difference")
             if y is None:
                 continue
-            t, horizon = table["t_s"].to_numpy(float), self.data.horizon(engine, quantity)
-            seen = t <= horizon
+            t, predictability_limit = table["t_s"].to_numpy(float), self.data.predictability_limit(engine, quantity)
+            seen = t <= predictability_limit
             tolerance = column(table, f"{quantity}_tolerance")
             shown = None if tolerance is None else tolerance[seen]
-            cut = horizon < SHORT_OF_THE_RUN * self.data.end_s
+            cut = predictability_limit < SHORT_OF_THE_RUN * self.data.end_s
             lines.append(Line(t[seen] / self.data.unit_s, y[seen], self.data.pens[engine], shown, cut))
             engines.append(engine)
         return log_panel(self.data.frame(quantity, title, QUANTITY_UNITS[quantity], lines)), engines
@@ -60,9 +60,9 @@ class DifferenceCharts:
         for engine, table in self.data.differences.items():
             y = column(table, f"{quantity}_drift")
             if y is not None:
-                band = column(table, f"{quantity}_band")
+                bound = column(table, f"{quantity}_band")
                 t = table["t_s"].to_numpy(float) / self.data.unit_s
-                lines.append(Line(t, np.abs(y), self.data.pens[engine], band))
+                lines.append(Line(t, np.abs(y), self.data.pens[engine], bound))
                 engines.append(engine)
         unit = QUANTITY_UNITS[quantity]
         return log_panel(self.data.frame(quantity, title, "relative" if unit == "1" else unit, lines)), engines
@@ -82,12 +82,12 @@ class DifferenceCharts:
 
     def growth_panel(self) -> Panel | None:
         """How a small perturbation of the attitude grows."""
-        table = self.data.results.differences(self.data.scene.name, GROWTH)
-        y = None if table is None else column(table, "growth")
+        table = self.data.results.differences(self.data.scene.name, AMPLIFICATION)
+        y = None if table is None else column(table, "amplification")
         if table is None or y is None:
             return None
         lines = [Line(table["t_s"].to_numpy(float) / self.data.unit_s, y, Pen(COLOURS["ink"]))]
-        frame = self.data.frame("growth", "Growth of a small perturbation", "times", lines)
+        frame = self.data.frame("amplification", "Growth of a small perturbation", "times", lines)
         return log_panel(frame) if np.nanmax(y) > LITTLE_GROWTH else linear_panel(frame)
 
     def legend(self, found: list[tuple[Panel | None, list[str]]]) -> tuple[Legend, ...]:

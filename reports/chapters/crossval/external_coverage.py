@@ -30,7 +30,7 @@ def carrier_words(summary: Summary, scene: SceneRecord) -> tuple[str, str] | Non
         return ("", instant_words(instants)) if instants else None
     lacking = bool(known) and all(c.engine in lack for c in outside)
     headline = STOPPED if instants else LACKING if lacking else UNABLE
-    said = [instant_words(instants), not_asked_words(known.get("not_asked")), truth_words(known)]
+    said = [instant_words(instants), not_asked_words(known.get("not_asked")), solution_words(known)]
     return headline, " ".join(s for s in said if s)
 
 
@@ -59,12 +59,12 @@ def not_asked_words(names: object) -> str:
     return f"{joined(names)} can do it and {'was' if len(names) == 1 else 'were'} not asked."
 
 
-def truth_words(known: dict[str, object]) -> str:
+def solution_words(known: dict[str, object]) -> str:
     """What the agreement of our own forms is worth."""
-    truth = str(known.get("truth") or "")
-    if not truth:
+    solution = str(known.get("solution") or "")
+    if not solution:
         return f"{ONE_DERIVATION}."
     return (
         f"{ONE_DERIVATION}; an independent one, heyoka\N{RIGHT SINGLE QUOTATION MARK}s, is committed as the truth of "
-        f"these physics ({truth}), and barchain\N{RIGHT SINGLE QUOTATION MARK}s tests hold the reference to it."
+        f"these physics ({solution}), and barchain\N{RIGHT SINGLE QUOTATION MARK}s tests hold the reference to it."
     )

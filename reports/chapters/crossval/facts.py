@@ -37,9 +37,9 @@ def facts(scene: SceneRecord, *, of_track: bool = True) -> list[tuple[str, Fact]
         ("Period", span(scene.value("period_s")) if scene.closed else ""),
         ("Duration", duration(scene)),
         *((f"Bar {p.get('bar', '?')} turned", prescription_words(p)) for p in scene.prescribed),
-        ("Truth", ", ".join(filter(None, [scene.text("truth_engine"), scene.text("truth_setting")]))),
-        ("Truth holds", truth_holds(scene)),
-        ("The truth's error", (scene.value("truth_error_rad"), "rad")),
+        ("Truth", ", ".join(filter(None, [scene.text("solution_engine"), scene.text("solution_setting")]))),
+        ("Truth holds", solution_valid(scene)),
+        ("The truth's error", (scene.value("solution_error_rad"), "rad")),
         ("Growth per orbit", (scene.value("growth_per_orbit") if scene.closed else None, "times")),
         ("Growth in all", (scene.value("growth_total"), "times")),
         ("Model difference", model_difference(scene) if of_track else ""),
@@ -53,16 +53,16 @@ def facts(scene: SceneRecord, *, of_track: bool = True) -> list[tuple[str, Fact]
     return kept
 
 
-def truth_holds(scene: SceneRecord) -> str:
+def solution_valid(scene: SceneRecord) -> str:
     """``to 2.76 of 5 orbits``; empty where it is not recorded."""
-    horizon, end = scene.value("truth_horizon_s"), scene.value("duration_s")
-    if horizon is None or end is None:
+    predictability_limit, end = scene.value("solution_limit_s"), scene.value("duration_s")
+    if predictability_limit is None or end is None:
         return ""
-    if horizon > SHORT_OF_THE_RUN * end:
+    if predictability_limit > SHORT_OF_THE_RUN * end:
         return "to the end of the run"
     if not scene.closed:
-        return f"to {horizon:.4g} of {end:.4g} s"
-    return f"to {horizon / scene.period_s:.2f} of {end / scene.period_s:.4g} orbits"
+        return f"to {predictability_limit:.4g} of {end:.4g} s"
+    return f"to {predictability_limit / scene.period_s:.2f} of {end / scene.period_s:.4g} orbits"
 
 
 def altitude(scene: SceneRecord) -> str:

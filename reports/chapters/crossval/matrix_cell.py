@@ -10,11 +10,11 @@ if TYPE_CHECKING:
     from reports.chapters.crossval.summary import Cell
 
 
-def cell_text(cell: Cell | None, horizon: str = "") -> str:
+def cell_text(cell: Cell | None, predictability_limit: str = "") -> str:
     """One cell of the matrix: outcome, errors, horizon."""
     if cell is None:
         return "not run"
     errors = [f"{'CM ' * (r.quantity == 'com')}{significant(cell.shown_value(r))} {r.unit}" for r in cell.shown]
     limit = cell.detection_limit
     detects = [] if limit is None else [f"detects {significant(limit)}"]
-    return "; ".join([cell.word, *errors, *detects, *([horizon] if horizon else [])])
+    return "; ".join([cell.word, *errors, *detects, *([predictability_limit] if predictability_limit else [])])

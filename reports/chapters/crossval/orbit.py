@@ -50,7 +50,7 @@ class Motion:
     """(n, 2)"""
     angle_rad: Array
     """(n, N)"""
-    horizon_s: float = np.inf
+    limit_s: float = np.inf
     """Until when it is the only motion that the start allows"""
 
     @property
@@ -123,10 +123,12 @@ def orbit_panel(name: str, title: str, geometry: Geometry, motion: Motion, windo
 
 def beyond(geometry: Geometry, motion: Motion, end_s: float) -> str:
     """Say which configurations of a panel that ends at `end_s` are only some of many possible ones."""
-    if motion.horizon_s >= end_s:
+    if motion.limit_s >= end_s:
         return ""
-    horizon = f"{motion.horizon_s / geometry.period_s:.2f} orbits" if geometry.closed else f"{motion.horizon_s:.0f} s"
-    return f" After {horizon} beyond the truth's horizon."
+    predictability_limit = (
+        f"{motion.limit_s / geometry.period_s:.2f} orbits" if geometry.closed else f"{motion.limit_s:.0f} s"
+    )
+    return f" After {predictability_limit} beyond the truth's horizon."
 
 
 def along(at_s: Array, t_s: Array, values: Array) -> Array:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 MOST_JOINTS = 4  # as many as the paper's chain has
 MARKS = 12  # of one engine on a line: those of six stay apart
 AXES = {"x": "z1", "y": "z2"}
-TRUTH_PEN = Pen(COLOURS["ink"])
+SOLUTION_PEN = Pen(COLOURS["ink"])
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Reactions:
     """(n,)"""
     of: dict[str, Array]
     """Component x or y: (n, joints)"""
-    horizon_s: float
+    limit_s: float
 
 
 class ReactionCharts:
@@ -42,13 +42,13 @@ class ReactionCharts:
 
     def __init__(self, data: SceneData) -> None:
         self.data = data
-        self.truth = stored_reactions(data.truth, data.truth_end_s)
-        count = self.truth.of["x"].shape[1] if self.truth else 0
+        self.solution = stored_reactions(data.solution, data.solution_end_s)
+        count = self.solution.of["x"].shape[1] if self.solution else 0
         self.shown = np.unique(np.linspace(0, count - 1, min(count, MOST_JOINTS)).round().astype(int))
 
     def group(self) -> Group | None:
         """Both components over the whole run and at the first manoeuvre; one of them as the engines have it."""
-        if self.truth is None:
+        if self.solution is None:
             return None
         panels = [
             self.panel(f"{component}{k}", f"Component along {axis}{when}", component, window)
@@ -57,7 +57,7 @@ class ReactionCharts:
         ]
         legend = tuple(Legend(f"joint {j + 1}", joint_pen(k)) for k, j in enumerate(self.shown))
         text = "Force on bar j from bar j+1, inertial axes; the truth."
-        if self.data.truth_end_s < self.data.end_s:
+        if self.data.solution_end_s < self.data.end_s:
             text += " Faint: beyond the truth's horizon, where its motion is only one of many possible ones."
         return group("Reactions", text, legend, [*panels, self.engines_panel()])
 
@@ -74,16 +74,16 @@ class ReactionCharts:
         """One component of some joints, over the whole run or over a stretch of it."""
         frame = self.frame(name, title, window_s)
         start, end = window_s or (0.0, self.data.end_s)
-        if start < self.data.truth_end_s < end:
-            frame.mark, frame.mark_label = self.data.truth_end_s / self.unit_s(window_s), "truth's horizon"
-        return linear_panel(self.scaled(frame, self.truth_lines(component, start, end), window_s))
+        if start < self.data.solution_end_s < end:
+            frame.mark, frame.mark_label = self.data.solution_end_s / self.unit_s(window_s), "truth's horizon"
+        return linear_panel(self.scaled(frame, self.solution_lines(component, start, end), window_s))
 
-    def truth_lines(self, component: str, start_s: float, end_s: float) -> list[Line]:
+    def solution_lines(self, component: str, start_s: float, end_s: float) -> list[Line]:
         """The truth's lines; first, and so below the others, those not to be relied on."""
-        assert self.truth is not None
-        t, values = self.truth.t_s, self.truth.of[component]
+        assert self.solution is not None
+        t, values = self.solution.t_s, self.solution.of[component]
         seen = (t >= start_s) & (t <= end_s)
-        parts = ((True, seen & (t >= self.truth.horizon_s)), (False, seen & (t <= self.truth.horizon_s)))
+        parts = ((True, seen & (t >= self.solution.limit_s)), (False, seen & (t <= self.solution.limit_s)))
         return [
             Line(t[part], values[part, joint], joint_pen(k), faint=faint)
             for faint, part in parts
@@ -94,25 +94,25 @@ class ReactionCharts:
     def engines_panel(self) -> Panel | None:
         """The largest component of all, the truth's as a line and marks of every external engine on it."""
         runs = self.outside_runs()
-        if self.truth is None or not runs:
+        if self.solution is None or not runs:
             return None
         window = self.windows()[-1][1]
-        start, end = window or (0.0, min(self.data.end_s, float(np.median([r.horizon_s for r in runs.values()]))))
-        seen = (self.truth.t_s >= start) & (self.truth.t_s <= end)
+        start, end = window or (0.0, min(self.data.end_s, float(np.median([r.limit_s for r in runs.values()]))))
+        seen = (self.solution.t_s >= start) & (self.solution.t_s <= end)
         if seen.sum() < 2:
             return None
-        largest = {c: np.nanmax(np.abs(v[seen]), axis=0, initial=0.0) for c, v in self.truth.of.items()}
+        largest = {c: np.nanmax(np.abs(v[seen]), axis=0, initial=0.0) for c, v in self.solution.of.items()}
         component = max(largest, key=lambda c: float(largest[c].max()))
         joint = int(largest[component].argmax())
-        t, y = self.truth.t_s[seen], self.truth.of[component][seen, joint]
-        lines = [Line(t, y, TRUTH_PEN, width=1.0)]
+        t, y = self.solution.t_s[seen], self.solution.of[component][seen, joint]
+        lines = [Line(t, y, SOLUTION_PEN, width=1.0)]
         for k, (engine, run) in enumerate(runs.items()):
             at = nearest(run, spread(t, y, k / len(runs)))
             lines.append(Line(run.t_s[at], run.of[component][at, joint], hollow(self.data.pens[engine])))
         frame = self.frame("engines", f"Joint {joint + 1} along {AXES[component]}, external engines", window)
         frame.x_span = (start / self.unit_s(window), end / self.unit_s(window))
         made = linear_panel(self.scaled(frame, lines, window))
-        legend = (Legend("truth", TRUTH_PEN), *(Legend(e, hollow(self.data.pens[e])) for e in runs))
+        legend = (Legend("solution", SOLUTION_PEN), *(Legend(e, hollow(self.data.pens[e])) for e in runs))
         note = "Marks: samples of each engine, as far as it is compared."
         if window is None and end < self.data.end_s:
             note += " The panel ends where half of them do."
@@ -122,9 +122,9 @@ class ReactionCharts:
         """Reactions of the external engines that have them, as far as each is compared."""
         found: dict[str, Reactions] = {}
         for engine in filter(self.data.summary.external, self.data.summary.engines):
-            horizon = min(self.data.horizon(engine, "reaction"), self.data.truth_end_s)
-            run = stored_reactions(self.data.results.trajectory(self.data.scene.name, engine), horizon)
-            if run and self.truth and run.of["x"].shape[1] == self.truth.of["x"].shape[1]:
+            predictability_limit = min(self.data.predictability_limit(engine, "reaction"), self.data.solution_end_s)
+            run = stored_reactions(self.data.results.trajectory(self.data.scene.name, engine), predictability_limit)
+            if run and self.solution and run.of["x"].shape[1] == self.solution.of["x"].shape[1]:
                 found[engine] = run
         return found
 
@@ -161,15 +161,15 @@ def spread(t_s: Array, y: Array, phase: float) -> Array:
 
 def nearest(run: Reactions, instants_s: Array) -> NDArray[np.intp]:
     """Indices of a run's samples next to some instants, of those inside its horizon."""
-    wanted = instants_s[instants_s <= min(run.horizon_s, float(run.t_s[-1]))]
+    wanted = instants_s[instants_s <= min(run.limit_s, float(run.t_s[-1]))]
     return np.unique(np.abs(run.t_s[:, None] - wanted).argmin(axis=0))
 
 
-def stored_reactions(table: pd.DataFrame | None, horizon_s: float) -> Reactions | None:
+def stored_reactions(table: pd.DataFrame | None, limit_s: float) -> Reactions | None:
     """Reactions of a stored trajectory; None if it has none."""
     if table is None or not len(table):
         return None
     x, y = (numbered(table, rf"reaction_(\d+)_{c}_N") for c in AXES)
     if x is None or y is None:
         return None
-    return Reactions(table["t_s"].to_numpy(float), {"x": x, "y": y}, horizon_s)
+    return Reactions(table["t_s"].to_numpy(float), {"x": x, "y": y}, limit_s)

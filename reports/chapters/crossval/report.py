@@ -33,7 +33,7 @@ SYMBOLS = {
     Outcome.UNSUPPORTED: "–",
     Outcome.ROUNDOFF_LIMITED: "≈",
     Outcome.INCONSISTENT: "≠",
-    Outcome.OUT_OF_BAND: "▲",
+    Outcome.EXCEEDS_BOUND: "▲",
     Outcome.NOTHING_COMPARED: "○",
     Outcome.MALFORMED: "#",
     Outcome.INCOMPLETE: "◐",
@@ -143,17 +143,17 @@ def orbits(summary: Summary, cell: Cell) -> str:
     scene = next((s for s in summary.scenes if s.name == cell.scene), None)
     if scene is None:
         return ""
-    end_s = cell.horizon_s or cell.duration_s
+    end_s = cell.limit_s or cell.duration_s
     if cell.judged_share is not None and cell.judged_share < SHORT_OF_THE_RUN:
         return f"{cell.judged_share:.0%} of the run judged"
     if cell.shows_first_orbit and scene.closed and end_s:
         return f"first of {orbit_count(end_s / scene.period_s)} orbits"
-    if cell.horizon_s is None:
+    if cell.limit_s is None:
         return ""
     then = "" if cell.judged_share is None else ", then restarted"
     if not scene.closed:
-        return f"to {cell.horizon_s:.3g} s{then}"
-    return f"to {cell.horizon_s / scene.period_s:.2f} orbits{then}"
+        return f"to {cell.limit_s:.3g} s{then}"
+    return f"to {cell.limit_s / scene.period_s:.2f} orbits{then}"
 
 
 def orbit_count(orbits: float) -> str:

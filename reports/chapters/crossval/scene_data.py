@@ -10,7 +10,7 @@ import numpy as np
 from reports.chapters.crossval.summary import SHORT_OF_THE_RUN
 from reports.plotting.palette import engine_pen
 from reports.plotting.panels import Frame
-from reports.tables.crossval import TRUTH
+from reports.tables.crossval import SOLUTION
 from reports.text.numerals import number
 from reports.text.words import anchor
 
@@ -44,7 +44,7 @@ class SceneData:
 
     def __init__(self, results: Results, summary: Summary, scene: SceneRecord) -> None:
         self.results, self.summary, self.scene = results, summary, scene
-        self.truth = results.trajectory(scene.name, TRUTH)
+        self.solution = results.trajectory(scene.name, SOLUTION)
         self.id = anchor(scene.name)
         self.unit_s = scene.period_s if scene.closed else 1.0
         self.x_label = "orbits" if scene.closed else "time, s"
@@ -56,21 +56,25 @@ class SceneData:
     def longest(self) -> float:
         """End of the run: as recorded, or as far as any table goes."""
         ends = [self.scene.value("duration_s") or 0.0]
-        tables = [*self.differences.values(), *([self.truth] if self.truth is not None else [])]
+        tables = [*self.differences.values(), *([self.solution] if self.solution is not None else [])]
         ends += [float(t["t_s"].max()) for t in tables if "t_s" in t and len(t)]
         return max(ends) or 1.0
 
     @property
-    def truth_end_s(self) -> float:
+    def solution_end_s(self) -> float:
         """Instant after which the truth is no longer one, s; infinite where it holds."""
-        horizon = self.scene.value("truth_horizon_s")
-        return np.inf if horizon is None or horizon > SHORT_OF_THE_RUN * self.end_s else horizon
+        predictability_limit = self.scene.value("solution_limit_s")
+        return (
+            np.inf
+            if predictability_limit is None or predictability_limit > SHORT_OF_THE_RUN * self.end_s
+            else predictability_limit
+        )
 
-    def horizon(self, engine: str, quantity: str) -> float:
+    def predictability_limit(self, engine: str, quantity: str) -> float:
         """End of the pointwise comparison, s; infinite where none is stored."""
         cell = self.summary.cell(self.scene.name, engine)
         row = cell.row(quantity) if cell else None
-        return np.inf if row is None or row.horizon_s is None else row.horizon_s
+        return np.inf if row is None or row.limit_s is None else row.limit_s
 
     def manoeuvre(self, law: dict[str, object]) -> tuple[float, float]:
         """Stretch of time in which a prescribed rotation is looked at, s."""

@@ -62,10 +62,12 @@ def view_scene(results: Results, summary: Summary, scene: SceneRecord) -> SceneV
 def orbits(data: SceneData) -> list[Panel]:
     """Chain along its orbit."""
     s, length, mass = data.scene, data.scene.values("length_m"), data.scene.values("mass_kg")
-    angle = None if data.truth is None else numbered(data.truth, r"angle_(\d+)_rad")
-    if data.truth is None or angle is None or not len(length) == len(mass) == angle.shape[1]:
+    angle = None if data.solution is None else numbered(data.solution, r"angle_(\d+)_rad")
+    if data.solution is None or angle is None or not len(length) == len(mass) == angle.shape[1]:
         return []
     radius = 0.0 if s.text("gravity") == "none" else s.value("body_radius_m") or 0.0
     geometry = Geometry(np.array(length), np.array(mass), radius, s.period_s or 1.0, s.closed)
-    com = data.truth[["com_x_m", "com_y_m"]].to_numpy(float)
-    return orbit_panels(data.id, geometry, Motion(data.truth["t_s"].to_numpy(float), com, angle, data.truth_end_s))
+    com = data.solution[["com_x_m", "com_y_m"]].to_numpy(float)
+    return orbit_panels(
+        data.id, geometry, Motion(data.solution["t_s"].to_numpy(float), com, angle, data.solution_end_s)
+    )

@@ -36,14 +36,14 @@ class QuantityRow:
     """Of the difference, or of the drift"""
     rms: float | None
     final: float | None
-    band: float | None
+    bound: float | None
     ratio: float | None
     """Largest ratio of the difference to what the errors of both explain"""
     first_orbit: float | None
     """Largest difference up to one orbit, where the run is longer"""
     detection_limit: float | None
     """Smallest relative error that would have been called"""
-    horizon_s: float | None
+    limit_s: float | None
     outcome: Outcome
     reason: str
 
@@ -103,9 +103,9 @@ class Cell:
         return max(found, default=None)
 
     @property
-    def horizon_s(self) -> float | None:
+    def limit_s(self) -> float | None:
         """Earliest end of a pointwise comparison, if before the end of the run."""
-        found = [r.horizon_s for r in self.rows if r.horizon_s is not None]
+        found = [r.limit_s for r in self.rows if r.limit_s is not None]
         if not found or (self.duration_s and min(found) > SHORT_OF_THE_RUN * self.duration_s):
             return None
         return min(found)
@@ -212,10 +212,10 @@ def show_first_orbit(cells: dict[tuple[str, str], Cell], scene: SceneRecord) -> 
     One that stops inside the first orbit has no such error and shows its largest.
     """
     own = {key: cell for key, cell in cells.items() if cell.scene == scene.name}
-    if all(cell.horizon_s is None for cell in own.values()):
+    if all(cell.limit_s is None for cell in own.values()):
         return
     for key, cell in own.items():
-        whole = cell.horizon_s is None or cell.horizon_s >= scene.period_s
+        whole = cell.limit_s is None or cell.limit_s >= scene.period_s
         if whole and cell.shown and all(r.first_orbit is not None for r in cell.shown):
             cells[key] = replace(cell, shows_first_orbit=True)
 
@@ -247,18 +247,18 @@ def make_row(quantity: str, group: pd.DataFrame) -> QuantityRow:
     worst = gravest(outcomes)
     reasons = [str(t) for t, o in zip(group["reason"], outcomes, strict=True) if o is worst and str(t)]
     unit = next((str(u) for u in group["unit"] if str(u)), QUANTITY_UNITS.get(quantity, ""))
-    horizons = pd.to_numeric(group["horizon_s"], errors="coerce").dropna()
+    limits = pd.to_numeric(group["limit_s"], errors="coerce").dropna()
     return QuantityRow(
         quantity=quantity,
         unit=largest.get("unit") or unit,
         largest=stored(largest, "value"),
         rms=stored(by_metric.get("rms", {}), "value"),
         final=stored(by_metric.get("final", {}), "value"),
-        band=finite(stored(largest, "tolerance")),
-        ratio=stored(by_metric.get("consistency", {}), "value"),
+        bound=finite(stored(largest, "tolerance")),
+        ratio=stored(by_metric.get("normalised_error", {}), "value"),
         first_orbit=stored(by_metric.get("first_orbit", {}), "value"),
         detection_limit=stored(by_metric.get("detection_limit", {}), "value"),
-        horizon_s=None if horizons.empty else float(horizons.min()),
+        limit_s=None if limits.empty else float(limits.min()),
         outcome=worst,
         reason="; ".join(dict.fromkeys(reasons)),
     )

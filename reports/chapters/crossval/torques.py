@@ -10,14 +10,14 @@ from reports.chapters.crossval.scene_data import group
 from reports.plotting.palette import COLOURS, DASHES, Pen
 from reports.plotting.panels import Frame, Legend, Line, linear_panel
 from reports.plotting.series import column
-from reports.tables.crossval import TRUTH
+from reports.tables.crossval import SOLUTION
 from reports.text.numerals import prefixed
 
 if TYPE_CHECKING:
     from reports.chapters.crossval.differences import DifferenceCharts
     from reports.chapters.crossval.scene_data import Group, SceneData
 
-TRUTH_PEN = Pen(COLOURS["ink"], "", DASHES[1])
+SOLUTION_PEN = Pen(COLOURS["ink"], "", DASHES[1])
 
 
 def torques(data: SceneData, differences: DifferenceCharts) -> Group | None:
@@ -33,21 +33,21 @@ def torques(data: SceneData, differences: DifferenceCharts) -> Group | None:
         panels.append(linear_panel(Frame(f"{data.id}-torque-{p}", name, "time, s", unit, (start, end), scaled)))
         used += [e for e in engines if e not in used]
     panels.append(differences.difference_panel("torque", "Difference from the truth")[0])
-    legend = (*(Legend(e, data.pens[e]) for e in used), Legend("truth", TRUTH_PEN))
+    legend = (*(Legend(e, data.pens[e]) for e in used), Legend("solution", SOLUTION_PEN))
     return group("Prescribed torque", "Positive counter-clockwise.", legend, panels)
 
 
 def torque_lines(data: SceneData, p: int, start_s: float, end_s: float) -> tuple[list[Line], list[str]]:
     """Torque p of every engine that has it, the truth on top."""
     lines, engines = [], []
-    for engine in (*data.summary.engines, TRUTH):
-        table = data.truth if engine == TRUTH else data.results.trajectory(data.scene.name, engine)
+    for engine in (*data.summary.engines, SOLUTION):
+        table = data.solution if engine == SOLUTION else data.results.trajectory(data.scene.name, engine)
         values = None if table is None else column(table, f"torque_{p + 1}_N_m")
         if table is None or values is None:
             continue
         t = table["t_s"].to_numpy(float)
         seen = (t >= start_s) & (t <= end_s)
-        pen = TRUTH_PEN if engine == TRUTH else data.pens[engine]
-        lines.append(Line(t[seen], values[seen], pen, width=1.8 if engine == TRUTH else 1.4))
-        engines += [] if engine == TRUTH else [engine]
+        pen = SOLUTION_PEN if engine == SOLUTION else data.pens[engine]
+        lines.append(Line(t[seen], values[seen], pen, width=1.8 if engine == SOLUTION else 1.4))
+        engines += [] if engine == SOLUTION else [engine]
     return lines, engines

@@ -170,8 +170,8 @@ def failure_words(cell: Cell) -> str:
         return cell.outcome.advice
     if cell.outcome is Outcome.INCONSISTENT and row.ratio is not None:
         return f"{row.name}: {significant(row.ratio)} times what is explained"
-    if cell.outcome is Outcome.OUT_OF_BAND and row.band is not None:
-        return f"{row.name}: {significant(row.largest)} {row.unit}, allowed {significant(row.band)} {row.unit}"
+    if cell.outcome is Outcome.EXCEEDS_BOUND and row.bound is not None:
+        return f"{row.name}: {significant(row.largest)} {row.unit}, allowed {significant(row.bound)} {row.unit}"
     return cell.outcome.advice
 
 

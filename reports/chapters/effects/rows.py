@@ -121,7 +121,7 @@ class Whole:
     bound: bool
     period_s: float
     duration_s: float
-    horizon_s: float
+    limit_s: float
     end_s: float
     ended: str
     scales: dict[str, float]
@@ -147,7 +147,7 @@ def whole_of(record: dict[str, Any]) -> Whole:
 
     return Whole(
         str(scene.get("name") or ""), str(scene.get("gravity") or ""), bool(scene.get("bound")), value("period_s"),
-        value("duration_s"), value("horizon_s"), value("end_s"), str(scene.get("ended") or ""),
+        value("duration_s"), value("limit_s"), value("end_s"), str(scene.get("ended") or ""),
         {"com": value("radius0_m"), "attitude": 1.0, "reaction": value("largest_reaction_N")},
         limit("matters"), limit("rtol"), limit("looser"), limit("parted_rad"),
         int(limit("rounds")), limit("timed_s") or value("duration_s"),

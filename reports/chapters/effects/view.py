@@ -75,10 +75,10 @@ class EffectsView:
         return headline(self.advice, self.whole)
 
     @property
-    def horizon(self) -> str:
+    def predictability_limit(self) -> str:
         """Until when the scene as it is can be compared with itself; empty where that is the whole run."""
-        short = 0.0 < self.whole.horizon_s < min(self.whole.end_s, self.whole.duration_s)
-        return times(self.whole.horizon_s, self.whole) if short else ""
+        short = 0.0 < self.whole.limit_s < min(self.whole.end_s, self.whole.duration_s)
+        return times(self.whole.limit_s, self.whole) if short else ""
 
     @property
     def timing(self) -> str:

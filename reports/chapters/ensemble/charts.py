@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOST_PANELS = 6
-BAND = "s2"
+BOUND = "s2"
 OPACITY = (0.22, 0.36)  # outer band, inner band: told apart in both themes and in print
 
 
@@ -43,13 +43,13 @@ def fan(part: pd.DataFrame, name: str, title: str, label: str, period_s: float) 
     frame = Frame(f"fan-{name}", title.capitalize(), "orbits" if period_s else "s", label, (0.0, float(x[-1])))
     ax = blank_axes(frame)
     ax.yaxis.set_major_locator(MaxNLocator(MOST_TICKS, steps=[1, 2, 2.5, 5, 10]))
-    bands(ax, x, wide)
+    bounds(ax, x, wide)
     return Panel(frame.title, finish(ax, frame))
 
 
-def bands(ax: Axes, x: np.ndarray, wide: pd.DataFrame) -> None:
+def bounds(ax: Axes, x: np.ndarray, wide: pd.DataFrame) -> None:
     """Bands between symmetrical quantiles, outermost first, and the median."""
-    levels, colour = [float(q) for q in wide.columns], COLOURS[BAND].stand_in
+    levels, colour = [float(q) for q in wide.columns], COLOURS[BOUND].stand_in
     for k in range(len(levels) // 2):
         low, high = wide[levels[k]].to_numpy(), wide[levels[-1 - k]].to_numpy()
         ax.fill_between(x, low, high, color=colour, alpha=OPACITY[min(k, 1)], linewidth=0)

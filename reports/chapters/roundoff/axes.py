@@ -42,7 +42,7 @@ PLOT_HEIGHT = 205.0
 NAME_SIZE, NAME_ROW, NAME_GAP = 10.0, 12.5, 5.0
 LARGEST = 1  # decade: an error of ten times what it is of is no error but another answer
 EVEN_FARTHER = 1e30  # where infinite errors lie, out of sight
-BAND = 0.18
+BOUND = 0.18
 MARKER_SIZE, RING_SIZE = 4.6, 10.0
 MOST_MARKERS = 14
 MARGIN = 0.22  # decades beyond the first and the last point
@@ -57,7 +57,7 @@ class Curve:
     y: Array
     """(n,); infinite where a run blew up"""
     pen: Pen
-    band: tuple[Array, Array] | None = None
+    bound: tuple[Array, Array] | None = None
     """(n,) each: quantiles"""
     fit: tuple[Array, Array] | None = None
     """A thin line"""
@@ -150,7 +150,7 @@ def up(ax: Axes, sheet: Sheet, curves: list[Curve]) -> None:
 
 def heights(curves: list[Curve]) -> Floor:
     """Whole decades around the errors, but none beyond :data:`LARGEST`."""
-    edges = [edge for c in curves for edge in (c.y, *(c.band or ()))]
+    edges = [edge for c in curves for edge in (c.y, *(c.bound or ()))]
     values = np.concatenate([e[np.isfinite(e) & (e > 0.0)] for e in edges])
     high = min(int(np.ceil(np.log10(values.max()))), LARGEST)
     low = min(int(np.floor(np.log10(values.min()))), high - 2)
@@ -161,9 +161,9 @@ def draw(ax: Axes, curve: Curve) -> None:
     """One curve over its band, with its fit and its marks."""
     colour, pen = curve.pen.colour.stand_in, curve.pen
     y = np.where(np.isinf(curve.y), EVEN_FARTHER, curve.y)
-    if curve.band is not None:
-        low, high = (np.where(np.isinf(edge), EVEN_FARTHER, edge) for edge in curve.band)
-        ax.fill_between(curve.x, low, high, color=colour, alpha=BAND, linewidth=0, zorder=1)
+    if curve.bound is not None:
+        low, high = (np.where(np.isinf(edge), EVEN_FARTHER, edge) for edge in curve.bound)
+        ax.fill_between(curve.x, low, high, color=colour, alpha=BOUND, linewidth=0, zorder=1)
     if curve.fit is not None:
         ax.plot(*curve.fit, color=colour, linewidth=0.6, zorder=2)
     ax.plot(curve.x, y, color=colour, linewidth=1.4, linestyle=(0.0, pen.dash) if pen.dash else "-", zorder=3)

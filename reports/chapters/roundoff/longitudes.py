@@ -24,7 +24,7 @@ class LongitudeRow:
     of: dict[str, str]
     """In the order of :data:`COLUMNS`"""
     medians: str
-    band: str
+    bound: str
     inside: bool
     """Whether every sector's median lies in the band of a typical sector"""
     p: float | None
@@ -71,8 +71,10 @@ def formula_says(rows: list[LongitudeRow]) -> tuple[str, ...]:
     parted, outside, count = sum(r.parted for r in rows), sum(not r.inside for r in rows), len(rows)
     chance = f"where chance alone would put {PARTED * count:.1f}"
     said = f"Errors of the formulas should not know of it: {parted} of {count} tests have p below {PARTED:g}, {chance}"
-    bands = "and every sector’s median lies inside the band of a typical one"
-    return (f"{said}, {bands if not outside else f'but {outside} have a sector whose median lies outside the band'}.",)
+    bounds = "and every sector’s median lies inside the band of a typical one"
+    return (
+        f"{said}, {bounds if not outside else f'but {outside} have a sector whose median lies outside the bound'}.",
+    )
 
 
 def input_says(rows: list[LongitudeRow]) -> tuple[str, ...]:

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 CHECKS = {
-    "consistency": "≠",
-    "band": "▲",
+    "normalised_error": "≠",
+    "bound": "▲",
     "drift": "≈",
     Outcome.INCONSISTENT: "≠",
     Outcome.INCOMPLETE: "◐",
@@ -26,8 +26,8 @@ CHECKS = {
 }
 """Sign of each check"""
 CHECK_WORDS = {
-    "consistency": "differs from the truth by more than both errors explain",
-    "band": "outside the band that method and setting promise",
+    "normalised_error": "differs from the truth by more than both errors explain",
+    "bound": "outside the band that method and setting promise",
     "drift": "what should stay drifts out of its band",
     Outcome.INCONSISTENT: "a bar reaches the surface at another instant than both errors explain",
     Outcome.INCOMPLETE: "a channel, a sample, an instant or the reason for the end is missing or wrong",

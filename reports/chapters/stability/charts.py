@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 GUIDES = {0.5: "√t", 1.0: "t", 2.0: "t²"}
 LEVEL_DASHES = {"coarse": (2.0, 1.6), "default": (), "finer": (6.0, 2.0)}
-TRUTH_PEN = Pen(COLOURS["ink"])
+SOLUTION_PEN = Pen(COLOURS["ink"])
 OUTSIDE_RAD = 2.0 * np.pi  # beyond the truth's own range: from there on a lost run is not drawn
 
 
@@ -87,24 +87,24 @@ def guide(ax: Axes, power: float, word: str) -> None:
 
 
 def worst_panels(
-    engine: str, runs: dict[str, pd.DataFrame], truth: pd.DataFrame, unit_s: float, x_label: str
+    engine: str, runs: dict[str, pd.DataFrame], solution: pd.DataFrame, unit_s: float, x_label: str
 ) -> list[Panel]:
     """The bar that is farthest off, beside the truth's; and the attitude's error over time at each setting."""
-    right = numbered(truth, r"angle_(\d+)_rad")
+    right = numbered(solution, r"angle_(\d+)_rad")
     if right is None:
         return []
     angles = {k: a for k, f in runs.items() if (a := numbered(f, r"angle_(\d+)_rad")) is not None}
     times = {k: runs[k]["t_s"].to_numpy(float) / unit_s for k in angles}
-    t = truth["t_s"].to_numpy(float) / unit_s
+    t = solution["t_s"].to_numpy(float) / unit_s
     span = (0.0, float(t[-1]))
     bar = worst_bar(angles, right)
-    lines = [Line(t, right[:, bar], TRUTH_PEN)]
+    lines = [Line(t, right[:, bar], SOLUTION_PEN)]
     lines += [Line(times[k], near(a[:, bar], right[:, bar]), level_pen(k)) for k, a in angles.items()]
     followed = linear_panel(Frame("worst-angle", f"Bar {bar + 1}, beside the truth", x_label, "rad", span, lines))
     off = [Line(times[k][: len(e)], e, level_pen(k)) for k, a in angles.items() if len(e := error(a, right))]
     lost = log_panel(Frame("worst-error", "Largest error of an angle", x_label, "rad", span, off))
     legend = tuple(Legend(f"{engine}, {k} setting", level_pen(k)) for k in angles)
-    found = [(followed, (Legend("truth", TRUTH_PEN), *legend)), (lost, legend)]
+    found = [(followed, (Legend("solution", SOLUTION_PEN), *legend)), (lost, legend)]
     return [Panel(p.title, p.svg, p.note, words) for p, words in found if p is not None]
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from reports.plotting.panels import Panel
     from reports.tables.stability import StabilityTables
 
-COMPILED, PLAIN_SUMS, EXACT_SUMS = "reference-fast", "truth", "exact"
+COMPILED, PLAIN_SUMS, EXACT_SUMS = "reference-fast", "solution", "exact"
 DRAWN = ("default", PLAIN_SUMS, EXACT_SUMS)
 QUANTITIES = {
     "energy": ("Energy", "change over its kinetic part"),

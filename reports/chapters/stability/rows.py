@@ -18,7 +18,7 @@ SIGNS = {
     Stability.INACCURATE: "≠",
     Stability.UNSTABLE: "⇈",
     Stability.FAILED: "✗",
-    Stability.REFUSED: "⊘",
+    Stability.REJECTED: "⊘",
     Stability.UNSUPPORTED: "–",
 }
 KINDS = {
@@ -27,7 +27,7 @@ KINDS = {
     Stability.INACCURATE: "fail",
     Stability.UNSTABLE: "fail",
     Stability.FAILED: "fail",
-    Stability.REFUSED: "gone",
+    Stability.REJECTED: "gone",
     Stability.UNSUPPORTED: "aside",
 }
 LATE = "◷"
@@ -120,17 +120,27 @@ def known(value: object) -> float | None:
 
 def scene_facts(about: dict[str, Any]) -> dict[str, str]:
     """Bars, run, truth, horizon, growth, condition: whatever the record has."""
-    horizon, duration = known(about.get("truth_horizon_s")), known(about.get("duration_s"))
-    whole = horizon is not None and duration is not None and (horizon >= duration or bool(about.get("ended")))
+    predictability_limit, duration = known(about.get("solution_limit_s")), known(about.get("duration_s"))
+    whole = (
+        predictability_limit is not None
+        and duration is not None
+        and (predictability_limit >= duration or bool(about.get("ended")))
+    )
     condition = about.get("condition")
-    rate, growth, error = (known(about.get(k)) for k in ("growth_rate_per_s", "growth_total", "truth_error_rad"))
+    rate, amplification, error = (
+        known(about.get(k)) for k in ("growth_rate_per_s", "growth_total", "solution_error_rad")
+    )
     return {
         "Tags": ", ".join(about.get("tags") or ()),
         "Bars": str(about.get("bars", "")),
         "Run": run_words(about),
-        "Truth": truth_words(about, error),
-        "Horizon": "" if horizon is None else "the whole run" if whole else f"{horizon:.6g} s",
-        "A small error grows": "" if growth is None else f"{growth:.2g} times" + rate_words(rate),
+        "Truth": solution_words(about, error),
+        "Horizon": ""
+        if predictability_limit is None
+        else "the whole run"
+        if whole
+        else f"{predictability_limit:.6g} s",
+        "A small error grows": "" if amplification is None else f"{amplification:.2g} times" + rate_words(rate),
         "Condition of the joint system": "" if not condition else f"{condition[0]:.2g} to {condition[1]:.2g}",
     }
 
@@ -145,15 +155,15 @@ def run_words(about: dict[str, Any]) -> str:
     return f"{duration:.6g} s{orbits}, {about.get('samples')} samples{ended}"
 
 
-def truth_words(about: dict[str, Any], error: float | None) -> str:
+def solution_words(about: dict[str, Any], error: float | None) -> str:
     """What made the truth, and how good it is."""
-    if about.get("truth_failed"):
-        return f"none: {about['truth_failed']}"
+    if about.get("solution_failed"):
+        return f"none: {about['solution_failed']}"
     if error is None:
         return ""
-    steps = known(about.get("truth_steps"))
+    steps = known(about.get("solution_steps"))
     counted = f", {steps:.0f} steps" if steps else ""
-    return f"{about.get('truth_engine')} at {about.get('truth_setting')}{counted}, attitude to {error:.1e} rad"
+    return f"{about.get('solution_engine')} at {about.get('solution_setting')}{counted}, attitude to {error:.1e} rad"
 
 
 def rate_words(rate: float | None) -> str:

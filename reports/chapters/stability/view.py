@@ -184,11 +184,11 @@ def find_worst(tables: StabilityTables, found: dict[tuple[str, str], Outcome]) -
 
 def drawn(tables: StabilityTables, scene: str, engine: str) -> list[Panel]:
     """Charts of one engine's runs in one scene."""
-    truth = tables.trajectory(scene, "truth")
+    solution = tables.trajectory(scene, "solution")
     runs = {k: f for k, name in FILES.items() if (f := tables.trajectory(scene, name.format(engine))) is not None}
-    if truth is None or not runs:
+    if solution is None or not runs:
         return []
     about = mapping(mapping(tables.record.get("scenes")).get(scene))
     period, duration = number(about.get("period_s")) or 0.0, number(about.get("duration_s")) or 0.0
     in_orbits = period > 0.0 and duration > 0.5 * period
-    return worst_panels(engine, runs, truth, period if in_orbits else 1.0, "orbits" if in_orbits else "s")
+    return worst_panels(engine, runs, solution, period if in_orbits else 1.0, "orbits" if in_orbits else "s")

@@ -8,7 +8,7 @@ import numpy as np
 
 from adapters.registry import find_engine
 from barchain.judge.support import unsupported
-from barchain.solutions.reference_runs import TruthFailedError, truth_jobs, truth_of
+from barchain.solutions.reference_runs import SolutionFailedError, solution_jobs, solution_of
 from barchain.solutions.sampling import closely_sampled
 from barchain.studies.selftest.campaign.cells import Cell, Kind
 from barchain.studies.selftest.campaign.trial import FIRST, Case, Trial
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from barchain.run.job import Role
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.selftest.campaign.court import Judged
     from barchain.studies.selftest.campaign.judging import Court
     from barchain.studies.selftest.campaign.runs import Runs
@@ -31,23 +31,23 @@ class Bench:
 
     def __init__(self, runs: Runs, court: Court) -> None:
         self.runs, self.court = runs, court
-        self.truths: dict[str, Truth] = {}
+        self.certified_solutions: dict[str, ReferenceSolution] = {}
         self.failed: dict[str, str] = {}
         self.sound: dict[tuple[str, str], Judged] = {}
 
     def establish(self, drawn: Iterable[Scene]) -> list[Scene]:
         """Scenes as a comparison samples them, their reference solutions found."""
         scenes = list(map(closely_sampled, drawn))
-        jobs = {scene.name: truth_jobs(scene) for scene in scenes}
+        jobs = {scene.name: solution_jobs(scene) for scene in scenes}
         self.runs.make(job for each in jobs.values() for job in each)
         for scene in scenes:
             try:
-                truth = truth_of(scene, {job.role: self.runs[job] for job in jobs[scene.name]})
-            except TruthFailedError as error:
+                solution = solution_of(scene, {job.role: self.runs[job] for job in jobs[scene.name]})
+            except SolutionFailedError as error:
                 self.failed[scene.name] = f"the reference solution could not be run ({error})"
                 continue
-            assert truth is not None  # all of its runs are there
-            self.truths[scene.name] = truth
+            assert solution is not None  # all of its runs are there
+            self.certified_solutions[scene.name] = solution
         return scenes
 
     def try_sound(self, scene: Scene, engines: Iterable[str]) -> tuple[list[Cell], list[Trial]]:
@@ -58,7 +58,7 @@ class Bench:
         cells, trials = [], []
         for name in engines:
             host = find_engine(name).load()
-            reason = host.unsupported(scene) or unsupported(host, self.truths[scene.name])
+            reason = host.unsupported(scene) or unsupported(host, self.certified_solutions[scene.name])
             if reason is not None:
                 cells.append(Cell(scene.name, name, "", Kind.UNSUPPORTED, str(Outcome.UNSUPPORTED), reason=reason))
             else:
@@ -82,7 +82,7 @@ class Bench:
         cells, trials = [], []
         for fault in faults:
             trial = Trial(scene, host, fault)
-            left_out = trial.left_out(self.truths[scene.name])
+            left_out = trial.left_out(self.certified_solutions[scene.name])
             if left_out:
                 cells.append(Cell(scene.name, host, fault, Kind.NOTHING, reason=left_out))
             else:
@@ -107,10 +107,10 @@ class Bench:
         """A trial with its runs."""
         made = {job.role: (job, self.runs[job]) for job in trial.jobs((*FIRST, *asked))}
         if not trial.fault:
-            return Case(trial, self.truths[trial.scene.name], made)
+            return Case(trial, self.certified_solutions[trial.scene.name], made)
         sound = {job.role: self.runs[job] for job in Trial(trial.scene, trial.engine).jobs()}
         limits = self.sound[trial.scene.name, trial.engine].limits
-        return Case(trial, self.truths[trial.scene.name], made, sound, limits)
+        return Case(trial, self.certified_solutions[trial.scene.name], made, sound, limits)
 
 
 def thinned(trials: list[Trial], most_reruns: int) -> list[Trial]:

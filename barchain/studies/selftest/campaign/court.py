@@ -48,7 +48,7 @@ def judged(case: Case) -> Judged:
 def limits_of(verdict: Verdict) -> dict[str, Limit]:
     """Detection limits that a verdict states."""
     return {
-        row["quantity"]: Limit(float(row["value"]), math.inf if row["horizon_s"] is None else float(row["horizon_s"]))
+        row["quantity"]: Limit(float(row["value"]), math.inf if row["limit_s"] is None else float(row["limit_s"]))
         for row in verdict.rows
         if row["metric"] == DETECTION_LIMIT
     }
@@ -81,9 +81,9 @@ def sound_cell(case: Case, verdict: Verdict) -> Cell:
     """Cell of a sound engine."""
     outcome = verdict.outcome
     if outcome is Outcome.TIMED_OUT:
-        return refused(case, verdict, Kind.LATE)
+        return rejected(case, verdict, Kind.LATE)
     if not outcome.ok:
-        return refused(case, verdict, Kind.FALSE_ALARM)
+        return rejected(case, verdict, Kind.FALSE_ALARM)
     kinds = {Outcome.UNSUPPORTED: Kind.UNSUPPORTED, Outcome.ROUNDOFF_LIMITED: Kind.LIMITED}
     kind = kinds.get(outcome, Kind.PASS)
     said = next((row["reason"] for row in verdict.rows if row["outcome"] == outcome), "")
@@ -92,9 +92,9 @@ def sound_cell(case: Case, verdict: Verdict) -> Cell:
 
 def fault_cell(case: Case, results: dict[Role, RunResult], verdict: Verdict) -> Cell:
     """Cell of a fault: whether it is caught, and if not, whether it is as small as is said."""
-    whole, compared = (fault_sizes(case, results, to_horizon=inside) for inside in (False, True))
+    whole, compared = (fault_sizes(case, results, to_limit=inside) for inside in (False, True))
     if not verdict.outcome.ok or verdict.outcome is Outcome.UNSUPPORTED:  # that is no pass
-        return refused(case, verdict, Kind.CAUGHT, whole)
+        return rejected(case, verdict, Kind.CAUGHT, whole)
     limits = stated(case.limits, limits_of(verdict))
     quantity, excess = worst(limits, compared)
     if excess > 1.0:
@@ -103,10 +103,10 @@ def fault_cell(case: Case, results: dict[Role, RunResult], verdict: Verdict) -> 
     return compared_cell(case, verdict, Kind.BEYOND if excess > 1.0 else Kind.BELOW, quantity, whole)
 
 
-def fault_sizes(case: Case, results: dict[Role, RunResult], *, to_horizon: bool) -> dict[str, float]:
+def fault_sizes(case: Case, results: dict[Role, RunResult], *, to_limit: bool) -> dict[str, float]:
     """Largest change in the main or the finer run; up to where the sound verdict compares, or in all of the run."""
-    until = {name: limit.until_s for name, limit in case.limits.items()} if to_horizon else None
-    scale, found = scales(case.truth), dict[str, float]()
+    until = {name: limit.until_s for name, limit in case.limits.items()} if to_limit else None
+    scale, found = scales(case.solution), dict[str, float]()
     for role in FIRST:
         sound, spoilt = case.sound_trajectory(role), results[role].trajectory
         if sound is not None and spoilt is not None:
@@ -136,7 +136,7 @@ def worst(limits: dict[str, Limit], found: dict[str, float]) -> tuple[str, float
     return quantity, ratios.get(quantity, 0.0)
 
 
-def refused(case: Case, verdict: Verdict, kind: Kind, found: dict[str, float] | None = None) -> Cell:
+def rejected(case: Case, verdict: Verdict, kind: Kind, found: dict[str, float] | None = None) -> Cell:
     """Cell of a run that the judge refuses: what it says first."""
     row = next(r for r in verdict.rows if r["outcome"] == verdict.outcome)
     reason = row["reason"] or row["metric"]

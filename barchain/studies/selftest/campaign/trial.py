@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
     from barchain.judge.comparison import Verdict
     from barchain.run.job import RunResult
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.selftest.faults.fault import Fault
     from scenarios import Scene
 
@@ -62,23 +62,23 @@ class Trial:
     @property
     def setting(self) -> Setting:
         """Setting at which it is judged."""
-        return self.host.ladder.setting()
+        return self.host.sweep.setting()
 
     def jobs(self, roles: Iterable[Role] = FIRST) -> list[Job]:
         """Runs of some roles."""
         wanted, host, setting = tuple(roles), self.host, self.setting
-        first = {Role.MAIN: setting, Role.FINER: finer_setting(self.scene, host.ladder, setting)}
+        first = {Role.MAIN: setting, Role.FINER: finer_setting(self.scene, host.sweep, setting)}
         jobs = [Job(self.scene, self.engine, self.registration, first[r], r) for r in wanted if r in first]
         further = [r for r in wanted if r not in first]
         return jobs + follow_up_jobs(self.scene, self.engine, self.registration, host, setting, further)
 
-    def left_out(self, truth: Truth) -> str:
+    def left_out(self, solution: ReferenceSolution) -> str:
         """Why the fault can't be put in; empty if it can."""
         fault = self.planted
         if fault is None:
             return ""
-        staged = fault.staged(self.scene, fault.natural) if not fault.nothing(truth) else self.scene
-        return fault.foreign(self.host) or fault.nothing(truth) or self.host.unsupported(staged) or ""
+        staged = fault.staged(self.scene, fault.natural) if not fault.nothing(solution) else self.scene
+        return fault.foreign(self.host) or fault.nothing(solution) or self.host.unsupported(staged) or ""
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Case:
     """A trial with its runs: all that a verdict takes."""
 
     trial: Trial
-    truth: Truth
+    solution: ReferenceSolution
     made: dict[Role, tuple[Job, RunResult]]
     """Runs by role, with what was asked: of the sound engine where the trial replays them"""
     sound: dict[Role, RunResult] = field(default_factory=dict)
@@ -133,4 +133,4 @@ def verdict_of(case: Case, results: dict[Role, RunResult]) -> Verdict:
     """Verdict of the production comparison."""
     evidence = gathered(results)
     assert evidence is not None  # the two first runs are always made
-    return judge(case.trial.engine, case.judged_as, case.trial.setting, evidence, case.truth)
+    return judge(case.trial.engine, case.judged_as, case.trial.setting, evidence, case.solution)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from contextlib import AbstractContextManager
 
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.selftest.faults.fault import CodeChange
     from reference_impl.model.arrays import Array, ComplexArray
     from reference_impl.model.chain import ChainModel
@@ -126,9 +126,9 @@ def single_numbers(model: ChainModel, size: float) -> ChainModel:
     )
 
 
-def same_in_single(truth: Truth) -> str:
+def same_in_single(solution: ReferenceSolution) -> str:
     """Scenes with a number that single precision changes; mu counts only where something pulls."""
-    model = chain_model(truth.scene)
+    model = chain_model(solution.scene)
     numbers = [model.mass_kg, model.length_m, model.inertia_kg_m2] if model.bars > 1 else []
     numbers += [np.array([model.mu_m3_s2])] if model.gravity != "none" else []
     exact = all(np.array_equal(v, v.astype(np.float32)) for v in numbers)

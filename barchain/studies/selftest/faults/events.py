@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 from unittest.mock import patch
 
-from adapters.engine import Knob
+from adapters.engine import AccuracyParameter
 from barchain.studies.selftest.faults import reasons
 from barchain.studies.selftest.faults.equations import SINGLE
 from barchain.studies.selftest.faults.fault import Fault, Group, Size
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 STALE = "basics/free_rotation"
-STUCK = {Knob.RTOL: 1e-6, Knob.STEPS_PER_ORBIT: 100.0}
+STUCK = {AccuracyParameter.RTOL: 1e-6, AccuracyParameter.STEPS_PER_ORBIT: 100.0}
 
 
 def later(one: Any, size: float) -> Any:
@@ -107,22 +107,22 @@ def stretched(scene: Scene, size: float) -> Scene:
     return replace(scene, run=replace(scene.run, duration_s=scene.run.duration_s * (1.0 + size)))
 
 
-def on_time(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def on_time(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """Samples said to be where they should be."""
     del size
-    return seen.replace(t_s=scene.times_s[: len(seen.t_s)])
+    return trajectory.replace(t_s=scene.times_s[: len(trajectory.t_s)])
 
 
 def loosened(setting: Setting, size: float) -> Setting:
     """Setting less exact by a factor."""
-    value = setting.value * size if setting.knob is Knob.RTOL else setting.value / size
+    value = setting.value * size if setting.parameter is AccuracyParameter.RTOL else setting.value / size
     return dataclasses.replace(setting, value=value)
 
 
 def stuck(setting: Setting, size: float) -> Setting:
     """The same setting, whatever is asked for."""
     del size
-    return dataclasses.replace(setting, value=STUCK[setting.knob])
+    return dataclasses.replace(setting, value=STUCK[setting.parameter])
 
 
 SECOND = Size(1.0, "s")

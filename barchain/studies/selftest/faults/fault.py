@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Trajectory
     from barchain.run.job import Role
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
     SceneChange = Callable[[Scene, float], Scene]
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     OutputChange = Callable[[Trajectory, Scene, float], Trajectory]
     FreshChange = Callable[[Trajectory, Scene, float, Generator], Trajectory]
     Declaration = Callable[[type[Engine], Trajectory], dict[str, Any]]
-    Nothing = Callable[[Truth], str]
+    Nothing = Callable[[ReferenceSolution], str]
     Foreign = Callable[[type[Engine]], str]
 
 
@@ -51,7 +51,7 @@ class Group(StrEnum):
 
 def numbers_of(scene: Scene, setting: Setting) -> Generator:
     """Random numbers of one run."""
-    words = hashlib.sha256(f"{scene.digest}|{setting.knob}={setting.value!r}".encode()).digest()
+    words = hashlib.sha256(f"{scene.digest}|{setting.parameter}={setting.value!r}".encode()).digest()
     return np.random.default_rng(np.frombuffer(words, "<u4"))
 
 
@@ -67,9 +67,9 @@ class Size:
     """Up to where a size that is caught is looked for if the natural one is not; None: not beyond it"""
 
 
-def everywhere(truth: Truth) -> str:
+def everywhere(solution: ReferenceSolution) -> str:
     """No scene without something to spoil."""
-    del truth
+    del solution
     return ""
 
 
@@ -144,8 +144,8 @@ class Fault:
         """Context in which the reference's code is wrong."""
         return self.code(size) if self.code else contextlib.nullcontext()
 
-    def seen(self, seen: Trajectory, scene: Scene, setting: Setting, size: float) -> Trajectory:
+    def output_of(self, trajectory: Trajectory, scene: Scene, setting: Setting, size: float) -> Trajectory:
         """What is read out of a run of a scene at a setting."""
         if self.output:
-            seen = self.output(seen, scene, size)
-        return self.fresh(seen, scene, size, numbers_of(scene, setting)) if self.fresh else seen
+            trajectory = self.output(trajectory, scene, size)
+        return self.fresh(trajectory, scene, size, numbers_of(scene, setting)) if self.fresh else trajectory

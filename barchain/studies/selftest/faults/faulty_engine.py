@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 DECLARED = (
-    "title", "coordinates", "order", "ladder", "effects", "observables", "options", "joints_in_place",
+    "title", "coordinates", "order", "sweep", "effects", "observables", "options", "joints_in_place",
     "track_by_length", "why_not",
 )  # fmt: skip
 
@@ -53,7 +53,7 @@ class Spoilt(Engine):
         self.sound = self.recorded.get(setting) if self.fault.replays else None
         if self.sound is None:
             self.inner = self.host()
-            used = self.host.ladder.setting() if self.fault.stuck else self.fault.asked(setting, self.size)
+            used = self.host.sweep.setting() if self.fault.stuck else self.fault.asked(setting, self.size)
             with self.fault.within(self.size):
                 self.inner.build(self.fault.staged(scene, self.size), used)
 
@@ -66,10 +66,10 @@ class Spoilt(Engine):
     def read(self) -> Trajectory:
         """Spoil what it shows."""
         if self.sound is not None:
-            return self.fault.seen(self.sound, self.scene, self.setting, self.size)
+            return self.fault.output_of(self.sound, self.scene, self.setting, self.size)
         with self.fault.within(self.size):
             seen = self.inner.read()
-        return self.fault.seen(seen, self.scene, self.setting, self.size)
+        return self.fault.output_of(seen, self.scene, self.setting, self.size)
 
 
 def spoilt(

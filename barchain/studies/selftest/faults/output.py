@@ -13,7 +13,7 @@ from barchain.studies.selftest.faults.forces import SLEW
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.selftest.faults.fault import Nothing, OutputChange
     from reference_impl.model.effect import Indices
     from scenarios import Scene
@@ -34,15 +34,15 @@ MEASURED = ("gap", "identity")
 OUTPUT, ACCURACY, START = Group.OUTPUT, Group.ACCURACY, Group.START
 
 
-def values(seen: Trajectory, channel: str) -> Array:
+def values(trajectory: Trajectory, channel: str) -> Array:
     """Values of a channel that is there."""
-    found: Array = getattr(seen, CHANNELS[channel])
+    found: Array = getattr(trajectory, CHANNELS[channel])
     return found
 
 
-def changed(seen: Trajectory, channel: str, found: Array | None) -> Trajectory:
+def changed(trajectory: Trajectory, channel: str, found: Array | None) -> Trajectory:
     """Trajectory with another channel in its place."""
-    return seen.replace(**{CHANNELS[channel]: found})
+    return trajectory.replace(**{CHANNELS[channel]: found})
 
 
 def grown(channel: str) -> OutputChange:
@@ -58,10 +58,10 @@ def negative(channel: str) -> OutputChange:
 def late(channel: str) -> OutputChange:
     """A channel one sample late; the first one stays."""
 
-    def change(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+    def change(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
         del scene, size
-        found = values(seen, channel)
-        return changed(seen, channel, np.concatenate([found[:1], found[:-1]]))
+        found = values(trajectory, channel)
+        return changed(trajectory, channel, np.concatenate([found[:1], found[:-1]]))
 
     return change
 
@@ -84,11 +84,11 @@ def dropped(channel: str) -> OutputChange:
 def one_nan(channel: str) -> OutputChange:
     """One entry that is not a number, in the middle."""
 
-    def change(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+    def change(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
         del scene, size
-        found = values(seen, channel).copy()
+        found = values(trajectory, channel).copy()
         found.reshape(len(found), -1)[len(found) // 2, -1] = np.nan
-        return changed(seen, channel, found)
+        return changed(trajectory, channel, found)
 
     return change
 
@@ -101,41 +101,41 @@ def liveliest(found: Array) -> int:
 def one_repeated(channel: str) -> OutputChange:
     """One sample that is the one before, where that differs most."""
 
-    def change(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+    def change(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
         del scene, size
-        found = values(seen, channel).copy()
+        found = values(trajectory, channel).copy()
         sample = liveliest(found)
         found[sample] = found[sample - 1]
-        return changed(seen, channel, found)
+        return changed(trajectory, channel, found)
 
     return change
 
 
-def rows_of(seen: Trajectory, rows: Indices | slice) -> Trajectory:
+def rows_of(trajectory: Trajectory, rows: Indices | slice) -> Trajectory:
     """Trajectory with some of its rows."""
-    arrays: dict[str, Any] = {k: v[rows] for k, v in vars(seen).items() if isinstance(v, np.ndarray)}
-    return dataclasses.replace(seen, **arrays)
+    arrays: dict[str, Any] = {k: v[rows] for k, v in vars(trajectory).items() if isinstance(v, np.ndarray)}
+    return dataclasses.replace(trajectory, **arrays)
 
 
-def repeated(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def repeated(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """One sample that is the one before in every channel but the time."""
     del scene, size
-    order = np.arange(len(seen.t_s))
+    order = np.arange(len(trajectory.t_s))
     order[len(order) // 2] -= 1
-    return dataclasses.replace(rows_of(seen, order), t_s=seen.t_s)
+    return dataclasses.replace(rows_of(trajectory, order), t_s=trajectory.t_s)
 
 
-def twice(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def twice(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """One sample written twice, its time with it."""
     del scene, size
-    middle = len(seen.t_s) // 2
-    return rows_of(seen, np.insert(np.arange(len(seen.t_s)), middle, middle))
+    middle = len(trajectory.t_s) // 2
+    return rows_of(trajectory, np.insert(np.arange(len(trajectory.t_s)), middle, middle))
 
 
-def cut(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def cut(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """First half, without a word."""
     del scene, size
-    return dataclasses.replace(rows_of(seen, slice(0, len(seen.t_s) // 2)), ended="")
+    return dataclasses.replace(rows_of(trajectory, slice(0, len(trajectory.t_s) // 2)), ended="")
 
 
 def by_angle(reaction: Array, angle: Array) -> Array:
@@ -144,17 +144,19 @@ def by_angle(reaction: Array, angle: Array) -> Array:
     return np.stack([turned.real, turned.imag], axis=-1)
 
 
-def in_orbit_axes(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def in_orbit_axes(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """Reactions in radial and transverse components."""
     del scene, size
-    longitude = np.arctan2(seen.com_m[:, 1], seen.com_m[:, 0])
-    return changed(seen, "reaction", by_angle(values(seen, "reaction"), longitude[:, None]))
+    longitude = np.arctan2(trajectory.com_m[:, 1], trajectory.com_m[:, 0])
+    return changed(trajectory, "reaction", by_angle(values(trajectory, "reaction"), longitude[:, None]))
 
 
-def in_bar_axes(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def in_bar_axes(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """Reactions in the axes of the bars they act on."""
     del scene, size
-    return changed(seen, "reaction", by_angle(values(seen, "reaction"), values(seen, "attitude")[:, :-1]))
+    return changed(
+        trajectory, "reaction", by_angle(values(trajectory, "reaction"), values(trajectory, "attitude")[:, :-1])
+    )
 
 
 def backwards(channel: str) -> OutputChange:
@@ -162,54 +164,56 @@ def backwards(channel: str) -> OutputChange:
     return lambda seen, _, __: changed(seen, channel, values(seen, channel)[:, ::-1].copy())
 
 
-def wrapped(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def wrapped(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """Angles in (-pi, pi]."""
     del scene, size
-    angle = values(seen, "attitude")
-    return changed(seen, "attitude", np.pi - np.mod(np.pi - angle, 2.0 * np.pi))
+    angle = values(trajectory, "attitude")
+    return changed(trajectory, "attitude", np.pi - np.mod(np.pi - angle, 2.0 * np.pi))
 
 
-def from_horizontal(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def from_horizontal(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """Angles from the horizontal through the centre of mass."""
     del scene, size
-    longitude = np.unwrap(np.arctan2(seen.com_m[:, 1], seen.com_m[:, 0]))
-    return changed(seen, "attitude", values(seen, "attitude") - longitude[:, None] + 0.5 * np.pi)
+    longitude = np.unwrap(np.arctan2(trajectory.com_m[:, 1], trajectory.com_m[:, 0]))
+    return changed(trajectory, "attitude", values(trajectory, "attitude") - longitude[:, None] + 0.5 * np.pi)
 
 
-def from_before(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def from_before(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """Angles from the bar before."""
     del scene, size
-    angle = values(seen, "attitude")
-    return changed(seen, "attitude", np.diff(angle, axis=1, prepend=0.0))
+    angle = values(trajectory, "attitude")
+    return changed(trajectory, "attitude", np.diff(angle, axis=1, prepend=0.0))
 
 
-def damped(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def damped(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """Rates that lose a part over the run."""
-    lost = 1.0 - size * seen.t_s / scene.run.duration_s
-    return changed(seen, "rate", values(seen, "rate") * lost[:, None])
+    lost = 1.0 - size * trajectory.t_s / scene.run.duration_s
+    return changed(trajectory, "rate", values(trajectory, "rate") * lost[:, None])
 
 
-def opened(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def opened(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """Joints that open in the course of the run."""
-    return changed(seen, "gap", values(seen, "gap") + size * (seen.t_s / scene.run.duration_s)[:, None])
+    return changed(
+        trajectory, "gap", values(trajectory, "gap") + size * (trajectory.t_s / scene.run.duration_s)[:, None]
+    )
 
 
-def off_centre(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def off_centre(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """Bars' weighted centre beside the centre of mass."""
     del scene
-    return changed(seen, "identity", values(seen, "identity") + size)
+    return changed(trajectory, "identity", values(trajectory, "identity") + size)
 
 
-def from_start(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def from_start(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """Places counted from the first one."""
     del scene, size
-    return changed(seen, "com", seen.com_m - seen.com_m[0])
+    return changed(trajectory, "com", trajectory.com_m - trajectory.com_m[0])
 
 
-def stretched(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def stretched(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """A clock that runs slow."""
     del scene
-    return seen.replace(t_s=seen.t_s * (1.0 + size))
+    return trajectory.replace(t_s=trajectory.t_s * (1.0 + size))
 
 
 def there(channel: str) -> Nothing:
@@ -224,11 +228,11 @@ def there(channel: str) -> Nothing:
 def varies(channel: str) -> Nothing:
     """Scenes that have a channel which does not stay as it is."""
 
-    def nothing(truth: Truth) -> str:
-        lacking = there(channel)(truth)
+    def nothing(solution: ReferenceSolution) -> str:
+        lacking = there(channel)(solution)
         if lacking:
             return lacking
-        found = values(truth.trajectory, channel)
+        found = values(solution.trajectory, channel)
         return f"{channel} stays as it is" if np.array_equal(found, np.broadcast_to(found[0], found.shape)) else ""
 
     return nothing

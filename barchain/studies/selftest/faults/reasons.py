@@ -9,112 +9,112 @@ import numpy as np
 from scenarios import Actuator, Gravity
 
 if TYPE_CHECKING:
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.selftest.faults.fault import Nothing
 
 
 def first_of(*reasons: Nothing) -> Nothing:
     """First reason that holds."""
-    return lambda truth: next((said for reason in reasons if (said := reason(truth))), "")
+    return lambda solution: next((said for reason in reasons if (said := reason(solution))), "")
 
 
 def needs(effect: str, words: str) -> Nothing:
     """Scenes that call for an effect, by its name in `Effects`."""
-    return lambda truth: "" if getattr(truth.scene.effects, effect) else f"no {words}"
+    return lambda solution: "" if getattr(solution.scene.effects, effect) else f"no {words}"
 
 
-def joints(truth: Truth) -> str:
+def joints(solution: ReferenceSolution) -> str:
     """Scenes with joints."""
-    return "" if truth.scene.bars > 1 else "a single bar has no joints"
+    return "" if solution.scene.bars > 1 else "a single bar has no joints"
 
 
-def no_motor(truth: Truth) -> str:
+def no_motor(solution: ReferenceSolution) -> str:
     """Scenes without motors in joints, which hold on to nothing where joints do not."""
-    motors = any(p.actuator is Actuator.JOINT for p in truth.scene.effects.prescribed_rotation)
+    motors = any(p.actuator is Actuator.JOINT for p in solution.scene.effects.prescribed_rotation)
     return "a motor in a joint needs the joint: no torque holds its law" if motors else ""
 
 
-def central_pull(truth: Truth) -> str:
+def central_pull(solution: ReferenceSolution) -> str:
     """Scenes in which some bar's centre does not fall straight to the body's."""
-    return "" if truth.scene.bars > 1 else "a single bar falls straight to the body: beta·Y0'' is zero"
+    return "" if solution.scene.bars > 1 else "a single bar falls straight to the body: beta·Y0'' is zero"
 
 
-def several_joints(truth: Truth) -> str:
+def several_joints(solution: ReferenceSolution) -> str:
     """Scenes with joints to be mixed up."""
-    return "" if truth.scene.bars > 2 else "fewer than two joints: no order"
+    return "" if solution.scene.bars > 2 else "fewer than two joints: no order"
 
 
-def gravity(truth: Truth) -> str:
+def gravity(solution: ReferenceSolution) -> str:
     """Scenes with gravity."""
-    return "no gravity" if truth.scene.effects.gravity is Gravity.NONE else ""
+    return "no gravity" if solution.scene.effects.gravity is Gravity.NONE else ""
 
 
-def turning(truth: Truth) -> str:
+def turning(solution: ReferenceSolution) -> str:
     """Scenes whose gravity turns bars."""
-    return "" if truth.scene.effects.gravity.turns else "gravity does not turn the bars"
+    return "" if solution.scene.effects.gravity.turns else "gravity does not turn the bars"
 
 
-def inertia(truth: Truth) -> str:
+def inertia(solution: ReferenceSolution) -> str:
     """Scenes whose motion depends on inertia."""
-    return "" if truth.scene.bars > 1 else "a single bar turns by K/J, in which J cancels, and has no joints"
+    return "" if solution.scene.bars > 1 else "a single bar turns by K/J, in which J cancels, and has no joints"
 
 
-def exact_bars(truth: Truth) -> str:
+def exact_bars(solution: ReferenceSolution) -> str:
     """Scenes with the force on bars besides a point mass's."""
-    exact = truth.scene.effects.gravity in (Gravity.QUADRUPOLE, Gravity.SLENDER)
+    exact = solution.scene.effects.gravity in (Gravity.QUADRUPOLE, Gravity.SLENDER)
     return "" if exact else "bars are pulled as point masses"
 
 
-def papers_own(truth: Truth) -> str:
+def papers_own(solution: ReferenceSolution) -> str:
     """Scenes that the paper's equations cover."""
-    called = truth.scene.effects
+    called = solution.scene.effects
     if called.gravity is not Gravity.GRADIENT:
         return "the paper's form has gradient gravity alone"
     plain = called.names <= {"gravity.gradient", "impulse"} | {n for n in called.names if n.startswith("prescribed")}
     return "" if plain else "effects that the paper's form has not"
 
 
-def unequal(truth: Truth) -> str:
+def unequal(solution: ReferenceSolution) -> str:
     """Scenes with bars of different length."""
-    return "all bars are equally long" if len(set(truth.scene.chain.length_m)) == 1 else ""
+    return "all bars are equally long" if len(set(solution.scene.chain.length_m)) == 1 else ""
 
 
-def turned_around(truth: Truth) -> str:
+def turned_around(solution: ReferenceSolution) -> str:
     """Scenes whose angles leave (-pi, pi]."""
-    angle = truth.trajectory.angle_rad
+    angle = solution.trajectory.angle_rad
     return "" if angle is not None and np.abs(angle).max() > np.pi else "no angle leaves (-180°, 180°]"
 
 
-def lands(truth: Truth) -> str:
+def lands(solution: ReferenceSolution) -> str:
     """Scenes whose chain reaches the surface."""
-    return "" if truth.trajectory.ended else "no bar reaches the surface"
+    return "" if solution.trajectory.ended else "no bar reaches the surface"
 
 
-def blows(truth: Truth) -> str:
+def blows(solution: ReferenceSolution) -> str:
     """Scenes in which something strikes before the end."""
-    struck = truth.trajectory.impulse_N_s
+    struck = solution.trajectory.impulse_N_s
     return "" if struck is not None and np.any(struck) else "no blow"
 
 
-def rest_angles(truth: Truth) -> str:
+def rest_angles(solution: ReferenceSolution) -> str:
     """Scenes with springs that rest bent."""
-    springs = truth.scene.effects.joint_spring_damper
+    springs = solution.scene.effects.joint_spring_damper
     return "" if springs and any(springs.rest_rad) else "no spring rests bent"
 
 
-def flips(truth: Truth) -> str:
+def flips(solution: ReferenceSolution) -> str:
     """Scenes with faces and shadows to be met."""
-    called = truth.scene.effects
+    called = solution.scene.effects
     return "" if called.drag or called.solar_pressure else "no faces or shadows to be met"
 
 
-def shadow(truth: Truth) -> str:
+def shadow(solution: ReferenceSolution) -> str:
     """Scenes in which the chain is in the shadow at some sample."""
-    light = truth.scene.effects.solar_pressure
+    light = solution.scene.effects.solar_pressure
     if light is None or not light.shadow:
         return "no shadow"
-    seen = truth.trajectory
+    seen = solution.trajectory
     sun = np.exp(-1j * (light.sun_longitude_rad + light.sun_rate_rad_s * seen.t_s))
     place = sun * (seen.com_m[:, 0] + 1j * seen.com_m[:, 1])
-    dark = (place.real < 0.0) & (np.abs(place.imag) < truth.scene.central_body.radius_m)
+    dark = (place.real < 0.0) & (np.abs(place.imag) < solution.scene.central_body.radius_m)
     return "" if dark.any() else "the chain stays in the light"

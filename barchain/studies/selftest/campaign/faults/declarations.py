@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from adapters.engine import Coordinates, Knob
+from adapters.engine import AccuracyParameter, Coordinates
 from barchain.studies.selftest.campaign.faults.garbage import largest
 from barchain.studies.selftest.campaign.faults.physics import HEAVIER
 from barchain.studies.selftest.faults.fault import Fault, Group
@@ -48,7 +48,9 @@ def declares(name: str, value: object) -> dict[str, Any]:
 
 def equal_steps_only(foreign: Foreign) -> Foreign:
     """Engines of equal steps, and not all of them."""
-    return lambda engine: "it chooses its steps" if engine.ladder.knob is Knob.RTOL else foreign(engine)
+    return lambda engine: (
+        "it chooses its steps" if engine.sweep.parameter is AccuracyParameter.RTOL else foreign(engine)
+    )
 
 
 FIRST = declares("order", 1.0)

@@ -54,20 +54,20 @@ def largest(values: Array) -> float:
 def garbage(share: float, *, growing: bool, channels: tuple[str, ...] = ALL) -> FreshChange:
     """Garbage in some channels from a share of the run on."""
 
-    def change(seen: Trajectory, scene: Scene, size: float, random: Generator) -> Trajectory:
-        weight = size * random.uniform(*AMOUNT) * since(seen.t_s, scene.run.duration_s, share, growing=growing)
+    def change(trajectory: Trajectory, scene: Scene, size: float, random: Generator) -> Trajectory:
+        weight = size * random.uniform(*AMOUNT) * since(trajectory.t_s, scene.run.duration_s, share, growing=growing)
         found: dict[str, Any] = {}
         if "com" in channels:
-            found["com_m"] = seen.com_m + OFF_M * weight[:, None] * direction(random, ())
-        if "attitude" in channels and seen.angle_rad is not None:
-            bars = seen.angle_rad.shape[1]
+            found["com_m"] = trajectory.com_m + OFF_M * weight[:, None] * direction(random, ())
+        if "attitude" in channels and trajectory.angle_rad is not None:
+            bars = trajectory.angle_rad.shape[1]
             off = random.uniform(*ANGLE_RAD, bars) * random.choice([-1.0, 1.0], bars)
-            found["angle_rad"] = seen.angle_rad + weight[:, None] * off
-        if "reactions" in channels and seen.reaction_N is not None:
-            force = max(FORCE_N, FORCES * largest(seen.reaction_N))
-            off = force * direction(random, seen.reaction_N.shape[1:2])
-            found["reaction_N"] = seen.reaction_N + weight[:, None, None] * off
-        return seen.replace(**found)
+            found["angle_rad"] = trajectory.angle_rad + weight[:, None] * off
+        if "reactions" in channels and trajectory.reaction_N is not None:
+            force = max(FORCE_N, FORCES * largest(trajectory.reaction_N))
+            off = force * direction(random, trajectory.reaction_N.shape[1:2])
+            found["reaction_N"] = trajectory.reaction_N + weight[:, None, None] * off
+        return trajectory.replace(**found)
 
     return change
 

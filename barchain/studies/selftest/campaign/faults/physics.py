@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adapters.engine import Knob
+from adapters.engine import AccuracyParameter
 from barchain.studies.selftest.faults import reasons
 from barchain.studies.selftest.faults.equations import scaled
 from barchain.studies.selftest.faults.events import later, loosened, of_chain, on_time
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from adapters.engine import Engine
     from adapters.trajectory import Trajectory
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.selftest.faults.fault import Nothing
     from scenarios import Scene
 
@@ -40,9 +40,9 @@ def simpler_gravity(scene: Scene, size: float) -> Scene:
     return replace(scene, effects=replace(scene.effects, gravity=SIMPLER[scene.effects.gravity]))
 
 
-def simplest(truth: Truth) -> str:
+def simplest(solution: ReferenceSolution) -> str:
     """Scenes whose gravity has a simpler model."""
-    return "" if truth.scene.effects.gravity in SIMPLER else "gravity has no simpler model that is not none at all"
+    return "" if solution.scene.effects.gravity in SIMPLER else "gravity has no simpler model that is not none at all"
 
 
 def heavier(scene: Scene, size: float) -> Scene:
@@ -74,11 +74,11 @@ def stretched(scene: Scene, size: float) -> Scene:
 def beyond_end(name: str, first: Callable[[Any], float], late_s: float) -> Nothing:
     """Scenes in which an effect begins early enough to begin late, too."""
 
-    def nothing(truth: Truth) -> str:
-        found = getattr(truth.scene.effects, name)
+    def nothing(solution: ReferenceSolution) -> str:
+        found = getattr(solution.scene.effects, name)
         if not found:
             return f"no {name}"
-        ends = truth.scene.run.duration_s
+        ends = solution.scene.run.duration_s
         return "" if all(first(one) + late_s < ends for one in found) else "it would begin after the end of the run"
 
     return nothing
@@ -93,15 +93,15 @@ def late(name: str, words: str, first: Callable[[Any], float], late_s: float) ->
     )  # fmt: skip
 
 
-def many_steps(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def many_steps(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """Run that says it took a great many steps."""
     del scene, size
-    return dataclasses.replace(seen, info=seen.info | {"steps": CLAIMED_STEPS})
+    return dataclasses.replace(trajectory, info=trajectory.info | {"steps": CLAIMED_STEPS})
 
 
 def equal_steps(engine: type[Engine]) -> str:
     """Engines that choose their steps."""
-    return "" if engine.ladder.knob is Knob.RTOL else "it takes equal steps"
+    return "" if engine.sweep.parameter is AccuracyParameter.RTOL else "it takes equal steps"
 
 
 FORCES, START, ACCURACY = Group.FORCES, Group.START, Group.ACCURACY

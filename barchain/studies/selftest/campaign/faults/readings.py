@@ -26,97 +26,97 @@ OPENED = 1e-3  # of a bar's length, at the end of the run
 ENDS_AT = 0.25  # of the run: an invented end
 
 
-def in_millimetres(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def in_millimetres(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """Centre of mass as it is written with three decimals."""
     del scene, size
-    return seen.replace(com_m=np.round(seen.com_m, 3))
+    return trajectory.replace(com_m=np.round(trajectory.com_m, 3))
 
 
-def in_microdegrees(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def in_microdegrees(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """Angles as they are written in degrees with six decimals."""
     del scene, size
-    if seen.angle_rad is None:
-        return seen
-    return seen.replace(angle_rad=np.deg2rad(np.round(np.rad2deg(seen.angle_rad), DECIMALS_DEG)))
+    if trajectory.angle_rad is None:
+        return trajectory
+    return trajectory.replace(angle_rad=np.deg2rad(np.round(np.rad2deg(trajectory.angle_rad), DECIMALS_DEG)))
 
 
-def creeping(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def creeping(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """Last bar's angle off by (t/T)² of the size, T the orbit's period."""
-    if seen.angle_rad is None:
-        return seen
-    angle = seen.angle_rad.copy()
-    angle[:, -1] += size * (seen.t_s / scene.period_s) ** 2
-    return seen.replace(angle_rad=angle)
+    if trajectory.angle_rad is None:
+        return trajectory
+    angle = trajectory.angle_rad.copy()
+    angle[:, -1] += size * (trajectory.t_s / scene.period_s) ** 2
+    return trajectory.replace(angle_rad=angle)
 
 
-def noisy_reactions(seen: Trajectory, scene: Scene, size: float, random: Generator) -> Trajectory:
+def noisy_reactions(trajectory: Trajectory, scene: Scene, size: float, random: Generator) -> Trajectory:
     """White noise after the first sample, its standard deviation a share of the largest reaction."""
     del scene
-    if seen.reaction_N is None:
-        return seen
-    noise = size * largest(seen.reaction_N) * random.standard_normal(seen.reaction_N.shape)
+    if trajectory.reaction_N is None:
+        return trajectory
+    noise = size * largest(trajectory.reaction_N) * random.standard_normal(trajectory.reaction_N.shape)
     noise[:1] = 0.0
-    return seen.replace(reaction_N=seen.reaction_N + noise)
+    return trajectory.replace(reaction_N=trajectory.reaction_N + noise)
 
 
-def noisy_rates(seen: Trajectory, scene: Scene, size: float, random: Generator) -> Trajectory:
+def noisy_rates(trajectory: Trajectory, scene: Scene, size: float, random: Generator) -> Trajectory:
     """White noise after the first sample, its standard deviation a share of the largest rate."""
     del scene
-    if seen.rate_rad_s is None:
-        return seen
-    noise = size * np.abs(seen.rate_rad_s).max() * random.standard_normal(seen.rate_rad_s.shape)
+    if trajectory.rate_rad_s is None:
+        return trajectory
+    noise = size * np.abs(trajectory.rate_rad_s).max() * random.standard_normal(trajectory.rate_rad_s.shape)
     noise[:1] = 0.0
-    return seen.replace(rate_rad_s=seen.rate_rad_s + noise)
+    return trajectory.replace(rate_rad_s=trajectory.rate_rad_s + noise)
 
 
 def interpolated(steps_per_period: float) -> OutputChange:
     """Angles on straight lines between the ends of steps, which a cubic through the samples gives."""
 
-    def change(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+    def change(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
         del size
-        if seen.angle_rad is None or seen.rate_rad_s is None or len(seen.t_s) < 2:
-            return seen
+        if trajectory.angle_rad is None or trajectory.rate_rad_s is None or len(trajectory.t_s) < 2:
+            return trajectory
         step = scene.period_s / steps_per_period
-        cubic = CubicHermiteSpline(seen.t_s, seen.angle_rad, seen.rate_rad_s)
-        before = np.floor(seen.t_s / step) * step
-        share = ((seen.t_s - before) / step)[:, None]
+        cubic = CubicHermiteSpline(trajectory.t_s, trajectory.angle_rad, trajectory.rate_rad_s)
+        before = np.floor(trajectory.t_s / step) * step
+        share = ((trajectory.t_s - before) / step)[:, None]
         line = (1.0 - share) * cubic(before) + share * cubic(before + step)
-        return seen.replace(angle_rad=seen.angle_rad + (line - cubic(seen.t_s)))
+        return trajectory.replace(angle_rad=trajectory.angle_rad + (line - cubic(trajectory.t_s)))
 
     return change
 
 
-def closed(seen: Trajectory) -> dict[str, Any]:
+def closed(trajectory: Trajectory) -> dict[str, Any]:
     """Gaps and identity of joints that are closed to the last digit."""
-    named = {"gap_m": seen.gap_m, "identity_m": seen.identity_m}
+    named = {"gap_m": trajectory.gap_m, "identity_m": trajectory.identity_m}
     return {name: np.zeros_like(values) for name, values in named.items() if values is not None}
 
 
-def torn(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def torn(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """Bars that turn freely from half of the run on, without reactions, and joints said to be closed."""
     del size
-    late = seen.t_s > 0.5 * scene.run.duration_s
-    if seen.angle_rad is None or seen.rate_rad_s is None or seen.reaction_N is None or not late.any():
-        return seen
+    late = trajectory.t_s > 0.5 * scene.run.duration_s
+    if trajectory.angle_rad is None or trajectory.rate_rad_s is None or trajectory.reaction_N is None or not late.any():
+        return trajectory
     last = int(np.argmax(late)) - 1
-    freely = seen.angle_rad[last] + np.outer(seen.t_s - seen.t_s[last], seen.rate_rad_s[last])
-    return seen.replace(
-        angle_rad=np.where(late[:, None], freely, seen.angle_rad),
-        rate_rad_s=np.where(late[:, None], seen.rate_rad_s[last], seen.rate_rad_s),
-        reaction_N=np.where(late[:, None, None], 0.0, seen.reaction_N),
-        **closed(seen),
+    freely = trajectory.angle_rad[last] + np.outer(trajectory.t_s - trajectory.t_s[last], trajectory.rate_rad_s[last])
+    return trajectory.replace(
+        angle_rad=np.where(late[:, None], freely, trajectory.angle_rad),
+        rate_rad_s=np.where(late[:, None], trajectory.rate_rad_s[last], trajectory.rate_rad_s),
+        reaction_N=np.where(late[:, None, None], 0.0, trajectory.reaction_N),
+        **closed(trajectory),
     )
 
 
-def parted(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def parted(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """Bars whose places part along the chain in the course of the run, and joints said to be closed."""
-    places = getattr(seen, "position_m", None)
+    places = getattr(trajectory, "position_m", None)
     if places is None:
-        return seen
+        return trajectory
     mass = np.array(scene.chain.mass_kg)
     order = np.arange(scene.bars) - mass @ np.arange(scene.bars) / mass.sum()  # about the centre of mass
-    off = size * min(scene.chain.length_m) * np.outer(seen.t_s / scene.run.duration_s, order)
-    return seen.replace(position_m=places + off[:, :, None] * np.array([1.0, 0.0]), **closed(seen))
+    off = size * min(scene.chain.length_m) * np.outer(trajectory.t_s / scene.run.duration_s, order)
+    return trajectory.replace(position_m=places + off[:, :, None] * np.array([1.0, 0.0]), **closed(trajectory))
 
 
 def no_gaps(engine: type[Engine]) -> str:
@@ -124,13 +124,13 @@ def no_gaps(engine: type[Engine]) -> str:
     return "" if Observable.GAP in engine.observables else "it shows no gaps"
 
 
-def landed(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
+def landed(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """First part of a run, said to have ended at the surface."""
-    kept = seen.t_s <= size * scene.run.duration_s
+    kept = trajectory.t_s <= size * scene.run.duration_s
     if kept.all():
-        return seen
+        return trajectory
     said = f"a bar reached the surface at t = {size * scene.run.duration_s:.6f} s"
-    return dataclasses.replace(rows_of(seen, slice(0, int(kept.sum()))), ended=said)
+    return dataclasses.replace(rows_of(trajectory, slice(0, int(kept.sum()))), ended=said)
 
 
 OUTPUT, ACCURACY = Group.OUTPUT, Group.ACCURACY

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from adapters.engine import Coordinates, Knob
+from adapters.engine import AccuracyParameter, Coordinates
 from barchain.judge.declared_noise import MOST_NOISE
 from barchain.judge.local_errors import (
     ROUNDINGS,
@@ -30,23 +30,23 @@ if TYPE_CHECKING:
     from adapters.engine import Engine
     from adapters.trajectory import Array, Trajectory
     from barchain.judge.error_model import ErrorModel
-    from barchain.solutions.reference import Truth
+    from barchain.solutions.reference import ReferenceSolution
 
 QUADRATIC = 4.0  # energy and angular momentum are of second degree in two kinds of things: rates (angles), track
 
 
-def drift_bands(model: ErrorModel, main: Trajectory, finer: Trajectory) -> dict[str, Array]:
+def drift_bounds(model: ErrorModel, main: Trajectory, finer: Trajectory) -> dict[str, Array]:
     """Band of each drift, shape (n,): ``gap``, ``identity`` (m), ``energy``, ``angular_momentum`` (1)."""
-    place = UNIT_ROUNDOFF * ROUNDINGS * rounded_place(model.engine, model.truth)
+    place = UNIT_ROUNDOFF * ROUNDINGS * rounded_place(model.engine, model.solution)
     found = {
-        "gap": gap_band(model),
+        "gap": gap_bound(model),
         # a sum over the bars of places that are as good as rounding leaves them: nothing is integrated
         "identity": np.full(model.n, place * np.sqrt(model.scene.bars)),
     }
-    return found | invariant_bands(model, main, finer)
+    return found | invariant_bounds(model, main, finer)
 
 
-def invariant_bands(model: ErrorModel, main: Trajectory, finer: Trajectory) -> dict[str, Array]:
+def invariant_bounds(model: ErrorModel, main: Trajectory, finer: Trajectory) -> dict[str, Array]:
     """Bands of ``energy`` and ``angular_momentum``, (n,): what the method promises, and what the finer run explains.
 
     Promised: energy is quadratic in rates and track, angular momentum bilinear: their relative error is at
@@ -56,12 +56,12 @@ def invariant_bands(model: ErrorModel, main: Trajectory, finer: Trajectory) -> d
     different physics at both settings is inside.
     """
     scene, n = model.scene, model.n
-    bound = model.band
+    bound = model.bound
     track = np.zeros(n) if conserved(scene).relative else bound["com"] / scene.radius0_m
     relative = np.zeros(n)
     if main.rate_rad_s is not None:
-        spin = fastest(model.truth)
-        relative = inner_share(model.truth) * scene.bars * (bound["rate"] / spin + bound["attitude"])
+        spin = fastest(model.solution)
+        relative = inner_share(model.solution) * scene.bars * (bound["rate"] / spin + bound["attitude"])
     promised = QUADRATIC * (relative + track)
     floor = invariant_floor(model)
     mine, theirs = drifts(scene, main), drifts(scene, finer)
@@ -76,42 +76,42 @@ def invariant_bands(model: ErrorModel, main: Trajectory, finer: Trajectory) -> d
 
 def invariant_floor(model: ErrorModel) -> Array:
     """What round-off and the engine's noise leave of an invariant, (n,), relative: a random walk that does not grow."""
-    scene, setting, truth = model.scene, model.setting, model.truth
+    scene, setting, solution = model.scene, model.setting, model.solution
     steps = np.sqrt(model.steps_taken(model.t_s))
-    unit = roundoff_unit(model.engine, truth) * orbit_scale(scene) * ROUNDINGS + model.noise.get("rate", 0.0)
-    walk = (inner_share(truth) * unit / fastest(truth) + ROUNDINGS * UNIT_ROUNDOFF) * steps
-    requested = NORM_SLACK * setting.value if setting.knob is Knob.RTOL else 0.0
+    unit = roundoff_unit(model.engine, solution) * orbit_scale(scene) * ROUNDINGS + model.noise.get("rate", 0.0)
+    walk = (inner_share(solution) * unit / fastest(solution) + ROUNDINGS * UNIT_ROUNDOFF) * steps
+    requested = NORM_SLACK * setting.value if setting.parameter is AccuracyParameter.RTOL else 0.0
     found: Array = QUADRATIC * scene.bars * (walk + requested)
     return found
 
 
-def inner_share(truth: Truth) -> float:
+def inner_share(solution: ReferenceSolution) -> float:
     """Bound of what the motion about the centre of mass has of an invariant: of its kinetic energy, (L w / v)².
 
     All of it where the centre of mass never moves.
     """
-    scene = truth.scene
-    speed = float(np.linalg.norm(truth.trajectory.com_velocity_m_s, axis=-1).max())
+    scene = solution.scene
+    speed = float(np.linalg.norm(solution.trajectory.com_velocity_m_s, axis=-1).max())
     if conserved(scene).relative or speed == 0.0:
         return 1.0
-    return float(min(1.0, (scene.size_m * fastest(truth) / speed) ** 2))
+    return float(min(1.0, (scene.size_m * fastest(solution) / speed) ** 2))
 
 
-def fastest(truth: Truth) -> float:
+def fastest(solution: ReferenceSolution) -> float:
     """Largest rate of a bar, rad/s; at least the orbit's, where it starts at rest that of its period."""
-    scene, rate = truth.scene, truth.trajectory.rate_rad_s
+    scene, rate = solution.scene, solution.trajectory.rate_rad_s
     spin = 0.0 if rate is None else float(np.abs(rate).max())
     return max(spin, scene.orbital_rate_rad_s) or orbit_scale(scene)
 
 
-def rounded_place(engine: type[Engine], truth: Truth) -> float:
+def rounded_place(engine: type[Engine], solution: ReferenceSolution) -> float:
     """Largest number that a place of a bar is made of, m."""
     if engine.coordinates is Coordinates.ABSOLUTE:
-        return truth.scene.radius0_m
-    return truth.scene.size_m if engine.coordinates is Coordinates.RELATIVE else reach_m(engine, truth)
+        return solution.scene.radius0_m
+    return solution.scene.size_m if engine.coordinates is Coordinates.RELATIVE else reach_m(engine, solution)
 
 
-def gap_band(model: ErrorModel) -> Array:
+def gap_bound(model: ErrorModel) -> Array:
     """Band of the joint gaps, (n,), m.
 
     Joints held at velocity level (index 2) open by what the step's rule leaves of the third derivative of
@@ -122,7 +122,7 @@ def gap_band(model: ErrorModel) -> Array:
     scene, engine, setting, t = model.scene, model.engine, model.setting, model.t_s
     length = max(scene.chain.length_m)
     steps = model.steps_taken(t)
-    unit = UNIT_ROUNDOFF * rounded_place(engine, model.truth) * ROUNDINGS
+    unit = UNIT_ROUNDOFF * rounded_place(engine, model.solution) * ROUNDINGS
     noise = model.noise.get("gap", np.zeros(model.n))
     if engine.joints_in_place:
         return unit * scene.bars + noise
@@ -130,14 +130,14 @@ def gap_band(model: ErrorModel) -> Array:
         return np.full(model.n, unit * scene.bars)
     grown = kepler_growth(scene, t - t[0])
     rounding = unit * np.sqrt(steps) * grown
-    if setting.knob is Knob.RTOL:
+    if setting.parameter is AccuracyParameter.RTOL:
         return NORM_SLACK * setting.value * length * steps * grown + rounding
-    fine = model.truth.fine
+    fine = model.solution.fine
     second, third = end_derivatives(engine, model.scene, fine)
     h2 = 0.5 * length * step_s(scene, setting) ** 2
     opened = np.interp(t, fine.t_s, SECOND_ORDER_CONSTANT * h2 * cumulative_trapezoid(third, fine.t_s, initial=0))
     held = np.interp(t, fine.t_s, 0.5 * h2 * np.maximum.accumulate(second))
-    band: Array = (
+    bound: Array = (
         NORM_SLACK * (opened + held) + rounding + np.minimum(noise * steps, MOST_NOISE * min(scene.chain.length_m))
     )
-    return band
+    return bound
