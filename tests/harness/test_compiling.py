@@ -29,8 +29,8 @@ SCENE = load_scene("effects/drag")
 @pytest.fixture(autouse=True)
 def _form_as_it_is_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Other tests have NumPy's form chosen; here the choice itself is tried."""
-    monkeypatch.setattr("barchain.solutions.reference_runs.truth_engine", solution_engine)
-    monkeypatch.setattr("barchain.crossval.suite.truth_engine", solution_engine)
+    monkeypatch.setattr("barchain.solutions.reference_runs.solution_engine", solution_engine)
+    monkeypatch.setattr("barchain.crossval.suite.solution_engine", solution_engine)
 
 
 def job(engine: str, scene: str = "effects/drag") -> Job:
@@ -100,8 +100,8 @@ def test_the_reference_solution_is_made_by_the_compiled_form_where_it_is_install
 def test_the_record_says_which_form_made_a_reference_solution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = load_scene("basics/free_rotation")
     for form in ("reference", solution_engine()):
-        monkeypatch.setattr("barchain.solutions.reference_runs.truth_engine", lambda form=form: form)
-        monkeypatch.setattr("barchain.crossval.suite.truth_engine", lambda form=form: form)
+        monkeypatch.setattr("barchain.solutions.reference_runs.solution_engine", lambda form=form: form)
+        monkeypatch.setattr("barchain.crossval.suite.solution_engine", lambda form=form: form)
         compare([scene], ["reference"], tmp_path)
         record = json.loads((tmp_path / "run.json").read_text())
         assert record["scenes"][scene.name]["solution_engine"] == form

@@ -114,7 +114,7 @@ def unsolved(tmp_path_factory):
     names = {"Sound": "tests.support.faulty_engines:Sound", "CanNot": "tests.support.stability_engines:CanNot"}
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(ENGINES, "planted", registered(["LosesItsGrip"])["LosesItsGrip"])
-        patch.setattr("barchain.solutions.reference_runs.truth_engine", lambda: "planted")
+        patch.setattr("barchain.solutions.reference_runs.solution_engine", lambda: "planted")
         both = {name: Registration(target) for name, target in names.items()}
         result = api.compare([SCENE, UNSOLVABLE], out=folder, registered=both, need_external=True)
     return folder, result

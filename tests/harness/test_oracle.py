@@ -224,7 +224,7 @@ def test_tables_hold_equally_spaced_instants_once():
 
 
 def test_the_command_makes_tables_checks_them_and_fails_where_they_differ(tmp_path, monkeypatch):
-    monkeypatch.setattr(certified_module, "TRUTHS", tmp_path)
+    monkeypatch.setattr(certified_module, "CERTIFIED_SOLUTIONS", tmp_path)
     certified_module.committed_tables.cache_clear()
     run = CliRunner().invoke
     try:
