@@ -29,8 +29,9 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
     """Errors beyond the method's own: ``reaction``, ``torque`` (n,), ``attitude``, ``rate``, and ``gap`` at index 3.
 
     Index 2 asks for (C_q q')_q, which Exudyn differences forward: half the second derivative times the
-    step, DIFFERENCING min(coordinate size) of m l w², or of J w²/l where a bar's inertia is what it has to
-    turn. Newton stops at a residual, a velocity there, so that accelerations are off by residual/h, a few at a
+    step, DIFFERENCING min(coordinate size) of l w² for the two bars of a joint, along them. It takes m l w² to make up
+    for that, or J w²/l where a bar's inertia is what it has to turn; in a straight chain N²/8 times as much, the norm
+    of the inverse of tridiag(-1, 2, -1) over the joints. Newton stops at a residual, a velocity there, so that accelerations are off by residual/h, a few at a
     time, as the trapezoidal rule damps nothing. At index 3 the residual is a place (and so a gap): over h for
     velocities, over h² for forces, and generalized-alpha damps it by rho a step only, so that 1/(1 - rho) of
     them add up. It also starts with multipliers of first order in the step. Its three stiff roots are all rho:
@@ -51,7 +52,8 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
     """
     chain, mass, length = scene.chain, max(scene.chain.mass_kg), max(scene.chain.length_m)
     rate = scene.fastest_rate_rad_s
-    force = np.full(len(t_s), DIFFERENCING * max(method.difference_m, 1.0) * turning_mass(scene) * rate**2)
+    aligned = max(1.0, scene.bars**2 / 8.0)
+    force = np.full(len(t_s), DIFFERENCING * max(method.difference_m, 1.0) * turning_mass(scene) * rate**2 * aligned)
     slow = 2.0 * math.pi / scene.step_period_s  # gravity's torques go with the orbit
     wrong = method.residual_N / min(chain.inertia_kg_m2)
     turned: Array = np.minimum(wrong * t_s**2, wrong / slow**2)
