@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.model.complex_vectors import along, as_vectors
-from reference_impl.model.relative import Turning, balanced_torques
+from reference_impl.model.complex_vectors import as_vectors, unit_along
+from reference_impl.model.relative import ReactionSolution, torques_for_accelerations
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
-    from reference_impl.model.chain import ChainModel, Impulse
+    from reference_impl.model.chain import BarImpulse, ChainModel
     from reference_impl.model.state import State
 
 
-def struck(model: ChainModel, state: State, blows: list[Impulse]) -> tuple[State, Array]:
+def apply_impulses(model: ChainModel, state: State, blows: list[BarImpulse]) -> tuple[State, Array]:
     """State just after some blows at one instant, and the impulsive reactions (N-1, 2) on bar j from bar j+1, N s.
 
     Parameters
@@ -30,7 +30,7 @@ def struck(model: ChainModel, state: State, blows: list[Impulse]) -> tuple[State
         Just before.
     blows : list of Impulse
     """
-    unit = along(state.angle_rad)
+    unit = unit_along(state.angle_rad)
     field, spin = np.zeros(model.bars, complex), np.zeros(model.bars)
     for blow in blows:
         k, u = blow.bar, unit[blow.bar]
@@ -38,13 +38,13 @@ def struck(model: ChainModel, state: State, blows: list[Impulse]) -> tuple[State
         field[k] += impulse / model.mass_kg[k]
         spin[k] += blow.side * model.lever[k] * (np.conj(u) * impulse).imag
     still = dataclasses.replace(state, rate_rad_s=np.zeros(model.bars))
-    turning = Turning(model, still, unit, field, spin)
-    torque = balanced_torques(model, state, turning, field, np.zeros(len(model.prescriptions)))
-    reaction = turning.reaction(torque)
+    solution = ReactionSolution(model, still, unit, field, spin)
+    torque = torques_for_accelerations(model, state, solution, field, np.zeros(len(model.prescriptions)))
+    reaction = solution.reaction(torque)
     drift = field @ model.weight
     return dataclasses.replace(
         state,
         com_velocity_m_s=state.com_velocity_m_s + np.array([drift.real, drift.imag]),
-        rate_rad_s=state.rate_rad_s + turning.angular(reaction, torque),
-        velocity_m_s=state.velocity_m_s + as_vectors(field - drift + turning.pull(reaction)),
+        rate_rad_s=state.rate_rad_s + solution.angular_accelerations(reaction, torque),
+        velocity_m_s=state.velocity_m_s + as_vectors(field - drift + solution.translation_from_reactions(reaction)),
     ), as_vectors(reaction)

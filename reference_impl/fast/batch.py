@@ -8,11 +8,11 @@ import numpy as np
 
 from reference_impl.fast.accelerations import evaluate
 from reference_impl.fast.jit import compiled
-from reference_impl.fast.layout import RX, RY, Chain, work
-from reference_impl.fast.stepper import ARRIVED, EVALUATIONS, SEEN, STEPS, Ground, go, stepper
+from reference_impl.fast.layout import RX, RY, CompiledChain, workspace
+from reference_impl.fast.stepper import ARRIVED, EVALUATIONS, SAMPLED, STEPS, SurfaceBounds, advance_to, new_stepper
 
 if TYPE_CHECKING:
-    from reference_impl.fast.layout import Effects, Work
+    from reference_impl.fast.layout import Effects, Workspace
     from reference_impl.fast.stepper import Stepper
     from reference_impl.model.arrays import Array
 
@@ -34,15 +34,15 @@ class Batch(NamedTuple):
     """(runs, size)"""
     atol: Array
     """(runs, size)"""
-    floor_m: Array
+    contact_free_radius_m: Array
     """(runs,) see `walk.Ground`"""
-    safe_m: Array
+    contact_free_perigee_m: Array
     """(runs,)"""
-    pull_m_s2: Array
+    largest_pull_m_s2: Array
     """(runs,)"""
 
 
-class Seen(NamedTuple):
+class BatchResult(NamedTuple):
     """What a batch showed at n samples."""
 
     angle_rad: Array
@@ -57,7 +57,7 @@ class Seen(NamedTuple):
     """(runs,)"""
 
 
-def run_batch(batch: Batch, t_s: Array, stretches_s: Array) -> Seen:
+def run_batch(batch: Batch, t_s: Array, stretches_s: Array) -> BatchResult:
     """Walk every chain of `batch` over the samples `t_s`.
 
     A run that can't go on by itself (it may have touched the surface, or failed) has NaN from there on, and says so
@@ -72,7 +72,7 @@ def run_batch(batch: Batch, t_s: Array, stretches_s: Array) -> Seen:
     """
     runs, _, bars = batch.bars.shape
     n = len(t_s)
-    seen = Seen(
+    seen = BatchResult(
         np.full((runs, n, bars), np.nan),
         np.full((runs, n, bars - 1), np.nan),
         np.zeros(runs),
@@ -80,25 +80,37 @@ def run_batch(batch: Batch, t_s: Array, stretches_s: Array) -> Seen:
         np.zeros(runs),
     )
     scratch = np.empty((n, batch.y0.shape[1]))
-    walk_all(
-        batch, t_s, stretches_s, stepper(batch.y0[0]), work(bars, batch.laws.shape[1], batch.effects), scratch, seen
+    integrate_all(
+        batch,
+        t_s,
+        stretches_s,
+        new_stepper(batch.y0[0]),
+        workspace(bars, batch.laws.shape[1], batch.effects),
+        scratch,
+        seen,
     )
     return seen
 
 
 @compiled
-def walk_all(batch: Batch, t_s: Array, stretches_s: Array, s: Stepper, scratch: Work, rows: Array, seen: Seen) -> None:
+def integrate_all(
+    batch: Batch, t_s: Array, stretches_s: Array, s: Stepper, scratch: Workspace, rows: Array, seen: BatchResult
+) -> None:
     """Run all chains of a batch in turn."""
     for r in range(len(batch.mu_m3_s2)):
-        chain = Chain(batch.mu_m3_s2[r], batch.gravity, batch.bars[r], batch.laws[r], batch.effects)
+        chain = CompiledChain(batch.mu_m3_s2[r], batch.gravity, batch.bars[r], batch.laws[r], batch.effects)
         restart(batch.y0[r], rows[0], s)
-        ground = Ground(batch.floor_m[r], batch.safe_m[r], batch.pull_m_s2[r])
+        ground = SurfaceBounds(
+            batch.contact_free_radius_m[r], batch.contact_free_perigee_m[r], batch.largest_pull_m_s2[r]
+        )
         code = ARRIVED
         for k in range(len(stretches_s)):
             if code == ARRIVED:
-                code = go(stretches_s[k, 0], stretches_s[k, 1], ground, t_s, rows, batch.atol[r], s, chain, scratch)
+                code = advance_to(
+                    stretches_s[k, 0], stretches_s[k, 1], ground, t_s, rows, batch.atol[r], s, chain, scratch
+                )
         seen.code[r], seen.steps[r], seen.evaluations[r] = code, s.clock[STEPS], s.clock[EVALUATIONS]
-        note(r, int(s.clock[SEEN]), t_s, rows, s.end, chain, scratch, seen)
+        record_samples(r, int(s.clock[SAMPLED]), t_s, rows, s.end, chain, scratch, seen)
 
 
 @compiled
@@ -106,13 +118,22 @@ def restart(y0: Array, first: Array, s: Stepper) -> None:
     """Stand at the start of another walk, its first sample taken."""
     for i in range(len(s.clock)):
         s.clock[i] = 0.0
-    s.clock[SEEN] = 1.0
+    s.clock[SAMPLED] = 1.0
     for i in range(len(y0)):
         s.y[i] = first[i] = y0[i]
 
 
 @compiled
-def note(r: int, count: int, t_s: Array, rows: Array, rates: Array, chain: Chain, scratch: Work, seen: Seen) -> None:
+def record_samples(
+    r: int,
+    count: int,
+    t_s: Array,
+    rows: Array,
+    rates: Array,
+    chain: CompiledChain,
+    scratch: Workspace,
+    seen: BatchResult,
+) -> None:
     """Angles and sizes of the reactions at the samples reached."""
     n = chain.bars.shape[1]
     for k in range(count):

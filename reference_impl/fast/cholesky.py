@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 @compiled
-def factored(n: int, bars: Array, rows: Array) -> bool:
+def solve_by_cholesky(n: int, bars: Array, rows: Array) -> bool:
     """Reactions into rows RX, RY, from rows LEFT, RIGHT and K; False if a joint is lost in round-off.
 
     Rows L hold each joint's factor, H what it takes from the next joint's block.

@@ -19,7 +19,7 @@ from reference_impl.fast.accelerations import evaluate
 from reference_impl.fast.jit import compiled, inlined
 
 if TYPE_CHECKING:
-    from reference_impl.fast.layout import Chain, Work
+    from reference_impl.fast.layout import CompiledChain, Workspace
     from reference_impl.model.arrays import Array
 
 Terms = tuple[tuple[int, ...], tuple[float, ...]]
@@ -44,7 +44,7 @@ C = tuple(float(c) for c in DOP853.C)
 C_EXTRA = tuple(float(c) for c in DOP853.C_EXTRA)
 
 
-def tails() -> Array:
+def coefficient_residues() -> Array:
     """What rounding to doubles cuts off the coefficients, (13, 12): SciPy's source tells thirty digits of them.
 
     The cut ends, up to 2e-15 as some coefficients are above 40, are the same in every step, and so an orbit's energy
@@ -59,7 +59,7 @@ def tails() -> Array:
     return found
 
 
-COEFFICIENTS, TAILS = np.vstack([DOP853.A, DOP853.B]), tails()
+COEFFICIENTS, COEFFICIENT_RESIDUES = np.vstack([DOP853.A, DOP853.B]), coefficient_residues()
 
 
 @inlined
@@ -90,7 +90,7 @@ def sum12(i: int, k: Array, table: Terms) -> float:
 
 
 @compiled
-def advance(t: float, h: float, y: Array, slopes: Array, end: Array, chain: Chain, work: Work) -> bool:
+def advance(t: float, h: float, y: Array, slopes: Array, end: Array, chain: CompiledChain, work: Workspace) -> bool:
     """Take one step from `y` with its slope in ``slopes[0]``: the state at ``t + h`` into `end`, its slope into row 12.
 
     Returns
@@ -138,7 +138,15 @@ def advance(t: float, h: float, y: Array, slopes: Array, end: Array, chain: Chai
 
 @compiled
 def advance_exactly(
-    t: float, h: float, y: Array, residue: Array, slopes: Array, end: Array, left: Array, chain: Chain, work: Work
+    t: float,
+    h: float,
+    y: Array,
+    residue: Array,
+    slopes: Array,
+    end: Array,
+    left: Array,
+    chain: CompiledChain,
+    work: Workspace,
 ) -> bool:
     """As :func:`advance`, by coefficients of thirty digits, and with what rounding cuts off the state kept.
 
@@ -153,7 +161,7 @@ def advance_exactly(
             head = tail = 0.0
             for j in range(stage):
                 head += COEFFICIENTS[stage, j] * slopes[j, i]
-                tail += TAILS[stage, j] * slopes[j, i]
+                tail += COEFFICIENT_RESIDUES[stage, j] * slopes[j, i]
             change = h * (head + tail) + residue[i]
             end[i] = y[i] + change
             left[i] = change - (end[i] - y[i])
@@ -178,7 +186,7 @@ def error_norm(size: int, h: float, y: Array, end: Array, slopes: Array, atol: A
 
 @compiled
 def first_step(size: int, t: float, span_s: float, y: Array, slopes: Array, end: Array, atol: Array, rtol: float,
-               chain: Chain, work: Work) -> float:  # fmt: skip
+               chain: CompiledChain, work: Workspace) -> float:  # fmt: skip
     """Size of the first step, s (Hairer et al., II.4), from the slope in ``slopes[0]``; one evaluation."""
     d0 = d1 = d2 = 0.0
     for i in range(len(y)):
@@ -199,7 +207,7 @@ def first_step(size: int, t: float, span_s: float, y: Array, slopes: Array, end:
 
 @compiled
 def interpolant(t: float, h: float, y: Array, end: Array, slopes: Array, scratch: Array, powers: Array,
-                chain: Chain, work: Work) -> None:  # fmt: skip
+                chain: CompiledChain, work: Workspace) -> None:  # fmt: skip
     """Seventh-order interpolant of a step into `powers`, shape (7, size); three evaluations."""
     for i in range(len(y)):
         scratch[i] = y[i] + h * sum8(i, slopes, EXTRA_TABLE[0])

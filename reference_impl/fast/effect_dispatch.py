@@ -20,11 +20,9 @@ from typing import TYPE_CHECKING, Any
 
 from numba.extending import overload
 
-from reference_impl.fast.bar_positions import hang_from_first
+from reference_impl.fast.bar_positions import centres_from_first
 from reference_impl.fast.jit import OPTIONS
 from reference_impl.fast.layout import (
-    ASIDE_X,
-    ASIDE_Y,
     AX,
     AY,
     BAR,
@@ -36,6 +34,8 @@ from reference_impl.fast.layout import (
     MEAN_X,
     MEAN_Y,
     NO_GRAVITY,
+    NONCENTRAL_X,
+    NONCENTRAL_Y,
     UNIT,
     WEIGHT,
 )
@@ -43,7 +43,7 @@ from reference_impl.fast.layout import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reference_impl.fast.layout import Chain, Effects, Work
+    from reference_impl.fast.layout import CompiledChain, Effects, Workspace
     from reference_impl.model.arrays import Array
 
 Code = Any
@@ -60,7 +60,7 @@ def by_type(name: Callable[..., object], inline: str = "never") -> Callable[[Cod
     return chosen
 
 
-def uncompiled(effects: Effects) -> None:
+def require_no_effects(effects: Effects) -> None:
     """What all names here are without a compiler: nothing, for a chain without effects.
 
     Raises
@@ -78,42 +78,42 @@ def module_of(effect: Any) -> Any:  # a Numba type has no type that the checker 
     return import_module(f"{__package__}.effects.{name}")
 
 
-def keep(effects: Effects, mean_x: float, mean_y: float, work: Work) -> None:
+def keep_mean_position(effects: Effects, mean_x: float, mean_y: float, work: Workspace) -> None:
     """Keep for the effects where the centre of mass is, from the first bar's."""
-    uncompiled(effects)
+    require_no_effects(effects)
 
 
-@by_type(keep)
-def keep_code(effects: Any, mean_x: Any, mean_y: Any, work: Any) -> Code:
+@by_type(keep_mean_position)
+def keep_mean_position_code(effects: Any, mean_x: Any, mean_y: Any, work: Any) -> Code:
     """Nothing without effects."""
     if not len(effects):
         return lambda effects, mean_x, mean_y, work: None
 
-    def code(effects: Effects, mean_x: float, mean_y: float, work: Work) -> None:
-        work.pushed.common[MEAN_X], work.pushed.common[MEAN_Y] = mean_x, mean_y
+    def code(effects: Effects, mean_x: float, mean_y: float, work: Workspace) -> None:
+        work.effect_sums.common[MEAN_X], work.effect_sums.common[MEAN_Y] = mean_x, mean_y
 
     return code
 
 
-def push(effects: Effects, n: int, t_s: float, y: Array, chain: Chain, work: Work) -> None:
+def add_effects(effects: Effects, n: int, t_s: float, y: Array, chain: CompiledChain, work: Workspace) -> None:
     """Add what all effects do to rows G, SPIN and to `Work.pushed`."""
-    uncompiled(effects)
+    require_no_effects(effects)
 
 
-@by_type(push)
-def push_code(effects: Any, n: Any, t_s: Any, y: Any, chain: Any, work: Any) -> Code:
+@by_type(add_effects)
+def add_effects_code(effects: Any, n: Any, t_s: Any, y: Any, chain: Any, work: Any) -> Code:
     """Nothing without effects; places are there where gravity is."""
     if not len(effects):
         return lambda effects, n, t_s, y, chain, work: None
 
-    def code(effects: Effects, n: int, t_s: float, y: Array, chain: Chain, work: Work) -> None:
-        rows, pushed, common = work.bars, work.pushed.bars, work.pushed.common
+    def code(effects: Effects, n: int, t_s: float, y: Array, chain: CompiledChain, work: Workspace) -> None:
+        rows, pushed, common = work.bars, work.effect_sums.bars, work.effect_sums.common
         if chain.gravity == NO_GRAVITY:
-            common[MEAN_X], common[MEAN_Y] = hang_from_first(n, chain.bars, rows)
+            common[MEAN_X], common[MEAN_Y] = centres_from_first(n, chain.bars, rows)
         for i in range(n):
             pushed[AX, i] = pushed[AY, i] = 0.0
-        common[COMMON_X] = common[COMMON_Y] = common[ASIDE_X] = common[ASIDE_Y] = 0.0
-        act(effects, n, t_s, y, common[MEAN_X], common[MEAN_Y], chain, work)
+        common[COMMON_X] = common[COMMON_Y] = common[NONCENTRAL_X] = common[NONCENTRAL_Y] = 0.0
+        add_each_effect(effects, n, t_s, y, common[MEAN_X], common[MEAN_Y], chain, work)
         for i in range(n):
             rows[GX, i] += pushed[AX, i]
             rows[GY, i] += pushed[AY, i]
@@ -121,41 +121,52 @@ def push_code(effects: Any, n: Any, t_s: Any, y: Any, chain: Any, work: Any) -> 
     return code
 
 
-def act(effects: Effects, n: int, t_s: float, y: Array, mean_x: float, mean_y: float, chain: Chain, work: Work) -> None:
+def add_each_effect(
+    effects: Effects, n: int, t_s: float, y: Array, mean_x: float, mean_y: float, chain: CompiledChain, work: Workspace
+) -> None:
     """Let one effect after another act."""
-    uncompiled(effects)
+    require_no_effects(effects)
 
 
-@by_type(act)
-def act_code(effects: Any, n: Any, t_s: Any, y: Any, mean_x: Any, mean_y: Any, chain: Any, work: Any) -> Code:
+@by_type(add_each_effect)
+def add_each_effect_code(
+    effects: Any, n: Any, t_s: Any, y: Any, mean_x: Any, mean_y: Any, chain: Any, work: Any
+) -> Code:
     """The first, then the rest."""
     if not len(effects):
         return lambda effects, n, t_s, y, mean_x, mean_y, chain, work: None
-    first = module_of(effects[0]).act
+    first = module_of(effects[0]).add_effect
 
     def code(
-        effects: Effects, n: int, t_s: float, y: Array, mean_x: float, mean_y: float, chain: Chain, work: Work
+        effects: Effects,
+        n: int,
+        t_s: float,
+        y: Array,
+        mean_x: float,
+        mean_y: float,
+        chain: CompiledChain,
+        work: Workspace,
     ) -> None:
         first(effects[0], n, t_s, y, mean_x, mean_y, chain, work)
-        act(effects[1:], n, t_s, y, mean_x, mean_y, chain, work)
+        add_each_effect(effects[1:], n, t_s, y, mean_x, mean_y, chain, work)
 
     return code
 
 
-def move(effects: Effects, n: int, chain: Chain, work: Work, rates: Array) -> None:
+def add_common_acceleration(effects: Effects, n: int, chain: CompiledChain, work: Workspace, rates: Array) -> None:
     """Add to the acceleration of the centre of mass what gravity's does not hold."""
-    uncompiled(effects)
+    require_no_effects(effects)
 
 
-@by_type(move, inline="always")  # as a call, even an empty one leaves an instruction behind
-def move_code(effects: Any, n: Any, chain: Any, work: Any, rates: Any) -> Code:
+@by_type(add_common_acceleration, inline="always")  # as a call, even an empty one leaves an instruction behind
+def add_common_acceleration_code(effects: Any, n: Any, chain: Any, work: Any, rates: Any) -> Code:
     """The common part; where there is no gravity, the mean of the rest too."""
     if not len(effects):
         return lambda effects, n, chain, work, rates: None
 
-    def code(effects: Effects, n: int, chain: Chain, work: Any, rates: Array) -> None:
-        rates[2 * n + 2] += work.pushed.common[COMMON_X]
-        rates[2 * n + 3] += work.pushed.common[COMMON_Y]
+    def code(effects: Effects, n: int, chain: CompiledChain, work: Any, rates: Array) -> None:
+        rates[2 * n + 2] += work.effect_sums.common[COMMON_X]
+        rates[2 * n + 3] += work.effect_sums.common[COMMON_Y]
         if chain.gravity == NO_GRAVITY:
             for i in range(n):
                 rates[2 * n + 2] += chain.bars[WEIGHT, i] * work.bars[GX, i]
@@ -164,66 +175,73 @@ def move_code(effects: Any, n: Any, chain: Any, work: Any, rates: Any) -> Code:
     return code
 
 
-def sideways(effects: Effects, k: int, law: Array, x: float, y: float, work: Work) -> None:
+def add_noncentral_acceleration(effects: Effects, k: int, law: Array, x: float, y: float, work: Workspace) -> None:
     """Add to what law `k` lacks the acceleration of its bar's longitude, the bar at (x, y), by the effects."""
-    uncompiled(effects)
+    require_no_effects(effects)
 
 
-@by_type(sideways)
-def sideways_code(effects: Any, k: Any, law: Any, x: Any, y: Any, work: Any) -> Code:
+@by_type(add_noncentral_acceleration)
+def add_noncentral_acceleration_code(effects: Any, k: Any, law: Any, x: Any, y: Any, work: Any) -> Code:
     """Of accelerations that are not central."""
     if not len(effects):
         return lambda effects, k, law, x, y, work: None
 
-    def code(effects: Effects, k: int, law: Array, x: float, y: float, work: Work) -> None:
+    def code(effects: Effects, k: int, law: Array, x: float, y: float, work: Workspace) -> None:
         if law[LOCAL] == 0.0:
             return
-        bar, pushed = int(law[BAR]), work.pushed
-        across_x = pushed.common[ASIDE_X] + pushed.bars[AX, bar]
-        across_y = pushed.common[ASIDE_Y] + pushed.bars[AY, bar]
+        bar, pushed = int(law[BAR]), work.effect_sums
+        across_x = pushed.common[NONCENTRAL_X] + pushed.bars[AX, bar]
+        across_y = pushed.common[NONCENTRAL_Y] + pushed.bars[AY, bar]
         work.matrix[k, len(work.matrix)] += law[UNIT] * ((x * across_y - y * across_x) / (x * x + y * y))
 
     return code
 
 
-def watched(effects: Effects) -> bool:
+def has_state_events(effects: Effects) -> bool:
     """Whether the motion may carry any effect to where its mode no longer holds."""
-    uncompiled(effects)
+    require_no_effects(effects)
     return False
 
 
-@by_type(watched)
-def watched_code(effects: Any) -> Code:
+@by_type(has_state_events)
+def has_state_events_code(effects: Any) -> Code:
     """A constant of the code."""
-    if any(hasattr(module_of(effect), "crossed") for effect in effects):
+    if any(hasattr(module_of(effect), "mode_ended") for effect in effects):
         return lambda effects: True
     return lambda effects: False
 
 
-def crossed(
-    effects: Effects, n: int, t_s: float, y: Array, mean_x: float, mean_y: float, chain: Chain, work: Work
+def mode_ended(
+    effects: Effects, n: int, t_s: float, y: Array, mean_x: float, mean_y: float, chain: CompiledChain, work: Workspace
 ) -> bool:
     """Whether any effect's mode no longer holds at a state whose rows U and D are there."""
-    uncompiled(effects)
+    require_no_effects(effects)
     return False
 
 
-@by_type(crossed)
-def crossed_code(effects: Any, n: Any, t_s: Any, y: Any, mean_x: Any, mean_y: Any, chain: Any, work: Any) -> Code:
+@by_type(mode_ended)
+def mode_ended_code(effects: Any, n: Any, t_s: Any, y: Any, mean_x: Any, mean_y: Any, chain: Any, work: Any) -> Code:
     """The first that is watched, then the rest."""
     if not len(effects):
         return lambda effects, n, t_s, y, mean_x, mean_y, chain, work: False
-    first = getattr(module_of(effects[0]), "crossed", None)
+    first = getattr(module_of(effects[0]), "mode_ended", None)
     if first is None:
-        return lambda effects, n, t_s, y, mean_x, mean_y, chain, work: crossed(
+        return lambda effects, n, t_s, y, mean_x, mean_y, chain, work: mode_ended(
             effects[1:], n, t_s, y, mean_x, mean_y, chain, work
         )
 
     def code(
-        effects: Effects, n: int, t_s: float, y: Array, mean_x: float, mean_y: float, chain: Chain, work: Work
+        effects: Effects,
+        n: int,
+        t_s: float,
+        y: Array,
+        mean_x: float,
+        mean_y: float,
+        chain: CompiledChain,
+        work: Workspace,
     ) -> bool:
         seen = first(effects[0], n, t_s, y, mean_x, mean_y, chain, work)
-        rest = crossed(effects[1:], n, t_s, y, mean_x, mean_y, chain, work)  # each of them looks
+        rest = mode_ended(effects[1:], n, t_s, y, mean_x, mean_y, chain, work)  # each of them looks
         return seen or rest
 
     return code

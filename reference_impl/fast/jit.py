@@ -15,16 +15,16 @@ import numba
 import scipy
 from platformdirs import user_cache_path
 
-from reference_impl.integrate.coordinate_sets import LAST_DIGIT
-from reference_impl.integrate.discrete_modes import LOOKS
+from reference_impl.integrate.coordinate_sets import ANGLE_ROUNDOFF
+from reference_impl.integrate.discrete_modes import EVENT_SAMPLES
 from reference_impl.model.effect import EDGE_ON
-from reference_impl.model.joints import ASTRAY, REFINEMENTS, ROUNDING, SETTLED
+from reference_impl.model.joints import CONVERGED, DIVERGED, REFINEMENTS, ROUNDING
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 F = TypeVar("F", bound="Callable[..., object]")
-FROM_ELSEWHERE = ASTRAY, EDGE_ON, LAST_DIGIT, LOOKS, REFINEMENTS, ROUNDING, SETTLED
+IMPORTED_CONSTANTS = DIVERGED, EDGE_ON, ANGLE_ROUNDOFF, EVENT_SAMPLES, REFINEMENTS, ROUNDING, CONVERGED
 """Constants that compiled code takes from other sources of ours"""
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
 
@@ -57,7 +57,7 @@ def with_cache(function: F, options: dict[str, object]) -> F:
 @cache
 def cache_folder() -> Path:
     """Folder for compiled code: numba's own if one is set, else the user's, by the hash of all that is compiled in."""
-    digest = hashlib.sha256(f"{numba.__version__} {scipy.__version__} {FROM_ELSEWHERE}".encode())
+    digest = hashlib.sha256(f"{numba.__version__} {scipy.__version__} {IMPORTED_CONSTANTS}".encode())
     for source in sorted(Path(__file__).parent.rglob("*.py")):
         digest.update(source.read_bytes())
     root = Path(numba.config.CACHE_DIR) if numba.config.CACHE_DIR else user_cache_path("barchain") / "compiled"

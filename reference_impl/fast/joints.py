@@ -21,13 +21,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from reference_impl.fast.cholesky import factored
+from reference_impl.fast.cholesky import solve_by_cholesky
 from reference_impl.fast.jit import compiled, inlined
 from reference_impl.fast.layout import (
     BX,
     BY,
     COMPLIANCE,
-    DELICATE,
     DX,
     DY,
     FREED,
@@ -35,6 +34,7 @@ from reference_impl.fast.layout import (
     HXY,
     HYX,
     HYY,
+    ILL_CONDITIONED,
     INVERSE_MASS,
     KXX,
     KXY,
@@ -51,24 +51,24 @@ from reference_impl.fast.layout import (
     UX,
     UY,
 )  # fmt: skip
-from reference_impl.model.joints import ASTRAY, REFINEMENTS, ROUNDING, SETTLED
+from reference_impl.model.joints import CONVERGED, DIVERGED, REFINEMENTS, ROUNDING
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
 
-Sub = tuple[float, float, float, float, float, bool]
+SubChain = tuple[float, float, float, float, float, bool]
 """Mobility (xx, xy, yy) and free acceleration (x, y) of a part's end, and whether all went well."""
 
 
 @inlined
-def first(i: int, far: int, bars: Array, rows: Array) -> Sub:
+def single_bar(i: int, far: int, bars: Array, rows: Array) -> SubChain:
     """Bar `i` alone, seen at the end whose rows begin with `far`: LEFT or RIGHT."""
     w = bars[INVERSE_MASS, i]
     return w + rows[KXX, i], rows[KXY, i], w + rows[KYY, i], rows[far, i], rows[far + 1, i], True
 
 
 @inlined
-def join(sub: Sub, i: int, joint: int, near: int, far: int, bars: Array, rows: Array) -> Sub:
+def join_bar(sub: SubChain, i: int, joint: int, near: int, far: int, bars: Array, rows: Array) -> SubChain:
     """Join bar `i` by its end `near` to a part; seen at its end `far`. Leaves P and H of the joint."""
     yxx, yxy, yyy, free_x, free_y, well = sub
     w, kxx, kxy, kyy = bars[INVERSE_MASS, i], rows[KXX, i], rows[KXY, i], rows[KYY, i]
@@ -96,7 +96,7 @@ def join(sub: Sub, i: int, joint: int, near: int, far: int, bars: Array, rows: A
 
 
 @inlined
-def back(joint: int, x: float, y: float, side: float, rows: Array) -> tuple[float, float]:
+def back_substitute(joint: int, x: float, y: float, side: float, rows: Array) -> tuple[float, float]:
     """Reaction in `joint` from that in its neighbour nearer to the middle."""
     return (
         side * rows[PX, joint] + (rows[HXX, joint] * x + rows[HXY, joint] * y),
@@ -109,22 +109,22 @@ def reactions(n: int, bars: Array, rows: Array) -> bool:
     """Rows RX, RY: force on bar j from bar j+1, by rows LEFT, RIGHT and K; False if a joint is lost in round-off."""
     if n == 1:
         return True
-    if bars[DELICATE, 0] != 0.0 and factored(n, bars, rows):
+    if bars[ILL_CONDITIONED, 0] != 0.0 and solve_by_cholesky(n, bars, rows):
         return True
-    return swept(n, bars, rows)
+    return solve_by_sweeps(n, bars, rows)
 
 
 @inlined
-def swept(n: int, bars: Array, rows: Array) -> bool:
+def solve_by_sweeps(n: int, bars: Array, rows: Array) -> bool:
     """The same by the sweeps."""
     last, middle = n - 1, (n - 1) // 2
     both = last - 1 - middle  # joints that each sweep takes beside the other
-    left, right = first(0, RIGHT, bars, rows), first(last, LEFT, bars, rows)
+    left, right = single_bar(0, RIGHT, bars, rows), single_bar(last, LEFT, bars, rows)
     for k in range(both):
-        left = join(left, k + 1, k, LEFT, RIGHT, bars, rows)
-        right = join(right, last - 1 - k, last - 1 - k, RIGHT, LEFT, bars, rows)
+        left = join_bar(left, k + 1, k, LEFT, RIGHT, bars, rows)
+        right = join_bar(right, last - 1 - k, last - 1 - k, RIGHT, LEFT, bars, rows)
     if middle > both:
-        left = join(left, middle, middle - 1, LEFT, RIGHT, bars, rows)
+        left = join_bar(left, middle, middle - 1, LEFT, RIGHT, bars, rows)
     sxx, sxy, syy = left[0] + right[0], left[1] + right[1], left[2] + right[2]
     determinant = sxx * syy - sxy * sxy
     apart_x, apart_y = right[3] - left[3], right[4] - left[4]
@@ -132,12 +132,12 @@ def swept(n: int, bars: Array, rows: Array) -> bool:
     rows[RX, middle], rows[RY, middle] = x, y
     right_x, right_y = x, y
     if middle > both:
-        x, y = back(middle - 1, x, y, 1.0, rows)
+        x, y = back_substitute(middle - 1, x, y, 1.0, rows)
         rows[RX, middle - 1], rows[RY, middle - 1] = x, y
     for k in range(both):
         j, i = both - 1 - k, middle + 1 + k
-        x, y = back(j, x, y, 1.0, rows)
-        right_x, right_y = back(i, right_x, right_y, -1.0, rows)
+        x, y = back_substitute(j, x, y, 1.0, rows)
+        right_x, right_y = back_substitute(i, right_x, right_y, -1.0, rows)
         rows[RX, j], rows[RY, j] = x, y
         rows[RX, i], rows[RY, i] = right_x, right_y
     return left[5] and right[5] and not determinant <= ROUNDING * (sxx * syy)
@@ -153,7 +153,7 @@ def refine(n: int, bars: Array, rows: Array) -> bool:
         rows[BX, j], rows[BY, j] = rows[LEFT, j + 1] - rows[RIGHT, j], rows[LEFT_Y, j + 1] - rows[RIGHT_Y, j]
     well, correction, total = True, 0.0, 0.0
     for _ in range(REFINEMENTS):
-        leave_openings(n, bars, rows)
+        residual_openings(n, bars, rows)
         well = reactions(n, bars, rows) and well
         correction = total = 0.0
         for j in range(n - 1):
@@ -161,13 +161,13 @@ def refine(n: int, bars: Array, rows: Array) -> bool:
             rows[RX, j] += rows[DX, j]
             rows[RY, j] += rows[DY, j]
             total = max(total, abs(rows[RX, j]), abs(rows[RY, j]))
-        if not correction > SETTLED * total:
+        if not correction > CONVERGED * total:
             break
-    return well and not correction > ASTRAY * total
+    return well and not correction > DIVERGED * total
 
 
 @compiled
-def leave_openings(n: int, bars: Array, rows: Array) -> None:
+def residual_openings(n: int, bars: Array, rows: Array) -> None:
     """Rows LEFT of the bars right of each joint: what the reactions, kept in rows D, leave of its opening.
 
     Neighbours' reactions are subtracted before they are multiplied by anything: the difference is exact where they are

@@ -11,33 +11,33 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from reference_impl.model.chain import delicate
+from reference_impl.model.chain import ill_conditioned
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from reference_impl.model.arrays import Array
     from reference_impl.model.chain import ChainModel, GravityModel
-    from reference_impl.model.effect import Effect
+    from reference_impl.model.effect import ChainEffect
 
 GRAVITY_CODES: dict[GravityModel, int] = {"none": 0, "point": 1, "gradient": 2}
 NO_GRAVITY, GRADIENT = GRAVITY_CODES["none"], GRAVITY_CODES["gradient"]
 
 REGISTER = 8  # numbers that the widest vector instructions take at once
 # rows of Chain.bars
-HALF, WEIGHT, INVERSE_MASS, COMPLIANCE, LEVER, INVERSE_INERTIA, PASSED, FREED, DELICATE, REFINED = range(10)
+HALF, WEIGHT, INVERSE_MASS, COMPLIANCE, LEVER, INVERSE_INERTIA, PASSED, FREED, ILL_CONDITIONED, REFINED = range(10)
 # rows of Work.bars
-UX, UY, DX, DY, GX, GY, SPIN, LEFT, LEFT_Y, RIGHT, RIGHT_Y, KXX, KXY, KYY = range(14)
+UX, UY, DX, DY, GX, GY, ANGULAR, LEFT, LEFT_Y, RIGHT, RIGHT_Y, KXX, KXY, KYY = range(14)
 RX, RY, PX, PY, HXX, HXY, HYX, HYY, BX, BY, LYY = range(14, 25)
 LXX, LXY = PX, PY  # of a factor, where a sweep has its own
 # columns of Chain.laws
 BAR, REACTS_ON, LOCAL, AMPLITUDE, DURATION, START, UNIT = range(7)
 # rows of Pushed.bars, places in Pushed.common
 AX, AY, VX, VY = range(4)
-COMMON_X, COMMON_Y, ASIDE_X, ASIDE_Y, MEAN_X, MEAN_Y = range(6)
+COMMON_X, COMMON_Y, NONCENTRAL_X, NONCENTRAL_Y, MEAN_X, MEAN_Y = range(6)
 
 
-class Acting(NamedTuple):
+class CompiledEffect(NamedTuple):
     """One effect as compiled code sees it; its type tells which one it is, so that code is made for sets of effects.
 
     It names no class of the effect's own, or to read what is kept on disk would import the modules of all effects that
@@ -52,10 +52,10 @@ class Acting(NamedTuple):
     """What is held while its push is smooth, set from outside; (0,) where it has no modes"""
 
 
-Effects = tuple[Acting, ...]
+Effects = tuple[CompiledEffect, ...]
 
 
-class Pushed(NamedTuple):
+class EffectSums(NamedTuple):
     """What the effects of a chain add up to in one evaluation."""
 
     bars: Array
@@ -66,7 +66,7 @@ class Pushed(NamedTuple):
     centre of mass from the first bar's, made with rows D of `Work.bars`"""
 
 
-class Chain(NamedTuple):
+class CompiledChain(NamedTuple):
     """A chain as compiled code sees it; N bars, P prescribed rotations."""
 
     mu_m3_s2: float
@@ -82,7 +82,7 @@ class Chain(NamedTuple):
     """What acts besides"""
 
 
-class Work(NamedTuple):
+class Workspace(NamedTuple):
     """Scratch of one evaluation, and what it found besides the rates."""
 
     bars: Array
@@ -95,11 +95,11 @@ class Work(NamedTuple):
     """(P, P+1) system of the prescribed torques"""
     torque_N_m: Array
     """(P,)"""
-    pushed: Any
-    """`Pushed`; () in a chain without effects, whose code does not know of it"""
+    effect_sums: Any
+    """`EffectSums`; () in a chain without effects, whose code does not know of it"""
 
 
-def chain(model: ChainModel) -> Chain:
+def compiled_chain(model: ChainModel) -> CompiledChain:
     """Arrays of `model`."""
     laws = [
         (p.bar, -1 if p.reacts_on is None else p.reacts_on, p.local_horizontal,
@@ -108,23 +108,25 @@ def chain(model: ChainModel) -> Chain:
     ]  # fmt: skip
     table = np.array(laws, dtype=float).reshape(len(laws), 7)
     bars = bar_rows(model.mass_kg, model.length_m, model.inertia_kg_m2)
-    return Chain(float(model.mu_m3_s2), GRAVITY_CODES[model.gravity], bars, table, tuple(map(acting, model.effects)))
+    return CompiledChain(
+        float(model.mu_m3_s2), GRAVITY_CODES[model.gravity], bars, table, tuple(map(compiled_effect, model.effects))
+    )
 
 
-def refined(chain: Chain) -> Chain:
+def refined(chain: CompiledChain) -> CompiledChain:
     """The same chain with reactions refined whatever its bars: where they are looked at."""
     bars = chain.bars.copy()
     bars[REFINED] = 1.0
     return chain._replace(bars=bars)
 
 
-def acting(effect: Effect) -> Acting:
+def compiled_effect(effect: ChainEffect) -> CompiledEffect:
     """Arrays of one effect, by its own module, which is imported only now."""
-    made: Acting = import_module(f"{__package__}.effects.{effect.name}").acting(effect)
+    made: CompiledEffect = import_module(f"{__package__}.effects.{effect.name}").compiled_effect(effect)
     return made
 
 
-def numbers(name: str, values: dict[str, float]) -> NDArray[np.void]:
+def effect_numbers(name: str, values: dict[str, float]) -> NDArray[np.void]:
     """`Acting.numbers` of the effect `name`."""
     record = np.dtype([(key, float) for key in values])
     return np.array([(tuple(values.values()),)], dtype=[(name, record)])
@@ -135,28 +137,30 @@ def bar_rows(mass_kg: Array, length_m: Array, inertia_kg_m2: Array) -> Array:
     half, w = 0.5 * length_m, 1.0 / mass_kg
     c = half**2 / inertia_kg_m2
     weight = mass_kg / mass_kg.sum(axis=-1, keepdims=True)
-    hard = np.zeros_like(w) + delicate(w, c)[..., None]
+    hard = np.zeros_like(w) + ill_conditioned(w, c)[..., None]
     rows = [half, weight, w, c, half / inertia_kg_m2, 1.0 / inertia_kg_m2, 2.0 / (w + c), 4.0 * w / (w + c), hard, hard]
     return np.stack(rows, axis=-2).astype(float)
 
 
-def work(bars: int, laws: int, effects: Effects = ()) -> Work:
+def workspace(bars: int, laws: int, effects: Effects = ()) -> Workspace:
     """Scratch for a chain of `bars` bars with `laws` prescribed rotations and some effects."""
-    pushed = Pushed(np.zeros((4, bars)), np.zeros(6)) if effects else ()
-    return Work(np.zeros((25, bars)), np.zeros((laws, 2, bars)), np.zeros((laws, laws + 1)), np.zeros(laws), pushed)
+    sums = EffectSums(np.zeros((4, bars)), np.zeros(6)) if effects else ()
+    return Workspace(
+        np.zeros((25, bars)), np.zeros((laws, 2, bars)), np.zeros((laws, laws + 1)), np.zeros(laws), sums
+    )
 
 
-def work_of(chain: Chain) -> Work:
-    """Scratch for `chain`."""
-    return work(chain.bars.shape[1], len(chain.laws), chain.effects)
+def workspace_of(chain: CompiledChain) -> Workspace:
+    """Workspace for `chain`."""
+    return workspace(chain.bars.shape[1], len(chain.laws), chain.effects)
 
 
 def pack(com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array) -> Array:
     """State vector of one chain, or state vectors (..., size) of many."""
-    return filled([angle_rad, com_m, rate_rad_s, com_velocity_m_s], 0.0)
+    return padded([angle_rad, com_m, rate_rad_s, com_velocity_m_s], 0.0)
 
 
-def filled(parts: list[Array], value: float) -> Array:
+def padded(parts: list[Array], value: float) -> Array:
     """Vectors laid end to end along the last axis, filled up with `value` to whole registers."""
     joined = np.concatenate(parts, axis=-1).astype(float)
     idle = np.full((*joined.shape[:-1], -joined.shape[-1] % REGISTER), value)

@@ -15,20 +15,20 @@ from reference_impl.fast.dop853 import advance, interpolate
 from reference_impl.fast.jit import compiled
 from reference_impl.fast.layout import RX, RY
 from reference_impl.integrate import stiffness
-from reference_impl.integrate.coordinate_sets import Minimal
-from reference_impl.integrate.discrete_modes import ModelSwitches
+from reference_impl.integrate.coordinate_sets import MinimalCoordinates
+from reference_impl.integrate.discrete_modes import DiscreteModes
 from reference_impl.integrate.simulate import History, Simulation
-from reference_impl.integrate.stepper import Walk, landing, stretches
-from reference_impl.model.complex_vectors import along
-from reference_impl.model.effect import Situation
-from reference_impl.model.joints import LOST
+from reference_impl.integrate.stepper import Integration, contact_instant, smooth_segments
+from reference_impl.model.complex_vectors import unit_along
+from reference_impl.model.effect import EffectState
+from reference_impl.model.joints import NOT_POSITIVE_DEFINITE
 from reference_impl.model.kinematics import gap_vectors, relative_positions
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reference_impl.fast.layout import Chain, Work
-    from reference_impl.integrate.coordinate_sets import Packing
+    from reference_impl.fast.layout import CompiledChain, Workspace
+    from reference_impl.integrate.coordinate_sets import StateCoordinates
     from reference_impl.model.arrays import Array
     from reference_impl.model.chain import ChainModel
     from reference_impl.model.effect import Modes
@@ -52,55 +52,59 @@ class FastSimulation:
     ) -> None:
         """Set up a run, and have its code compiled."""
         self.model = model
-        self.twin = Simulation(model, com_m, com_velocity_m_s, angle_rad, rate_rad_s, rtol=max(rtol, LEAST_RTOL))
+        self.reference = Simulation(model, com_m, com_velocity_m_s, angle_rad, rate_rad_s, rtol=max(rtol, LEAST_RTOL))
         self.order = reference_order(model.bars)
         self.y0 = layout.pack(com_m, com_velocity_m_s, angle_rad, rate_rad_s)
         self.atol = np.ones_like(self.y0)
-        self.atol[self.order] = self.twin.atol
+        self.atol[self.order] = self.reference.atol
         self.exact = rtol <= EXACT_RTOL
-        self.chain = layout.chain(model)
-        self.work = layout.work_of(self.chain)
-        self.twin.packing = CompiledRates(self.chain, self.work, self.y0, self.order, model)
-        self.switches: ModelSwitches | None = None
-        self.watching = any(effect.watched for effect in model.effects)
+        self.chain = layout.compiled_chain(model)
+        self.work = layout.workspace_of(self.chain)
+        self.reference.coordinates = CompiledRates(self.chain, self.work, self.y0, self.order, model)
+        self.events: DiscreteModes | None = None
+        self.detects_events = any(effect.has_state_events for effect in model.effects)
         self.warm_up()
 
     def warm_up(self) -> None:
         """Have all that a walk may call compiled, or loaded from where it was kept, by calls that change nothing."""
-        self.aim(np.zeros(1))
-        self.go(np.inf, -np.inf)
-        if self.twin.floor_m or self.watching:
-            walk.dense(self.carry, self.chain, self.work)
-            interpolate(0.0, self.carry.before, self.carry.powers, self.carry.end)
-            walk.take_samples(-np.inf, self.t_s, self.rows, True, self.carry, self.chain, self.work)
-            walk.leave_step(self.carry)
-        if self.watching:
-            self.retaken(0.0)
+        self.reset(np.zeros(1))
+        self.advance_to(np.inf, -np.inf)
+        if self.reference.contact_free_radius_m or self.detects_events:
+            walk.make_interpolant(self.stepper, self.chain, self.work)
+            interpolate(0.0, self.stepper.before, self.stepper.powers, self.stepper.end)
+            walk.take_samples(-np.inf, self.t_s, self.rows, True, self.stepper, self.chain, self.work)
+            walk.begin_next_step(self.stepper)
+        if self.detects_events:
+            self.partial_step(0.0)
 
-    def aim(self, t_s: Array) -> None:
+    def reset(self, t_s: Array) -> None:
         """Stand at the start, with the sample instants `t_s` ahead."""
         self.t_s, self.rows = t_s, np.empty((len(t_s), len(self.y0)))
         self.rows[0] = self.y0
-        self.carry = walk.stepper(self.y0, exact=self.exact)
-        self.carry.clock[walk.NOW] = t_s[0]
-        self.carry.clock[walk.SEEN] = 1
+        self.stepper = walk.new_stepper(self.y0, exact=self.exact)
+        self.stepper.clock[walk.NOW] = t_s[0]
+        self.stepper.clock[walk.SAMPLED] = 1
 
-    def go(self, start_s: float, end_s: float) -> int:
+    def advance_to(self, start_s: float, end_s: float) -> int:
         """Walk on to `end_s`."""
-        code: int = walk.go(
+        code: int = walk.advance_to(
             start_s,
             end_s,
-            walk.Ground(self.twin.floor_m, self.twin.safe_m, self.twin.pull_m_s2),
+            walk.SurfaceBounds(
+                self.reference.contact_free_radius_m,
+                self.reference.contact_free_perigee_m,
+                self.reference.largest_pull_m_s2,
+            ),
             self.t_s,
             self.rows,
             self.atol,
-            self.carry,
+            self.stepper,
             self.chain,
             self.work,
         )
         return code
 
-    def walk(self, t_s: Array) -> Walk:
+    def integrate(self, t_s: Array) -> Integration:
         """Integrate over the sample instants, from ``t_s[0]``; stop where a bar reaches the surface.
 
         Raises
@@ -110,53 +114,58 @@ class FastSimulation:
         numpy.linalg.LinAlgError
             If the joint system is not positive definite in double precision.
         """
-        if stiffness.method(self.twin.packing, self.twin.y0, t_s, self.twin.atol) is not DOP853:
-            return self.walk_implicitly(t_s)
-        self.aim(t_s)
+        if (
+            stiffness.choose_method(self.reference.coordinates, self.reference.y0, t_s, self.reference.atol)
+            is not DOP853
+        ):
+            return self.integrate_implicitly(t_s)
+        self.reset(t_s)
         if self.model.effects or self.model.impulses:
-            self.switches = ModelSwitches(self.twin.packing, float(t_s[-1]))
+            self.events = DiscreteModes(self.reference.coordinates, float(t_s[-1]))
         stopped_s = None
-        for start, end in stretches(t_s, self.model.breaks_s):
-            stopped_s = self.walk_smooth(start, end)
+        for start, end in smooth_segments(t_s, self.model.breaks_s):
+            stopped_s = self.integrate_segment(start, end)
             if stopped_s is not None:
                 break
-        clock = self.carry.clock
-        seen = int(clock[walk.SEEN])
-        return Walk(self.t_s[:seen], self.rows[:seen], int(clock[walk.STEPS]), int(clock[walk.EVALUATIONS]), stopped_s)
+        clock = self.stepper.clock
+        seen = int(clock[walk.SAMPLED])
+        return Integration(
+            self.t_s[:seen], self.rows[:seen], int(clock[walk.STEPS]), int(clock[walk.EVALUATIONS]), stopped_s
+        )
 
-    def walk_implicitly(self, t_s: Array) -> Walk:
+    def integrate_implicitly(self, t_s: Array) -> Integration:
         """The reference's own walk, with compiled rates: an implicit method's time goes into its linear algebra."""
-        self.aim(t_s)
-        seen = self.twin.walk(t_s)
-        self.switches = self.twin.switches
+        self.reset(t_s)
+        seen = self.reference.integrate(t_s)
+        self.events = self.reference.events
         rows = np.zeros((len(seen.y), len(self.y0)))
         rows[:, self.order] = seen.y
         return dataclasses.replace(seen, y=rows)
 
-    def walk_smooth(self, start_s: float, end_s: float) -> float | None:
+    def integrate_segment(self, start_s: float, end_s: float) -> float | None:
         """Walk from break to break; instant at which a bar reached the surface, or None."""
-        if self.switches:
-            self.stand(start_s, self.switches.enter(start_s, end_s, self.carry.y[self.order]))
+        if self.events:
+            self.set_state(start_s, self.events.begin_segment(start_s, end_s, self.stepper.y[self.order]))
         here: float = start_s
-        code, stopped_s = self.go(here, end_s), None
-        while code in (walk.LOOK, walk.FALLEN) and stopped_s is None:
-            stopped_s, fallen_s = self.look(code)
+        code, stopped_s = self.advance_to(here, end_s), None
+        while code in (walk.CHECK_SURFACE, walk.MODE_ENDED) and stopped_s is None:
+            stopped_s, fallen_s = self.examine_step(code)
             here = start_s if fallen_s is None else fallen_s
-            code = walk.ARRIVED if stopped_s is not None else self.go(here, end_s)
-        self.complain(code)
+            code = walk.ARRIVED if stopped_s is not None else self.advance_to(here, end_s)
+        self.raise_failure(code)
         return stopped_s
 
-    def stand(self, t_s: float, y: Array) -> None:
+    def set_state(self, t_s: float, y: Array) -> None:
         """Stand at the start of a smooth part, in the reference's own vector, with the modes that hold there."""
-        self.carry.clock[walk.NOW] = t_s
-        self.carry.y[self.order] = y
-        hold(self.chain, self.twin.packing.modes)
+        self.stepper.clock[walk.NOW] = t_s
+        self.stepper.y[self.order] = y
+        set_modes(self.chain, self.reference.coordinates.modes)
 
-    def look(self, code: int) -> tuple[float | None, float | None]:
+    def examine_step(self, code: int) -> tuple[float | None, float | None]:
         """Instants in the last step at which a bar reached the surface and a mode ceased to hold; samples till then."""
-        carry = self.carry
-        if not self.watching:  # else it is there
-            walk.dense(carry, self.chain, self.work)
+        carry = self.stepper
+        if not self.detects_events:  # else it is there
+            walk.make_interpolant(carry, self.chain, self.work)
         end, step = carry.clock[walk.NOW], carry.clock[walk.TAKEN]
         found = np.empty_like(carry.y)
 
@@ -165,51 +174,53 @@ class FastSimulation:
             state: Array = found[self.order]
             return state
 
-        fallen_s = self.switches.fall(at, end - step, end) if self.switches and self.watching else None
-        stopped_s = self.landed(code, at, fallen_s)
+        fallen_s = self.events.find_event(at, end - step, end) if self.events and self.detects_events else None
+        stopped_s = self.contact_instant(code, at, fallen_s)
         until = next(t for t in (stopped_s, fallen_s, end) if t is not None)
         walk.take_samples(until, self.t_s, self.rows, True, carry, self.chain, self.work)
-        if fallen_s is not None and stopped_s is None and self.switches:
-            fallen_s, state = self.switches.let_go(self.retaken, fallen_s, (end - step, end))
-            self.stand(fallen_s, state)
+        if fallen_s is not None and stopped_s is None and self.events:
+            fallen_s, state = self.events.apply_event(self.partial_step, fallen_s, (end - step, end))
+            self.set_state(fallen_s, state)
         else:
-            walk.leave_step(carry)
+            walk.begin_next_step(carry)
         return stopped_s, fallen_s
 
-    def retaken(self, until_s: float) -> Array:
+    def partial_step(self, until_s: float) -> Array:
         """State, in the reference's own order, at an instant inside the last step, by a step to there."""
-        carry = self.carry
+        carry = self.stepper
         begin = carry.clock[walk.NOW] - carry.clock[walk.TAKEN]
         advance(begin, until_s - begin, carry.before, carry.slopes, carry.end, self.chain, self.work)
         carry.clock[walk.EVALUATIONS] += 12
         state: Array = carry.end[self.order]
         return state
 
-    def landed(self, code: int, at: Callable[[float], Array], fallen_s: float | None) -> float | None:
+    def contact_instant(self, code: int, at: Callable[[float], Array], fallen_s: float | None) -> float | None:
         """Instant at which a bar reached the surface in the last step, if that is before a mode ceased to hold."""
-        end, step = self.carry.clock[walk.NOW], self.carry.clock[walk.TAKEN]
-        before, after = self.carry.before[self.order], self.carry.y[self.order]
-        if code != walk.LOOK and (not self.twin.floor_m or self.twin.clear(before, after, step)):
+        end, step = self.stepper.clock[walk.NOW], self.stepper.clock[walk.TAKEN]
+        before, after = self.stepper.before[self.order], self.stepper.y[self.order]
+        if code != walk.CHECK_SURFACE and (
+            not self.reference.contact_free_radius_m or self.reference.clears_surface(before, after, step)
+        ):
             return None
-        stopped_s = landing(at, self.twin.height, end - step, end, self.twin.height(before))
+        stopped_s = contact_instant(at, self.reference.height, end - step, end, self.reference.height(before))
         later = stopped_s is not None and fallen_s is not None and stopped_s > fallen_s
         return None if later else stopped_s
 
-    def complain(self, code: int) -> None:
+    def raise_failure(self, code: int) -> None:
         """Raise what the reference would."""
         if code == walk.LOST_JOINT:
-            raise np.linalg.LinAlgError(LOST)
-        now = self.carry.clock[walk.NOW]
+            raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
+        now = self.stepper.clock[walk.NOW]
         if code == walk.NOT_FINITE and now == self.t_s[0]:
-            raise ArithmeticError(f"the initial state or its rate is not finite{self.twin.suspicion}")
+            raise ArithmeticError(f"the initial state or its rate is not finite{self.reference.failure_hint}")
         words = {
             walk.COLLAPSED: "Required step size is less than spacing between numbers.",
             walk.NOT_FINITE: "state not finite",
         }
         if code in words:
-            raise ArithmeticError(f"DOP853 gave up at t = {now:.6g} s: {words[code]}{self.twin.suspicion}")
+            raise ArithmeticError(f"DOP853 gave up at t = {now:.6g} s: {words[code]}{self.reference.failure_hint}")
 
-    def history(self, seen: Walk, *, condition: bool = False) -> History:
+    def history(self, seen: Integration, *, condition: bool = False) -> History:
         """Observables at the samples of a walk."""
         n = self.model.bars
         reaction, torque = np.zeros((len(seen.t_s), n - 1, 2)), np.zeros((len(seen.t_s), len(self.chain.laws)))
@@ -217,7 +228,11 @@ class FastSimulation:
         angle, com, rate, velocity = np.split(seen.y[:, : 2 * n + 4], [n, n + 2, 2 * n + 2], axis=1)
         position = np.array([relative_positions(self.model, a) for a in angle])
         gaps = [np.linalg.norm(gap_vectors(self.model, d, a), axis=-1) for d, a in zip(position, angle, strict=True)]
-        numbers = [self.twin.condition(self.twin.packing.unpack(y[self.order])) for y in seen.y] if condition else None
+        numbers = (
+            [self.reference.condition(self.reference.coordinates.unpack(y[self.order])) for y in seen.y]
+            if condition
+            else None
+        )
         return History(
             seen.t_s,
             com,
@@ -232,40 +247,40 @@ class FastSimulation:
             seen.steps,
             seen.evaluations,
             seen.stopped_s,
-            self.switches.impulses(seen.t_s) if self.switches else None,
-            stiffness.WORDS[self.twin.method],
+            self.events.impulses(seen.t_s) if self.events else None,
+            stiffness.METHOD_NAMES[self.reference.method],
         )
 
-    def observe(self, seen: Walk, reaction_N: Array, torque_N_m: Array) -> None:
+    def observe(self, seen: Integration, reaction_N: Array, torque_N_m: Array) -> None:
         """Reactions (n, N-1, 2) and torques (n, P) at the samples; modes, where there are any, as each state says."""
         chain = layout.refined(self.chain)
         moded = any(effect.mode.size for effect in chain.effects)
         for one in [slice(k, k + 1) for k in range(len(seen.t_s))] if moded else [slice(None)]:
             t, y = seen.t_s[one], seen.y[one]
             if moded:
-                hold(chain, modes_at(self.twin.packing, t[0], y[0, self.order]))
-            if not observe(t, y, self.carry.end, chain, self.work, reaction_N[one], torque_N_m[one]):
-                raise np.linalg.LinAlgError(LOST)
+                set_modes(chain, modes_at(self.reference.coordinates, t[0], y[0, self.order]))
+            if not observe(t, y, self.stepper.end, chain, self.work, reaction_N[one], torque_N_m[one]):
+                raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
 
 
-def modes_at(packing: Packing, t_s: float, y: Array) -> Modes:
+def modes_at(coordinates: StateCoordinates, t_s: float, y: Array) -> Modes:
     """What a state of the reference says of its effects' modes."""
-    state = packing.unpack(y)
-    at = Situation(packing.model, t_s, state, along(state.angle_rad))
-    return tuple(effect.mode(at) for effect in packing.model.effects)
+    state = coordinates.unpack(y)
+    at = EffectState(coordinates.model, t_s, state, unit_along(state.angle_rad))
+    return tuple(effect.mode(at) for effect in coordinates.model.effects)
 
 
-def hold(chain: Chain, modes: Modes | None) -> None:
+def set_modes(chain: CompiledChain, modes: Modes | None) -> None:
     """Hold these modes in compiled code."""
     for effect, mode in zip(chain.effects, modes or (), strict=True):
         if mode is not None:
             effect.mode[:] = mode
 
 
-class CompiledRates(Minimal):
+class CompiledRates(MinimalCoordinates):
     """The reference's vector, its rates by compiled code."""
 
-    def __init__(self, chain: Chain, work: Work, y0: Array, order: Array, model: ChainModel) -> None:
+    def __init__(self, chain: CompiledChain, work: Workspace, y0: Array, order: Array, model: ChainModel) -> None:
         """Rates of `chain`, whose vectors are like `y0` and hold the reference's where `order` says."""
         super().__init__(model)
         self.chain, self.work, self.order = chain, work, order
@@ -280,9 +295,9 @@ class CompiledRates(Minimal):
             If the joint system is not positive definite in double precision.
         """
         self.y[self.order] = y
-        hold(self.chain, self.modes or (modes_at(self, t_s, y) if self.model.effects else None))
+        set_modes(self.chain, self.modes or (modes_at(self, t_s, y) if self.model.effects else None))
         if not evaluate(t_s, self.y, self.rates, self.chain, self.work):
-            raise np.linalg.LinAlgError(LOST)
+            raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
         rates: Array = self.rates[self.order]
         return rates
 
@@ -298,7 +313,7 @@ def reference_order(bars: int) -> Array:
 
 @compiled
 def observe(
-    t_s: Array, y: Array, scratch: Array, chain: Chain, work: Work, reaction_N: Array, torque_N_m: Array
+    t_s: Array, y: Array, scratch: Array, chain: CompiledChain, work: Workspace, reaction_N: Array, torque_N_m: Array
 ) -> bool:
     """Reactions (n, N-1, 2) and torques (n, P) at the states (n, size); False where a joint is lost in round-off."""
     joints, well = chain.bars.shape[1] - 1, True

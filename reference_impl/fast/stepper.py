@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from reference_impl.fast.accelerations import evaluate
-from reference_impl.fast.bar_positions import hang_from_first
+from reference_impl.fast.bar_positions import centres_from_first
 from reference_impl.fast.dop853 import (
     EXPONENT,
     LARGEST_FACTOR,
@@ -22,32 +22,32 @@ from reference_impl.fast.dop853 import (
     interpolant,
     interpolate,
 )  # fmt: skip
-from reference_impl.fast.effect_dispatch import crossed, watched
+from reference_impl.fast.effect_dispatch import has_state_events, mode_ended
 from reference_impl.fast.jit import compiled
 from reference_impl.fast.layout import LEVER, NO_GRAVITY, RX, RY
 from reference_impl.fast.trigonometry import unit_vectors
-from reference_impl.integrate.coordinate_sets import LAST_DIGIT
-from reference_impl.integrate.discrete_modes import LOOKS
+from reference_impl.integrate.coordinate_sets import ANGLE_ROUNDOFF
+from reference_impl.integrate.discrete_modes import EVENT_SAMPLES
 
 if TYPE_CHECKING:
-    from reference_impl.fast.layout import Chain, Work
+    from reference_impl.fast.layout import CompiledChain, Workspace
     from reference_impl.model.arrays import Array
 
-ARRIVED, LOOK, COLLAPSED, NOT_FINITE, LOST_JOINT, FALLEN = range(6)
-FROM_START = (0.0, *LOOKS)  # of a step
+ARRIVED, CHECK_SURFACE, COLLAPSED, NOT_FINITE, LOST_JOINT, MODE_ENDED = range(6)
+FROM_START = (0.0, *EVENT_SAMPLES)  # of a step
 RTOL_FLOOR = 100.0 * float(np.finfo(float).eps)  # SciPy's least
 # places in Stepper.clock
-NOW, STEP, TAKEN, STEPS, SEEN, EVALUATIONS, EXACT = range(7)
+NOW, STEP, TAKEN, STEPS, SAMPLED, EVALUATIONS, EXACT = range(7)
 
 
-class Ground(NamedTuple):
+class SurfaceBounds(NamedTuple):
     """What a chain may run into."""
 
-    floor_m: float
+    contact_free_radius_m: float
     """Distance of the centre of mass from the body's centre above which nothing can touch it; 0: no surface"""
-    safe_m: float
+    contact_free_perigee_m: float
     """The same for the lowest point of its orbit"""
-    pull_m_s2: float
+    largest_pull_m_s2: float
     """Bound of what pulls it down"""
 
 
@@ -73,7 +73,7 @@ class Stepper(NamedTuple):
     """(2, size) what the state lacks by rounding, now and at the end of the step tried; zeros unless EXACT"""
 
 
-def stepper(y: Array, *, exact: bool = False) -> Stepper:
+def new_stepper(y: Array, *, exact: bool = False) -> Stepper:
     """Carry of a walk that starts at `y`."""
     size, clock = len(y), np.zeros(7)
     clock[EXACT] = exact
@@ -82,7 +82,7 @@ def stepper(y: Array, *, exact: bool = False) -> Stepper:
 
 
 @compiled
-def start(t_s: float, end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int:
+def begin_segment(t_s: float, end_s: float, atol: Array, s: Stepper, chain: CompiledChain, work: Workspace) -> int:
     """Begin a smooth stretch of the walk: the rate now and the first step's size; ARRIVED, or what is wrong."""
     s.clock[NOW], s.clock[TAKEN] = t_s, 0.0
     for i in range(len(s.y)):
@@ -96,7 +96,7 @@ def start(t_s: float, end_s: float, atol: Array, s: Stepper, chain: Chain, work:
     s.clock[EVALUATIONS] += 1
     size = 2 * chain.bars.shape[1] + 4
     s.clock[STEP] = first_step(size, t_s, end_s - t_s, s.y, s.slopes, s.end, atol, RTOL_FLOOR, chain, work)
-    allow(atol, s, chain, work)
+    set_allowed_error(atol, s, chain, work)
     return ARRIVED
 
 
@@ -110,10 +110,10 @@ def finite(y: Array, rates: Array) -> bool:
 
 
 @compiled
-def allow(atol: Array, s: Stepper, chain: Chain, work: Work) -> None:
+def set_allowed_error(atol: Array, s: Stepper, chain: CompiledChain, work: Workspace) -> None:
     """Error allowed in the next step: `atol`, but no less than rounding an angle makes anyway.
 
-    As :meth:`reference_impl.integrate.coordinate_sets.Packing.shaken`, by the reactions of the last evaluation.
+    As :meth:`reference_impl.integrate.coordinate_sets.StateCoordinates.shaken`, by the reactions of the last evaluation.
     """
     n, rows = chain.bars.shape[1], work.bars
     before_x = before_y = 0.0
@@ -123,13 +123,13 @@ def allow(atol: Array, s: Stepper, chain: Chain, work: Work) -> None:
         x, y = (rows[RX, i], rows[RY, i]) if i < n - 1 else (0.0, 0.0)
         turned = abs(s.y[i])
         swing = max(turned, 1.0) * np.sqrt(chain.bars[LEVER, i] * np.hypot(x + before_x, y + before_y))
-        s.allowed[i] = max(atol[i], LAST_DIGIT * turned)
-        s.allowed[n + 2 + i] = max(atol[n + 2 + i], LAST_DIGIT * swing)
+        s.allowed[i] = max(atol[i], ANGLE_ROUNDOFF * turned)
+        s.allowed[n + 2 + i] = max(atol[n + 2 + i], ANGLE_ROUNDOFF * swing)
         before_x, before_y = x, y
 
 
 @compiled
-def step(end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int:
+def take_step(end_s: float, atol: Array, s: Stepper, chain: CompiledChain, work: Workspace) -> int:
     """One accepted step towards `end_s`, as SciPy's controller takes it."""
     t, h, rejected = s.clock[NOW], s.clock[STEP], False
     exact = s.clock[EXACT] != 0.0
@@ -155,7 +155,7 @@ def step(end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int
             for i in range(len(s.y)):
                 s.before[i], s.y[i] = s.y[i], s.end[i]
                 s.residue[0, i] = s.residue[1, i]
-            allow(atol, s, chain, work)
+            set_allowed_error(atol, s, chain, work)
             return ARRIVED
         h *= max(LEAST_FACTOR, SAFETY * error**EXPONENT) if np.isfinite(error) else LEAST_FACTOR
         rejected = True
@@ -163,7 +163,7 @@ def step(end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int
 
 
 @compiled
-def dense(s: Stepper, chain: Chain, work: Work) -> None:
+def make_interpolant(s: Stepper, chain: CompiledChain, work: Workspace) -> None:
     """Make the last step's interpolant."""
     h = s.clock[TAKEN]
     interpolant(s.clock[NOW] - h, h, s.before, s.y, s.slopes, s.end, s.powers, chain, work)
@@ -171,7 +171,7 @@ def dense(s: Stepper, chain: Chain, work: Work) -> None:
 
 
 @compiled
-def leave_step(s: Stepper) -> None:
+def begin_next_step(s: Stepper) -> None:
     """Make the rate at the end of the last step that at the start of the next."""
     for i in range(len(s.y)):
         s.slopes[0, i] = s.slopes[12, i]
@@ -179,26 +179,26 @@ def leave_step(s: Stepper) -> None:
 
 @compiled
 def take_samples(
-    until_s: float, t_s: Array, rows: Array, have_dense: bool, s: Stepper, chain: Chain, work: Work
+    until_s: float, t_s: Array, rows: Array, have_dense: bool, s: Stepper, chain: CompiledChain, work: Workspace
 ) -> None:
     """Samples of the last step up to `until_s`, from its end or its interpolant."""
     now, h = s.clock[NOW], s.clock[TAKEN]
-    seen = int(s.clock[SEEN])
+    seen = int(s.clock[SAMPLED])
     while seen < len(t_s) and t_s[seen] <= until_s:
         if t_s[seen] == now:
             for i in range(len(s.y)):
                 rows[seen, i] = s.y[i]
         else:
             if not have_dense:
-                dense(s, chain, work)
+                make_interpolant(s, chain, work)
                 have_dense = True
             interpolate((t_s[seen] - (now - h)) / h, s.before, s.powers, rows[seen])
         seen += 1
-    s.clock[SEEN] = seen
+    s.clock[SAMPLED] = seen
 
 
 @compiled
-def perigee(n: int, y: Array, mu_m3_s2: float) -> float:
+def perigee_m(n: int, y: Array, mu_m3_s2: float) -> float:
     """Lowest point of the Kepler orbit through a state, m from the centre."""
     x, z, vx, vz = y[n], y[n + 1], y[2 * n + 2], y[2 * n + 3]
     swept = x * vz - z * vx
@@ -208,43 +208,43 @@ def perigee(n: int, y: Array, mu_m3_s2: float) -> float:
 
 
 @compiled
-def clear(n: int, h: float, before: Array, y: Array, chain: Chain, ground: Ground) -> bool:
+def clears_surface(n: int, h: float, before: Array, y: Array, chain: CompiledChain, ground: SurfaceBounds) -> bool:
     """Whether no point of the chain can have been below the surface in the last step.
 
     As :meth:`reference_impl.integrate.simulate.Simulation.clear`.
     """
-    if chain.gravity != NO_GRAVITY and perigee(n, y, chain.mu_m3_s2) > ground.safe_m:
+    if chain.gravity != NO_GRAVITY and perigee_m(n, y, chain.mu_m3_s2) > ground.contact_free_perigee_m:
         return True
-    pull = ground.pull_m_s2
+    pull = ground.largest_pull_m_s2
     half = 0.5 * h
     r0, r1 = np.hypot(before[n], before[n + 1]), np.hypot(y[n], y[n + 1])
     fall0 = (before[n] * before[2 * n + 2] + before[n + 1] * before[2 * n + 3]) / r0
     fall1 = -(y[n] * y[2 * n + 2] + y[n + 1] * y[2 * n + 3]) / r1
     low0 = r0 + min(0.0, fall0) * half - 0.5 * pull * half * half
     low1 = r1 + min(0.0, fall1) * half - 0.5 * pull * half * half
-    return bool(min(low0, low1) > ground.floor_m)
+    return bool(min(low0, low1) > ground.contact_free_radius_m)
 
 
 @compiled
-def fallen(s: Stepper, chain: Chain, work: Work) -> bool:
+def mode_ended_in_step(s: Stepper, chain: CompiledChain, work: Workspace) -> bool:
     """Whether any effect's mode does not hold at a look into the last step, whose interpolant is there.
 
-    As :meth:`reference_impl.integrate.discrete_modes.ModelSwitches.fall`, which then finds the instant.
+    As :meth:`reference_impl.integrate.discrete_modes.DiscreteModes.fall`, which then finds the instant.
     """
     n, h = chain.bars.shape[1], s.clock[TAKEN]
     for share in FROM_START:
         interpolate(share, s.before, s.powers, s.end)
         unit_vectors(n, s.end, work.bars)
-        mean_x, mean_y = hang_from_first(n, chain.bars, work.bars)
-        seen = crossed(chain.effects, n, s.clock[NOW] - h + share * h, s.end, mean_x, mean_y, chain, work)
+        mean_x, mean_y = centres_from_first(n, chain.bars, work.bars)
+        seen = mode_ended(chain.effects, n, s.clock[NOW] - h + share * h, s.end, mean_x, mean_y, chain, work)
         if seen and share > 0.0:
             return True
     return False
 
 
 @compiled
-def go(start_s: float, end_s: float, ground: Ground, t_s: Array, rows: Array, atol: Array, s: Stepper,
-       chain: Chain, work: Work) -> int:  # fmt: skip
+def advance_to(start_s: float, end_s: float, ground: SurfaceBounds, t_s: Array, rows: Array, atol: Array, s: Stepper,
+       chain: CompiledChain, work: Workspace) -> int:  # fmt: skip
     """Walk on to `end_s`, from `start_s` if that is now.
 
     It stops with LOOK after a step in which a bar may have touched the surface, and with FALLEN after one, its
@@ -269,21 +269,21 @@ def go(start_s: float, end_s: float, ground: Ground, t_s: Array, rows: Array, at
     int
         ARRIVED, LOOK, COLLAPSED, NOT_FINITE, LOST_JOINT or FALLEN.
     """
-    n, code, watching = chain.bars.shape[1], ARRIVED, watched(chain.effects)
+    n, code, watching = chain.bars.shape[1], ARRIVED, has_state_events(chain.effects)
     if s.clock[NOW] == start_s:
-        code = start(start_s, end_s, atol, s, chain, work)
+        code = begin_segment(start_s, end_s, atol, s, chain, work)
     while code == ARRIVED and s.clock[NOW] < end_s:
-        code = step(end_s, atol, s, chain, work)
+        code = take_step(end_s, atol, s, chain, work)
         if code == ARRIVED and not finite(s.y, s.y):
             code = NOT_FINITE
         if watching and code == ARRIVED:
-            dense(s, chain, work)
-            code = FALLEN if fallen(s, chain, work) else ARRIVED
+            make_interpolant(s, chain, work)
+            code = MODE_ENDED if mode_ended_in_step(s, chain, work) else ARRIVED
         if code != ARRIVED:
             continue
-        if ground.floor_m > 0.0 and not clear(n, s.clock[TAKEN], s.before, s.y, chain, ground):
-            code = LOOK
+        if ground.contact_free_radius_m > 0.0 and not clears_surface(n, s.clock[TAKEN], s.before, s.y, chain, ground):
+            code = CHECK_SURFACE
         else:
             take_samples(s.clock[NOW], t_s, rows, watching, s, chain, work)
-            leave_step(s)
+            begin_next_step(s)
     return code

@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     from reference_impl.model.chain import ChainModel
     from reference_impl.model.effect import Modes
 
-GRAINS = 4.0  # roundings of a stage that an absolute coordinate keeps
-LAST_DIGIT = 0.5 * float(np.finfo(float).eps)  # rad, what rounding cuts off an angle of a radian or so
+ROUNDINGS = 4.0  # roundings of a stage that an absolute coordinate keeps
+ANGLE_ROUNDOFF = 0.5 * float(np.finfo(float).eps)  # rad, what rounding cuts off an angle of a radian or so
 CoordinateSet = Literal["minimal", "redundant", "projected", "absolute"]
 
 
-class Packing(ABC):
+class StateCoordinates(ABC):
     """How a state is laid out in the integrator's vector; see design/coordinates.md."""
 
-    holds_places: ClassVar[bool] = False
+    integrates_positions: ClassVar[bool] = False
     """Whether places of the bars are in the vector; if not, they follow from the angles"""
 
     def __init__(self, model: ChainModel) -> None:
@@ -50,16 +50,16 @@ class Packing(ABC):
     def scales(self, radius_m: float, rate_rad_s: float) -> Array:
         """What counts as 1 in each component: the unit of the requested tolerance."""
 
-    def grain(self, radius_m: float, rate_rad_s: float) -> Array:
+    def roundoff_floor(self, radius_m: float, rate_rad_s: float) -> Array:
         """Error that rounding makes in each component anyway: to ask for less makes the steps collapse.
 
         Springs make of an angle's last digit a rate by their own frequency.
         """
         found = np.zeros_like(self.scales(radius_m, rate_rad_s))
-        found[-self.model.bars :] = LAST_DIGIT * self.model.spring_rate_rad_s
+        found[-self.model.bars :] = ANGLE_ROUNDOFF * self.model.spring_rate_rad_s
         return found
 
-    def shaken(self, y: Array) -> Array:
+    def state_roundoff_floor(self, y: Array) -> Array:
         """Error of the angles and rates (2N,), rad and rad/s, that rounding an angle makes anyway, at the walk's state.
 
         A bar that its neighbours pull at is a pendulum of frequency sqrt((l/2J) |R_j + R_{j-1}|), and its rate differs
@@ -70,7 +70,7 @@ class Packing(ABC):
         pull = np.linalg.norm(ends[1:] + ends[:-1], axis=1)
         turned = np.abs(y[-2 * self.model.bars : -self.model.bars])
         swing = np.maximum(turned, 1.0) * np.sqrt(self.model.lever * pull)
-        return LAST_DIGIT * np.concatenate([turned, swing])
+        return ANGLE_ROUNDOFF * np.concatenate([turned, swing])
 
     def accelerations(self, t_s: float, y: Array, *, refine: bool = False) -> Accelerations:
         """Accelerations, reactions and torques at a vector."""
@@ -80,22 +80,22 @@ class Packing(ABC):
         """Nearest vector allowed; the same one where nothing can drift."""
         return y
 
-    def centre(self, y: Array) -> Array:
+    def com_m(self, y: Array) -> Array:
         """Centre of mass (2,) of a vector."""
         return y[0:2]
 
-    def drift(self, y: Array) -> Array:
+    def com_velocity_m_s(self, y: Array) -> Array:
         """Velocity of the centre of mass (2,) of a vector."""
         return y[2:4]
 
-    def gaps(self, y: Array) -> Array:
+    def joint_gaps_m(self, y: Array) -> Array:
         """Joint gaps (N-1,), m, in these coordinates' own arithmetic."""
         state = self.unpack(y)
         opened: Array = np.linalg.norm(gap_vectors(self.model, state.position_m, state.angle_rad), axis=-1)
         return opened
 
 
-class Minimal(Packing):
+class MinimalCoordinates(StateCoordinates):
     """Centre of mass and angles: [Z0, Z0', theta, theta']; relative positions follow from the angles."""
 
     def pack(self, state: State) -> Array:
@@ -119,10 +119,10 @@ class Minimal(Packing):
         return np.repeat([radius_m, radius_m * rate_rad_s, 1.0, rate_rad_s], [2, 2, n, n])
 
 
-class Redundant(Packing):
+class RedundantCoordinates(StateCoordinates):
     """The paper's unknowns in inertial angles: [Z0, Z0', d, d', theta, theta']; joints may drift."""
 
-    holds_places = True
+    integrates_positions = True
 
     def pack(self, state: State) -> Array:
         """Vector of 4 + 6N."""
@@ -157,7 +157,7 @@ class Redundant(Packing):
         return np.repeat(units, [2, 2, 2 * n, 2 * n, n, n])
 
 
-class Projected(Redundant):
+class ProjectedCoordinates(RedundantCoordinates):
     """Redundant, with positions and velocities set right from the angles after every step."""
 
     def project(self, y: Array) -> Array:
@@ -166,10 +166,10 @@ class Projected(Redundant):
         return self.pack(joined_state(self.model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s))
 
 
-class Absolute(Packing):
+class AbsoluteCoordinates(StateCoordinates):
     """Distances from the centre of the body: [Z, Z', theta, theta']."""
 
-    holds_places = True
+    integrates_positions = True
 
     def pack(self, state: State) -> Array:
         """Vector of 6N."""
@@ -203,34 +203,34 @@ class Absolute(Packing):
         del radius_m
         return np.repeat([length, length * rate_rad_s, 1.0, rate_rad_s], [2 * n, 2 * n, n, n])
 
-    def grain(self, radius_m: float, rate_rad_s: float) -> Array:
+    def roundoff_floor(self, radius_m: float, rate_rad_s: float) -> Array:
         """Units in the last place of the radius, and of what an angle makes of it over the shortest bar."""
-        n, place = self.model.bars, GRAINS * np.finfo(float).eps * radius_m
+        n, place = self.model.bars, ROUNDINGS * np.finfo(float).eps * radius_m
         turn = place / float(self.model.length_m.min())
         rounded = np.repeat([place, place * rate_rad_s, turn, turn * rate_rad_s], [2 * n, 2 * n, n, n])
-        found: Array = np.maximum(rounded, super().grain(radius_m, rate_rad_s))
+        found: Array = np.maximum(rounded, super().roundoff_floor(radius_m, rate_rad_s))
         return found
 
-    def centre(self, y: Array) -> Array:
+    def com_m(self, y: Array) -> Array:
         """Weighted mean of the bars' places."""
         place: Array = self.model.weight @ self.split(y)[0]
         return place
 
-    def drift(self, y: Array) -> Array:
+    def com_velocity_m_s(self, y: Array) -> Array:
         """Weighted mean of the bars' velocities."""
         velocity: Array = self.model.weight @ self.split(y)[1]
         return velocity
 
-    def gaps(self, y: Array) -> Array:
+    def joint_gaps_m(self, y: Array) -> Array:
         """Joint gaps (N-1,), m, by subtracting absolute positions."""
         place, _, angle, _ = self.split(y)
         opened: Array = np.linalg.norm(gap_vectors(self.model, place, angle), axis=-1)
         return opened
 
 
-PACKINGS: dict[CoordinateSet, type[Packing]] = {
-    "minimal": Minimal,
-    "redundant": Redundant,
-    "projected": Projected,
-    "absolute": Absolute,
+COORDINATE_SETS: dict[CoordinateSet, type[StateCoordinates]] = {
+    "minimal": MinimalCoordinates,
+    "redundant": RedundantCoordinates,
+    "projected": ProjectedCoordinates,
+    "absolute": AbsoluteCoordinates,
 }

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.model.complex_vectors import along, as_complex, as_vectors
-from reference_impl.model.effect import Modes, Situation, pushed
-from reference_impl.model.gravity import gradient_spins, point_field
-from reference_impl.model.relative import Turning, prescribed_torques
+from reference_impl.model.complex_vectors import as_complex, as_vectors, unit_along
+from reference_impl.model.effect import EffectState, Modes, total_accelerations
+from reference_impl.model.gravity import gradient_angular_accelerations, point_field
+from reference_impl.model.relative import ReactionSolution, prescribed_torques
 from reference_impl.model.state import Accelerations, State
 
 if TYPE_CHECKING:
@@ -52,22 +52,24 @@ def accelerations(
     Accelerations
         `position_m_s2` holds Z_j'' here, and `com_m_s2` their weighted mean.
     """
-    unit = along(angle_rad)
+    unit = unit_along(angle_rad)
     field, spin = np.zeros(model.bars, complex), np.zeros(model.bars)
     if model.gravity != "none":
         field = as_complex(point_field(model.mu_m3_s2, place_m))
     if model.gravity == "gradient":
-        spin = gradient_spins(model, as_complex(place_m), unit)
+        spin = gradient_angular_accelerations(model, as_complex(place_m), unit)
     origin = np.zeros(2)
     state = State(origin, origin, angle_rad, rate_rad_s, place_m, velocity_m_s)
-    sideways = None
+    noncentral_acceleration = None
     if model.effects:
-        at = Situation(model, t_s, state, unit, absolute=True)
-        push, sideways = pushed(at, modes or (None,) * len(model.effects))
-        field, spin = field + push.difference, spin + push.spin
-    turning = Turning(model, state, unit, field, spin, refine=refine)
-    torque = prescribed_torques(model, t_s, state, turning, sideways) if model.prescriptions else np.empty(0)
-    reaction = turning.reaction(torque)
-    place = as_vectors(field + turning.pull(reaction))
-    angular = turning.angular(reaction, torque)
+        at = EffectState(model, t_s, state, unit, absolute=True)
+        push, noncentral_acceleration = total_accelerations(at, modes or (None,) * len(model.effects))
+        field, spin = field + push.difference, spin + push.angular
+    solution = ReactionSolution(model, state, unit, field, spin, refine=refine)
+    torque = (
+        prescribed_torques(model, t_s, state, solution, noncentral_acceleration) if model.prescriptions else np.empty(0)
+    )
+    reaction = solution.reaction(torque)
+    place = as_vectors(field + solution.translation_from_reactions(reaction))
+    angular = solution.angular_accelerations(reaction, torque)
     return Accelerations(model.weight @ place, angular, place, as_vectors(reaction), torque)

@@ -13,15 +13,15 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from reference_impl.model.arrays import Array
-    from reference_impl.model.effect import Effect
+    from reference_impl.model.effect import ChainEffect
 
-DELICATE = 31.0  # ratio of the joint system's entries, 1/m + l²/4J over 1/m, up to which a chain is none
+LARGEST_ENTRY_RATIO = 31.0  # ratio of the joint system's entries, 1/m + l²/4J over 1/m, up to which a chain is none
 GravityModel = Literal["none", "point", "gradient"]
 
 
-def delicate(inverse_mass: Array, compliance: Array) -> NDArray[np.bool_]:
-    """Whether the joint system's entries (..., N) differ by more than `DELICATE`; equal slender bars' do by 4."""
-    found: NDArray[np.bool_] = np.max(inverse_mass + compliance, -1) > DELICATE * np.min(inverse_mass, -1)
+def ill_conditioned(inverse_mass: Array, compliance: Array) -> NDArray[np.bool_]:
+    """Whether the joint system's entries (..., N) differ by more than `LARGEST_ENTRY_RATIO`; equal slender bars' do by 4."""
+    found: NDArray[np.bool_] = np.max(inverse_mass + compliance, -1) > LARGEST_ENTRY_RATIO * np.min(inverse_mass, -1)
     return found
 
 
@@ -63,7 +63,7 @@ class Prescription:
 
 
 @dataclass(frozen=True)
-class Impulse:
+class BarImpulse:
     """A blow on an end of a bar at one instant."""
 
     bar: int
@@ -91,9 +91,9 @@ class ChainModel:
     body_radius_m: float = 0.0
     """Surface that ends the run; 0: none"""
     prescriptions: tuple[Prescription, ...] = ()
-    effects: tuple[Effect, ...] = ()
+    effects: tuple[ChainEffect, ...] = ()
     """What acts besides gravity and prescribed rotations"""
-    impulses: tuple[Impulse, ...] = ()
+    impulses: tuple[BarImpulse, ...] = ()
     spring_rate_rad_s: float = 0.0
     """Bound of the fastest oscillation or decay that its joints' springs and dampers make; 0: none"""
 
@@ -127,9 +127,9 @@ class ChainModel:
         return gives
 
     @cached_property
-    def delicate(self) -> bool:
+    def ill_conditioned(self) -> bool:
         """Whether bars are so unequal or so compact that solving the joints costs angular accelerations digits."""
-        return bool(delicate(self.inverse_mass, self.compliance))
+        return bool(ill_conditioned(self.inverse_mass, self.compliance))
 
     @cached_property
     def gyration2(self) -> Array:

@@ -26,13 +26,13 @@ def as_vectors(numbers: ComplexArray) -> Array:
     return seen
 
 
-def along(angle_rad: Array) -> ComplexArray:
+def unit_along(angle_rad: Array) -> ComplexArray:
     """Unit vectors at the given angles; i times them are those across."""
     unit: ComplexArray = np.exp(1j * angle_rad)
     return unit
 
 
-def squared(numbers: ComplexArray) -> Array:
+def squared_norm(numbers: ComplexArray) -> Array:
     """Squared lengths."""
     length: Array = numbers.real**2 + numbers.imag**2
     return length

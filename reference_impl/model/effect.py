@@ -45,7 +45,7 @@ class ChainProperties(Protocol):
         """Moments of inertia about the bars' centres, (N,) kg m²."""
 
     @property
-    def effects(self) -> tuple[Effect, ...]:
+    def effects(self) -> tuple[ChainEffect, ...]:
         """All effects of the model."""
 
     @property
@@ -73,18 +73,18 @@ class ChainProperties(Protocol):
         """Half lengths over moments of inertia, (N,) 1/(kg m)."""
 
 
-class Push(NamedTuple):
+class EffectAccelerations(NamedTuple):
     """What an effect does to N bars; plane vectors are complex."""
 
     common: complex
     """m/s², a part of the acceleration that all bars share"""
     difference: ComplexArray
     """(N,) m/s², each bar's less that part"""
-    spin: Array
+    angular: Array
     """(N,) rad/s², torque over moment of inertia"""
 
 
-class Situation:
+class EffectState:
     """One state as effects see it: each quantity is made when it is first asked for."""
 
     def __init__(
@@ -117,12 +117,12 @@ class Situation:
         return complex(self.state.com_m[0], self.state.com_m[1])
 
     @cached_property
-    def place(self) -> ComplexArray:
+    def position_from_body(self) -> ComplexArray:
         """(N,) centres from the centre of the body, m."""
         return self.position if self.absolute else self.com + self.position
 
     @cached_property
-    def motion(self) -> ComplexArray:
+    def velocity(self) -> ComplexArray:
         """(N,) velocities of the centres, m/s."""
         relative = as_complex(self.state.velocity_m_s)
         drift = self.state.com_velocity_m_s
@@ -134,12 +134,12 @@ class Situation:
         return self.state.rate_rad_s
 
     @cached_property
-    def nothing(self) -> ComplexArray:
+    def zero_acceleration(self) -> ComplexArray:
         """(N,) zeros."""
         return np.zeros(self.model.bars, complex)
 
     @cached_property
-    def no_spin(self) -> Array:
+    def zero_angular(self) -> Array:
         """(N,) zeros."""
         return np.zeros(self.model.bars)
 
@@ -152,7 +152,7 @@ right one's by less than the force's own rounding.
 """
 
 
-class Effect(ABC):
+class ChainEffect(ABC):
     """One effect of a model."""
 
     name: ClassVar[str]
@@ -165,45 +165,45 @@ class Effect(ABC):
     isotropic: ClassVar[bool] = False
     """Whether nothing in it has a direction of its own: then angular momentum stays"""
 
-    watched: ClassVar[bool] = False
+    has_state_events: ClassVar[bool] = False
     """Whether the motion may carry it to where its mode no longer holds"""
-    has_spells: ClassVar[bool] = False
-    """Whether a margin may fall and rise again between two looks: then :meth:`spell` tells"""
+    has_brief_events: ClassVar[bool] = False
+    """Whether a margin may fall and rise again between two looks: then :meth:`brief_event` tells"""
 
     @property
     def breaks_s(self) -> tuple[float, ...]:
         """Instants at which it is not smooth in time."""
         return ()
 
-    def strongest_m_s2(self, model: ChainProperties) -> float:
+    def largest_acceleration_m_s2(self, model: ChainProperties) -> float:
         """Bound of what it does to the centre of mass, m/s², where that may be more than a little beside gravity."""
         del model
         return 0.0
 
     @abstractmethod
-    def push(self, at: Situation, mode: Array | None) -> Push:
+    def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
         """Accelerations and torques, while `mode` holds; None: by what the state says."""
 
-    def mode(self, at: Situation) -> Array | None:
+    def mode(self, at: EffectState) -> Array | None:
         """What holds at a state; None where the push is smooth everywhere."""
         del at
         return None
 
-    def piece(self, start_s: float, end_s: float) -> Array | None:
+    def segment_mode(self, start_s: float, end_s: float) -> Array | None:
         """What holds between two neighbouring breaks, where that is a matter of time alone; else None."""
         del start_s, end_s
         return None
 
-    def margin(self, at: Situation, mode: Array) -> Array:
+    def event_functions(self, at: EffectState, mode: Array) -> Array:
         """(k,) functions of the state that are positive while the k entries of `mode` hold."""
         raise NotImplementedError(f"{self.name} has no modes")
 
-    def spell(self, at: Situation) -> float:
+    def brief_event(self, at: EffectState) -> float:
         """Function of the state that changes sign within a spell that may be short beside a step; 0: none is near."""
         del at
         return 0.0
 
-    def flipped(self, mode: Array, crossed: Indices) -> Array:
+    def mode_after(self, mode: Array, crossed: Indices) -> Array:
         """Mode after the margins at the indices `crossed` have fallen through zero."""
         raise NotImplementedError(f"{self.name} has no modes")
 
@@ -212,12 +212,17 @@ class Effect(ABC):
         raise NotImplementedError(f"{self.name} has no potential")
 
 
-def pushed(at: Situation, modes: Modes) -> tuple[Push, ComplexArray]:
+def total_accelerations(at: EffectState, modes: Modes) -> tuple[EffectAccelerations, ComplexArray]:
     """Sum of all effects of a model, and (N,) what of their accelerations may turn a longitude."""
-    common, difference, spin, sideways = 0j, at.nothing, at.no_spin, at.nothing
+    common, difference, angular, noncentral_acceleration = (
+        0j,
+        at.zero_acceleration,
+        at.zero_angular,
+        at.zero_acceleration,
+    )
     for effect, mode in zip(at.model.effects, modes, strict=True):
-        push = effect.push(at, mode)
-        common, difference, spin = common + push.common, difference + push.difference, spin + push.spin
+        added = effect.accelerations(at, mode)
+        common, difference, angular = common + added.common, difference + added.difference, angular + added.angular
         if not effect.central:
-            sideways = sideways + (push.common + push.difference)
-    return Push(common, difference, spin), sideways
+            noncentral_acceleration = noncentral_acceleration + (added.common + added.difference)
+    return EffectAccelerations(common, difference, angular), noncentral_acceleration

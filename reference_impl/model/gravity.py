@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.model.complex_vectors import as_complex, as_vectors, squared
+from reference_impl.model.complex_vectors import as_complex, as_vectors, squared_norm
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array, ComplexArray
@@ -20,19 +20,19 @@ if TYPE_CHECKING:
 
 def point_field(mu_m3_s2: float, position_m: Array) -> Array:
     """Acceleration -mu Z/|Z|³ at `position_m`, shape (..., 2), m/s²: eq. (8)."""
-    r2 = squared(as_complex(position_m))
+    r2 = squared_norm(as_complex(position_m))
     field: Array = (-mu_m3_s2 / (r2 * np.sqrt(r2)))[..., None] * position_m
     return field
 
 
 def field_differences(mu_m3_s2: float, com_m: Array, position_m: Array) -> Array:
     """g(Z0 + d_j) - g(Z0) for each relative position d_j, shape (N, 2), m/s²."""
-    return as_vectors(differences(mu_m3_s2, as_complex(com_m), as_complex(position_m)))
+    return as_vectors(complex_field_differences(mu_m3_s2, as_complex(com_m), as_complex(position_m)))
 
 
-def differences(mu_m3_s2: float, com_m: ComplexArray, position_m: ComplexArray) -> ComplexArray:
+def complex_field_differences(mu_m3_s2: float, com_m: ComplexArray, position_m: ComplexArray) -> ComplexArray:
     """:func:`field_differences` for plane vectors as complex numbers."""
-    r2 = squared(com_m)
+    r2 = squared_norm(com_m)
     twice = 2.0 * com_m + position_m
     q = (twice.real * position_m.real + twice.imag * position_m.imag) / r2
     change = np.expm1(-1.5 * np.log1p(q))
@@ -40,7 +40,7 @@ def differences(mu_m3_s2: float, com_m: ComplexArray, position_m: ComplexArray) 
     return difference
 
 
-def gradient_spins(model: ChainModel, place_m: ComplexArray, along: ComplexArray) -> Array:
+def gradient_angular_accelerations(model: ChainModel, place_m: ComplexArray, along: ComplexArray) -> Array:
     """Angular acceleration K_j/J_j = +3 mu sin(phi) cos(phi)/r³ of each bar, shape (N,), rad/s².
 
     Eq. (17) prints it with a minus; phi is measured from the horizontal (the radial direction turned by
@@ -54,7 +54,7 @@ def gradient_spins(model: ChainModel, place_m: ComplexArray, along: ComplexArray
     along : ndarray of complex, shape (N,)
         Unit vectors u_j.
     """
-    r2 = squared(place_m)
+    r2 = squared_norm(place_m)
     seen = along.conj() * place_m  # r sin(phi) + i r cos(phi)
     spin: Array = 3.0 * model.mu_m3_s2 * seen.real * seen.imag / (r2 * r2 * np.sqrt(r2))
     return spin

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.model.kinematics import cross, directions, hang_together
+from reference_impl.model.kinematics import bar_centre_vectors, cross, directions
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
@@ -61,7 +61,7 @@ def tidal_energy(model: ChainModel, com_m: Array, angle_rad: Array) -> Array:
     eq. (6) and is left out: so nothing cancels.
     """
     along, _ = directions(angle_rad)
-    position = hang_together(model, model.half_m[:, None] * along)
+    position = bar_centre_vectors(model, model.half_m[:, None] * along)
     com = com_m[:, None, :]
     r2 = np.sum(com * com, axis=-1)
     q = np.sum((2.0 * com + position) * position, axis=-1) / r2
@@ -75,6 +75,6 @@ def relative_motion(model: ChainModel, angle_rad: Array, rate_rad_s: Array) -> t
     """Relative positions and velocities over time, each (n, N, 2)."""
     along, across = directions(angle_rad)
     return (
-        hang_together(model, model.half_m[:, None] * along),
-        hang_together(model, (model.half_m * rate_rad_s)[..., None] * across),
+        bar_centre_vectors(model, model.half_m[:, None] * along),
+        bar_centre_vectors(model, (model.half_m * rate_rad_s)[..., None] * across),
     )

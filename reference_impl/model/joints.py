@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from reference_impl.model.arrays import Array, ComplexArray
     from reference_impl.model.chain import ChainModel
 
-BOUND = 4  # a diagonal and three below it hold 2x2 blocks and their neighbours
+BANDWIDTH = 4  # a diagonal and three below it hold 2x2 blocks and their neighbours
 REFINEMENTS = 5  # at most; one is enough up to condition numbers of 1e8
-SETTLED = 1e-10  # of the reactions: a correction below it leaves next to nothing
-ASTRAY = 1e-6  # of the reactions: a last correction above it says that they do not settle
+CONVERGED = 1e-10  # of the reactions: a correction below it leaves next to nothing
+DIVERGED = 1e-6  # of the reactions: a last correction above it says that they do not settle
 ROUNDING = 2.0**-51  # of the terms that a pivot is the difference of: one not above this may be of either sign
-LOST = (
+NOT_POSITIVE_DEFINITE = (
     "the joint system is not positive definite in double precision: its bars are too unequal, too compact or too many"
 )
 
@@ -42,7 +42,7 @@ def joint_matrix(model: ChainModel, across: ComplexArray) -> Array:
     x, y = across.real, across.imag
     cx, w = model.compliance * x, model.inverse_mass
     xx, xy, yy = cx * x, cx * y, model.compliance * y * y
-    bound = np.zeros((BOUND, 2 * (model.bars - 1)))
+    bound = np.zeros((BANDWIDTH, 2 * (model.bars - 1)))
     neighbours = w[:-1] + w[1:]
     bound[0, 0::2] = neighbours + xx[:-1] + xx[1:]
     bound[0, 1::2] = neighbours + yy[:-1] + yy[1:]
@@ -78,7 +78,7 @@ class JointSystem:
             matrix = joint_matrix(model, 1j * unit)
             self.factor, status = dpbtrf(matrix, lower=1)
             if status != 0 or (self.factor[0] ** 2 <= ROUNDING * matrix[0]).any():
-                raise np.linalg.LinAlgError(LOST)
+                raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
 
     def solve(self, right: ComplexArray, *, refine: bool) -> ComplexArray:
         """Reactions for each row of right-hand sides, both (k, N-1), m/s² and N.
@@ -102,10 +102,10 @@ class JointSystem:
             correction = self.raw(right - self.openings(found))
             found = found + correction
             left, largest = np.abs(correction).max(), np.abs(found).max()
-            if not left > SETTLED * largest:  # each gains as many digits as the last
+            if not left > CONVERGED * largest:  # each gains as many digits as the last
                 break
-        if left > ASTRAY * largest:
-            raise np.linalg.LinAlgError(LOST)
+        if left > DIVERGED * largest:
+            raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
         return found
 
     def raw(self, right: ComplexArray) -> ComplexArray:
@@ -135,7 +135,7 @@ def condition_number(bound: Array) -> float:
     if size == 0:
         return 1.0
     full = np.zeros((size, size))
-    for i in range(min(BOUND, size)):
+    for i in range(min(BANDWIDTH, size)):
         rows = np.arange(size - i)
         full[rows + i, rows] = full[rows, rows + i] = bound[i, : size - i]
     return float(np.linalg.cond(full))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.model.complex_vectors import along, as_complex, as_vectors
+from reference_impl.model.complex_vectors import as_complex, as_vectors, unit_along
 from reference_impl.model.state import State
 
 if TYPE_CHECKING:
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 def directions(angle_rad: Array) -> tuple[Array, Array]:
     """Unit vectors u_j along each bar and n_j across it (u_j turned by +90 degrees), each (N, 2)."""
-    u = along(angle_rad)
+    u = unit_along(angle_rad)
     return as_vectors(u), as_vectors(1j * u)
 
 
-def hang_together(model: ChainProperties, reach: Array) -> Array:
+def bar_centre_vectors(model: ChainProperties, reach: Array) -> Array:
     """Vectors of the bars' centres from their common centre, given those from each centre to its right end.
 
     The joints of eq. (7') put neighbouring centres `reach_j + reach_{j+1}` apart; eq. (6) puts the
@@ -36,11 +36,11 @@ def hang_together(model: ChainProperties, reach: Array) -> Array:
     -------
     ndarray, shape (..., N, 2)
     """
-    return as_vectors(hung(model, as_complex(reach)))
+    return as_vectors(bar_centres(model, as_complex(reach)))
 
 
-def hung(model: ChainProperties, reach: ComplexArray) -> ComplexArray:
-    """:func:`hang_together` for plane vectors as complex numbers, shape (..., N)."""
+def bar_centres(model: ChainProperties, reach: ComplexArray) -> ComplexArray:
+    """:func:`bar_centre_vectors` for plane vectors as complex numbers, shape (..., N)."""
     from_first = np.zeros_like(reach)
     np.cumsum(reach[..., :-1] + reach[..., 1:], axis=-1, out=from_first[..., 1:])
     centred: ComplexArray = from_first - (from_first @ model.weight)[..., None]
@@ -49,20 +49,20 @@ def hung(model: ChainProperties, reach: ComplexArray) -> ComplexArray:
 
 def relative_positions(model: ChainProperties, angle_rad: Array) -> Array:
     """d_j = Z_j - Z0 of a joined chain, shape (N, 2), m."""
-    return as_vectors(hung(model, model.half_m * along(angle_rad)))
+    return as_vectors(bar_centres(model, model.half_m * unit_along(angle_rad)))
 
 
 def relative_velocities(model: ChainProperties, angle_rad: Array, rate_rad_s: Array) -> Array:
     """Time derivative of :func:`relative_positions`, shape (N, 2), m/s."""
-    return as_vectors(hung(model, 1j * model.half_m * rate_rad_s * along(angle_rad)))
+    return as_vectors(bar_centres(model, 1j * model.half_m * rate_rad_s * unit_along(angle_rad)))
 
 
 def joined_state(
     model: ChainProperties, com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array
 ) -> State:
     """Complete state of a chain whose joints are closed."""
-    reach = model.half_m * along(angle_rad)
-    position, velocity = hung(model, np.stack([reach, 1j * rate_rad_s * reach]))
+    reach = model.half_m * unit_along(angle_rad)
+    position, velocity = bar_centres(model, np.stack([reach, 1j * rate_rad_s * reach]))
     return State(com_m, com_velocity_m_s, angle_rad, rate_rad_s, as_vectors(position), as_vectors(velocity))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from reference_impl.model.state import Accelerations, State
 from reference_impl.paper.matrices import ROWS, Longitudes, Matrices, matrices
 from reference_impl.paper.misprints import Misprint
-from reference_impl.paper.state import Units, paper_state, units_of
+from reference_impl.paper.state import PaperUnits, paper_state, units_of
 
 if TYPE_CHECKING:
     from collections.abc import Set
@@ -91,7 +91,7 @@ def paper_accelerations(
     )
 
 
-def solve(model: ChainModel, t_s: float, state: State, units: Units, as_printed: Set[Misprint]) -> PaperSolution:
+def solve(model: ChainModel, t_s: float, state: State, units: PaperUnits, as_printed: Set[Misprint]) -> PaperSolution:
     """Solution in the paper's units; see :func:`paper_accelerations`."""
     if model.gravity != "gradient":
         raise ValueError(f'the paper\'s form has gravity "gradient" only, not "{model.gravity}"')
@@ -100,10 +100,10 @@ def solve(model: ChainModel, t_s: float, state: State, units: Units, as_printed:
     if not len(G):
         reaction = solve_dense(m.A @ (m.W / m.E[:, None]), m.B - m.A @ m.F)  # (23)
         return PaperSolution(m.F + m.W @ reaction / m.E, reaction.reshape(-1, 2), np.empty(0), m.longitudes)  # (24)
-    return controlled(m, H, G, control_columns(model, as_printed), m.longitudes)
+    return solve_with_controls(m, H, G, control_columns(model, as_printed), m.longitudes)
 
 
-def controlled(m: Matrices, H: Array, G: Array, D: Array, longitudes: Longitudes) -> PaperSolution:
+def solve_with_controls(m: Matrices, H: Array, G: Array, D: Array, longitudes: Longitudes) -> PaperSolution:
     """Equation (27), with the control forces entering through the columns D instead of an identity."""
     pushed = np.column_stack([m.W, D]) / m.E[:, None]
     asked = np.vstack([m.A, H])
@@ -124,7 +124,7 @@ def solve_dense(matrix: Array, right: Array) -> Array:
     return found
 
 
-def prescribed_rows(model: ChainModel, t_s: float, units: Units, longitudes: Longitudes) -> tuple[Array, Array]:
+def prescribed_rows(model: ChainModel, t_s: float, units: PaperUnits, longitudes: Longitudes) -> tuple[Array, Array]:
     """H (P, NX) and G (P,) of eq. (25): phi_p'' itself, or phi_p'' + omega_p'' for an inertial angle."""
     laws = model.prescriptions
     H, G = np.zeros((len(laws), ROWS * model.bars + 2)), np.zeros(len(laws))

@@ -66,7 +66,7 @@ def matrices(x: PaperState, as_printed: Set[Misprint]) -> Matrices:
     return Matrices(
         E,
         free_accelerations(x, turned, as_printed),
-        reach_of_reactions(x, half, turned, as_printed),
+        reaction_columns(x, half, turned, as_printed),
         A,
         B,
         turned,
@@ -102,7 +102,7 @@ def free_accelerations(x: PaperState, turned: Longitudes, as_printed: Set[Mispri
     return np.concatenate([np.column_stack([q, turn]).ravel(), G0])
 
 
-def reach_of_reactions(x: PaperState, half: Array, turned: Longitudes, as_printed: Set[Misprint]) -> Array:
+def reaction_columns(x: PaperState, half: Array, turned: Longitudes, as_printed: Set[Misprint]) -> Array:
     """W of appendix B, shape (NX, NR)."""
     W = np.zeros((ROWS * x.bars + 2, 2 * (x.bars - 1)))
     across = np.stack([-np.sin(x.theta), np.cos(x.theta)], axis=-1)

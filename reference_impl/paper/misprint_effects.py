@@ -10,7 +10,7 @@ import numpy as np
 from reference_impl.model.chain import ChainModel, Prescription
 from reference_impl.model.kinematics import joined_state
 from reference_impl.paper.form import NotSquareError, PaperSolution, solve
-from reference_impl.paper.misprints import ERRATA, Effect, Misprint
+from reference_impl.paper.misprints import ERRATA, Misprint, MisprintConsequence
 from reference_impl.paper.state import units_of
 
 if TYPE_CHECKING:
@@ -61,25 +61,25 @@ def generic_state(model: ChainModel) -> State:
 
 def misprint_effects() -> list[MisprintEffect]:
     """All misprints with their measured effects, in the table's order."""
-    return [measured(misprint) for misprint in Misprint]
+    return [measured_effect(misprint) for misprint in Misprint]
 
 
-def measured(misprint: Misprint) -> MisprintEffect:
+def measured_effect(misprint: Misprint) -> MisprintEffect:
     """One misprint's row: the state solved right, and with that misprint left in."""
     entry = ERRATA[misprint]
     reactions = angles = None
     note = f"{entry.effect}: {entry.reason}"
-    if entry.effect is Effect.NOT_SOLVABLE:
+    if entry.effect is MisprintConsequence.NOT_SOLVABLE:
         note = f"{entry.effect}: {rejection(misprint)}"
-    elif entry.effect is not Effect.TEXT_ONLY:
+    elif entry.effect is not MisprintConsequence.TEXT_ONLY:
         model = generic_model(UNEQUAL_LENGTHS_M) if misprint is Misprint.HALF_LENGTH else generic_model()
-        right, wrong = solved(model, frozenset()), solved(model, frozenset({misprint}))
+        right, wrong = generic_solution(model, frozenset()), generic_solution(model, frozenset({misprint}))
         reactions = relative_change(wrong.reaction, right.reaction)
         angles = relative_change(wrong.bars[:, 2], right.bars[:, 2])
     return MisprintEffect(misprint.value, entry.place, entry.printed, entry.right, reactions, angles, note)
 
 
-def solved(model: ChainModel, as_printed: frozenset[Misprint]) -> PaperSolution:
+def generic_solution(model: ChainModel, as_printed: frozenset[Misprint]) -> PaperSolution:
     """Solve the generic state of a model by the paper's form."""
     state = generic_state(model)
     return solve(model, 0.0, state, units_of(model, state.com_m), as_printed)
@@ -89,7 +89,7 @@ def rejection(misprint: Misprint) -> str:
     """Say what the paper's form answers to a prescribed rotation with this misprint."""
     slewed = Prescription(4, np.pi / 4, 60.0, 0.0, local_horizontal=True, reacts_on=None)
     try:
-        solved(replace(generic_model(), prescriptions=(slewed,)), frozenset({misprint}))
+        generic_solution(replace(generic_model(), prescriptions=(slewed,)), frozenset({misprint}))
     except NotSquareError as error:
         return str(error)
     raise AssertionError(f"{misprint} was solvable")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Units:
+class PaperUnits:
     """What the paper divides by."""
 
     length_m: float
@@ -45,11 +45,11 @@ class Units:
         return self.force_N * self.length_m
 
 
-def units_of(model: ChainModel, com_m: Array) -> Units:
+def units_of(model: ChainModel, com_m: Array) -> PaperUnits:
     """Units for a model with its centre of mass at `com_m`, shape (2,)."""
     radius = model.body_radius_m or float(np.linalg.norm(com_m))
     time = float(np.sqrt(radius**3 / model.mu_m3_s2))
-    return Units(float(model.length_m.max()), radius, time, float(model.mass_kg.sum()))
+    return PaperUnits(float(model.length_m.max()), radius, time, float(model.mass_kg.sum()))
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def longitude_rate(place: Array, motion: Array) -> Array:
     return rate
 
 
-def paper_state(model: ChainModel, state: State, units: Units) -> PaperState:
+def paper_state(model: ChainModel, state: State, units: PaperUnits) -> PaperState:
     """Turn a state in SI units and inertial angles into the paper's unknowns."""
     speed = units.length_m / units.time_s
     place = (state.com_m + state.position_m) / units.radius_m

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Bars:
+class ChainParameters:
     """What a chain of N bars is made of, in each of B states (or the same in all: B = 1)."""
 
     mu_m3_s2: Values
@@ -50,13 +50,13 @@ class Bars:
         """(N, B) 1/m."""
         return 1.0 / self.mass_kg
 
-    def cast(self, to: Arithmetic) -> Bars:
+    def cast(self, to: Arithmetic) -> ChainParameters:
         """Rounded to another arithmetic."""
-        return Bars(*map(to.cast, (self.mu_m3_s2, self.mass_kg, self.length_m, self.inertia_kg_m2)))
+        return ChainParameters(*map(to.cast, (self.mu_m3_s2, self.mass_kg, self.length_m, self.inertia_kg_m2)))
 
 
 @dataclass(frozen=True)
-class Relative:
+class RelativeState:
     """State in relative coordinates: the centre of mass, and each bar from there."""
 
     com_m: Values
@@ -68,18 +68,18 @@ class Relative:
     rate_rad_s: Values
     """(N, B)"""
 
-    def cast(self, to: Arithmetic) -> Relative:
+    def cast(self, to: Arithmetic) -> RelativeState:
         """Rounded to another arithmetic."""
-        return Relative(*map(to.cast, (self.com_m, self.position_m, self.angle_rad, self.rate_rad_s)))
+        return RelativeState(*map(to.cast, (self.com_m, self.position_m, self.angle_rad, self.rate_rad_s)))
 
     @property
-    def absolute(self) -> Absolute:
+    def absolute(self) -> AbsoluteState:
         """The same from the body's centre, with the rounding of this sum."""
-        return Absolute(self.com_m[:, None] + self.position_m, self.angle_rad, self.rate_rad_s)
+        return AbsoluteState(self.com_m[:, None] + self.position_m, self.angle_rad, self.rate_rad_s)
 
 
 @dataclass(frozen=True)
-class Absolute:
+class AbsoluteState:
     """State in absolute coordinates: each bar from the body's centre."""
 
     place_m: Values
@@ -89,13 +89,13 @@ class Absolute:
     rate_rad_s: Values
     """(N, B)"""
 
-    def cast(self, to: Arithmetic) -> Absolute:
+    def cast(self, to: Arithmetic) -> AbsoluteState:
         """Rounded to another arithmetic."""
-        return Absolute(*map(to.cast, (self.place_m, self.angle_rad, self.rate_rad_s)))
+        return AbsoluteState(*map(to.cast, (self.place_m, self.angle_rad, self.rate_rad_s)))
 
 
 @dataclass(frozen=True)
-class Found:
+class ChainAccelerations:
     """What the equations give."""
 
     reaction_N: Values
@@ -119,7 +119,7 @@ def dot(v: Values, w: Values) -> Values:
     return v[0] * w[0] + v[1] * w[1]
 
 
-def hung(bars: Bars, reach_m: Values) -> Values:
+def bar_centres(bars: ChainParameters, reach_m: Values) -> Values:
     """Vectors from the common centre to the bars' centres, given those from the centres to the right ends.
 
     Eqs. (6) and (7'), linear in `reach_m`, shape (2, N, B).
@@ -129,7 +129,9 @@ def hung(bars: Bars, reach_m: Values) -> Values:
     return from_first - (from_first * bars.weight).sum(axis=1)[:, None]
 
 
-def joined(a: Arithmetic, bars: Bars, com_m: Values, angle_rad: Values, rate_rad_s: Values) -> Relative:
+def joined_chain_state(
+    a: Arithmetic, bars: ChainParameters, com_m: Values, angle_rad: Values, rate_rad_s: Values
+) -> RelativeState:
     """State whose joints are closed."""
     along, _ = directions(a, angle_rad)
-    return Relative(com_m, hung(bars, bars.half_m * along), angle_rad, rate_rad_s)
+    return RelativeState(com_m, bar_centres(bars, bars.half_m * along), angle_rad, rate_rad_s)

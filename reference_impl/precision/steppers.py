@@ -16,7 +16,7 @@ from reference_impl.precision.arithmetic import Arithmetic, Values
 Rates = Callable[[Values], Values]
 Step = Callable[[Rates, Values, Values], Values]
 SAFETY, LEAST_FACTOR, LARGEST_FACTOR, EXPONENT = 0.9, 0.2, 10.0, -1.0 / 8.0  # SciPy's step control
-MOST_TRIES = 2000  # steps between two samples, after which a run is given up
+LARGEST_STEP_COUNT = 2000  # steps between two samples, after which a run is given up
 SUBSTEPS = tuple(range(2, 16, 2))  # of the extrapolated midpoint rule: order 14
 
 
@@ -38,14 +38,14 @@ def extrapolated(rates: Rates, y: Values, h: Values, sequence: tuple[int, ...] =
     first = rates(y)
     above: list[Values] = []
     for k, fine in enumerate(sequence):
-        row = [smoothed(rates, y, first, h / fine, fine)]
+        row = [midpoint_increment(rates, y, first, h / fine, fine)]
         for coarse, left in zip(sequence[k - 1 :: -1] if k else (), above, strict=True):
             row.append(row[-1] + (row[-1] - left) * (coarse * coarse) / (fine * fine - coarse * coarse))
         above = row
     return y + above[-1]
 
 
-def smoothed(rates: Rates, y: Values, first: Values, h: Values, times: int) -> Values:
+def midpoint_increment(rates: Rates, y: Values, first: Values, h: Values, times: int) -> Values:
     """What the modified midpoint rule with Gragg's last average adds to a vector."""
     before, now = 0.0 * y, h * first
     for _ in range(times - 1):
@@ -83,7 +83,7 @@ class DormandPrince:
 
 
 @dataclass
-class Walkers:
+class AdaptiveRuns:
     """Runs that choose their steps, between two samples."""
 
     y: Values
@@ -92,19 +92,21 @@ class Walkers:
     """(B,) float64: next step"""
     evaluations: Values
     """(B,) whole numbers"""
-    given_up: Values
+    abandoned: Values
     """(B,) bool"""
 
 
-def walk(a: Arithmetic, rates: Rates, at: Walkers, stretch_s: Values, allowed: Values) -> Walkers:
+def advance_adaptively(
+    a: Arithmetic, rates: Rates, at: AdaptiveRuns, stretch_s: Values, allowed: Values
+) -> AdaptiveRuns:
     """Advance each column by `stretch_s`, (B,), with errors in a step at most `allowed`, (rows, B).
 
-    A column that needs more than :data:`MOST_TRIES` steps, or stops being finite, is given up: NaN.
+    A column that needs more than :data:`LARGEST_STEP_COUNT` steps, or stops being finite, is given up: NaN.
     """
     method, slopes = DormandPrince(a), np.empty((13, *at.y.shape), at.y.dtype)
-    y, h, left, count = at.y, at.h_s, np.where(at.given_up, 0.0, stretch_s), at.evaluations
+    y, h, left, count = at.y, at.h_s, np.where(at.abandoned, 0.0, stretch_s), at.evaluations
     slopes[0] = rates(y)
-    for _ in range(MOST_TRIES):
+    for _ in range(LARGEST_STEP_COUNT):
         going = left > 0.0
         if not going.any():
             break
@@ -123,5 +125,5 @@ def walk(a: Arithmetic, rates: Rates, at: Walkers, stretch_s: Values, allowed: V
         slopes[0] = np.where(good, slopes[12], slopes[0])
         left = np.where(good, np.where(step == left, 0.0, left - step), left)
         count = count + 12 * going
-    lost = at.given_up | (left > 0.0)
-    return Walkers(np.where(lost, a.cast(np.nan), y), h, count, lost)
+    lost = at.abandoned | (left > 0.0)
+    return AdaptiveRuns(np.where(lost, a.cast(np.nan), y), h, count, lost)
