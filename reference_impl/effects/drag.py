@@ -1,4 +1,4 @@
-"""Free-molecular drag on flat bars in an exponential atmosphere that turns; see docs/effects/drag.md."""
+"""Free-molecular drag on flat bars in a rotating exponential atmosphere; see docs/effects/drag.md."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class RelativeWind(NamedTuple):
-    """How the air meets the bars, (N,) each."""
+    """Velocity of the bars relative to the air, (N,) each."""
 
     along: Array
     """u·W, m/s"""
@@ -29,7 +29,7 @@ class RelativeWind(NamedTuple):
 @final
 @dataclass(frozen=True)
 class DragEffect(ChainEffect):
-    """Drag; its mode is the face, +1 or -1, that each bar's centre turns to the wind."""
+    """Drag; the mode is the face, +1 or -1, of each bar's centre towards the wind."""
 
     density_kg_m3: float
     """At `radius_m` from the centre of the body"""
@@ -61,12 +61,12 @@ class DragEffect(ChainEffect):
         return EffectAccelerations(0j, (along + 1j * across) * at.unit * m.inverse_mass, torque / m.inertia_kg_m2)
 
     def wind(self, at: EffectState) -> RelativeWind:
-        """Velocity of the bars against the air, in their own axes."""
+        """Velocity of the bars relative to the air, in bar axes."""
         against = at.unit.conj() * (at.velocity - 1j * self.rotation_rad_s * at.position_from_body)
         return RelativeWind(against.real, against.imag, at.rate - self.rotation_rad_s)
 
     def density(self, at: EffectState, r_m: Array) -> Array:
-        """(N,) at the bars' centres; differences of height by (2 Z0 + d)·d/(r + r0)."""
+        """(N,) density at the bars' centres, kg/m³; differences of height by (2 Z0 + d)·d/(r + r0)."""
         if at.absolute:
             thin: Array = self.density_kg_m3 * np.exp((self.radius_m - r_m) / self.scale_height_m)
             return thin
@@ -79,17 +79,17 @@ class DragEffect(ChainEffect):
         return found
 
     def mode(self, at: EffectState) -> Array:
-        """Faces; one that is edge-on to the wind takes the left one."""
+        """Faces towards the wind; an edge-on bar gets its left face."""
         return np.where(self.wind(at).across < 0.0, -1.0, 1.0)
 
     def event_functions(self, at: EffectState, mode: Array) -> Array:
-        """(N,) sines of the angles at which the faces meet the wind, and `EDGE_ON`."""
+        """(N,) sines of the angles between faces and wind, plus `EDGE_ON`."""
         wind = self.wind(at)
         found: Array = mode * wind.across / np.hypot(wind.along, wind.across) + EDGE_ON
         return found
 
     def mode_after(self, mode: Array, crossed: Indices) -> Array:
-        """Other faces."""
+        """Faces with those at the indices `crossed` reversed."""
         turned = mode.copy()
         turned[crossed] *= -1.0
         return turned

@@ -1,6 +1,6 @@
-"""A blow on a bar's end: velocities jump, joints hold, and prescribed bars keep the rates of their laws.
+"""Impulse on a bar's end: velocities change at once, joints stay closed, prescribed bars keep the rates of their laws.
 
-It is the joints' own system, eqs. (19) and (21), with impulses for forces and no bar turning.
+The impulsive reactions solve the joint system of eqs. (19) and (21), with impulses for forces and zero bar rates.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 
 
 def apply_impulses(model: ChainModel, state: State, blows: list[BarImpulse]) -> tuple[State, Array]:
-    """State just after some blows at one instant, and the impulsive reactions (N-1, 2) on bar j from bar j+1, N s.
+    """State just after impulses at one instant, and the impulsive reactions (N-1, 2) on bar j from bar j+1, N s.
 
     Parameters
     ----------
     model : ChainModel
     state : State
-        Just before.
-    blows : list of Impulse
+        State just before.
+    blows : list of BarImpulse
     """
     unit = unit_along(state.angle_rad)
     field, spin = np.zeros(model.bars, complex), np.zeros(model.bars)

@@ -1,4 +1,4 @@
-"""A rotational spring and damper in every joint: torque k (bent - rest) + c bent' on the bar before it."""
+"""Rotational spring and damper in every joint: torque k (bent - rest) + c bent' on the bar before the joint."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 @final
 @dataclass(frozen=True)
 class JointSpringDamperEffect(ChainEffect):
-    """Springs and dampers."""
+    """Rotational springs and dampers of all joints."""
 
     stiffness_N_m_rad: Array
     """(N-1,)"""
@@ -33,7 +33,7 @@ class JointSpringDamperEffect(ChainEffect):
 
     @property
     def potential(self) -> bool:  # type: ignore[override]
-        """Dampers have none."""
+        """True without damping."""
         return not np.any(self.damping_N_m_s_rad)
 
     def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:

@@ -19,34 +19,34 @@ if TYPE_CHECKING:
 @final
 @dataclass(frozen=True)
 class OblatenessEffect(ChainEffect):
-    """The J2 term."""
+    """J2 term of the central body's field."""
 
     strength_m5_s2: float
     """B"""
     turns: bool
-    """Whether its gradient turns the bars"""
+    """Whether the field's gradient exerts a torque on the bars"""
     second_moment: bool
-    """Whether the force on the bars' second moment belongs to it"""
+    """Whether to include the force on the bars' second moments"""
 
     name = "oblateness"
 
     @property
     def central(self) -> bool:  # type: ignore[override]
-        """The force on second moments is not."""
+        """False with the force on second moments, which is not central."""
         return not self.second_moment
 
     @property
     def potential(self) -> bool:  # type: ignore[override]
-        """Torque and force belong together, or there is no torque."""
+        """True if torque and force on second moments occur together, or neither."""
         return self.turns == self.second_moment
 
     @property
     def isotropic(self) -> bool:  # type: ignore[override]
-        """As the potential: a torque without its force is none of a central field."""
+        """As the potential: a torque without its force belongs to no central field."""
         return self.potential
 
     def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
-        """-3B Z/r⁵; torque and second moment's force of a central field of fifth power."""
+        """-3B Z/r⁵, with torque and force on second moments of a central field of fifth power."""
         del mode
         common, difference = self.field(at)
         if not self.turns:
@@ -62,7 +62,7 @@ class OblatenessEffect(ChainEffect):
         return EffectAccelerations(common, difference, spin)
 
     def field(self, at: EffectState) -> tuple[complex, ComplexArray]:
-        """Acceleration of the centre of mass, and each bar's less that, by Encke's change of the fifth power."""
+        """Acceleration of the centre of mass and each bar's difference, by Encke's change of the fifth power."""
         if at.absolute:
             r2 = squared_norm(at.position_from_body)
             return 0j, -3.0 * self.strength_m5_s2 / (r2 * r2 * np.sqrt(r2)) * at.position_from_body
@@ -76,8 +76,8 @@ class OblatenessEffect(ChainEffect):
     def energy(self, model: ChainProperties, com_m: Array, angle_rad: Array) -> Array:
         """Potential energy, (n,) J.
 
-        Of the bars' own less that of the whole mass at the centre of mass, what is linear in d sums to zero, eq. (6);
-        the rest of (1 + q)^(-3/2) - 1 beyond -3q/2 is (s - 1)² (3s³/2 + 3s² + 2s + 1)/s³ with s = sqrt(1 + q).
+        Of the bars' energy minus that of the whole mass at the centre of mass, the part linear in d sums to zero, eq.
+        (6). The rest of (1 + q)^(-3/2) - 1 beyond -3q/2 is (s - 1)² (3s³/2 + 3s² + 2s + 1)/s³ with s = sqrt(1 + q).
         """
         z, d = as_complex(com_m)[:, None], bar_positions(model, angle_rad)
         r2 = squared_norm(z)

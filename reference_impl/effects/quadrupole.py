@@ -1,7 +1,8 @@
-"""Gravity to a bar's second moment: the force that belongs to the gravity-gradient torque of eq. (17).
+"""Gravity up to a bar's second moment: the force that belongs to the gravity-gradient torque of eq. (17).
 
--grad of U = -(mu J/2r³)(3c² - 1). It is (l/r)² of gravity, so that it may be added as it is: rounding it is nothing
-beside rounding the tide, which is l/r of gravity. The torque is the gradient's own.
+The force is -grad of U = -(mu J/2r³)(3c² - 1), of the order (l/r)² of gravity. Adding it directly is safe: its rounding
+error is negligible relative to that of the tide, which is of the order l/r of gravity. The model's gravity "gradient"
+supplies the torque.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ class QuadrupoleEffect(ChainEffect):
     isotropic = True
 
     def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
-        """Force; the torque comes with gravity = "gradient"."""
+        """Force on second moments; the torque is part of gravity "gradient"."""
         del mode
         m = at.model
         pull = second_moment.accelerations(m.mu_m3_s2, at.position_from_body, at.unit, m.gyration2)
@@ -45,5 +46,5 @@ class QuadrupoleEffect(ChainEffect):
 
 
 def bar_positions(model: ChainProperties, angle_rad: Array) -> ComplexArray:
-    """(n, N) positions of the bars from their common centre, over time."""
+    """(n, N) positions of the bars relative to the centre of mass, over time."""
     return as_complex(relative_positions(model, angle_rad))

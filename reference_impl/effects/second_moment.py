@@ -1,4 +1,4 @@
-"""A bar's second moment in the field of a distant mass: torque, and the force that belongs to it."""
+"""Torque and force on a bar's second moment in the field of a distant mass."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def angular_accelerations(mu_m3_s2: float, from_mass_m: ComplexArray, along: Com
 
 
 def accelerations(mu_m3_s2: float, from_mass_m: ComplexArray, along: ComplexArray, gyration2_m2: Array) -> ComplexArray:
-    """Acceleration besides a point mass's, (3 mu J/2m|Z|⁵) (2 (u·Z) u + Z - 5 c² Z), (N,) m/s²; J/m given."""
+    """Acceleration beyond a point mass's, (3 mu J/2m|Z|⁵) (2 (u·Z) u + Z - 5 c² Z), (N,) m/s², for given J/m."""
     r2 = squared_norm(from_mass_m)
     up = (along.conj() * from_mass_m).real
     strength = 1.5 * mu_m3_s2 * gyration2_m2 / (r2 * r2 * np.sqrt(r2))
@@ -30,7 +30,7 @@ def accelerations(mu_m3_s2: float, from_mass_m: ComplexArray, along: ComplexArra
 
 
 def potential_energies(mu_m3_s2: float, from_mass_m: ComplexArray, along: ComplexArray, inertia_kg_m2: Array) -> Array:
-    """Potential energy besides a point mass's, -(mu J/2|Z|³)(3c² - 1), (..., N) J."""
+    """Potential energy beyond a point mass's, -(mu J/2|Z|³)(3c² - 1), (..., N) J."""
     r2 = squared_norm(from_mass_m)
     up = (along.conj() * from_mass_m).real
     energy: Array = -0.5 * mu_m3_s2 * inertia_kg_m2 / (r2 * np.sqrt(r2)) * (3.0 * up * up / r2 - 1.0)

@@ -1,7 +1,7 @@
-"""The exact pull on a uniform slender bar, in closed form and free of cancellation for short bars.
+"""Exact gravity on a uniform slender bar, in closed form and free of cancellation for short bars.
 
-Only what differs from a point mass's pull is added here; its two factors B and C, of order (l/2r)², are made of small
-terms alone. See docs/effects/gravity.md.
+The effect adds only the difference from gravity on a point mass. Its factors B and C, of order (l/2r)², are sums of
+small terms. See docs/effects/gravity.md.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SERIES_TERMS = 10
 
 
 class EndDistances(NamedTuple):
-    """How two ends at distances a and b see the centre, with a b = r² (1 + delta) and a + b = 2r (1 + stretch)."""
+    """Distances a and b of a bar's ends from the centre, with a b = r² (1 + delta) and a + b = 2r (1 + stretch)."""
 
     delta: Array
     stretch: Array
@@ -35,7 +35,7 @@ class EndDistances(NamedTuple):
 @final
 @dataclass(frozen=True)
 class SlenderBarEffect(ChainEffect):
-    """What the exact pull on a uniform bar has besides a point mass's; the model's gravity is "point"."""
+    """Exact gravity on a uniform bar minus that on a point mass; the model's gravity is "point"."""
 
     name = "slender"
     potential = True
@@ -57,13 +57,13 @@ class SlenderBarEffect(ChainEffect):
         return EffectAccelerations(0j, pull, turn / ((1.0 + s.delta) * (1.0 + s.stretch) * (1.0 + s.tau)))
 
     def energy(self, model: ChainProperties, com_m: Array, angle_rad: Array) -> Array:
-        """Potential energy besides that of point masses, -(mu m/r)((2r/l) artanh(l/(a+b)) - 1), (n,) J."""
+        """Potential energy beyond that of point masses, -(mu m/r)((2r/l) artanh(l/(a+b)) - 1), (n,) J."""
         place = as_complex(com_m)[:, None] + bar_positions(model, angle_rad)
         return potential_energies(model, place, unit_along(angle_rad)).sum(axis=1)  # type: ignore[no-any-return]
 
 
 def end_distances(e: Array, c2: Array) -> EndDistances:
-    """Small numbers of a bar from e = (l/2r)² and c² = (u·Z/r)²."""
+    """Relative end distances of a bar from e = (l/2r)² and c² = (u·Z/r)²."""
     x = 2.0 * e * (1.0 - 2.0 * c2) + e * e
     delta = x / (1.0 + np.sqrt(1.0 + x))
     sigma = 0.5 * (e + delta)
@@ -81,7 +81,7 @@ def potential_energies(model: ChainProperties, place: ComplexArray, unit: Comple
 
 
 def artanh_excess(k: Array) -> Array:
-    """artanh(k)/k - 1 for 0 <= k < 1, by its series k²/3 + k⁴/5 + ... where it is small."""
+    """artanh(k)/k - 1 for 0 <= k < 1, by its series k²/3 + k⁴/5 + ... for small k."""
     small = np.where(k < SERIES_BELOW, k, 0.0) ** 2
     series = np.zeros_like(k)
     for i in range(SERIES_TERMS, 0, -1):

@@ -1,4 +1,4 @@
-"""Moon or Sun on a circular orbit about the centre of the body: tides, by Encke's way for both of its differences."""
+"""Third body (Moon or Sun) on a circular orbit about the central body: tides by Encke's method for both differences."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ if TYPE_CHECKING:
 @final
 @dataclass(frozen=True)
 class ThirdBodyEffect(ChainEffect):
-    """A point mass that moves on a circle."""
+    """Point mass on a circular orbit."""
 
     mu_m3_s2: float
     distance_m: float
     longitude_rad: float
     rate_rad_s: float
     turns: bool
-    """Whether its gradient turns the bars"""
+    """Whether the body's gradient exerts a torque on the bars"""
     second_moment: bool
-    """Whether the force on the bars' second moment belongs to it"""
+    """Whether to include the force on the bars' second moments"""
 
     name = "third_body"
 
     def body_position(self, t_s: float) -> complex:
-        """Place of the body from the centre, m."""
+        """Position of the third body from the centre, m."""
         return cmath.rect(self.distance_m, self.longitude_rad + self.rate_rad_s * t_s)
 
     def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
-        """Its pull less that on the central body; gradient torque and second moment's force by gravity's own."""
+        """Attraction minus that on the central body, with the gradient torque and the force on second moments."""
         del mode
         body = self.body_position(at.t_s)
         if at.absolute:
@@ -57,7 +57,7 @@ class ThirdBodyEffect(ChainEffect):
         return EffectAccelerations(common, difference, spin)
 
     def tide(self, body: complex, place: ComplexArray) -> ComplexArray:
-        """Acceleration at `place` less that of the central body: (mu/D³)(X ((1+q)^(-3/2) - 1) - Z (1+q)^(-3/2))."""
+        """Acceleration at `place` minus that of the central body: (mu/D³)(X ((1+q)^(-3/2) - 1) - Z (1+q)^(-3/2))."""
         d2 = self.distance_m**2
         q = (squared_norm(place) - 2.0 * (body.real * place.real + body.imag * place.imag)) / d2
         change = np.expm1(-1.5 * np.log1p(q))

@@ -1,4 +1,4 @@
-"""A force on a bar's end, piecewise linear in time."""
+"""Force on a bar's end, piecewise linear in time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SAME_INSTANT = 1e-12  # of its time: a sample that rounding puts so little after
 @final
 @dataclass(frozen=True)
 class ThrustEffect(ChainEffect):
-    """One thruster; its mode is the piece of its table, counted from 0, or -1 outside."""
+    """Thruster; the mode is the segment of its table, counted from 0, or -1 outside."""
 
     bar: int
     """Counted from 0"""
@@ -41,7 +41,7 @@ class ThrustEffect(ChainEffect):
         return tuple(self.times_s.tolist())
 
     def largest_acceleration_m_s2(self, model: ChainProperties) -> float:
-        """Its largest force over the chain's mass."""
+        """Largest force over the chain's mass."""
         return float(np.abs(self.force_N).max() / model.mass_kg.sum())
 
     def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
@@ -59,21 +59,21 @@ class ThrustEffect(ChainEffect):
         return EffectAccelerations(0j, difference, spin)
 
     def interpolated_force_N(self, piece: int, t_s: float) -> float:
-        """Size of the force on a piece of the table, continued beyond its ends; 0 outside the table."""
+        """Force on a segment of the table, extrapolated beyond its ends; 0 outside the table."""
         if piece < 0:
             return 0.0
         (t0, t1), (f0, f1) = self.times_s[piece : piece + 2], self.force_N[piece : piece + 2]
         return float(f0 + (f1 - f0) * ((t_s - t0) / (t1 - t0)))
 
     def mode(self, at: EffectState) -> Array:
-        """Piece just before an instant; at t = 0, just after."""
+        """Segment just before an instant; at t = 0, just after."""
         return self.segment_at(at.t_s * (1.0 - SAME_INSTANT), "left" if at.t_s > 0.0 else "right")
 
     def segment_mode(self, start_s: float, end_s: float) -> Array:
-        """Piece between two breaks."""
+        """Segment between two breaks."""
         return self.segment_at(0.5 * (start_s + end_s), "left")
 
     def segment_at(self, t_s: float, side: str) -> Array:
-        """(1,) number of the piece that holds an instant."""
+        """(1,) index of the segment that contains an instant."""
         after = int(np.searchsorted(self.times_s, t_s, side=side))  # type: ignore[call-overload]
         return np.array([after - 1.0 if after < len(self.times_s) else -1.0])

@@ -145,9 +145,7 @@ def bar_rows(mass_kg: Array, length_m: Array, inertia_kg_m2: Array) -> Array:
 def workspace(bars: int, laws: int, effects: Effects = ()) -> Workspace:
     """Scratch for a chain of `bars` bars with `laws` prescribed rotations and some effects."""
     sums = EffectSums(np.zeros((4, bars)), np.zeros(6)) if effects else ()
-    return Workspace(
-        np.zeros((25, bars)), np.zeros((laws, 2, bars)), np.zeros((laws, laws + 1)), np.zeros(laws), sums
-    )
+    return Workspace(np.zeros((25, bars)), np.zeros((laws, 2, bars)), np.zeros((laws, laws + 1)), np.zeros(laws), sums)
 
 
 def workspace_of(chain: CompiledChain) -> Workspace:

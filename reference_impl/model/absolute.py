@@ -1,8 +1,8 @@
-"""The same chain in absolute inertial coordinates: what the paper warns against.
+"""Absolute formulation: the same chain in inertial coordinates counted from the centre of the body.
 
-Bars' centres are counted from the centre of the body, so gravity's differences between bars and the
-joints' gaps are differences of large numbers. Everything else is as in the relative formulation, so
-that a comparison of the two shows the coordinates and nothing else.
+Gravity's differences between bars and the joint gaps are differences of large numbers in these coordinates; the paper
+advises against them. All other terms equal those of the relative formulation. A comparison of both formulations
+therefore shows the effect of the coordinates alone.
 """
 
 from __future__ import annotations
@@ -39,18 +39,19 @@ def accelerations(
     ----------
     model : ChainModel
     t_s : float
+        Time, for the prescribed laws.
     place_m, velocity_m_s : ndarray, shape (N, 2)
         Z_j and its rate.
     angle_rad, rate_rad_s : ndarray, shape (N,)
     modes : Modes, optional
-        What holds for the model's effects; by default what the state says.
+        Modes of the model's effects; by default they follow from the state.
     refine : bool
         As in :func:`reference_impl.model.relative.accelerations`.
 
     Returns
     -------
     Accelerations
-        `position_m_s2` holds Z_j'' here, and `com_m_s2` their weighted mean.
+        `position_m_s2` is Z_j'', and `com_m_s2` their mass-weighted mean.
     """
     unit = unit_along(angle_rad)
     field, spin = np.zeros(model.bars, complex), np.zeros(model.bars)

@@ -1,8 +1,8 @@
-"""Gravity of the central body on the bars, without ever subtracting two large numbers.
+"""Gravity of the central body on the bars, without any subtraction of two large numbers.
 
-Encke's way: with q = (2 Z0 + d)·d / |Z0|², an inverse power of the distance is
-|Z0 + d|^-p = |Z0|^-p (1+q)^(-p/2), and its change expm1(-p/2 log1p(q)) keeps all digits however
-small d is. It replaces the paper's O(N²) sums (A.1)-(A.6) at the same freedom from cancellation.
+Encke's method: with q = (2 Z0 + d)·d / |Z0|², an inverse power of the distance is |Z0 + d|^-p = |Z0|^-p (1+q)^(-p/2).
+Its change expm1(-p/2 log1p(q)) keeps all digits for any small d. Encke's method replaces the paper's O(N²) sums
+(A.1)-(A.6) and is as free from cancellation.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ def complex_field_differences(mu_m3_s2: float, com_m: ComplexArray, position_m: 
 def gradient_angular_accelerations(model: ChainModel, place_m: ComplexArray, along: ComplexArray) -> Array:
     """Angular acceleration K_j/J_j = +3 mu sin(phi) cos(phi)/r³ of each bar, shape (N,), rad/s².
 
-    Eq. (17) prints it with a minus; phi is measured from the horizontal (the radial direction turned by
-    -90 degrees), so that plus turns a bar towards the radial.
+    Eq. (17) prints a minus sign. The angle phi counts from the horizontal (the radial direction turned by -90 degrees),
+    so that the plus sign turns a bar towards the radial direction.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def gradient_angular_accelerations(model: ChainModel, place_m: ComplexArray, alo
 
 
 def perigee_m(mu_m3_s2: float, place_m: Array, velocity_m_s: Array) -> float:
-    """Lowest point of the Kepler orbit through a place and a velocity, both (2,), m from the body's centre."""
+    """Perigee of the Kepler orbit through a position and a velocity, both (2,), m from the body's centre."""
     (x, z), (vx, vz) = place_m, velocity_m_s
     parameter = (x * vz - z * vx) ** 2 / mu_m3_s2
     energy = 0.5 * (vx * vx + vz * vz) - mu_m3_s2 / np.hypot(x, z)

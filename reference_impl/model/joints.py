@@ -1,7 +1,7 @@
-"""Joint reactions: a symmetric positive definite, block-tridiagonal system, solved in O(N), to the last digits.
+"""Joint reactions: a symmetric positive definite, block-tridiagonal system, solved in O(N) to the last digits.
 
-Banded Cholesky solves it, iterative refinement gives back what that loses. It is the paper's A E^-1 W of eq. (23), in
-SI units and with the inertial angles for unknowns.
+Banded Cholesky solves the system; iterative refinement restores the digits lost in the factorisation. The system is the
+paper's A E^-1 W of eq. (23), in SI units and with inertial angles as unknowns.
 """
 
 from __future__ import annotations
@@ -55,10 +55,10 @@ def joint_matrix(model: ChainModel, across: ComplexArray) -> Array:
 
 
 class JointSystem:
-    """The joint system of one attitude, factored once."""
+    """Cholesky factors of the joint system at one attitude."""
 
     def __init__(self, model: ChainModel, unit: ComplexArray) -> None:
-        """Factor it.
+        """Factor the system.
 
         Parameters
         ----------
@@ -69,8 +69,7 @@ class JointSystem:
         Raises
         ------
         numpy.linalg.LinAlgError
-            If the matrix is not positive definite: masses or inertias so unequal that a joint is
-            lost in round-off.
+            If the matrix is not positive definite in double precision: masses or inertias are too unequal.
         """
         self.model, self.unit = model, unit
         self.joints = model.bars - 1
@@ -81,17 +80,17 @@ class JointSystem:
                 raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
 
     def solve(self, right: ComplexArray, *, refine: bool) -> ComplexArray:
-        """Reactions for each row of right-hand sides, both (k, N-1), m/s² and N.
+        """Reactions for each row of right-hand sides, both (k, N-1), N and m/s².
 
-        Banded Cholesky loses the digits of the condition number, which grows as N² and as the ratio of masses; the
-        reactions themselves need not lose them: a unit in the last place of masses, lengths and angles changes those
-        of a straight chain of 500 bars by as little. With `refine` the digits are got back: what the reactions leave
-        of the joints' openings, taken as :meth:`openings` does, is small and known to its own last digits.
+        Banded Cholesky loses as many digits as the condition number has, which grows as N² and as the ratio of masses.
+        The reactions themselves are better conditioned: a unit in the last place of masses, lengths and angles changes
+        the reactions of a straight chain of 500 bars by a similar relative amount. `refine` restores the lost digits.
+        The residual, computed as in :meth:`openings`, is small and accurate to its own last digits.
 
         Raises
         ------
         numpy.linalg.LinAlgError
-            If refinement does not settle: nothing is left of some reactions but round-off.
+            If refinement does not converge: some reactions consist of round-off alone.
         """
         if not self.joints:
             return right
@@ -109,16 +108,16 @@ class JointSystem:
         return found
 
     def raw(self, right: ComplexArray) -> ComplexArray:
-        """Reactions as the factors give them."""
+        """Reactions from the Cholesky factors, without refinement."""
         columns = np.ascontiguousarray(right).view(float).T
         solution, _ = dpbtrs(self.factor, columns, lower=1)
         return np.ascontiguousarray(solution.T).view(np.complex128)
 
     def openings(self, reaction: ComplexArray) -> ComplexArray:
-        """Accelerations at which reactions (k, N-1) bring the ends in each joint together: the matrix times them.
+        """Relative accelerations of the joined ends under reactions (k, N-1): the matrix times the reactions.
 
-        Neighbours' reactions are subtracted before they are multiplied by anything: along a chain in tension they
-        are nearly alike, and the difference is exact.
+        Neighbouring reactions are subtracted before any multiplication. In a chain under tension neighbours are nearly
+        equal, and their difference is exact.
         """
         ends = np.zeros((len(reaction), self.joints + 2), complex)
         ends[:, 1:-1] = reaction
@@ -130,7 +129,7 @@ class JointSystem:
 
 
 def condition_number(bound: Array) -> float:
-    """Two-norm condition number of the joint system; 1 where there are no joints. O(N²): for diagnosis."""
+    """Two-norm condition number of the joint system; 1 for a chain without joints. O(N²), for diagnosis."""
     size = bound.shape[1]
     if size == 0:
         return 1.0

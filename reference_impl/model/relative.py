@@ -1,9 +1,9 @@
-"""The relative formulation: accelerations and reactions of a state, in O(N) and without cancellation.
+"""Relative formulation: accelerations and reactions of a state, in O(N) and without cancellation.
 
-Global  Z0'' = g(Z0) + sum mu_k (g_k - g(Z0))                          eqs. (9), (11)
-Local   d_j'' = (g_j - g_mean) + (R_j - R_{j-1})/m_j                   eqs. (13), (14)
-Turning J_j theta_j'' = K_j + tau_j + (l_j/2) n_j·(R_j + R_{j-1})      eq. (15)
-Joints  the ends that a joint ties accelerate alike                    eqs. (19), (21)
+Global    Z0'' = g(Z0) + sum mu_k (g_k - g(Z0))                          eqs. (9), (11)
+Local     d_j'' = (g_j - g_mean) + (R_j - R_{j-1})/m_j                   eqs. (13), (14)
+Rotation  J_j theta_j'' = K_j + tau_j + (l_j/2) n_j·(R_j + R_{j-1})      eq. (15)
+Joints    both ends in a joint have equal accelerations                  eqs. (19), (21)
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ def accelerations(
     t_s : float
         Time, for the prescribed laws.
     state : State
-        Need not satisfy the joints exactly: a drifted state is taken as it is.
+        Positions need not satisfy the joints exactly: a state with drift is used unchanged.
     modes : Modes, optional
-        What holds for the model's effects; by default what the state says.
+        Modes of the model's effects; by default they follow from the state.
     refine : bool
-        Whether reactions are wanted to their last digits. Angular accelerations, which an angle's last digit changes
-        by more, gain from it only where a chain is delicate: there it is done in any case.
+        Whether to refine reactions to their last digits. An ill-conditioned chain is always refined. Other chains'
+        angular accelerations gain nothing: the last digit of an angle changes them by more.
 
     Returns
     -------
@@ -77,7 +77,7 @@ def accelerations(
 
 
 def external_accelerations(model: ChainModel, state: State, unit: ComplexArray) -> tuple[Array, ComplexArray, Array]:
-    """Acceleration of the centre of mass (2,), that of each bar relative to it (N,), and K_j/J_j (N,)."""
+    """Acceleration of the centre of mass (2,), of each bar relative to the centre of mass (N,), and K_j/J_j (N,)."""
     bars = model.bars
     if model.gravity == "none":
         return np.zeros(2), np.zeros(bars, complex), np.zeros(bars)
@@ -93,7 +93,7 @@ def external_accelerations(model: ChainModel, state: State, unit: ComplexArray) 
 class ReactionSolution:
     """Reactions and angular accelerations of one state, as affine functions of the prescribed torques.
 
-    Plane vectors are complex numbers here, one for each bar or joint.
+    Plane vectors are complex numbers, one for each bar or joint.
     """
 
     def __init__(
@@ -106,7 +106,7 @@ class ReactionSolution:
         *,
         refine: bool = True,
     ) -> None:
-        """Solve the joints for no torque and for a unit of each prescribed one.
+        """Solve the joint system for zero torque and for a unit of each prescribed torque.
 
         Parameters
         ----------
@@ -115,7 +115,7 @@ class ReactionSolution:
         unit : ndarray of complex, shape (N,)
             Unit vectors u_j along the bars.
         field : ndarray of complex, shape (N,)
-            Accelerations of the bars' centres without reactions; any part common to all drops out.
+            Accelerations of the bars' centres without reactions, up to a common constant.
         spin : ndarray, shape (N,)
             K_j/J_j.
         refine : bool
@@ -134,7 +134,7 @@ class ReactionSolution:
         self.reactions_per_torque: ComplexArray = solved[1:]
 
     def rotation_per_unit_torque(self, p: Prescription) -> Array:
-        """Angular acceleration (N,) that a unit torque of `p` gives its bar and, through a motor, the neighbour."""
+        """Angular acceleration (N,) per unit torque of `p`, on its bar and, for a joint motor, on the neighbour."""
         turned = np.zeros(self.model.bars)
         turned[p.bar] = 1.0 / self.model.inertia_kg_m2[p.bar]
         if p.reacts_on is not None:
@@ -179,9 +179,9 @@ def prescribed_torques(
     solution: ReactionSolution,
     noncentral_acceleration: ComplexArray | None = None,
 ) -> Array:
-    """Torques (P,) that make each prescribed bar follow its law, eqs. (25)-(27).
+    """Torques (P,) by which each prescribed bar follows its law, eqs. (25)-(27).
 
-    `sideways` (N,) are accelerations of the bars' centres that are not towards the centre of the body.
+    `noncentral_acceleration` (N,) is the part of the bars' accelerations by effects that are not central.
     """
     asked = np.array([prescribed_angle_acceleration(t_s, state, p) for p in model.prescriptions])
     return torques_for_accelerations(model, state, solution, noncentral_acceleration, asked)
@@ -194,7 +194,7 @@ def torques_for_accelerations(
     noncentral_acceleration: ComplexArray | None,
     asked: Array,
 ) -> Array:
-    """Torques (P,) under which :func:`actual_angle_acceleration` takes the values `asked` (P,)."""
+    """Torques (P,) that give :func:`actual_angle_acceleration` the values `asked` (P,)."""
     laws = model.prescriptions
     if not laws:
         return np.empty(0)
@@ -219,10 +219,10 @@ def torques_for_accelerations(
 
 
 def actual_angle_acceleration(state: State, p: Prescription, angular: Array, pull: ComplexArray) -> float:
-    """Acceleration of the angle that `p` prescribes, from its bar's and (local horizontal) its longitude's.
+    """Acceleration of the angle prescribed by `p`: the bar's, minus the longitude's for the local horizontal.
 
-    Gravity is central, so of the bar's acceleration only the share of the reactions, and of effects that are not
-    central, turns its longitude: no large numbers meet.
+    Gravity is central. Only reactions and noncentral effects accelerate the bar's longitude, so that no large numbers
+    are subtracted.
     """
     if not p.local_horizontal:
         return float(angular[p.bar])
@@ -231,7 +231,10 @@ def actual_angle_acceleration(state: State, p: Prescription, angular: Array, pul
 
 
 def prescribed_angle_acceleration(t_s: float, state: State, p: Prescription) -> float:
-    """Value that :func:`actual_angle_acceleration` must take: the law's, and the longitude's share -2 (Z·Z')(Z×Z')/r⁴."""
+    """Prescribed value of :func:`actual_angle_acceleration`.
+
+    The value is the law's acceleration minus the velocity-dependent part of the longitude's, 2 (Z·Z')(Z×Z')/r⁴.
+    """
     law = p.acceleration_rad_s2(t_s)
     if not p.local_horizontal:
         return law

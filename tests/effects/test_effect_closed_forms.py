@@ -273,9 +273,8 @@ def test_a_wound_up_spring_is_not_wrapped() -> None:
     state = placed(model, 7e6, 0.0, np.array([0.1, 0.3]), np.zeros(2))
     turned = placed(model, 7e6, 0.0, np.array([0.1, 0.3 + 2.0 * np.pi]), np.zeros(2))
     (effect,) = model.effects
-    more = (
-        effect.accelerations(seen(model, turned), None).angular - effect.accelerations(seen(model, state), None).angular
-    )
+    before, after = (effect.accelerations(seen(model, s), None).angular for s in (state, turned))
+    more = after - before
     right = 2.0 * np.pi * 200.0 * np.array([1.0, -1.0]) / model.inertia_kg_m2
     assert np.abs(more - right).max() <= C * U * np.abs(right).max()
 

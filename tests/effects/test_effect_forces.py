@@ -189,10 +189,11 @@ FAULTS = {
     "slender: the closed form less a point mass's pull": (
         slender,
         "        pull = strength * (seen.real * radial + 1j * (seen.imag * across)) * at.unit\n",
-        "        one, two = np.abs(at.place - m.half_m * at.unit), np.abs(at.place + m.half_m * at.unit)\n"
+        "        place = at.position_from_body\n"
+        "        one, two = np.abs(place - m.half_m * at.unit), np.abs(place + m.half_m * at.unit)\n"
         "        both = one + two\n"
         "        bar = seen.real / both + 1j * seen.imag * both / (both**2 - m.length_m**2)\n"
-        "        pull = strength * at.place - 2.0 * m.mu_m3_s2 / (one * two) * bar * at.unit\n",
+        "        pull = strength * place - 2.0 * m.mu_m3_s2 / (one * two) * bar * at.unit\n",
     ),
     "slender: a root less one": (slender, "delta = x / (1.0 + np.sqrt(1.0 + x))", "delta = np.sqrt(1.0 + x) - 1.0"),
     "slender: a mean less one": (
@@ -208,7 +209,8 @@ FAULTS = {
     "oblateness: two places' fields": (
         oblateness,
         "return strength * z, strength * (d * (1.0 + change) + z * change)",
-        "return strength * z, -3.0 * self.strength_m5_s2 * at.place / abs(at.place) ** 5 - strength * z",
+        "place = at.position_from_body\n"
+        "        return strength * z, -3.0 * self.strength_m5_s2 * place / abs(place) ** 5 - strength * z",
     ),
     "third body: a power less one": (
         third_body,
@@ -217,13 +219,13 @@ FAULTS = {
     ),
     "third body: two places' tides": (
         third_body,
-        "difference = differences(self.mu_m3_s2, np.array(at.com - body), at.position)",
-        "difference = self.tide(body, at.place) - common",
+        "difference = complex_field_differences(self.mu_m3_s2, np.array(at.com - body), at.position)",
+        "difference = self.tide(body, at.position_from_body) - common",
     ),
     "third body: two places' pulls": (
         third_body,
-        "difference = differences(self.mu_m3_s2, np.array(at.com - body), at.position)",
-        "seen, near = at.place - body, at.com - body\n"
+        "difference = complex_field_differences(self.mu_m3_s2, np.array(at.com - body), at.position)",
+        "seen, near = at.position_from_body - body, at.com - body\n"
         "            difference = -self.mu_m3_s2 * (seen / abs(seen) ** 3 - near / abs(near) ** 3)",
     ),
 }
