@@ -49,9 +49,9 @@ class SolverRun:
         self.jacobians = driven.jacobians
         return driven.walk
 
-    def history(self, seen: Integration, *, condition: bool = False) -> History:
+    def history(self, result: Integration, *, condition: bool = False) -> History:
         """Observables at the samples."""
-        return self.simulation.history(seen, condition=condition)
+        return self.simulation.history(result, condition=condition)
 
 
 class SolverEngine(ReferenceEngine):

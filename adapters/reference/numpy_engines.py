@@ -38,7 +38,7 @@ class Run(Protocol):
     def integrate(self, t_s: Array) -> Integration:
         """Integrate over the samples."""
 
-    def history(self, seen: Integration, *, condition: bool = False) -> History:
+    def history(self, result: Integration, *, condition: bool = False) -> History:
         """Observables at the samples."""
 
 

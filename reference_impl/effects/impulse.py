@@ -1,6 +1,6 @@
 """Impulse on a bar's end: velocities change at once, joints stay closed, prescribed bars keep the rates of their laws.
 
-The impulsive reactions solve the joint system of eqs. (19) and (21), with impulses for forces and zero bar rates.
+The impulsive reactions solve the joint system of eqs. (19) and (21), with impulses for impulses and zero bar rates.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from reference_impl.model.state import State
 
 
-def apply_impulses(model: ChainModel, state: State, blows: list[BarImpulse]) -> tuple[State, Array]:
+def apply_impulses(model: ChainModel, state: State, impulses: list[BarImpulse]) -> tuple[State, Array]:
     """State just after impulses at one instant, and the impulsive reactions (N-1, 2) on bar j from bar j+1, N s.
 
     Parameters
@@ -28,15 +28,15 @@ def apply_impulses(model: ChainModel, state: State, blows: list[BarImpulse]) -> 
     model : ChainModel
     state : State
         State just before.
-    blows : list of BarImpulse
+    impulses : list of BarImpulse
     """
     unit = unit_along(state.angle_rad)
     field, spin = np.zeros(model.bars, complex), np.zeros(model.bars)
-    for blow in blows:
-        k, u = blow.bar, unit[blow.bar]
-        impulse = blow.impulse_N_s * cmath.rect(1.0, blow.direction_rad) * (1.0 if blow.inertial else u)
+    for given in impulses:
+        k, u = given.bar, unit[given.bar]
+        impulse = given.impulse_N_s * cmath.rect(1.0, given.direction_rad) * (1.0 if given.inertial else u)
         field[k] += impulse / model.mass_kg[k]
-        spin[k] += blow.side * model.lever[k] * (np.conj(u) * impulse).imag
+        spin[k] += given.side * model.lever[k] * (np.conj(u) * impulse).imag
     still = dataclasses.replace(state, rate_rad_s=np.zeros(model.bars))
     solution = ReactionSolution(model, still, unit, field, spin)
     torque = torques_for_accelerations(model, state, solution, field, np.zeros(len(model.prescriptions)))

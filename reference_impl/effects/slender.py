@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from reference_impl.model.arrays import Array, ComplexArray
     from reference_impl.model.effect import ChainProperties
 
-SERIES_BELOW = 0.1  # of artanh's argument: there ten terms reach the last digit
+SERIES_BELOW = 0.1  # argument of artanh; below, ten terms of the series reach the last digit
 SERIES_TERMS = 10
 
 

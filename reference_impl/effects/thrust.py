@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
     from reference_impl.model.effect import ChainProperties
 
-SAME_INSTANT = 1e-12  # of its time: a sample that rounding puts so little after an instant of the table is on it
+SAME_INSTANT = 1e-12  # relative; a sample this close after an instant of the table coincides with that instant
 
 
 @final

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 @compiled
 def evaluate(t_s: float, y: Array, rates: Array, chain: CompiledChain, work: Workspace) -> bool:
-    """Time derivative of a state into `rates`; reactions and torques stay in `work`.
+    """Time derivative of a state into `rates`; reactions and torques into `work`.
 
     Parameters
     ----------
@@ -41,13 +41,13 @@ def evaluate(t_s: float, y: Array, rates: Array, chain: CompiledChain, work: Wor
         Time, for the prescribed laws.
     y, rates : ndarray, shape (2N+4,)
         See :mod:`reference_impl.fast.layout`.
-    chain : Chain
-    work : Work
+    chain : CompiledChain
+    work : Workspace
 
     Returns
     -------
     bool
-        False where the joint system is not positive definite in double precision.
+        False if the joint system is not positive definite in double precision.
     """
     n, rows, well = chain.bars.shape[1], work.bars, True
     unit_vectors(n, y, rows)
@@ -87,7 +87,7 @@ def angular_accelerations(n: int, chain: CompiledChain, rows: Array, rates: Arra
 
 @inlined
 def com_acceleration(n: int, chain: CompiledChain, y: Array, rows: Array) -> tuple[float, float]:
-    """Z0'' = g(Z0) + the mean of what differs from it, eqs. (9), (11)."""
+    """Z0'' = g(Z0) + the mean of the differences from g(Z0), eqs. (9), (11)."""
     if chain.gravity == NO_GRAVITY:
         return 0.0, 0.0
     mean_x = mean_y = 0.0

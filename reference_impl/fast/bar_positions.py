@@ -1,4 +1,4 @@
-"""Places and velocities of the bars' centres, hung together from the first."""
+"""Positions and velocities of the bars' centres, summed from the first bar."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def centres_from_first(n: int, bars: Array, rows: Array) -> tuple[float, float]:
 
 @inlined
 def velocities_from_first(n: int, y: Array, bars: Array, rows: Array, moved: Array) -> tuple[float, float]:
-    """Rows VX, VY of `moved`: velocities of the centres from the first bar's; returns the centre of mass's."""
+    """Rows VX, VY of `moved`: velocities of the centres from the first bar's; returns that of the centre of mass."""
     vx = vy = mean_x = mean_y = 0.0
     reach = bars[HALF, 0] * y[n + 2]
     left_x, left_y = -reach * rows[UY, 0], reach * rows[UX, 0]

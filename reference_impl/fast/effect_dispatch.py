@@ -1,16 +1,16 @@
-"""Effects in compiled code: chosen by the type of a chain's tuple of them when code is made, never while it runs.
+"""Effects in compiled code, dispatched at compile time by the type of a chain's tuple of effects.
 
-Each function here is a name that has code only for given types (Numba's `overload`): for no effects none at all, so
-that a chain without them has the machine code that it would have if there were no effects; else that of the first,
-then that of the rest. The module of an effect is imported when code with it is made. It has
+Each function is a name with an implementation per argument type (Numba's `overload`). For no effects the implementation
+is empty, and a chain without effects has the same machine code as a program without effects. Otherwise the
+implementation calls the first effect, then recurses on the rest. Compiling an effect imports its module, which defines
 
-acting(effect)
-    `layout.Acting` of an effect of the reference.
-act(effect, n, t_s, y, mean_x, mean_y, chain, work)
-    Adds accelerations to rows A of `Pushed.bars` (towards the centre of the body: to rows G) and to `Pushed.common`,
-    angular ones to row SPIN.
-crossed(effect, n, t_s, y, mean_x, mean_y, chain, work), where the effect is watched
-    Whether a margin of its mode is below zero.
+compiled_effect(effect)
+    `layout.CompiledEffect` of an effect of the reference.
+add_effect(effect, n, t_s, y, mean_x, mean_y, chain, work)
+    Adds accelerations to rows A of `EffectSums.bars` (central ones to rows G) and to `EffectSums.common`, and angular
+    accelerations to row ANGULAR.
+mode_ended(effect, n, t_s, y, mean_x, mean_y, chain, work), for effects with state events
+    Whether an event function of its mode is negative.
 """
 
 from __future__ import annotations
@@ -47,45 +47,45 @@ if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
 
 Code = Any
-"""What compiles: a function of the arguments of the name that it stands for"""
+"""Compilable function with the arguments of the name that it implements"""
 INLINED = {key: value for key, value in OPTIONS.items() if key != "cache"} | {"forceinline": True}
 
 
 def by_type(name: Callable[..., object], inline: str = "never") -> Callable[[Code], Code]:
-    """Let a function of types choose the code of `name`; kept on disk with its callers.
+    """Register a function of types as the selector of the implementation of `name`; cached on disk with its callers.
 
-    It is not strict, as the annotations of types and of their values differ.
+    The match of signatures is not strict, as the annotations of types and of values differ.
     """
     chosen: Callable[[Code], Code] = overload(name, jit_options=INLINED, inline=inline, strict=False)
     return chosen
 
 
 def require_no_effects(effects: Effects) -> None:
-    """What all names here are without a compiler: nothing, for a chain without effects.
+    """Interpreted implementation of all names of this module: no operation, for chains without effects.
 
     Raises
     ------
     NotImplementedError
-        For effects, whose code is chosen by types that only a compiler has.
+        For effects, whose implementations require the compiler's types.
     """
     if effects:
-        raise NotImplementedError("effects are in compiled code only")
+        raise NotImplementedError("effects require compiled code")
 
 
-def module_of(effect: Any) -> Any:  # a Numba type has no type that the checker knows
-    """Module of the effect whose `Acting` has this Numba type."""
+def module_of(effect: Any) -> Any:  # the type checker has no types for Numba's
+    """Module of the effect with a `CompiledEffect` of this Numba type."""
     (name,) = effect.types[0].dtype.fields
     return import_module(f"{__package__}.effects.{name}")
 
 
 def keep_mean_position(effects: Effects, mean_x: float, mean_y: float, work: Workspace) -> None:
-    """Keep for the effects where the centre of mass is, from the first bar's."""
+    """Store the position of the centre of mass from the first bar's centre, for the effects."""
     require_no_effects(effects)
 
 
 @by_type(keep_mean_position)
 def keep_mean_position_code(effects: Any, mean_x: Any, mean_y: Any, work: Any) -> Code:
-    """Nothing without effects."""
+    """Empty without effects."""
     if not len(effects):
         return lambda effects, mean_x, mean_y, work: None
 
@@ -96,13 +96,13 @@ def keep_mean_position_code(effects: Any, mean_x: Any, mean_y: Any, work: Any) -
 
 
 def add_effects(effects: Effects, n: int, t_s: float, y: Array, chain: CompiledChain, work: Workspace) -> None:
-    """Add what all effects do to rows G, SPIN and to `Work.pushed`."""
+    """Add all effects to rows G, ANGULAR and to `Workspace.effect_sums`."""
     require_no_effects(effects)
 
 
 @by_type(add_effects)
 def add_effects_code(effects: Any, n: Any, t_s: Any, y: Any, chain: Any, work: Any) -> Code:
-    """Nothing without effects; places are there where gravity is."""
+    """Empty without effects; gravity, if any, has computed the positions."""
     if not len(effects):
         return lambda effects, n, t_s, y, chain, work: None
 
@@ -124,7 +124,7 @@ def add_effects_code(effects: Any, n: Any, t_s: Any, y: Any, chain: Any, work: A
 def add_each_effect(
     effects: Effects, n: int, t_s: float, y: Array, mean_x: float, mean_y: float, chain: CompiledChain, work: Workspace
 ) -> None:
-    """Let one effect after another act."""
+    """Add the effects one after another."""
     require_no_effects(effects)
 
 
@@ -132,7 +132,7 @@ def add_each_effect(
 def add_each_effect_code(
     effects: Any, n: Any, t_s: Any, y: Any, mean_x: Any, mean_y: Any, chain: Any, work: Any
 ) -> Code:
-    """The first, then the rest."""
+    """The first effect, then the rest."""
     if not len(effects):
         return lambda effects, n, t_s, y, mean_x, mean_y, chain, work: None
     first = module_of(effects[0]).add_effect
@@ -154,13 +154,13 @@ def add_each_effect_code(
 
 
 def add_common_acceleration(effects: Effects, n: int, chain: CompiledChain, work: Workspace, rates: Array) -> None:
-    """Add to the acceleration of the centre of mass what gravity's does not hold."""
+    """Add the effects' part of the acceleration of the centre of mass."""
     require_no_effects(effects)
 
 
-@by_type(add_common_acceleration, inline="always")  # as a call, even an empty one leaves an instruction behind
+@by_type(add_common_acceleration, inline="always")  # even an empty call costs an instruction
 def add_common_acceleration_code(effects: Any, n: Any, chain: Any, work: Any, rates: Any) -> Code:
-    """The common part; where there is no gravity, the mean of the rest too."""
+    """The common part; without gravity also the mean of the differences."""
     if not len(effects):
         return lambda effects, n, chain, work, rates: None
 
@@ -176,13 +176,13 @@ def add_common_acceleration_code(effects: Any, n: Any, chain: Any, work: Any, ra
 
 
 def add_noncentral_acceleration(effects: Effects, k: int, law: Array, x: float, y: float, work: Workspace) -> None:
-    """Add to what law `k` lacks the acceleration of its bar's longitude, the bar at (x, y), by the effects."""
+    """Subtract the effects' acceleration of the longitude of law `k`'s bar at (x, y) from the right-hand side."""
     require_no_effects(effects)
 
 
 @by_type(add_noncentral_acceleration)
 def add_noncentral_acceleration_code(effects: Any, k: Any, law: Any, x: Any, y: Any, work: Any) -> Code:
-    """Of accelerations that are not central."""
+    """Sum over the noncentral accelerations."""
     if not len(effects):
         return lambda effects, k, law, x, y, work: None
 
@@ -198,14 +198,14 @@ def add_noncentral_acceleration_code(effects: Any, k: Any, law: Any, x: Any, y: 
 
 
 def has_state_events(effects: Effects) -> bool:
-    """Whether the motion may carry any effect to where its mode no longer holds."""
+    """Whether the motion may end a mode of any effect."""
     require_no_effects(effects)
     return False
 
 
 @by_type(has_state_events)
 def has_state_events_code(effects: Any) -> Code:
-    """A constant of the code."""
+    """Constant of the compiled code."""
     if any(hasattr(module_of(effect), "mode_ended") for effect in effects):
         return lambda effects: True
     return lambda effects: False
@@ -214,14 +214,14 @@ def has_state_events_code(effects: Any) -> Code:
 def mode_ended(
     effects: Effects, n: int, t_s: float, y: Array, mean_x: float, mean_y: float, chain: CompiledChain, work: Workspace
 ) -> bool:
-    """Whether any effect's mode no longer holds at a state whose rows U and D are there."""
+    """Whether a mode of any effect has ended, at a state with valid rows U and D."""
     require_no_effects(effects)
     return False
 
 
 @by_type(mode_ended)
 def mode_ended_code(effects: Any, n: Any, t_s: Any, y: Any, mean_x: Any, mean_y: Any, chain: Any, work: Any) -> Code:
-    """The first that is watched, then the rest."""
+    """The first effect with state events, then the rest."""
     if not len(effects):
         return lambda effects, n, t_s, y, mean_x, mean_y, chain, work: False
     first = getattr(module_of(effects[0]), "mode_ended", None)
@@ -241,7 +241,7 @@ def mode_ended_code(effects: Any, n: Any, t_s: Any, y: Any, mean_x: Any, mean_y:
         work: Workspace,
     ) -> bool:
         seen = first(effects[0], n, t_s, y, mean_x, mean_y, chain, work)
-        rest = mode_ended(effects[1:], n, t_s, y, mean_x, mean_y, chain, work)  # each of them looks
+        rest = mode_ended(effects[1:], n, t_s, y, mean_x, mean_y, chain, work)  # each effect samples its state
         return seen or rest
 
     return code

@@ -1,7 +1,7 @@
-"""Gravity on the bars and all that acts besides, as in :mod:`reference_impl.model.gravity`, in closed form.
+"""Gravity and effects on the bars, as in :mod:`reference_impl.model.gravity`, in closed form.
 
-With s = 1 + q, Encke's change s^(-3/2) - 1 is -q (3 + 3q + q²)/(s^(3/2) (1 + s^(3/2))): no digits are lost however
-small q is, and one root and one division serve field and gradient torque of a bar.
+With s = 1 + q, Encke's change s^(-3/2) - 1 is -q (3 + 3q + q²)/(s^(3/2) (1 + s^(3/2))). No digits are lost for any
+small q. One root and one division serve field and gradient torque of a bar.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 def gravity(
     n: int, chain: CompiledChain, com_x: float, com_y: float, mean_x: float, mean_y: float, rows: Array
 ) -> None:
-    """Rows GX, GY: g(Z0 + d_j) - g(Z0), m/s²; row SPIN: K_j/J_j, rad/s², eq. (17)."""
+    """Rows GX, GY: g(Z0 + d_j) - g(Z0), m/s²; row ANGULAR: K_j/J_j, rad/s², eq. (17)."""
     inverse2 = 1.0 / (com_x * com_x + com_y * com_y)
     pull = chain.mu_m3_s2 * inverse2 * math.sqrt(inverse2)
     torque = 3.0 * pull * inverse2 if chain.gravity == GRADIENT else 0.0
@@ -64,14 +64,14 @@ def gravity(
 
 @inlined
 def no_gravity(n: int, rows: Array) -> None:
-    """Rows GX, GY, SPIN of free motion."""
+    """Rows GX, GY, ANGULAR of free motion."""
     for i in range(n):
         rows[GX, i] = rows[GY, i] = rows[ANGULAR, i] = 0.0
 
 
 @inlined
 def forces(n: int, t_s: float, chain: CompiledChain, y: Array, work: Workspace) -> None:
-    """All that acts on the bars but reactions and prescribed torques: rows U, D, G, SPIN, LEFT, RIGHT and K."""
+    """External accelerations of the bars, without reactions: rows U, D, G, ANGULAR, LEFT, RIGHT and K."""
     rows = work.bars
     if chain.gravity == NO_GRAVITY:
         no_gravity(n, rows)

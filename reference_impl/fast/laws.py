@@ -1,4 +1,4 @@
-"""Prescribed rotations: the torques that make bars follow their laws, eqs. (25)-(28), as in the reference."""
+"""Prescribed rotations: torques by which bars follow their laws, eqs. (25)-(28), as in the NumPy reference."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def law_acceleration(law: Array, t_s: float) -> float:
 
 @compiled
 def rotation_per_unit_torque(law: Array, bar: int, bars: Array) -> float:
-    """Angular acceleration that a unit torque of `law` gives `bar` without reactions, 1/(kg m²)."""
+    """Angular acceleration of `bar` per unit torque of `law`, without reactions, 1/(kg m²)."""
     if bar == int(law[BAR]):
         return bars[INVERSE_INERTIA, bar]
     if bar == int(law[REACTS_ON]):
@@ -59,7 +59,7 @@ def rotation_per_unit_torque(law: Array, bar: int, bars: Array) -> float:
 
 @compiled
 def unit_torque_reactions(n: int, chain: CompiledChain, work: Workspace) -> bool:
-    """`Work.responses`: reactions to a unit of each prescribed torque, by the same sweeps."""
+    """`Workspace.responses`: reactions to a unit of each prescribed torque, by the same sweeps."""
     rows, well = work.bars, True
     for k in range(len(chain.laws)):
         for i in range(n):
@@ -86,10 +86,10 @@ def rotation_from_reactions(n: int, bar: int, x: Array, y: Array, chain: Compile
 def actual_angle_acceleration(
     n: int, law: Array, angular: float, x: Array, y: Array, place_x: float, place_y: float, chain: CompiledChain
 ) -> float:
-    """Acceleration of the angle that `law` prescribes, from its bar's and (local horizontal) its longitude's.
+    """Acceleration of the angle prescribed by `law`: the bar's, minus the longitude's for the local horizontal.
 
-    Gravity is central: of the bar's acceleration only the reactions' share turns its longitude, and that of effects
-    which are not central, :func:`reference_impl.fast.effect_dispatch.add_noncentral_acceleration`.
+    Gravity is central. Only reactions and noncentral effects accelerate the bar's longitude; for effects see
+    :func:`reference_impl.fast.effect_dispatch.add_noncentral_acceleration`.
     """
     if law[LOCAL] == 0.0:
         return angular
@@ -104,7 +104,7 @@ def actual_angle_acceleration(
 def bar_position_and_velocity(
     n: int, bar: int, y: Array, chain: CompiledChain, rows: Array
 ) -> tuple[float, float, float, float]:
-    """Place and velocity of a bar's centre from the centre of the body."""
+    """Position and velocity of a bar's centre from the centre of the body."""
     place_x = place_y = motion_x = motion_y = 0.0
     centre_x = centre_y = drift_x = drift_y = 0.0
     x = z = vx = vz = 0.0
@@ -127,7 +127,10 @@ def bar_position_and_velocity(
 
 @compiled
 def prescribed_angle_acceleration(law: Array, t_s: float, x: float, y: float, vx: float, vy: float) -> float:
-    """Value that :func:`actual_angle_acceleration` must take: the law's, and the longitude's share -2 (Z·Z')(Z×Z')/r⁴."""
+    """Prescribed value of :func:`actual_angle_acceleration`.
+
+    The value is the law's acceleration minus the velocity-dependent part of the longitude's, 2 (Z·Z')(Z×Z')/r⁴.
+    """
     law_s2 = law_acceleration(law, t_s)
     if law[LOCAL] == 0.0:
         return law_s2
@@ -159,7 +162,7 @@ def solve(matrix: Array, found: Array) -> None:
 
 @compiled
 def apply_prescribed_torques(n: int, t_s: float, y: Array, chain: CompiledChain, work: Workspace) -> None:
-    """`Work.torque_N_m`, from the free reactions and the responses; adds the torques' share to the reactions."""
+    """`Workspace.torque_N_m`, from the free reactions and the responses; adds the torques' part to the reactions."""
     rows, laws = work.bars, chain.laws
     free_x, free_y = rows[RX], rows[RY]
     for k in range(len(laws)):
@@ -176,7 +179,7 @@ def apply_prescribed_torques(n: int, t_s: float, y: Array, chain: CompiledChain,
             turned = rotation_from_reactions(n, bar, rx, rz, chain, rows) + rotation_per_unit_torque(
                 laws[other], bar, chain.bars
             )
-            # without units of inertia, or pivots picked across bars of very different size lose the light bars' laws
+            # nondimensional, as pivots chosen across bars of very different size lose the laws of light bars
             unit = law[UNIT] * laws[other, UNIT]
             work.matrix[k, other] = unit * actual_angle_acceleration(n, law, turned, rx, rz, x, z, chain)
     solve(work.matrix, work.torque_N_m)

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import DOP853
 
-from reference_impl.fast import layout
-from reference_impl.fast import stepper as walk
+from reference_impl.fast import layout, stepper
 from reference_impl.fast.accelerations import evaluate
 from reference_impl.fast.dop853 import advance, interpolate
 from reference_impl.fast.jit import compiled
@@ -33,12 +32,12 @@ if TYPE_CHECKING:
     from reference_impl.model.chain import ChainModel
     from reference_impl.model.effect import Modes
 
-EXACT_RTOL = 1e-14  # a request below what rounding of states and coefficients leaves: both then are compensated
-LEAST_RTOL = 1e-15  # below it the error estimate is rounding, and steps would collapse
+EXACT_RTOL = 1e-14  # below it, rounding of states and coefficients is compensated
+LEAST_RTOL = 1e-15  # below it the error estimate is round-off, and steps would collapse
 
 
 class FastSimulation:
-    """One run: made, walked, then looked at; arguments and meaning as in :class:`Simulation`."""
+    """One run: set-up, integration, observables; arguments and meaning as in :class:`Simulation`."""
 
     def __init__(
         self,
@@ -50,7 +49,7 @@ class FastSimulation:
         *,
         rtol: float,
     ) -> None:
-        """Set up a run, and have its code compiled."""
+        """Set up a run, and compile its code."""
         self.model = model
         self.reference = Simulation(model, com_m, com_velocity_m_s, angle_rad, rate_rad_s, rtol=max(rtol, LEAST_RTOL))
         self.order = reference_order(model.bars)
@@ -66,31 +65,31 @@ class FastSimulation:
         self.warm_up()
 
     def warm_up(self) -> None:
-        """Have all that a walk may call compiled, or loaded from where it was kept, by calls that change nothing."""
+        """Compile all functions of an integration, or load them from the cache, by calls without effect."""
         self.reset(np.zeros(1))
         self.advance_to(np.inf, -np.inf)
         if self.reference.contact_free_radius_m or self.detects_events:
-            walk.make_interpolant(self.stepper, self.chain, self.work)
+            stepper.make_interpolant(self.stepper, self.chain, self.work)
             interpolate(0.0, self.stepper.before, self.stepper.powers, self.stepper.end)
-            walk.take_samples(-np.inf, self.t_s, self.rows, True, self.stepper, self.chain, self.work)
-            walk.begin_next_step(self.stepper)
+            stepper.take_samples(-np.inf, self.t_s, self.rows, True, self.stepper, self.chain, self.work)
+            stepper.begin_next_step(self.stepper)
         if self.detects_events:
             self.partial_step(0.0)
 
     def reset(self, t_s: Array) -> None:
-        """Stand at the start, with the sample instants `t_s` ahead."""
+        """Reset to the start, with the sample instants `t_s`."""
         self.t_s, self.rows = t_s, np.empty((len(t_s), len(self.y0)))
         self.rows[0] = self.y0
-        self.stepper = walk.new_stepper(self.y0, exact=self.exact)
-        self.stepper.clock[walk.NOW] = t_s[0]
-        self.stepper.clock[walk.SAMPLED] = 1
+        self.stepper = stepper.new_stepper(self.y0, exact=self.exact)
+        self.stepper.clock[stepper.NOW] = t_s[0]
+        self.stepper.clock[stepper.SAMPLED] = 1
 
     def advance_to(self, start_s: float, end_s: float) -> int:
-        """Walk on to `end_s`."""
-        code: int = walk.advance_to(
+        """Integrate to `end_s`; return the stepper's code."""
+        code: int = stepper.advance_to(
             start_s,
             end_s,
-            walk.SurfaceBounds(
+            stepper.SurfaceBounds(
                 self.reference.contact_free_radius_m,
                 self.reference.contact_free_perigee_m,
                 self.reference.largest_pull_m_s2,
@@ -105,7 +104,7 @@ class FastSimulation:
         return code
 
     def integrate(self, t_s: Array) -> Integration:
-        """Integrate over the sample instants, from ``t_s[0]``; stop where a bar reaches the surface.
+        """Integrate over the sample instants, from ``t_s[0]``; stop at contact of a bar with the surface.
 
         Raises
         ------
@@ -128,45 +127,45 @@ class FastSimulation:
             if stopped_s is not None:
                 break
         clock = self.stepper.clock
-        seen = int(clock[walk.SAMPLED])
+        count = int(clock[stepper.SAMPLED])
         return Integration(
-            self.t_s[:seen], self.rows[:seen], int(clock[walk.STEPS]), int(clock[walk.EVALUATIONS]), stopped_s
+            self.t_s[:count], self.rows[:count], int(clock[stepper.STEPS]), int(clock[stepper.EVALUATIONS]), stopped_s
         )
 
     def integrate_implicitly(self, t_s: Array) -> Integration:
-        """The reference's own walk, with compiled rates: an implicit method's time goes into its linear algebra."""
+        """Integrate with the NumPy reference's implicit solver and compiled rates."""
         self.reset(t_s)
-        seen = self.reference.integrate(t_s)
+        result = self.reference.integrate(t_s)
         self.events = self.reference.events
-        rows = np.zeros((len(seen.y), len(self.y0)))
-        rows[:, self.order] = seen.y
-        return dataclasses.replace(seen, y=rows)
+        rows = np.zeros((len(result.y), len(self.y0)))
+        rows[:, self.order] = result.y
+        return dataclasses.replace(result, y=rows)
 
     def integrate_segment(self, start_s: float, end_s: float) -> float | None:
-        """Walk from break to break; instant at which a bar reached the surface, or None."""
+        """Integrate from break to break; return the instant of contact with the surface, or None."""
         if self.events:
             self.set_state(start_s, self.events.begin_segment(start_s, end_s, self.stepper.y[self.order]))
         here: float = start_s
         code, stopped_s = self.advance_to(here, end_s), None
-        while code in (walk.CHECK_SURFACE, walk.MODE_ENDED) and stopped_s is None:
-            stopped_s, fallen_s = self.examine_step(code)
-            here = start_s if fallen_s is None else fallen_s
-            code = walk.ARRIVED if stopped_s is not None else self.advance_to(here, end_s)
+        while code in (stepper.CHECK_SURFACE, stepper.MODE_ENDED) and stopped_s is None:
+            stopped_s, event_s = self.examine_step(code)
+            here = start_s if event_s is None else event_s
+            code = stepper.ARRIVED if stopped_s is not None else self.advance_to(here, end_s)
         self.raise_failure(code)
         return stopped_s
 
     def set_state(self, t_s: float, y: Array) -> None:
-        """Stand at the start of a smooth part, in the reference's own vector, with the modes that hold there."""
-        self.stepper.clock[walk.NOW] = t_s
+        """Set time, state (in the NumPy reference's order) and modes at the start of a smooth segment."""
+        self.stepper.clock[stepper.NOW] = t_s
         self.stepper.y[self.order] = y
         set_modes(self.chain, self.reference.coordinates.modes)
 
     def examine_step(self, code: int) -> tuple[float | None, float | None]:
-        """Instants in the last step at which a bar reached the surface and a mode ceased to hold; samples till then."""
+        """Instants of contact and of a mode's end in the last step; takes its samples up to the first of them."""
         carry = self.stepper
-        if not self.detects_events:  # else it is there
-            walk.make_interpolant(carry, self.chain, self.work)
-        end, step = carry.clock[walk.NOW], carry.clock[walk.TAKEN]
+        if not self.detects_events:  # otherwise already computed
+            stepper.make_interpolant(carry, self.chain, self.work)
+        end, step = carry.clock[stepper.NOW], carry.clock[stepper.TAKEN]
         found = np.empty_like(carry.y)
 
         def at(t: float) -> Array:
@@ -174,67 +173,67 @@ class FastSimulation:
             state: Array = found[self.order]
             return state
 
-        fallen_s = self.events.find_event(at, end - step, end) if self.events and self.detects_events else None
-        stopped_s = self.contact_instant(code, at, fallen_s)
-        until = next(t for t in (stopped_s, fallen_s, end) if t is not None)
-        walk.take_samples(until, self.t_s, self.rows, True, carry, self.chain, self.work)
-        if fallen_s is not None and stopped_s is None and self.events:
-            fallen_s, state = self.events.apply_event(self.partial_step, fallen_s, (end - step, end))
-            self.set_state(fallen_s, state)
+        event_s = self.events.find_event(at, end - step, end) if self.events and self.detects_events else None
+        stopped_s = self.contact_instant(code, at, event_s)
+        until = next(t for t in (stopped_s, event_s, end) if t is not None)
+        stepper.take_samples(until, self.t_s, self.rows, True, carry, self.chain, self.work)
+        if event_s is not None and stopped_s is None and self.events:
+            event_s, state = self.events.apply_event(self.partial_step, event_s, (end - step, end))
+            self.set_state(event_s, state)
         else:
-            walk.begin_next_step(carry)
-        return stopped_s, fallen_s
+            stepper.begin_next_step(carry)
+        return stopped_s, event_s
 
     def partial_step(self, until_s: float) -> Array:
-        """State, in the reference's own order, at an instant inside the last step, by a step to there."""
+        """State in the NumPy reference's order at an instant inside the last step, by a shorter step."""
         carry = self.stepper
-        begin = carry.clock[walk.NOW] - carry.clock[walk.TAKEN]
+        begin = carry.clock[stepper.NOW] - carry.clock[stepper.TAKEN]
         advance(begin, until_s - begin, carry.before, carry.slopes, carry.end, self.chain, self.work)
-        carry.clock[walk.EVALUATIONS] += 12
+        carry.clock[stepper.EVALUATIONS] += 12
         state: Array = carry.end[self.order]
         return state
 
-    def contact_instant(self, code: int, at: Callable[[float], Array], fallen_s: float | None) -> float | None:
-        """Instant at which a bar reached the surface in the last step, if that is before a mode ceased to hold."""
-        end, step = self.stepper.clock[walk.NOW], self.stepper.clock[walk.TAKEN]
+    def contact_instant(self, code: int, at: Callable[[float], Array], event_s: float | None) -> float | None:
+        """Instant of contact with the surface in the last step, if before the end of a mode."""
+        end, step = self.stepper.clock[stepper.NOW], self.stepper.clock[stepper.TAKEN]
         before, after = self.stepper.before[self.order], self.stepper.y[self.order]
-        if code != walk.CHECK_SURFACE and (
+        if code != stepper.CHECK_SURFACE and (
             not self.reference.contact_free_radius_m or self.reference.clears_surface(before, after, step)
         ):
             return None
         stopped_s = contact_instant(at, self.reference.height, end - step, end, self.reference.height(before))
-        later = stopped_s is not None and fallen_s is not None and stopped_s > fallen_s
+        later = stopped_s is not None and event_s is not None and stopped_s > event_s
         return None if later else stopped_s
 
     def raise_failure(self, code: int) -> None:
-        """Raise what the reference would."""
-        if code == walk.LOST_JOINT:
+        """Raise the same error as the NumPy reference."""
+        if code == stepper.LOST_JOINT:
             raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
-        now = self.stepper.clock[walk.NOW]
-        if code == walk.NOT_FINITE and now == self.t_s[0]:
+        now = self.stepper.clock[stepper.NOW]
+        if code == stepper.NOT_FINITE and now == self.t_s[0]:
             raise ArithmeticError(f"the initial state or its rate is not finite{self.reference.failure_hint}")
         words = {
-            walk.COLLAPSED: "Required step size is less than spacing between numbers.",
-            walk.NOT_FINITE: "state not finite",
+            stepper.COLLAPSED: "Required step size is less than spacing between numbers.",
+            stepper.NOT_FINITE: "state not finite",
         }
         if code in words:
-            raise ArithmeticError(f"DOP853 gave up at t = {now:.6g} s: {words[code]}{self.reference.failure_hint}")
+            raise ArithmeticError(f"DOP853 failed at t = {now:.6g} s: {words[code]}{self.reference.failure_hint}")
 
-    def history(self, seen: Integration, *, condition: bool = False) -> History:
-        """Observables at the samples of a walk."""
+    def history(self, result: Integration, *, condition: bool = False) -> History:
+        """Observables at the samples of an integration."""
         n = self.model.bars
-        reaction, torque = np.zeros((len(seen.t_s), n - 1, 2)), np.zeros((len(seen.t_s), len(self.chain.laws)))
-        self.observe(seen, reaction, torque)
-        angle, com, rate, velocity = np.split(seen.y[:, : 2 * n + 4], [n, n + 2, 2 * n + 2], axis=1)
+        reaction, torque = np.zeros((len(result.t_s), n - 1, 2)), np.zeros((len(result.t_s), len(self.chain.laws)))
+        self.observe(result, reaction, torque)
+        angle, com, rate, velocity = np.split(result.y[:, : 2 * n + 4], [n, n + 2, 2 * n + 2], axis=1)
         position = np.array([relative_positions(self.model, a) for a in angle])
         gaps = [np.linalg.norm(gap_vectors(self.model, d, a), axis=-1) for d, a in zip(position, angle, strict=True)]
         numbers = (
-            [self.reference.condition(self.reference.coordinates.unpack(y[self.order])) for y in seen.y]
+            [self.reference.condition(self.reference.coordinates.unpack(y[self.order])) for y in result.y]
             if condition
             else None
         )
         return History(
-            seen.t_s,
+            result.t_s,
             com,
             velocity,
             angle,
@@ -244,19 +243,19 @@ class FastSimulation:
             np.linalg.norm(np.einsum("j,tjk->tk", self.model.weight, position), axis=1),
             torque,
             None if numbers is None else np.array(numbers),
-            seen.steps,
-            seen.evaluations,
-            seen.stopped_s,
-            self.events.impulses(seen.t_s) if self.events else None,
+            result.steps,
+            result.evaluations,
+            result.stopped_s,
+            self.events.impulse_sums(result.t_s) if self.events else None,
             stiffness.METHOD_NAMES[self.reference.method],
         )
 
-    def observe(self, seen: Integration, reaction_N: Array, torque_N_m: Array) -> None:
-        """Reactions (n, N-1, 2) and torques (n, P) at the samples; modes, where there are any, as each state says."""
+    def observe(self, result: Integration, reaction_N: Array, torque_N_m: Array) -> None:
+        """Reactions (n, N-1, 2) and torques (n, P) at the samples; modes follow from each state."""
         chain = layout.refined(self.chain)
         moded = any(effect.mode.size for effect in chain.effects)
-        for one in [slice(k, k + 1) for k in range(len(seen.t_s))] if moded else [slice(None)]:
-            t, y = seen.t_s[one], seen.y[one]
+        for one in [slice(k, k + 1) for k in range(len(result.t_s))] if moded else [slice(None)]:
+            t, y = result.t_s[one], result.y[one]
             if moded:
                 set_modes(chain, modes_at(self.reference.coordinates, t[0], y[0, self.order]))
             if not observe(t, y, self.stepper.end, chain, self.work, reaction_N[one], torque_N_m[one]):
@@ -264,30 +263,30 @@ class FastSimulation:
 
 
 def modes_at(coordinates: StateCoordinates, t_s: float, y: Array) -> Modes:
-    """What a state of the reference says of its effects' modes."""
+    """Modes of the effects at a state in the NumPy reference's order."""
     state = coordinates.unpack(y)
     at = EffectState(coordinates.model, t_s, state, unit_along(state.angle_rad))
     return tuple(effect.mode(at) for effect in coordinates.model.effects)
 
 
 def set_modes(chain: CompiledChain, modes: Modes | None) -> None:
-    """Hold these modes in compiled code."""
+    """Set the modes in compiled code."""
     for effect, mode in zip(chain.effects, modes or (), strict=True):
         if mode is not None:
             effect.mode[:] = mode
 
 
 class CompiledRates(MinimalCoordinates):
-    """The reference's vector, its rates by compiled code."""
+    """Minimal coordinates in the NumPy reference's order, with compiled rates."""
 
     def __init__(self, chain: CompiledChain, work: Workspace, y0: Array, order: Array, model: ChainModel) -> None:
-        """Rates of `chain`, whose vectors are like `y0` and hold the reference's where `order` says."""
+        """Prepare rates of `chain`, with vectors like `y0`; `order` maps the NumPy reference's order to them."""
         super().__init__(model)
         self.chain, self.work, self.order = chain, work, order
         self.y, self.rates = np.zeros_like(y0), np.zeros_like(y0)
 
     def rhs(self, t_s: float, y: Array) -> Array:
-        """Time derivative of the reference's vector.
+        """Time derivative of a vector in the NumPy reference's order.
 
         Raises
         ------
@@ -303,7 +302,7 @@ class CompiledRates(MinimalCoordinates):
 
 
 def reference_order(bars: int) -> Array:
-    """Where the reference's [Z0, Z0', theta, theta'] are in [theta, Z0, theta', Z0'], shape (2N+4,) of int."""
+    """Indices of the NumPy reference's [Z0, Z0', theta, theta'] in [theta, Z0, theta', Z0'], shape (2N+4,) of int."""
     n = bars
     order: Array = np.concatenate([[n, n + 1, 2 * n + 2, 2 * n + 3], np.arange(n), np.arange(n + 2, 2 * n + 2)]).astype(
         int
@@ -315,7 +314,7 @@ def reference_order(bars: int) -> Array:
 def observe(
     t_s: Array, y: Array, scratch: Array, chain: CompiledChain, work: Workspace, reaction_N: Array, torque_N_m: Array
 ) -> bool:
-    """Reactions (n, N-1, 2) and torques (n, P) at the states (n, size); False where a joint is lost in round-off."""
+    """Reactions (n, N-1, 2) and torques (n, P) at the states (n, size); False if a pivot is lost in round-off."""
     joints, well = chain.bars.shape[1] - 1, True
     for k in range(len(t_s)):
         well = evaluate(t_s[k], y[k], scratch, chain, work) and well

@@ -1,4 +1,4 @@
-"""The compiled walk over the samples, step by step, with a word to the caller wherever it can't go on by itself."""
+"""Compiled integration over the samples, step by step, with a return code for each case that needs the caller."""
 
 from __future__ import annotations
 
@@ -35,46 +35,47 @@ if TYPE_CHECKING:
 
 ARRIVED, CHECK_SURFACE, COLLAPSED, NOT_FINITE, LOST_JOINT, MODE_ENDED = range(6)
 FROM_START = (0.0, *EVENT_SAMPLES)  # of a step
-RTOL_FLOOR = 100.0 * float(np.finfo(float).eps)  # SciPy's least
-# places in Stepper.clock
+RTOL_FLOOR = 100.0 * float(np.finfo(float).eps)  # SciPy's smallest
+# indices of Stepper.clock
 NOW, STEP, TAKEN, STEPS, SAMPLED, EVALUATIONS, EXACT = range(7)
 
 
 class SurfaceBounds(NamedTuple):
-    """What a chain may run into."""
+    """Bounds that exclude contact with the surface."""
 
     contact_free_radius_m: float
-    """Distance of the centre of mass from the body's centre above which nothing can touch it; 0: no surface"""
+    """Orbital radius of the centre of mass above which no bar can touch the surface; 0: no surface"""
     contact_free_perigee_m: float
-    """The same for the lowest point of its orbit"""
+    """The same for the perigee of its orbit"""
     largest_pull_m_s2: float
-    """Bound of what pulls it down"""
+    """Upper bound of the acceleration towards the body"""
 
 
 class Stepper(NamedTuple):
-    """Everything that a walk carries from step to step."""
+    """State of an integration between steps."""
 
     clock: Array
-    """(7,) NOW, s; STEP, size of the next step, s; TAKEN, that of the last; counts: STEPS, SEEN samples, EVALUATIONS;
-    EXACT: 1 where steps are taken by `advance_exactly`, else 0"""
+    """(7,) NOW, s; STEP, size of the next step, s; TAKEN, size of the last step, s; counts: STEPS, SAMPLED samples,
+    EVALUATIONS; EXACT: 1 for steps by `advance_exactly`, else 0
+    """
     y: Array
-    """(size,) state now; `size` is 2N+4, filled up"""
+    """(size,) current state; `size` is 2N+4, padded"""
     before: Array
     """(size,) state before the last step"""
     end: Array
     """(size,) scratch"""
     slopes: Array
-    """(16, size) rates at the stages; row 0 is the rate now"""
+    """(16, size) rates at the stages; row 0 is the current rate"""
     powers: Array
     """(7, size) interpolant of the last step"""
     allowed: Array
     """(size,) error allowed in the next step"""
     residue: Array
-    """(2, size) what the state lacks by rounding, now and at the end of the step tried; zeros unless EXACT"""
+    """(2, size) rounding residues of the current state and of the end of the trial step; zeros unless EXACT"""
 
 
 def new_stepper(y: Array, *, exact: bool = False) -> Stepper:
-    """Carry of a walk that starts at `y`."""
+    """Stepper of an integration that starts at `y`."""
     size, clock = len(y), np.zeros(7)
     clock[EXACT] = exact
     slopes, powers, residue = (np.zeros((rows, size)) for rows in (ROWS, POWER, 2))
@@ -83,7 +84,7 @@ def new_stepper(y: Array, *, exact: bool = False) -> Stepper:
 
 @compiled
 def begin_segment(t_s: float, end_s: float, atol: Array, s: Stepper, chain: CompiledChain, work: Workspace) -> int:
-    """Begin a smooth stretch of the walk: the rate now and the first step's size; ARRIVED, or what is wrong."""
+    """Begin a smooth segment: the current rate and the first step's size; ARRIVED, or the code of a failure."""
     s.clock[NOW], s.clock[TAKEN] = t_s, 0.0
     for i in range(len(s.y)):
         s.residue[0, i] = 0.0
@@ -102,7 +103,7 @@ def begin_segment(t_s: float, end_s: float, atol: Array, s: Stepper, chain: Comp
 
 @compiled
 def finite(y: Array, rates: Array) -> bool:
-    """Whether a state and its rates are numbers."""
+    """Whether a state and its rates are finite."""
     total = 0.0
     for i in range(len(y)):
         total += abs(y[i]) + abs(rates[i])
@@ -111,9 +112,10 @@ def finite(y: Array, rates: Array) -> bool:
 
 @compiled
 def set_allowed_error(atol: Array, s: Stepper, chain: CompiledChain, work: Workspace) -> None:
-    """Error allowed in the next step: `atol`, but no less than rounding an angle makes anyway.
+    """Set the error allowed in the next step: `atol`, but no less than the round-off of the angles.
 
-    As :meth:`reference_impl.integrate.coordinate_sets.StateCoordinates.shaken`, by the reactions of the last evaluation.
+    As :meth:`reference_impl.integrate.coordinate_sets.StateCoordinates.state_roundoff_floor`, by the reactions of the
+    last evaluation.
     """
     n, rows = chain.bars.shape[1], work.bars
     before_x = before_y = 0.0
@@ -130,7 +132,7 @@ def set_allowed_error(atol: Array, s: Stepper, chain: CompiledChain, work: Works
 
 @compiled
 def take_step(end_s: float, atol: Array, s: Stepper, chain: CompiledChain, work: Workspace) -> int:
-    """One accepted step towards `end_s`, as SciPy's controller takes it."""
+    """Take one accepted step towards `end_s`, with SciPy's step control."""
     t, h, rejected = s.clock[NOW], s.clock[STEP], False
     exact = s.clock[EXACT] != 0.0
     relative = 0.0 if exact else RTOL_FLOOR
@@ -164,7 +166,7 @@ def take_step(end_s: float, atol: Array, s: Stepper, chain: CompiledChain, work:
 
 @compiled
 def make_interpolant(s: Stepper, chain: CompiledChain, work: Workspace) -> None:
-    """Make the last step's interpolant."""
+    """Compute the last step's interpolant."""
     h = s.clock[TAKEN]
     interpolant(s.clock[NOW] - h, h, s.before, s.y, s.slopes, s.end, s.powers, chain, work)
     s.clock[EVALUATIONS] += 3
@@ -172,7 +174,7 @@ def make_interpolant(s: Stepper, chain: CompiledChain, work: Workspace) -> None:
 
 @compiled
 def begin_next_step(s: Stepper) -> None:
-    """Make the rate at the end of the last step that at the start of the next."""
+    """Copy the rate at the end of the last step to the start of the next."""
     for i in range(len(s.y)):
         s.slopes[0, i] = s.slopes[12, i]
 
@@ -199,7 +201,7 @@ def take_samples(
 
 @compiled
 def perigee_m(n: int, y: Array, mu_m3_s2: float) -> float:
-    """Lowest point of the Kepler orbit through a state, m from the centre."""
+    """Perigee of the Kepler orbit through a state, m from the centre."""
     x, z, vx, vz = y[n], y[n + 1], y[2 * n + 2], y[2 * n + 3]
     swept = x * vz - z * vx
     energy = 0.5 * (vx * vx + vz * vz) - mu_m3_s2 / np.hypot(x, z)
@@ -209,9 +211,9 @@ def perigee_m(n: int, y: Array, mu_m3_s2: float) -> float:
 
 @compiled
 def clears_surface(n: int, h: float, before: Array, y: Array, chain: CompiledChain, ground: SurfaceBounds) -> bool:
-    """Whether no point of the chain can have been below the surface in the last step.
+    """Whether contact with the surface is impossible in the last step.
 
-    As :meth:`reference_impl.integrate.simulate.Simulation.clear`.
+    As :meth:`reference_impl.integrate.simulate.Simulation.clears_surface`.
     """
     if chain.gravity != NO_GRAVITY and perigee_m(n, y, chain.mu_m3_s2) > ground.contact_free_perigee_m:
         return True
@@ -227,9 +229,9 @@ def clears_surface(n: int, h: float, before: Array, y: Array, chain: CompiledCha
 
 @compiled
 def mode_ended_in_step(s: Stepper, chain: CompiledChain, work: Workspace) -> bool:
-    """Whether any effect's mode does not hold at a look into the last step, whose interpolant is there.
+    """Whether a mode of any effect has ended at a sample of the last step, by its interpolant.
 
-    As :meth:`reference_impl.integrate.discrete_modes.DiscreteModes.fall`, which then finds the instant.
+    As :meth:`reference_impl.integrate.discrete_modes.DiscreteModes.find_event`, which then locates the instant.
     """
     n, h = chain.bars.shape[1], s.clock[TAKEN]
     for share in FROM_START:
@@ -245,38 +247,38 @@ def mode_ended_in_step(s: Stepper, chain: CompiledChain, work: Workspace) -> boo
 @compiled
 def advance_to(start_s: float, end_s: float, ground: SurfaceBounds, t_s: Array, rows: Array, atol: Array, s: Stepper,
        chain: CompiledChain, work: Workspace) -> int:  # fmt: skip
-    """Walk on to `end_s`, from `start_s` if that is now.
+    """Integrate to `end_s`, from `start_s` if that is the current time.
 
-    It stops with LOOK after a step in which a bar may have touched the surface, and with FALLEN after one, its
-    interpolant made, in which a mode of an effect ceased to hold: the caller looks, and comes again.
+    The function returns CHECK_SURFACE after a step with possible contact, and MODE_ENDED after a step in which a mode
+    of an effect ended, with its interpolant computed. The caller examines the step and calls again.
 
     Parameters
     ----------
     start_s, end_s : float
-        A smooth stretch: no break of a law or an effect is inside.
-    ground : Ground
+        Smooth segment, without a break of a law or an effect inside.
+    ground : SurfaceBounds
     t_s : ndarray, shape (n,)
         Sample instants.
     rows : ndarray, shape (n, size)
-        States at them, filled as they are reached.
+        States at the sample instants, filled as they are reached.
     atol : ndarray, shape (size,)
     s : Stepper
-    chain : Chain
-    work : Work
+    chain : CompiledChain
+    work : Workspace
 
     Returns
     -------
     int
-        ARRIVED, LOOK, COLLAPSED, NOT_FINITE, LOST_JOINT or FALLEN.
+        ARRIVED, CHECK_SURFACE, COLLAPSED, NOT_FINITE, LOST_JOINT or MODE_ENDED.
     """
-    n, code, watching = chain.bars.shape[1], ARRIVED, has_state_events(chain.effects)
+    n, code, watches_events = chain.bars.shape[1], ARRIVED, has_state_events(chain.effects)
     if s.clock[NOW] == start_s:
         code = begin_segment(start_s, end_s, atol, s, chain, work)
     while code == ARRIVED and s.clock[NOW] < end_s:
         code = take_step(end_s, atol, s, chain, work)
         if code == ARRIVED and not finite(s.y, s.y):
             code = NOT_FINITE
-        if watching and code == ARRIVED:
+        if watches_events and code == ARRIVED:
             make_interpolant(s, chain, work)
             code = MODE_ENDED if mode_ended_in_step(s, chain, work) else ARRIVED
         if code != ARRIVED:
@@ -284,6 +286,6 @@ def advance_to(start_s: float, end_s: float, ground: SurfaceBounds, t_s: Array, 
         if ground.contact_free_radius_m > 0.0 and not clears_surface(n, s.clock[TAKEN], s.before, s.y, chain, ground):
             code = CHECK_SURFACE
         else:
-            take_samples(s.clock[NOW], t_s, rows, watching, s, chain, work)
+            take_samples(s.clock[NOW], t_s, rows, watches_events, s, chain, work)
             begin_next_step(s)
     return code

@@ -1,4 +1,4 @@
-"""How a state is laid out in the integrator's vector: four sets of coordinates; see design/coordinates.md."""
+"""Sets of coordinates for the integrator's state vector; see design/coordinates.md."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ if TYPE_CHECKING:
     from reference_impl.model.chain import ChainModel
     from reference_impl.model.effect import Modes
 
-ROUNDINGS = 4.0  # roundings of a stage that an absolute coordinate keeps
-ANGLE_ROUNDOFF = 0.5 * float(np.finfo(float).eps)  # rad, what rounding cuts off an angle of a radian or so
+ROUNDINGS = 4.0  # round-off errors of an absolute coordinate in one step
+ANGLE_ROUNDOFF = 0.5 * float(np.finfo(float).eps)  # rad, rounding error of an angle of about a radian
 CoordinateSet = Literal["minimal", "redundant", "projected", "absolute"]
 
 
 class StateCoordinates(ABC):
-    """How a state is laid out in the integrator's vector; see design/coordinates.md."""
+    """Layout of a state in the integrator's vector; see design/coordinates.md."""
 
     integrates_positions: ClassVar[bool] = False
-    """Whether places of the bars are in the vector; if not, they follow from the angles"""
+    """Whether the vector contains the bars' positions; otherwise the positions follow from the angles"""
 
     def __init__(self, model: ChainModel) -> None:
         self.model = model
@@ -48,22 +48,22 @@ class StateCoordinates(ABC):
 
     @abstractmethod
     def scales(self, radius_m: float, rate_rad_s: float) -> Array:
-        """What counts as 1 in each component: the unit of the requested tolerance."""
+        """Unit of the requested tolerance in each component."""
 
     def roundoff_floor(self, radius_m: float, rate_rad_s: float) -> Array:
-        """Error that rounding makes in each component anyway: to ask for less makes the steps collapse.
+        """Round-off error of each component in one step; smaller tolerances make the step size collapse.
 
-        Springs make of an angle's last digit a rate by their own frequency.
+        Springs turn the last digit of an angle into a rate error, by their own frequency.
         """
         found = np.zeros_like(self.scales(radius_m, rate_rad_s))
         found[-self.model.bars :] = ANGLE_ROUNDOFF * self.model.spring_rate_rad_s
         return found
 
     def state_roundoff_floor(self, y: Array) -> Array:
-        """Error of the angles and rates (2N,), rad and rad/s, that rounding an angle makes anyway, at the walk's state.
+        """Round-off error of the angles and rates (2N,), rad and rad/s, at the current state.
 
-        A bar that its neighbours pull at is a pendulum of frequency sqrt((l/2J) |R_j + R_{j-1}|), and its rate differs
-        by that times the difference of its angle. To ask for less makes the steps collapse.
+        A bar under reactions is a pendulum of frequency sqrt((l/2J) |R_j + R_{j-1}|). An angle error gives a rate error
+        of that frequency times the angle error. Smaller tolerances make the step size collapse.
         """
         ends = np.zeros((self.model.bars + 1, 2))
         ends[1:-1] = self.reaction_N
@@ -77,19 +77,19 @@ class StateCoordinates(ABC):
         return relative.accelerations(self.model, t_s, self.unpack(y), self.modes, refine=refine)
 
     def project(self, y: Array) -> Array:
-        """Nearest vector allowed; the same one where nothing can drift."""
+        """Projection of a vector on closed joints; the identity for coordinates without drift."""
         return y
 
     def com_m(self, y: Array) -> Array:
-        """Centre of mass (2,) of a vector."""
+        """Centre of mass (2,) of a vector, m."""
         return y[0:2]
 
     def com_velocity_m_s(self, y: Array) -> Array:
-        """Velocity of the centre of mass (2,) of a vector."""
+        """Velocity of the centre of mass (2,) of a vector, m/s."""
         return y[2:4]
 
     def joint_gaps_m(self, y: Array) -> Array:
-        """Joint gaps (N-1,), m, in these coordinates' own arithmetic."""
+        """Joint gaps (N-1,), m, in the arithmetic of these coordinates."""
         state = self.unpack(y)
         opened: Array = np.linalg.norm(gap_vectors(self.model, state.position_m, state.angle_rad), axis=-1)
         return opened
@@ -103,7 +103,7 @@ class MinimalCoordinates(StateCoordinates):
         return np.concatenate([state.com_m, state.com_velocity_m_s, state.angle_rad, state.rate_rad_s])
 
     def unpack(self, y: Array) -> State:
-        """State with its joints closed by construction."""
+        """State with joints closed by construction."""
         n = self.model.bars
         return joined_state(self.model, y[0:2], y[2:4], y[4 : 4 + n], y[4 + n :])
 
@@ -130,7 +130,7 @@ class RedundantCoordinates(StateCoordinates):
         return np.concatenate([*map(np.ravel, parts), state.angle_rad, state.rate_rad_s])
 
     def unpack(self, y: Array) -> State:
-        """State as it is, drift and all."""
+        """State including its drift."""
         n = self.model.bars
         d, v = y[4 : 4 + 2 * n].reshape(n, 2), y[4 + 2 * n : 4 + 4 * n].reshape(n, 2)
         return State(y[0:2], y[2:4], y[4 + 4 * n : 4 + 5 * n], y[4 + 5 * n :], d, v)
@@ -158,16 +158,16 @@ class RedundantCoordinates(StateCoordinates):
 
 
 class ProjectedCoordinates(RedundantCoordinates):
-    """Redundant, with positions and velocities set right from the angles after every step."""
+    """Redundant coordinates with positions and velocities recomputed from the angles after every step."""
 
     def project(self, y: Array) -> Array:
-        """Vector with its joints closed."""
+        """Vector with closed joints."""
         s = self.unpack(y)
         return self.pack(joined_state(self.model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s))
 
 
 class AbsoluteCoordinates(StateCoordinates):
-    """Distances from the centre of the body: [Z, Z', theta, theta']."""
+    """Inertial coordinates from the centre of the body: [Z, Z', theta, theta']."""
 
     integrates_positions = True
 
@@ -182,7 +182,7 @@ class AbsoluteCoordinates(StateCoordinates):
         return y[: 2 * n].reshape(n, 2), y[2 * n : 4 * n].reshape(n, 2), y[4 * n : 5 * n], y[5 * n :]
 
     def unpack(self, y: Array) -> State:
-        """State with the relative part got by the subtraction that the relative formulation avoids."""
+        """State; the relative part results from a subtraction that the relative formulation avoids."""
         place, velocity, angle, rate = self.split(y)
         com, drift = self.model.weight @ place, self.model.weight @ velocity
         return State(com, drift, angle, rate, place - com, velocity - drift)
@@ -204,7 +204,7 @@ class AbsoluteCoordinates(StateCoordinates):
         return np.repeat([length, length * rate_rad_s, 1.0, rate_rad_s], [2 * n, 2 * n, n, n])
 
     def roundoff_floor(self, radius_m: float, rate_rad_s: float) -> Array:
-        """Units in the last place of the radius, and of what an angle makes of it over the shortest bar."""
+        """Round-off of the radius, and the angle error that it causes over the shortest bar."""
         n, place = self.model.bars, ROUNDINGS * np.finfo(float).eps * radius_m
         turn = place / float(self.model.length_m.min())
         rounded = np.repeat([place, place * rate_rad_s, turn, turn * rate_rad_s], [2 * n, 2 * n, n, n])
@@ -212,17 +212,17 @@ class AbsoluteCoordinates(StateCoordinates):
         return found
 
     def com_m(self, y: Array) -> Array:
-        """Weighted mean of the bars' places."""
+        """Mass-weighted mean of the bars' positions."""
         place: Array = self.model.weight @ self.split(y)[0]
         return place
 
     def com_velocity_m_s(self, y: Array) -> Array:
-        """Weighted mean of the bars' velocities."""
+        """Mass-weighted mean of the bars' velocities."""
         velocity: Array = self.model.weight @ self.split(y)[1]
         return velocity
 
     def joint_gaps_m(self, y: Array) -> Array:
-        """Joint gaps (N-1,), m, by subtracting absolute positions."""
+        """Joint gaps (N-1,), m, by subtraction of absolute positions."""
         place, _, angle, _ = self.split(y)
         opened: Array = np.linalg.norm(gap_vectors(self.model, place, angle), axis=-1)
         return opened

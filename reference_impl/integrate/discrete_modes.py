@@ -1,4 +1,4 @@
-"""What a run holds fixed between the instants at which a model's effects are not smooth, and its blows."""
+"""Discrete modes of a run: constant between the events of a model's effects; impulses at their instants."""
 
 from __future__ import annotations
 
@@ -17,14 +17,12 @@ if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
     from reference_impl.model.effect import ChainEffect, Indices, Modes
 
-EVENT_SAMPLES = (0.25, 0.5, 0.75, 1.0)  # of a step: where something that falls and rises again within it is looked for
-EVENT_TOLERANCE = (
-    1e-12  # of a step: how closely the instant of a fall is found; the state is as good as its interpolant
-)
-SECANT_SPAN = 1e-4  # of a step: over which a margin's slope is taken
-SECANT_ITERATIONS = 5  # two are enough: the interpolant is off by 1e-7 of a step or less
-BRIEF_EVENT_TOLERANCE = 1e-6  # of the time between two looks: anywhere within a spell will do
-SAME_INSTANT = 1e-12  # of the run: blows nearer than this to a break are at it
+EVENT_SAMPLES = (0.25, 0.5, 0.75, 1.0)  # of a step: sampling of event functions with two zeros in one step
+EVENT_TOLERANCE = 1e-12  # of a step, of an event time; the state is as accurate as its interpolant
+SECANT_SPAN = 1e-4  # of a step, for the slope of an event function
+SECANT_ITERATIONS = 5  # two suffice: the interpolant's error is 1e-7 of a step or less
+BRIEF_EVENT_TOLERANCE = 1e-6  # of the time between two samples; any instant within a brief mode suffices
+SAME_INSTANT = 1e-12  # of the run: an impulse nearer than this to a break occurs at the break
 
 
 class DiscreteModes:
@@ -35,32 +33,33 @@ class DiscreteModes:
 
         Parameters
         ----------
-        packing : Packing
+        coordinates : StateCoordinates
         end_s : float
-            When the run ends.
-        watching : bool
-            Whether the stepper looks for where a mode ends; if not, such modes are told from the state at all times.
+            End of the run.
+        detects_events : bool
+            Whether the stepper locates state events; otherwise modes with such events follow from the state at all
+            times.
         """
         self.coordinates, self.model = coordinates, coordinates.model
         self.detects_events = detects_events and any(effect.has_state_events for effect in self.model.effects)
         self.slack_s = SAME_INSTANT * end_s
-        self.pending = sorted(self.model.impulses, key=lambda blow: blow.at_s)
+        self.pending = sorted(self.model.impulses, key=lambda impulse: impulse.at_s)
         self.impulsive_reactions: list[tuple[float, Array]] = []
-        """Instants and impulsive reactions (N-1, 2) so far"""
+        """Instants, and impulsive reactions (N-1, 2) there, so far"""
         self.crossed: set[int] = set()
-        """Margins that fell at the instant found last"""
+        """Indices of the event functions that crossed zero at the last event"""
 
     @property
     def modes(self) -> Modes | None:
-        """What the right-hand side holds now."""
+        """Current modes of the right-hand side."""
         return self.coordinates.modes
 
     def begin_segment(self, start_s: float, end_s: float, y: Array) -> Array:
-        """Strike the blows of this instant, and settle what holds until `end_s`."""
-        due = [blow for blow in self.pending if blow.at_s <= start_s + self.slack_s]
+        """Apply the impulses at this instant, and set the modes until `end_s`."""
+        due = [impulse for impulse in self.pending if impulse.at_s <= start_s + self.slack_s]
         self.pending = self.pending[len(due) :]
         if due:
-            from reference_impl.effects.impulse import apply_impulses  # noqa: PLC0415  # only where something strikes
+            from reference_impl.effects.impulse import apply_impulses  # noqa: PLC0415  # only for impulses
 
             state, reaction = apply_impulses(self.model, self.coordinates.unpack(y), due)
             self.impulsive_reactions.append((due[0].at_s, reaction))
@@ -69,7 +68,7 @@ class DiscreteModes:
         return y
 
     def set_modes(self, start_s: float, end_s: float, y: Array) -> None:
-        """Modes from the time where they are a matter of time, else from the state at the start."""
+        """Set the modes: by time for modes that depend on time alone, otherwise by the state at the start."""
         at = self.effect_state(start_s, y)
 
         def held(effect: ChainEffect) -> Array | None:
@@ -80,12 +79,12 @@ class DiscreteModes:
         self.coordinates.modes = tuple(held(effect) for effect in self.model.effects)
 
     def effect_state(self, t_s: float, y: Array) -> EffectState:
-        """A vector as effects see it."""
+        """State of a vector as input of the effects."""
         state = self.coordinates.unpack(y)
         return EffectState(self.model, t_s, state, unit_along(state.angle_rad))
 
     def event_functions(self, t_s: float, y: Array) -> Array:
-        """All margins of what is held at a vector, positive while it holds."""
+        """All event functions at a vector, positive while the current modes are valid."""
         at, held = self.effect_state(t_s, y), self.modes or ()
         found = [
             e.event_functions(at, m)
@@ -95,7 +94,7 @@ class DiscreteModes:
         return np.concatenate([*found, np.ones(1)])
 
     def find_event(self, dense: Callable[[float], Array], start_s: float, end_s: float) -> float | None:
-        """First instant in a step, looked for in quarters of it, at which a margin has fallen through zero."""
+        """First instant in a step at which an event function is negative, sampled in quarters of the step."""
         before, low = start_s, self.event_functions(start_s, dense(start_s))
         for share in EVENT_SAMPLES:
             end = start_s + share * (end_s - start_s)
@@ -109,14 +108,14 @@ class DiscreteModes:
     def first_crossing(
         self, dense: Callable[[float], Array], start_s: float, end_s: float, low: Array, below: Indices
     ) -> float:
-        """Instant at which the first of the margins `below` falls; `low` are all margins at the start."""
+        """Instant of the first zero among the event functions `below`; `low` are all event functions at the start."""
         instants = {int(k): self.crossing_instant(dense, int(k), start_s, end_s, float(low[k])) for k in below}
         earliest = min(instants.values())
         self.crossed = {k for k, t in instants.items() if t == earliest}
         return earliest
 
     def brief_events(self, dense: Callable[[float], Array], start_s: float, end_s: float) -> list[float]:
-        """Instants between two looks in the middle of what may have come and gone meanwhile, increasing."""
+        """Instants between two samples inside modes that may have begun and ended there, increasing."""
         found = []
         for effect in self.model.effects:
             if effect.has_brief_events and self.detects_events:
@@ -131,7 +130,7 @@ class DiscreteModes:
     def crossing_instant(
         self, dense: Callable[[float], Array], k: int, start_s: float, end_s: float, before: float
     ) -> float:
-        """Instant at which margin `k` is zero or just below."""
+        """Instant at which event function `k` is zero or just below."""
         if before <= 0.0:
             return start_s
 
@@ -145,19 +144,20 @@ class DiscreteModes:
     def apply_event(
         self, exact: Callable[[float], Array], t_s: float, step: tuple[float, float]
     ) -> tuple[float, Array]:
-        """Turn round the margins that :meth:`find_event` found to fall; returns when they do, and the state there.
+        """Change the modes whose event functions crossed zero in :meth:`find_event`; return event time and state.
 
-        Their signs there do not tell: an angle of a few radians is known to 1e-16, and the root may lie on either
-        side of that. A margin not turned round would be found to fall there again, and the run never get on.
+        The signs at the event do not decide which modes change: an angle of a few radians is known to 1e-16, and the
+        root may lie on either side. An unchanged mode would end again at the same instant, and the run would never
+        proceed.
 
         Parameters
         ----------
         exact : callable
             State at an instant of the step, by the method itself.
         t_s : float
-            Where they fall by the step's interpolant.
+            Event time by the step's interpolant.
         step : tuple of float
-            When the step starts and ends.
+            Start and end of the step.
         """
         t_s, y = self.refine_event(exact, t_s, step)
         at, modes, offset = self.effect_state(t_s, y), list(self.modes or ()), 0
@@ -173,10 +173,11 @@ class DiscreteModes:
     def refine_event(
         self, exact: Callable[[float], Array], t_s: float, step: tuple[float, float]
     ) -> tuple[float, Array]:
-        """Instant near `t_s` at which what falls is zero or just below in the method's own states, by secants.
+        """Event time near `t_s` by the method's own states, by the secant method; the state there.
 
-        Where a margin only touches zero, its slope is rounding or none, and secants lead anywhere: those that leave the
-        step, or do not fall, leave it at the interpolant's instant, which is as good as any near.
+        At the returned time, the crossing event functions are zero or just below. Where an event function only touches
+        zero, its slope is round-off, and the secant method may diverge. An iterate outside the step, or an event
+        function without a descent, gives the interpolant's instant, which is as accurate as any neighbouring instant.
         """
         fallen, (start_s, end_s) = sorted(self.crossed), step
         slack_s = EVENT_TOLERANCE * (end_s - start_s)
@@ -197,8 +198,8 @@ class DiscreteModes:
             now, found = margin(found_s)
         return found_s, found
 
-    def impulses(self, t_s: Array) -> Array | None:
-        """Sum of the impulsive reactions before each sample, (n, N-1, 2); None where nothing strikes."""
+    def impulse_sums(self, t_s: Array) -> Array | None:
+        """Sum of the impulsive reactions before each sample, (n, N-1, 2) N s; None for a model without impulses."""
         if not self.model.impulses:
             return None
         total = np.zeros((len(t_s), self.model.bars - 1, 2))

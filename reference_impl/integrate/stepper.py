@@ -1,4 +1,4 @@
-"""SciPy's solvers, walked step by step: samples by dense output, breaks, projection and a stopping event."""
+"""Integration by SciPy's solvers step by step: samples by dense output, time and state events, projection, contact."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from reference_impl.integrate.stiffness import Method, Solver
     from reference_impl.model.arrays import Array
 
-TIME_EVENT_TOLERANCE = 1e-12  # of the duration: breaks nearer than this to each other or to the ends are one
-PARABOLA_MARGIN = 0.5  # of the lower end's height: a parabola's dip below this is looked at closely
+TIME_EVENT_TOLERANCE = 1e-12  # of the duration: breaks nearer than this to each other or to the ends coincide
+PARABOLA_MARGIN = 0.5  # of the lower end's height: a parabola below this starts a search
 
 
 @dataclass(frozen=True)
 class Integration:
-    """What an integration saw."""
+    """Samples and statistics of an integration."""
 
     t_s: Array
     """(n,) sample instants reached"""
@@ -34,7 +34,7 @@ class Integration:
     steps: int
     evaluations: int
     stopped_s: float | None
-    """Instant at which the event stopped it; None if it went to the end"""
+    """Instant of the terminal event; None if the integration reached its end"""
 
 
 def integrate(
@@ -50,7 +50,7 @@ def integrate(
     method: Method = DOP853,
     state_roundoff_floor: Callable[[Array], Array] | None = None,
 ) -> Integration:
-    """Integrate ``y' = rhs(t, y)`` from ``t_s[0]`` and sample it.
+    """Integrate ``y' = rhs(t, y)`` from ``t_s[0]`` and sample the solution.
 
     Parameters
     ----------
@@ -63,20 +63,20 @@ def integrate(
     breaks_s : tuple of float
         Instants at which `rhs` is not smooth; no step straddles one.
     project : callable, optional
-        Applied to the state after every step.
-    surface : Surface, optional
-        The walk stops where its height falls to zero.
-    switches : Switches, optional
-        What makes `rhs` smooth between breaks, by holding what would jump, and says where it must let go.
+        Projection of the state after every step.
+    surface : BodySurface, optional
+        Surface of the body; the integration stops at contact.
+    events : EventHandler, optional
+        Handler of the discrete modes, which keep `rhs` smooth between events.
     method : type
-        Which of SciPy's solvers takes the steps.
-    shaken : callable, optional
-        Error of the last components of a state that rounding makes in a step anyway, by the last evaluation of `rhs`:
-        no explicit step from there is asked for less.
+        SciPy's solver class.
+    state_roundoff_floor : callable, optional
+        Round-off error of the last components of a state, by the last evaluation of `rhs`. No explicit step requests
+        less.
 
     Returns
     -------
-    Walk
+    Integration
 
     Raises
     ------
@@ -84,7 +84,9 @@ def integrate(
         If the step size collapses, or the state or its rate is not finite.
     """
     if not np.all(np.isfinite([y0, rhs(t_s[0], y0)])):
-        raise ArithmeticError("the initial state or its rate is not finite")  # SciPy would look for a step for ever
+        raise ArithmeticError(
+            "the initial state or its rate is not finite"
+        )  # SciPy's search for a first step would not end
     log, y = (
         StepLog(t_s, [np.array(y0)], StepErrorFloor(atol, state_roundoff_floor if method is DOP853 else None)),
         np.array(y0),
@@ -94,7 +96,7 @@ def integrate(
         if events:
             y = events.begin_segment(start, end, y)
         while here < end and log.stopped_s is None:
-            solver = method(rhs, here, y, end, rtol=RTOL_FLOOR, atol=atol)  # type: ignore[arg-type]  # stubs know scalars only
+            solver = method(rhs, here, y, end, rtol=RTOL_FLOOR, atol=atol)  # type: ignore[arg-type]  # stubs accept scalars only
             here, y = integrate_segment(solver, log, project, surface, events)
             log.evaluations += solver.nfev
         if log.stopped_s is not None:
@@ -109,12 +111,12 @@ def integrate_segment(
     surface: BodySurface | None,
     events: EventHandler | None,
 ) -> tuple[float, Array]:
-    """Step to the end of the stretch, to the surface, or to where a switch falls; returns where that is."""
+    """Step to the end of the segment, to contact, or to a state event; return instant and state."""
     log.floor.apply(solver)
     while solver.status == "running" and log.stopped_s is None:
-        fallen_s = log.step(solver, surface, events)
-        if fallen_s is not None and events:
-            return events.apply_event(lambda t: partial_step(solver, t), fallen_s, (solver.t_old, solver.t))
+        event_s = log.step(solver, surface, events)
+        if event_s is not None and events:
+            return events.apply_event(lambda t: partial_step(solver, t), event_s, (solver.t_old, solver.t))
         if project:
             solver.y = project(solver.y)
             solver.f = solver.fun(solver.t, solver.y)
@@ -122,8 +124,11 @@ def integrate_segment(
 
 
 def partial_step(solver: Solver, until_s: float) -> Array:
-    """State at an instant inside the last step, by a step to there: an interpolant is some hundred times less exact."""
-    step: Any = solver  # stubs know neither its tolerances nor that its earlier state is there
+    """State at an instant inside the last step, by a shorter step.
+
+    The error is about a hundredth of the interpolant's.
+    """
+    step: Any = solver  # stubs lack its tolerances and its earlier state
     span = until_s - step.t_old
     if span == 0.0:
         return np.asarray(step.y_old)
@@ -131,12 +136,12 @@ def partial_step(solver: Solver, until_s: float) -> Array:
     while again.status == "running":
         message = again.step()
         if message:
-            raise ArithmeticError(f"{type(again).__name__} gave up at t = {again.t:.6g} s: {message}")
+            raise ArithmeticError(f"{type(again).__name__} failed at t = {again.t:.6g} s: {message}")
     return np.asarray(again.y)
 
 
 def smooth_segments(t_s: Array, breaks_s: tuple[float, ...]) -> list[tuple[float, float]]:
-    """Parts of the walk from break to break; a sample that rounding puts just after a break is where the part ends."""
+    """Segments of the integration between breaks; a sample that rounding puts just after a break ends a segment."""
     slack = TIME_EVENT_TOLERANCE * (t_s[-1] - t_s[0])
     snapped = (t_s[np.searchsorted(t_s, t + slack, side="right") - 1] for t in breaks_s)
     marks = [max(t, at) if at - t <= slack else t for t, at in zip(breaks_s, snapped, strict=True)]
@@ -145,92 +150,98 @@ def smooth_segments(t_s: Array, breaks_s: tuple[float, ...]) -> list[tuple[float
 
 
 class BodySurface(Protocol):
-    """What a walk may run into."""
+    """Surface that a chain may touch."""
 
     def height(self, y: Array) -> float:
-        """Least distance of the chain from it, m."""
+        """Smallest distance of the chain from the surface, m."""
 
     def clears_surface(self, before: Array, after: Array, step_s: float) -> bool:
-        """Whether nothing between these two states, a step apart, can have touched it."""
+        """Whether contact is impossible in the step between these two states."""
 
 
 class EventHandler(Protocol):
-    """What a right-hand side holds fixed while a walk goes on smoothly."""
+    """Discrete modes of a right-hand side, and the events at which they change."""
 
     detects_events: bool
-    """Whether anything may fall"""
+    """Whether any state event is possible"""
 
     def begin_segment(self, start_s: float, end_s: float, y: Array) -> Array:
-        """Settle what holds from a break to the next one; returns the state just after what happens at the break."""
+        """Set the modes from a break to the next; return the state just after the events at the break."""
 
     def find_event(self, dense: Callable[[float], Array], start_s: float, end_s: float) -> float | None:
-        """First instant inside a step at which something held must let go, or None."""
+        """First instant inside a step at which a mode ends, or None."""
 
     def apply_event(
         self, exact: Callable[[float], Array], t_s: float, step: tuple[float, float]
     ) -> tuple[float, Array]:
-        """Hold what is right from about this instant on; returns the instant and the state there, by `exact`."""
+        """Set the modes valid after about this instant; return the instant and the state there, by `exact`."""
 
 
 @dataclass(frozen=True)
 class StepErrorFloor:
-    """Least error that a step may be asked for."""
+    """Smallest error that a step may request."""
 
     atol: Array
-    """(size,) error asked for"""
+    """(size,) requested error"""
     state_roundoff_floor: Callable[[Array], Array] | None
     """As in :func:`integrate`"""
 
     def apply(self, solver: Solver) -> None:
-        """Ask the solver's next step for no less; to be called right after it has evaluated where it stands."""
+        """Raise the solver's tolerance for its next step to the floor.
+
+        Call this method after an evaluation at the solver's state.
+        """
         if self.state_roundoff_floor is None:
             return
         rough = self.state_roundoff_floor(solver.y)
         kept, floored = self.atol[: -len(rough)], np.maximum(self.atol[-len(rough) :], rough)
-        solver.atol = np.concatenate([kept, floored])  # type: ignore[union-attr]  # stubs do not know of it
+        solver.atol = np.concatenate([kept, floored])  # type: ignore[union-attr]  # missing in the stubs
 
 
 @dataclass
 class StepLog:
-    """What has been seen so far."""
+    """Progress of an integration."""
 
     t_s: Array
-    """(n,) instants wanted"""
+    """(n,) requested sample instants"""
     rows: list[Array]
-    """States at the instants reached"""
+    """States at the sample instants reached"""
     floor: StepErrorFloor
-    """Of what steps are asked for"""
+    """Smallest error that steps request"""
     steps: int = 0
     evaluations: int = 1
     stopped_s: float | None = None
 
     def step(self, solver: Solver, surface: BodySurface | None, events: EventHandler | None = None) -> float | None:
-        """Take one step, its samples, and the stop if it holds one; returns when a switch falls in it."""
+        """Take one step with its samples, and stop at contact.
+
+        Returns the instant of a state event in the step, or None.
+        """
         before = solver.y
-        message = solver.step()  # a word only where it failed
+        message = solver.step()  # None on success
         if message or not np.all(np.isfinite(solver.y)):
             name = type(solver).__name__
-            raise ArithmeticError(f"{name} gave up at t = {solver.t:.6g} s: {message or 'state not finite'}")
+            raise ArithmeticError(f"{name} failed at t = {solver.t:.6g} s: {message or 'state not finite'}")
         self.steps += 1
         self.floor.apply(solver)
-        dense = cache(solver.dense_output)  # three evaluations, where they are wanted
+        dense = cache(solver.dense_output)  # three evaluations, on demand
         detects_events = events is not None and events.detects_events
-        fallen_s = events.find_event(dense(), solver.t_old, solver.t) if events and detects_events else None
+        event_s = events.find_event(dense(), solver.t_old, solver.t) if events and detects_events else None
         if surface and not surface.clears_surface(before, solver.y, solver.t - solver.t_old):
             self.stopped_s = contact_instant(dense(), surface.height, solver.t_old, solver.t, surface.height(before))
-            if fallen_s is not None and self.stopped_s is not None and self.stopped_s > fallen_s:
+            if event_s is not None and self.stopped_s is not None and self.stopped_s > event_s:
                 self.stopped_s = None
-        until = next(t for t in (self.stopped_s, fallen_s, solver.t) if t is not None)
+        until = next(t for t in (self.stopped_s, event_s, solver.t) if t is not None)
         while len(self.rows) < len(self.t_s) and self.t_s[len(self.rows)] <= until:
             t = self.t_s[len(self.rows)]
             self.rows.append(solver.y.copy() if t == solver.t else dense()(t))
-        return fallen_s if self.stopped_s is None else None
+        return event_s if self.stopped_s is None else None
 
 
 def contact_instant(
     dense: Callable[[float], Array], height: Callable[[Array], float], start: float, end: float, before: float
 ) -> float | None:
-    """Instant inside a step at which `height` first reaches zero, or None."""
+    """First instant inside a step at which `height` reaches zero, or None."""
     if before <= 0.0:
         return start
 
@@ -245,10 +256,10 @@ def contact_instant(
 
 
 def lowest_instant(at: Callable[[float], float], start: float, end: float, before: float) -> float | None:
-    """Instant inside a step at which `at` is below zero though both ends are above, or None.
+    """Instant inside a step at which `at` is below zero though positive at both ends, or None.
 
-    A perigee just under the surface is passed within one step: the parabola through the ends and the
-    middle tells whether the lowest point is worth searching for.
+    One step may pass a perigee just below the surface. The parabola through both ends and the middle decides whether to
+    search for the lowest point.
     """
     middle, after = at(0.5 * (start + end)), at(end)
     slope, bend = 4.0 * middle - 3.0 * before - after, 2.0 * (before + after - 2.0 * middle)

@@ -64,8 +64,8 @@ def accelerations(
     noncentral_acceleration = None
     if model.effects:
         at = EffectState(model, t_s, state, unit, absolute=True)
-        push, noncentral_acceleration = total_accelerations(at, modes or (None,) * len(model.effects))
-        field, spin = field + push.difference, spin + push.angular
+        added, noncentral_acceleration = total_accelerations(at, modes or (None,) * len(model.effects))
+        field, spin = field + added.difference, spin + added.angular
     solution = ReactionSolution(model, state, unit, field, spin, refine=refine)
     torque = (
         prescribed_torques(model, t_s, state, solution, noncentral_acceleration) if model.prescriptions else np.empty(0)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
     from reference_impl.model.effect import ChainEffect
 
-LARGEST_ENTRY_RATIO = 31.0  # ratio of the joint system's entries, 1/m + l²/4J over 1/m, up to which a chain is none
+LARGEST_ENTRY_RATIO = 31.0  # of the joint system, 1/m + l²/4J over 1/m, in a well-conditioned chain
 GravityModel = Literal["none", "point", "gradient"]
 
 
@@ -125,7 +125,7 @@ class ChainModel:
 
     @cached_property
     def compliance(self) -> Array:
-        """(N,) l_j²/(4 J_j), 1/kg: transverse acceleration of a bar's end by its rotation, per unit force on that end."""
+        """(N,) l_j²/(4 J_j), 1/kg: transverse acceleration of a bar's end by rotation, per unit force on that end."""
         gives: Array = self.half_m**2 / self.inertia_kg_m2
         return gives
 

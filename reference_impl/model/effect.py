@@ -201,9 +201,7 @@ class ChainEffect(ABC):
         raise NotImplementedError(f"{self.name} has no modes")
 
     def brief_event(self, at: EffectState) -> float:
-        """Function of the state with a sign change inside a mode that may be short relative to a step; 0: no such mode
-        near.
-        """
+        """Function that changes sign inside a mode that may be short relative to a step; 0: no such mode near."""
         del at
         return 0.0
 

@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 
 BANDWIDTH = 4  # a diagonal and three below it hold 2x2 blocks and their neighbours
 REFINEMENTS = 5  # at most; one is enough up to condition numbers of 1e8
-CONVERGED = 1e-10  # of the reactions: a correction below it leaves next to nothing
-DIVERGED = 1e-6  # of the reactions: a last correction above it says that they do not settle
-ROUNDING = 2.0**-51  # of the terms that a pivot is the difference of: one not above this may be of either sign
+CONVERGED = 1e-10  # last correction over the reactions, after which refinement ends
+DIVERGED = 1e-6  # last correction over the reactions, above which refinement has failed
+ROUNDING = 2.0**-51  # pivot over its terms; a pivot not above this may have either sign
 NOT_POSITIVE_DEFINITE = (
     "the joint system is not positive definite in double precision: its bars are too unequal, too compact or too many"
 )
 
 
 def joint_matrix(model: ChainModel, across: ComplexArray) -> Array:
-    """Lower band of the joint system, shape (4, 2(N-1)), 1/kg.
+    """Lower diagonals of the joint system, shape (4, 2(N-1)), 1/kg.
 
     Row i, column k holds the entry (k+i, k) of the matrix with blocks
 
@@ -42,16 +42,16 @@ def joint_matrix(model: ChainModel, across: ComplexArray) -> Array:
     x, y = across.real, across.imag
     cx, w = model.compliance * x, model.inverse_mass
     xx, xy, yy = cx * x, cx * y, model.compliance * y * y
-    bound = np.zeros((BANDWIDTH, 2 * (model.bars - 1)))
+    lower = np.zeros((BANDWIDTH, 2 * (model.bars - 1)))
     neighbours = w[:-1] + w[1:]
-    bound[0, 0::2] = neighbours + xx[:-1] + xx[1:]
-    bound[0, 1::2] = neighbours + yy[:-1] + yy[1:]
-    bound[1, 0::2] = xy[:-1] + xy[1:]
-    bound[2, 0:-2:2] = xx[1:-1] - w[1:-1]
-    bound[3, 0:-2:2] = xy[1:-1]
-    bound[1, 1:-2:2] = xy[1:-1]
-    bound[2, 1:-2:2] = yy[1:-1] - w[1:-1]
-    return bound
+    lower[0, 0::2] = neighbours + xx[:-1] + xx[1:]
+    lower[0, 1::2] = neighbours + yy[:-1] + yy[1:]
+    lower[1, 0::2] = xy[:-1] + xy[1:]
+    lower[2, 0:-2:2] = xx[1:-1] - w[1:-1]
+    lower[3, 0:-2:2] = xy[1:-1]
+    lower[1, 1:-2:2] = xy[1:-1]
+    lower[2, 1:-2:2] = yy[1:-1] - w[1:-1]
+    return lower
 
 
 class JointSystem:
@@ -101,7 +101,7 @@ class JointSystem:
             correction = self.raw(right - self.openings(found))
             found = found + correction
             left, largest = np.abs(correction).max(), np.abs(found).max()
-            if not left > CONVERGED * largest:  # each gains as many digits as the last
+            if not left > CONVERGED * largest:  # each correction gains as many digits as the previous one
                 break
         if left > DIVERGED * largest:
             raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
@@ -128,13 +128,13 @@ class JointSystem:
         return opened
 
 
-def condition_number(bound: Array) -> float:
+def condition_number(lower: Array) -> float:
     """Two-norm condition number of the joint system; 1 for a chain without joints. O(N²), for diagnosis."""
-    size = bound.shape[1]
+    size = lower.shape[1]
     if size == 0:
         return 1.0
     full = np.zeros((size, size))
     for i in range(min(BANDWIDTH, size)):
         rows = np.arange(size - i)
-        full[rows + i, rows] = full[rows, rows + i] = bound[i, : size - i]
+        full[rows + i, rows] = full[rows, rows + i] = lower[i, : size - i]
     return float(np.linalg.cond(full))

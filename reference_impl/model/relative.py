@@ -55,13 +55,13 @@ def accelerations(
     field, tide, spin = external_accelerations(model, state, unit)
     noncentral_acceleration = None
     if model.effects:
-        push, noncentral_acceleration = total_accelerations(
+        added, noncentral_acceleration = total_accelerations(
             EffectState(model, t_s, state, unit), modes or (None,) * len(model.effects)
         )
-        mean = push.difference @ model.weight
-        moved = push.common + mean
+        mean = added.difference @ model.weight
+        moved = added.common + mean
         field = field + np.array([moved.real, moved.imag])
-        tide, spin = tide + (push.difference - mean), spin + push.angular
+        tide, spin = tide + (added.difference - mean), spin + added.angular
     solution = ReactionSolution(model, state, unit, tide, spin, refine=refine)
     torque = (
         prescribed_torques(model, t_s, state, solution, noncentral_acceleration) if model.prescriptions else np.empty(0)
@@ -122,7 +122,7 @@ class ReactionSolution:
             As in :func:`accelerations`.
         """
         self.model, self.unit, self.angular = model, unit, spin
-        # how the ends would leave the centres without reactions
+        # accelerations of the right ends relative to the centres, without reactions
         end = model.half_m * unit * (1j * spin - state.rate_rad_s**2)
         right = np.empty((1 + len(model.prescriptions), model.bars - 1), complex)
         right[0] = (field[1:] - field[:-1]) - (end[:-1] + end[1:])
@@ -212,7 +212,7 @@ def torques_for_accelerations(
         for p, reaction in zip(laws, solution.reactions_per_torque, strict=True)
     ]
     gained = [[actual_angle_acceleration(state, p, *response) for response in by_torque] for p in laws]
-    # without units of inertia, or pivots picked across bars of very different size lose the light bars' laws
+    # nondimensional, as pivots chosen across bars of very different size lose the laws of light bars
     unit = np.sqrt(model.inertia_kg_m2[[p.bar for p in laws]])
     found: Array = unit * np.linalg.solve(unit[:, None] * np.array(gained) * unit, unit * np.array(lacking))
     return found

@@ -1,4 +1,4 @@
-"""What the paper misprints: place, what is printed, what is right, and what to expect of it, as data."""
+"""Misprints of the paper: place, printed and correct form, expected effect."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class Misprint(StrEnum):
-    """One misprint each; :mod:`reference_impl.paper.form` takes a set of them as printed."""
+    """Misprints of the paper; :mod:`reference_impl.paper.form` keeps a chosen set of them."""
 
     TORQUE_SIGN = "torque_sign"
     BETA_DENOMINATOR = "beta_denominator"
@@ -20,7 +20,7 @@ class Misprint(StrEnum):
 
 
 class MisprintConsequence(StrEnum):
-    """What a misprint does to the computed motion."""
+    """Consequence of a misprint for the computed motion."""
 
     WRONG_REACTIONS = "wrong reactions"
     WRONG_LOCAL_ANGLES = "right reactions, wrong phi''"
@@ -38,7 +38,7 @@ class Erratum:
     right: str
     effect: MisprintConsequence
     expected: float | None
-    """Order of the relative error of the reactions in a generic state; None: not a matter of size"""
+    """Order of the relative error of the reactions in a generic state; None: not quantifiable"""
     reason: str
 
 

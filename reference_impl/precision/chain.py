@@ -1,4 +1,4 @@
-"""Chains and their states in any arithmetic: bars along the first axis after the plane's, states along the last."""
+"""Chains and their states in any arithmetic: axes are plane component, bar, state."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ChainParameters:
-    """What a chain of N bars is made of, in each of B states (or the same in all: B = 1)."""
+    """Parameters of a chain of N bars in each of B states (B = 1: the same in all)."""
 
     mu_m3_s2: Values
     """(B,)"""
@@ -51,13 +51,13 @@ class ChainParameters:
         return 1.0 / self.mass_kg
 
     def cast(self, to: Arithmetic) -> ChainParameters:
-        """Rounded to another arithmetic."""
+        """Parameters rounded to another arithmetic."""
         return ChainParameters(*map(to.cast, (self.mu_m3_s2, self.mass_kg, self.length_m, self.inertia_kg_m2)))
 
 
 @dataclass(frozen=True)
 class RelativeState:
-    """State in relative coordinates: the centre of mass, and each bar from there."""
+    """State in relative coordinates: the centre of mass, and each bar relative to the centre of mass."""
 
     com_m: Values
     """(2, B) Z0"""
@@ -69,12 +69,12 @@ class RelativeState:
     """(N, B)"""
 
     def cast(self, to: Arithmetic) -> RelativeState:
-        """Rounded to another arithmetic."""
+        """State rounded to another arithmetic."""
         return RelativeState(*map(to.cast, (self.com_m, self.position_m, self.angle_rad, self.rate_rad_s)))
 
     @property
     def absolute(self) -> AbsoluteState:
-        """The same from the body's centre, with the rounding of this sum."""
+        """The state in absolute coordinates, with the rounding of the sum."""
         return AbsoluteState(self.com_m[:, None] + self.position_m, self.angle_rad, self.rate_rad_s)
 
 
@@ -90,20 +90,20 @@ class AbsoluteState:
     """(N, B)"""
 
     def cast(self, to: Arithmetic) -> AbsoluteState:
-        """Rounded to another arithmetic."""
+        """State rounded to another arithmetic."""
         return AbsoluteState(*map(to.cast, (self.place_m, self.angle_rad, self.rate_rad_s)))
 
 
 @dataclass(frozen=True)
 class ChainAccelerations:
-    """What the equations give."""
+    """Reactions and accelerations of a chain."""
 
     reaction_N: Values
     """(2, N-1, B) force on bar j from bar j+1"""
     angle_rad_s2: Values
     """(N, B)"""
     place_m_s2: Values
-    """(2, N, B): Z_j'' from absolute coordinates, d_j'' from relative ones"""
+    """(2, N, B): Z_j'' in absolute coordinates, d_j'' in relative coordinates"""
     com_m_s2: Values
     """(2, B) Z0''"""
 
@@ -120,7 +120,7 @@ def dot(v: Values, w: Values) -> Values:
 
 
 def bar_centres(bars: ChainParameters, reach_m: Values) -> Values:
-    """Vectors from the common centre to the bars' centres, given those from the centres to the right ends.
+    """Positions of the bars' centres relative to the centre of mass, given each centre's vector to its right end.
 
     Eqs. (6) and (7'), linear in `reach_m`, shape (2, N, B).
     """
@@ -132,6 +132,6 @@ def bar_centres(bars: ChainParameters, reach_m: Values) -> Values:
 def joined_chain_state(
     a: Arithmetic, bars: ChainParameters, com_m: Values, angle_rad: Values, rate_rad_s: Values
 ) -> RelativeState:
-    """State whose joints are closed."""
+    """State with closed joints."""
     along, _ = directions(a, angle_rad)
     return RelativeState(com_m, bar_centres(bars, bars.half_m * along), angle_rad, rate_rad_s)

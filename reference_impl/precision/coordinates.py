@@ -1,6 +1,6 @@
-"""What an integration carries from step to step, in any arithmetic: sets of design/coordinates.md, for many runs.
+"""Integrator's state vectors in any arithmetic: the coordinate sets of design/coordinates.md, for many runs.
 
-A vector is an array (rows, B): positions, then velocities, one column for each run.
+A vector is an array (rows, B): positions, then velocities, one column per run.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from reference_impl.precision.formulations import absolute, relative
 if TYPE_CHECKING:
     from reference_impl.precision.arithmetic import Arithmetic, Values
 
-ROUNDINGS = 4.0  # roundings of a stage that a coordinate keeps, as in reference_impl.integrate.simulate
+ROUNDINGS = 4.0  # round-off errors of a coordinate in one step, as in reference_impl.integrate.coordinate_sets
 
 
 @dataclass(frozen=True)
 class InitialChains:
-    """Joined chains and their centres of mass, in an arithmetic finer than any that they are run in."""
+    """Initial states of joined chains, in an arithmetic finer than that of any run."""
 
     a: Arithmetic
     bars: ChainParameters
@@ -46,32 +46,32 @@ class InitialChains:
 
     @cached_property
     def position_m(self) -> Values:
-        """d_j, (2, N, B)."""
+        """Relative positions d_j, (2, N, B)."""
         return bar_centres(self.bars, self.bars.half_m * directions(self.a, self.angle_rad)[0])
 
     @cached_property
     def velocity_m_s(self) -> Values:
-        """d_j', (2, N, B)."""
+        """Relative velocities d_j', (2, N, B)."""
         return bar_centres(self.bars, self.bars.half_m * self.rate_rad_s * directions(self.a, self.angle_rad)[1])
 
 
 @dataclass(frozen=True)
 class ChainObservables:
-    """What is looked at at an instant, in the arithmetic of the run."""
+    """Observables at one instant, in the arithmetic of the run."""
 
     angle_rad: Values
     """(N, B)"""
     reaction_N: Values
     """(2, N-1, B)"""
     gap_m: Values
-    """(B,) largest"""
+    """(B,) largest joint gap"""
     com_m: Values
     """(2, B)"""
 
 
 @dataclass(frozen=True)
 class ErrorScales:
-    """What counts as 1, in each run."""
+    """Units of the errors in each run."""
 
     radius_m: Values
     """(B,)"""
@@ -82,7 +82,7 @@ class ErrorScales:
 
 
 class HighPrecisionCoordinates(ABC):
-    """A set of coordinates of chains, in one arithmetic."""
+    """Set of coordinates of chains, in one arithmetic."""
 
     name: ClassVar[str]
 
@@ -92,7 +92,7 @@ class HighPrecisionCoordinates(ABC):
         self.n = int(self.bars.mass_kg.shape[0])
 
     def pack(self, start: InitialChains) -> Values:
-        """Vector (rows, B) of a start: made in its arithmetic, then rounded."""
+        """Vector (rows, B) of initial chains, computed in their arithmetic and then rounded."""
         return self.a.cast(stacked(self.initial_parts(start)))
 
     def rates(self, y: Values) -> Values:
@@ -100,11 +100,11 @@ class HighPrecisionCoordinates(ABC):
         return np.concatenate([y[len(y) // 2 :], stacked(self.accelerations(self.chain_accelerations(y)))])
 
     def error_scales(self, u: ErrorScales) -> Values:
-        """What counts as 1 in each row, (rows, B)."""
+        """Unit of the error in each row, (rows, B)."""
         return with_rates(u, self.position_scales(u))
 
     def roundoff_floor(self, u: ErrorScales) -> Values:
-        """Error (rows, B) that rounding makes anyway: to ask for less makes steps collapse."""
+        """Round-off error (rows, B) in one step; smaller tolerances make the step size collapse."""
         return 2.0 * ROUNDINGS * self.a.unit_roundoff * self.error_scales(u)
 
     def observables(self, y: Values) -> ChainObservables:
@@ -117,7 +117,7 @@ class HighPrecisionCoordinates(ABC):
 
     @abstractmethod
     def initial_parts(self, start: InitialChains) -> tuple[Values, ...]:
-        """Positions, then velocities, in the arithmetic of the start."""
+        """Positions, then velocities, in the arithmetic of the initial chains."""
 
     @abstractmethod
     def chain_accelerations(self, y: Values) -> ChainAccelerations:
@@ -129,15 +129,15 @@ class HighPrecisionCoordinates(ABC):
 
     @abstractmethod
     def position_scales(self, u: ErrorScales) -> list[tuple[Values, int]]:
-        """What counts as 1 in the positions, and how many rows each holds for."""
+        """Units of the errors in the positions, each with its number of rows."""
 
     @abstractmethod
     def bar_positions(self, y: Values) -> tuple[Values, Values, Values]:
-        """Bars' centres (2, N, B), from where these coordinates count them, the centre of mass (2, B) and angles."""
+        """Bars' centres (2, N, B) from the origin of these coordinates, the centre of mass (2, B), and angles."""
 
 
 class HighPrecisionMinimal(HighPrecisionCoordinates):
-    """Centre of mass and angles: what the reference integrates."""
+    """Centre of mass and angles: the reference's coordinates."""
 
     name = "minimal"
 
@@ -146,13 +146,13 @@ class HighPrecisionMinimal(HighPrecisionCoordinates):
         return start.com_m, start.angle_rad, start.com_velocity_m_s, start.rate_rad_s
 
     def chain_accelerations(self, y: Values) -> ChainAccelerations:
-        """Relative formulation of a chain whose joints are closed by construction."""
+        """Relative formulation of a chain with joints closed by construction."""
         return relative(
             self.a, self.bars, joined_chain_state(self.a, self.bars, y[:2], y[2 : 2 + self.n], y[4 + self.n :])
         )
 
     def accelerations(self, found: ChainAccelerations) -> tuple[Values, ...]:
-        """Of the centre and the angles."""
+        """Accelerations of the centre of mass and the angles."""
         return found.com_m_s2, found.angle_rad_s2
 
     def position_scales(self, u: ErrorScales) -> list[tuple[Values, int]]:
@@ -160,13 +160,13 @@ class HighPrecisionMinimal(HighPrecisionCoordinates):
         return [(u.radius_m, 2), (np.ones_like(u.radius_m), self.n)]
 
     def bar_positions(self, y: Values) -> tuple[Values, Values, Values]:
-        """From the centre of mass, by the angles."""
+        """Positions from the centre of mass, by the angles."""
         angle = y[2 : 2 + self.n]
         return bar_centres(self.bars, self.bars.half_m * directions(self.a, angle)[0]), y[:2], angle
 
 
 class HighPrecisionRedundant(HighPrecisionCoordinates):
-    """Centre of mass, places relative to it, and angles: the paper's unknowns."""
+    """Centre of mass, relative positions, and angles: the paper's unknowns."""
 
     name = "relative"
 
@@ -178,7 +178,7 @@ class HighPrecisionRedundant(HighPrecisionCoordinates):
         )  # fmt: skip
 
     def state(self, y: Values) -> RelativeState:
-        """State as it is, drift and all."""
+        """State including its drift."""
         n = self.n
         return RelativeState(y[:2], y[2 : 2 + 2 * n].reshape(2, n, -1), y[2 + 2 * n : 2 + 3 * n], y[4 + 5 * n :])
 
@@ -187,7 +187,7 @@ class HighPrecisionRedundant(HighPrecisionCoordinates):
         return relative(self.a, self.bars, self.state(y))
 
     def accelerations(self, found: ChainAccelerations) -> tuple[Values, ...]:
-        """Of the centre, the places and the angles."""
+        """Accelerations of the centre of mass, the positions and the angles."""
         return found.com_m_s2, found.place_m_s2, found.angle_rad_s2
 
     def position_scales(self, u: ErrorScales) -> list[tuple[Values, int]]:
@@ -195,13 +195,13 @@ class HighPrecisionRedundant(HighPrecisionCoordinates):
         return [(u.radius_m, 2), (u.length_m, 2 * self.n), (np.ones_like(u.radius_m), self.n)]
 
     def bar_positions(self, y: Values) -> tuple[Values, Values, Values]:
-        """From the centre of mass, as integrated."""
+        """Positions from the centre of mass, as integrated."""
         state = self.state(y)
         return state.position_m, state.com_m, state.angle_rad
 
 
 class HighPrecisionAbsolute(HighPrecisionCoordinates):
-    """Places from the centre of the body, and angles."""
+    """Positions from the centre of the body, and angles."""
 
     name = "absolute"
 
@@ -211,7 +211,7 @@ class HighPrecisionAbsolute(HighPrecisionCoordinates):
         return place, start.angle_rad, velocity, start.rate_rad_s
 
     def state(self, y: Values) -> AbsoluteState:
-        """State as it is."""
+        """State including its drift."""
         n = self.n
         return AbsoluteState(y[: 2 * n].reshape(2, n, -1), y[2 * n : 3 * n], y[5 * n :])
 
@@ -220,20 +220,20 @@ class HighPrecisionAbsolute(HighPrecisionCoordinates):
         return absolute(self.a, self.bars, self.state(y))
 
     def accelerations(self, found: ChainAccelerations) -> tuple[Values, ...]:
-        """Of the places and the angles."""
+        """Accelerations of the positions and the angles."""
         return found.place_m_s2, found.angle_rad_s2
 
     def position_scales(self, u: ErrorScales) -> list[tuple[Values, int]]:
-        """Bar length and radian: joints need places to a bar's accuracy."""
+        """Bar length and radian: joints need positions to a bar's accuracy."""
         return [(u.length_m, 2 * self.n), (np.ones_like(u.radius_m), self.n)]
 
     def roundoff_floor(self, u: ErrorScales) -> Values:
-        """Units in the last place of the radius, and of what an angle makes of them over a bar."""
+        """Round-off of the radius, and the angle error that it causes over a bar."""
         place = 2.0 * ROUNDINGS * self.a.unit_roundoff * u.radius_m
         return with_rates(u, [(place, 2 * self.n), (place / u.length_m, self.n)])
 
     def bar_positions(self, y: Values) -> tuple[Values, Values, Values]:
-        """From the body's centre."""
+        """Positions from the body's centre."""
         state = self.state(y)
         return state.place_m, (state.place_m * self.bars.weight).sum(axis=1), state.angle_rad
 
@@ -244,11 +244,11 @@ HIGH_PRECISION_SETS: dict[str, type[HighPrecisionCoordinates]] = {
 
 
 def stacked(parts: tuple[Values, ...]) -> Values:
-    """Rows of several arrays, one below the other."""
+    """Rows of several arrays, stacked."""
     return np.concatenate([part.reshape(-1, part.shape[-1]) for part in parts])
 
 
 def with_rates(u: ErrorScales, positions: list[tuple[Values, int]]) -> Values:
-    """Rows of units: those of the positions, then the same times the rate."""
+    """Error units of positions, then the same times the rate."""
     rows = np.concatenate([np.broadcast_to(value, (times, len(value))) for value, times in positions])
     return np.concatenate([rows, rows * u.rate_rad_s])

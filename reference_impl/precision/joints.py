@@ -1,6 +1,6 @@
-"""The joint system of eq. (23) in any arithmetic: block elimination, symmetric and positive definite, O(N).
+"""Joint system of eq. (23) in any arithmetic: block elimination, symmetric and positive definite, O(N).
 
-The same matrix as in :mod:`reference_impl.model.joints`, whose banded solver knows double precision only.
+The matrix equals that of :mod:`reference_impl.model.joints`, whose banded solver supports double precision only.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 
 def blocks(bars: ChainParameters, across: Values) -> tuple[Values, Values]:
-    """Diagonal blocks D, shape (2, 2, N-1, B), and those beside them U, shape (2, 2, N-2, B), 1/kg.
+    """Diagonal blocks D, shape (2, 2, N-1, B), and off-diagonal blocks U, shape (2, 2, N-2, B), 1/kg.
 
     Parameters
     ----------
-    bars : Bars
+    bars : ChainParameters
     across : ndarray, shape (2, N, B)
         Unit vectors n_j.
     """
@@ -35,8 +35,12 @@ def solve(bars: ChainParameters, across: Values, right: Values) -> Values:
     """Reactions (2, N-1, B) for right-hand sides (2, N-1, B)."""
     diagonal, beside = blocks(bars, across)
     joints = right.shape[1]
-    rows = np.moveaxis(np.concatenate([diagonal, right[:, None]], axis=1), 2, 0).copy()  # [D_j | b_j], to be reduced
-    sides = np.moveaxis(np.concatenate([beside, right[:, None, :-1]], axis=1), 2, 0).copy()  # [U_j | what is carried]
+    rows = np.moveaxis(
+        np.concatenate([diagonal, right[:, None]], axis=1), 2, 0
+    ).copy()  # [D_j | b_j], before elimination
+    sides = np.moveaxis(
+        np.concatenate([beside, right[:, None, :-1]], axis=1), 2, 0
+    ).copy()  # [U_j | eliminated right-hand side]
     for j in range(joints - 1):
         sides[j, :, 2] = rows[j, :, 2]
         carried = solve_block(rows[j], sides[j])
@@ -50,9 +54,9 @@ def solve(bars: ChainParameters, across: Values, right: Values) -> Values:
 
 
 def solve_block(row: Values, right: Values) -> Values:
-    """Solve one symmetric 2x2 block, the first two columns of `row`, by its L D Lᵀ; `right` is (2, …, B).
+    """Solution of one symmetric 2x2 block, the first two columns of `row`, by its L D Lᵀ; `right` is (2, …, B).
 
-    A determinant would lose what cancels in it; this is as stable as Cholesky.
+    A determinant would lose digits by cancellation. The factorisation is as stable as Cholesky's.
     """
     factor, found = row[0, 1] / row[0, 0], np.empty_like(right)
     found[1] = (right[1] - factor * right[0]) / (row[1, 1] - factor * row[0, 1])

@@ -1,4 +1,4 @@
-"""Runs of many chains in one arithmetic, looked at a few times."""
+"""Runs of many chains in one arithmetic, sampled a few times."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
     from reference_impl.precision.arithmetic import Arithmetic, Values
 
-FIRST_STEP = 1e-3  # of the stretch between samples: what the step control grows from
+FIRST_STEP = 1e-3  # of the interval between samples, before step control
 
 
 def initial_vector(a: Arithmetic, name: str, start: InitialChains) -> tuple[HighPrecisionCoordinates, Values]:
-    """A set of coordinates, and the start in it."""
+    """Set of coordinates, and the vector of the initial chains in it."""
     coordinates = HIGH_PRECISION_SETS[name](a, start.bars)
     return coordinates, coordinates.pack(start)
 
@@ -32,14 +32,14 @@ def initial_vector(a: Arithmetic, name: str, start: InitialChains) -> tuple[High
 def equal_steps(
     a: Arithmetic, name: str, start: InitialChains, method: str, sample_s: Values, samples: int, steps: int
 ) -> Iterator[ChainObservables]:
-    """Observables after each of `samples` stretches of `sample_s`, (B,), each taken in `steps` equal steps.
+    """Observables after each of `samples` intervals of `sample_s`, (B,), of `steps` equal steps each.
 
     Parameters
     ----------
     a : Arithmetic
     name : str
-        Of the set of coordinates, one of :data:`reference_impl.precision.coordinates.HIGH_PRECISION_SETS`.
-    start : Start
+        Set of coordinates, one of :data:`reference_impl.precision.coordinates.HIGH_PRECISION_SETS`.
+    start : InitialChains
     method : {"rk4", "dop853", "extrapolated"}
     sample_s : ndarray, shape (B,)
     samples, steps : int
@@ -53,16 +53,16 @@ def equal_steps(
 
 
 def method_of(a: Arithmetic, method: str) -> Step:
-    """Function that takes one step."""
+    """Function of one step."""
     return DormandPrince(a) if method == "dop853" else {"rk4": rk4, "extrapolated": extrapolated}[method]
 
 
 def adaptive_steps(
     a: Arithmetic, name: str, start: InitialChains, sample_s: Values, samples: int, rtol: Values
 ) -> Iterator[tuple[ChainObservables, AdaptiveRuns]]:
-    """The same with DOP853's own steps; `rtol`, (B,), is the error allowed in a step, in each row's unit.
+    """Observables after each interval, with DOP853's step control.
 
-    Below the round-off of a row (its grain) nothing is asked for.
+    `rtol`, (B,), is the error allowed in a step, in each row's unit. The round-off floor of a row bounds it from below.
     """
     coordinates, y = initial_vector(a, name, start)
     radius = a.sqrt(a.cast(start.com_m[0] * start.com_m[0] + start.com_m[1] * start.com_m[1]))

@@ -1,6 +1,6 @@
-"""Integrators for vectors (rows, B) in any arithmetic: two of equal steps, one that chooses them, one for the truth.
+"""Integrators for vectors (rows, B) in any arithmetic: fixed steps, adaptive steps, and extrapolation.
 
-Runs are columns. Where steps are chosen, each column has its own.
+Each column is one run. Adaptive runs have a step size per column. Extrapolation serves the certified solutions.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from reference_impl.precision.arithmetic import Arithmetic, Values
 Rates = Callable[[Values], Values]
 Step = Callable[[Rates, Values, Values], Values]
 SAFETY, LEAST_FACTOR, LARGEST_FACTOR, EXPONENT = 0.9, 0.2, 10.0, -1.0 / 8.0  # SciPy's step control
-LARGEST_STEP_COUNT = 2000  # steps between two samples, after which a run is given up
+LARGEST_STEP_COUNT = 2000  # between two samples, after which a run is abandoned
 SUBSTEPS = tuple(range(2, 16, 2))  # of the extrapolated midpoint rule: order 14
 
 
@@ -30,10 +30,10 @@ def rk4(rates: Rates, y: Values, h: Values) -> Values:
 
 
 def extrapolated(rates: Rates, y: Values, h: Values, sequence: tuple[int, ...] = SUBSTEPS) -> Values:
-    """One step by the modified midpoint rule, extrapolated (Gragg, Bulirsch and Stoer).
+    """One step of the modified midpoint rule, extrapolated (Gragg, Bulirsch and Stoer).
 
-    Its order is twice the length of the `sequence` of substeps, and its coefficients are ratios of whole numbers, as
-    exact as the arithmetic. What is extrapolated is the step, not the vector: extrapolation magnifies round-off.
+    The order is twice the length of the `sequence` of substeps. The coefficients are ratios of integers, as exact as
+    the arithmetic. The increment is extrapolated instead of the vector, as extrapolation magnifies round-off.
     """
     first = rates(y)
     above: list[Values] = []
@@ -46,7 +46,7 @@ def extrapolated(rates: Rates, y: Values, h: Values, sequence: tuple[int, ...] =
 
 
 def midpoint_increment(rates: Rates, y: Values, first: Values, h: Values, times: int) -> Values:
-    """What the modified midpoint rule with Gragg's last average adds to a vector."""
+    """Increment of a vector by the modified midpoint rule with Gragg's final average."""
     before, now = 0.0 * y, h * first
     for _ in range(times - 1):
         before, now = now, before + (2.0 * h) * rates(y + now)
@@ -54,7 +54,7 @@ def midpoint_increment(rates: Rates, y: Values, first: Values, h: Values, times:
 
 
 class DormandPrince:
-    """DOP853's formula, coefficients rounded to an arithmetic."""
+    """DOP853's formula, with coefficients rounded to an arithmetic."""
 
     def __init__(self, a: Arithmetic) -> None:
         """Round SciPy's coefficients."""
@@ -68,13 +68,13 @@ class DormandPrince:
         return self.stepped(rates, y, h, slopes)
 
     def stepped(self, rates: Rates, y: Values, h: Values, slopes: Values) -> Values:
-        """End of a step; `slopes`, whose first is given, get the other stages'."""
+        """State at the end of a step; fills `slopes` beyond the given first slope."""
         for s, row in enumerate(self.stages, start=1):
             slopes[s] = rates(y + h * np.tensordot(row, slopes[:s], axes=1))
         return y + h * np.tensordot(self.end, slopes[:12], axes=1)
 
     def error(self, h: Values, slopes: Values, allowed: Values) -> Values:
-        """Error estimate of each column over what is allowed, (B,) float64."""
+        """Error estimate of each column relative to the allowed error, (B,) float64."""
         fifth, third = ((np.tensordot(e, slopes, axes=1) / allowed).astype(float) for e in (self.fifth, self.third))
         high, low = (fifth**2).sum(axis=0), (third**2).sum(axis=0)
         with np.errstate(invalid="ignore"):  # both zero: no error
@@ -84,14 +84,14 @@ class DormandPrince:
 
 @dataclass
 class AdaptiveRuns:
-    """Runs that choose their steps, between two samples."""
+    """Runs with adaptive steps, at a sample."""
 
     y: Values
     """(rows, B)"""
     h_s: Values
-    """(B,) float64: next step"""
+    """(B,) float64, size of the next step"""
     evaluations: Values
-    """(B,) whole numbers"""
+    """(B,) integers"""
     abandoned: Values
     """(B,) bool"""
 
@@ -99,9 +99,9 @@ class AdaptiveRuns:
 def advance_adaptively(
     a: Arithmetic, rates: Rates, at: AdaptiveRuns, stretch_s: Values, allowed: Values
 ) -> AdaptiveRuns:
-    """Advance each column by `stretch_s`, (B,), with errors in a step at most `allowed`, (rows, B).
+    """Advance each column by `stretch_s`, (B,), with errors in a step of at most `allowed`, (rows, B).
 
-    A column that needs more than :data:`LARGEST_STEP_COUNT` steps, or stops being finite, is given up: NaN.
+    A column with more than :data:`LARGEST_STEP_COUNT` steps, or a non-finite state, is abandoned: NaN.
     """
     method, slopes = DormandPrince(a), np.empty((13, *at.y.shape), at.y.dtype)
     y, h, left, count = at.y, at.h_s, np.where(at.abandoned, 0.0, stretch_s), at.evaluations

@@ -1,4 +1,4 @@
-"""Drag; as :mod:`reference_impl.effects.drag`, whose mode it holds: the face of each bar in the wind."""
+"""Drag, as :mod:`reference_impl.effects.drag`; the mode is the face of each bar in the wind."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 def compiled_effect(effect: DragEffect) -> CompiledEffect:
-    """The air; the table's row is the bars' width, m."""
+    """Constants of the atmosphere; the table's row is the bars' width, m."""
     values = {
         "density_kg_m3": effect.density_kg_m3,
         "radius_m": effect.radius_m,
@@ -58,7 +58,7 @@ def add_effect(
     chain: CompiledChain,
     work: Workspace,
 ) -> None:
-    """Force and torque, integrated over each bar."""
+    """Add force and torque, integrated over each bar."""
     given, rows, bars, moved = effect.numbers[0].drag, work.bars, chain.bars, work.effect_sums.bars
     com_x, com_y, per_height, rotation = y[n], y[n + 1], given.per_height_1_m, given.rotation_rad_s
     on_normal, on_tangent = given.normal_coefficient, given.tangential_coefficient

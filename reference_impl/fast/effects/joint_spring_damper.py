@@ -1,4 +1,4 @@
-"""Springs and dampers in the joints; as :mod:`reference_impl.effects.joint_spring_damper`."""
+"""Springs and dampers in the joints, as :mod:`reference_impl.effects.joint_spring_damper`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ STIFFNESS, DAMPING, REST = range(3)
 
 
 def compiled_effect(effect: JointSpringDamperEffect) -> CompiledEffect:
-    """The table's rows are stiffness, damping and angle at rest, one column a joint."""
+    """Table with rows stiffness, damping and angle at rest, one column per joint."""
     table = np.array([effect.stiffness_N_m_rad, effect.damping_N_m_s_rad, effect.rest_rad], dtype=float)
     return CompiledEffect(effect_numbers(effect.name, {"nothing": 0.0}), table, np.zeros(0))
 
@@ -34,7 +34,7 @@ def add_effect(
     chain: CompiledChain,
     work: Workspace,
 ) -> None:
-    """Equal and opposite torques on both bars of each joint."""
+    """Add equal and opposite torques on both bars of each joint."""
     rows, table, before = work.bars, effect.table, 0.0
     for i in range(n - 1):
         bent, bending = y[i + 1] - y[i] - table[REST, i], y[n + 3 + i] - y[n + 2 + i]

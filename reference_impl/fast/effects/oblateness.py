@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 def compiled_effect(effect: OblatenessEffect) -> CompiledEffect:
-    """B, and what acts on second moments."""
+    """Strength B, and the switches of torque and force on second moments."""
     values = {
         "strength_m5_s2": effect.strength_m5_s2,
         "turns": float(effect.turns),
@@ -57,7 +57,7 @@ def add_effect(
     chain: CompiledChain,
     work: Workspace,
 ) -> None:
-    """-3B Z/r⁵, central; torque and second moment's force, which is not."""
+    """Add -3B Z/r⁵, central; torque, and the noncentral force on second moments."""
     given, rows, common = effect.numbers[0].oblateness, work.bars, work.effect_sums.common
     com_x, com_y = y[n], y[n + 1]
     inverse2 = 1.0 / (com_x * com_x + com_y * com_y)
@@ -89,7 +89,7 @@ def add_second_moment(
     chain: CompiledChain,
     work: Workspace,
 ) -> None:
-    """15 B (u·Z)(n·Z)/r⁷, and (15 B J/2m r⁷) (Z + 2 (u·Z) u - 7 c² Z) where `second_moment` is 1 and not 0."""
+    """Add 15 B (u·Z)(n·Z)/r⁷, and (15 B J/2m r⁷) (Z + 2 (u·Z) u - 7 c² Z) if `second_moment` is 1 instead of 0."""
     rows, bars, moved = work.bars, chain.bars, work.effect_sums.bars
     com_x, com_y = y[n], y[n + 1]
     for i in range(n):

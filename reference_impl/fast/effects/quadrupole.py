@@ -1,4 +1,4 @@
-"""The force on the bars' second moments; as :mod:`reference_impl.effects.quadrupole`."""
+"""Force on the bars' second moments, as :mod:`reference_impl.effects.quadrupole`."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def compiled_effect(effect: QuadrupoleEffect) -> CompiledEffect:
-    """It has no numbers of its own."""
+    """Effect without numbers of its own."""
     return CompiledEffect(effect_numbers(effect.name, {"nothing": 0.0}), np.zeros((0, 0)), np.zeros(0))
 
 
@@ -43,7 +43,7 @@ def add_effect(
     chain: CompiledChain,
     work: Workspace,
 ) -> None:
-    """Force; the torque comes with gravity."""
+    """Add the force; gravity adds the torque."""
     rows, bars, moved, mu = work.bars, chain.bars, work.effect_sums.bars, chain.mu_m3_s2
     com_x, com_y = y[n], y[n + 1]
     for i in range(n):

@@ -1,4 +1,4 @@
-"""A bar's second moment in the field of a distant mass: torque, and the force that belongs to it."""
+"""Torque and force on a bar's second moment in the field of a distant mass."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def angular_acceleration(mu_m3_s2: float, x: float, y: float, ux: float, uy: flo
 
 @inlined
 def acceleration(mu_m3_s2: float, x: float, y: float, ux: float, uy: float, gyration2: float) -> tuple[float, float]:
-    """Acceleration besides a point mass's, (3 mu J/2m|Z|⁵) (2 (u·Z) u + Z - 5 c² Z), m/s²; J/m given."""
+    """Acceleration beyond a point mass's, (3 mu J/2m|Z|⁵) (2 (u·Z) u + Z - 5 c² Z), m/s², for given J/m."""
     inverse2 = 1.0 / (x * x + y * y)
     up = ux * x + uy * y
     strength = 1.5 * mu_m3_s2 * gyration2 * inverse2 * inverse2 * math.sqrt(inverse2)

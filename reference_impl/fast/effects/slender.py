@@ -1,4 +1,4 @@
-"""The exact pull on uniform slender bars, less that on point masses; as :mod:`reference_impl.effects.slender`."""
+"""Exact gravity on uniform slender bars minus that on point masses, as :mod:`reference_impl.effects.slender`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def compiled_effect(effect: SlenderBarEffect) -> CompiledEffect:
-    """It has no numbers of its own."""
+    """Effect without numbers of its own."""
     return CompiledEffect(effect_numbers(effect.name, {"nothing": 0.0}), np.zeros((0, 0)), np.zeros(0))
 
 
@@ -32,7 +32,7 @@ def add_effect(
     chain: CompiledChain,
     work: Workspace,
 ) -> None:
-    """Force and torque, of terms that are all small themselves: docs/effects/gravity.md."""
+    """Add force and torque, as sums of small terms: docs/effects/gravity.md."""
     rows, bars, moved, mu = work.bars, chain.bars, work.effect_sums.bars, chain.mu_m3_s2
     com_x, com_y = y[n], y[n + 1]
     for i in range(n):

@@ -1,4 +1,4 @@
-"""Sunlight; as :mod:`reference_impl.effects.solar_pressure`, whose mode it holds: light or dark, and faces."""
+"""Solar radiation pressure, as :mod:`reference_impl.effects.solar_pressure`; the mode is light or shadow, and faces."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ WIDTH, SIDE = range(2)
 
 
 def compiled_effect(effect: SolarPressureEffect) -> CompiledEffect:
-    """Light and shadow; the table's rows are the bars' width, m, and in its first column the side seen last, m."""
+    """Constants of light and shadow.
+
+    The table's rows are the bars' width, m, and, in the first column, the previous distance from the shadow's axis, m.
+    """
     values = {
         "pressure_Pa": effect.pressure_Pa,
         "longitude_rad": effect.longitude_rad,
@@ -51,7 +54,7 @@ def add_effect(
     chain: CompiledChain,
     work: Workspace,
 ) -> None:
-    """Force in the light; it does not turn a bar."""
+    """Add the force in light; uniform light exerts no torque on a bar."""
     if effect.mode[0] == 0.0:
         return
     given, rows, bars, moved = effect.numbers[0].solar_pressure, work.bars, chain.bars, work.effect_sums.bars
@@ -60,7 +63,7 @@ def add_effect(
     sx_taken, sy_taken = (1.0 - given.reflectivity) * sx, (1.0 - given.reflectivity) * sy
     for i in range(n):
         ux, uy = rows[UX, i], rows[UY, i]
-        seen = ux * sy - uy * sx  # n·s, whose sign is the face's
+        seen = ux * sy - uy * sx  # n·s; its sign is the face's
         strength = (
             pressure * effect.table[WIDTH, i] * bars[HALF, i] * bars[INVERSE_MASS, i] * (effect.mode[1 + i] * seen)
         )
@@ -79,9 +82,10 @@ def mode_ended(
     chain: CompiledChain,
     work: Workspace,
 ) -> bool:
-    """Whether the chain is on the other side of the shadow's edge, or a bar shows its other face.
+    """Whether the chain has crossed the shadow's edge, or a bar shows its other face.
 
-    Or whether the shadow's axis is between this look and the one before: then it may have been crossed in between.
+    A shadow's axis between this sample and the previous one also counts: the chain may have crossed the shadow in
+    between.
     """
     radius, rows = effect.numbers[0].solar_pressure.shadow_radius_m, work.bars
     sx, sy = sun_direction(effect, t_s)

@@ -1,4 +1,4 @@
-"""Moon or Sun; as :mod:`reference_impl.effects.third_body`, with Encke's change in closed form."""
+"""Third body, as :mod:`reference_impl.effects.third_body`, with Encke's change in closed form."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 def compiled_effect(effect: ThirdBodyEffect) -> CompiledEffect:
-    """Its mass and circle, and what acts on second moments."""
+    """Mass and orbit, and the switches of torque and force on second moments."""
     values = {
         "mu_m3_s2": effect.mu_m3_s2,
         "distance_m": effect.distance_m,
@@ -65,7 +65,7 @@ def add_effect(
     chain: CompiledChain,
     work: Workspace,
 ) -> None:
-    """Tide at the centre of mass, differences of the pull from there, and what acts on second moments."""
+    """Add the tide at the centre of mass, the differences of the attraction, and the terms of second moments."""
     given, rows, moved = effect.numbers[0].third_body, work.bars, work.effect_sums.bars
     longitude, d2 = given.longitude_rad + given.rate_rad_s * t_s, given.distance_m * given.distance_m
     body_x, body_y = given.distance_m * math.cos(longitude), given.distance_m * math.sin(longitude)
@@ -92,7 +92,7 @@ def add_effect(
 def add_common_tide(
     strength: float, d2: float, body_x: float, body_y: float, x: float, y: float, common: Array
 ) -> None:
-    """Acceleration at (x, y) less that of the central body: (mu/D³)(X ((1+q)^(-3/2) - 1) - Z (1+q)^(-3/2))."""
+    """Add the acceleration at (x, y) minus that of the central body: (mu/D³)(X ((1+q)^(-3/2) - 1) - Z (1+q)^(-3/2))."""
     change = encke_change((x * x + y * y - 2.0 * (body_x * x + body_y * y)) / d2)
     tide_x = -strength * (body_x * change + x * (1.0 - change))
     tide_y = -strength * (body_y * change + y * (1.0 - change))
@@ -114,7 +114,7 @@ def add_second_moment(
     chain: CompiledChain,
     work: Workspace,
 ) -> None:
-    """Force on the bars' second moments."""
+    """Add the force on the bars' second moments."""
     rows, bars, moved = work.bars, chain.bars, work.effect_sums.bars
     for i in range(n):
         x, z = y[n] + (rows[DX, i] - mean_x) - body_x, y[n + 1] + (rows[DY, i] - mean_y) - body_y

@@ -1,4 +1,4 @@
-"""A force on a bar's end; as :mod:`reference_impl.effects.thrust`, whose mode it holds: the piece of its table."""
+"""Force on a bar's end, as :mod:`reference_impl.effects.thrust`; the mode is the segment of its table."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TIME, FORCE = range(2)
 
 
 def compiled_effect(effect: ThrustEffect) -> CompiledEffect:
-    """Where it pushes; the table's rows are instants, s, and sizes, N."""
+    """Point and direction of application; the table's rows are instants, s, and forces, N."""
     values = {
         "bar": float(effect.bar),
         "side": effect.side,
@@ -42,7 +42,7 @@ def add_effect(
     chain: CompiledChain,
     work: Workspace,
 ) -> None:
-    """Force and torque on one bar, on a piece of the table continued beyond its ends."""
+    """Add force and torque on one bar, on a segment of the table extrapolated beyond its ends."""
     piece = int(effect.mode[0])
     if piece < 0:
         return
