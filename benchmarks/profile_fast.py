@@ -16,7 +16,8 @@ import numpy as np
 
 from reference_impl.fast import dop853, layout
 from reference_impl.fast.accelerations import angular_accelerations, com_acceleration, evaluate
-from reference_impl.fast.field import centres_from_first, end_accelerations, gravity
+from reference_impl.fast.bar_positions import centres_from_first
+from reference_impl.fast.field import end_accelerations, gravity
 from reference_impl.fast.jit import OPTIONS
 from reference_impl.fast.joints import reactions
 from reference_impl.fast.trigonometry import unit_vectors

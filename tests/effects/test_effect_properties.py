@@ -121,7 +121,7 @@ def third_potential(model: ChainModel, h, i: int, body: ThirdBodyEffect) -> floa
     from tests.effects.effect_runs import at_sample
 
     at = seen(model, at_sample(model, h, i), float(h.t_s[i]))
-    x = body.at(float(h.t_s[i]))
+    x = body.body_position(float(h.t_s[i]))
     y = at.position_from_body - x
     stored = -body.mu_m3_s2 * (1.0 / np.abs(y) - (np.conj(x) * at.position_from_body).real / body.distance_m**3)
     c2 = ((at.unit.conj() * y).real / np.abs(y)) ** 2
