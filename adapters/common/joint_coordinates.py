@@ -73,6 +73,6 @@ def accelerations(length_m: Array, q: Array, q_t: Array, q_tt: Array) -> Array:
 
 
 def bar_centres(base: Array, reach: Array) -> Array:
-    """Centres (n, N, 2) of bars that reach from centre to right end by `reach`, the first hung up at `base`."""
+    """Centres (n, N, 2) of bars that reach from centre to right end by `reach`, the first beginning at `base`."""
     total: Array = base[:, None, :2] + 2.0 * np.cumsum(reach, axis=1) - reach
     return total

@@ -30,9 +30,9 @@ class StateCoordinates(ABC):
     def __init__(self, model: ChainModel) -> None:
         self.model = model
         self.modes: Modes | None = None
-        """What the right-hand side holds for the model's effects; None: what the state says"""
+        """Modes of the effects in the right-hand side; None: they follow from the state"""
         self.reaction_N: Array = np.zeros((model.bars - 1, 2))
-        """Of the last evaluation of the right-hand side"""
+        """(N-1, 2) reactions of the last evaluation of the right-hand side"""
 
     @abstractmethod
     def pack(self, state: State) -> Array:

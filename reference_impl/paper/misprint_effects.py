@@ -34,7 +34,7 @@ class MisprintEffect:
     effect_on_reactions: float | None
     """Largest change of a reaction component relative to the largest; None if not computable"""
     effect_on_angular_acceleration: float | None
-    """The same for phi_j'', the paper's unknown"""
+    """Largest change of phi_j'', the paper's unknown, relative to the largest"""
     note: str
 
 
