@@ -15,8 +15,9 @@ import numba
 import numpy as np
 
 from reference_impl.fast import dop853, layout
-from reference_impl.fast.accelerations import com_acceleration, evaluate, turn
-from reference_impl.fast.field import ends, gravity, hang_from_first
+from reference_impl.fast.accelerations import angular_accelerations, com_acceleration, evaluate
+from reference_impl.fast.bar_positions import centres_from_first
+from reference_impl.fast.field import end_accelerations, gravity
 from reference_impl.fast.jit import OPTIONS
 from reference_impl.fast.joints import reactions
 from reference_impl.fast.trigonometry import unit_vectors
@@ -34,7 +35,9 @@ PARTS = (
 
 
 @numba.njit(**(OPTIONS | {"cache": False}))
-def repeat(which: int, times: int, y: np.ndarray, rates: np.ndarray, c: layout.Chain, w: layout.Work) -> None:
+def repeat(
+    which: int, times: int, y: np.ndarray, rates: np.ndarray, c: layout.CompiledChain, w: layout.Workspace
+) -> None:
     """Call one part `times` times, each on what the one before left."""
     n = c.bars.shape[1]
     for _ in range(times):
@@ -43,15 +46,15 @@ def repeat(which: int, times: int, y: np.ndarray, rates: np.ndarray, c: layout.C
         elif which == 1:
             unit_vectors(n, y, w.bars)
         elif which == 2:
-            hang_from_first(n, c.bars, w.bars)
+            centres_from_first(n, c.bars, w.bars)
         elif which == 3:
             gravity(n, c, y[n], y[n + 1], 0.0, 0.0, w.bars)
         elif which == 4:
-            ends(n, c, y, w.bars)
+            end_accelerations(n, c, y, w.bars)
         elif which == 5:
             reactions(n, c.bars, w.bars)
         elif which == 6:
-            turn(n, c, w.bars, rates)
+            angular_accelerations(n, c, w.bars, rates)
         else:
             rates[0], rates[1] = com_acceleration(n, c, y, w.bars)
         y[0] += 1e-30 * (rates[n + 2] + w.bars[layout.RX, 0])
@@ -59,7 +62,7 @@ def repeat(which: int, times: int, y: np.ndarray, rates: np.ndarray, c: layout.C
 
 @numba.njit(**(OPTIONS | {"cache": False}))
 def repeat_steps(
-    times: int, y: np.ndarray, slopes: np.ndarray, end: np.ndarray, c: layout.Chain, w: layout.Work
+    times: int, y: np.ndarray, slopes: np.ndarray, end: np.ndarray, c: layout.CompiledChain, w: layout.Workspace
 ) -> None:
     """Take the same step `times` times."""
     for _ in range(times):
@@ -67,13 +70,13 @@ def repeat_steps(
         y[0] += 1e-30 * end[0]
 
 
-def case(bars: int) -> tuple[np.ndarray, np.ndarray, layout.Chain, layout.Work]:
+def case(bars: int) -> tuple[np.ndarray, np.ndarray, layout.CompiledChain, layout.Workspace]:
     """The 80° chain of `bars` bars of 100 m in a circular orbit."""
     mass, length = np.full(bars, 100.0), np.full(bars, 100.0)
     model = ChainModel(3.986004418e14, mass, length, mass * length**2 / 12.0, "gradient")
     com, velocity = np.array([6.728e6, 0.0]), np.array([0.0, 7697.0])
     y = layout.pack(com, velocity, np.full(bars, np.radians(-10.0)), np.full(bars, 1.1e-3))
-    return y, np.zeros_like(y), layout.chain(model), layout.work(bars, 0)
+    return y, np.zeros_like(y), layout.compiled_chain(model), layout.workspace(bars, 0)
 
 
 def least_ns(call: Callable[[int], None], times: int, batches: int) -> float:

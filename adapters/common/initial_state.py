@@ -15,9 +15,9 @@ import numpy as np
 
 from reference_impl.model.chain import ChainModel, GravityModel, Prescription
 from reference_impl.model.kinematics import (
+    bar_centre_vectors,
     cross,
     directions,
-    hang_together,
     relative_positions,
     relative_velocities,
 )
@@ -117,7 +117,7 @@ def initial_rates(scene: Scene, model: ChainModel, com_m: Array, com_velocity_m_
     for column, bar in enumerate(local):
         unit = np.zeros((model.bars, 2))
         unit[bar] = model.half_m[bar] * across[bar]
-        system[:, column] -= (cross(place, hang_together(model, unit)) / r2)[local]
+        system[:, column] -= (cross(place, bar_centre_vectors(model, unit)) / r2)[local]
     rate[local] = np.linalg.solve(system, base[local])
     return rate
 

@@ -9,15 +9,15 @@ import numpy as np
 from scenarios import Axes, Gravity
 
 if TYPE_CHECKING:
-    from reference_impl.model.chain import Impulse
-    from reference_impl.model.effect import Effect
+    from reference_impl.model.chain import BarImpulse
+    from reference_impl.model.effect import ChainEffect
     from scenarios import Scene
 
 
-def effects_of(scene: Scene) -> tuple[Effect, ...]:
+def effects_of(scene: Scene) -> tuple[ChainEffect, ...]:
     """What acts besides point or gradient gravity and prescribed rotations, in a fixed order."""
     called = scene.effects
-    found: list[Effect] = []
+    found: list[ChainEffect] = []
     if called.gravity in (Gravity.QUADRUPOLE, Gravity.SLENDER):
         found.append(bar_shape(called.gravity))
     if called.oblateness:
@@ -35,15 +35,15 @@ def effects_of(scene: Scene) -> tuple[Effect, ...]:
     return tuple(found)
 
 
-def bar_shape(gravity: Gravity) -> Effect:
+def bar_shape(gravity: Gravity) -> ChainEffect:
     """What gravity does to a bar beyond a point mass and the gradient's torque."""
     if gravity is Gravity.SLENDER:
-        from reference_impl.effects.slender import Slender
+        from reference_impl.effects.slender import SlenderBarEffect
 
-        return Slender()
-    from reference_impl.effects.quadrupole import Quadrupole
+        return SlenderBarEffect()
+    from reference_impl.effects.quadrupole import QuadrupoleEffect
 
-    return Quadrupole()
+    return QuadrupoleEffect()
 
 
 def second_moment(scene: Scene) -> bool:
@@ -51,22 +51,22 @@ def second_moment(scene: Scene) -> bool:
     return scene.effects.gravity in (Gravity.QUADRUPOLE, Gravity.SLENDER)
 
 
-def oblateness(scene: Scene) -> Effect:
+def oblateness(scene: Scene) -> ChainEffect:
     """J2."""
-    from reference_impl.effects.oblateness import Oblateness
+    from reference_impl.effects.oblateness import OblatenessEffect
 
     given = scene.effects.oblateness
     assert given is not None
     strength = 0.5 * scene.central_body.mu_m3_s2 * given.j2 * given.radius_m**2
-    return Oblateness(strength, scene.effects.gravity.turns, second_moment(scene))
+    return OblatenessEffect(strength, scene.effects.gravity.turns, second_moment(scene))
 
 
-def third_bodies(scene: Scene) -> list[Effect]:
+def third_bodies(scene: Scene) -> list[ChainEffect]:
     """Moon, Sun, others."""
-    from reference_impl.effects.third_body import ThirdBody
+    from reference_impl.effects.third_body import ThirdBodyEffect
 
     return [
-        ThirdBody(
+        ThirdBodyEffect(
             b.mu_m3_s2,
             b.distance_m,
             b.longitude_rad,
@@ -78,13 +78,13 @@ def third_bodies(scene: Scene) -> list[Effect]:
     ]
 
 
-def drag(scene: Scene) -> Effect:
+def drag(scene: Scene) -> ChainEffect:
     """Drag."""
-    from reference_impl.effects.drag import Drag
+    from reference_impl.effects.drag import DragEffect
 
     given = scene.effects.drag
     assert given is not None
-    return Drag(
+    return DragEffect(
         given.density_kg_m3,
         scene.central_body.radius_m + given.altitude_m,
         given.scale_height_m,
@@ -95,13 +95,13 @@ def drag(scene: Scene) -> Effect:
     )
 
 
-def solar_pressure(scene: Scene) -> Effect:
+def solar_pressure(scene: Scene) -> ChainEffect:
     """Sunlight."""
-    from reference_impl.effects.solar_pressure import SolarPressure
+    from reference_impl.effects.solar_pressure import SolarPressureEffect
 
     given = scene.effects.solar_pressure
     assert given is not None
-    return SolarPressure(
+    return SolarPressureEffect(
         given.pressure_Pa,
         given.sun_longitude_rad,
         given.sun_rate_rad_s,
@@ -111,36 +111,36 @@ def solar_pressure(scene: Scene) -> Effect:
     )
 
 
-def springs(scene: Scene) -> Effect:
+def springs(scene: Scene) -> ChainEffect:
     """Joint springs and dampers."""
-    from reference_impl.effects.joint_spring_damper import JointSpringDamper
+    from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
 
     given = scene.effects.joint_spring_damper
     assert given is not None
-    return JointSpringDamper(
+    return JointSpringDamperEffect(
         np.array(given.stiffness_N_m_rad), np.array(given.damping_N_m_s_rad), np.array(given.rest_rad)
     )
 
 
-def thrusts(scene: Scene) -> list[Effect]:
+def thrusts(scene: Scene) -> list[ChainEffect]:
     """Thrusters."""
-    from reference_impl.effects.thrust import Thrust
+    from reference_impl.effects.thrust import ThrustEffect
 
     return [
-        Thrust(
+        ThrustEffect(
             t.bar - 1, t.end.sign, t.axes is Axes.INERTIAL, t.direction_rad, np.array(t.times_s), np.array(t.force_N)
         )
         for t in scene.effects.thrust
     ]
 
 
-def impulses_of(scene: Scene) -> tuple[Impulse, ...]:
+def impulses_of(scene: Scene) -> tuple[BarImpulse, ...]:
     """Blows."""
     if not scene.effects.impulse:
         return ()
-    from reference_impl.model.chain import Impulse
+    from reference_impl.model.chain import BarImpulse
 
     return tuple(
-        Impulse(p.bar - 1, p.end.sign, p.axes is Axes.INERTIAL, p.direction_rad, p.impulse_N_s, p.at_s)
+        BarImpulse(p.bar - 1, p.end.sign, p.axes is Axes.INERTIAL, p.direction_rad, p.impulse_N_s, p.at_s)
         for p in scene.effects.impulse
     )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from adapters.engine import EngineError
-from reference_impl.integrate.stepper import BREAK_SLACK, Walk, stretches
+from reference_impl.integrate.stepper import TIME_EVENT_TOLERANCE, Integration, smooth_segments
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -74,14 +74,14 @@ class Solver(Protocol):
 class Driven:
     """What a solver saw, and what it took."""
 
-    walk: Walk
+    walk: Integration
     jacobians: int
 
 
 class Breaks(Protocol):
     """What happens at a break."""
 
-    def enter(self, start_s: float, end_s: float, y: Array) -> Array:
+    def begin_segment(self, start_s: float, end_s: float, y: Array) -> Array:
         """State just after a break, from which the solver goes on to the next."""
 
 
@@ -102,10 +102,10 @@ def drive(
     if not np.isfinite([problem.y0, problem.rhs(t_s[0], problem.y0)]).all():
         raise EngineError("the initial state or its rate is not finite")  # solvers would look for a step for ever
     rows, y, stopped, steps, jacobians = [problem.y0], problem.y0, None, 0, 0
-    slack = BREAK_SLACK * (t_s[-1] - t_s[0])
-    for start, end in stretches(t_s, breaks_s):
+    slack = TIME_EVENT_TOLERANCE * (t_s[-1] - t_s[0])
+    for start, end in smooth_segments(t_s, breaks_s):
         if breaks:
-            y = breaks.enter(start, end, y)
+            y = breaks.begin_segment(start, end, y)
         wanted = t_s[(t_s > start + slack) & (t_s <= end + slack)]
         instants = np.minimum(wanted, end)
         if not len(wanted) or instants[-1] < end:
@@ -118,4 +118,4 @@ def drive(
         if stopped is not None:
             break
         y = found.y[-1]
-    return Driven(Walk(t_s[: len(rows)], np.array(rows), steps, problem.evaluations, stopped), jacobians)
+    return Driven(Integration(t_s[: len(rows)], np.array(rows), steps, problem.evaluations, stopped), jacobians)

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, ClassVar
 from adapters.engine import Coordinates
 from adapters.ode_solvers.driver import Problem, Solver, drive
 from adapters.reference.numpy_engines import EVERYTHING, ReferenceEngine
-from reference_impl.integrate.discrete_modes import ModelSwitches
+from reference_impl.integrate.discrete_modes import DiscreteModes
 from reference_impl.integrate.simulate import Simulation
 
 if TYPE_CHECKING:
     from adapters.common.initial_state import InitialState
     from adapters.trajectory import Trajectory
     from reference_impl.integrate.simulate import History
-    from reference_impl.integrate.stepper import Walk
+    from reference_impl.integrate.stepper import Integration
     from reference_impl.model.arrays import Array
     from reference_impl.model.chain import ChainModel
 
@@ -36,22 +36,22 @@ class SolverRun:
     def __init__(self, simulation: Simulation, solver: Solver) -> None:
         self.simulation, self.solver = simulation, solver
 
-    def walk(self, t_s: Array) -> Walk:
+    def integrate(self, t_s: Array) -> Integration:
         """Integrate over the samples, `t_s` (n,)."""
         own = self.simulation
-        problem = Problem(own.packing.rhs, own.y0, own.height)
+        problem = Problem(own.coordinates.rhs, own.y0, own.height)
         if own.model.effects or own.model.impulses:
-            own.switches = ModelSwitches(own.packing, float(t_s[-1]), watching=False)
+            own.events = DiscreteModes(own.coordinates, float(t_s[-1]), detects_events=False)
         try:
-            driven = drive(self.solver, problem, t_s, own.model.breaks_s, own.switches)
+            driven = drive(self.solver, problem, t_s, own.model.breaks_s, own.events)
         finally:
-            own.packing.modes = None
+            own.coordinates.modes = None
         self.jacobians = driven.jacobians
         return driven.walk
 
-    def history(self, seen: Walk, *, condition: bool = False) -> History:
+    def history(self, result: Integration, *, condition: bool = False) -> History:
         """Observables at the samples."""
-        return self.simulation.history(seen, condition=condition)
+        return self.simulation.history(result, condition=condition)
 
 
 class SolverEngine(ReferenceEngine):

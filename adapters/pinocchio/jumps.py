@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.integrate.stepper import BREAK_SLACK, stretches
+from reference_impl.integrate.stepper import TIME_EVENT_TOLERANCE, smooth_segments
 
 if TYPE_CHECKING:
     from adapters.pinocchio.chain import PinocchioChain
@@ -20,11 +20,11 @@ class Jumps:
     def __init__(self, scene: Scene, chain: PinocchioChain) -> None:
         """Breaks of `scene`."""
         self.chain, self.blows = chain, scene.effects.impulse
-        self.slack_s = BREAK_SLACK * scene.run.duration_s
-        self.stretches = stretches(scene.times_s, scene.effects.breaks_s)
+        self.slack_s = TIME_EVENT_TOLERANCE * scene.run.duration_s
+        self.stretches = smooth_segments(scene.times_s, scene.effects.breaks_s)
         self.sums: list[tuple[float, Array]] = [(-np.inf, np.zeros((scene.bars - 1, 2)))]
 
-    def enter(self, start_s: float, end_s: float, y: Array) -> Array:
+    def begin_segment(self, start_s: float, end_s: float, y: Array) -> Array:
         """State from which the next stretch begins."""
         self.chain.inside_s = 0.5 * (start_s + end_s)
         struck = [blow for blow in self.blows if abs(blow.at_s - start_s) <= self.slack_s]

@@ -11,14 +11,14 @@ import numpy as np
 from adapters.common.initial_state import chain_model, initial_state
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.trajectory import ENDED, Observable, Trajectory
-from reference_impl.integrate.coordinate_sets import GRAINS, CoordinateSet
+from reference_impl.integrate.coordinate_sets import ROUNDINGS, CoordinateSet
 from reference_impl.integrate.simulate import Simulation
 from scenarios import Gravity
 
 if TYPE_CHECKING:
     from adapters.common.initial_state import InitialState
     from reference_impl.integrate.simulate import History
-    from reference_impl.integrate.stepper import Walk
+    from reference_impl.integrate.stepper import Integration
     from reference_impl.model.arrays import Array
     from reference_impl.model.chain import ChainModel
     from scenarios import Scene
@@ -35,10 +35,10 @@ FEW_STEPS = 10.0  # largest component against the norm that a step is held by, a
 class Run(Protocol):
     """One simulation, of either kind."""
 
-    def walk(self, t_s: Array) -> Walk:
+    def integrate(self, t_s: Array) -> Integration:
         """Integrate over the samples."""
 
-    def history(self, seen: Walk, *, condition: bool = False) -> History:
+    def history(self, result: Integration, *, condition: bool = False) -> History:
         """Observables at the samples."""
 
 
@@ -69,7 +69,7 @@ class ReferenceEngine(Engine):
     def simulate(self) -> None:
         """Integrate."""
         try:
-            self.seen = self.prepared.walk(self.times_s)
+            self.seen = self.prepared.integrate(self.times_s)
         except (ArithmeticError, np.linalg.LinAlgError) as error:
             raise EngineError(str(error)) from error
 
@@ -141,7 +141,7 @@ class ReferenceAbsolute(ReferenceNumPy):
         farther off.
         """
         del setting
-        place, w = GRAINS * np.finfo(float).eps * scene.radius0_m, scene.fastest_rate_rad_s
+        place, w = ROUNDINGS * np.finfo(float).eps * scene.radius0_m, scene.fastest_rate_rad_s
         steps, lever = np.sqrt(1.0 + w * t_s), 0.5 * min(scene.chain.length_m) / math.sqrt(scene.bars)
         rate = place * w * np.maximum(steps, FEW_STEPS) / lever
         turn = FEW_STEPS * place / lever

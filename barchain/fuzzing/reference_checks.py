@@ -14,7 +14,7 @@ from adapters.common.initial_state import chain_model
 from barchain.judge.local_errors import ROUNDINGS, UNIT_ROUNDOFF
 from barchain.metrics.quantities import conserved
 from reference_impl.model import invariants
-from reference_impl.model.joints import ASTRAY
+from reference_impl.model.joints import DIVERGED
 from reference_impl.model.kinematics import joined_state
 from reference_impl.model.relative import accelerations
 from scenarios import Actuator, Frame
@@ -87,7 +87,7 @@ def other_reactions(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
         tide = scene.central_body.mu_m3_s2 / float(np.linalg.norm(trajectory.com_m[k])) ** 3
         forces = scene.mass_kg * scene.size_m * (tide + float(np.abs(rate[k]).max()) ** 2) + wound
         off = float(np.abs(own - trajectory.reaction_N[k]).max())
-        allowed = 2.0 * ASTRAY * np.abs(own).max() + ROUNDED * forces
+        allowed = 2.0 * DIVERGED * np.abs(own).max() + ROUNDED * forces
         if not off <= allowed:  # rarely: so the angles are shaken only here
             allowed += FEW * moved_by_last_digits(model, trajectory, k, own)
         if not off <= allowed:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array, Trajectory
     from reference_impl.model.chain import ChainModel
-    from reference_impl.model.effect import Effect
+    from reference_impl.model.effect import ChainEffect
     from scenarios import Scene, ThirdBody
 
     Pull = Callable[[float, Array], Array]
@@ -74,17 +74,19 @@ def every_nth(count: int, every: int) -> NDArray[np.intp]:
     return np.unique(np.append(np.arange(0, count, every), count - 1))
 
 
-def push_along(model: ChainModel, acting: list[Effect], com: CubicHermiteSpline, angle: CubicHermiteSpline) -> Pull:
+def push_along(
+    model: ChainModel, acting: list[ChainEffect], com: CubicHermiteSpline, angle: CubicHermiteSpline
+) -> Pull:
     """Mean of what some effects do to the bars, less what they do to all alike, along a motion, m/s²."""
-    from reference_impl.model.complex_vectors import along  # noqa: PLC0415
-    from reference_impl.model.effect import Situation  # noqa: PLC0415 - only where an effect acts
+    from reference_impl.model.complex_vectors import unit_along  # noqa: PLC0415
+    from reference_impl.model.effect import EffectState  # noqa: PLC0415 - only where an effect acts
 
     velocity, rate = com.derivative(), angle.derivative()
 
     def push(time: float, z: Array) -> Array:
         state = joined_state(model, z, velocity(time), angle(time), rate(time))
-        at = Situation(model, time, state, along(state.angle_rad))
-        mean = sum((effect.push(at, None).difference @ model.weight for effect in acting), 0j)
+        at = EffectState(model, time, state, unit_along(state.angle_rad))
+        mean = sum((effect.accelerations(at, None).difference @ model.weight for effect in acting), 0j)
         return np.array([mean.real, mean.imag])
 
     return push

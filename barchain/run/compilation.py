@@ -32,9 +32,9 @@ def mark(scene: Scene) -> Path:
     import numba  # noqa: PLC0415  # an extra
 
     from reference_impl.fast.jit import cache_folder  # noqa: PLC0415
-    from reference_impl.fast.layout import chain  # noqa: PLC0415
+    from reference_impl.fast.layout import compiled_chain  # noqa: PLC0415
 
-    kind = str(numba.typeof(chain(chain_model(scene))))
+    kind = str(numba.typeof(compiled_chain(chain_model(scene))))
     return cache_folder() / "sets" / hashlib.sha256(kind.encode()).hexdigest()[:16]
 
 

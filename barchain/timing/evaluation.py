@@ -38,7 +38,7 @@ def numpy_loop(scene: Scene, coordinates: CoordinateSet) -> Callable[[int], None
     start = initial_state(scene)
     state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
     simulation = Simulation(chain_model(scene), *state, rtol=1.0, coordinates=coordinates)
-    rhs, y = simulation.packing.rhs, simulation.y0
+    rhs, y = simulation.coordinates.rhs, simulation.y0
 
     def loop(times: int) -> None:
         for _ in range(times):
@@ -51,14 +51,14 @@ def compiled_loop(scene: Scene) -> Callable[[int], None]:
     """Loop over the compiled right-hand side."""
     from barchain.timing.compiled_loop import repeat  # noqa: PLC0415  # Numba is an extra
     from reference_impl.fast import layout  # noqa: PLC0415
-    from reference_impl.fast.simulate import hold, modes_at  # noqa: PLC0415
+    from reference_impl.fast.simulate import modes_at, set_modes  # noqa: PLC0415
 
     start, model = initial_state(scene), chain_model(scene)
     state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
-    y, chain = layout.pack(*state), layout.chain(model)
-    twin = Simulation(model, *state, rtol=1.0)
-    hold(chain, modes_at(twin.packing, 0.0, twin.y0))
-    work, rates = layout.work_of(chain), np.zeros_like(y)
+    y, chain = layout.pack(*state), layout.compiled_chain(model)
+    reference = Simulation(model, *state, rtol=1.0)
+    set_modes(chain, modes_at(reference.coordinates, 0.0, reference.y0))
+    work, rates = layout.workspace_of(chain), np.zeros_like(y)
     return lambda times: repeat(times, y, rates, chain, work)
 
 

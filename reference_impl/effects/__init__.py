@@ -1,1 +1,1 @@
-"""One module for each effect beyond the paper's: imported only where a model calls for it."""
+"""Effects beyond the paper's model, one module each; imported only for a model with that effect."""

@@ -1,4 +1,4 @@
-"""A rotational spring and damper in every joint: torque k (bent - rest) + c bent' on the bar before it."""
+"""Rotational spring and damper in every joint: torque k (bent - rest) + c bent' on the bar before the joint."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from reference_impl.model.effect import Effect, Push, Situation
+from reference_impl.model.effect import ChainEffect, EffectAccelerations, EffectState
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 @final
 @dataclass(frozen=True)
-class JointSpringDamper(Effect):
-    """Springs and dampers."""
+class JointSpringDamperEffect(ChainEffect):
+    """Rotational springs and dampers of all joints."""
 
     stiffness_N_m_rad: Array
     """(N-1,)"""
@@ -33,17 +33,17 @@ class JointSpringDamper(Effect):
 
     @property
     def potential(self) -> bool:  # type: ignore[override]
-        """Dampers have none."""
+        """True without damping."""
         return not np.any(self.damping_N_m_s_rad)
 
-    def push(self, at: Situation, mode: Array | None) -> Push:
+    def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
         """Equal and opposite torques on both bars of each joint."""
         del mode
         torque = self.torque(at.state.angle_rad, at.rate)
         on_bars = np.zeros(at.model.bars)
         on_bars[:-1] += torque
         on_bars[1:] -= torque
-        return Push(0j, at.nothing, on_bars / at.model.inertia_kg_m2)
+        return EffectAccelerations(0j, at.zero_acceleration, on_bars / at.model.inertia_kg_m2)
 
     def torque(self, angle_rad: Array, rate_rad_s: Array) -> Array:
         """Torque (..., N-1) on the first bar of each joint, N m."""

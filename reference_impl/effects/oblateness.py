@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from reference_impl.effects.quadrupole import placed
-from reference_impl.model.complex_vectors import along, as_complex, squared
-from reference_impl.model.effect import Effect, Push, Situation
+from reference_impl.effects.quadrupole import bar_positions
+from reference_impl.model.complex_vectors import as_complex, squared_norm, unit_along
+from reference_impl.model.effect import ChainEffect, EffectAccelerations, EffectState
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array, ComplexArray
@@ -18,54 +18,54 @@ if TYPE_CHECKING:
 
 @final
 @dataclass(frozen=True)
-class Oblateness(Effect):
-    """The J2 term."""
+class OblatenessEffect(ChainEffect):
+    """J2 term of the central body's field."""
 
     strength_m5_s2: float
     """B"""
     turns: bool
-    """Whether its gradient turns the bars"""
+    """Whether the field's gradient exerts a torque on the bars"""
     second_moment: bool
-    """Whether the force on the bars' second moment belongs to it"""
+    """Whether to include the force on the bars' second moments"""
 
     name = "oblateness"
 
     @property
     def central(self) -> bool:  # type: ignore[override]
-        """The force on second moments is not."""
+        """False with the force on second moments, which is not central."""
         return not self.second_moment
 
     @property
     def potential(self) -> bool:  # type: ignore[override]
-        """Torque and force belong together, or there is no torque."""
+        """True if torque and force on second moments occur together, or neither."""
         return self.turns == self.second_moment
 
     @property
     def isotropic(self) -> bool:  # type: ignore[override]
-        """As the potential: a torque without its force is none of a central field."""
+        """As the potential: a torque without its force belongs to no central field."""
         return self.potential
 
-    def push(self, at: Situation, mode: Array | None) -> Push:
-        """-3B Z/r⁵; torque and second moment's force of a central field of fifth power."""
+    def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
+        """-3B Z/r⁵, with torque and force on second moments of a central field of fifth power."""
         del mode
         common, difference = self.field(at)
         if not self.turns:
-            return Push(common, difference, at.no_spin)
-        r2 = squared(at.place)
-        seen = at.unit.conj() * at.place
+            return EffectAccelerations(common, difference, at.zero_angular)
+        r2 = squared_norm(at.position_from_body)
+        seen = at.unit.conj() * at.position_from_body
         seventh = r2 * r2 * r2 * np.sqrt(r2)
         spin = 15.0 * self.strength_m5_s2 * seen.real * seen.imag / seventh
         if self.second_moment:
             share = 7.5 * self.strength_m5_s2 * at.model.gyration2 / seventh
-            flat = (1.0 - 7.0 * seen.real * seen.real / r2) * at.place
+            flat = (1.0 - 7.0 * seen.real * seen.real / r2) * at.position_from_body
             difference = difference + share * (2.0 * seen.real * at.unit + flat)
-        return Push(common, difference, spin)
+        return EffectAccelerations(common, difference, spin)
 
-    def field(self, at: Situation) -> tuple[complex, ComplexArray]:
-        """Acceleration of the centre of mass, and each bar's less that, by Encke's change of the fifth power."""
+    def field(self, at: EffectState) -> tuple[complex, ComplexArray]:
+        """Acceleration of the centre of mass and each bar's difference, by Encke's change of the fifth power."""
         if at.absolute:
-            r2 = squared(at.place)
-            return 0j, -3.0 * self.strength_m5_s2 / (r2 * r2 * np.sqrt(r2)) * at.place
+            r2 = squared_norm(at.position_from_body)
+            return 0j, -3.0 * self.strength_m5_s2 / (r2 * r2 * np.sqrt(r2)) * at.position_from_body
         z, d = at.com, at.position
         distance = abs(z)
         strength = -3.0 * self.strength_m5_s2 / distance**5
@@ -76,19 +76,19 @@ class Oblateness(Effect):
     def energy(self, model: ChainProperties, com_m: Array, angle_rad: Array) -> Array:
         """Potential energy, (n,) J.
 
-        Of the bars' own less that of the whole mass at the centre of mass, what is linear in d sums to zero, eq. (6);
-        the rest of (1 + q)^(-3/2) - 1 beyond -3q/2 is (s - 1)² (3s³/2 + 3s² + 2s + 1)/s³ with s = sqrt(1 + q).
+        Of the bars' energy minus that of the whole mass at the centre of mass, the part linear in d sums to zero, eq.
+        (6). The rest of (1 + q)^(-3/2) - 1 beyond -3q/2 is (s - 1)² (3s³/2 + 3s² + 2s + 1)/s³ with s = sqrt(1 + q).
         """
-        z, d = as_complex(com_m)[:, None], placed(model, angle_rad)
-        r2 = squared(z)
+        z, d = as_complex(com_m)[:, None], bar_positions(model, angle_rad)
+        r2 = squared_norm(z)
         twice = 2.0 * z + d
         q = (twice.real * d.real + twice.imag * d.imag) / r2
         s = np.sqrt(1.0 + q)
-        curved = (q / (1.0 + s)) ** 2 * (1.5 * s**3 + 3.0 * s**2 + 2.0 * s + 1.0) / s**3 - 1.5 * squared(d) / r2
+        curved = (q / (1.0 + s)) ** 2 * (1.5 * s**3 + 3.0 * s**2 + 2.0 * s + 1.0) / s**3 - 1.5 * squared_norm(d) / r2
         bars = (1.0 + curved) * model.mass_kg
         if self.second_moment:
-            place, unit = z + d, along(angle_rad)
-            c2 = ((unit.conj() * place).real ** 2) / squared(place)
-            bars = bars - 1.5 * model.inertia_kg_m2 / squared(place) * (1.0 - 5.0 * c2) * s**-3
+            place, unit = z + d, unit_along(angle_rad)
+            c2 = ((unit.conj() * place).real ** 2) / squared_norm(place)
+            bars = bars - 1.5 * model.inertia_kg_m2 / squared_norm(place) * (1.0 - 5.0 * c2) * s**-3
         total: Array = (-self.strength_m5_s2 / (r2 * np.sqrt(r2)) * bars).sum(axis=1)
         return total

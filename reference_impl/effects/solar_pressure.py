@@ -1,4 +1,4 @@
-"""Sunlight on flat bars that face the Sun, and the central body's shadow; docs/effects/solar_pressure.md."""
+"""Solar radiation pressure on flat bars, with the central body's shadow; see docs/effects/solar_pressure.md."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from reference_impl.model.effect import EDGE_ON, Effect, Push, Situation
+from reference_impl.model.effect import EDGE_ON, ChainEffect, EffectAccelerations, EffectState
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 @final
 @dataclass(frozen=True)
-class SolarPressure(Effect):
-    """Light; its mode is 1 in the light or 0 in the dark, then the face, +1 or -1, that each bar turns to the Sun."""
+class SolarPressureEffect(ChainEffect):
+    """Solar radiation pressure; the mode is 1 in light or 0 in shadow, then each bar's face to the Sun, +1 or -1."""
 
     pressure_Pa: float
     longitude_rad: float
@@ -31,49 +31,51 @@ class SolarPressure(Effect):
     """0: no shadow"""
 
     name = "solar_pressure"
-    watched = True
-    has_spells = True
+    has_state_events = True
+    has_brief_events = True
 
-    def sun(self, t_s: float) -> complex:
+    def sun_direction(self, t_s: float) -> complex:
         """Unit vector to the Sun."""
         return cmath.rect(1.0, self.longitude_rad + self.rate_rad_s * t_s)
 
-    def push(self, at: Situation, mode: Array | None) -> Push:
-        """Force; the light is even along a bar, so that it does not turn it."""
+    def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
+        """Force; uniform light exerts no torque on a bar."""
         held = self.mode(at) if mode is None else mode
         if held[0] == 0.0:
-            return Push(0j, at.nothing, at.no_spin)
-        s, m, face = self.sun(at.t_s), at.model, held[1:]
+            return EffectAccelerations(0j, at.zero_acceleration, at.zero_angular)
+        s, m, face = self.sun_direction(at.t_s), at.model, held[1:]
         k = face * (at.unit.conj() * s).imag
         strength = -self.pressure_Pa * self.width_m * m.length_m * m.inverse_mass * k
         mirror = 2.0 * self.reflectivity * k * face
-        return Push(0j, strength * ((1.0 - self.reflectivity) * s + mirror * 1j * at.unit), at.no_spin)
+        return EffectAccelerations(
+            0j, strength * ((1.0 - self.reflectivity) * s + mirror * 1j * at.unit), at.zero_angular
+        )
 
-    def daylight(self, at: Situation) -> float:
-        """Distance of the centre of mass from the shadow, m, negative inside; before the body, its height."""
+    def shadow_clearance_m(self, at: EffectState) -> float:
+        """Distance of the centre of mass from the shadow, m, negative inside; height on the day side."""
         if not self.shadow_radius_m:
             return 1.0
-        seen = self.sun(at.t_s).conjugate() * at.com
+        seen = self.sun_direction(at.t_s).conjugate() * at.com
         return (abs(seen.imag) if seen.real < 0.0 else abs(seen)) - self.shadow_radius_m
 
-    def mode(self, at: Situation) -> Array:
-        """Light and faces; a bar that is edge-on takes its left one."""
-        lit = 1.0 if self.daylight(at) >= 0.0 else 0.0
-        across = (at.unit.conj() * self.sun(at.t_s)).imag
+    def mode(self, at: EffectState) -> Array:
+        """Light and faces; an edge-on bar gets its left face."""
+        lit = 1.0 if self.shadow_clearance_m(at) >= 0.0 else 0.0
+        across = (at.unit.conj() * self.sun_direction(at.t_s)).imag
         return np.concatenate([[lit], np.where(across < 0.0, -1.0, 1.0)])
 
-    def margin(self, at: Situation, mode: Array) -> Array:
-        """(1 + N,) distance from the shadow's edge, m, and how far each face is turned to the Sun."""
-        across = (at.unit.conj() * self.sun(at.t_s)).imag
-        return np.concatenate([[(2.0 * mode[0] - 1.0) * self.daylight(at)], mode[1:] * across + EDGE_ON])
+    def event_functions(self, at: EffectState, mode: Array) -> Array:
+        """(1 + N,) distance from the shadow's edge, m, and sines of the angles between the Sun and each face."""
+        across = (at.unit.conj() * self.sun_direction(at.t_s)).imag
+        return np.concatenate([[(2.0 * mode[0] - 1.0) * self.shadow_clearance_m(at)], mode[1:] * across + EDGE_ON])
 
-    def spell(self, at: Situation) -> float:
-        """Side of the shadow's axis, m: far out, one step may lead from one side of the shadow to the other."""
-        seen = self.sun(at.t_s).conjugate() * at.com
+    def brief_event(self, at: EffectState) -> float:
+        """Distance from the shadow's axis, m: far out, one step may cross the whole shadow."""
+        seen = self.sun_direction(at.t_s).conjugate() * at.com
         return seen.imag if self.shadow_radius_m and seen.real < 0.0 else 0.0
 
-    def flipped(self, mode: Array, crossed: Indices) -> Array:
-        """Light for shadow, other faces."""
+    def mode_after(self, mode: Array, crossed: Indices) -> Array:
+        """Light and shadow exchanged, faces reversed."""
         turned = mode.copy()
         turned[crossed] *= -1.0
         turned[0] = abs(turned[0] + 1.0) if 0 in crossed else mode[0]

@@ -1,4 +1,4 @@
-"""Moon or Sun on a circular orbit about the centre of the body: tides, by Encke's way for both of its differences."""
+"""Third body (Moon or Sun) on a circular orbit about the central body: tides by Encke's method for both differences."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from reference_impl.effects import second_moment
-from reference_impl.model.complex_vectors import squared
-from reference_impl.model.effect import Effect, Push, Situation
-from reference_impl.model.gravity import differences
+from reference_impl.model.complex_vectors import squared_norm
+from reference_impl.model.effect import ChainEffect, EffectAccelerations, EffectState
+from reference_impl.model.gravity import complex_field_differences
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array, ComplexArray
@@ -19,45 +19,47 @@ if TYPE_CHECKING:
 
 @final
 @dataclass(frozen=True)
-class ThirdBody(Effect):
-    """A point mass that moves on a circle."""
+class ThirdBodyEffect(ChainEffect):
+    """Point mass on a circular orbit."""
 
     mu_m3_s2: float
     distance_m: float
     longitude_rad: float
     rate_rad_s: float
     turns: bool
-    """Whether its gradient turns the bars"""
+    """Whether the body's gradient exerts a torque on the bars"""
     second_moment: bool
-    """Whether the force on the bars' second moment belongs to it"""
+    """Whether to include the force on the bars' second moments"""
 
     name = "third_body"
 
-    def at(self, t_s: float) -> complex:
-        """Place of the body from the centre, m."""
+    def body_position(self, t_s: float) -> complex:
+        """Position of the third body from the centre, m."""
         return cmath.rect(self.distance_m, self.longitude_rad + self.rate_rad_s * t_s)
 
-    def push(self, at: Situation, mode: Array | None) -> Push:
-        """Its pull less that on the central body; gradient torque and second moment's force by gravity's own."""
+    def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
+        """Attraction minus that on the central body, with the gradient torque and the force on second moments."""
         del mode
-        body = self.at(at.t_s)
+        body = self.body_position(at.t_s)
         if at.absolute:
-            common, difference = 0j, self.tide(body, at.place)
+            common, difference = 0j, self.tide(body, at.position_from_body)
         else:
             common = complex(self.tide(body, np.array([at.com]))[0])
-            difference = differences(self.mu_m3_s2, np.array(at.com - body), at.position)
-        spin = at.no_spin
+            difference = complex_field_differences(self.mu_m3_s2, np.array(at.com - body), at.position)
+        spin = at.zero_angular
         if self.turns:
-            spin = second_moment.spins(self.mu_m3_s2, at.place - body, at.unit)
+            spin = second_moment.angular_accelerations(self.mu_m3_s2, at.position_from_body - body, at.unit)
         if self.second_moment:
-            moments = second_moment.pulls(self.mu_m3_s2, at.place - body, at.unit, at.model.gyration2)
+            moments = second_moment.accelerations(
+                self.mu_m3_s2, at.position_from_body - body, at.unit, at.model.gyration2
+            )
             difference = difference + moments
-        return Push(common, difference, spin)
+        return EffectAccelerations(common, difference, spin)
 
     def tide(self, body: complex, place: ComplexArray) -> ComplexArray:
-        """Acceleration at `place` less that of the central body: (mu/D³)(X ((1+q)^(-3/2) - 1) - Z (1+q)^(-3/2))."""
+        """Acceleration at `place` minus that of the central body: (mu/D³)(X ((1+q)^(-3/2) - 1) - Z (1+q)^(-3/2))."""
         d2 = self.distance_m**2
-        q = (squared(place) - 2.0 * (body.real * place.real + body.imag * place.imag)) / d2
+        q = (squared_norm(place) - 2.0 * (body.real * place.real + body.imag * place.imag)) / d2
         change = np.expm1(-1.5 * np.log1p(q))
         tide: ComplexArray = self.mu_m3_s2 / (d2 * self.distance_m) * (body * change - place * (1.0 + change))
         return tide

@@ -1,4 +1,4 @@
-"""A force on a bar's end, piecewise linear in time."""
+"""Force on a bar's end, piecewise linear in time."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from reference_impl.model.effect import Effect, Push, Situation
+from reference_impl.model.effect import ChainEffect, EffectAccelerations, EffectState
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
     from reference_impl.model.effect import ChainProperties
 
-SAME_INSTANT = 1e-12  # of its time: a sample that rounding puts so little after an instant of the table is on it
+SAME_INSTANT = 1e-12  # relative; a sample this close after an instant of the table coincides with that instant
 
 
 @final
 @dataclass(frozen=True)
-class Thrust(Effect):
-    """One thruster; its mode is the piece of its table, counted from 0, or -1 outside."""
+class ThrustEffect(ChainEffect):
+    """Thruster; the mode is the segment of its table, counted from 0, or -1 outside."""
 
     bar: int
     """Counted from 0"""
@@ -40,40 +40,40 @@ class Thrust(Effect):
         """Instants of the table."""
         return tuple(self.times_s.tolist())
 
-    def strongest_m_s2(self, model: ChainProperties) -> float:
-        """Its largest force over the chain's mass."""
+    def largest_acceleration_m_s2(self, model: ChainProperties) -> float:
+        """Largest force over the chain's mass."""
         return float(np.abs(self.force_N).max() / model.mass_kg.sum())
 
-    def push(self, at: Situation, mode: Array | None) -> Push:
+    def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
         """Force and torque on one bar."""
-        piece = self.mode(at) if mode is None else mode
-        difference, spin = at.nothing, at.no_spin
-        size = self.size_N(int(piece[0]), at.t_s)
+        segment = self.mode(at) if mode is None else mode
+        difference, spin = at.zero_acceleration, at.zero_angular
+        size = self.interpolated_force_N(int(segment[0]), at.t_s)
         if size == 0.0:
-            return Push(0j, difference, spin)
+            return EffectAccelerations(0j, difference, spin)
         m, k, u = at.model, self.bar, at.unit[self.bar]
         force = size * cmath.rect(1.0, self.direction_rad) * (1.0 if self.inertial else u)
         difference, spin = difference.copy(), spin.copy()
         difference[k] = force / m.mass_kg[k]
         spin[k] = self.side * m.lever[k] * (np.conj(u) * force).imag
-        return Push(0j, difference, spin)
+        return EffectAccelerations(0j, difference, spin)
 
-    def size_N(self, piece: int, t_s: float) -> float:
-        """Size of the force on a piece of the table, continued beyond its ends; 0 outside the table."""
+    def interpolated_force_N(self, piece: int, t_s: float) -> float:
+        """Force on a segment of the table, extrapolated beyond its ends; 0 outside the table."""
         if piece < 0:
             return 0.0
         (t0, t1), (f0, f1) = self.times_s[piece : piece + 2], self.force_N[piece : piece + 2]
         return float(f0 + (f1 - f0) * ((t_s - t0) / (t1 - t0)))
 
-    def mode(self, at: Situation) -> Array:
-        """Piece just before an instant; at t = 0, just after."""
-        return self.piece_at(at.t_s * (1.0 - SAME_INSTANT), "left" if at.t_s > 0.0 else "right")
+    def mode(self, at: EffectState) -> Array:
+        """Segment just before an instant; at t = 0, just after."""
+        return self.segment_at(at.t_s * (1.0 - SAME_INSTANT), "left" if at.t_s > 0.0 else "right")
 
-    def piece(self, start_s: float, end_s: float) -> Array:
-        """Piece between two breaks."""
-        return self.piece_at(0.5 * (start_s + end_s), "left")
+    def segment_mode(self, start_s: float, end_s: float) -> Array:
+        """Segment between two breaks."""
+        return self.segment_at(0.5 * (start_s + end_s), "left")
 
-    def piece_at(self, t_s: float, side: str) -> Array:
-        """(1,) number of the piece that holds an instant."""
+    def segment_at(self, t_s: float, side: str) -> Array:
+        """(1,) index of the segment that contains an instant."""
         after = int(np.searchsorted(self.times_s, t_s, side=side))  # type: ignore[call-overload]
         return np.array([after - 1.0 if after < len(self.times_s) else -1.0])

@@ -1,1 +1,1 @@
-"""The relative formulation compiled: the reference's equations and stepper, some hundred times faster."""
+"""Compiled relative formulation: the reference's equations and stepper, some hundred times faster than NumPy."""

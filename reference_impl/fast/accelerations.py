@@ -5,12 +5,26 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from reference_impl.fast.effect_dispatch import move
-from reference_impl.fast.field import ends, forces
+from reference_impl.fast.effect_dispatch import add_common_acceleration
+from reference_impl.fast.field import end_accelerations, forces
 from reference_impl.fast.jit import compiled, inlined
 from reference_impl.fast.joints import reactions, refine
-from reference_impl.fast.laws import respond, torques, unit_torque
-from reference_impl.fast.layout import GX, GY, LEVER, NO_GRAVITY, REFINED, RX, RY, SPIN, UX, UY, WEIGHT, Chain, Work
+from reference_impl.fast.laws import apply_prescribed_torques, rotation_per_unit_torque, unit_torque_reactions
+from reference_impl.fast.layout import (
+    ANGULAR,
+    GX,
+    GY,
+    LEVER,
+    NO_GRAVITY,
+    REFINED,
+    RX,
+    RY,
+    UX,
+    UY,
+    WEIGHT,
+    CompiledChain,
+    Workspace,
+)
 from reference_impl.fast.trigonometry import unit_vectors
 
 if TYPE_CHECKING:
@@ -18,8 +32,8 @@ if TYPE_CHECKING:
 
 
 @compiled
-def evaluate(t_s: float, y: Array, rates: Array, chain: Chain, work: Work) -> bool:
-    """Time derivative of a state into `rates`; reactions and torques stay in `work`.
+def evaluate(t_s: float, y: Array, rates: Array, chain: CompiledChain, work: Workspace) -> bool:
+    """Time derivative of a state into `rates`; reactions and torques into `work`.
 
     Parameters
     ----------
@@ -27,53 +41,53 @@ def evaluate(t_s: float, y: Array, rates: Array, chain: Chain, work: Work) -> bo
         Time, for the prescribed laws.
     y, rates : ndarray, shape (2N+4,)
         See :mod:`reference_impl.fast.layout`.
-    chain : Chain
-    work : Work
+    chain : CompiledChain
+    work : Workspace
 
     Returns
     -------
     bool
-        False where the joint system is not positive definite in double precision.
+        False if the joint system is not positive definite in double precision.
     """
     n, rows, well = chain.bars.shape[1], work.bars, True
     unit_vectors(n, y, rows)
     forces(n, t_s, chain, y, work)
     if len(chain.laws):
-        well = respond(n, chain, work)
-        ends(n, chain, y, rows)
+        well = unit_torque_reactions(n, chain, work)
+        end_accelerations(n, chain, y, rows)
     well = reactions(n, chain.bars, rows) and well
     if chain.bars[REFINED, 0] != 0.0:
         well = refine(n, chain.bars, rows) and well
     if len(chain.laws):
-        torques(n, t_s, y, chain, work)
+        apply_prescribed_torques(n, t_s, y, chain, work)
     for i in range(n + 2):
         rates[i] = y[n + 2 + i]
-    turn(n, chain, rows, rates)
+    angular_accelerations(n, chain, rows, rates)
     for k in range(len(chain.laws)):
         for i in range(n):
-            rates[n + 2 + i] += work.torque_N_m[k] * unit_torque(chain.laws[k], i, chain.bars)
+            rates[n + 2 + i] += work.torque_N_m[k] * rotation_per_unit_torque(chain.laws[k], i, chain.bars)
     rates[2 * n + 2], rates[2 * n + 3] = com_acceleration(n, chain, y, rows)
-    move(chain.effects, n, chain, work, rates)
+    add_common_acceleration(chain.effects, n, chain, work, rates)
     return well
 
 
 @inlined
-def turn(n: int, chain: Chain, rows: Array, rates: Array) -> None:
+def angular_accelerations(n: int, chain: CompiledChain, rows: Array, rates: Array) -> None:
     """Angular accelerations under field and reactions, eq. (15), into `rates`."""
     before_x = before_y = 0.0
     for i in range(n - 1):
         x, y = rows[RX, i], rows[RY, i]
         turned = rows[UX, i] * (y + before_y) - rows[UY, i] * (x + before_x)
-        rates[n + 2 + i] = rows[SPIN, i] + chain.bars[LEVER, i] * turned
+        rates[n + 2 + i] = rows[ANGULAR, i] + chain.bars[LEVER, i] * turned
         before_x, before_y = x, y
     i = n - 1
     turned = rows[UX, i] * before_y - rows[UY, i] * before_x
-    rates[n + 2 + i] = rows[SPIN, i] + chain.bars[LEVER, i] * turned
+    rates[n + 2 + i] = rows[ANGULAR, i] + chain.bars[LEVER, i] * turned
 
 
 @inlined
-def com_acceleration(n: int, chain: Chain, y: Array, rows: Array) -> tuple[float, float]:
-    """Z0'' = g(Z0) + the mean of what differs from it, eqs. (9), (11)."""
+def com_acceleration(n: int, chain: CompiledChain, y: Array, rows: Array) -> tuple[float, float]:
+    """Z0'' = g(Z0) + the mean of the differences from g(Z0), eqs. (9), (11)."""
     if chain.gravity == NO_GRAVITY:
         return 0.0, 0.0
     mean_x = mean_y = 0.0

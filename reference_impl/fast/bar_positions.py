@@ -1,4 +1,4 @@
-"""Places and velocities of the bars' centres, hung together from the first."""
+"""Positions and velocities of the bars' centres, summed from the first bar."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 @inlined
-def hang_from_first(n: int, bars: Array, rows: Array) -> tuple[float, float]:
+def centres_from_first(n: int, bars: Array, rows: Array) -> tuple[float, float]:
     """Rows DX, DY: centres of the bars from the first bar's, eq. (7'); returns the centre of mass from there."""
     x = y = mean_x = mean_y = 0.0
     left_x, left_y = bars[HALF, 0] * rows[UX, 0], bars[HALF, 0] * rows[UY, 0]
@@ -29,8 +29,8 @@ def hang_from_first(n: int, bars: Array, rows: Array) -> tuple[float, float]:
 
 
 @inlined
-def move_from_first(n: int, y: Array, bars: Array, rows: Array, moved: Array) -> tuple[float, float]:
-    """Rows VX, VY of `moved`: velocities of the centres from the first bar's; returns the centre of mass's."""
+def velocities_from_first(n: int, y: Array, bars: Array, rows: Array, moved: Array) -> tuple[float, float]:
+    """Rows VX, VY of `moved`: velocities of the centres from the first bar's; returns that of the centre of mass."""
     vx = vy = mean_x = mean_y = 0.0
     reach = bars[HALF, 0] * y[n + 2]
     left_x, left_y = -reach * rows[UY, 0], reach * rows[UX, 0]

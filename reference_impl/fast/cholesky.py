@@ -1,8 +1,9 @@
-"""Joint reactions of delicate chains: block Cholesky from one end to the other.
+"""Joint reactions of ill-conditioned chains: block Cholesky from one end to the other.
 
-The sweeps of :mod:`reference_impl.fast.joints` are faster, but pass on inverses. Where the system's entries differ by
-1e8 and more (nearly massless, nearly point-like bars, straight or folded) those lose the small ones, and refinement
-does not come back. Cholesky's pivots keep them. It solves the system of :mod:`reference_impl.model.joints`.
+The sweeps of :mod:`reference_impl.fast.joints` are faster, but propagate inverses. System entries may differ by 1e8 and
+more: nearly massless or nearly point-like bars, straight or folded. Inverses then lose the small entries, and
+refinement does not converge. Cholesky's pivots keep the small entries. The system is that of
+:mod:`reference_impl.model.joints`.
 """
 
 from __future__ import annotations
@@ -37,10 +38,10 @@ if TYPE_CHECKING:
 
 
 @compiled
-def factored(n: int, bars: Array, rows: Array) -> bool:
-    """Reactions into rows RX, RY, from rows LEFT, RIGHT and K; False if a joint is lost in round-off.
+def solve_by_cholesky(n: int, bars: Array, rows: Array) -> bool:
+    """Reactions into rows RX, RY, from rows LEFT, RIGHT and K; False if a pivot is lost in round-off.
 
-    Rows L hold each joint's factor, H what it takes from the next joint's block.
+    Rows L hold each joint's factor, rows H the coupling to the next joint's block.
     """
     x = y = xx = xy = yy = 0.0
     for j in range(n - 1):
@@ -48,7 +49,7 @@ def factored(n: int, bars: Array, rows: Array) -> bool:
         kxx, kxy, kyy = rows[KXX, j + 1], rows[KXY, j + 1], rows[KYY, j + 1]
         dxx, dxy, dyy = (w + other) + (rows[KXX, j] + kxx), rows[KXY, j] + kxy, (w + other) + (rows[KYY, j] + kyy)
         pivot = dxx - xx
-        if pivot <= ROUNDING * dxx:  # NaN is for the stepper
+        if pivot <= ROUNDING * dxx:  # the stepper detects NaN
             return False
         lxx = math.sqrt(pivot)
         lxy = (dxy - xy) / lxx

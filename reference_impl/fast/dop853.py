@@ -1,7 +1,8 @@
 """One step of DOP853 (Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, II.5 and II.6), compiled.
 
-Coefficients, error norm, step control and interpolant are SciPy's, so that the compiled reference takes the very steps
-of the other. Each stage is one loop over the components, its few non-zero coefficients constants of the code.
+Coefficients, error norm, step control and interpolant are SciPy's. The compiled reference therefore takes the same
+steps as the NumPy reference. Each stage is one loop over the components, with its few non-zero coefficients as
+constants in the code.
 """
 
 from __future__ import annotations
@@ -19,18 +20,18 @@ from reference_impl.fast.accelerations import evaluate
 from reference_impl.fast.jit import compiled, inlined
 
 if TYPE_CHECKING:
-    from reference_impl.fast.layout import Chain, Work
+    from reference_impl.fast.layout import CompiledChain, Workspace
     from reference_impl.model.arrays import Array
 
 Terms = tuple[tuple[int, ...], tuple[float, ...]]
 STAGES, EXTRA, POWER = 12, 3, 7
-ROWS = STAGES + 1 + EXTRA  # slopes: twelve stages, that at the end of the step, three more for the interpolant
+ROWS = STAGES + 1 + EXTRA  # slopes: twelve stages, one at the end of the step, three for the interpolant
 SAFETY, LEAST_FACTOR, LARGEST_FACTOR = 0.9, 0.2, 10.0
 EXPONENT = -1.0 / 8.0
 
 
 def terms(row: Array) -> tuple[tuple[int, ...], tuple[float, ...]]:
-    """Columns and values of a row's non-zero coefficients, filled up with zeros to 4, 8 or 12 of them."""
+    """Columns and values of a row's non-zero coefficients, padded with zeros to 4, 8 or 12."""
     columns = [int(j) for j in np.nonzero(row)[0]]
     idle = -len(columns) % 4 if len(columns) != 5 else 3
     return (*columns, *[0] * idle), (*(float(row[j]) for j in columns), *[0.0] * idle)
@@ -44,11 +45,11 @@ C = tuple(float(c) for c in DOP853.C)
 C_EXTRA = tuple(float(c) for c in DOP853.C_EXTRA)
 
 
-def tails() -> Array:
-    """What rounding to doubles cuts off the coefficients, (13, 12): SciPy's source tells thirty digits of them.
+def coefficient_residues() -> Array:
+    """Rounding errors of the coefficients, (13, 12), from the thirty digits in SciPy's source.
 
-    The cut ends, up to 2e-15 as some coefficients are above 40, are the same in every step, and so an orbit's energy
-    drifts by some 6e-16 in each revolution to the same side: rounding would make no more than a random walk.
+    The errors, up to 2e-15 as some coefficients exceed 40, are equal in every step. An orbit's energy therefore drifts
+    by some 6e-16 per revolution in one direction. Rounding alone would cause a random walk.
     """
     found = np.zeros((STAGES + 1, STAGES))
     written = inspect.getsource(dop853_coefficients)
@@ -59,14 +60,14 @@ def tails() -> Array:
     return found
 
 
-COEFFICIENTS, TAILS = np.vstack([DOP853.A, DOP853.B]), tails()
+COEFFICIENTS, COEFFICIENT_RESIDUES = np.vstack([DOP853.A, DOP853.B]), coefficient_residues()
 
 
 @inlined
 def sum4(i: int, k: Array, table: Terms) -> float:
-    """Sum of four slopes of component `i`, each by its coefficient.
+    """Sum of four slopes of component `i`, weighted by their coefficients.
 
-    Written out, and with the table a constant where it is called: a loop over it takes five times longer.
+    The sum is written out, with the table as a constant of the caller; a loop takes five times longer.
     """
     j, a = table
     return a[0] * k[j[0], i] + a[1] * k[j[1], i] + a[2] * k[j[2], i] + a[3] * k[j[3], i]
@@ -74,7 +75,7 @@ def sum4(i: int, k: Array, table: Terms) -> float:
 
 @inlined
 def sum8(i: int, k: Array, table: Terms) -> float:
-    """Sum of eight."""
+    """Weighted sum of eight slopes of component `i`."""
     j, a = table
     first = a[0] * k[j[0], i] + a[1] * k[j[1], i] + a[2] * k[j[2], i] + a[3] * k[j[3], i]
     return first + (a[4] * k[j[4], i] + a[5] * k[j[5], i] + a[6] * k[j[6], i] + a[7] * k[j[7], i])
@@ -82,7 +83,7 @@ def sum8(i: int, k: Array, table: Terms) -> float:
 
 @inlined
 def sum12(i: int, k: Array, table: Terms) -> float:
-    """Sum of twelve."""
+    """Weighted sum of twelve slopes of component `i`."""
     j, a = table
     first = a[0] * k[j[0], i] + a[1] * k[j[1], i] + a[2] * k[j[2], i] + a[3] * k[j[3], i]
     second = a[4] * k[j[4], i] + a[5] * k[j[5], i] + a[6] * k[j[6], i] + a[7] * k[j[7], i]
@@ -90,13 +91,13 @@ def sum12(i: int, k: Array, table: Terms) -> float:
 
 
 @compiled
-def advance(t: float, h: float, y: Array, slopes: Array, end: Array, chain: Chain, work: Work) -> bool:
-    """Take one step from `y` with its slope in ``slopes[0]``: the state at ``t + h`` into `end`, its slope into row 12.
+def advance(t: float, h: float, y: Array, slopes: Array, end: Array, chain: CompiledChain, work: Workspace) -> bool:
+    """Take one step from `y` with slope ``slopes[0]``: the state at ``t + h`` into `end`, its slope into row 12.
 
     Returns
     -------
     bool
-        False where a joint was lost in round-off.
+        False if the joint system was not positive definite in an evaluation.
     """
     for i in range(len(y)):
         end[i] = y[i] + h * sum4(i, slopes, TABLE[0])
@@ -138,14 +139,22 @@ def advance(t: float, h: float, y: Array, slopes: Array, end: Array, chain: Chai
 
 @compiled
 def advance_exactly(
-    t: float, h: float, y: Array, residue: Array, slopes: Array, end: Array, left: Array, chain: Chain, work: Work
+    t: float,
+    h: float,
+    y: Array,
+    residue: Array,
+    slopes: Array,
+    end: Array,
+    left: Array,
+    chain: CompiledChain,
+    work: Workspace,
 ) -> bool:
-    """As :func:`advance`, by coefficients of thirty digits, and with what rounding cuts off the state kept.
+    """Take one step as :func:`advance`, with coefficients of thirty digits and compensated summation of the state.
 
     Parameters
     ----------
     residue, left : ndarray, shape (size,)
-        What the state at the start and at the end of the step lacks (Kahan's compensated summation).
+        Rounding residue of the state at the start and at the end of the step (Kahan's compensated summation).
     """
     well = True
     for stage in range(1, STAGES + 1):
@@ -153,7 +162,7 @@ def advance_exactly(
             head = tail = 0.0
             for j in range(stage):
                 head += COEFFICIENTS[stage, j] * slopes[j, i]
-                tail += TAILS[stage, j] * slopes[j, i]
+                tail += COEFFICIENT_RESIDUES[stage, j] * slopes[j, i]
             change = h * (head + tail) + residue[i]
             end[i] = y[i] + change
             left[i] = change - (end[i] - y[i])
@@ -164,7 +173,7 @@ def advance_exactly(
 
 @compiled
 def error_norm(size: int, h: float, y: Array, end: Array, slopes: Array, atol: Array, rtol: float) -> float:
-    """Error of a step in units of what is allowed, of `size` components: from the estimates of orders 5 and 3."""
+    """Error of a step relative to the allowed error, over `size` components: from the estimates of orders 5 and 3."""
     fifth = third = 0.0
     for i in range(len(y)):
         e5, e3 = sum8(i, slopes, E5), sum8(i, slopes, E3)
@@ -178,7 +187,7 @@ def error_norm(size: int, h: float, y: Array, end: Array, slopes: Array, atol: A
 
 @compiled
 def first_step(size: int, t: float, span_s: float, y: Array, slopes: Array, end: Array, atol: Array, rtol: float,
-               chain: Chain, work: Work) -> float:  # fmt: skip
+               chain: CompiledChain, work: Workspace) -> float:  # fmt: skip
     """Size of the first step, s (Hairer et al., II.4), from the slope in ``slopes[0]``; one evaluation."""
     d0 = d1 = d2 = 0.0
     for i in range(len(y)):
@@ -199,7 +208,7 @@ def first_step(size: int, t: float, span_s: float, y: Array, slopes: Array, end:
 
 @compiled
 def interpolant(t: float, h: float, y: Array, end: Array, slopes: Array, scratch: Array, powers: Array,
-                chain: Chain, work: Work) -> None:  # fmt: skip
+                chain: CompiledChain, work: Workspace) -> None:  # fmt: skip
     """Seventh-order interpolant of a step into `powers`, shape (7, size); three evaluations."""
     for i in range(len(y)):
         scratch[i] = y[i] + h * sum8(i, slopes, EXTRA_TABLE[0])
@@ -223,7 +232,7 @@ def interpolant(t: float, h: float, y: Array, end: Array, slopes: Array, scratch
 
 @compiled
 def interpolate(x: float, y: Array, powers: Array, found: Array) -> None:
-    """State a share `x` into the step."""
+    """State at the fraction `x` of the step."""
     rest = 1.0 - x
     for i in range(len(y)):
         total = powers[6, i] * x

@@ -1,7 +1,7 @@
-"""Gravity on the bars and all that acts besides, as in :mod:`reference_impl.model.gravity`, in closed form.
+"""Gravity and effects on the bars, as in :mod:`reference_impl.model.gravity`, in closed form.
 
-With s = 1 + q, Encke's change s^(-3/2) - 1 is -q (3 + 3q + q²)/(s^(3/2) (1 + s^(3/2))): no digits are lost however
-small q is, and one root and one division serve field and gradient torque of a bar.
+With s = 1 + q, Encke's change s^(-3/2) - 1 is -q (3 + 3q + q²)/(s^(3/2) (1 + s^(3/2))). No digits are lost for any
+small q. One root and one division serve field and gradient torque of a bar.
 """
 
 from __future__ import annotations
@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from reference_impl.fast.bar_positions import hang_from_first
-from reference_impl.fast.effect_dispatch import keep, push
+from reference_impl.fast.bar_positions import centres_from_first
+from reference_impl.fast.effect_dispatch import add_effects, keep_mean_position
 from reference_impl.fast.jit import inlined
 from reference_impl.fast.layout import (
+    ANGULAR,
     COMPLIANCE,
     DX,
     DY,
@@ -28,11 +29,10 @@ from reference_impl.fast.layout import (
     NO_GRAVITY,
     RIGHT,
     RIGHT_Y,
-    SPIN,
     UX,
     UY,
-    Chain,
-    Work,
+    CompiledChain,
+    Workspace,
 )  # fmt: skip
 
 if TYPE_CHECKING:
@@ -40,8 +40,10 @@ if TYPE_CHECKING:
 
 
 @inlined
-def gravity(n: int, chain: Chain, com_x: float, com_y: float, mean_x: float, mean_y: float, rows: Array) -> None:
-    """Rows GX, GY: g(Z0 + d_j) - g(Z0), m/s²; row SPIN: K_j/J_j, rad/s², eq. (17)."""
+def gravity(
+    n: int, chain: CompiledChain, com_x: float, com_y: float, mean_x: float, mean_y: float, rows: Array
+) -> None:
+    """Rows GX, GY: g(Z0 + d_j) - g(Z0), m/s²; row ANGULAR: K_j/J_j, rad/s², eq. (17)."""
     inverse2 = 1.0 / (com_x * com_x + com_y * com_y)
     pull = chain.mu_m3_s2 * inverse2 * math.sqrt(inverse2)
     torque = 3.0 * pull * inverse2 if chain.gravity == GRADIENT else 0.0
@@ -57,35 +59,35 @@ def gravity(n: int, chain: Chain, com_x: float, com_y: float, mean_x: float, mea
         rows[GY, i] = pull * (com_y * nearer - y * faded)
         up = rows[UX, i] * (com_x + x) + rows[UY, i] * (com_y + y)  # r_j sin(phi)
         level = rows[UX, i] * (com_y + y) - rows[UY, i] * (com_x + x)  # r_j cos(phi)
-        rows[SPIN, i] = torque * up * level * (inverse * (1.0 + cube))
+        rows[ANGULAR, i] = torque * up * level * (inverse * (1.0 + cube))
 
 
 @inlined
 def no_gravity(n: int, rows: Array) -> None:
-    """Rows GX, GY, SPIN of free motion."""
+    """Rows GX, GY, ANGULAR of free motion."""
     for i in range(n):
-        rows[GX, i] = rows[GY, i] = rows[SPIN, i] = 0.0
+        rows[GX, i] = rows[GY, i] = rows[ANGULAR, i] = 0.0
 
 
 @inlined
-def forces(n: int, t_s: float, chain: Chain, y: Array, work: Work) -> None:
-    """All that acts on the bars but reactions and prescribed torques: rows U, D, G, SPIN, LEFT, RIGHT and K."""
+def forces(n: int, t_s: float, chain: CompiledChain, y: Array, work: Workspace) -> None:
+    """External accelerations of the bars, without reactions: rows U, D, G, ANGULAR, LEFT, RIGHT and K."""
     rows = work.bars
     if chain.gravity == NO_GRAVITY:
         no_gravity(n, rows)
     else:
-        mean_x, mean_y = hang_from_first(n, chain.bars, rows)
+        mean_x, mean_y = centres_from_first(n, chain.bars, rows)
         gravity(n, chain, y[n], y[n + 1], mean_x, mean_y, rows)
-        keep(chain.effects, mean_x, mean_y, work)
-    push(chain.effects, n, t_s, y, chain, work)
-    ends(n, chain, y, rows)
+        keep_mean_position(chain.effects, mean_x, mean_y, work)
+    add_effects(chain.effects, n, t_s, y, chain, work)
+    end_accelerations(n, chain, y, rows)
 
 
 @inlined
-def ends(n: int, chain: Chain, y: Array, rows: Array) -> None:
+def end_accelerations(n: int, chain: CompiledChain, y: Array, rows: Array) -> None:
     """Rows LEFT and RIGHT: accelerations of the bars' ends without reactions; rows K: c n nᵀ."""
     for i in range(n):
-        ux, uy, half, spin = rows[UX, i], rows[UY, i], chain.bars[HALF, i], rows[SPIN, i]
+        ux, uy, half, spin = rows[UX, i], rows[UY, i], chain.bars[HALF, i], rows[ANGULAR, i]
         centripetal = y[n + 2 + i] * y[n + 2 + i]
         ex, ey = -half * (uy * spin + ux * centripetal), half * (ux * spin - uy * centripetal)
         rows[LEFT, i], rows[LEFT_Y, i] = rows[GX, i] - ex, rows[GY, i] - ey

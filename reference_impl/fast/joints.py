@@ -1,19 +1,20 @@
-"""Joint reactions in O(N): both ends of the chain are swept towards its middle at the same time.
+"""Joint reactions in O(N): two simultaneous sweeps from both ends of the chain to its middle.
 
-The part of a chain up to the right end of one of its bars answers a force F there with the acceleration a + Y F;
-Y (2x2) is its mobility. Joining the next bar, whose own ends have
+The part of a chain up to the right end of one of its bars responds to a force F there with the acceleration a + Y F; Y
+(2x2) is its mobility. The next bar has, at its own ends,
 
-    A = w I + c n nᵀ (an end and a force on it),  X = w I - c n nᵀ (an end and a force on the other),
+    A = w I + c n nᵀ (an end and a force on it),  X = w I - c n nᵀ (an end and a force on the other).
 
-gives the reaction in between as R = S⁻¹ (g_left - a) + S⁻¹ X R_next with S = Y + A, and a mobility of the longer part
+Joining the bar gives the reaction in between as R = S⁻¹ (g_left - a) + S⁻¹ X R_next with S = Y + A, and a mobility of
+the longer part
 
     Y' = A - X S⁻¹ X = 4wc/(w+c) n nᵀ + B Y S⁻¹ X,  B = X A⁻¹ = I - 2c/(w+c) n nᵀ.
 
-The second form has no difference of large terms, so that ratios of masses along the chain cost no more digits than the
-system's condition takes; and its division runs beside the products. Sweeping from both ends halves the chain of
-operations that wait for each other. Delicate chains (:attr:`reference_impl.model.chain.ChainModel.delicate`) are solved
-by :mod:`reference_impl.fast.cholesky`, unless that loses a joint. They, and all chains where reactions are looked at,
-are refined. Notation: w = 1/m, c = l²/(4J), n the unit vector across the bar. It solves the system of
+The second form contains no difference of large terms. Mass ratios along the chain cost no more digits than the system's
+condition number, and the division runs beside the products. Two sweeps halve the chain of dependent operations.
+Ill-conditioned chains (:attr:`reference_impl.model.chain.ChainModel.ill_conditioned`) are solved by
+:mod:`reference_impl.fast.cholesky`, unless a pivot is lost. Their reactions are refined, as are all reactions at
+samples. Notation: w = 1/m, c = l²/(4J), n the unit vector across the bar. The system is that of
 :mod:`reference_impl.model.joints`.
 """
 
@@ -21,13 +22,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from reference_impl.fast.cholesky import factored
+from reference_impl.fast.cholesky import solve_by_cholesky
 from reference_impl.fast.jit import compiled, inlined
 from reference_impl.fast.layout import (
     BX,
     BY,
     COMPLIANCE,
-    DELICATE,
     DX,
     DY,
     FREED,
@@ -35,6 +35,7 @@ from reference_impl.fast.layout import (
     HXY,
     HYX,
     HYY,
+    ILL_CONDITIONED,
     INVERSE_MASS,
     KXX,
     KXY,
@@ -51,25 +52,25 @@ from reference_impl.fast.layout import (
     UX,
     UY,
 )  # fmt: skip
-from reference_impl.model.joints import ASTRAY, REFINEMENTS, ROUNDING, SETTLED
+from reference_impl.model.joints import CONVERGED, DIVERGED, REFINEMENTS, ROUNDING
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
 
-Sub = tuple[float, float, float, float, float, bool]
-"""Mobility (xx, xy, yy) and free acceleration (x, y) of a part's end, and whether all went well."""
+SubChain = tuple[float, float, float, float, float, bool]
+"""Mobility (xx, xy, yy) and free acceleration (x, y) of a part's end, and whether all pivots are positive."""
 
 
 @inlined
-def first(i: int, far: int, bars: Array, rows: Array) -> Sub:
-    """Bar `i` alone, seen at the end whose rows begin with `far`: LEFT or RIGHT."""
+def single_bar(i: int, far: int, bars: Array, rows: Array) -> SubChain:
+    """Bar `i` alone, at the end whose rows begin with `far`: LEFT or RIGHT."""
     w = bars[INVERSE_MASS, i]
     return w + rows[KXX, i], rows[KXY, i], w + rows[KYY, i], rows[far, i], rows[far + 1, i], True
 
 
 @inlined
-def join(sub: Sub, i: int, joint: int, near: int, far: int, bars: Array, rows: Array) -> Sub:
-    """Join bar `i` by its end `near` to a part; seen at its end `far`. Leaves P and H of the joint."""
+def join_bar(sub: SubChain, i: int, joint: int, near: int, far: int, bars: Array, rows: Array) -> SubChain:
+    """Join bar `i` by its end `near` to a part; the result is at its end `far`. Stores P and H of the joint."""
     yxx, yxy, yyy, free_x, free_y, well = sub
     w, kxx, kxy, kyy = bars[INVERSE_MASS, i], rows[KXX, i], rows[KXY, i], rows[KYY, i]
     sxx, sxy, syy = yxx + (w + kxx), yxy + kxy, yyy + (w + kyy)
@@ -91,12 +92,12 @@ def join(sub: Sub, i: int, joint: int, near: int, far: int, bars: Array, rows: A
         freed * kyy + (byx * hxy + byy * hyy),
         rows[far, i] - (xxx * px - kxy * py),
         rows[far + 1, i] - (xyy * py - kxy * px),
-        well and not determinant <= ROUNDING * (sxx * syy),  # NaN is for the stepper
+        well and not determinant <= ROUNDING * (sxx * syy),  # the stepper detects NaN
     )
 
 
 @inlined
-def back(joint: int, x: float, y: float, side: float, rows: Array) -> tuple[float, float]:
+def back_substitute(joint: int, x: float, y: float, side: float, rows: Array) -> tuple[float, float]:
     """Reaction in `joint` from that in its neighbour nearer to the middle."""
     return (
         side * rows[PX, joint] + (rows[HXX, joint] * x + rows[HXY, joint] * y),
@@ -106,25 +107,25 @@ def back(joint: int, x: float, y: float, side: float, rows: Array) -> tuple[floa
 
 @inlined
 def reactions(n: int, bars: Array, rows: Array) -> bool:
-    """Rows RX, RY: force on bar j from bar j+1, by rows LEFT, RIGHT and K; False if a joint is lost in round-off."""
+    """Rows RX, RY: force on bar j from bar j+1, by rows LEFT, RIGHT and K; False if a pivot is lost in round-off."""
     if n == 1:
         return True
-    if bars[DELICATE, 0] != 0.0 and factored(n, bars, rows):
+    if bars[ILL_CONDITIONED, 0] != 0.0 and solve_by_cholesky(n, bars, rows):
         return True
-    return swept(n, bars, rows)
+    return solve_by_sweeps(n, bars, rows)
 
 
 @inlined
-def swept(n: int, bars: Array, rows: Array) -> bool:
-    """The same by the sweeps."""
+def solve_by_sweeps(n: int, bars: Array, rows: Array) -> bool:
+    """Rows RX, RY by the sweeps; False if a pivot is lost in round-off."""
     last, middle = n - 1, (n - 1) // 2
-    both = last - 1 - middle  # joints that each sweep takes beside the other
-    left, right = first(0, RIGHT, bars, rows), first(last, LEFT, bars, rows)
+    both = last - 1 - middle  # joints that both sweeps process at once
+    left, right = single_bar(0, RIGHT, bars, rows), single_bar(last, LEFT, bars, rows)
     for k in range(both):
-        left = join(left, k + 1, k, LEFT, RIGHT, bars, rows)
-        right = join(right, last - 1 - k, last - 1 - k, RIGHT, LEFT, bars, rows)
+        left = join_bar(left, k + 1, k, LEFT, RIGHT, bars, rows)
+        right = join_bar(right, last - 1 - k, last - 1 - k, RIGHT, LEFT, bars, rows)
     if middle > both:
-        left = join(left, middle, middle - 1, LEFT, RIGHT, bars, rows)
+        left = join_bar(left, middle, middle - 1, LEFT, RIGHT, bars, rows)
     sxx, sxy, syy = left[0] + right[0], left[1] + right[1], left[2] + right[2]
     determinant = sxx * syy - sxy * sxy
     apart_x, apart_y = right[3] - left[3], right[4] - left[4]
@@ -132,12 +133,12 @@ def swept(n: int, bars: Array, rows: Array) -> bool:
     rows[RX, middle], rows[RY, middle] = x, y
     right_x, right_y = x, y
     if middle > both:
-        x, y = back(middle - 1, x, y, 1.0, rows)
+        x, y = back_substitute(middle - 1, x, y, 1.0, rows)
         rows[RX, middle - 1], rows[RY, middle - 1] = x, y
     for k in range(both):
         j, i = both - 1 - k, middle + 1 + k
-        x, y = back(j, x, y, 1.0, rows)
-        right_x, right_y = back(i, right_x, right_y, -1.0, rows)
+        x, y = back_substitute(j, x, y, 1.0, rows)
+        right_x, right_y = back_substitute(i, right_x, right_y, -1.0, rows)
         rows[RX, j], rows[RY, j] = x, y
         rows[RX, i], rows[RY, i] = right_x, right_y
     return left[5] and right[5] and not determinant <= ROUNDING * (sxx * syy)
@@ -145,15 +146,15 @@ def swept(n: int, bars: Array, rows: Array) -> bool:
 
 @compiled
 def refine(n: int, bars: Array, rows: Array) -> bool:
-    """Iterative refinement, as :meth:`reference_impl.model.joints.JointSystem.solve` does it.
+    """Iterative refinement, as in :meth:`reference_impl.model.joints.JointSystem.solve`.
 
-    Rows B keep the joints' openings without reactions; rows LEFT become what the reactions leave of them.
+    Rows B keep the relative accelerations of the joined ends without reactions; rows LEFT become the residuals.
     """
     for j in range(n - 1):
         rows[BX, j], rows[BY, j] = rows[LEFT, j + 1] - rows[RIGHT, j], rows[LEFT_Y, j + 1] - rows[RIGHT_Y, j]
     well, correction, total = True, 0.0, 0.0
     for _ in range(REFINEMENTS):
-        leave_openings(n, bars, rows)
+        residual_openings(n, bars, rows)
         well = reactions(n, bars, rows) and well
         correction = total = 0.0
         for j in range(n - 1):
@@ -161,17 +162,16 @@ def refine(n: int, bars: Array, rows: Array) -> bool:
             rows[RX, j] += rows[DX, j]
             rows[RY, j] += rows[DY, j]
             total = max(total, abs(rows[RX, j]), abs(rows[RY, j]))
-        if not correction > SETTLED * total:
+        if not correction > CONVERGED * total:
             break
-    return well and not correction > ASTRAY * total
+    return well and not correction > DIVERGED * total
 
 
 @compiled
-def leave_openings(n: int, bars: Array, rows: Array) -> None:
-    """Rows LEFT of the bars right of each joint: what the reactions, kept in rows D, leave of its opening.
+def residual_openings(n: int, bars: Array, rows: Array) -> None:
+    """Rows LEFT of the bars right of each joint: residual relative accelerations under the reactions, copied to rows D.
 
-    Neighbours' reactions are subtracted before they are multiplied by anything: the difference is exact where they are
-    nearly alike.
+    Neighbouring reactions are subtracted before any multiplication: the difference of nearly equal reactions is exact.
     """
     before_x = before_y = pulled_x = pulled_y = swung_x = swung_y = 0.0
     for i in range(n):

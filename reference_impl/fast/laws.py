@@ -1,15 +1,16 @@
-"""Prescribed rotations: the torques that make bars follow their laws, eqs. (25)-(28), as in the reference."""
+"""Prescribed rotations: torques by which bars follow their laws, eqs. (25)-(28), as in the NumPy reference."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING
 
-from reference_impl.fast.effect_dispatch import sideways
+from reference_impl.fast.effect_dispatch import add_noncentral_acceleration
 from reference_impl.fast.jit import compiled
 from reference_impl.fast.joints import reactions, refine
 from reference_impl.fast.layout import (
     AMPLITUDE,
+    ANGULAR,
     BAR,
     DURATION,
     HALF,
@@ -25,14 +26,13 @@ from reference_impl.fast.layout import (
     RIGHT_Y,
     RX,
     RY,
-    SPIN,
     START,
     UNIT,
     UX,
     UY,
     WEIGHT,
-    Chain,
-    Work,
+    CompiledChain,
+    Workspace,
 )  # fmt: skip
 
 if TYPE_CHECKING:
@@ -48,8 +48,8 @@ def law_acceleration(law: Array, t_s: float) -> float:
 
 
 @compiled
-def unit_torque(law: Array, bar: int, bars: Array) -> float:
-    """Angular acceleration that a unit torque of `law` gives `bar` without reactions, 1/(kg m²)."""
+def rotation_per_unit_torque(law: Array, bar: int, bars: Array) -> float:
+    """Angular acceleration of `bar` per unit torque of `law`, without reactions, 1/(kg m²)."""
     if bar == int(law[BAR]):
         return bars[INVERSE_INERTIA, bar]
     if bar == int(law[REACTS_ON]):
@@ -58,12 +58,12 @@ def unit_torque(law: Array, bar: int, bars: Array) -> float:
 
 
 @compiled
-def respond(n: int, chain: Chain, work: Work) -> bool:
-    """`Work.responses`: reactions to a unit of each prescribed torque, by the same sweeps."""
+def unit_torque_reactions(n: int, chain: CompiledChain, work: Workspace) -> bool:
+    """`Workspace.responses`: reactions to a unit of each prescribed torque, by the same sweeps."""
     rows, well = work.bars, True
     for k in range(len(chain.laws)):
         for i in range(n):
-            turned = chain.bars[HALF, i] * unit_torque(chain.laws[k], i, chain.bars)
+            turned = chain.bars[HALF, i] * rotation_per_unit_torque(chain.laws[k], i, chain.bars)
             rows[RIGHT, i], rows[RIGHT_Y, i] = -turned * rows[UY, i], turned * rows[UX, i]
             rows[LEFT, i], rows[LEFT_Y, i] = turned * rows[UY, i], -turned * rows[UX, i]
         well = reactions(n, chain.bars, rows) and well
@@ -75,7 +75,7 @@ def respond(n: int, chain: Chain, work: Work) -> bool:
 
 
 @compiled
-def levered(n: int, bar: int, x: Array, y: Array, chain: Chain, rows: Array) -> float:
+def rotation_from_reactions(n: int, bar: int, x: Array, y: Array, chain: CompiledChain, rows: Array) -> float:
     """Angular acceleration of `bar` from reactions (x, y): (l/2J) n·(R_j + R_{j-1})."""
     sum_x = (x[bar] if bar < n - 1 else 0.0) + (x[bar - 1] if bar > 0 else 0.0)
     sum_y = (y[bar] if bar < n - 1 else 0.0) + (y[bar - 1] if bar > 0 else 0.0)
@@ -83,13 +83,13 @@ def levered(n: int, bar: int, x: Array, y: Array, chain: Chain, rows: Array) -> 
 
 
 @compiled
-def followed(
-    n: int, law: Array, angular: float, x: Array, y: Array, place_x: float, place_y: float, chain: Chain
+def actual_angle_acceleration(
+    n: int, law: Array, angular: float, x: Array, y: Array, place_x: float, place_y: float, chain: CompiledChain
 ) -> float:
-    """Acceleration of the angle that `law` prescribes, from its bar's and (local horizontal) its longitude's.
+    """Acceleration of the angle prescribed by `law`: the bar's, minus the longitude's for the local horizontal.
 
-    Gravity is central: of the bar's acceleration only the reactions' share turns its longitude, and that of effects
-    which are not central, :func:`reference_impl.fast.effect_dispatch.sideways`.
+    Gravity is central. Only reactions and noncentral effects accelerate the bar's longitude; for effects see
+    :func:`reference_impl.fast.effect_dispatch.add_noncentral_acceleration`.
     """
     if law[LOCAL] == 0.0:
         return angular
@@ -101,8 +101,10 @@ def followed(
 
 
 @compiled
-def place_and_motion(n: int, bar: int, y: Array, chain: Chain, rows: Array) -> tuple[float, float, float, float]:
-    """Place and velocity of a bar's centre from the centre of the body."""
+def bar_position_and_velocity(
+    n: int, bar: int, y: Array, chain: CompiledChain, rows: Array
+) -> tuple[float, float, float, float]:
+    """Position and velocity of a bar's centre from the centre of the body."""
     place_x = place_y = motion_x = motion_y = 0.0
     centre_x = centre_y = drift_x = drift_y = 0.0
     x = z = vx = vz = 0.0
@@ -124,8 +126,11 @@ def place_and_motion(n: int, bar: int, y: Array, chain: Chain, rows: Array) -> t
 
 
 @compiled
-def wanted(law: Array, t_s: float, x: float, y: float, vx: float, vy: float) -> float:
-    """Value that :func:`followed` must take: the law's, and the longitude's share -2 (Z·Z')(Z×Z')/r⁴."""
+def prescribed_angle_acceleration(law: Array, t_s: float, x: float, y: float, vx: float, vy: float) -> float:
+    """Prescribed value of :func:`actual_angle_acceleration`.
+
+    The value is the law's acceleration minus the velocity-dependent part of the longitude's, 2 (Z·Z')(Z×Z')/r⁴.
+    """
     law_s2 = law_acceleration(law, t_s)
     if law[LOCAL] == 0.0:
         return law_s2
@@ -156,23 +161,27 @@ def solve(matrix: Array, found: Array) -> None:
 
 
 @compiled
-def torques(n: int, t_s: float, y: Array, chain: Chain, work: Work) -> None:
-    """`Work.torque_N_m`, from the free reactions and the responses; adds the torques' share to the reactions."""
+def apply_prescribed_torques(n: int, t_s: float, y: Array, chain: CompiledChain, work: Workspace) -> None:
+    """`Workspace.torque_N_m`, from the free reactions and the responses; adds the torques' part to the reactions."""
     rows, laws = work.bars, chain.laws
     free_x, free_y = rows[RX], rows[RY]
     for k in range(len(laws)):
         law, bar = laws[k], int(laws[k, BAR])
-        x, z, vx, vz = place_and_motion(n, bar, y, chain, rows)
-        angular = rows[SPIN, bar] + levered(n, bar, free_x, free_y, chain, rows)
-        lacking = wanted(law, t_s, x, z, vx, vz) - followed(n, law, angular, free_x, free_y, x, z, chain)
+        x, z, vx, vz = bar_position_and_velocity(n, bar, y, chain, rows)
+        angular = rows[ANGULAR, bar] + rotation_from_reactions(n, bar, free_x, free_y, chain, rows)
+        lacking = prescribed_angle_acceleration(law, t_s, x, z, vx, vz) - actual_angle_acceleration(
+            n, law, angular, free_x, free_y, x, z, chain
+        )
         work.matrix[k, len(laws)] = law[UNIT] * lacking
-        sideways(chain.effects, k, law, x, z, work)
+        add_noncentral_acceleration(chain.effects, k, law, x, z, work)
         for other in range(len(laws)):
             rx, rz = work.responses[other, 0], work.responses[other, 1]
-            turned = levered(n, bar, rx, rz, chain, rows) + unit_torque(laws[other], bar, chain.bars)
-            # without units of inertia, or pivots picked across bars of very different size lose the light bars' laws
+            turned = rotation_from_reactions(n, bar, rx, rz, chain, rows) + rotation_per_unit_torque(
+                laws[other], bar, chain.bars
+            )
+            # nondimensional, as pivots chosen across bars of very different size lose the laws of light bars
             unit = law[UNIT] * laws[other, UNIT]
-            work.matrix[k, other] = unit * followed(n, law, turned, rx, rz, x, z, chain)
+            work.matrix[k, other] = unit * actual_angle_acceleration(n, law, turned, rx, rz, x, z, chain)
     solve(work.matrix, work.torque_N_m)
     for k in range(len(laws)):
         work.torque_N_m[k] *= laws[k, UNIT]

@@ -1,6 +1,6 @@
-"""Where everything lies in the fast reference's arrays: one row a quantity, one column a bar.
+"""Layout of the fast reference's arrays: one row per quantity, one column per bar.
 
-The state is one vector, y = [theta (N), Z0 (2), theta' (N), Z0' (2)]: what changes, then its rates; zeros fill it up to
+The state is one vector, y = [theta (N), Z0 (2), theta' (N), Z0' (2)]: coordinates, then their rates. Zeros pad it to
 whole vector registers.
 """
 
@@ -11,95 +11,99 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from reference_impl.model.chain import delicate
+from reference_impl.model.chain import ill_conditioned
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from reference_impl.model.arrays import Array
     from reference_impl.model.chain import ChainModel, GravityModel
-    from reference_impl.model.effect import Effect
+    from reference_impl.model.effect import ChainEffect
 
 GRAVITY_CODES: dict[GravityModel, int] = {"none": 0, "point": 1, "gradient": 2}
 NO_GRAVITY, GRADIENT = GRAVITY_CODES["none"], GRAVITY_CODES["gradient"]
 
-REGISTER = 8  # numbers that the widest vector instructions take at once
-# rows of Chain.bars
-HALF, WEIGHT, INVERSE_MASS, COMPLIANCE, LEVER, INVERSE_INERTIA, PASSED, FREED, DELICATE, REFINED = range(10)
-# rows of Work.bars
-UX, UY, DX, DY, GX, GY, SPIN, LEFT, LEFT_Y, RIGHT, RIGHT_Y, KXX, KXY, KYY = range(14)
+REGISTER = 8  # numbers per widest vector register
+# rows of CompiledChain.bars
+HALF, WEIGHT, INVERSE_MASS, COMPLIANCE, LEVER, INVERSE_INERTIA, PASSED, FREED, ILL_CONDITIONED, REFINED = range(10)
+# rows of Workspace.bars
+UX, UY, DX, DY, GX, GY, ANGULAR, LEFT, LEFT_Y, RIGHT, RIGHT_Y, KXX, KXY, KYY = range(14)
 RX, RY, PX, PY, HXX, HXY, HYX, HYY, BX, BY, LYY = range(14, 25)
-LXX, LXY = PX, PY  # of a factor, where a sweep has its own
-# columns of Chain.laws
+LXX, LXY = PX, PY  # rows of a factor share those of a sweep
+# columns of CompiledChain.laws
 BAR, REACTS_ON, LOCAL, AMPLITUDE, DURATION, START, UNIT = range(7)
-# rows of Pushed.bars, places in Pushed.common
+# rows of EffectSums.bars, indices of EffectSums.common
 AX, AY, VX, VY = range(4)
-COMMON_X, COMMON_Y, ASIDE_X, ASIDE_Y, MEAN_X, MEAN_Y = range(6)
+COMMON_X, COMMON_Y, NONCENTRAL_X, NONCENTRAL_Y, MEAN_X, MEAN_Y = range(6)
 
 
-class Acting(NamedTuple):
-    """One effect as compiled code sees it; its type tells which one it is, so that code is made for sets of effects.
+class CompiledEffect(NamedTuple):
+    """One effect in compiled code; its type identifies the effect, so that code is compiled per set of effects.
 
-    It names no class of the effect's own, or to read what is kept on disk would import the modules of all effects that
-    any process has ever compiled.
+    The type contains no class of the effect. Otherwise, reading the compiler's cache would import the modules of all
+    effects ever compiled.
     """
 
     numbers: NDArray[np.void]
-    """(1,) with one field, named after the effect, that holds its numbers by name"""
+    """(1,) with one field, named after the effect, that holds its constants by name"""
     table: Array
-    """(k, ...) rows that the effect's module tells; (0, 0) where it has none"""
+    """(k, ...) rows defined by the effect's module; (0, 0) for an effect without table"""
     mode: Array
-    """What is held while its push is smooth, set from outside; (0,) where it has no modes"""
+    """Mode of the effect, set by the caller; (0,) for an effect without modes"""
 
 
-Effects = tuple[Acting, ...]
+Effects = tuple[CompiledEffect, ...]
 
 
-class Pushed(NamedTuple):
-    """What the effects of a chain add up to in one evaluation."""
+class EffectSums(NamedTuple):
+    """Sums over a chain's effects in one evaluation."""
 
     bars: Array
-    """(4, N) rows A accelerations, less the common part, that are not towards the centre of the body; V velocities of
-    the bars' centres from the first bar's, made where an effect needs them"""
+    """(4, N) rows A: noncentral accelerations minus the common part; rows V: velocities of the bars' centres from the
+    first bar's, computed only for effects that use them
+    """
     common: Array
-    """(6,) COMMON: acceleration that all bars share; ASIDE: what of it is not towards the centre of the body; MEAN: the
-    centre of mass from the first bar's, made with rows D of `Work.bars`"""
+    """(6,) COMMON: acceleration common to all bars; NONCENTRAL: its noncentral part; MEAN: the centre of mass from the
+    first bar's centre, computed with rows D of `Workspace.bars`
+    """
 
 
-class Chain(NamedTuple):
-    """A chain as compiled code sees it; N bars, P prescribed rotations."""
+class CompiledChain(NamedTuple):
+    """Chain in compiled code; N bars, P prescribed rotations."""
 
     mu_m3_s2: float
     gravity: int
     """One of `GRAVITY_CODES`"""
     bars: Array
     """(10, N) rows HALF l/2, WEIGHT m/M, INVERSE_MASS w = 1/m, COMPLIANCE c = l²/4J, LEVER l/2J, INVERSE_INERTIA 1/J,
-    PASSED 2/(w+c), FREED 4w/(w+c), DELICATE 1 in chains that are, else 0, REFINED 1 where reactions are refined,
-    else 0"""
+    PASSED 2/(w+c), FREED 4w/(w+c), ILL_CONDITIONED 1 in ill-conditioned chains, else 0, REFINED 1 if reactions are
+    refined, else 0
+    """
     laws: Array
-    """(P, 7) columns BAR, REACTS_ON (-1: nothing), LOCAL, AMPLITUDE rad, DURATION s, START s, UNIT sqrt(J)"""
+    """(P, 7) columns BAR, REACTS_ON (-1: none), LOCAL, AMPLITUDE rad, DURATION s, START s, UNIT sqrt(J)"""
     effects: Effects
-    """What acts besides"""
+    """Effects of the chain"""
 
 
-class Work(NamedTuple):
-    """Scratch of one evaluation, and what it found besides the rates."""
+class Workspace(NamedTuple):
+    """Scratch arrays of one evaluation, and its results besides the rates."""
 
     bars: Array
-    """(25, N) rows U unit vectors, D places from the first bar's, G field, SPIN, LEFT and RIGHT accelerations of a
-    bar's ends without reactions, K = c n nᵀ, R reactions (N-1 of them), P and H of the sweep, L and H of the factors,
-    B openings of the joints without reactions; once gravity is known, D and B serve :func:`joints.refine`"""
+    """(25, N) rows U unit vectors, D positions from the first bar's, G field, ANGULAR, LEFT and RIGHT accelerations of
+    the ends without reactions, K = c n nᵀ, R reactions (N-1 of them), P and H of the sweep, L and H of the factors, B
+    relative accelerations of the joined ends without reactions; after gravity, D and B serve :func:`joints.refine`
+    """
     responses: Array
     """(P, 2, N) reactions to a unit of each prescribed torque"""
     matrix: Array
     """(P, P+1) system of the prescribed torques"""
     torque_N_m: Array
     """(P,)"""
-    pushed: Any
-    """`Pushed`; () in a chain without effects, whose code does not know of it"""
+    effect_sums: Any
+    """`EffectSums`; () in a chain without effects, whose code does not use it"""
 
 
-def chain(model: ChainModel) -> Chain:
+def compiled_chain(model: ChainModel) -> CompiledChain:
     """Arrays of `model`."""
     laws = [
         (p.bar, -1 if p.reacts_on is None else p.reacts_on, p.local_horizontal,
@@ -108,56 +112,58 @@ def chain(model: ChainModel) -> Chain:
     ]  # fmt: skip
     table = np.array(laws, dtype=float).reshape(len(laws), 7)
     bars = bar_rows(model.mass_kg, model.length_m, model.inertia_kg_m2)
-    return Chain(float(model.mu_m3_s2), GRAVITY_CODES[model.gravity], bars, table, tuple(map(acting, model.effects)))
+    return CompiledChain(
+        float(model.mu_m3_s2), GRAVITY_CODES[model.gravity], bars, table, tuple(map(compiled_effect, model.effects))
+    )
 
 
-def refined(chain: Chain) -> Chain:
-    """The same chain with reactions refined whatever its bars: where they are looked at."""
+def refined(chain: CompiledChain) -> CompiledChain:
+    """Copy of a chain with refinement of reactions for any bars, for evaluation at samples."""
     bars = chain.bars.copy()
     bars[REFINED] = 1.0
     return chain._replace(bars=bars)
 
 
-def acting(effect: Effect) -> Acting:
-    """Arrays of one effect, by its own module, which is imported only now."""
-    made: Acting = import_module(f"{__package__}.effects.{effect.name}").acting(effect)
+def compiled_effect(effect: ChainEffect) -> CompiledEffect:
+    """Arrays of one effect, by its own module, imported on first use."""
+    made: CompiledEffect = import_module(f"{__package__}.effects.{effect.name}").compiled_effect(effect)
     return made
 
 
-def numbers(name: str, values: dict[str, float]) -> NDArray[np.void]:
-    """`Acting.numbers` of the effect `name`."""
+def effect_numbers(name: str, values: dict[str, float]) -> NDArray[np.void]:
+    """`CompiledEffect.numbers` of the effect `name`."""
     record = np.dtype([(key, float) for key in values])
     return np.array([(tuple(values.values()),)], dtype=[(name, record)])
 
 
 def bar_rows(mass_kg: Array, length_m: Array, inertia_kg_m2: Array) -> Array:
-    """`Chain.bars` of one chain (N,) or of many (..., N); shape (..., 10, N)."""
+    """`CompiledChain.bars` of one chain (N,) or of many (..., N); shape (..., 10, N)."""
     half, w = 0.5 * length_m, 1.0 / mass_kg
     c = half**2 / inertia_kg_m2
     weight = mass_kg / mass_kg.sum(axis=-1, keepdims=True)
-    hard = np.zeros_like(w) + delicate(w, c)[..., None]
+    hard = np.zeros_like(w) + ill_conditioned(w, c)[..., None]
     rows = [half, weight, w, c, half / inertia_kg_m2, 1.0 / inertia_kg_m2, 2.0 / (w + c), 4.0 * w / (w + c), hard, hard]
     return np.stack(rows, axis=-2).astype(float)
 
 
-def work(bars: int, laws: int, effects: Effects = ()) -> Work:
-    """Scratch for a chain of `bars` bars with `laws` prescribed rotations and some effects."""
-    pushed = Pushed(np.zeros((4, bars)), np.zeros(6)) if effects else ()
-    return Work(np.zeros((25, bars)), np.zeros((laws, 2, bars)), np.zeros((laws, laws + 1)), np.zeros(laws), pushed)
+def workspace(bars: int, laws: int, effects: Effects = ()) -> Workspace:
+    """Workspace for a chain of `bars` bars with `laws` prescribed rotations and given effects."""
+    sums = EffectSums(np.zeros((4, bars)), np.zeros(6)) if effects else ()
+    return Workspace(np.zeros((25, bars)), np.zeros((laws, 2, bars)), np.zeros((laws, laws + 1)), np.zeros(laws), sums)
 
 
-def work_of(chain: Chain) -> Work:
-    """Scratch for `chain`."""
-    return work(chain.bars.shape[1], len(chain.laws), chain.effects)
+def workspace_of(chain: CompiledChain) -> Workspace:
+    """Workspace for `chain`."""
+    return workspace(chain.bars.shape[1], len(chain.laws), chain.effects)
 
 
 def pack(com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array) -> Array:
     """State vector of one chain, or state vectors (..., size) of many."""
-    return filled([angle_rad, com_m, rate_rad_s, com_velocity_m_s], 0.0)
+    return padded([angle_rad, com_m, rate_rad_s, com_velocity_m_s], 0.0)
 
 
-def filled(parts: list[Array], value: float) -> Array:
-    """Vectors laid end to end along the last axis, filled up with `value` to whole registers."""
+def padded(parts: list[Array], value: float) -> Array:
+    """Vectors concatenated along the last axis, padded with `value` to whole registers."""
     joined = np.concatenate(parts, axis=-1).astype(float)
     idle = np.full((*joined.shape[:-1], -joined.shape[-1] % REGISTER), value)
     return np.concatenate([joined, idle], axis=-1)

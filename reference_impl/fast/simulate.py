@@ -8,37 +8,36 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import DOP853
 
-from reference_impl.fast import layout
-from reference_impl.fast import stepper as walk
+from reference_impl.fast import layout, stepper
 from reference_impl.fast.accelerations import evaluate
 from reference_impl.fast.dop853 import advance, interpolate
 from reference_impl.fast.jit import compiled
 from reference_impl.fast.layout import RX, RY
 from reference_impl.integrate import stiffness
-from reference_impl.integrate.coordinate_sets import Minimal
-from reference_impl.integrate.discrete_modes import ModelSwitches
+from reference_impl.integrate.coordinate_sets import MinimalCoordinates
+from reference_impl.integrate.discrete_modes import DiscreteModes
 from reference_impl.integrate.simulate import History, Simulation
-from reference_impl.integrate.stepper import Walk, landing, stretches
-from reference_impl.model.complex_vectors import along
-from reference_impl.model.effect import Situation
-from reference_impl.model.joints import LOST
+from reference_impl.integrate.stepper import Integration, contact_instant, smooth_segments
+from reference_impl.model.complex_vectors import unit_along
+from reference_impl.model.effect import EffectState
+from reference_impl.model.joints import NOT_POSITIVE_DEFINITE
 from reference_impl.model.kinematics import gap_vectors, relative_positions
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reference_impl.fast.layout import Chain, Work
-    from reference_impl.integrate.coordinate_sets import Packing
+    from reference_impl.fast.layout import CompiledChain, Workspace
+    from reference_impl.integrate.coordinate_sets import StateCoordinates
     from reference_impl.model.arrays import Array
     from reference_impl.model.chain import ChainModel
     from reference_impl.model.effect import Modes
 
-EXACT_RTOL = 1e-14  # a request below what rounding of states and coefficients leaves: both then are compensated
-LEAST_RTOL = 1e-15  # below it the error estimate is rounding, and steps would collapse
+EXACT_RTOL = 1e-14  # below it, rounding of states and coefficients is compensated
+LEAST_RTOL = 1e-15  # below it the error estimate is round-off, and steps would collapse
 
 
 class FastSimulation:
-    """One run: made, walked, then looked at; arguments and meaning as in :class:`Simulation`."""
+    """One run: set-up, integration, observables; arguments and meaning as in :class:`Simulation`."""
 
     def __init__(
         self,
@@ -50,58 +49,62 @@ class FastSimulation:
         *,
         rtol: float,
     ) -> None:
-        """Set up a run, and have its code compiled."""
+        """Set up a run, and compile its code."""
         self.model = model
-        self.twin = Simulation(model, com_m, com_velocity_m_s, angle_rad, rate_rad_s, rtol=max(rtol, LEAST_RTOL))
+        self.reference = Simulation(model, com_m, com_velocity_m_s, angle_rad, rate_rad_s, rtol=max(rtol, LEAST_RTOL))
         self.order = reference_order(model.bars)
         self.y0 = layout.pack(com_m, com_velocity_m_s, angle_rad, rate_rad_s)
         self.atol = np.ones_like(self.y0)
-        self.atol[self.order] = self.twin.atol
+        self.atol[self.order] = self.reference.atol
         self.exact = rtol <= EXACT_RTOL
-        self.chain = layout.chain(model)
-        self.work = layout.work_of(self.chain)
-        self.twin.packing = CompiledRates(self.chain, self.work, self.y0, self.order, model)
-        self.switches: ModelSwitches | None = None
-        self.watching = any(effect.watched for effect in model.effects)
+        self.chain = layout.compiled_chain(model)
+        self.work = layout.workspace_of(self.chain)
+        self.reference.coordinates = CompiledRates(self.chain, self.work, self.y0, self.order, model)
+        self.events: DiscreteModes | None = None
+        self.detects_events = any(effect.has_state_events for effect in model.effects)
         self.warm_up()
 
     def warm_up(self) -> None:
-        """Have all that a walk may call compiled, or loaded from where it was kept, by calls that change nothing."""
-        self.aim(np.zeros(1))
-        self.go(np.inf, -np.inf)
-        if self.twin.floor_m or self.watching:
-            walk.dense(self.carry, self.chain, self.work)
-            interpolate(0.0, self.carry.before, self.carry.powers, self.carry.end)
-            walk.take_samples(-np.inf, self.t_s, self.rows, True, self.carry, self.chain, self.work)
-            walk.leave_step(self.carry)
-        if self.watching:
-            self.retaken(0.0)
+        """Compile all functions of an integration, or load them from the cache, by calls without effect."""
+        self.reset(np.zeros(1))
+        self.advance_to(np.inf, -np.inf)
+        if self.reference.contact_free_radius_m or self.detects_events:
+            stepper.make_interpolant(self.stepper, self.chain, self.work)
+            interpolate(0.0, self.stepper.before, self.stepper.powers, self.stepper.end)
+            stepper.take_samples(-np.inf, self.t_s, self.rows, True, self.stepper, self.chain, self.work)
+            stepper.begin_next_step(self.stepper)
+        if self.detects_events:
+            self.partial_step(0.0)
 
-    def aim(self, t_s: Array) -> None:
-        """Stand at the start, with the sample instants `t_s` ahead."""
+    def reset(self, t_s: Array) -> None:
+        """Reset to the start, with the sample instants `t_s`."""
         self.t_s, self.rows = t_s, np.empty((len(t_s), len(self.y0)))
         self.rows[0] = self.y0
-        self.carry = walk.stepper(self.y0, exact=self.exact)
-        self.carry.clock[walk.NOW] = t_s[0]
-        self.carry.clock[walk.SEEN] = 1
+        self.stepper = stepper.new_stepper(self.y0, exact=self.exact)
+        self.stepper.clock[stepper.NOW] = t_s[0]
+        self.stepper.clock[stepper.SAMPLED] = 1
 
-    def go(self, start_s: float, end_s: float) -> int:
-        """Walk on to `end_s`."""
-        code: int = walk.go(
+    def advance_to(self, start_s: float, end_s: float) -> int:
+        """Integrate to `end_s`; return the stepper's code."""
+        code: int = stepper.advance_to(
             start_s,
             end_s,
-            walk.Ground(self.twin.floor_m, self.twin.safe_m, self.twin.pull_m_s2),
+            stepper.SurfaceBounds(
+                self.reference.contact_free_radius_m,
+                self.reference.contact_free_perigee_m,
+                self.reference.largest_pull_m_s2,
+            ),
             self.t_s,
             self.rows,
             self.atol,
-            self.carry,
+            self.stepper,
             self.chain,
             self.work,
         )
         return code
 
-    def walk(self, t_s: Array) -> Walk:
-        """Integrate over the sample instants, from ``t_s[0]``; stop where a bar reaches the surface.
+    def integrate(self, t_s: Array) -> Integration:
+        """Integrate over the sample instants, from ``t_s[0]``; stop at contact of a bar with the surface.
 
         Raises
         ------
@@ -110,54 +113,59 @@ class FastSimulation:
         numpy.linalg.LinAlgError
             If the joint system is not positive definite in double precision.
         """
-        if stiffness.method(self.twin.packing, self.twin.y0, t_s, self.twin.atol) is not DOP853:
-            return self.walk_implicitly(t_s)
-        self.aim(t_s)
+        if (
+            stiffness.choose_method(self.reference.coordinates, self.reference.y0, t_s, self.reference.atol)
+            is not DOP853
+        ):
+            return self.integrate_implicitly(t_s)
+        self.reset(t_s)
         if self.model.effects or self.model.impulses:
-            self.switches = ModelSwitches(self.twin.packing, float(t_s[-1]))
+            self.events = DiscreteModes(self.reference.coordinates, float(t_s[-1]))
         stopped_s = None
-        for start, end in stretches(t_s, self.model.breaks_s):
-            stopped_s = self.walk_smooth(start, end)
+        for start, end in smooth_segments(t_s, self.model.breaks_s):
+            stopped_s = self.integrate_segment(start, end)
             if stopped_s is not None:
                 break
-        clock = self.carry.clock
-        seen = int(clock[walk.SEEN])
-        return Walk(self.t_s[:seen], self.rows[:seen], int(clock[walk.STEPS]), int(clock[walk.EVALUATIONS]), stopped_s)
+        clock = self.stepper.clock
+        count = int(clock[stepper.SAMPLED])
+        return Integration(
+            self.t_s[:count], self.rows[:count], int(clock[stepper.STEPS]), int(clock[stepper.EVALUATIONS]), stopped_s
+        )
 
-    def walk_implicitly(self, t_s: Array) -> Walk:
-        """The reference's own walk, with compiled rates: an implicit method's time goes into its linear algebra."""
-        self.aim(t_s)
-        seen = self.twin.walk(t_s)
-        self.switches = self.twin.switches
-        rows = np.zeros((len(seen.y), len(self.y0)))
-        rows[:, self.order] = seen.y
-        return dataclasses.replace(seen, y=rows)
+    def integrate_implicitly(self, t_s: Array) -> Integration:
+        """Integrate with the NumPy reference's implicit solver and compiled rates."""
+        self.reset(t_s)
+        result = self.reference.integrate(t_s)
+        self.events = self.reference.events
+        rows = np.zeros((len(result.y), len(self.y0)))
+        rows[:, self.order] = result.y
+        return dataclasses.replace(result, y=rows)
 
-    def walk_smooth(self, start_s: float, end_s: float) -> float | None:
-        """Walk from break to break; instant at which a bar reached the surface, or None."""
-        if self.switches:
-            self.stand(start_s, self.switches.enter(start_s, end_s, self.carry.y[self.order]))
+    def integrate_segment(self, start_s: float, end_s: float) -> float | None:
+        """Integrate from break to break; return the instant of contact with the surface, or None."""
+        if self.events:
+            self.set_state(start_s, self.events.begin_segment(start_s, end_s, self.stepper.y[self.order]))
         here: float = start_s
-        code, stopped_s = self.go(here, end_s), None
-        while code in (walk.LOOK, walk.FALLEN) and stopped_s is None:
-            stopped_s, fallen_s = self.look(code)
-            here = start_s if fallen_s is None else fallen_s
-            code = walk.ARRIVED if stopped_s is not None else self.go(here, end_s)
-        self.complain(code)
+        code, stopped_s = self.advance_to(here, end_s), None
+        while code in (stepper.CHECK_SURFACE, stepper.MODE_ENDED) and stopped_s is None:
+            stopped_s, event_s = self.examine_step(code)
+            here = start_s if event_s is None else event_s
+            code = stepper.ARRIVED if stopped_s is not None else self.advance_to(here, end_s)
+        self.raise_failure(code)
         return stopped_s
 
-    def stand(self, t_s: float, y: Array) -> None:
-        """Stand at the start of a smooth part, in the reference's own vector, with the modes that hold there."""
-        self.carry.clock[walk.NOW] = t_s
-        self.carry.y[self.order] = y
-        hold(self.chain, self.twin.packing.modes)
+    def set_state(self, t_s: float, y: Array) -> None:
+        """Set time, state (in the NumPy reference's order) and modes at the start of a smooth segment."""
+        self.stepper.clock[stepper.NOW] = t_s
+        self.stepper.y[self.order] = y
+        set_modes(self.chain, self.reference.coordinates.modes)
 
-    def look(self, code: int) -> tuple[float | None, float | None]:
-        """Instants in the last step at which a bar reached the surface and a mode ceased to hold; samples till then."""
-        carry = self.carry
-        if not self.watching:  # else it is there
-            walk.dense(carry, self.chain, self.work)
-        end, step = carry.clock[walk.NOW], carry.clock[walk.TAKEN]
+    def examine_step(self, code: int) -> tuple[float | None, float | None]:
+        """Instants of contact and of a mode's end in the last step; takes its samples up to the first of them."""
+        carry = self.stepper
+        if not self.detects_events:  # otherwise already computed
+            stepper.make_interpolant(carry, self.chain, self.work)
+        end, step = carry.clock[stepper.NOW], carry.clock[stepper.TAKEN]
         found = np.empty_like(carry.y)
 
         def at(t: float) -> Array:
@@ -165,61 +173,67 @@ class FastSimulation:
             state: Array = found[self.order]
             return state
 
-        fallen_s = self.switches.fall(at, end - step, end) if self.switches and self.watching else None
-        stopped_s = self.landed(code, at, fallen_s)
-        until = next(t for t in (stopped_s, fallen_s, end) if t is not None)
-        walk.take_samples(until, self.t_s, self.rows, True, carry, self.chain, self.work)
-        if fallen_s is not None and stopped_s is None and self.switches:
-            fallen_s, state = self.switches.let_go(self.retaken, fallen_s, (end - step, end))
-            self.stand(fallen_s, state)
+        event_s = self.events.find_event(at, end - step, end) if self.events and self.detects_events else None
+        stopped_s = self.contact_instant(code, at, event_s)
+        until = next(t for t in (stopped_s, event_s, end) if t is not None)
+        stepper.take_samples(until, self.t_s, self.rows, True, carry, self.chain, self.work)
+        if event_s is not None and stopped_s is None and self.events:
+            event_s, state = self.events.apply_event(self.partial_step, event_s, (end - step, end))
+            self.set_state(event_s, state)
         else:
-            walk.leave_step(carry)
-        return stopped_s, fallen_s
+            stepper.begin_next_step(carry)
+        return stopped_s, event_s
 
-    def retaken(self, until_s: float) -> Array:
-        """State, in the reference's own order, at an instant inside the last step, by a step to there."""
-        carry = self.carry
-        begin = carry.clock[walk.NOW] - carry.clock[walk.TAKEN]
+    def partial_step(self, until_s: float) -> Array:
+        """State in the NumPy reference's order at an instant inside the last step, by a shorter step."""
+        carry = self.stepper
+        begin = carry.clock[stepper.NOW] - carry.clock[stepper.TAKEN]
         advance(begin, until_s - begin, carry.before, carry.slopes, carry.end, self.chain, self.work)
-        carry.clock[walk.EVALUATIONS] += 12
+        carry.clock[stepper.EVALUATIONS] += 12
         state: Array = carry.end[self.order]
         return state
 
-    def landed(self, code: int, at: Callable[[float], Array], fallen_s: float | None) -> float | None:
-        """Instant at which a bar reached the surface in the last step, if that is before a mode ceased to hold."""
-        end, step = self.carry.clock[walk.NOW], self.carry.clock[walk.TAKEN]
-        before, after = self.carry.before[self.order], self.carry.y[self.order]
-        if code != walk.LOOK and (not self.twin.floor_m or self.twin.clear(before, after, step)):
+    def contact_instant(self, code: int, at: Callable[[float], Array], event_s: float | None) -> float | None:
+        """Instant of contact with the surface in the last step, if before the end of a mode."""
+        end, step = self.stepper.clock[stepper.NOW], self.stepper.clock[stepper.TAKEN]
+        before, after = self.stepper.before[self.order], self.stepper.y[self.order]
+        if code != stepper.CHECK_SURFACE and (
+            not self.reference.contact_free_radius_m or self.reference.clears_surface(before, after, step)
+        ):
             return None
-        stopped_s = landing(at, self.twin.height, end - step, end, self.twin.height(before))
-        later = stopped_s is not None and fallen_s is not None and stopped_s > fallen_s
+        stopped_s = contact_instant(at, self.reference.height, end - step, end, self.reference.height(before))
+        later = stopped_s is not None and event_s is not None and stopped_s > event_s
         return None if later else stopped_s
 
-    def complain(self, code: int) -> None:
-        """Raise what the reference would."""
-        if code == walk.LOST_JOINT:
-            raise np.linalg.LinAlgError(LOST)
-        now = self.carry.clock[walk.NOW]
-        if code == walk.NOT_FINITE and now == self.t_s[0]:
-            raise ArithmeticError(f"the initial state or its rate is not finite{self.twin.suspicion}")
+    def raise_failure(self, code: int) -> None:
+        """Raise the same error as the NumPy reference."""
+        if code == stepper.LOST_JOINT:
+            raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
+        now = self.stepper.clock[stepper.NOW]
+        if code == stepper.NOT_FINITE and now == self.t_s[0]:
+            raise ArithmeticError(f"the initial state or its rate is not finite{self.reference.failure_hint}")
         words = {
-            walk.COLLAPSED: "Required step size is less than spacing between numbers.",
-            walk.NOT_FINITE: "state not finite",
+            stepper.COLLAPSED: "Required step size is less than spacing between numbers.",
+            stepper.NOT_FINITE: "state not finite",
         }
         if code in words:
-            raise ArithmeticError(f"DOP853 gave up at t = {now:.6g} s: {words[code]}{self.twin.suspicion}")
+            raise ArithmeticError(f"DOP853 failed at t = {now:.6g} s: {words[code]}{self.reference.failure_hint}")
 
-    def history(self, seen: Walk, *, condition: bool = False) -> History:
-        """Observables at the samples of a walk."""
+    def history(self, result: Integration, *, condition: bool = False) -> History:
+        """Observables at the samples of an integration."""
         n = self.model.bars
-        reaction, torque = np.zeros((len(seen.t_s), n - 1, 2)), np.zeros((len(seen.t_s), len(self.chain.laws)))
-        self.observe(seen, reaction, torque)
-        angle, com, rate, velocity = np.split(seen.y[:, : 2 * n + 4], [n, n + 2, 2 * n + 2], axis=1)
+        reaction, torque = np.zeros((len(result.t_s), n - 1, 2)), np.zeros((len(result.t_s), len(self.chain.laws)))
+        self.observe(result, reaction, torque)
+        angle, com, rate, velocity = np.split(result.y[:, : 2 * n + 4], [n, n + 2, 2 * n + 2], axis=1)
         position = np.array([relative_positions(self.model, a) for a in angle])
         gaps = [np.linalg.norm(gap_vectors(self.model, d, a), axis=-1) for d, a in zip(position, angle, strict=True)]
-        numbers = [self.twin.condition(self.twin.packing.unpack(y[self.order])) for y in seen.y] if condition else None
+        numbers = (
+            [self.reference.condition(self.reference.coordinates.unpack(y[self.order])) for y in result.y]
+            if condition
+            else None
+        )
         return History(
-            seen.t_s,
+            result.t_s,
             com,
             velocity,
             angle,
@@ -229,50 +243,50 @@ class FastSimulation:
             np.linalg.norm(np.einsum("j,tjk->tk", self.model.weight, position), axis=1),
             torque,
             None if numbers is None else np.array(numbers),
-            seen.steps,
-            seen.evaluations,
-            seen.stopped_s,
-            self.switches.impulses(seen.t_s) if self.switches else None,
-            stiffness.WORDS[self.twin.method],
+            result.steps,
+            result.evaluations,
+            result.stopped_s,
+            self.events.impulse_sums(result.t_s) if self.events else None,
+            stiffness.METHOD_NAMES[self.reference.method],
         )
 
-    def observe(self, seen: Walk, reaction_N: Array, torque_N_m: Array) -> None:
-        """Reactions (n, N-1, 2) and torques (n, P) at the samples; modes, where there are any, as each state says."""
+    def observe(self, result: Integration, reaction_N: Array, torque_N_m: Array) -> None:
+        """Reactions (n, N-1, 2) and torques (n, P) at the samples; modes follow from each state."""
         chain = layout.refined(self.chain)
         moded = any(effect.mode.size for effect in chain.effects)
-        for one in [slice(k, k + 1) for k in range(len(seen.t_s))] if moded else [slice(None)]:
-            t, y = seen.t_s[one], seen.y[one]
+        for one in [slice(k, k + 1) for k in range(len(result.t_s))] if moded else [slice(None)]:
+            t, y = result.t_s[one], result.y[one]
             if moded:
-                hold(chain, modes_at(self.twin.packing, t[0], y[0, self.order]))
-            if not observe(t, y, self.carry.end, chain, self.work, reaction_N[one], torque_N_m[one]):
-                raise np.linalg.LinAlgError(LOST)
+                set_modes(chain, modes_at(self.reference.coordinates, t[0], y[0, self.order]))
+            if not observe(t, y, self.stepper.end, chain, self.work, reaction_N[one], torque_N_m[one]):
+                raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
 
 
-def modes_at(packing: Packing, t_s: float, y: Array) -> Modes:
-    """What a state of the reference says of its effects' modes."""
-    state = packing.unpack(y)
-    at = Situation(packing.model, t_s, state, along(state.angle_rad))
-    return tuple(effect.mode(at) for effect in packing.model.effects)
+def modes_at(coordinates: StateCoordinates, t_s: float, y: Array) -> Modes:
+    """Modes of the effects at a state in the NumPy reference's order."""
+    state = coordinates.unpack(y)
+    at = EffectState(coordinates.model, t_s, state, unit_along(state.angle_rad))
+    return tuple(effect.mode(at) for effect in coordinates.model.effects)
 
 
-def hold(chain: Chain, modes: Modes | None) -> None:
-    """Hold these modes in compiled code."""
+def set_modes(chain: CompiledChain, modes: Modes | None) -> None:
+    """Set the modes in compiled code."""
     for effect, mode in zip(chain.effects, modes or (), strict=True):
         if mode is not None:
             effect.mode[:] = mode
 
 
-class CompiledRates(Minimal):
-    """The reference's vector, its rates by compiled code."""
+class CompiledRates(MinimalCoordinates):
+    """Minimal coordinates in the NumPy reference's order, with compiled rates."""
 
-    def __init__(self, chain: Chain, work: Work, y0: Array, order: Array, model: ChainModel) -> None:
-        """Rates of `chain`, whose vectors are like `y0` and hold the reference's where `order` says."""
+    def __init__(self, chain: CompiledChain, work: Workspace, y0: Array, order: Array, model: ChainModel) -> None:
+        """Prepare rates of `chain`, with vectors like `y0`; `order` maps the NumPy reference's order to them."""
         super().__init__(model)
         self.chain, self.work, self.order = chain, work, order
         self.y, self.rates = np.zeros_like(y0), np.zeros_like(y0)
 
     def rhs(self, t_s: float, y: Array) -> Array:
-        """Time derivative of the reference's vector.
+        """Time derivative of a vector in the NumPy reference's order.
 
         Raises
         ------
@@ -280,15 +294,15 @@ class CompiledRates(Minimal):
             If the joint system is not positive definite in double precision.
         """
         self.y[self.order] = y
-        hold(self.chain, self.modes or (modes_at(self, t_s, y) if self.model.effects else None))
+        set_modes(self.chain, self.modes or (modes_at(self, t_s, y) if self.model.effects else None))
         if not evaluate(t_s, self.y, self.rates, self.chain, self.work):
-            raise np.linalg.LinAlgError(LOST)
+            raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
         rates: Array = self.rates[self.order]
         return rates
 
 
 def reference_order(bars: int) -> Array:
-    """Where the reference's [Z0, Z0', theta, theta'] are in [theta, Z0, theta', Z0'], shape (2N+4,) of int."""
+    """Indices of the NumPy reference's [Z0, Z0', theta, theta'] in [theta, Z0, theta', Z0'], shape (2N+4,) of int."""
     n = bars
     order: Array = np.concatenate([[n, n + 1, 2 * n + 2, 2 * n + 3], np.arange(n), np.arange(n + 2, 2 * n + 2)]).astype(
         int
@@ -298,9 +312,9 @@ def reference_order(bars: int) -> Array:
 
 @compiled
 def observe(
-    t_s: Array, y: Array, scratch: Array, chain: Chain, work: Work, reaction_N: Array, torque_N_m: Array
+    t_s: Array, y: Array, scratch: Array, chain: CompiledChain, work: Workspace, reaction_N: Array, torque_N_m: Array
 ) -> bool:
-    """Reactions (n, N-1, 2) and torques (n, P) at the states (n, size); False where a joint is lost in round-off."""
+    """Reactions (n, N-1, 2) and torques (n, P) at the states (n, size); False if a pivot is lost in round-off."""
     joints, well = chain.bars.shape[1] - 1, True
     for k in range(len(t_s)):
         well = evaluate(t_s[k], y[k], scratch, chain, work) and well

@@ -1,4 +1,4 @@
-"""The compiled walk over the samples, step by step, with a word to the caller wherever it can't go on by itself."""
+"""Compiled integration over the samples, step by step, with a return code for each case that needs the caller."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from reference_impl.fast.accelerations import evaluate
-from reference_impl.fast.bar_positions import hang_from_first
+from reference_impl.fast.bar_positions import centres_from_first
 from reference_impl.fast.dop853 import (
     EXPONENT,
     LARGEST_FACTOR,
@@ -22,59 +22,60 @@ from reference_impl.fast.dop853 import (
     interpolant,
     interpolate,
 )  # fmt: skip
-from reference_impl.fast.effect_dispatch import crossed, watched
+from reference_impl.fast.effect_dispatch import has_state_events, mode_ended
 from reference_impl.fast.jit import compiled
 from reference_impl.fast.layout import LEVER, NO_GRAVITY, RX, RY
 from reference_impl.fast.trigonometry import unit_vectors
-from reference_impl.integrate.coordinate_sets import LAST_DIGIT
-from reference_impl.integrate.discrete_modes import LOOKS
+from reference_impl.integrate.coordinate_sets import ANGLE_ROUNDOFF
+from reference_impl.integrate.discrete_modes import EVENT_SAMPLES
 
 if TYPE_CHECKING:
-    from reference_impl.fast.layout import Chain, Work
+    from reference_impl.fast.layout import CompiledChain, Workspace
     from reference_impl.model.arrays import Array
 
-ARRIVED, LOOK, COLLAPSED, NOT_FINITE, LOST_JOINT, FALLEN = range(6)
-FROM_START = (0.0, *LOOKS)  # of a step
-RTOL_FLOOR = 100.0 * float(np.finfo(float).eps)  # SciPy's least
-# places in Stepper.clock
-NOW, STEP, TAKEN, STEPS, SEEN, EVALUATIONS, EXACT = range(7)
+ARRIVED, CHECK_SURFACE, COLLAPSED, NOT_FINITE, LOST_JOINT, MODE_ENDED = range(6)
+FROM_START = (0.0, *EVENT_SAMPLES)  # of a step
+RTOL_FLOOR = 100.0 * float(np.finfo(float).eps)  # SciPy's smallest
+# indices of Stepper.clock
+NOW, STEP, TAKEN, STEPS, SAMPLED, EVALUATIONS, EXACT = range(7)
 
 
-class Ground(NamedTuple):
-    """What a chain may run into."""
+class SurfaceBounds(NamedTuple):
+    """Bounds that exclude contact with the surface."""
 
-    floor_m: float
-    """Distance of the centre of mass from the body's centre above which nothing can touch it; 0: no surface"""
-    safe_m: float
-    """The same for the lowest point of its orbit"""
-    pull_m_s2: float
-    """Bound of what pulls it down"""
+    contact_free_radius_m: float
+    """Orbital radius of the centre of mass above which no bar can touch the surface; 0: no surface"""
+    contact_free_perigee_m: float
+    """The same for the perigee of its orbit"""
+    largest_pull_m_s2: float
+    """Upper bound of the acceleration towards the body"""
 
 
 class Stepper(NamedTuple):
-    """Everything that a walk carries from step to step."""
+    """State of an integration between steps."""
 
     clock: Array
-    """(7,) NOW, s; STEP, size of the next step, s; TAKEN, that of the last; counts: STEPS, SEEN samples, EVALUATIONS;
-    EXACT: 1 where steps are taken by `advance_exactly`, else 0"""
+    """(7,) NOW, s; STEP, size of the next step, s; TAKEN, size of the last step, s; counts: STEPS, SAMPLED samples,
+    EVALUATIONS; EXACT: 1 for steps by `advance_exactly`, else 0
+    """
     y: Array
-    """(size,) state now; `size` is 2N+4, filled up"""
+    """(size,) current state; `size` is 2N+4, padded"""
     before: Array
     """(size,) state before the last step"""
     end: Array
     """(size,) scratch"""
     slopes: Array
-    """(16, size) rates at the stages; row 0 is the rate now"""
+    """(16, size) rates at the stages; row 0 is the current rate"""
     powers: Array
     """(7, size) interpolant of the last step"""
     allowed: Array
     """(size,) error allowed in the next step"""
     residue: Array
-    """(2, size) what the state lacks by rounding, now and at the end of the step tried; zeros unless EXACT"""
+    """(2, size) rounding residues of the current state and of the end of the trial step; zeros unless EXACT"""
 
 
-def stepper(y: Array, *, exact: bool = False) -> Stepper:
-    """Carry of a walk that starts at `y`."""
+def new_stepper(y: Array, *, exact: bool = False) -> Stepper:
+    """Stepper of an integration that starts at `y`."""
     size, clock = len(y), np.zeros(7)
     clock[EXACT] = exact
     slopes, powers, residue = (np.zeros((rows, size)) for rows in (ROWS, POWER, 2))
@@ -82,8 +83,8 @@ def stepper(y: Array, *, exact: bool = False) -> Stepper:
 
 
 @compiled
-def start(t_s: float, end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int:
-    """Begin a smooth stretch of the walk: the rate now and the first step's size; ARRIVED, or what is wrong."""
+def begin_segment(t_s: float, end_s: float, atol: Array, s: Stepper, chain: CompiledChain, work: Workspace) -> int:
+    """Begin a smooth segment: the current rate and the first step's size; ARRIVED, or the code of a failure."""
     s.clock[NOW], s.clock[TAKEN] = t_s, 0.0
     for i in range(len(s.y)):
         s.residue[0, i] = 0.0
@@ -96,13 +97,13 @@ def start(t_s: float, end_s: float, atol: Array, s: Stepper, chain: Chain, work:
     s.clock[EVALUATIONS] += 1
     size = 2 * chain.bars.shape[1] + 4
     s.clock[STEP] = first_step(size, t_s, end_s - t_s, s.y, s.slopes, s.end, atol, RTOL_FLOOR, chain, work)
-    allow(atol, s, chain, work)
+    set_allowed_error(atol, s, chain, work)
     return ARRIVED
 
 
 @compiled
 def finite(y: Array, rates: Array) -> bool:
-    """Whether a state and its rates are numbers."""
+    """Whether a state and its rates are finite."""
     total = 0.0
     for i in range(len(y)):
         total += abs(y[i]) + abs(rates[i])
@@ -110,10 +111,11 @@ def finite(y: Array, rates: Array) -> bool:
 
 
 @compiled
-def allow(atol: Array, s: Stepper, chain: Chain, work: Work) -> None:
-    """Error allowed in the next step: `atol`, but no less than rounding an angle makes anyway.
+def set_allowed_error(atol: Array, s: Stepper, chain: CompiledChain, work: Workspace) -> None:
+    """Set the error allowed in the next step: `atol`, but no less than the round-off of the angles.
 
-    As :meth:`reference_impl.integrate.coordinate_sets.Packing.shaken`, by the reactions of the last evaluation.
+    As :meth:`reference_impl.integrate.coordinate_sets.StateCoordinates.state_roundoff_floor`, by the reactions of the
+    last evaluation.
     """
     n, rows = chain.bars.shape[1], work.bars
     before_x = before_y = 0.0
@@ -123,14 +125,14 @@ def allow(atol: Array, s: Stepper, chain: Chain, work: Work) -> None:
         x, y = (rows[RX, i], rows[RY, i]) if i < n - 1 else (0.0, 0.0)
         turned = abs(s.y[i])
         swing = max(turned, 1.0) * np.sqrt(chain.bars[LEVER, i] * np.hypot(x + before_x, y + before_y))
-        s.allowed[i] = max(atol[i], LAST_DIGIT * turned)
-        s.allowed[n + 2 + i] = max(atol[n + 2 + i], LAST_DIGIT * swing)
+        s.allowed[i] = max(atol[i], ANGLE_ROUNDOFF * turned)
+        s.allowed[n + 2 + i] = max(atol[n + 2 + i], ANGLE_ROUNDOFF * swing)
         before_x, before_y = x, y
 
 
 @compiled
-def step(end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int:
-    """One accepted step towards `end_s`, as SciPy's controller takes it."""
+def take_step(end_s: float, atol: Array, s: Stepper, chain: CompiledChain, work: Workspace) -> int:
+    """Take one accepted step towards `end_s`, with SciPy's step control."""
     t, h, rejected = s.clock[NOW], s.clock[STEP], False
     exact = s.clock[EXACT] != 0.0
     relative = 0.0 if exact else RTOL_FLOOR
@@ -155,7 +157,7 @@ def step(end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int
             for i in range(len(s.y)):
                 s.before[i], s.y[i] = s.y[i], s.end[i]
                 s.residue[0, i] = s.residue[1, i]
-            allow(atol, s, chain, work)
+            set_allowed_error(atol, s, chain, work)
             return ARRIVED
         h *= max(LEAST_FACTOR, SAFETY * error**EXPONENT) if np.isfinite(error) else LEAST_FACTOR
         rejected = True
@@ -163,43 +165,43 @@ def step(end_s: float, atol: Array, s: Stepper, chain: Chain, work: Work) -> int
 
 
 @compiled
-def dense(s: Stepper, chain: Chain, work: Work) -> None:
-    """Make the last step's interpolant."""
+def make_interpolant(s: Stepper, chain: CompiledChain, work: Workspace) -> None:
+    """Compute the last step's interpolant."""
     h = s.clock[TAKEN]
     interpolant(s.clock[NOW] - h, h, s.before, s.y, s.slopes, s.end, s.powers, chain, work)
     s.clock[EVALUATIONS] += 3
 
 
 @compiled
-def leave_step(s: Stepper) -> None:
-    """Make the rate at the end of the last step that at the start of the next."""
+def begin_next_step(s: Stepper) -> None:
+    """Copy the rate at the end of the last step to the start of the next."""
     for i in range(len(s.y)):
         s.slopes[0, i] = s.slopes[12, i]
 
 
 @compiled
 def take_samples(
-    until_s: float, t_s: Array, rows: Array, have_dense: bool, s: Stepper, chain: Chain, work: Work
+    until_s: float, t_s: Array, rows: Array, have_dense: bool, s: Stepper, chain: CompiledChain, work: Workspace
 ) -> None:
     """Samples of the last step up to `until_s`, from its end or its interpolant."""
     now, h = s.clock[NOW], s.clock[TAKEN]
-    seen = int(s.clock[SEEN])
+    seen = int(s.clock[SAMPLED])
     while seen < len(t_s) and t_s[seen] <= until_s:
         if t_s[seen] == now:
             for i in range(len(s.y)):
                 rows[seen, i] = s.y[i]
         else:
             if not have_dense:
-                dense(s, chain, work)
+                make_interpolant(s, chain, work)
                 have_dense = True
             interpolate((t_s[seen] - (now - h)) / h, s.before, s.powers, rows[seen])
         seen += 1
-    s.clock[SEEN] = seen
+    s.clock[SAMPLED] = seen
 
 
 @compiled
-def perigee(n: int, y: Array, mu_m3_s2: float) -> float:
-    """Lowest point of the Kepler orbit through a state, m from the centre."""
+def perigee_m(n: int, y: Array, mu_m3_s2: float) -> float:
+    """Perigee of the Kepler orbit through a state, m from the centre."""
     x, z, vx, vz = y[n], y[n + 1], y[2 * n + 2], y[2 * n + 3]
     swept = x * vz - z * vx
     energy = 0.5 * (vx * vx + vz * vz) - mu_m3_s2 / np.hypot(x, z)
@@ -208,82 +210,82 @@ def perigee(n: int, y: Array, mu_m3_s2: float) -> float:
 
 
 @compiled
-def clear(n: int, h: float, before: Array, y: Array, chain: Chain, ground: Ground) -> bool:
-    """Whether no point of the chain can have been below the surface in the last step.
+def clears_surface(n: int, h: float, before: Array, y: Array, chain: CompiledChain, ground: SurfaceBounds) -> bool:
+    """Whether contact with the surface is impossible in the last step.
 
-    As :meth:`reference_impl.integrate.simulate.Simulation.clear`.
+    As :meth:`reference_impl.integrate.simulate.Simulation.clears_surface`.
     """
-    if chain.gravity != NO_GRAVITY and perigee(n, y, chain.mu_m3_s2) > ground.safe_m:
+    if chain.gravity != NO_GRAVITY and perigee_m(n, y, chain.mu_m3_s2) > ground.contact_free_perigee_m:
         return True
-    pull = ground.pull_m_s2
+    pull = ground.largest_pull_m_s2
     half = 0.5 * h
     r0, r1 = np.hypot(before[n], before[n + 1]), np.hypot(y[n], y[n + 1])
     fall0 = (before[n] * before[2 * n + 2] + before[n + 1] * before[2 * n + 3]) / r0
     fall1 = -(y[n] * y[2 * n + 2] + y[n + 1] * y[2 * n + 3]) / r1
     low0 = r0 + min(0.0, fall0) * half - 0.5 * pull * half * half
     low1 = r1 + min(0.0, fall1) * half - 0.5 * pull * half * half
-    return bool(min(low0, low1) > ground.floor_m)
+    return bool(min(low0, low1) > ground.contact_free_radius_m)
 
 
 @compiled
-def fallen(s: Stepper, chain: Chain, work: Work) -> bool:
-    """Whether any effect's mode does not hold at a look into the last step, whose interpolant is there.
+def mode_ended_in_step(s: Stepper, chain: CompiledChain, work: Workspace) -> bool:
+    """Whether a mode of any effect has ended at a sample of the last step, by its interpolant.
 
-    As :meth:`reference_impl.integrate.discrete_modes.ModelSwitches.fall`, which then finds the instant.
+    As :meth:`reference_impl.integrate.discrete_modes.DiscreteModes.find_event`, which then locates the instant.
     """
     n, h = chain.bars.shape[1], s.clock[TAKEN]
     for share in FROM_START:
         interpolate(share, s.before, s.powers, s.end)
         unit_vectors(n, s.end, work.bars)
-        mean_x, mean_y = hang_from_first(n, chain.bars, work.bars)
-        seen = crossed(chain.effects, n, s.clock[NOW] - h + share * h, s.end, mean_x, mean_y, chain, work)
+        mean_x, mean_y = centres_from_first(n, chain.bars, work.bars)
+        seen = mode_ended(chain.effects, n, s.clock[NOW] - h + share * h, s.end, mean_x, mean_y, chain, work)
         if seen and share > 0.0:
             return True
     return False
 
 
 @compiled
-def go(start_s: float, end_s: float, ground: Ground, t_s: Array, rows: Array, atol: Array, s: Stepper,
-       chain: Chain, work: Work) -> int:  # fmt: skip
-    """Walk on to `end_s`, from `start_s` if that is now.
+def advance_to(start_s: float, end_s: float, ground: SurfaceBounds, t_s: Array, rows: Array, atol: Array, s: Stepper,
+       chain: CompiledChain, work: Workspace) -> int:  # fmt: skip
+    """Integrate to `end_s`, from `start_s` if that is the current time.
 
-    It stops with LOOK after a step in which a bar may have touched the surface, and with FALLEN after one, its
-    interpolant made, in which a mode of an effect ceased to hold: the caller looks, and comes again.
+    The function returns CHECK_SURFACE after a step with possible contact, and MODE_ENDED after a step in which a mode
+    of an effect ended, with its interpolant computed. The caller examines the step and calls again.
 
     Parameters
     ----------
     start_s, end_s : float
-        A smooth stretch: no break of a law or an effect is inside.
-    ground : Ground
+        Smooth segment, without a break of a law or an effect inside.
+    ground : SurfaceBounds
     t_s : ndarray, shape (n,)
         Sample instants.
     rows : ndarray, shape (n, size)
-        States at them, filled as they are reached.
+        States at the sample instants, filled as they are reached.
     atol : ndarray, shape (size,)
     s : Stepper
-    chain : Chain
-    work : Work
+    chain : CompiledChain
+    work : Workspace
 
     Returns
     -------
     int
-        ARRIVED, LOOK, COLLAPSED, NOT_FINITE, LOST_JOINT or FALLEN.
+        ARRIVED, CHECK_SURFACE, COLLAPSED, NOT_FINITE, LOST_JOINT or MODE_ENDED.
     """
-    n, code, watching = chain.bars.shape[1], ARRIVED, watched(chain.effects)
+    n, code, watches_events = chain.bars.shape[1], ARRIVED, has_state_events(chain.effects)
     if s.clock[NOW] == start_s:
-        code = start(start_s, end_s, atol, s, chain, work)
+        code = begin_segment(start_s, end_s, atol, s, chain, work)
     while code == ARRIVED and s.clock[NOW] < end_s:
-        code = step(end_s, atol, s, chain, work)
+        code = take_step(end_s, atol, s, chain, work)
         if code == ARRIVED and not finite(s.y, s.y):
             code = NOT_FINITE
-        if watching and code == ARRIVED:
-            dense(s, chain, work)
-            code = FALLEN if fallen(s, chain, work) else ARRIVED
+        if watches_events and code == ARRIVED:
+            make_interpolant(s, chain, work)
+            code = MODE_ENDED if mode_ended_in_step(s, chain, work) else ARRIVED
         if code != ARRIVED:
             continue
-        if ground.floor_m > 0.0 and not clear(n, s.clock[TAKEN], s.before, s.y, chain, ground):
-            code = LOOK
+        if ground.contact_free_radius_m > 0.0 and not clears_surface(n, s.clock[TAKEN], s.before, s.y, chain, ground):
+            code = CHECK_SURFACE
         else:
-            take_samples(s.clock[NOW], t_s, rows, watching, s, chain, work)
-            leave_step(s)
+            take_samples(s.clock[NOW], t_s, rows, watches_events, s, chain, work)
+            begin_next_step(s)
     return code

@@ -1,7 +1,7 @@
-"""Sine and cosine of many angles at once: branch-free, so that the compiler takes several bars in one instruction.
+"""Sine and cosine of many angles at once: branch-free, so that one vector instruction processes several bars.
 
-The angle less a multiple of pi/2 in three parts (Cody and Waite), then the polynomials of fdlibm's kernels; within two
-units in the last place of the true values; the library serves angles too large for that reduction.
+The angle is reduced by a multiple of pi/2 in three parts (Cody and Waite), then enters the polynomials of fdlibm's
+kernels. The error is at most two units in the last place. The mathematical library serves angles beyond that reduction.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from reference_impl.fast.layout import UX, UY
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
 
-LARGEST_RAD = 1e5  # multiples of pi/2 up to here times PART_1 are exact
+LARGEST_RAD = 1e5  # up to here, multiples of PART_1 are exact
 PER_QUARTER = 0.6366197723675814
 PART_1, PART_2, PART_3 = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
-ROUNDER = 6755399441055744.0  # 1.5·2^52: adding it drops the fraction
+ROUNDER = 6755399441055744.0  # 1.5·2^52; its addition rounds to an integer
 S1, S2, S3 = -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04
 S4, S5, S6 = 2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10
 C1, C2, C3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05
@@ -48,7 +48,7 @@ def unit_vectors(n: int, angle: Array, rows: Array) -> None:
 
 @compiled
 def library_vectors(n: int, angle: Array, rows: Array) -> None:
-    """The same by the library's functions, for any angle."""
+    """Rows UX, UY by the library's functions, for any angle."""
     for i in range(n):
         rows[UX, i] = math.cos(angle[i])
         rows[UY, i] = math.sin(angle[i])

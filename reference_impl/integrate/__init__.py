@@ -1,1 +1,1 @@
-"""Stepping: SciPy's solvers walked step by step, events, stiff modes, coordinate sets."""
+"""Integration: SciPy's solvers step by step, events, stiffness, coordinate sets."""

@@ -1,4 +1,4 @@
-"""How a state is laid out in the integrator's vector: four sets of coordinates; see design/coordinates.md."""
+"""Sets of coordinates for the integrator's state vector; see design/coordinates.md."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ if TYPE_CHECKING:
     from reference_impl.model.chain import ChainModel
     from reference_impl.model.effect import Modes
 
-GRAINS = 4.0  # roundings of a stage that an absolute coordinate keeps
-LAST_DIGIT = 0.5 * float(np.finfo(float).eps)  # rad, what rounding cuts off an angle of a radian or so
+ROUNDINGS = 4.0  # round-off errors of an absolute coordinate in one step
+ANGLE_ROUNDOFF = 0.5 * float(np.finfo(float).eps)  # rad, rounding error of an angle of about a radian
 CoordinateSet = Literal["minimal", "redundant", "projected", "absolute"]
 
 
-class Packing(ABC):
-    """How a state is laid out in the integrator's vector; see design/coordinates.md."""
+class StateCoordinates(ABC):
+    """Layout of a state in the integrator's vector; see design/coordinates.md."""
 
-    holds_places: ClassVar[bool] = False
-    """Whether places of the bars are in the vector; if not, they follow from the angles"""
+    integrates_positions: ClassVar[bool] = False
+    """Whether the vector contains the bars' positions; otherwise the positions follow from the angles"""
 
     def __init__(self, model: ChainModel) -> None:
         self.model = model
         self.modes: Modes | None = None
-        """What the right-hand side holds for the model's effects; None: what the state says"""
+        """Modes of the effects in the right-hand side; None: they follow from the state"""
         self.reaction_N: Array = np.zeros((model.bars - 1, 2))
-        """Of the last evaluation of the right-hand side"""
+        """(N-1, 2) reactions of the last evaluation of the right-hand side"""
 
     @abstractmethod
     def pack(self, state: State) -> Array:
@@ -48,54 +48,54 @@ class Packing(ABC):
 
     @abstractmethod
     def scales(self, radius_m: float, rate_rad_s: float) -> Array:
-        """What counts as 1 in each component: the unit of the requested tolerance."""
+        """Unit of the requested tolerance in each component."""
 
-    def grain(self, radius_m: float, rate_rad_s: float) -> Array:
-        """Error that rounding makes in each component anyway: to ask for less makes the steps collapse.
+    def roundoff_floor(self, radius_m: float, rate_rad_s: float) -> Array:
+        """Round-off error of each component in one step; smaller tolerances make the step size collapse.
 
-        Springs make of an angle's last digit a rate by their own frequency.
+        Springs turn the last digit of an angle into a rate error, by their own frequency.
         """
         found = np.zeros_like(self.scales(radius_m, rate_rad_s))
-        found[-self.model.bars :] = LAST_DIGIT * self.model.spring_rate_rad_s
+        found[-self.model.bars :] = ANGLE_ROUNDOFF * self.model.spring_rate_rad_s
         return found
 
-    def shaken(self, y: Array) -> Array:
-        """Error of the angles and rates (2N,), rad and rad/s, that rounding an angle makes anyway, at the walk's state.
+    def state_roundoff_floor(self, y: Array) -> Array:
+        """Round-off error of the angles and rates (2N,), rad and rad/s, at the current state.
 
-        A bar that its neighbours pull at is a pendulum of frequency sqrt((l/2J) |R_j + R_{j-1}|), and its rate differs
-        by that times the difference of its angle. To ask for less makes the steps collapse.
+        A bar under reactions is a pendulum of frequency sqrt((l/2J) |R_j + R_{j-1}|). An angle error gives a rate error
+        of that frequency times the angle error. Smaller tolerances make the step size collapse.
         """
         ends = np.zeros((self.model.bars + 1, 2))
         ends[1:-1] = self.reaction_N
         pull = np.linalg.norm(ends[1:] + ends[:-1], axis=1)
         turned = np.abs(y[-2 * self.model.bars : -self.model.bars])
         swing = np.maximum(turned, 1.0) * np.sqrt(self.model.lever * pull)
-        return LAST_DIGIT * np.concatenate([turned, swing])
+        return ANGLE_ROUNDOFF * np.concatenate([turned, swing])
 
     def accelerations(self, t_s: float, y: Array, *, refine: bool = False) -> Accelerations:
         """Accelerations, reactions and torques at a vector."""
         return relative.accelerations(self.model, t_s, self.unpack(y), self.modes, refine=refine)
 
     def project(self, y: Array) -> Array:
-        """Nearest vector allowed; the same one where nothing can drift."""
+        """Projection of a vector on closed joints; the identity for coordinates without drift."""
         return y
 
-    def centre(self, y: Array) -> Array:
-        """Centre of mass (2,) of a vector."""
+    def com_m(self, y: Array) -> Array:
+        """Centre of mass (2,) of a vector, m."""
         return y[0:2]
 
-    def drift(self, y: Array) -> Array:
-        """Velocity of the centre of mass (2,) of a vector."""
+    def com_velocity_m_s(self, y: Array) -> Array:
+        """Velocity of the centre of mass (2,) of a vector, m/s."""
         return y[2:4]
 
-    def gaps(self, y: Array) -> Array:
-        """Joint gaps (N-1,), m, in these coordinates' own arithmetic."""
+    def joint_gaps_m(self, y: Array) -> Array:
+        """Joint gaps (N-1,), m, in the arithmetic of these coordinates."""
         state = self.unpack(y)
         opened: Array = np.linalg.norm(gap_vectors(self.model, state.position_m, state.angle_rad), axis=-1)
         return opened
 
 
-class Minimal(Packing):
+class MinimalCoordinates(StateCoordinates):
     """Centre of mass and angles: [Z0, Z0', theta, theta']; relative positions follow from the angles."""
 
     def pack(self, state: State) -> Array:
@@ -103,7 +103,7 @@ class Minimal(Packing):
         return np.concatenate([state.com_m, state.com_velocity_m_s, state.angle_rad, state.rate_rad_s])
 
     def unpack(self, y: Array) -> State:
-        """State with its joints closed by construction."""
+        """State with joints closed by construction."""
         n = self.model.bars
         return joined_state(self.model, y[0:2], y[2:4], y[4 : 4 + n], y[4 + n :])
 
@@ -119,10 +119,10 @@ class Minimal(Packing):
         return np.repeat([radius_m, radius_m * rate_rad_s, 1.0, rate_rad_s], [2, 2, n, n])
 
 
-class Redundant(Packing):
+class RedundantCoordinates(StateCoordinates):
     """The paper's unknowns in inertial angles: [Z0, Z0', d, d', theta, theta']; joints may drift."""
 
-    holds_places = True
+    integrates_positions = True
 
     def pack(self, state: State) -> Array:
         """Vector of 4 + 6N."""
@@ -130,7 +130,7 @@ class Redundant(Packing):
         return np.concatenate([*map(np.ravel, parts), state.angle_rad, state.rate_rad_s])
 
     def unpack(self, y: Array) -> State:
-        """State as it is, drift and all."""
+        """State including its drift."""
         n = self.model.bars
         d, v = y[4 : 4 + 2 * n].reshape(n, 2), y[4 + 2 * n : 4 + 4 * n].reshape(n, 2)
         return State(y[0:2], y[2:4], y[4 + 4 * n : 4 + 5 * n], y[4 + 5 * n :], d, v)
@@ -157,19 +157,19 @@ class Redundant(Packing):
         return np.repeat(units, [2, 2, 2 * n, 2 * n, n, n])
 
 
-class Projected(Redundant):
-    """Redundant, with positions and velocities set right from the angles after every step."""
+class ProjectedCoordinates(RedundantCoordinates):
+    """Redundant coordinates with positions and velocities recomputed from the angles after every step."""
 
     def project(self, y: Array) -> Array:
-        """Vector with its joints closed."""
+        """Vector with closed joints."""
         s = self.unpack(y)
         return self.pack(joined_state(self.model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s))
 
 
-class Absolute(Packing):
-    """Distances from the centre of the body: [Z, Z', theta, theta']."""
+class AbsoluteCoordinates(StateCoordinates):
+    """Inertial coordinates from the centre of the body: [Z, Z', theta, theta']."""
 
-    holds_places = True
+    integrates_positions = True
 
     def pack(self, state: State) -> Array:
         """Vector of 6N."""
@@ -182,7 +182,7 @@ class Absolute(Packing):
         return y[: 2 * n].reshape(n, 2), y[2 * n : 4 * n].reshape(n, 2), y[4 * n : 5 * n], y[5 * n :]
 
     def unpack(self, y: Array) -> State:
-        """State with the relative part got by the subtraction that the relative formulation avoids."""
+        """State; the relative part results from a subtraction that the relative formulation avoids."""
         place, velocity, angle, rate = self.split(y)
         com, drift = self.model.weight @ place, self.model.weight @ velocity
         return State(com, drift, angle, rate, place - com, velocity - drift)
@@ -203,34 +203,34 @@ class Absolute(Packing):
         del radius_m
         return np.repeat([length, length * rate_rad_s, 1.0, rate_rad_s], [2 * n, 2 * n, n, n])
 
-    def grain(self, radius_m: float, rate_rad_s: float) -> Array:
-        """Units in the last place of the radius, and of what an angle makes of it over the shortest bar."""
-        n, place = self.model.bars, GRAINS * np.finfo(float).eps * radius_m
+    def roundoff_floor(self, radius_m: float, rate_rad_s: float) -> Array:
+        """Round-off of the radius, and the angle error that it causes over the shortest bar."""
+        n, place = self.model.bars, ROUNDINGS * np.finfo(float).eps * radius_m
         turn = place / float(self.model.length_m.min())
         rounded = np.repeat([place, place * rate_rad_s, turn, turn * rate_rad_s], [2 * n, 2 * n, n, n])
-        found: Array = np.maximum(rounded, super().grain(radius_m, rate_rad_s))
+        found: Array = np.maximum(rounded, super().roundoff_floor(radius_m, rate_rad_s))
         return found
 
-    def centre(self, y: Array) -> Array:
-        """Weighted mean of the bars' places."""
+    def com_m(self, y: Array) -> Array:
+        """Mass-weighted mean of the bars' positions."""
         place: Array = self.model.weight @ self.split(y)[0]
         return place
 
-    def drift(self, y: Array) -> Array:
-        """Weighted mean of the bars' velocities."""
+    def com_velocity_m_s(self, y: Array) -> Array:
+        """Mass-weighted mean of the bars' velocities."""
         velocity: Array = self.model.weight @ self.split(y)[1]
         return velocity
 
-    def gaps(self, y: Array) -> Array:
-        """Joint gaps (N-1,), m, by subtracting absolute positions."""
+    def joint_gaps_m(self, y: Array) -> Array:
+        """Joint gaps (N-1,), m, by subtraction of absolute positions."""
         place, _, angle, _ = self.split(y)
         opened: Array = np.linalg.norm(gap_vectors(self.model, place, angle), axis=-1)
         return opened
 
 
-PACKINGS: dict[CoordinateSet, type[Packing]] = {
-    "minimal": Minimal,
-    "redundant": Redundant,
-    "projected": Projected,
-    "absolute": Absolute,
+COORDINATE_SETS: dict[CoordinateSet, type[StateCoordinates]] = {
+    "minimal": MinimalCoordinates,
+    "redundant": RedundantCoordinates,
+    "projected": ProjectedCoordinates,
+    "absolute": AbsoluteCoordinates,
 }

@@ -1,8 +1,8 @@
-"""Whether joint springs make a run stiff: an explicit method's steps then are what its stability allows, not accuracy.
+"""Stiffness by joint springs: stability, not accuracy, then limits the steps of an explicit method.
 
-A method of high order that asks for accuracy only takes a step of a radian or two of whatever oscillates visibly. Steps
-that stay longer than that beside springs which nothing excites tell that they are held by its stability. An implicit
-method, SciPy's Radau IIA of order 5, then is hundreds of times as fast.
+A high-order method limited by accuracy takes steps of a radian or two of any visible oscillation. Longer steps beside
+unexcited springs indicate a stability limit. An implicit method, SciPy's Radau IIA of order 5, is then hundreds of
+times as fast.
 """
 
 from __future__ import annotations
@@ -15,43 +15,43 @@ from scipy.integrate import DOP853, Radau
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reference_impl.integrate.coordinate_sets import Packing
+    from reference_impl.integrate.coordinate_sets import StateCoordinates
     from reference_impl.model.arrays import Array
 
 Solver = DOP853 | Radau
 Method = type[DOP853] | type[Radau]
 
-SUSPECT_RAD = 1e4  # of the fastest spring in a run: an explicit method does fewer in a second
+SUSPECTED_RAD = 1e4  # of the fastest spring in a run; an explicit method integrates fewer within a second
 TRIAL_STEPS = 100
-SETTLED_STEPS = 50  # of them are judged: the first ones look for their size
-HELD_RAD = 2.5  # of the fastest spring in one step: DOP853 is stable up to some 3.5 of an oscillation, 6 of a decay
-RTOL_FLOOR = 100.0 * np.finfo(float).eps  # the least SciPy takes; accuracy is asked for block by block, by atol
-WORDS = {DOP853: "DOP853", Radau: "Radau IIA of order 5, as its joint springs make the scene stiff"}
+SETTLED_STEPS = 50  # last steps of the trial; the first ones still adapt their size
+STABILITY_LIMIT_RAD = 2.5  # of the fastest spring in one step; DOP853 is stable up to 3.5 (oscillation) or 6 (decay)
+RTOL_FLOOR = 100.0 * np.finfo(float).eps  # SciPy's least; atol sets the accuracy of each block
+METHOD_NAMES = {DOP853: "DOP853", Radau: "Radau IIA of order 5, as its joint springs make the scene stiff"}
 
 
-def method(packing: Packing, y0: Array, t_s: Array, atol: Array) -> Method:
-    """Solver that a run takes: DOP853, or where it would be held by stability, Radau.
+def choose_method(coordinates: StateCoordinates, y0: Array, t_s: Array, atol: Array) -> Method:
+    """Solver of a run: DOP853, or Radau if stability would limit the steps of DOP853.
 
     Parameters
     ----------
-    packing : Packing
+    coordinates : StateCoordinates
     y0 : ndarray, shape (size,)
     t_s : ndarray, shape (n,)
         Sample instants.
     atol : ndarray, shape (size,)
         Error allowed in one step.
     """
-    fastest = packing.model.spring_rate_rad_s
-    if fastest * (t_s[-1] - t_s[0]) < SUSPECT_RAD:
+    fastest = coordinates.model.spring_rate_rad_s
+    if fastest * (t_s[-1] - t_s[0]) < SUSPECTED_RAD:
         return DOP853
-    steps = trial(packing.rhs, y0, t_s, atol)
-    held = len(steps) == TRIAL_STEPS and np.median(steps[-SETTLED_STEPS:]) * fastest > HELD_RAD
+    steps = trial_steps(coordinates.rhs, y0, t_s, atol)
+    held = len(steps) == TRIAL_STEPS and np.median(steps[-SETTLED_STEPS:]) * fastest > STABILITY_LIMIT_RAD
     return Radau if held else DOP853
 
 
-def trial(rhs: Callable[[float, Array], Array], y0: Array, t_s: Array, atol: Array) -> list[float]:
-    """Sizes of the first steps, s, that an explicit method takes."""
-    solver = DOP853(rhs, t_s[0], y0, t_s[-1], rtol=RTOL_FLOOR, atol=atol)  # type: ignore[arg-type]  # stubs know scalars only
+def trial_steps(rhs: Callable[[float, Array], Array], y0: Array, t_s: Array, atol: Array) -> list[float]:
+    """Sizes of the first steps of an explicit method, s."""
+    solver = DOP853(rhs, t_s[0], y0, t_s[-1], rtol=RTOL_FLOOR, atol=atol)  # type: ignore[arg-type]  # stubs accept scalars only
     steps: list[float] = []
     while solver.status == "running" and len(steps) < TRIAL_STEPS:
         if solver.step():

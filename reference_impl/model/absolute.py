@@ -1,8 +1,8 @@
-"""The same chain in absolute inertial coordinates: what the paper warns against.
+"""Absolute formulation: the same chain in inertial coordinates counted from the centre of the body.
 
-Bars' centres are counted from the centre of the body, so gravity's differences between bars and the
-joints' gaps are differences of large numbers. Everything else is as in the relative formulation, so
-that a comparison of the two shows the coordinates and nothing else.
+Gravity's differences between bars and the joint gaps are differences of large numbers in these coordinates; the paper
+advises against them. All other terms equal those of the relative formulation. A comparison of both formulations
+therefore shows the effect of the coordinates alone.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.model.complex_vectors import along, as_complex, as_vectors
-from reference_impl.model.effect import Modes, Situation, pushed
-from reference_impl.model.gravity import gradient_spins, point_field
-from reference_impl.model.relative import Turning, prescribed_torques
+from reference_impl.model.complex_vectors import as_complex, as_vectors, unit_along
+from reference_impl.model.effect import EffectState, Modes, total_accelerations
+from reference_impl.model.gravity import gradient_angular_accelerations, point_field
+from reference_impl.model.relative import ReactionSolution, prescribed_torques
 from reference_impl.model.state import Accelerations, State
 
 if TYPE_CHECKING:
@@ -39,35 +39,38 @@ def accelerations(
     ----------
     model : ChainModel
     t_s : float
+        Time, for the prescribed laws.
     place_m, velocity_m_s : ndarray, shape (N, 2)
         Z_j and its rate.
     angle_rad, rate_rad_s : ndarray, shape (N,)
     modes : Modes, optional
-        What holds for the model's effects; by default what the state says.
+        Modes of the model's effects; by default they follow from the state.
     refine : bool
         As in :func:`reference_impl.model.relative.accelerations`.
 
     Returns
     -------
     Accelerations
-        `position_m_s2` holds Z_j'' here, and `com_m_s2` their weighted mean.
+        `position_m_s2` is Z_j'', and `com_m_s2` their mass-weighted mean.
     """
-    unit = along(angle_rad)
+    unit = unit_along(angle_rad)
     field, spin = np.zeros(model.bars, complex), np.zeros(model.bars)
     if model.gravity != "none":
         field = as_complex(point_field(model.mu_m3_s2, place_m))
     if model.gravity == "gradient":
-        spin = gradient_spins(model, as_complex(place_m), unit)
+        spin = gradient_angular_accelerations(model, as_complex(place_m), unit)
     origin = np.zeros(2)
     state = State(origin, origin, angle_rad, rate_rad_s, place_m, velocity_m_s)
-    sideways = None
+    noncentral_acceleration = None
     if model.effects:
-        at = Situation(model, t_s, state, unit, absolute=True)
-        push, sideways = pushed(at, modes or (None,) * len(model.effects))
-        field, spin = field + push.difference, spin + push.spin
-    turning = Turning(model, state, unit, field, spin, refine=refine)
-    torque = prescribed_torques(model, t_s, state, turning, sideways) if model.prescriptions else np.empty(0)
-    reaction = turning.reaction(torque)
-    place = as_vectors(field + turning.pull(reaction))
-    angular = turning.angular(reaction, torque)
+        at = EffectState(model, t_s, state, unit, absolute=True)
+        added, noncentral_acceleration = total_accelerations(at, modes or (None,) * len(model.effects))
+        field, spin = field + added.difference, spin + added.angular
+    solution = ReactionSolution(model, state, unit, field, spin, refine=refine)
+    torque = (
+        prescribed_torques(model, t_s, state, solution, noncentral_acceleration) if model.prescriptions else np.empty(0)
+    )
+    reaction = solution.reaction(torque)
+    place = as_vectors(field + solution.translation_from_reactions(reaction))
+    angular = solution.angular_accelerations(reaction, torque)
     return Accelerations(model.weight @ place, angular, place, as_vectors(reaction), torque)

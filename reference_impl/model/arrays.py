@@ -1,4 +1,4 @@
-"""Types of the arrays that the reference computes with."""
+"""Types of the reference's arrays."""
 
 import numpy as np
 from numpy.typing import NDArray

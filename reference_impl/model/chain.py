@@ -1,4 +1,4 @@
-"""The chain as the reference sees it: arrays in SI units, the law of a prescribed rotation, and blows."""
+"""Model of the chain: arrays in SI units, laws of prescribed rotations, and impulses."""
 
 from __future__ import annotations
 
@@ -13,33 +13,36 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from reference_impl.model.arrays import Array
-    from reference_impl.model.effect import Effect
+    from reference_impl.model.effect import ChainEffect
 
-DELICATE = 31.0  # ratio of the joint system's entries, 1/m + l²/4J over 1/m, up to which a chain is none
+LARGEST_ENTRY_RATIO = 31.0  # of the joint system, 1/m + l²/4J over 1/m, in a well-conditioned chain
 GravityModel = Literal["none", "point", "gradient"]
 
 
-def delicate(inverse_mass: Array, compliance: Array) -> NDArray[np.bool_]:
-    """Whether the joint system's entries (..., N) differ by more than `DELICATE`; equal slender bars' do by 4."""
-    found: NDArray[np.bool_] = np.max(inverse_mass + compliance, -1) > DELICATE * np.min(inverse_mass, -1)
+def ill_conditioned(inverse_mass: Array, compliance: Array) -> NDArray[np.bool_]:
+    """Whether the joint system is ill-conditioned: its entries (..., N) differ by more than `LARGEST_ENTRY_RATIO`.
+
+    The entries are 1/m + l²/4J and 1/m. Their ratio is 4 for equal slender bars.
+    """
+    found: NDArray[np.bool_] = np.max(inverse_mass + compliance, -1) > LARGEST_ENTRY_RATIO * np.min(inverse_mass, -1)
     return found
 
 
 @dataclass(frozen=True)
 class Prescription:
-    """Bar `bar` (counted from 0) turns as eq. (28) says; what drives it is found, not given."""
+    """Rotation of bar `bar` (counted from 0) by the law of eq. (28); its torque is an unknown of the equations."""
 
     bar: int
     amplitude_rad: float
     duration_s: float
     start_s: float
     local_horizontal: bool
-    """Angle measured from the local horizontal through the bar's own centre of mass, else from inertial axes."""
+    """Angle measured from the local horizontal through the bar's own centre of mass; otherwise from inertial axes"""
     reacts_on: int | None
-    """Bar that takes the opposite torque (a motor in the joint between them); None: the torque comes from outside."""
+    """Bar under the opposite torque (a motor in the joint between both bars); None: external torque"""
 
     def angle_rad(self, t_s: float) -> float:
-        """Angle gained since before the start, eq. (28)."""
+        """Angle since the start of the law, eq. (28)."""
         x = math.pi * self._progress(t_s)
         return self.amplitude_rad / 16.0 * (math.cos(3.0 * x) - 9.0 * math.cos(x) + 8.0)
 
@@ -49,13 +52,13 @@ class Prescription:
         return self.amplitude_rad / 16.0 * w * (9.0 * math.sin(x) - 3.0 * math.sin(3.0 * x))
 
     def acceleration_rad_s2(self, t_s: float) -> float:
-        """Second derivative of eq. (28): continuous, and zero at both ends."""
+        """Second derivative of eq. (28), continuous and zero at both ends."""
         x, w = math.pi * self._progress(t_s), math.pi / self.duration_s
         return self.amplitude_rad / 16.0 * w * w * 9.0 * (math.cos(x) - math.cos(3.0 * x))
 
     @property
     def breaks_s(self) -> tuple[float, float]:
-        """Instants at which a high derivative jumps: no step may straddle them."""
+        """Instants at which a high derivative is discontinuous; no integration step may straddle them."""
         return self.start_s, self.start_s + self.duration_s
 
     def _progress(self, t_s: float) -> float:
@@ -63,8 +66,8 @@ class Prescription:
 
 
 @dataclass(frozen=True)
-class Impulse:
-    """A blow on an end of a bar at one instant."""
+class BarImpulse:
+    """Impulse on one end of a bar."""
 
     bar: int
     """Counted from 0"""
@@ -78,7 +81,7 @@ class Impulse:
 
 @dataclass(frozen=True)
 class ChainModel:
-    """Masses, lengths, inertias and forces of a chain of N bars."""
+    """Masses, lengths, moments of inertia and loads of a chain of N bars."""
 
     mu_m3_s2: float
     mass_kg: Array
@@ -89,17 +92,17 @@ class ChainModel:
     """(N,) about each bar's own centre of mass"""
     gravity: GravityModel
     body_radius_m: float = 0.0
-    """Surface that ends the run; 0: none"""
+    """Radius of the surface on which a run ends; 0: no surface"""
     prescriptions: tuple[Prescription, ...] = ()
-    effects: tuple[Effect, ...] = ()
-    """What acts besides gravity and prescribed rotations"""
-    impulses: tuple[Impulse, ...] = ()
+    effects: tuple[ChainEffect, ...] = ()
+    """Loads besides central gravity and prescribed rotations"""
+    impulses: tuple[BarImpulse, ...] = ()
     spring_rate_rad_s: float = 0.0
-    """Bound of the fastest oscillation or decay that its joints' springs and dampers make; 0: none"""
+    """Upper bound of the fastest oscillation or decay rate of joint springs and dampers; 0: none"""
 
     @property
     def breaks_s(self) -> tuple[float, ...]:
-        """Instants at which the equations are not smooth in time: no step may straddle them."""
+        """Instants at which the equations are not smooth in time; no integration step may straddle them."""
         laws = [t for p in self.prescriptions for t in p.breaks_s]
         return tuple(laws + [t for e in self.effects for t in e.breaks_s] + [p.at_s for p in self.impulses])
 
@@ -122,24 +125,24 @@ class ChainModel:
 
     @cached_property
     def compliance(self) -> Array:
-        """(N,) l_j²/(4 J_j), 1/kg: how a bar's turning gives way at its ends."""
+        """(N,) l_j²/(4 J_j), 1/kg: transverse acceleration of a bar's end by rotation, per unit force on that end."""
         gives: Array = self.half_m**2 / self.inertia_kg_m2
         return gives
 
     @cached_property
-    def delicate(self) -> bool:
-        """Whether bars are so unequal or so compact that solving the joints costs angular accelerations digits."""
-        return bool(delicate(self.inverse_mass, self.compliance))
+    def ill_conditioned(self) -> bool:
+        """Whether solving the joints costs angular accelerations digits: bars too unequal or too compact."""
+        return bool(ill_conditioned(self.inverse_mass, self.compliance))
 
     @cached_property
     def gyration2(self) -> Array:
-        """(N,) J_j/m_j, m²: the bars' second moments over their masses."""
+        """(N,) J_j/m_j, m²: squared radii of gyration."""
         square: Array = self.inertia_kg_m2 / self.mass_kg
         return square
 
     @cached_property
     def lever(self) -> Array:
-        """(N,) l_j/(2 J_j), 1/(kg m): angular acceleration of a bar by a force across its end."""
+        """(N,) l_j/(2 J_j), 1/(kg m): angular acceleration of a bar per unit transverse force on its end."""
         lever: Array = self.half_m / self.inertia_kg_m2
         return lever
 

@@ -1,7 +1,8 @@
-"""Plane vectors as complex numbers: half the array operations, and a quarter turn is a product with i.
+"""Plane vectors as complex numbers.
 
-Outside, vectors are arrays of shape (..., 2); inside the hot path the same memory is seen as complex.
-With conj(a) b = a·b + i (a × b), dot and cross product come from one multiplication.
+The public interface uses arrays of shape (..., 2). The hot path views the same memory as complex numbers, which halves
+the array operations. A quarter turn is a product with i. With conj(a) b = a·b + i (a × b), one multiplication gives
+both the dot and the cross product.
 """
 
 from __future__ import annotations
@@ -15,24 +16,24 @@ if TYPE_CHECKING:
 
 
 def as_complex(vectors: Array) -> ComplexArray:
-    """Vectors (..., 2) seen as complex numbers (...)."""
+    """View vectors (..., 2) as complex numbers (...)."""
     seen: ComplexArray = np.ascontiguousarray(vectors).view(np.complex128)[..., 0]
     return seen
 
 
 def as_vectors(numbers: ComplexArray) -> Array:
-    """Complex numbers (...), at least one-dimensional, seen as vectors (..., 2)."""
+    """View complex numbers (...), at least one-dimensional, as vectors (..., 2)."""
     seen: Array = np.ascontiguousarray(numbers)[..., None].view(np.float64)
     return seen
 
 
-def along(angle_rad: Array) -> ComplexArray:
-    """Unit vectors at the given angles; i times them are those across."""
+def unit_along(angle_rad: Array) -> ComplexArray:
+    """Unit vectors u at the given angles; i u are the unit vectors across."""
     unit: ComplexArray = np.exp(1j * angle_rad)
     return unit
 
 
-def squared(numbers: ComplexArray) -> Array:
-    """Squared lengths."""
+def squared_norm(numbers: ComplexArray) -> Array:
+    """Squared norms."""
     length: Array = numbers.real**2 + numbers.imag**2
     return length

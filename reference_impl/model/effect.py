@@ -1,7 +1,7 @@
-"""What an effect is to the reference: a push on every bar, as a part common to all and differences from it.
+"""Effects in the reference: loads on every bar, as a common acceleration and differences from that acceleration.
 
-An effect is a frozen dataclass in a module of its own in :mod:`reference_impl.effects`, imported only for a model that
-calls for it. A model without effects evaluates nothing of this.
+An effect is a frozen dataclass in a module of its own in :mod:`reference_impl.effects`, imported only for a model with
+that effect. A model without effects evaluates no code of this module.
 """
 
 from __future__ import annotations
@@ -21,12 +21,13 @@ if TYPE_CHECKING:
 
 Indices = NDArray[np.intp]
 Modes = tuple["Array | None", ...]
-"""For each effect of a model, what is held while its push is smooth (a face, light or shadow, a piece of a table);
-None: to be told from the state."""
+"""Discrete mode of each effect of a model, constant while the effect is smooth (faces, light or shadow, segment of a
+table). None: the mode follows from the state.
+"""
 
 
 class ChainProperties(Protocol):
-    """What effects know of a chain; see :class:`reference_impl.model.chain.ChainModel`."""
+    """Properties of a chain that effects read; see :class:`reference_impl.model.chain.ChainModel`."""
 
     @property
     def mu_m3_s2(self) -> float:
@@ -45,7 +46,7 @@ class ChainProperties(Protocol):
         """Moments of inertia about the bars' centres, (N,) kg m²."""
 
     @property
-    def effects(self) -> tuple[Effect, ...]:
+    def effects(self) -> tuple[ChainEffect, ...]:
         """All effects of the model."""
 
     @property
@@ -73,24 +74,24 @@ class ChainProperties(Protocol):
         """Half lengths over moments of inertia, (N,) 1/(kg m)."""
 
 
-class Push(NamedTuple):
-    """What an effect does to N bars; plane vectors are complex."""
+class EffectAccelerations(NamedTuple):
+    """Accelerations of N bars by an effect; plane vectors are complex."""
 
     common: complex
-    """m/s², a part of the acceleration that all bars share"""
+    """m/s², part of the acceleration common to all bars"""
     difference: ComplexArray
-    """(N,) m/s², each bar's less that part"""
-    spin: Array
+    """(N,) m/s², acceleration of each bar minus the common part"""
+    angular: Array
     """(N,) rad/s², torque over moment of inertia"""
 
 
-class Situation:
-    """One state as effects see it: each quantity is made when it is first asked for."""
+class EffectState:
+    """State of a chain as input of effects; each derived quantity is computed on first use."""
 
     def __init__(
         self, model: ChainProperties, t_s: float, state: State, unit: ComplexArray, *, absolute: bool = False
     ) -> None:
-        """See a state.
+        """Store a state.
 
         Parameters
         ----------
@@ -100,111 +101,112 @@ class Situation:
         unit : ndarray of complex, shape (N,)
             Unit vectors u_j.
         absolute : bool
-            Whether `state` counts from the centre of the body (`com_m` is zero): then nothing is split.
+            Whether `state` counts from the centre of the body (`com_m` is zero). Effects then return no common part.
         """
         self.model, self.t_s, self.state, self.unit, self.absolute = model, t_s, state, unit, absolute
 
     @cached_property
     def position(self) -> ComplexArray:
-        """(N,) centres from the origin of the state, m: the centre of mass, or that of the body."""
+        """(N,) centres from the origin of the state, m: the chain's centre of mass, or the centre of the body."""
         return as_complex(self.state.position_m)
 
     @cached_property
     def com(self) -> complex:
-        """Centre of mass, m."""
+        """Centre of mass from the centre of the body, m."""
         if self.absolute:
             return complex(self.model.weight @ self.position)
         return complex(self.state.com_m[0], self.state.com_m[1])
 
     @cached_property
-    def place(self) -> ComplexArray:
+    def position_from_body(self) -> ComplexArray:
         """(N,) centres from the centre of the body, m."""
         return self.position if self.absolute else self.com + self.position
 
     @cached_property
-    def motion(self) -> ComplexArray:
-        """(N,) velocities of the centres, m/s."""
+    def velocity(self) -> ComplexArray:
+        """(N,) inertial velocities of the centres, m/s."""
         relative = as_complex(self.state.velocity_m_s)
         drift = self.state.com_velocity_m_s
         return relative if self.absolute else complex(drift[0], drift[1]) + relative
 
     @property
     def rate(self) -> Array:
-        """(N,) rad/s."""
+        """(N,) angular velocities, rad/s."""
         return self.state.rate_rad_s
 
     @cached_property
-    def nothing(self) -> ComplexArray:
+    def zero_acceleration(self) -> ComplexArray:
         """(N,) zeros."""
         return np.zeros(self.model.bars, complex)
 
     @cached_property
-    def no_spin(self) -> Array:
+    def zero_angular(self) -> Array:
         """(N,) zeros."""
         return np.zeros(self.model.bars)
 
 
 EDGE_ON = 1e-12
-"""Sine of an angle by which a face may be turned away before it counts as turned.
+"""Sine of the angle by which a face may be turned away before its mode changes.
 
-A bar held edge-on would change its face with every rounding. At this angle the wrong face's force differs from the
-right one's by less than the force's own rounding.
+Without this margin, rounding would change the face of an edge-on bar at every evaluation. At this angle, the wrong
+face's force differs from the right face's force by less than the force's own rounding error.
 """
 
 
-class Effect(ABC):
-    """One effect of a model."""
+class ChainEffect(ABC):
+    """Base class of the effects of a model."""
 
     name: ClassVar[str]
     central: ClassVar[bool] = False
-    """Whether its accelerations point to the centre of the body: then they turn no longitude"""
+    """Whether all accelerations point to the centre of the body, and so change no longitude"""
     potential: ClassVar[bool] = False
-    """Whether forces and torques come from a potential that does not depend on time"""
+    """Whether forces and torques derive from a time-independent potential"""
     internal: ClassVar[bool] = False
-    """Whether it acts between bars only, and so moves no centre of mass"""
+    """Whether the effect acts between bars only; the centre of mass is then unaffected"""
     isotropic: ClassVar[bool] = False
-    """Whether nothing in it has a direction of its own: then angular momentum stays"""
+    """Whether the effect has no preferred direction; angular momentum is then conserved"""
 
-    watched: ClassVar[bool] = False
-    """Whether the motion may carry it to where its mode no longer holds"""
-    has_spells: ClassVar[bool] = False
-    """Whether a margin may fall and rise again between two looks: then :meth:`spell` tells"""
+    has_state_events: ClassVar[bool] = False
+    """Whether the motion may end a mode (state events)"""
+    has_brief_events: ClassVar[bool] = False
+    """Whether an event function may cross zero twice between two samples; :meth:`brief_event` then locates the interval
+    """
 
     @property
     def breaks_s(self) -> tuple[float, ...]:
-        """Instants at which it is not smooth in time."""
+        """Instants at which the effect is not smooth in time."""
         return ()
 
-    def strongest_m_s2(self, model: ChainProperties) -> float:
-        """Bound of what it does to the centre of mass, m/s², where that may be more than a little beside gravity."""
+    def largest_acceleration_m_s2(self, model: ChainProperties) -> float:
+        """Upper bound of the centre of mass' acceleration, m/s²; 0 where the effect is small relative to gravity."""
         del model
         return 0.0
 
     @abstractmethod
-    def push(self, at: Situation, mode: Array | None) -> Push:
-        """Accelerations and torques, while `mode` holds; None: by what the state says."""
+    def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
+        """Accelerations and torques in the given mode; None: the mode follows from the state."""
 
-    def mode(self, at: Situation) -> Array | None:
-        """What holds at a state; None where the push is smooth everywhere."""
+    def mode(self, at: EffectState) -> Array | None:
+        """Mode at a state; None for an effect that is smooth everywhere."""
         del at
         return None
 
-    def piece(self, start_s: float, end_s: float) -> Array | None:
-        """What holds between two neighbouring breaks, where that is a matter of time alone; else None."""
+    def segment_mode(self, start_s: float, end_s: float) -> Array | None:
+        """Mode between two neighbouring breaks, where the mode depends on time alone; otherwise None."""
         del start_s, end_s
         return None
 
-    def margin(self, at: Situation, mode: Array) -> Array:
-        """(k,) functions of the state that are positive while the k entries of `mode` hold."""
+    def event_functions(self, at: EffectState, mode: Array) -> Array:
+        """(k,) event functions of the state, positive while the k entries of `mode` are valid."""
         raise NotImplementedError(f"{self.name} has no modes")
 
-    def spell(self, at: Situation) -> float:
-        """Function of the state that changes sign within a spell that may be short beside a step; 0: none is near."""
+    def brief_event(self, at: EffectState) -> float:
+        """Function that changes sign inside a mode that may be short relative to a step; 0: no such mode near."""
         del at
         return 0.0
 
-    def flipped(self, mode: Array, crossed: Indices) -> Array:
-        """Mode after the margins at the indices `crossed` have fallen through zero."""
+    def mode_after(self, mode: Array, crossed: Indices) -> Array:
+        """Mode after the event functions at the indices `crossed` have fallen through zero."""
         raise NotImplementedError(f"{self.name} has no modes")
 
     def energy(self, model: ChainProperties, com_m: Array, angle_rad: Array) -> Array:
@@ -212,12 +214,17 @@ class Effect(ABC):
         raise NotImplementedError(f"{self.name} has no potential")
 
 
-def pushed(at: Situation, modes: Modes) -> tuple[Push, ComplexArray]:
-    """Sum of all effects of a model, and (N,) what of their accelerations may turn a longitude."""
-    common, difference, spin, sideways = 0j, at.nothing, at.no_spin, at.nothing
+def total_accelerations(at: EffectState, modes: Modes) -> tuple[EffectAccelerations, ComplexArray]:
+    """Sum of all effects of a model, and the (N,) noncentral part of their accelerations, which changes longitudes."""
+    common, difference, angular, noncentral_acceleration = (
+        0j,
+        at.zero_acceleration,
+        at.zero_angular,
+        at.zero_acceleration,
+    )
     for effect, mode in zip(at.model.effects, modes, strict=True):
-        push = effect.push(at, mode)
-        common, difference, spin = common + push.common, difference + push.difference, spin + push.spin
+        added = effect.accelerations(at, mode)
+        common, difference, angular = common + added.common, difference + added.difference, angular + added.angular
         if not effect.central:
-            sideways = sideways + (push.common + push.difference)
-    return Push(common, difference, spin), sideways
+            noncentral_acceleration = noncentral_acceleration + (added.common + added.difference)
+    return EffectAccelerations(common, difference, angular), noncentral_acceleration

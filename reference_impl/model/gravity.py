@@ -1,8 +1,8 @@
-"""Gravity of the central body on the bars, without ever subtracting two large numbers.
+"""Gravity of the central body on the bars, without any subtraction of two large numbers.
 
-Encke's way: with q = (2 Z0 + d)·d / |Z0|², an inverse power of the distance is
-|Z0 + d|^-p = |Z0|^-p (1+q)^(-p/2), and its change expm1(-p/2 log1p(q)) keeps all digits however
-small d is. It replaces the paper's O(N²) sums (A.1)-(A.6) at the same freedom from cancellation.
+Encke's method: with q = (2 Z0 + d)·d / |Z0|², an inverse power of the distance is |Z0 + d|^-p = |Z0|^-p (1+q)^(-p/2).
+Its change expm1(-p/2 log1p(q)) keeps all digits for any small d. Encke's method replaces the paper's O(N²) sums
+(A.1)-(A.6) and is as free from cancellation.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.model.complex_vectors import as_complex, as_vectors, squared
+from reference_impl.model.complex_vectors import as_complex, as_vectors, squared_norm
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array, ComplexArray
@@ -20,19 +20,19 @@ if TYPE_CHECKING:
 
 def point_field(mu_m3_s2: float, position_m: Array) -> Array:
     """Acceleration -mu Z/|Z|³ at `position_m`, shape (..., 2), m/s²: eq. (8)."""
-    r2 = squared(as_complex(position_m))
+    r2 = squared_norm(as_complex(position_m))
     field: Array = (-mu_m3_s2 / (r2 * np.sqrt(r2)))[..., None] * position_m
     return field
 
 
 def field_differences(mu_m3_s2: float, com_m: Array, position_m: Array) -> Array:
     """g(Z0 + d_j) - g(Z0) for each relative position d_j, shape (N, 2), m/s²."""
-    return as_vectors(differences(mu_m3_s2, as_complex(com_m), as_complex(position_m)))
+    return as_vectors(complex_field_differences(mu_m3_s2, as_complex(com_m), as_complex(position_m)))
 
 
-def differences(mu_m3_s2: float, com_m: ComplexArray, position_m: ComplexArray) -> ComplexArray:
+def complex_field_differences(mu_m3_s2: float, com_m: ComplexArray, position_m: ComplexArray) -> ComplexArray:
     """:func:`field_differences` for plane vectors as complex numbers."""
-    r2 = squared(com_m)
+    r2 = squared_norm(com_m)
     twice = 2.0 * com_m + position_m
     q = (twice.real * position_m.real + twice.imag * position_m.imag) / r2
     change = np.expm1(-1.5 * np.log1p(q))
@@ -40,11 +40,11 @@ def differences(mu_m3_s2: float, com_m: ComplexArray, position_m: ComplexArray) 
     return difference
 
 
-def gradient_spins(model: ChainModel, place_m: ComplexArray, along: ComplexArray) -> Array:
+def gradient_angular_accelerations(model: ChainModel, place_m: ComplexArray, along: ComplexArray) -> Array:
     """Angular acceleration K_j/J_j = +3 mu sin(phi) cos(phi)/r³ of each bar, shape (N,), rad/s².
 
-    Eq. (17) prints it with a minus; phi is measured from the horizontal (the radial direction turned by
-    -90 degrees), so that plus turns a bar towards the radial.
+    Eq. (17) prints a minus sign. The angle phi counts from the horizontal (the radial direction turned by -90 degrees),
+    so that the plus sign turns a bar towards the radial direction.
 
     Parameters
     ----------
@@ -54,14 +54,14 @@ def gradient_spins(model: ChainModel, place_m: ComplexArray, along: ComplexArray
     along : ndarray of complex, shape (N,)
         Unit vectors u_j.
     """
-    r2 = squared(place_m)
+    r2 = squared_norm(place_m)
     seen = along.conj() * place_m  # r sin(phi) + i r cos(phi)
     spin: Array = 3.0 * model.mu_m3_s2 * seen.real * seen.imag / (r2 * r2 * np.sqrt(r2))
     return spin
 
 
 def perigee_m(mu_m3_s2: float, place_m: Array, velocity_m_s: Array) -> float:
-    """Lowest point of the Kepler orbit through a place and a velocity, both (2,), m from the body's centre."""
+    """Perigee of the Kepler orbit through a position and a velocity, both (2,), m from the body's centre."""
     (x, z), (vx, vz) = place_m, velocity_m_s
     parameter = (x * vz - z * vx) ** 2 / mu_m3_s2
     energy = 0.5 * (vx * vx + vz * vz) - mu_m3_s2 / np.hypot(x, z)

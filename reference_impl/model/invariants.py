@@ -1,4 +1,4 @@
-"""Energy and angular momentum, each split into the centre of mass' share and the relative one."""
+"""Energy and angular momentum, each split into the centre of mass' part and the relative part."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.model.kinematics import cross, directions, hang_together
+from reference_impl.model.kinematics import bar_centre_vectors, cross, directions
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
@@ -35,7 +35,7 @@ def relative_angular_momentum(model: ChainModel, angle_rad: Array, rate_rad_s: A
 
 
 def com_energy(model: ChainModel, com_m: Array, com_velocity_m_s: Array) -> Array:
-    """Energy of the whole mass moving as a particle at the centre of mass, shape (n,), J."""
+    """Energy of a particle of the chain's mass at the centre of mass, shape (n,), J."""
     mass = model.mass_kg.sum()
     kinetic: Array = 0.5 * mass * np.sum(com_velocity_m_s**2, axis=-1)
     if model.gravity == "none":
@@ -45,23 +45,23 @@ def com_energy(model: ChainModel, com_m: Array, com_velocity_m_s: Array) -> Arra
 
 
 def com_angular_momentum(model: ChainModel, com_m: Array, com_velocity_m_s: Array) -> Array:
-    """Angular momentum of that particle about the centre of the body, shape (n,), N m s."""
+    """Angular momentum of a particle of the chain's mass about the centre of the body, shape (n,), N m s."""
     momentum: Array = model.mass_kg.sum() * cross(com_m, com_velocity_m_s)
     return momentum
 
 
 def tidal_energy(model: ChainModel, com_m: Array, angle_rad: Array) -> Array:
-    """Potential energy of the bars as particles, less that of the whole mass at the centre of mass, (n,), J.
+    """Potential energy of the bars as particles minus that of the whole mass at the centre of mass, (n,), J.
 
-    With 1 + q_j = |Z0 + d_j|²/|Z0|² and s_j its root, the sum of m_j (-mu) (1/|Z0 + d_j| - 1/|Z0|) is that of
+    With 1 + q_j = |Z0 + d_j|²/|Z0|² and s_j its root, the sum of m_j (-mu) (1/|Z0 + d_j| - 1/|Z0|) equals the sum of
 
     (-mu/|Z0|) m_j (-q_j/2 + q_j² (s_j + 2)/(2 s_j (1 + s_j)²)).
 
-    Of q_j = (2 Z0 + d_j)·d_j/|Z0|² the part linear in d_j, larger than the rest by the size ratio, has the sum zero by
-    eq. (6) and is left out: so nothing cancels.
+    The part of q_j = (2 Z0 + d_j)·d_j/|Z0|² linear in d_j exceeds the rest by the inverse size ratio. Its weighted sum
+    is zero by eq. (6). The code omits this part, so that nothing cancels.
     """
     along, _ = directions(angle_rad)
-    position = hang_together(model, model.half_m[:, None] * along)
+    position = bar_centre_vectors(model, model.half_m[:, None] * along)
     com = com_m[:, None, :]
     r2 = np.sum(com * com, axis=-1)
     q = np.sum((2.0 * com + position) * position, axis=-1) / r2
@@ -75,6 +75,6 @@ def relative_motion(model: ChainModel, angle_rad: Array, rate_rad_s: Array) -> t
     """Relative positions and velocities over time, each (n, N, 2)."""
     along, across = directions(angle_rad)
     return (
-        hang_together(model, model.half_m[:, None] * along),
-        hang_together(model, (model.half_m * rate_rad_s)[..., None] * across),
+        bar_centre_vectors(model, model.half_m[:, None] * along),
+        bar_centre_vectors(model, (model.half_m * rate_rad_s)[..., None] * across),
     )

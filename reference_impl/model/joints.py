@@ -1,7 +1,7 @@
-"""Joint reactions: a symmetric positive definite, block-tridiagonal system, solved in O(N), to the last digits.
+"""Joint reactions: a symmetric positive definite, block-tridiagonal system, solved in O(N) to the last digits.
 
-Banded Cholesky solves it, iterative refinement gives back what that loses. It is the paper's A E^-1 W of eq. (23), in
-SI units and with the inertial angles for unknowns.
+Banded Cholesky solves the system; iterative refinement restores the digits lost in the factorisation. The system is the
+paper's A E^-1 W of eq. (23), in SI units and with inertial angles as unknowns.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ if TYPE_CHECKING:
     from reference_impl.model.arrays import Array, ComplexArray
     from reference_impl.model.chain import ChainModel
 
-BOUND = 4  # a diagonal and three below it hold 2x2 blocks and their neighbours
+BANDWIDTH = 4  # a diagonal and three below it hold 2x2 blocks and their neighbours
 REFINEMENTS = 5  # at most; one is enough up to condition numbers of 1e8
-SETTLED = 1e-10  # of the reactions: a correction below it leaves next to nothing
-ASTRAY = 1e-6  # of the reactions: a last correction above it says that they do not settle
-ROUNDING = 2.0**-51  # of the terms that a pivot is the difference of: one not above this may be of either sign
-LOST = (
+CONVERGED = 1e-10  # last correction over the reactions, after which refinement ends
+DIVERGED = 1e-6  # last correction over the reactions, above which refinement has failed
+ROUNDING = 2.0**-51  # pivot over its terms; a pivot not above this may have either sign
+NOT_POSITIVE_DEFINITE = (
     "the joint system is not positive definite in double precision: its bars are too unequal, too compact or too many"
 )
 
 
 def joint_matrix(model: ChainModel, across: ComplexArray) -> Array:
-    """Lower band of the joint system, shape (4, 2(N-1)), 1/kg.
+    """Lower diagonals of the joint system, shape (4, 2(N-1)), 1/kg.
 
     Row i, column k holds the entry (k+i, k) of the matrix with blocks
 
@@ -42,23 +42,23 @@ def joint_matrix(model: ChainModel, across: ComplexArray) -> Array:
     x, y = across.real, across.imag
     cx, w = model.compliance * x, model.inverse_mass
     xx, xy, yy = cx * x, cx * y, model.compliance * y * y
-    bound = np.zeros((BOUND, 2 * (model.bars - 1)))
+    lower = np.zeros((BANDWIDTH, 2 * (model.bars - 1)))
     neighbours = w[:-1] + w[1:]
-    bound[0, 0::2] = neighbours + xx[:-1] + xx[1:]
-    bound[0, 1::2] = neighbours + yy[:-1] + yy[1:]
-    bound[1, 0::2] = xy[:-1] + xy[1:]
-    bound[2, 0:-2:2] = xx[1:-1] - w[1:-1]
-    bound[3, 0:-2:2] = xy[1:-1]
-    bound[1, 1:-2:2] = xy[1:-1]
-    bound[2, 1:-2:2] = yy[1:-1] - w[1:-1]
-    return bound
+    lower[0, 0::2] = neighbours + xx[:-1] + xx[1:]
+    lower[0, 1::2] = neighbours + yy[:-1] + yy[1:]
+    lower[1, 0::2] = xy[:-1] + xy[1:]
+    lower[2, 0:-2:2] = xx[1:-1] - w[1:-1]
+    lower[3, 0:-2:2] = xy[1:-1]
+    lower[1, 1:-2:2] = xy[1:-1]
+    lower[2, 1:-2:2] = yy[1:-1] - w[1:-1]
+    return lower
 
 
 class JointSystem:
-    """The joint system of one attitude, factored once."""
+    """Cholesky factors of the joint system at one attitude."""
 
     def __init__(self, model: ChainModel, unit: ComplexArray) -> None:
-        """Factor it.
+        """Factor the system.
 
         Parameters
         ----------
@@ -69,8 +69,7 @@ class JointSystem:
         Raises
         ------
         numpy.linalg.LinAlgError
-            If the matrix is not positive definite: masses or inertias so unequal that a joint is
-            lost in round-off.
+            If the matrix is not positive definite in double precision: masses or inertias are too unequal.
         """
         self.model, self.unit = model, unit
         self.joints = model.bars - 1
@@ -78,20 +77,20 @@ class JointSystem:
             matrix = joint_matrix(model, 1j * unit)
             self.factor, status = dpbtrf(matrix, lower=1)
             if status != 0 or (self.factor[0] ** 2 <= ROUNDING * matrix[0]).any():
-                raise np.linalg.LinAlgError(LOST)
+                raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
 
     def solve(self, right: ComplexArray, *, refine: bool) -> ComplexArray:
-        """Reactions for each row of right-hand sides, both (k, N-1), m/s² and N.
+        """Reactions for each row of right-hand sides, both (k, N-1), N and m/s².
 
-        Banded Cholesky loses the digits of the condition number, which grows as N² and as the ratio of masses; the
-        reactions themselves need not lose them: a unit in the last place of masses, lengths and angles changes those
-        of a straight chain of 500 bars by as little. With `refine` the digits are got back: what the reactions leave
-        of the joints' openings, taken as :meth:`openings` does, is small and known to its own last digits.
+        Banded Cholesky loses as many digits as the condition number has, which grows as N² and as the ratio of masses.
+        The reactions themselves are better conditioned: a unit in the last place of masses, lengths and angles changes
+        the reactions of a straight chain of 500 bars by a similar relative amount. `refine` restores the lost digits.
+        The residual, computed as in :meth:`openings`, is small and accurate to its own last digits.
 
         Raises
         ------
         numpy.linalg.LinAlgError
-            If refinement does not settle: nothing is left of some reactions but round-off.
+            If refinement does not converge: some reactions consist of round-off alone.
         """
         if not self.joints:
             return right
@@ -102,23 +101,23 @@ class JointSystem:
             correction = self.raw(right - self.openings(found))
             found = found + correction
             left, largest = np.abs(correction).max(), np.abs(found).max()
-            if not left > SETTLED * largest:  # each gains as many digits as the last
+            if not left > CONVERGED * largest:  # each correction gains as many digits as the previous one
                 break
-        if left > ASTRAY * largest:
-            raise np.linalg.LinAlgError(LOST)
+        if left > DIVERGED * largest:
+            raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
         return found
 
     def raw(self, right: ComplexArray) -> ComplexArray:
-        """Reactions as the factors give them."""
+        """Reactions from the Cholesky factors, without refinement."""
         columns = np.ascontiguousarray(right).view(float).T
         solution, _ = dpbtrs(self.factor, columns, lower=1)
         return np.ascontiguousarray(solution.T).view(np.complex128)
 
     def openings(self, reaction: ComplexArray) -> ComplexArray:
-        """Accelerations at which reactions (k, N-1) bring the ends in each joint together: the matrix times them.
+        """Relative accelerations of the joined ends under reactions (k, N-1): the matrix times the reactions.
 
-        Neighbours' reactions are subtracted before they are multiplied by anything: along a chain in tension they
-        are nearly alike, and the difference is exact.
+        Neighbouring reactions are subtracted before any multiplication. In a chain under tension neighbours are nearly
+        equal, and their difference is exact.
         """
         ends = np.zeros((len(reaction), self.joints + 2), complex)
         ends[:, 1:-1] = reaction
@@ -129,13 +128,13 @@ class JointSystem:
         return opened
 
 
-def condition_number(bound: Array) -> float:
-    """Two-norm condition number of the joint system; 1 where there are no joints. O(N²): for diagnosis."""
-    size = bound.shape[1]
+def condition_number(lower: Array) -> float:
+    """Two-norm condition number of the joint system; 1 for a chain without joints. O(N²), for diagnosis."""
+    size = lower.shape[1]
     if size == 0:
         return 1.0
     full = np.zeros((size, size))
-    for i in range(min(BOUND, size)):
+    for i in range(min(BANDWIDTH, size)):
         rows = np.arange(size - i)
-        full[rows + i, rows] = full[rows, rows + i] = bound[i, : size - i]
+        full[rows + i, rows] = full[rows, rows + i] = lower[i, : size - i]
     return float(np.linalg.cond(full))

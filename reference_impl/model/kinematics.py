@@ -1,4 +1,4 @@
-"""Kinematics of the chain: from angles to the positions of its bars relative to its centre of mass."""
+"""Kinematics of the chain: positions of the bars relative to the chain's centre of mass, from the angles."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.model.complex_vectors import along, as_complex, as_vectors
+from reference_impl.model.complex_vectors import as_complex, as_vectors, unit_along
 from reference_impl.model.state import State
 
 if TYPE_CHECKING:
@@ -15,16 +15,16 @@ if TYPE_CHECKING:
 
 
 def directions(angle_rad: Array) -> tuple[Array, Array]:
-    """Unit vectors u_j along each bar and n_j across it (u_j turned by +90 degrees), each (N, 2)."""
-    u = along(angle_rad)
+    """Unit vectors u_j along each bar and n_j across (u_j turned by +90 degrees), each (N, 2)."""
+    u = unit_along(angle_rad)
     return as_vectors(u), as_vectors(1j * u)
 
 
-def hang_together(model: ChainProperties, reach: Array) -> Array:
-    """Vectors of the bars' centres from their common centre, given those from each centre to its right end.
+def bar_centre_vectors(model: ChainProperties, reach: Array) -> Array:
+    """Positions of the bars' centres relative to the centre of mass, given each centre's vector to its right end.
 
-    The joints of eq. (7') put neighbouring centres `reach_j + reach_{j+1}` apart; eq. (6) puts the
-    weighted mean at zero. Linear in `reach`, so it serves positions and velocities.
+    By eq. (7') neighbouring centres are `reach_j + reach_{j+1}` apart; by eq. (6) the weighted mean is zero. The map is
+    linear in `reach`, and serves positions and velocities.
 
     Parameters
     ----------
@@ -36,11 +36,11 @@ def hang_together(model: ChainProperties, reach: Array) -> Array:
     -------
     ndarray, shape (..., N, 2)
     """
-    return as_vectors(hung(model, as_complex(reach)))
+    return as_vectors(bar_centres(model, as_complex(reach)))
 
 
-def hung(model: ChainProperties, reach: ComplexArray) -> ComplexArray:
-    """:func:`hang_together` for plane vectors as complex numbers, shape (..., N)."""
+def bar_centres(model: ChainProperties, reach: ComplexArray) -> ComplexArray:
+    """:func:`bar_centre_vectors` for plane vectors as complex numbers, shape (..., N)."""
     from_first = np.zeros_like(reach)
     np.cumsum(reach[..., :-1] + reach[..., 1:], axis=-1, out=from_first[..., 1:])
     centred: ComplexArray = from_first - (from_first @ model.weight)[..., None]
@@ -49,25 +49,25 @@ def hung(model: ChainProperties, reach: ComplexArray) -> ComplexArray:
 
 def relative_positions(model: ChainProperties, angle_rad: Array) -> Array:
     """d_j = Z_j - Z0 of a joined chain, shape (N, 2), m."""
-    return as_vectors(hung(model, model.half_m * along(angle_rad)))
+    return as_vectors(bar_centres(model, model.half_m * unit_along(angle_rad)))
 
 
 def relative_velocities(model: ChainProperties, angle_rad: Array, rate_rad_s: Array) -> Array:
     """Time derivative of :func:`relative_positions`, shape (N, 2), m/s."""
-    return as_vectors(hung(model, 1j * model.half_m * rate_rad_s * along(angle_rad)))
+    return as_vectors(bar_centres(model, 1j * model.half_m * rate_rad_s * unit_along(angle_rad)))
 
 
 def joined_state(
     model: ChainProperties, com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array
 ) -> State:
-    """Complete state of a chain whose joints are closed."""
-    reach = model.half_m * along(angle_rad)
-    position, velocity = hung(model, np.stack([reach, 1j * rate_rad_s * reach]))
+    """Complete state of a chain with closed joints."""
+    reach = model.half_m * unit_along(angle_rad)
+    position, velocity = bar_centres(model, np.stack([reach, 1j * rate_rad_s * reach]))
     return State(com_m, com_velocity_m_s, angle_rad, rate_rad_s, as_vectors(position), as_vectors(velocity))
 
 
 def gap_vectors(model: ChainProperties, position_m: Array, angle_rad: Array) -> Array:
-    """Left end of bar j+1 minus right end of bar j, shape (N-1, 2), m: eq. (19), zero where a joint holds."""
+    """Left end of bar j+1 minus right end of bar j, shape (N-1, 2), m: eq. (19), zero for a closed joint."""
     u, _ = directions(angle_rad)
     reach = model.half_m[:, None] * u
     gap: Array = (position_m[1:] - position_m[:-1]) - (reach[1:] + reach[:-1])

@@ -1,9 +1,9 @@
-"""The relative formulation: accelerations and reactions of a state, in O(N) and without cancellation.
+"""Relative formulation: accelerations and reactions of a state, in O(N) and without cancellation.
 
-Global  Z0'' = g(Z0) + sum mu_k (g_k - g(Z0))                          eqs. (9), (11)
-Local   d_j'' = (g_j - g_mean) + (R_j - R_{j-1})/m_j                   eqs. (13), (14)
-Turning J_j theta_j'' = K_j + tau_j + (l_j/2) n_j·(R_j + R_{j-1})      eq. (15)
-Joints  the ends that a joint ties accelerate alike                    eqs. (19), (21)
+Global    Z0'' = g(Z0) + sum mu_k (g_k - g(Z0))                          eqs. (9), (11)
+Local     d_j'' = (g_j - g_mean) + (R_j - R_{j-1})/m_j                   eqs. (13), (14)
+Rotation  J_j theta_j'' = K_j + tau_j + (l_j/2) n_j·(R_j + R_{j-1})      eq. (15)
+Joints    both ends in a joint have equal accelerations                  eqs. (19), (21)
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.model.complex_vectors import along, as_complex, as_vectors
-from reference_impl.model.effect import Modes, Situation, pushed
-from reference_impl.model.gravity import differences, gradient_spins, point_field
+from reference_impl.model.complex_vectors import as_complex, as_vectors, unit_along
+from reference_impl.model.effect import EffectState, Modes, total_accelerations
+from reference_impl.model.gravity import complex_field_differences, gradient_angular_accelerations, point_field
 from reference_impl.model.joints import JointSystem
 from reference_impl.model.kinematics import cross
 from reference_impl.model.state import Accelerations, State
@@ -35,12 +35,12 @@ def accelerations(
     t_s : float
         Time, for the prescribed laws.
     state : State
-        Need not satisfy the joints exactly: a drifted state is taken as it is.
+        Positions need not satisfy the joints exactly: a state with drift is used unchanged.
     modes : Modes, optional
-        What holds for the model's effects; by default what the state says.
+        Modes of the model's effects; by default they follow from the state.
     refine : bool
-        Whether reactions are wanted to their last digits. Angular accelerations, which an angle's last digit changes
-        by more, gain from it only where a chain is delicate: there it is done in any case.
+        Whether to refine reactions to their last digits. An ill-conditioned chain is always refined. Other chains'
+        angular accelerations gain nothing: the last digit of an angle changes them by more.
 
     Returns
     -------
@@ -51,45 +51,49 @@ def accelerations(
     numpy.linalg.LinAlgError
         If the joint system is not positive definite in double precision.
     """
-    unit = along(state.angle_rad)
-    field, tide, spin = external(model, state, unit)
-    sideways = None
+    unit = unit_along(state.angle_rad)
+    field, tide, spin = external_accelerations(model, state, unit)
+    noncentral_acceleration = None
     if model.effects:
-        push, sideways = pushed(Situation(model, t_s, state, unit), modes or (None,) * len(model.effects))
-        mean = push.difference @ model.weight
-        moved = push.common + mean
+        added, noncentral_acceleration = total_accelerations(
+            EffectState(model, t_s, state, unit), modes or (None,) * len(model.effects)
+        )
+        mean = added.difference @ model.weight
+        moved = added.common + mean
         field = field + np.array([moved.real, moved.imag])
-        tide, spin = tide + (push.difference - mean), spin + push.spin
-    turning = Turning(model, state, unit, tide, spin, refine=refine)
-    torque = prescribed_torques(model, t_s, state, turning, sideways) if model.prescriptions else np.empty(0)
-    reaction = turning.reaction(torque)
+        tide, spin = tide + (added.difference - mean), spin + added.angular
+    solution = ReactionSolution(model, state, unit, tide, spin, refine=refine)
+    torque = (
+        prescribed_torques(model, t_s, state, solution, noncentral_acceleration) if model.prescriptions else np.empty(0)
+    )
+    reaction = solution.reaction(torque)
     return Accelerations(
         field,
-        turning.angular(reaction, torque),
-        as_vectors(tide + turning.pull(reaction)),
+        solution.angular_accelerations(reaction, torque),
+        as_vectors(tide + solution.translation_from_reactions(reaction)),
         as_vectors(reaction),
         torque,
     )
 
 
-def external(model: ChainModel, state: State, unit: ComplexArray) -> tuple[Array, ComplexArray, Array]:
-    """Acceleration of the centre of mass (2,), that of each bar relative to it (N,), and K_j/J_j (N,)."""
+def external_accelerations(model: ChainModel, state: State, unit: ComplexArray) -> tuple[Array, ComplexArray, Array]:
+    """Acceleration of the centre of mass (2,), of each bar relative to the centre of mass (N,), and K_j/J_j (N,)."""
     bars = model.bars
     if model.gravity == "none":
         return np.zeros(2), np.zeros(bars, complex), np.zeros(bars)
     com, position = as_complex(state.com_m), as_complex(state.position_m)
-    difference = differences(model.mu_m3_s2, com, position)
+    difference = complex_field_differences(model.mu_m3_s2, com, position)
     mean = difference @ model.weight
     field: Array = point_field(model.mu_m3_s2, state.com_m) + np.array([mean.real, mean.imag])
     if model.gravity == "point":
         return field, difference - mean, np.zeros(bars)
-    return field, difference - mean, gradient_spins(model, com + position, unit)
+    return field, difference - mean, gradient_angular_accelerations(model, com + position, unit)
 
 
-class Turning:
+class ReactionSolution:
     """Reactions and angular accelerations of one state, as affine functions of the prescribed torques.
 
-    Plane vectors are complex numbers here, one for each bar or joint.
+    Plane vectors are complex numbers, one for each bar or joint.
     """
 
     def __init__(
@@ -102,7 +106,7 @@ class Turning:
         *,
         refine: bool = True,
     ) -> None:
-        """Solve the joints for no torque and for a unit of each prescribed one.
+        """Solve the joint system for zero torque and for a unit of each prescribed torque.
 
         Parameters
         ----------
@@ -111,26 +115,26 @@ class Turning:
         unit : ndarray of complex, shape (N,)
             Unit vectors u_j along the bars.
         field : ndarray of complex, shape (N,)
-            Accelerations of the bars' centres without reactions; any part common to all drops out.
+            Accelerations of the bars' centres without reactions, up to a common constant.
         spin : ndarray, shape (N,)
             K_j/J_j.
         refine : bool
             As in :func:`accelerations`.
         """
-        self.model, self.unit, self.spin = model, unit, spin
-        # how the ends would leave the centres without reactions
+        self.model, self.unit, self.angular = model, unit, spin
+        # accelerations of the right ends relative to the centres, without reactions
         end = model.half_m * unit * (1j * spin - state.rate_rad_s**2)
         right = np.empty((1 + len(model.prescriptions), model.bars - 1), complex)
         right[0] = (field[1:] - field[:-1]) - (end[:-1] + end[1:])
         for k, p in enumerate(model.prescriptions, start=1):
-            turned = 1j * model.half_m * self.unit_torque(p) * unit
+            turned = 1j * model.half_m * self.rotation_per_unit_torque(p) * unit
             right[k] = -(turned[:-1] + turned[1:])
-        solved = JointSystem(model, unit).solve(right, refine=refine or model.delicate)
-        self.free: ComplexArray = solved[0]
-        self.by_torque: ComplexArray = solved[1:]
+        solved = JointSystem(model, unit).solve(right, refine=refine or model.ill_conditioned)
+        self.torque_free_reactions: ComplexArray = solved[0]
+        self.reactions_per_torque: ComplexArray = solved[1:]
 
-    def unit_torque(self, p: Prescription) -> Array:
-        """Angular acceleration (N,) that a unit torque of `p` gives its bar and, through a motor, the neighbour."""
+    def rotation_per_unit_torque(self, p: Prescription) -> Array:
+        """Angular acceleration (N,) per unit torque of `p`, on its bar and, for a joint motor, on the neighbour."""
         turned = np.zeros(self.model.bars)
         turned[p.bar] = 1.0 / self.model.inertia_kg_m2[p.bar]
         if p.reacts_on is not None:
@@ -140,18 +144,18 @@ class Turning:
     def reaction(self, torque: Array) -> ComplexArray:
         """Reactions (N-1,) under the prescribed torques (P,)."""
         if not len(torque):
-            return self.free
-        total: ComplexArray = self.free + torque @ self.by_torque
+            return self.torque_free_reactions
+        total: ComplexArray = self.torque_free_reactions + torque @ self.reactions_per_torque
         return total
 
-    def angular(self, reaction: ComplexArray, torque: Array) -> Array:
+    def angular_accelerations(self, reaction: ComplexArray, torque: Array) -> Array:
         """Angular accelerations (N,) under reactions and prescribed torques, eq. (15)."""
-        total: Array = self.spin + self.levered(reaction)
+        total: Array = self.angular + self.rotation_from_reactions(reaction)
         for p, value in zip(self.model.prescriptions, torque, strict=True):
-            total = total + value * self.unit_torque(p)
+            total = total + value * self.rotation_per_unit_torque(p)
         return total
 
-    def levered(self, reaction: ComplexArray) -> Array:
+    def rotation_from_reactions(self, reaction: ComplexArray) -> Array:
         """Angular accelerations (N,) from the reactions alone: (l_j/2J_j) n_j·(R_j + R_{j-1})."""
         sums = np.zeros(self.model.bars, complex)
         sums[:-1] += reaction
@@ -159,7 +163,7 @@ class Turning:
         turned: Array = self.model.lever * (self.unit.conj() * sums).imag
         return turned
 
-    def pull(self, reaction: ComplexArray) -> ComplexArray:
+    def translation_from_reactions(self, reaction: ComplexArray) -> ComplexArray:
         """Accelerations (N,) of the bars' centres from the reactions: (R_j - R_{j-1})/m_j."""
         net: ComplexArray = np.zeros(self.model.bars, complex)
         net[:-1] += reaction
@@ -169,42 +173,56 @@ class Turning:
 
 
 def prescribed_torques(
-    model: ChainModel, t_s: float, state: State, turning: Turning, sideways: ComplexArray | None = None
+    model: ChainModel,
+    t_s: float,
+    state: State,
+    solution: ReactionSolution,
+    noncentral_acceleration: ComplexArray | None = None,
 ) -> Array:
-    """Torques (P,) that make each prescribed bar follow its law, eqs. (25)-(27).
+    """Torques (P,) by which each prescribed bar follows its law, eqs. (25)-(27).
 
-    `sideways` (N,) are accelerations of the bars' centres that are not towards the centre of the body.
+    `noncentral_acceleration` (N,) is the part of the bars' accelerations by effects that are not central.
     """
-    asked = np.array([wanted(t_s, state, p) for p in model.prescriptions])
-    return balanced_torques(model, state, turning, sideways, asked)
+    asked = np.array([prescribed_angle_acceleration(t_s, state, p) for p in model.prescriptions])
+    return torques_for_accelerations(model, state, solution, noncentral_acceleration, asked)
 
 
-def balanced_torques(
-    model: ChainModel, state: State, turning: Turning, sideways: ComplexArray | None, asked: Array
+def torques_for_accelerations(
+    model: ChainModel,
+    state: State,
+    solution: ReactionSolution,
+    noncentral_acceleration: ComplexArray | None,
+    asked: Array,
 ) -> Array:
-    """Torques (P,) under which :func:`followed` takes the values `asked` (P,)."""
+    """Torques (P,) that give :func:`actual_angle_acceleration` the values `asked` (P,)."""
     laws = model.prescriptions
     if not laws:
         return np.empty(0)
-    pull = turning.pull(turning.free)
-    free = turning.angular(turning.free, np.zeros(len(laws))), pull if sideways is None else pull + sideways
-    lacking = [value - followed(state, p, *free) for value, p in zip(asked, laws, strict=True)]
+    pull = solution.translation_from_reactions(solution.torque_free_reactions)
+    free = (
+        solution.angular_accelerations(solution.torque_free_reactions, np.zeros(len(laws))),
+        pull if noncentral_acceleration is None else pull + noncentral_acceleration,
+    )
+    lacking = [value - actual_angle_acceleration(state, p, *free) for value, p in zip(asked, laws, strict=True)]
     by_torque = [
-        (turning.levered(reaction) + turning.unit_torque(p), turning.pull(reaction))
-        for p, reaction in zip(laws, turning.by_torque, strict=True)
+        (
+            solution.rotation_from_reactions(reaction) + solution.rotation_per_unit_torque(p),
+            solution.translation_from_reactions(reaction),
+        )
+        for p, reaction in zip(laws, solution.reactions_per_torque, strict=True)
     ]
-    gained = [[followed(state, p, *response) for response in by_torque] for p in laws]
-    # without units of inertia, or pivots picked across bars of very different size lose the light bars' laws
+    gained = [[actual_angle_acceleration(state, p, *response) for response in by_torque] for p in laws]
+    # nondimensional, as pivots chosen across bars of very different size lose the laws of light bars
     unit = np.sqrt(model.inertia_kg_m2[[p.bar for p in laws]])
     found: Array = unit * np.linalg.solve(unit[:, None] * np.array(gained) * unit, unit * np.array(lacking))
     return found
 
 
-def followed(state: State, p: Prescription, angular: Array, pull: ComplexArray) -> float:
-    """Acceleration of the angle that `p` prescribes, from its bar's and (local horizontal) its longitude's.
+def actual_angle_acceleration(state: State, p: Prescription, angular: Array, pull: ComplexArray) -> float:
+    """Acceleration of the angle prescribed by `p`: the bar's, minus the longitude's for the local horizontal.
 
-    Gravity is central, so of the bar's acceleration only the share of the reactions, and of effects that are not
-    central, turns its longitude: no large numbers meet.
+    Gravity is central. Only reactions and noncentral effects accelerate the bar's longitude, so that no large numbers
+    are subtracted.
     """
     if not p.local_horizontal:
         return float(angular[p.bar])
@@ -212,8 +230,11 @@ def followed(state: State, p: Prescription, angular: Array, pull: ComplexArray) 
     return float(angular[p.bar] - (as_complex(place).conj() * pull[p.bar]).imag / (place @ place))
 
 
-def wanted(t_s: float, state: State, p: Prescription) -> float:
-    """Value that :func:`followed` must take: the law's, and the longitude's share -2 (Z·Z')(Z×Z')/r⁴."""
+def prescribed_angle_acceleration(t_s: float, state: State, p: Prescription) -> float:
+    """Prescribed value of :func:`actual_angle_acceleration`.
+
+    The value is the law's acceleration minus the velocity-dependent part of the longitude's, 2 (Z·Z')(Z×Z')/r⁴.
+    """
     law = p.acceleration_rad_s2(t_s)
     if not p.local_horizontal:
         return law

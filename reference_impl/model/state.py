@@ -1,4 +1,4 @@
-"""State of a chain, and its accelerations."""
+"""State of a chain and its accelerations."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class State:
-    """Where the chain is: the centre of mass apart from what is relative to it."""
+    """Positions and velocities of a chain, split into the centre of mass and the relative part."""
 
     com_m: Array
     """(2,) Z0"""
@@ -29,7 +29,7 @@ class State:
 
 @dataclass(frozen=True)
 class Accelerations:
-    """What the equations give for a state."""
+    """Solution of the equations of motion at one state."""
 
     com_m_s2: Array
     """(2,) Z0''"""

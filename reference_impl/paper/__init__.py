@@ -1,1 +1,1 @@
-"""The formulation as the paper prints it, and its misprints."""
+"""Formulation as printed in the paper, and its misprints."""

@@ -1,7 +1,7 @@
-"""The paper's own form, equation by equation: reactions (23), accelerations (24), prescribed rotations (27).
+"""The paper's formulation, equation by equation: reactions (23), accelerations (24), prescribed rotations (27).
 
-It is here to be compared with :mod:`reference_impl.model.relative`, which says the same in O(N), and to show
-what each of the paper's misprints does. Dense, O(N³).
+The formulation serves as a check of :mod:`reference_impl.model.relative`, its O(N) equivalent, and to measure the
+effect of each of the paper's misprints. Dense, O(N³).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from reference_impl.model.state import Accelerations, State
 from reference_impl.paper.matrices import ROWS, Longitudes, Matrices, matrices
 from reference_impl.paper.misprints import Misprint
-from reference_impl.paper.state import Units, paper_state, units_of
+from reference_impl.paper.state import PaperUnits, paper_state, units_of
 
 if TYPE_CHECKING:
     from collections.abc import Set
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 
 
 class NotSquareError(ValueError):
-    """Equation (27) as it is printed has more unknowns than equations."""
+    """Equation (27) as printed has more unknowns than equations."""
 
 
 @dataclass(frozen=True)
 class PaperSolution:
-    """What the paper's equations give, in its own units."""
+    """Solution of the paper's equations, in the paper's units."""
 
     X_acceleration: Array
     """(NX,)"""
@@ -60,12 +60,12 @@ def paper_accelerations(
     Parameters
     ----------
     model : ChainModel
-        With gravity "gradient", the only one the paper has.
+        Chain with gravity "gradient", the paper's only gravity model.
     t_s : float
         Time, for the prescribed laws.
     state : State
     as_printed : set of Misprint, optional
-        Misprints to leave in; all are put right by default.
+        Misprints to keep; by default all are corrected.
 
     Returns
     -------
@@ -77,7 +77,7 @@ def paper_accelerations(
     ValueError
         If the model has another gravity.
     NotSquareError
-        If (27) is wanted as printed and a rotation is prescribed.
+        If (27) is requested as printed and a rotation is prescribed.
     """
     units = units_of(model, state.com_m)
     found = solve(model, t_s, state, units, as_printed)
@@ -91,20 +91,20 @@ def paper_accelerations(
     )
 
 
-def solve(model: ChainModel, t_s: float, state: State, units: Units, as_printed: Set[Misprint]) -> PaperSolution:
+def solve(model: ChainModel, t_s: float, state: State, units: PaperUnits, as_printed: Set[Misprint]) -> PaperSolution:
     """Solution in the paper's units; see :func:`paper_accelerations`."""
     if model.gravity != "gradient":
-        raise ValueError(f'the paper\'s form has gravity "gradient" only, not "{model.gravity}"')
+        raise ValueError(f'the paper\'s formulation supports gravity "gradient" only, not "{model.gravity}"')
     m = matrices(paper_state(model, state, units), as_printed)
     H, G = prescribed_rows(model, t_s, units, m.longitudes)
     if not len(G):
         reaction = solve_dense(m.A @ (m.W / m.E[:, None]), m.B - m.A @ m.F)  # (23)
         return PaperSolution(m.F + m.W @ reaction / m.E, reaction.reshape(-1, 2), np.empty(0), m.longitudes)  # (24)
-    return controlled(m, H, G, control_columns(model, as_printed), m.longitudes)
+    return solve_with_controls(m, H, G, control_columns(model, as_printed), m.longitudes)
 
 
-def controlled(m: Matrices, H: Array, G: Array, D: Array, longitudes: Longitudes) -> PaperSolution:
-    """Equation (27), with the control forces entering through the columns D instead of an identity."""
+def solve_with_controls(m: Matrices, H: Array, G: Array, D: Array, longitudes: Longitudes) -> PaperSolution:
+    """Equation (27), with columns D for the control forces in place of an identity."""
     pushed = np.column_stack([m.W, D]) / m.E[:, None]
     asked = np.vstack([m.A, H])
     left = asked @ pushed
@@ -124,7 +124,7 @@ def solve_dense(matrix: Array, right: Array) -> Array:
     return found
 
 
-def prescribed_rows(model: ChainModel, t_s: float, units: Units, longitudes: Longitudes) -> tuple[Array, Array]:
+def prescribed_rows(model: ChainModel, t_s: float, units: PaperUnits, longitudes: Longitudes) -> tuple[Array, Array]:
     """H (P, NX) and G (P,) of eq. (25): phi_p'' itself, or phi_p'' + omega_p'' for an inertial angle."""
     laws = model.prescriptions
     H, G = np.zeros((len(laws), ROWS * model.bars + 2)), np.zeros(len(laws))
@@ -140,10 +140,10 @@ def prescribed_rows(model: ChainModel, t_s: float, units: Units, longitudes: Lon
 
 
 def control_columns(model: ChainModel, as_printed: Set[Misprint]) -> Array:
-    """Rows of X that each control torque turns, shape (NX, P).
+    """Rows of X on which each control torque acts, shape (NX, P).
 
-    The transpose of H only where H selects phi_p: against inertial axes H also holds the longitude's
-    terms, but a torque pushes no centre of mass.
+    The columns equal the transpose of H only if H selects phi_p. For inertial angles H also contains the longitude's
+    terms, but a torque accelerates no centre of mass.
     """
     size = ROWS * model.bars + 2
     if Misprint.CONTROL_IDENTITY in as_printed:
@@ -152,7 +152,7 @@ def control_columns(model: ChainModel, as_printed: Set[Misprint]) -> Array:
 
 
 def control_column(p: Prescription, size: int) -> Array:
-    """Column of one torque: on its bar, and for a joint motor against it on the neighbour."""
+    """Column of one torque: on its bar, and for a joint motor the opposite on the neighbour."""
     column = np.zeros(size)
     column[ROWS * p.bar + 2] = 1.0
     if p.reacts_on is not None:

@@ -1,7 +1,7 @@
-"""The matrices E, F, W, A, B of the paper's appendices, entry by entry, misprints put right or left in.
+"""Matrices E, F, W, A, B of the paper's appendices, entry by entry, with misprints corrected or kept.
 
-Bars and joints count from 0 here; bar j fills rows and columns 3j, 3j+1, 3j+2 of X, and the joint after
-it components 2j, 2j+1 of the reactions.
+Bars and joints count from 0. Bar j has rows and columns 3j, 3j+1, 3j+2 of X; the joint after bar j has components 2j,
+2j+1 of the reactions.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def matrices(x: PaperState, as_printed: Set[Misprint]) -> Matrices:
     return Matrices(
         E,
         free_accelerations(x, turned, as_printed),
-        reach_of_reactions(x, half, turned, as_printed),
+        reaction_columns(x, half, turned, as_printed),
         A,
         B,
         turned,
@@ -83,7 +83,7 @@ def longitudes(x: PaperState, as_printed: Set[Misprint]) -> Longitudes:
 
 
 def tidal_sums(x: PaperState) -> Array:
-    """chi_j, shape (N, 2): gravity's differences as sums over all pairs, eqs. (A.1)-(A.6)."""
+    """chi_j, shape (N, 2): differences of gravity as sums over all pairs, eqs. (A.1)-(A.6)."""
     rho_j, rho_k = x.rho[:, None], x.rho[None, :]
     f = (rho_j**2 + rho_k**2 + rho_j * rho_k) / (rho_j**3 * rho_k**3 * (rho_j + rho_k))  # (A.2)
     square = np.sum(x.T**2, axis=-1)
@@ -102,7 +102,7 @@ def free_accelerations(x: PaperState, turned: Longitudes, as_printed: Set[Mispri
     return np.concatenate([np.column_stack([q, turn]).ravel(), G0])
 
 
-def reach_of_reactions(x: PaperState, half: Array, turned: Longitudes, as_printed: Set[Misprint]) -> Array:
+def reaction_columns(x: PaperState, half: Array, turned: Longitudes, as_printed: Set[Misprint]) -> Array:
     """W of appendix B, shape (NX, NR)."""
     W = np.zeros((ROWS * x.bars + 2, 2 * (x.bars - 1)))
     across = np.stack([-np.sin(x.theta), np.cos(x.theta)], axis=-1)
@@ -120,7 +120,7 @@ def reach_of_reactions(x: PaperState, half: Array, turned: Longitudes, as_printe
 
 
 def compatibility(x: PaperState, half: Array, turned: Longitudes, as_printed: Set[Misprint]) -> tuple[Array, Array]:
-    """Assemble A (NR, NX) and B (NR,) of (C.8) and (C.9)."""
+    """A (NR, NX) and B (NR,) of (C.8) and (C.9)."""
     joints = x.bars - 1
     A, B = np.zeros((2 * joints, ROWS * x.bars + 2)), np.zeros((joints, 2))
     left, right = (

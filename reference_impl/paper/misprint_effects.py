@@ -1,4 +1,4 @@
-"""What each of the paper's misprints does, measured on a generic state."""
+"""Effect of each of the paper's misprints, measured on a generic state."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ import numpy as np
 from reference_impl.model.chain import ChainModel, Prescription
 from reference_impl.model.kinematics import joined_state
 from reference_impl.paper.form import NotSquareError, PaperSolution, solve
-from reference_impl.paper.misprints import ERRATA, Effect, Misprint
+from reference_impl.paper.misprints import ERRATA, Misprint, MisprintConsequence
 from reference_impl.paper.state import units_of
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
     from reference_impl.model.state import State
 
-SEED = 2002  # any; fixed so that the table can be compared
+SEED = 2002  # arbitrary, fixed for a reproducible table
 EARTH_MU_M3_S2 = 3.986004418e14
 EARTH_RADIUS_M = 6378e3
-UNEQUAL_LENGTHS_M = (100.0, 80.0, 120.0, 60.0, 90.0)  # for the misprint that equal bars don't show
+UNEQUAL_LENGTHS_M = (100.0, 80.0, 120.0, 60.0, 90.0)  # for the misprint without effect on equal bars
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,9 @@ class MisprintEffect:
     printed: str
     right: str
     effect_on_reactions: float | None
-    """Largest change of a reaction's component over the largest; None where nothing can be computed"""
+    """Largest change of a reaction component relative to the largest; None if not computable"""
     effect_on_angular_acceleration: float | None
-    """The same for phi_j'', the paper's own unknown"""
+    """Largest change of phi_j'', the paper's unknown, relative to the largest"""
     note: str
 
 
@@ -45,7 +45,7 @@ def generic_model(length_m: tuple[float, ...] = (100.0,) * 5) -> ChainModel:
 
 
 def generic_state(model: ChainModel) -> State:
-    """Random angles and rates, on an orbit that climbs."""
+    """Random angles and rates, on an ascending orbit."""
     random = np.random.default_rng(SEED)
     longitude = random.uniform(-np.pi, np.pi)
     radial, across = (
@@ -61,40 +61,40 @@ def generic_state(model: ChainModel) -> State:
 
 def misprint_effects() -> list[MisprintEffect]:
     """All misprints with their measured effects, in the table's order."""
-    return [measured(misprint) for misprint in Misprint]
+    return [measured_effect(misprint) for misprint in Misprint]
 
 
-def measured(misprint: Misprint) -> MisprintEffect:
-    """One misprint's row: the state solved right, and with that misprint left in."""
+def measured_effect(misprint: Misprint) -> MisprintEffect:
+    """Row of one misprint: the corrected solution against the solution with that misprint."""
     entry = ERRATA[misprint]
     reactions = angles = None
     note = f"{entry.effect}: {entry.reason}"
-    if entry.effect is Effect.NOT_SOLVABLE:
+    if entry.effect is MisprintConsequence.NOT_SOLVABLE:
         note = f"{entry.effect}: {rejection(misprint)}"
-    elif entry.effect is not Effect.TEXT_ONLY:
+    elif entry.effect is not MisprintConsequence.TEXT_ONLY:
         model = generic_model(UNEQUAL_LENGTHS_M) if misprint is Misprint.HALF_LENGTH else generic_model()
-        right, wrong = solved(model, frozenset()), solved(model, frozenset({misprint}))
+        right, wrong = generic_solution(model, frozenset()), generic_solution(model, frozenset({misprint}))
         reactions = relative_change(wrong.reaction, right.reaction)
         angles = relative_change(wrong.bars[:, 2], right.bars[:, 2])
     return MisprintEffect(misprint.value, entry.place, entry.printed, entry.right, reactions, angles, note)
 
 
-def solved(model: ChainModel, as_printed: frozenset[Misprint]) -> PaperSolution:
-    """Solve the generic state of a model by the paper's form."""
+def generic_solution(model: ChainModel, as_printed: frozenset[Misprint]) -> PaperSolution:
+    """Solution of the paper's equations at the generic state of a model."""
     state = generic_state(model)
     return solve(model, 0.0, state, units_of(model, state.com_m), as_printed)
 
 
 def rejection(misprint: Misprint) -> str:
-    """Say what the paper's form answers to a prescribed rotation with this misprint."""
+    """Error message of the paper's formulation for a prescribed rotation with this misprint."""
     slewed = Prescription(4, np.pi / 4, 60.0, 0.0, local_horizontal=True, reacts_on=None)
     try:
-        solved(replace(generic_model(), prescriptions=(slewed,)), frozenset({misprint}))
+        generic_solution(replace(generic_model(), prescriptions=(slewed,)), frozenset({misprint}))
     except NotSquareError as error:
         return str(error)
     raise AssertionError(f"{misprint} was solvable")
 
 
 def relative_change(wrong: Array, right: Array) -> float:
-    """Largest change over the largest magnitude."""
+    """Largest change relative to the largest magnitude."""
     return float(np.abs(wrong - right).max() / np.abs(right).max())

@@ -1,4 +1,4 @@
-"""What the paper misprints: place, what is printed, what is right, and what to expect of it, as data."""
+"""Misprints of the paper: place, printed and correct form, expected effect."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class Misprint(StrEnum):
-    """One misprint each; :mod:`reference_impl.paper.form` takes a set of them as printed."""
+    """Misprints of the paper; :mod:`reference_impl.paper.form` keeps a chosen set of them."""
 
     TORQUE_SIGN = "torque_sign"
     BETA_DENOMINATOR = "beta_denominator"
@@ -19,8 +19,8 @@ class Misprint(StrEnum):
     STABILITY_TEXT = "stability_text"
 
 
-class Effect(StrEnum):
-    """What a misprint does to the computed motion."""
+class MisprintConsequence(StrEnum):
+    """Consequence of a misprint for the computed motion."""
 
     WRONG_REACTIONS = "wrong reactions"
     WRONG_LOCAL_ANGLES = "right reactions, wrong phi''"
@@ -36,9 +36,9 @@ class Erratum:
     """Equation or passage of the paper"""
     printed: str
     right: str
-    effect: Effect
+    effect: MisprintConsequence
     expected: float | None
-    """Order of the relative error of the reactions in a generic state; None: not a matter of size"""
+    """Order of the relative error of the reactions in a generic state; None: not quantifiable"""
     reason: str
 
 
@@ -47,7 +47,7 @@ ERRATA: dict[Misprint, Erratum] = {
         "(17), (B.7)",
         "-3 sin(phi) cos(phi)/rho^3",
         "+3 sin(phi) cos(phi)/rho^3",
-        Effect.WRONG_REACTIONS,
+        MisprintConsequence.WRONG_REACTIONS,
         1e-1,
         "phi counts from the horizontal; with the minus the horizontal bar would be the stable one",
     ),
@@ -55,7 +55,7 @@ ERRATA: dict[Misprint, Erratum] = {
         "(B.6), beta_j",
         "(Y_j1^2 + Y_j2^2)^2 below",
         "(Y_j1^2 + Y_j2^2) below; gamma_j keeps its square",
-        Effect.WRONG_LOCAL_ANGLES,
+        MisprintConsequence.WRONG_LOCAL_ANGLES,
         0.0,
         "the joints see theta'' = phi'' + omega'', in which beta_j cancels; omega'' alone is wrong",
     ),
@@ -63,7 +63,7 @@ ERRATA: dict[Misprint, Erratum] = {
         "table of W (B), third row",
         "alpha_j",
         "(lambda_j/mu_j) alpha_j",
-        Effect.WRONG_REACTIONS,
+        MisprintConsequence.WRONG_REACTIONS,
         1e-5,
         "lambda_j times (B.5), where T_j'' holds the reactions over mu_j; alpha_j is of order epsilon",
     ),
@@ -71,7 +71,7 @@ ERRATA: dict[Misprint, Erratum] = {
         "(C.5), second component of S",
         "-(1/2) gamma_j cos(theta_j)",
         "+(1/2) gamma_j cos(theta_j)",
-        Effect.WRONG_REACTIONS,
+        MisprintConsequence.WRONG_REACTIONS,
         1e-1,
         "gamma_j goes with the unit vector across the bar, (-sin, cos); it vanishes on a circular orbit",
     ),
@@ -79,7 +79,7 @@ ERRATA: dict[Misprint, Erratum] = {
         "(C.9)",
         "S(j,1) - S(j-1,1)",
         "S(j-1,2) - S(j,1)",
-        Effect.WRONG_REACTIONS,
+        MisprintConsequence.WRONG_REACTIONS,
         1.0,
         "the joint ties the right end of bar j-1 to the left end of bar j, as (C.7) says",
     ),
@@ -87,7 +87,7 @@ ERRATA: dict[Misprint, Erratum] = {
         "(26), (27)",
         "an identity of full width for the control forces",
         "one column for each prescribed motion, in the row of the angle its torque turns",
-        Effect.NOT_SOLVABLE,
+        MisprintConsequence.NOT_SOLVABLE,
         None,
         "3N+2 control forces stand against one equation for each prescribed motion",
     ),
@@ -95,7 +95,7 @@ ERRATA: dict[Misprint, Erratum] = {
         "(17), (19), table of W (B), (C.1)-(C.5)",
         "1/2 for every bar",
         "l_j/(2 l) where lengths differ",
-        Effect.WRONG_REACTIONS,
+        MisprintConsequence.WRONG_REACTIONS,
         1e-1,
         "all bars are taken as long as the characteristic length l; nothing changes where they are",
     ),
@@ -103,7 +103,7 @@ ERRATA: dict[Misprint, Erratum] = {
         "section 6, example (a)",
         "even multiples of pi/2 stable, odd ones unstable",
         "odd multiples (radial) stable, even ones (horizontal) unstable",
-        Effect.TEXT_ONLY,
+        MisprintConsequence.TEXT_ONLY,
         None,
         "the paper's own figures agree with this",
     ),

@@ -1,4 +1,4 @@
-"""A state in the paper's unknowns and units: l within the chain, R_eq beyond it, time in sqrt(R_eq³/mu)."""
+"""State in the paper's unknowns and units: l within the chain, R_eq beyond, time in sqrt(R_eq³/mu)."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Units:
-    """What the paper divides by."""
+class PaperUnits:
+    """Units of the paper's nondimensional quantities."""
 
     length_m: float
     """l: the longest bar"""
     radius_m: float
-    """R_eq: the body's radius; the chain's own distance where the model has none"""
+    """R_eq: the body's radius; the chain's distance from the centre for a model without radius"""
     time_s: float
     """sqrt(R_eq³/mu), eq. (10)"""
     mass_kg: float
@@ -45,16 +45,16 @@ class Units:
         return self.force_N * self.length_m
 
 
-def units_of(model: ChainModel, com_m: Array) -> Units:
+def units_of(model: ChainModel, com_m: Array) -> PaperUnits:
     """Units for a model with its centre of mass at `com_m`, shape (2,)."""
     radius = model.body_radius_m or float(np.linalg.norm(com_m))
     time = float(np.sqrt(radius**3 / model.mu_m3_s2))
-    return Units(float(model.length_m.max()), radius, time, float(model.mass_kg.sum()))
+    return PaperUnits(float(model.length_m.max()), radius, time, float(model.mass_kg.sum()))
 
 
 @dataclass(frozen=True)
 class PaperState:
-    """X = [T_11, T_12, phi_1 | ... | Y_01, Y_02] of (B.1) with its rate, in parts; all nondimensional."""
+    """X = [T_11, T_12, phi_1 | ... | Y_01, Y_02] of (B.1) and its rate, nondimensional."""
 
     ratio: float
     """epsilon"""
@@ -63,7 +63,7 @@ class PaperState:
     inertia: Array
     """(N,) lambda_j = J_j/(M l²)"""
     half: Array
-    """(N,) l_j/(2 l): 1/2 where all bars are alike"""
+    """(N,) l_j/(2 l): 1/2 for equal bars"""
     T: Array
     """(N, 2)"""
     T_rate: Array
@@ -84,7 +84,7 @@ class PaperState:
 
     @cached_property
     def Y(self) -> Array:
-        """Places of the bars' centres Y_j = Y_0 + epsilon T_j, shape (N, 2), eq. (4)."""
+        """Positions of the bars' centres Y_j = Y_0 + epsilon T_j, shape (N, 2), eq. (4)."""
         place: Array = self.Y0 + self.ratio * self.T
         return place
 
@@ -114,19 +114,19 @@ class PaperState:
 
 
 def longitude(place: Array) -> Array:
-    """Longitude omega_j of each place (..., 2), eq. (16)."""
+    """Longitude omega_j of each position (..., 2), eq. (16)."""
     angle: Array = np.arctan2(place[..., 1], place[..., 0])
     return angle
 
 
 def longitude_rate(place: Array, motion: Array) -> Array:
-    """Its rate, eq. (C.6)."""
+    """Rate of the longitude, eq. (C.6)."""
     rate: Array = cross(place, motion) / np.sum(place**2, axis=-1)
     return rate
 
 
-def paper_state(model: ChainModel, state: State, units: Units) -> PaperState:
-    """Turn a state in SI units and inertial angles into the paper's unknowns."""
+def paper_state(model: ChainModel, state: State, units: PaperUnits) -> PaperState:
+    """State in the paper's unknowns, from SI units and inertial angles."""
     speed = units.length_m / units.time_s
     place = (state.com_m + state.position_m) / units.radius_m
     motion = (state.com_velocity_m_s + state.velocity_m_s) * (units.time_s / units.radius_m)

@@ -1,1 +1,1 @@
-"""The chain's equations in any floating-point type, for many states at once: what coordinates cost in digits."""
+"""The chain's equations in any floating-point type, for many states at once: round-off errors of each formulation."""

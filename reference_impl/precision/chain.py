@@ -1,4 +1,4 @@
-"""Chains and their states in any arithmetic: bars along the first axis after the plane's, states along the last."""
+"""Chains and their states in any arithmetic: axes are plane component, bar, state."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Bars:
-    """What a chain of N bars is made of, in each of B states (or the same in all: B = 1)."""
+class ChainParameters:
+    """Parameters of a chain of N bars in each of B states (B = 1: the same in all)."""
 
     mu_m3_s2: Values
     """(B,)"""
@@ -50,14 +50,14 @@ class Bars:
         """(N, B) 1/m."""
         return 1.0 / self.mass_kg
 
-    def cast(self, to: Arithmetic) -> Bars:
-        """Rounded to another arithmetic."""
-        return Bars(*map(to.cast, (self.mu_m3_s2, self.mass_kg, self.length_m, self.inertia_kg_m2)))
+    def cast(self, to: Arithmetic) -> ChainParameters:
+        """Parameters rounded to another arithmetic."""
+        return ChainParameters(*map(to.cast, (self.mu_m3_s2, self.mass_kg, self.length_m, self.inertia_kg_m2)))
 
 
 @dataclass(frozen=True)
-class Relative:
-    """State in relative coordinates: the centre of mass, and each bar from there."""
+class RelativeState:
+    """State in relative coordinates: the centre of mass, and each bar relative to the centre of mass."""
 
     com_m: Values
     """(2, B) Z0"""
@@ -68,18 +68,18 @@ class Relative:
     rate_rad_s: Values
     """(N, B)"""
 
-    def cast(self, to: Arithmetic) -> Relative:
-        """Rounded to another arithmetic."""
-        return Relative(*map(to.cast, (self.com_m, self.position_m, self.angle_rad, self.rate_rad_s)))
+    def cast(self, to: Arithmetic) -> RelativeState:
+        """State rounded to another arithmetic."""
+        return RelativeState(*map(to.cast, (self.com_m, self.position_m, self.angle_rad, self.rate_rad_s)))
 
     @property
-    def absolute(self) -> Absolute:
-        """The same from the body's centre, with the rounding of this sum."""
-        return Absolute(self.com_m[:, None] + self.position_m, self.angle_rad, self.rate_rad_s)
+    def absolute(self) -> AbsoluteState:
+        """The state in absolute coordinates, with the rounding of the sum."""
+        return AbsoluteState(self.com_m[:, None] + self.position_m, self.angle_rad, self.rate_rad_s)
 
 
 @dataclass(frozen=True)
-class Absolute:
+class AbsoluteState:
     """State in absolute coordinates: each bar from the body's centre."""
 
     place_m: Values
@@ -89,21 +89,21 @@ class Absolute:
     rate_rad_s: Values
     """(N, B)"""
 
-    def cast(self, to: Arithmetic) -> Absolute:
-        """Rounded to another arithmetic."""
-        return Absolute(*map(to.cast, (self.place_m, self.angle_rad, self.rate_rad_s)))
+    def cast(self, to: Arithmetic) -> AbsoluteState:
+        """State rounded to another arithmetic."""
+        return AbsoluteState(*map(to.cast, (self.place_m, self.angle_rad, self.rate_rad_s)))
 
 
 @dataclass(frozen=True)
-class Found:
-    """What the equations give."""
+class ChainAccelerations:
+    """Reactions and accelerations of a chain."""
 
     reaction_N: Values
     """(2, N-1, B) force on bar j from bar j+1"""
     angle_rad_s2: Values
     """(N, B)"""
     place_m_s2: Values
-    """(2, N, B): Z_j'' from absolute coordinates, d_j'' from relative ones"""
+    """(2, N, B): Z_j'' in absolute coordinates, d_j'' in relative coordinates"""
     com_m_s2: Values
     """(2, B) Z0''"""
 
@@ -119,8 +119,8 @@ def dot(v: Values, w: Values) -> Values:
     return v[0] * w[0] + v[1] * w[1]
 
 
-def hung(bars: Bars, reach_m: Values) -> Values:
-    """Vectors from the common centre to the bars' centres, given those from the centres to the right ends.
+def bar_centres(bars: ChainParameters, reach_m: Values) -> Values:
+    """Positions of the bars' centres relative to the centre of mass, given each centre's vector to its right end.
 
     Eqs. (6) and (7'), linear in `reach_m`, shape (2, N, B).
     """
@@ -129,7 +129,9 @@ def hung(bars: Bars, reach_m: Values) -> Values:
     return from_first - (from_first * bars.weight).sum(axis=1)[:, None]
 
 
-def joined(a: Arithmetic, bars: Bars, com_m: Values, angle_rad: Values, rate_rad_s: Values) -> Relative:
-    """State whose joints are closed."""
+def joined_chain_state(
+    a: Arithmetic, bars: ChainParameters, com_m: Values, angle_rad: Values, rate_rad_s: Values
+) -> RelativeState:
+    """State with closed joints."""
     along, _ = directions(a, angle_rad)
-    return Relative(com_m, hung(bars, bars.half_m * along), angle_rad, rate_rad_s)
+    return RelativeState(com_m, bar_centres(bars, bars.half_m * along), angle_rad, rate_rad_s)

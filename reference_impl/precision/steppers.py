@@ -1,6 +1,6 @@
-"""Integrators for vectors (rows, B) in any arithmetic: two of equal steps, one that chooses them, one for the truth.
+"""Integrators for vectors (rows, B) in any arithmetic: fixed steps, adaptive steps, and extrapolation.
 
-Runs are columns. Where steps are chosen, each column has its own.
+Each column is one run. Adaptive runs have a step size per column. Extrapolation serves the certified solutions.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from reference_impl.precision.arithmetic import Arithmetic, Values
 Rates = Callable[[Values], Values]
 Step = Callable[[Rates, Values, Values], Values]
 SAFETY, LEAST_FACTOR, LARGEST_FACTOR, EXPONENT = 0.9, 0.2, 10.0, -1.0 / 8.0  # SciPy's step control
-MOST_TRIES = 2000  # steps between two samples, after which a run is given up
+LARGEST_STEP_COUNT = 2000  # between two samples, after which a run is abandoned
 SUBSTEPS = tuple(range(2, 16, 2))  # of the extrapolated midpoint rule: order 14
 
 
@@ -30,23 +30,23 @@ def rk4(rates: Rates, y: Values, h: Values) -> Values:
 
 
 def extrapolated(rates: Rates, y: Values, h: Values, sequence: tuple[int, ...] = SUBSTEPS) -> Values:
-    """One step by the modified midpoint rule, extrapolated (Gragg, Bulirsch and Stoer).
+    """One step of the modified midpoint rule, extrapolated (Gragg, Bulirsch and Stoer).
 
-    Its order is twice the length of the `sequence` of substeps, and its coefficients are ratios of whole numbers, as
-    exact as the arithmetic. What is extrapolated is the step, not the vector: extrapolation magnifies round-off.
+    The order is twice the length of the `sequence` of substeps. The coefficients are ratios of integers, as exact as
+    the arithmetic. The increment is extrapolated instead of the vector, as extrapolation magnifies round-off.
     """
     first = rates(y)
     above: list[Values] = []
     for k, fine in enumerate(sequence):
-        row = [smoothed(rates, y, first, h / fine, fine)]
+        row = [midpoint_increment(rates, y, first, h / fine, fine)]
         for coarse, left in zip(sequence[k - 1 :: -1] if k else (), above, strict=True):
             row.append(row[-1] + (row[-1] - left) * (coarse * coarse) / (fine * fine - coarse * coarse))
         above = row
     return y + above[-1]
 
 
-def smoothed(rates: Rates, y: Values, first: Values, h: Values, times: int) -> Values:
-    """What the modified midpoint rule with Gragg's last average adds to a vector."""
+def midpoint_increment(rates: Rates, y: Values, first: Values, h: Values, times: int) -> Values:
+    """Increment of a vector by the modified midpoint rule with Gragg's final average."""
     before, now = 0.0 * y, h * first
     for _ in range(times - 1):
         before, now = now, before + (2.0 * h) * rates(y + now)
@@ -54,7 +54,7 @@ def smoothed(rates: Rates, y: Values, first: Values, h: Values, times: int) -> V
 
 
 class DormandPrince:
-    """DOP853's formula, coefficients rounded to an arithmetic."""
+    """DOP853's formula, with coefficients rounded to an arithmetic."""
 
     def __init__(self, a: Arithmetic) -> None:
         """Round SciPy's coefficients."""
@@ -68,13 +68,13 @@ class DormandPrince:
         return self.stepped(rates, y, h, slopes)
 
     def stepped(self, rates: Rates, y: Values, h: Values, slopes: Values) -> Values:
-        """End of a step; `slopes`, whose first is given, get the other stages'."""
+        """State at the end of a step; fills `slopes` beyond the given first slope."""
         for s, row in enumerate(self.stages, start=1):
             slopes[s] = rates(y + h * np.tensordot(row, slopes[:s], axes=1))
         return y + h * np.tensordot(self.end, slopes[:12], axes=1)
 
     def error(self, h: Values, slopes: Values, allowed: Values) -> Values:
-        """Error estimate of each column over what is allowed, (B,) float64."""
+        """Error estimate of each column relative to the allowed error, (B,) float64."""
         fifth, third = ((np.tensordot(e, slopes, axes=1) / allowed).astype(float) for e in (self.fifth, self.third))
         high, low = (fifth**2).sum(axis=0), (third**2).sum(axis=0)
         with np.errstate(invalid="ignore"):  # both zero: no error
@@ -83,28 +83,30 @@ class DormandPrince:
 
 
 @dataclass
-class Walkers:
-    """Runs that choose their steps, between two samples."""
+class AdaptiveRuns:
+    """Runs with adaptive steps, at a sample."""
 
     y: Values
     """(rows, B)"""
     h_s: Values
-    """(B,) float64: next step"""
+    """(B,) float64, size of the next step"""
     evaluations: Values
-    """(B,) whole numbers"""
-    given_up: Values
+    """(B,) integers"""
+    abandoned: Values
     """(B,) bool"""
 
 
-def walk(a: Arithmetic, rates: Rates, at: Walkers, stretch_s: Values, allowed: Values) -> Walkers:
-    """Advance each column by `stretch_s`, (B,), with errors in a step at most `allowed`, (rows, B).
+def advance_adaptively(
+    a: Arithmetic, rates: Rates, at: AdaptiveRuns, stretch_s: Values, allowed: Values
+) -> AdaptiveRuns:
+    """Advance each column by `stretch_s`, (B,), with errors in a step of at most `allowed`, (rows, B).
 
-    A column that needs more than :data:`MOST_TRIES` steps, or stops being finite, is given up: NaN.
+    A column with more than :data:`LARGEST_STEP_COUNT` steps, or a non-finite state, is abandoned: NaN.
     """
     method, slopes = DormandPrince(a), np.empty((13, *at.y.shape), at.y.dtype)
-    y, h, left, count = at.y, at.h_s, np.where(at.given_up, 0.0, stretch_s), at.evaluations
+    y, h, left, count = at.y, at.h_s, np.where(at.abandoned, 0.0, stretch_s), at.evaluations
     slopes[0] = rates(y)
-    for _ in range(MOST_TRIES):
+    for _ in range(LARGEST_STEP_COUNT):
         going = left > 0.0
         if not going.any():
             break
@@ -123,5 +125,5 @@ def walk(a: Arithmetic, rates: Rates, at: Walkers, stretch_s: Values, allowed: V
         slopes[0] = np.where(good, slopes[12], slopes[0])
         left = np.where(good, np.where(step == left, 0.0, left - step), left)
         count = count + 12 * going
-    lost = at.given_up | (left > 0.0)
-    return Walkers(np.where(lost, a.cast(np.nan), y), h, count, lost)
+    lost = at.abandoned | (left > 0.0)
+    return AdaptiveRuns(np.where(lost, a.cast(np.nan), y), h, count, lost)

@@ -10,8 +10,8 @@ import numpy as np
 
 from adapters.heyoka.compiled import QUAD, Precision, symbols
 from adapters.heyoka.structure import PI, LawShape, Part, Structure
-from reference_impl.model.complex_vectors import along, as_vectors
-from reference_impl.model.kinematics import hang_together
+from reference_impl.model.complex_vectors import as_vectors, unit_along
+from reference_impl.model.kinematics import bar_centre_vectors
 from reference_impl.model.state import Accelerations, State
 
 if TYPE_CHECKING:
@@ -63,6 +63,6 @@ def certified_accelerations(model: ChainModel, t_s: float, state: State, precisi
         given["pars"] = parameters(model, t_s, precision)[: function.nparams]
     value = function(np.array([number(float(x)) for x in y]), **given).astype(float)
     angular, seen = value[4 + n : 4 + 2 * n], value[4 + 2 * n :]
-    end = model.half_m * along(state.angle_rad) * (1j * angular - state.rate_rad_s**2)
+    end = model.half_m * unit_along(state.angle_rad) * (1j * angular - state.rate_rad_s**2)
     reaction = seen[: 2 * (n - 1)].reshape(n - 1, 2)
-    return Accelerations(value[2:4], angular, hang_together(model, as_vectors(end)), reaction, seen[2 * (n - 1) :])
+    return Accelerations(value[2:4], angular, bar_centre_vectors(model, as_vectors(end)), reaction, seen[2 * (n - 1) :])

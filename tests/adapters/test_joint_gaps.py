@@ -97,7 +97,7 @@ def test_every_coordinate_set_with_places_shows_its_drift_by_them(coordinates: s
     start = initial_state(scene)
     state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
     simulation = Simulation(chain_model(scene), *state, rtol=1e-5, coordinates=coordinates)
-    h = simulation.history(simulation.walk(scene.times_s))
+    h = simulation.history(simulation.integrate(scene.times_s))
     seen = Trajectory(h.t_s, h.com_m, h.com_velocity_m_s, angle_rad=h.angle_rad, position_m=h.position_m)
     computed, residual = gaps(scene, seen), centre_of_mass_residual(scene, seen)
     np.testing.assert_allclose(computed, h.gap_m, rtol=0.0, atol=8.0 * UNIT * scene.size_m)

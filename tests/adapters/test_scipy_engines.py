@@ -150,7 +150,7 @@ def test_an_error_in_the_equations_comes_out(engine, monkeypatch):
             raise np.linalg.LinAlgError("not positive definite")
         return np.zeros_like(y)
 
-    prepared.prepared.simulation.packing.rhs = rhs
+    prepared.prepared.simulation.coordinates.rhs = rhs
     with pytest.raises(EngineError, match="not positive definite"):
         prepared.simulate()
 

@@ -12,18 +12,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.effects.drag import Drag
-from reference_impl.effects.joint_spring_damper import JointSpringDamper
-from reference_impl.effects.oblateness import Oblateness
-from reference_impl.effects.solar_pressure import SolarPressure
-from reference_impl.effects.third_body import ThirdBody
-from reference_impl.effects.thrust import Thrust
+from reference_impl.effects.drag import DragEffect
+from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
+from reference_impl.effects.oblateness import OblatenessEffect
+from reference_impl.effects.solar_pressure import SolarPressureEffect
+from reference_impl.effects.third_body import ThirdBodyEffect
+from reference_impl.effects.thrust import ThrustEffect
 from tests.support.effect_cases import distance_m, reach_m
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
     from reference_impl.model.chain import ChainModel
-    from reference_impl.model.effect import Effect
+    from reference_impl.model.effect import ChainEffect
     from reference_impl.model.state import State
 
 U = 2.0**-53
@@ -43,16 +43,16 @@ class Bounds:
     roundings: float = C
 
 
-def bounds(effect: Effect, model: ChainModel, state: State) -> Bounds:
+def bounds(effect: ChainEffect, model: ChainModel, state: State) -> Bounds:
     """Sizes of an effect's terms at a state."""
-    if isinstance(effect, (Drag, SolarPressure, JointSpringDamper, Thrust)):
+    if isinstance(effect, (DragEffect, SolarPressureEffect, JointSpringDamperEffect, ThrustEffect)):
         return pushes(effect, model, state)
     r, reach, gyration = distance_m(state) - reach_m(state), reach_m(state), float(model.gyration2.max())
-    if isinstance(effect, Oblateness):
+    if isinstance(effect, OblatenessEffect):
         b = abs(effect.strength_m5_s2)
         shape = 10.0 * 7.5 * b * gyration / r**6 * effect.second_moment  # Z + 2 (u·Z) u - 7 c² Z
         return Bounds(3.0 * b / r**4 + shape, (1.0 + 5.0) * 3.0 * b / r**5 * reach + shape, 15.0 * b / r**5)
-    if isinstance(effect, ThirdBody):
+    if isinstance(effect, ThirdBodyEffect):
         near = effect.distance_m - distance_m(state) - reach
         strength = effect.mu_m3_s2 / near**3
         shape = 8.0 * 1.5 * strength * gyration / near
@@ -62,21 +62,23 @@ def bounds(effect: Effect, model: ChainModel, state: State) -> Bounds:
     return Bounds(shape, shape, 3.0 * model.mu_m3_s2 / r**3)
 
 
-def pushes(effect: Drag | SolarPressure | JointSpringDamper | Thrust, model: ChainModel, state: State) -> Bounds:
+def pushes(
+    effect: DragEffect | SolarPressureEffect | JointSpringDamperEffect | ThrustEffect, model: ChainModel, state: State
+) -> Bounds:
     """Of what is no field: nothing of it is common to all bars."""
-    if isinstance(effect, Drag):
+    if isinstance(effect, DragEffect):
         return air(effect, model, state)
-    if isinstance(effect, SolarPressure):
+    if isinstance(effect, SolarPressureEffect):
         light = float((effect.pressure_Pa * effect.width_m * model.length_m / model.mass_kg).max())
         return Bounds(2.0 * light, 2.0 * light, 0.0)
-    if isinstance(effect, JointSpringDamper):
+    if isinstance(effect, JointSpringDamperEffect):
         return Bounds(0.0, 0.0, wound(effect, model, state))
     force = float(np.abs(effect.force_N).max())
     push = force / float(model.mass_kg[effect.bar])
     return Bounds(push, push, force * float(model.lever[effect.bar]))
 
 
-def air(effect: Drag, model: ChainModel, state: State) -> Bounds:
+def air(effect: DragEffect, model: ChainModel, state: State) -> Bounds:
     """Drag; the density turns four roundings of a radius into as many times r/H."""
     r, lowest = distance_m(state) + reach_m(state), distance_m(state) - reach_m(state)
     turning = np.abs(state.rate_rad_s).max() + effect.rotation_rad_s
@@ -89,7 +91,7 @@ def air(effect: Drag, model: ChainModel, state: State) -> Bounds:
     return Bounds(push, push, spin, C + 4.0 * r / effect.scale_height_m)
 
 
-def wound(effect: JointSpringDamper, model: ChainModel, state: State) -> float:
+def wound(effect: JointSpringDamperEffect, model: ChainModel, state: State) -> float:
     """Angular acceleration by all torques at their largest."""
     angle, rate = np.abs(state.angle_rad), np.abs(state.rate_rad_s)
     bent = angle[1:] + angle[:-1] + np.abs(effect.rest_rad)

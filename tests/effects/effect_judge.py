@@ -13,21 +13,21 @@ from typing import TYPE_CHECKING, Any
 import mpmath as mp
 import numpy as np
 
-from reference_impl.effects.drag import Drag
-from reference_impl.effects.joint_spring_damper import JointSpringDamper
-from reference_impl.effects.oblateness import Oblateness
-from reference_impl.effects.quadrupole import Quadrupole
-from reference_impl.effects.slender import Slender
-from reference_impl.effects.solar_pressure import SolarPressure
-from reference_impl.effects.third_body import ThirdBody
-from reference_impl.effects.thrust import Thrust
+from reference_impl.effects.drag import DragEffect
+from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
+from reference_impl.effects.oblateness import OblatenessEffect
+from reference_impl.effects.quadrupole import QuadrupoleEffect
+from reference_impl.effects.slender import SlenderBarEffect
+from reference_impl.effects.solar_pressure import SolarPressureEffect
+from reference_impl.effects.third_body import ThirdBodyEffect
+from reference_impl.effects.thrust import ThrustEffect
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from reference_impl.model.arrays import Array
     from reference_impl.model.chain import ChainModel
-    from reference_impl.model.effect import Effect
+    from reference_impl.model.effect import ChainEffect
     from reference_impl.model.state import State
 
 DIGITS = 50
@@ -65,7 +65,7 @@ class Verdict:
     """(N,) torque over moment of inertia, rad/s²"""
 
 
-def judge(effect: Effect, model: ChainModel, state: State, t_s: float) -> Verdict:
+def judge(effect: ChainEffect, model: ChainModel, state: State, t_s: float) -> Verdict:
     """Right accelerations of a state."""
     with mp.workdps(DIGITS):
         bars = bars_of(effect, model, state)
@@ -79,7 +79,7 @@ def judge(effect: Effect, model: ChainModel, state: State, t_s: float) -> Verdic
         )
 
 
-def bars_of(effect: Effect, model: ChainModel, state: State) -> list[Bar]:
+def bars_of(effect: ChainEffect, model: ChainModel, state: State) -> list[Bar]:
     """Bars of a state, places and motions summed exactly."""
     place = [point(state.com_m) + point(d) for d in state.position_m]
     motion = [point(state.com_velocity_m_s) + point(v) for v in state.velocity_m_s]
@@ -95,35 +95,35 @@ def point(vector: Array) -> Any:
     return mp.mpc(float(vector[0]), float(vector[1]))
 
 
-def on_bar(effect: Effect, model: ChainModel, state: State, t_s: float, j: int, bar: Bar) -> tuple[Any, Any]:
+def on_bar(effect: ChainEffect, model: ChainModel, state: State, t_s: float, j: int, bar: Bar) -> tuple[Any, Any]:
     """Acceleration and angular acceleration of one bar."""
     mu = mp.mpf(model.mu_m3_s2)
-    if isinstance(effect, Slender):
+    if isinstance(effect, SlenderBarEffect):
         a, s = along_bar(lambda place, _: -mu * place / abs(place) ** 3, bar)
         return a + mu * bar.place / abs(bar.place) ** 3, s
-    if isinstance(effect, Quadrupole):
+    if isinstance(effect, QuadrupoleEffect):
         a, _ = second_moment(lambda z: -mu / abs(z), bar)
         return a, mp.mpf(0)
-    if isinstance(effect, (Oblateness, ThirdBody)):
+    if isinstance(effect, (OblatenessEffect, ThirdBodyEffect)):
         return in_field(effect, potential(effect, t_s), bar)
     return pushed(effect, state, t_s, j, bar)
 
 
-def pushed(effect: Effect, state: State, t_s: float, j: int, bar: Bar) -> tuple[Any, Any]:
+def pushed(effect: ChainEffect, state: State, t_s: float, j: int, bar: Bar) -> tuple[Any, Any]:
     """The same of what is no field."""
-    if isinstance(effect, Drag):
+    if isinstance(effect, DragEffect):
         return dragged(effect, bar)
-    if isinstance(effect, SolarPressure):
+    if isinstance(effect, SolarPressureEffect):
         return lit(effect, point(state.com_m), bar, mp.mpf(t_s)), mp.mpf(0)
-    if isinstance(effect, JointSpringDamper):
+    if isinstance(effect, JointSpringDamperEffect):
         return mp.mpc(0), sprung(effect, state, j) / bar.inertia
-    assert isinstance(effect, Thrust)
+    assert isinstance(effect, ThrustEffect)
     return thrust(effect, mp.mpf(t_s), bar) if j == effect.bar else (mp.mpc(0), mp.mpf(0))
 
 
-def potential(effect: Oblateness | ThirdBody, t_s: float) -> Callable[[Any], Any]:
+def potential(effect: OblatenessEffect | ThirdBodyEffect, t_s: float) -> Callable[[Any], Any]:
     """Potential per unit mass."""
-    if isinstance(effect, Oblateness):
+    if isinstance(effect, OblatenessEffect):
         strength = mp.mpf(effect.strength_m5_s2)
         return lambda z: -strength / abs(z) ** 3
     mu, distance = mp.mpf(effect.mu_m3_s2), mp.mpf(effect.distance_m)
@@ -131,7 +131,7 @@ def potential(effect: Oblateness | ThirdBody, t_s: float) -> Callable[[Any], Any
     return lambda z: -mu / abs(z - body) + mu * (mp.conj(body) * z).real / distance**3
 
 
-def in_field(effect: Oblateness | ThirdBody, field: Callable[[Any], Any], bar: Bar) -> tuple[Any, Any]:
+def in_field(effect: OblatenessEffect | ThirdBodyEffect, field: Callable[[Any], Any], bar: Bar) -> tuple[Any, Any]:
     """A field's pull on the centre, and what it does to the second moment as far as the effect goes."""
     a, s = -gradient(field, bar.place), mp.mpf(0)
     more, turn = second_moment(field, bar)
@@ -171,7 +171,7 @@ def along_bar(element: Callable[[Any, Any], Any], bar: Bar) -> tuple[Any, Any]:
     return a, mean(turning) * bar.mass / bar.inertia
 
 
-def dragged(effect: Drag, bar: Bar) -> tuple[Any, Any]:
+def dragged(effect: DragEffect, bar: Bar) -> tuple[Any, Any]:
     """Molecules' push element by element, as docs/effects/drag.md says before it integrates."""
     spinning, height = mp.mpf(effect.rotation_rad_s), mp.mpf(effect.scale_height_m)
     wind = mp.conj(bar.unit) * (bar.motion - mp.mpc(0, 1) * spinning * bar.place)
@@ -188,7 +188,7 @@ def dragged(effect: Drag, bar: Bar) -> tuple[Any, Any]:
     return along_bar(element, bar)
 
 
-def lit(effect: SolarPressure, com: Any, bar: Bar, t: Any) -> Any:
+def lit(effect: SolarPressureEffect, com: Any, bar: Bar, t: Any) -> Any:
     """Light that is absorbed pushes along s, light that is reflected across the bar."""
     sun = mp.expj(mp.mpf(effect.longitude_rad) + mp.mpf(effect.rate_rad_s) * t)
     radius = mp.mpf(effect.shadow_radius_m)
@@ -203,7 +203,7 @@ def lit(effect: SolarPressure, com: Any, bar: Bar, t: Any) -> Any:
     return -effect.pressure_Pa * area * facing / bar.mass * ((1 - share) * sun + 2 * share * facing * normal)
 
 
-def sprung(effect: JointSpringDamper, state: State, j: int) -> Any:
+def sprung(effect: JointSpringDamperEffect, state: State, j: int) -> Any:
     """Torque on bar j: -dU/dtheta_j of the springs, and the dampers'."""
     total = mp.mpf(0)
     for joint, sign in ((j - 1, -1), (j, 1)):
@@ -215,7 +215,7 @@ def sprung(effect: JointSpringDamper, state: State, j: int) -> Any:
     return total
 
 
-def thrust(effect: Thrust, t: Any, bar: Bar) -> tuple[Any, Any]:
+def thrust(effect: ThrustEffect, t: Any, bar: Bar) -> tuple[Any, Any]:
     """Force at an end, by the table read anew."""
     table = list(zip(map(mp.mpf, effect.times_s.tolist()), map(mp.mpf, effect.force_N.tolist()), strict=True))
     size = mp.mpf(0)
@@ -227,15 +227,15 @@ def thrust(effect: Thrust, t: Any, bar: Bar) -> tuple[Any, Any]:
     return force / bar.mass, (mp.conj(arm) * force).imag / bar.inertia
 
 
-def energy(effect: Effect, model: ChainModel, state: State) -> float:
+def energy(effect: ChainEffect, model: ChainModel, state: State) -> float:
     """Potential energy of an effect, J: of the same potentials; of springs, the work to wind them up."""
     with mp.workdps(DIGITS):
         bars, mu = bars_of(effect, model, state), mp.mpf(model.mu_m3_s2)
-        if isinstance(effect, Slender):
+        if isinstance(effect, SlenderBarEffect):
             return float(sum(bar.mass * (potential_of(mu, bar) + mu / abs(bar.place)) for bar in bars))
-        if isinstance(effect, Quadrupole):
+        if isinstance(effect, QuadrupoleEffect):
             return float(sum(stretched(lambda z: -mu / abs(z), bar) for bar in bars))
-        assert isinstance(effect, Oblateness)
+        assert isinstance(effect, OblatenessEffect)
         field = potential(effect, 0.0)
         both = [bar.mass * field(bar.place) + effect.second_moment * stretched(field, bar) for bar in bars]
         return float(sum(both))

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.effects.joint_spring_damper import JointSpringDamper
-from reference_impl.integrate.coordinate_sets import Minimal
+from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
+from reference_impl.integrate.coordinate_sets import MinimalCoordinates
 from reference_impl.integrate.simulate import History, Simulation
 from reference_impl.model import relative
 from reference_impl.model.invariants import (
@@ -48,7 +48,7 @@ def ran(
 ) -> History:
     """What is seen in it."""
     run = started(model, state, rtol=rtol, coordinates=coordinates)
-    return run.history(run.walk(t_s))
+    return run.history(run.integrate(t_s))
 
 
 def placed(model: ChainModel, r_m: float, speed_m_s: float, angle_rad: Array, rate_rad_s: Array) -> State:
@@ -77,7 +77,7 @@ def energy(model: ChainModel, h: History) -> Array:
     if model.gravity != "none":
         total = total + tidal_energy(model, h.com_m, h.angle_rad)
     for effect in model.effects:
-        if effect.potential or isinstance(effect, JointSpringDamper):  # springs have theirs beside dampers too
+        if effect.potential or isinstance(effect, JointSpringDamperEffect):  # springs have theirs beside dampers too
             total = total + effect.energy(model, h.com_m, h.angle_rad)
     return total
 
@@ -108,7 +108,7 @@ def momentum_allowed(model: ChainModel, h: History, rtol: float = RTOL) -> float
     return float(h.steps * rtol * 4.0 * mass * (r * speed + size**2 * fastest(model, h)))
 
 
-class Accounted(Minimal):
+class Accounted(MinimalCoordinates):
     """Minimal coordinates, and the work done so far, integrated beside them."""
 
     def __init__(
@@ -135,7 +135,7 @@ def accounted(
 ) -> tuple[History, Array]:
     """A run, and the work (n,) by `power` until each sample, W; `unit_J` is the unit of its tolerance."""
     run = started(model, state, rtol=rtol)
-    run.packing = Accounted(model, power)
+    run.coordinates = Accounted(model, power)
     run.y0, run.atol = np.append(run.y0, 0.0), np.append(run.atol, rtol * unit_J)
-    seen = run.walk(t_s)
+    seen = run.integrate(t_s)
     return run.history(seen), seen.y[:, -1]

@@ -72,7 +72,7 @@ def oblateness(e: Any, model: ChainModel, state: State, t_s: float) -> tuple[Arr
 
 def third_body(e: Any, model: ChainModel, state: State, t_s: float) -> tuple[Array, Array, float]:
     """(1+q)^(-3/2) - 1 is some 3 d/|Y|, beside d itself; the same of the tide at the centre of mass."""
-    x = e.at(t_s)
+    x = e.body_position(t_s)
     y = np.linalg.norm(state.com_m + state.position_m - np.array([x.real, x.imag]), axis=1)
     _, d, r0 = distances(state)
     push = e.mu_m3_s2 / y**3 * 5.0 * d + float(e.second_moment) * moment(e.mu_m3_s2, y, model)

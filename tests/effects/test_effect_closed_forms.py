@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from adapters.common.initial_state import chain_model, initial_state
-from reference_impl.effects.drag import Drag
-from reference_impl.effects.joint_spring_damper import JointSpringDamper
-from reference_impl.effects.oblateness import Oblateness
-from reference_impl.effects.solar_pressure import SolarPressure
-from reference_impl.effects.third_body import ThirdBody
-from reference_impl.effects.thrust import Thrust
-from reference_impl.integrate.discrete_modes import ModelSwitches
+from reference_impl.effects.drag import DragEffect
+from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
+from reference_impl.effects.oblateness import OblatenessEffect
+from reference_impl.effects.solar_pressure import SolarPressureEffect
+from reference_impl.effects.third_body import ThirdBodyEffect
+from reference_impl.effects.thrust import ThrustEffect
+from reference_impl.integrate.discrete_modes import DiscreteModes
 from reference_impl.model.chain import ChainModel, Prescription
 from reference_impl.model.kinematics import cross, joined_state
 from reference_impl.model.relative import accelerations
@@ -63,7 +63,7 @@ def circular(model: ChainModel, r_m: float, angle_rad: float = 0.0, speed_m_s: f
 def test_an_orbit_at_the_oblate_bodys_circular_speed_keeps_its_radius(j2: float) -> None:
     """v² = mu/r (1 + (3/2) J2 (R/r)²); a speed's error of one part raises the far side by four."""
     r, lone = 7e6, uniform(1, 1e-3)
-    model = replace(lone, effects=(Oblateness(0.5 * MU * j2 * RADIUS**2, turns=False, second_moment=False),))
+    model = replace(lone, effects=(OblatenessEffect(0.5 * MU * j2 * RADIUS**2, turns=False, second_moment=False),))
     speed = math.sqrt(MU / r * (1.0 + 1.5 * j2 * (RADIUS / r) ** 2))
     h = ran(model, circular(model, r, speed_m_s=speed), np.linspace(0.0, 6000.0, 13))
     allowed = 4.0 * budget(h, speed / r)
@@ -78,7 +78,7 @@ def test_an_orbit_at_the_oblate_bodys_circular_speed_keeps_its_radius(j2: float)
 def test_the_tide_along_the_line_is_twice_and_across_once_what_the_distance_says() -> None:
     """mu_b ((D - r)^-2 - D^-2) = (2 mu_b r/D³) (1 - r/2D)/(1 - r/D)²; across, -mu_b r/(D² + r²)^(3/2)."""
     mu, distance, r = 4.9e12, 3.844e8, 7e6
-    body = ThirdBody(mu, distance, 0.0, 0.0, turns=False, second_moment=False)
+    body = ThirdBodyEffect(mu, distance, 0.0, 0.0, turns=False, second_moment=False)
     model = uniform(1, 1e-3)
     for place, right in (
         (r, 2.0 * mu * r / distance**3 * (1.0 - r / (2.0 * distance)) / (1.0 - r / distance) ** 2),
@@ -87,7 +87,7 @@ def test_the_tide_along_the_line_is_twice_and_across_once_what_the_distance_says
     ):
         z = complex(place)
         state = joined_state(model, np.array([z.real, z.imag]), np.zeros(2), np.zeros(1), np.zeros(1))
-        push = body.push(seen(model, state, 0.0), None).common
+        push = body.accelerations(seen(model, state, 0.0), None).common
         along_line = push.real if z.imag == 0.0 else push.imag * 1j
         assert abs(along_line - right) <= C * U * abs(right)
 
@@ -96,7 +96,7 @@ def test_without_the_central_bodys_pull_a_bar_goes_round_the_third_body() -> Non
     """Both go round it: Z = X + Y with two uniform circular motions, each of its own Kepler rate."""
     mu, distance, near = MU, 4e7, 3e7
     outer, inner = math.sqrt(mu / distance**3), math.sqrt(mu / near**3)
-    body = ThirdBody(mu, distance, 0.3, outer, turns=False, second_moment=False)
+    body = ThirdBodyEffect(mu, distance, 0.3, outer, turns=False, second_moment=False)
     model = replace(uniform(1, 1e-3, "none"), effects=(body,))
 
     def exact(t: Array) -> Array:
@@ -122,7 +122,7 @@ def broadside(density_kg_m3: float, law: bool = True) -> tuple[ChainModel, State
     """A bar held upright against the wind of a circular orbit, in air that does not turn."""
     r = RADIUS + 250e3
     held = Prescription(0, 0.0, 60.0, 0.0, local_horizontal=True, reacts_on=None)
-    air = Drag(density_kg_m3, r, 45e3, 0.0, np.array([0.1]), 2.2, 1.8)
+    air = DragEffect(density_kg_m3, r, 45e3, 0.0, np.array([0.1]), 2.2, 1.8)
     model = replace(uniform(1), prescriptions=(held,) * law, effects=(air,))
     return model, circular(model, r)
 
@@ -154,18 +154,18 @@ def test_air_turns_a_bar_by_its_denser_end_and_brakes_its_turning() -> None:
     model, state = broadside(1e-11, law=False)
     still = replace(state, rate_rad_s=np.zeros(1))
     (air,) = model.effects
-    tumbled = air.push(seen(model, still, 0.0), None).spin[0]
+    tumbled = air.accelerations(seen(model, still, 0.0), None).angular[0]
     assert tumbled > 0.0  # forward is counter-clockwise
     for sign in (1.0, -1.0):
         turning = replace(state, rate_rad_s=np.array([sign]))
-        assert sign * (air.push(seen(model, turning, 0.0), None).spin[0] - tumbled) < 0.0
+        assert sign * (air.accelerations(seen(model, turning, 0.0), None).angular[0] - tumbled) < 0.0
 
 
 # light
 
 
 def test_light_on_a_bar_in_free_space_makes_a_parabola() -> None:
-    light = SolarPressure(1e-3, 0.7, 0.0, np.array([2.0]), 0.3, 0.0)
+    light = SolarPressureEffect(1e-3, 0.7, 0.0, np.array([2.0]), 0.3, 0.0)
     model = replace(uniform(1, gravity="none"), effects=(light,))
     state = placed(model, 7e6, 10.0, np.array([0.2]), np.zeros(1))
     h = ran(model, state, np.linspace(0.0, 3000.0, 7))
@@ -185,16 +185,16 @@ def test_a_circular_orbit_enters_and_leaves_the_shadow_where_its_sine_is_r_over_
 ) -> None:
     """Longitudes pi -+ arcsin(R/r) from the Sun's; light too weak to move anything; one bar that never faces about."""
     found: list[float] = []
-    plain = ModelSwitches.let_go
+    plain = DiscreteModes.apply_event
 
     def noted(self, exact, t, step):
         met = plain(self, exact, t, step)
         found.append(met[0])
         return met
 
-    monkeypatch.setattr(ModelSwitches, "let_go", noted)
+    monkeypatch.setattr(DiscreteModes, "apply_event", noted)
     r, rate = RADIUS + height_m, 2e-7
-    light = SolarPressure(1e-20, 0.7, rate, np.array([1.0]), 0.0, RADIUS)
+    light = SolarPressureEffect(1e-20, 0.7, rate, np.array([1.0]), 0.0, RADIUS)
     model = replace(uniform(1), effects=(light,))
     n = math.sqrt(MU / r**3)
     state = replace(circular(model, r, 2.0), rate_rad_s=np.zeros(1))
@@ -210,7 +210,7 @@ def test_a_circular_orbit_enters_and_leaves_the_shadow_where_its_sine_is_r_over_
 # springs and dampers
 
 
-def hinged(effect: JointSpringDamper) -> ChainModel:
+def hinged(effect: JointSpringDamperEffect) -> ChainModel:
     """Two unequal bars in free space."""
     mass, length = np.array([30.0, 70.0]), np.array([2.0, 3.0])
     return ChainModel(MU, mass, length, mass * length**2 / 12.0, "none", effects=(effect,))
@@ -226,8 +226,8 @@ def hinge_inertia(model: ChainModel) -> tuple[float, float]:
     return (a * b - c * c) / (a + b + 2.0 * c), steep
 
 
-def spring(stiffness: float, damping: float, rest: float = 0.0) -> JointSpringDamper:
-    return JointSpringDamper(np.array([stiffness]), np.array([damping]), np.array([rest]))
+def spring(stiffness: float, damping: float, rest: float = 0.0) -> JointSpringDamperEffect:
+    return JointSpringDamperEffect(np.array([stiffness]), np.array([damping]), np.array([rest]))
 
 
 @pytest.mark.parametrize("bend", [1e-3, 1e-2])
@@ -273,7 +273,8 @@ def test_a_wound_up_spring_is_not_wrapped() -> None:
     state = placed(model, 7e6, 0.0, np.array([0.1, 0.3]), np.zeros(2))
     turned = placed(model, 7e6, 0.0, np.array([0.1, 0.3 + 2.0 * np.pi]), np.zeros(2))
     (effect,) = model.effects
-    more = effect.push(seen(model, turned), None).spin - effect.push(seen(model, state), None).spin
+    before, after = (effect.accelerations(seen(model, s), None).angular for s in (state, turned))
+    more = after - before
     right = 2.0 * np.pi * 200.0 * np.array([1.0, -1.0]) / model.inertia_kg_m2
     assert np.abs(more - right).max() <= C * U * np.abs(right).max()
 
@@ -283,8 +284,8 @@ def test_a_wound_up_spring_is_not_wrapped() -> None:
 TABLE = np.array([3.0, 11.0, 17.0, 40.0]), np.array([4.0, 20.0, 20.0, -6.0])
 
 
-def pushed(inertial: bool, effects: tuple[Thrust, ...] | None = None, gravity: str = "none") -> ChainModel:
-    one = Thrust(1, 1.0, inertial, 0.8, *TABLE)
+def pushed(inertial: bool, effects: tuple[ThrustEffect, ...] | None = None, gravity: str = "none") -> ChainModel:
+    one = ThrustEffect(1, 1.0, inertial, 0.8, *TABLE)
     return replace(uniform(3, 10.0, gravity), effects=(one,) if effects is None else effects)
 
 
@@ -314,7 +315,7 @@ def test_a_table_is_met_at_every_instant_as_if_each_piece_were_a_run_of_its_own(
     state, marks = start, [0.0, *TABLE[0], 50.0]
     for i, (a, b) in enumerate(itertools.pairwise(marks)):
         inside = 0 < i < len(marks) - 2
-        piece = Thrust(1, 1.0, inertial, 0.8, TABLE[0][i - 1 : i + 1], TABLE[1][i - 1 : i + 1])
+        piece = ThrustEffect(1, 1.0, inertial, 0.8, TABLE[0][i - 1 : i + 1], TABLE[1][i - 1 : i + 1])
         alone = pushed(inertial, (piece,) if inside else (), "gradient")
         state = at_sample(model, ran(alone, state, np.array([a, b]), rtol=0.1 * RTOL), -1)
     turn = fastest(model, h)
@@ -346,7 +347,7 @@ def test_a_prescribed_bar_keeps_its_law_under_effects_that_are_not_central(
         "springs",
     ]
     effects = tuple(effect_cases.KINDS[name](random, model) for name in named)
-    strong = Thrust(1, 1.0, False, 1.2, np.array([0.0, 100.0]), np.array([0.4, 0.1]))
+    strong = ThrustEffect(1, 1.0, False, 1.2, np.array([0.0, 100.0]), np.array([0.4, 0.1]))
     model = replace(model, prescriptions=(law,), effects=(*effects, strong))
     r = RADIUS + 3e5
     n = math.sqrt(MU / r**3)

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from adapters.common.initial_state import chain_model, initial_state
-from reference_impl.effects.drag import Drag
-from reference_impl.effects.solar_pressure import SolarPressure
-from reference_impl.effects.thrust import Thrust
-from reference_impl.integrate.coordinate_sets import Minimal
-from reference_impl.integrate.discrete_modes import ModelSwitches
-from reference_impl.integrate.stepper import Log
-from reference_impl.model.chain import ChainModel, Impulse, Prescription
+from reference_impl.effects.drag import DragEffect
+from reference_impl.effects.solar_pressure import SolarPressureEffect
+from reference_impl.effects.thrust import ThrustEffect
+from reference_impl.integrate.coordinate_sets import MinimalCoordinates
+from reference_impl.integrate.discrete_modes import DiscreteModes
+from reference_impl.integrate.stepper import StepLog
+from reference_impl.model.chain import BarImpulse, ChainModel, Prescription
 from reference_impl.model.kinematics import joined_state
 from scenarios import load_scene
 from scenarios.load import parse_scene
@@ -46,29 +46,29 @@ class Watch:
 @pytest.fixture
 def watch(monkeypatch: pytest.MonkeyPatch) -> Watch:
     """Every step, every evaluation with what is held in it, and every event."""
-    seen, step, fall = Watch(), Log.step, ModelSwitches.let_go
-    plain = Minimal.rhs
+    seen, step, fall = Watch(), StepLog.step, DiscreteModes.apply_event
+    plain = MinimalCoordinates.rhs
 
-    def rhs(self: Minimal, t: float, y: Array) -> Array:
+    def rhs(self: MinimalCoordinates, t: float, y: Array) -> Array:
         held = None if self.modes is None else tuple(None if m is None else tuple(m.tolist()) for m in self.modes)
         seen.evaluations.append((float(t), held))
         return plain(self, t, y)
 
-    def stepped(self: Log, solver: Any, *more: Any) -> Any:
+    def stepped(self: StepLog, solver: Any, *more: Any) -> Any:
         found = step(self, solver, *more)
         seen.steps.append((float(solver.t_old), float(solver.t)))
         seen.marks.append(len(seen.evaluations))
         return found
 
-    def fell(self: ModelSwitches, exact: Any, t: float, step: float) -> tuple[float, Array]:
+    def fell(self: DiscreteModes, exact: Any, t: float, step: float) -> tuple[float, Array]:
         found = fall(self, exact, t, step)
         seen.falls.append(float(found[0]))
         seen.marks[-1] = len(seen.evaluations)  # what finds the instant still belongs to the step
         return found
 
-    monkeypatch.setattr(Minimal, "rhs", rhs)
-    monkeypatch.setattr(Log, "step", stepped)
-    monkeypatch.setattr(ModelSwitches, "let_go", fell)
+    monkeypatch.setattr(MinimalCoordinates, "rhs", rhs)
+    monkeypatch.setattr(StepLog, "step", stepped)
+    monkeypatch.setattr(DiscreteModes, "apply_event", fell)
     return seen
 
 
@@ -82,7 +82,7 @@ def scene_run(name: str, rtol: float = 1e-9) -> tuple[Simulation, ChainModel]:
 def test_no_step_sees_two_kinds_of_what_is_held_nor_straddles_an_instant_of_a_table(name: str, watch: Watch) -> None:
     run, model = scene_run(name)
     duration = 2000.0 if name != "drag" else 5400.0
-    run.walk(np.linspace(0.0, duration, 5))
+    run.integrate(np.linspace(0.0, duration, 5))
     before = 1  # the first evaluation of all, before anything is held, is only for whether it is finite
     for (start, end), mark in zip(watch.steps, watch.marks, strict=True):
         within = watch.evaluations[before:mark]
@@ -102,8 +102,8 @@ def test_the_error_falls_with_the_tolerance_through_every_event(name: str) -> No
     ends, steps = [], []
     for rtol in (1e-6, 1e-10, 1e-13):
         run, _ = scene_run(name, rtol)
-        seen = run.walk(np.array([0.0, duration]))
-        ends.append(seen.y[-1] / run.packing.scales(7e6, 1e-3))
+        seen = run.integrate(np.array([0.0, duration]))
+        ends.append(seen.y[-1] / run.coordinates.scales(7e6, 1e-3))
         steps.append(seen.steps)
     coarse, fine = (np.abs(y - ends[-1]).max() for y in ends[:2])
     assert fine <= max(1e-3 * coarse, steps[1] * 1e-10)
@@ -111,12 +111,12 @@ def test_the_error_falls_with_the_tolerance_through_every_event(name: str) -> No
 
 def test_two_events_in_one_step_are_both_found_in_their_order(watch: Watch) -> None:
     """Two bars that turn their other faces to the Sun within a second, at a tolerance with steps of many."""
-    light = SolarPressure(1e-12, 0.0, 0.0, np.ones(2), 0.0, 0.0)
+    light = SolarPressureEffect(1e-12, 0.0, 0.0, np.ones(2), 0.0, 0.0)
     model = replace(chain(np.random.default_rng(0), 2, 10.0, "none"), effects=(light,))
     rate = 1e-3
     state = placed(model, 1e7, 0.0, np.array([-0.1, -0.1 - 0.5 * rate]), np.full(2, rate))
     run = started(model, state, rtol=1e-3)
-    run.walk(np.array([0.0, 200.0]))
+    run.integrate(np.array([0.0, 200.0]))
     assert len(watch.falls) == 2
     # turning with hardly a bend: n·s = cos(theta - pi/2), zero at theta = 0
     assert np.abs(np.array(watch.falls) - [100.0, 100.5]).max() <= 1e-3 * 200.0
@@ -124,7 +124,7 @@ def test_two_events_in_one_step_are_both_found_in_their_order(watch: Watch) -> N
     assert both, "no step had both of them within"
 
 
-def free(effects: tuple[Any, ...] = (), impulses: tuple[Impulse, ...] = ()) -> tuple[ChainModel, State]:
+def free(effects: tuple[Any, ...] = (), impulses: tuple[BarImpulse, ...] = ()) -> tuple[ChainModel, State]:
     random = np.random.default_rng(6)
     model = replace(chain(random, 3, 10.0, "none"), effects=effects, impulses=impulses)
     return model, placed(model, 7e6, 0.0, np.array([0.1, 0.5, 0.2]), np.array([0.01, 0.0, -0.01]))
@@ -135,8 +135,8 @@ def test_a_sample_on_an_instant_shows_what_was_just_before(samples: int, at: int
     """Also where the sample, a multiple of a step, is a rounding off the instant: 3 x 0.1 is not 0.3."""
     t = np.linspace(0.0, 1.0, samples)
     instant = float(f"{at / (samples - 1):.6g}")
-    blow = Impulse(0, -1.0, False, 1.0, 5.0, instant)
-    push = Thrust(2, 1.0, False, 1.2, np.array([instant, 2.0]), np.array([5.0, 5.0]))
+    blow = BarImpulse(0, -1.0, False, 1.0, 5.0, instant)
+    push = ThrustEffect(2, 1.0, False, 1.2, np.array([instant, 2.0]), np.array([5.0, 5.0]))
     model, state = free((push,), (blow,))
     quiet, _ = free()
     h, before = ran(model, state, t, rtol=1e-9), ran(quiet, state, t, rtol=1e-9)
@@ -155,8 +155,8 @@ def test_a_sample_on_an_instant_shows_what_was_just_before(samples: int, at: int
 def test_a_sample_on_the_end_of_a_thrust_still_shows_it(samples: int, at: int) -> None:
     t = np.linspace(0.0, 1.0, samples)
     instant = float(f"{at / (samples - 1):.6g}")
-    model, state = free((Thrust(2, 1.0, False, 1.2, np.array([0.0, instant]), np.array([5.0, 5.0])),))
-    longer, _ = free((Thrust(2, 1.0, False, 1.2, np.array([0.0, 2.0]), np.array([5.0, 5.0])),))
+    model, state = free((ThrustEffect(2, 1.0, False, 1.2, np.array([0.0, instant]), np.array([5.0, 5.0])),))
+    longer, _ = free((ThrustEffect(2, 1.0, False, 1.2, np.array([0.0, 2.0]), np.array([5.0, 5.0])),))
     h, through = ran(model, state, t, rtol=1e-9), ran(longer, state, t, rtol=1e-9)
     np.testing.assert_allclose(h.reaction_N[: at + 1], through.reaction_N[: at + 1], atol=1e-9, rtol=1e-9)
     assert np.abs(h.reaction_N[at + 1] - through.reaction_N[at + 1]).max() > 1e-3
@@ -165,10 +165,10 @@ def test_a_sample_on_the_end_of_a_thrust_still_shows_it(samples: int, at: int) -
 
 def test_blows_at_one_instant_are_struck_together_and_each_instant_adds_its_reactions() -> None:
     """Impulsive reactions are linear in the blows."""
-    one, two = Impulse(0, -1.0, False, 1.0, 5.0, 0.25), Impulse(2, 1.0, True, 2.0, 3.0, 0.25)
+    one, two = BarImpulse(0, -1.0, False, 1.0, 5.0, 0.25), BarImpulse(2, 1.0, True, 2.0, 3.0, 0.25)
     t = np.linspace(0.0, 1.0, 3)
 
-    def reactions(*blows: Impulse) -> Array:
+    def reactions(*blows: BarImpulse) -> Array:
         model, state = free((), blows)
         found = ran(model, state, t, rtol=1e-11).impulse_N_s
         assert found is not None
@@ -193,7 +193,7 @@ def test_a_bar_that_lies_edge_on_to_the_wind_gets_through(law: tuple[Prescriptio
     r = RADIUS + 250e3
     v = math.sqrt(MU / r)
     one = np.ones(1)
-    air = Drag(6e-11, r, 45e3, 0.0, 0.1 * one, 2.2, 1.8)
+    air = DragEffect(6e-11, r, 45e3, 0.0, 0.1 * one, 2.2, 1.8)
     model = ChainModel(MU, 100.0 * one, 100.0 * one, 1e6 / 12.0 * one, "gradient", prescriptions=law, effects=(air,))
     rate = 0.0 if law and not law[0].local_horizontal else v / r
     h = ran(model, placed(model, r, v, np.array([np.pi / 2.0]), np.array([rate])), np.linspace(0.0, 1000.0, 3))
@@ -203,7 +203,7 @@ def test_a_bar_that_lies_edge_on_to_the_wind_gets_through(law: tuple[Prescriptio
 
 def test_a_bar_that_points_at_the_sun_gets_through() -> None:
     one = np.ones(1)
-    light = SolarPressure(1e-3, 0.3, 0.0, one, 0.5, 0.0)
+    light = SolarPressureEffect(1e-3, 0.3, 0.0, one, 0.5, 0.0)
     model = ChainModel(MU, 100.0 * one, 100.0 * one, 1e6 / 12.0 * one, "none", effects=(light,))
     h = ran(model, placed(model, 7e6, 0.0, np.array([0.3]), np.zeros(1)), np.linspace(0.0, 1000.0, 3))
     assert h.steps < 100
@@ -216,10 +216,10 @@ def test_a_shadow_is_found_however_long_the_steps(rtol: float, height_m: float, 
     r = RADIUS + height_m
     n = math.sqrt(MU / r**3)
     one = np.ones(1)
-    light = SolarPressure(1e-20, 0.7, 0.0, one, 0.0, RADIUS)
+    light = SolarPressureEffect(1e-20, 0.7, 0.0, one, 0.0, RADIUS)
     model = ChainModel(MU, 100.0 * one, 1e-3 * one, 1e-4 / 12.0 * one, "point", effects=(light,))
     state = placed(model, r, n * r, np.array([2.0]), np.zeros(1))
-    started(model, state, rtol=rtol).walk(np.array([0.0, 2.0 * np.pi / n]))
+    started(model, state, rtol=rtol).integrate(np.array([0.0, 2.0 * np.pi / n]))
     assert len(watch.falls) == 2
 
 
@@ -227,11 +227,13 @@ def test_a_shadow_is_found_however_long_the_steps(rtol: float, height_m: float, 
 def test_a_bar_held_edge_on_to_the_wind_does_not_chatter(rtol: float, watch: Watch) -> None:
     """Level on a circular orbit it meets the air with its edge, but for rounding: nothing may be searched in that."""
     run, _ = edge_on(rtol)
-    seen = run.walk(np.linspace(0.0, 3000.0, 11))
+    seen = run.integrate(np.linspace(0.0, 3000.0, 11))
     fine, _ = edge_on(1e-13)
     assert len(watch.steps) < 100  # without rounding it would be some twenty
     assert all(start <= end for start, end in watch.steps)
-    assert np.abs(seen.y[-1, :2] - fine.walk(np.linspace(0.0, 3000.0, 11)).y[-1, :2]).max() < 7e6 * rtol * seen.steps
+    assert (
+        np.abs(seen.y[-1, :2] - fine.integrate(np.linspace(0.0, 3000.0, 11)).y[-1, :2]).max() < 7e6 * rtol * seen.steps
+    )
 
 
 def edge_on(rtol: float) -> tuple[Simulation, ChainModel]:
@@ -278,9 +280,9 @@ def test_a_perigee_that_flattening_brings_below_the_ground_is_not_stepped_over(d
     s = initial_state(scene)
     state = joined_state(model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s)
     fine = started(model, state, rtol=1e-12)
-    seen = fine.walk(np.linspace(0.0, 4000.0, 4001))
+    seen = fine.integrate(np.linspace(0.0, 4000.0, 4001))
     lowest = min(fine.height(y) for y in seen.y)  # to some 20 mm, as a second at perigee is 7 km along a parabola
     there = replace(model, body_radius_m=lowest + depth_m)
-    assert started(there, state, rtol=rtol).walk(np.array([0.0, 2000.0, 4000.0])).stopped_s is not None
+    assert started(there, state, rtol=rtol).integrate(np.array([0.0, 2000.0, 4000.0])).stopped_s is not None
     above = replace(model, body_radius_m=lowest - depth_m)
-    assert started(above, state, rtol=rtol).walk(np.array([0.0, 2000.0, 4000.0])).stopped_s is None
+    assert started(above, state, rtol=rtol).integrate(np.array([0.0, 2000.0, 4000.0])).stopped_s is None

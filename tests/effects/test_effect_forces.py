@@ -35,7 +35,7 @@ from tests.support.effect_cases import (
 )
 
 if TYPE_CHECKING:
-    from reference_impl.model.effect import Effect, Push
+    from reference_impl.model.effect import ChainEffect, EffectAccelerations
 
 LENGTHS_M = [1e-3, 1e-1, 1e1, 1e3, 1e5]
 SEEDS = st.integers(0, 2**32 - 1)
@@ -50,13 +50,13 @@ def looked_at(kind: str, seed: int, length_m: float, bars: int = 3):
     return model, KINDS[kind](random, model), motion(random, model)
 
 
-def excess(push: Push, right: Verdict, size: Bounds, weight: np.ndarray) -> dict[str, float]:
+def excess(push: EffectAccelerations, right: Verdict, size: Bounds, weight: np.ndarray) -> dict[str, float]:
     """Errors in units of what round-off allows."""
     apart = push.difference - push.difference @ weight
     errors = {
         "whole": (push.common + push.difference - right.whole, size.whole),
         "apart": (apart - right.apart, size.apart),
-        "spin": (push.spin - right.spin, size.spin),
+        "spin": (push.angular - right.spin, size.spin),
     }
     return {
         k: float(np.abs(e).max()) / (size.roundings * U * s) if s else float(np.abs(e).max())
@@ -71,7 +71,7 @@ def test_an_effect_is_right_to_round_off_at_any_size(kind: str, seed: int, lengt
     """The whole acceleration, the differences between bars and the turning, each to its own size's round-off."""
     model, effect, state = looked_at(kind, seed, length_m)
     right, size = judge(effect, model, state, T_S), bounds(effect, model, state)
-    found = excess(effect.push(seen(model, state), None), right, size, model.weight)
+    found = excess(effect.accelerations(seen(model, state), None), right, size, model.weight)
     assert max(found.values()) <= 1.0, found
 
 
@@ -84,7 +84,7 @@ def test_absolute_coordinates_give_the_same_to_the_round_off_of_the_whole(
     """Differences between bars are what is left of it: u r/l of them."""
     model, effect, state = looked_at(kind, seed, length_m)
     right, size = judge(effect, model, state, T_S), bounds(effect, model, state)
-    push = effect.push(seen_whole(model, state), None)
+    push = effect.accelerations(seen_whole(model, state), None)
     assert push.common == 0.0
     coarse = Bounds(size.whole, size.whole, size.spin, 2.0 * size.roundings)  # a mean beside the whole: both rounded
     assert max(excess(push, right, coarse, model.weight).values()) <= 1.0
@@ -95,7 +95,7 @@ def test_absolute_coordinates_lose_what_the_relative_ones_keep(kind: str) -> Non
     """Of bars of a millimetre the tides' differences keep no digit but a few: r/l is 1e10."""
     model, effect, state = looked_at(kind, 5, 1e-3)
     right = judge(effect, model, state, T_S)
-    near, far = (effect.push(at(model, state), None).difference for at in (seen, seen_whole))
+    near, far = (effect.accelerations(at(model, state), None).difference for at in (seen, seen_whole))
     lost = [float(np.abs(x - x @ model.weight - right.apart).max() / np.abs(right.apart).max()) for x in (near, far)]
     assert lost[0] < 100.0 * U
     assert lost[1] > 1e3 * 100.0 * U
@@ -108,7 +108,7 @@ def test_differences_have_the_same_digits_at_every_length(kind: str) -> None:
         for seed in range(3):
             model, effect, state = looked_at(kind, seed, length)
             right = judge(effect, model, state, T_S)
-            push = effect.push(seen(model, state), None)
+            push = effect.accelerations(seen(model, state), None)
             error = np.abs(push.difference - push.difference @ model.weight - right.apart).max()
             assert error <= (C + 16.0) * U * np.abs(right.apart).max(), (length, seed)
 
@@ -119,12 +119,12 @@ def test_the_slender_bar_tends_to_the_quadrupole_as_the_square_of_its_size() -> 
     for length in (1e4, 1e5):
         model, exact, state = looked_at("slender", 3, length)
         at, e = seen(model, state), float((model.half_m / distance_m(state)).max()) ** 2
-        full, first = exact.push(at, None), quadrupole.Quadrupole().push(at, None)
-        spin = second_moment.spins(model.mu_m3_s2, at.place, at.unit)
+        full, first = exact.accelerations(at, None), quadrupole.QuadrupoleEffect().accelerations(at, None)
+        spin = second_moment.angular_accelerations(model.mu_m3_s2, at.position_from_body, at.unit)
         off.append(
             [
                 np.abs(full.difference - first.difference).max() / np.abs(first.difference).max() / e,
-                np.abs(full.spin - spin).max() / np.abs(spin).max() / e,
+                np.abs(full.angular - spin).max() / np.abs(spin).max() / e,
             ]
         )
     assert np.all(np.array(off) < 10.0)  # the next multipole's coefficients: 35/3 at most of the last one's
@@ -154,7 +154,7 @@ def test_springs_turn_down_the_slope_of_their_energy() -> None:
     random = np.random.default_rng(2)
     model = chain(random, 4, 10.0)
     effect, state = springs(random, model, damped=False), motion(random, model)
-    turn, step = effect.push(seen(model, state), None).spin * model.inertia_kg_m2, 0.5
+    turn, step = effect.accelerations(seen(model, state), None).angular * model.inertia_kg_m2, 0.5
     for j in range(model.bars):
         moved = np.repeat(state.angle_rad[None], 2, axis=0)
         moved[:, j] += [step, -step]
@@ -172,10 +172,10 @@ def test_a_free_bar_is_accelerated_by_what_pushes_it(seed: int) -> None:
     random = np.random.default_rng(seed)
     model = chain(random, 1, 100.0, "none")
     effect, state = KINDS["thrust"](random, model), motion(random, model)
-    push = effect.push(seen(model, state), None)
+    push = effect.accelerations(seen(model, state), None)
     a = relative.accelerations(type(model)(**{**vars_of(model), "effects": (effect,)}), T_S, state)
     assert np.abs(a.com_m_s2 - vectors(push.difference)[0]).max() <= 2.0 * U * np.abs(push.difference).max()
-    assert a.angle_rad_s2[0] == push.spin[0]
+    assert a.angle_rad_s2[0] == push.angular[0]
 
 
 def vars_of(record) -> dict[str, object]:
@@ -189,10 +189,11 @@ FAULTS = {
     "slender: the closed form less a point mass's pull": (
         slender,
         "        pull = strength * (seen.real * radial + 1j * (seen.imag * across)) * at.unit\n",
-        "        one, two = np.abs(at.place - m.half_m * at.unit), np.abs(at.place + m.half_m * at.unit)\n"
+        "        place = at.position_from_body\n"
+        "        one, two = np.abs(place - m.half_m * at.unit), np.abs(place + m.half_m * at.unit)\n"
         "        both = one + two\n"
         "        bar = seen.real / both + 1j * seen.imag * both / (both**2 - m.length_m**2)\n"
-        "        pull = strength * at.place - 2.0 * m.mu_m3_s2 / (one * two) * bar * at.unit\n",
+        "        pull = strength * place - 2.0 * m.mu_m3_s2 / (one * two) * bar * at.unit\n",
     ),
     "slender: a root less one": (slender, "delta = x / (1.0 + np.sqrt(1.0 + x))", "delta = np.sqrt(1.0 + x) - 1.0"),
     "slender: a mean less one": (
@@ -208,7 +209,8 @@ FAULTS = {
     "oblateness: two places' fields": (
         oblateness,
         "return strength * z, strength * (d * (1.0 + change) + z * change)",
-        "return strength * z, -3.0 * self.strength_m5_s2 * at.place / abs(at.place) ** 5 - strength * z",
+        "place = at.position_from_body\n"
+        "        return strength * z, -3.0 * self.strength_m5_s2 * place / abs(place) ** 5 - strength * z",
     ),
     "third body: a power less one": (
         third_body,
@@ -217,13 +219,13 @@ FAULTS = {
     ),
     "third body: two places' tides": (
         third_body,
-        "difference = differences(self.mu_m3_s2, np.array(at.com - body), at.position)",
-        "difference = self.tide(body, at.place) - common",
+        "difference = complex_field_differences(self.mu_m3_s2, np.array(at.com - body), at.position)",
+        "difference = self.tide(body, at.position_from_body) - common",
     ),
     "third body: two places' pulls": (
         third_body,
-        "difference = differences(self.mu_m3_s2, np.array(at.com - body), at.position)",
-        "seen, near = at.place - body, at.com - body\n"
+        "difference = complex_field_differences(self.mu_m3_s2, np.array(at.com - body), at.position)",
+        "seen, near = at.position_from_body - body, at.com - body\n"
         "            difference = -self.mu_m3_s2 * (seen / abs(seen) ** 3 - near / abs(near) ** 3)",
     ),
 }
@@ -236,19 +238,19 @@ def test_a_cancelling_subtraction_put_back_into_an_effect_is_seen(what: str, mon
     kind = what.split(":", maxsplit=1)[0]
     model, effect, state = looked_at(kind, 1, 1e-1)
     right, size = judge(effect, model, state, T_S), bounds(effect, model, state)
-    sound = excess(effect.push(seen(model, state), None), right, size, model.weight)
+    sound = excess(effect.accelerations(seen(model, state), None), right, size, model.weight)
     wrong = faulty(module, effect, old, new, monkeypatch)
-    found = excess(wrong.push(seen(model, state), None), right, size, model.weight)
+    found = excess(wrong.accelerations(seen(model, state), None), right, size, model.weight)
     assert max(sound.values()) <= 1.0
     assert max(found.values()) > 10.0, found
 
 
-def faulty(module: ModuleType, effect: Effect, old: str, new: str, monkeypatch: pytest.MonkeyPatch) -> Effect:
+def faulty(module: ModuleType, effect: ChainEffect, old: str, new: str, monkeypatch: pytest.MonkeyPatch) -> ChainEffect:
     """The effect, by its module's text with a change in it."""
     source = inspect.getsource(module)
     assert source.count(old) == 1, "the line that this fault is put in place of is not there any more"
     changed = ModuleType("faulty_effect")
     monkeypatch.setitem(sys.modules, changed.__name__, changed)
     exec(compile(source.replace(old, new), "faulty_effect.py", "exec"), changed.__dict__)
-    made: Effect = getattr(changed, type(effect).__name__)(**vars_of(effect))
+    made: ChainEffect = getattr(changed, type(effect).__name__)(**vars_of(effect))
     return made

@@ -14,16 +14,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reference_impl.effects.joint_spring_damper import JointSpringDamper
-from reference_impl.effects.quadrupole import Quadrupole
-from reference_impl.effects.slender import Slender
-from reference_impl.effects.third_body import ThirdBody
-from reference_impl.effects.thrust import Thrust
-from reference_impl.integrate.discrete_modes import ModelSwitches
+from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
+from reference_impl.effects.quadrupole import QuadrupoleEffect
+from reference_impl.effects.slender import SlenderBarEffect
+from reference_impl.effects.third_body import ThirdBodyEffect
+from reference_impl.effects.thrust import ThrustEffect
+from reference_impl.integrate.discrete_modes import DiscreteModes
 from reference_impl.model import absolute, relative
 from reference_impl.model.chain import ChainModel, Prescription
-from reference_impl.model.complex_vectors import along
-from reference_impl.model.effect import Effect, Modes, Situation, pushed
+from reference_impl.model.complex_vectors import unit_along
+from reference_impl.model.effect import ChainEffect, EffectState, Modes, total_accelerations
 from tests.effects.effect_runs import (
     accounted,
     angular_momentum,
@@ -42,15 +42,15 @@ if TYPE_CHECKING:
     from reference_impl.model.state import State
 
 SEEDS = st.integers(0, 2**32 - 1)
-GRAVITIES: dict[str, tuple[str, tuple[Effect, ...]]] = {
+GRAVITIES: dict[str, tuple[str, tuple[ChainEffect, ...]]] = {
     "point": ("point", ()),
     "gradient": ("gradient", ()),
-    "quadrupole": ("gradient", (Quadrupole(),)),
-    "slender": ("point", (Slender(),)),
+    "quadrupole": ("gradient", (QuadrupoleEffect(),)),
+    "slender": ("point", (SlenderBarEffect(),)),
 }
 
 
-def orbiting(gravity: str, length_m: float, *more: Effect, bars: int = 2) -> tuple[ChainModel, State, float]:
+def orbiting(gravity: str, length_m: float, *more: ChainEffect, bars: int = 2) -> tuple[ChainModel, State, float]:
     """A bent chain on a circular orbit, and the orbit's rate."""
     base, effects = GRAVITIES[gravity]
     random = np.random.default_rng(4)
@@ -105,7 +105,7 @@ def test_a_third_body_leaves_the_jacobi_integral(gravity: str, bodies: int) -> N
     moment = gravity != "point"
     mu, distance = 0.02 * MU, 4e7
     rate = math.sqrt((MU + mu) / distance**3)
-    third = [ThirdBody(mu, distance, 0.4 + 2.0 * k, rate, moment, moment) for k in range(bodies)]
+    third = [ThirdBodyEffect(mu, distance, 0.4 + 2.0 * k, rate, moment, moment) for k in range(bodies)]
     model, state, n = orbiting(gravity, 1e5, *third)
     h = ran(model, state, np.linspace(0.0, 4.0 * np.pi / n, 21), rtol=1e-10)
     stored = sum(np.array([third_potential(model, h, i, b) for i in range(len(h.t_s))]) for b in third)
@@ -116,14 +116,14 @@ def test_a_third_body_leaves_the_jacobi_integral(gravity: str, bodies: int) -> N
     assert np.abs(kept - kept[0]).max() > 10.0 * allowed
 
 
-def third_potential(model: ChainModel, h, i: int, body: ThirdBody) -> float:
+def third_potential(model: ChainModel, h, i: int, body: ThirdBodyEffect) -> float:
     """Potential energy at a sample: -mu_b (1/|Y| - X·Z/D³) per unit mass, and that of the second moments."""
     from tests.effects.effect_runs import at_sample
 
     at = seen(model, at_sample(model, h, i), float(h.t_s[i]))
-    x = body.at(float(h.t_s[i]))
-    y = at.place - x
-    stored = -body.mu_m3_s2 * (1.0 / np.abs(y) - (np.conj(x) * at.place).real / body.distance_m**3)
+    x = body.body_position(float(h.t_s[i]))
+    y = at.position_from_body - x
+    stored = -body.mu_m3_s2 * (1.0 / np.abs(y) - (np.conj(x) * at.position_from_body).real / body.distance_m**3)
     c2 = ((at.unit.conj() * y).real / np.abs(y)) ** 2
     moment = -0.5 * body.mu_m3_s2 * model.inertia_kg_m2 / np.abs(y) ** 3 * (3.0 * c2 - 1.0)
     return float(model.mass_kg @ stored + body.second_moment * moment.sum())
@@ -135,16 +135,16 @@ def third_potential(model: ChainModel, h, i: int, body: ThirdBody) -> float:
 def working(name: str) -> tuple[ChainModel, State, float]:
     """A chain in low orbit with the named effects, as strong as to be felt."""
     random = np.random.default_rng(8)
-    model = replace(chain(random, 3, 100.0), effects=(Slender(),))
+    model = replace(chain(random, 3, 100.0), effects=(SlenderBarEffect(),))
     r = RADIUS + 3e5
     n = math.sqrt(MU / r**3)
     state = placed(model, r, n * r, np.array([1.2, 1.6, 1.9]), n * np.array([1.0, 0.5, 1.5]))
     law = Prescription(1, 0.5, 200.0, 100.0, local_horizontal=True, reacts_on=None)
-    added: dict[str, tuple[Effect, ...]] = {
+    added: dict[str, tuple[ChainEffect, ...]] = {
         "drag": (effect_cases.drag(random, model),),
         "solar pressure": (replace(effect_cases.sunlight(random, model), pressure_Pa=1e-2),),
-        "thrust": (Thrust(2, 1.0, False, 1.0, np.array([100.0, 300.0, 500.0]), np.array([0.1, 0.3, 0.2])),),
-        "springs": (JointSpringDamper(np.array([5.0, 2.0]), np.array([400.0, 300.0]), np.array([0.1, -0.2])),),
+        "thrust": (ThrustEffect(2, 1.0, False, 1.0, np.array([100.0, 300.0, 500.0]), np.array([0.1, 0.3, 0.2])),),
+        "springs": (JointSpringDamperEffect(np.array([5.0, 2.0]), np.array([400.0, 300.0]), np.array([0.1, -0.2])),),
         "prescribed": (),
     }
     added["everything"] = tuple(e for es in added.values() for e in es)
@@ -220,7 +220,7 @@ def test_the_energy_gained_is_the_work_done(name: str) -> None:
 def test_the_energy_gained_inside_a_free_chain_is_the_work_done(name: str) -> None:
     """The same of what is too little beside an orbit's energy: at rest in free space, in units of the chain's own."""
     model, state, _ = working(name)
-    springs = tuple(e for e in model.effects if isinstance(e, JointSpringDamper))
+    springs = tuple(e for e in model.effects if isinstance(e, JointSpringDamperEffect))
     laws = tuple(replace(p, local_horizontal=False) for p in model.prescriptions)
     model = replace(model, gravity="none", effects=springs, prescriptions=laws)
     rate = state.rate_rad_s * [1.0, 0.0 if laws else 1.0, 1.0]
@@ -247,16 +247,16 @@ def test_any_effects_together_push_as_the_sum_of_each_alone(seed: int, kinds: li
     model = chain(random, bars, 50.0)
     effects = tuple(KINDS[kind](random, model) for kind in kinds)
     state = motion(random, model)
-    at = Situation(replace(model, effects=effects), T_S, state, along(state.angle_rad))
-    together, sideways = pushed(at, (None,) * len(effects))
+    at = EffectState(replace(model, effects=effects), T_S, state, unit_along(state.angle_rad))
+    together, sideways = total_accelerations(at, (None,) * len(effects))
     common, difference, spin, aside = 0j, np.zeros(bars, complex), np.zeros(bars), np.zeros(bars, complex)
     for effect in effects:
-        alone, own = pushed(Situation(replace(model, effects=(effect,)), T_S, state, at.unit), (None,))
-        common, difference, spin = common + alone.common, difference + alone.difference, spin + alone.spin
+        alone, own = total_accelerations(EffectState(replace(model, effects=(effect,)), T_S, state, at.unit), (None,))
+        common, difference, spin = common + alone.common, difference + alone.difference, spin + alone.angular
         aside = aside + own
     assert together.common == common
     assert np.array_equal(together.difference, difference)
-    assert np.array_equal(together.spin, spin)
+    assert np.array_equal(together.angular, spin)
     assert np.array_equal(sideways, aside)
 
 
@@ -336,10 +336,10 @@ def test_a_model_without_effects_evaluates_nothing_of_them(coordinates: str, mon
         raise AssertionError("something of an effect was evaluated")
 
     for module in (relative, absolute):
-        monkeypatch.setattr(module, "pushed", never)
-        monkeypatch.setattr(module, "Situation", never)
-    monkeypatch.setattr(Situation, "__init__", never)
-    monkeypatch.setattr(ModelSwitches, "__init__", never)
+        monkeypatch.setattr(module, "total_accelerations", never)
+        monkeypatch.setattr(module, "EffectState", never)
+    monkeypatch.setattr(EffectState, "__init__", never)
+    monkeypatch.setattr(DiscreteModes, "__init__", never)
     random = np.random.default_rng(1)
     model = chain(random, 3, 50.0, "gradient")
     h = ran(model, motion(random, model), np.linspace(0.0, 60.0, 3), rtol=1e-8, coordinates=coordinates)
@@ -349,18 +349,18 @@ def test_a_model_without_effects_evaluates_nothing_of_them(coordinates: str, mon
 @pytest.mark.parametrize("kind", sorted(KINDS))
 def test_a_model_evaluates_only_the_effects_that_it_has(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Pushes of its own class are counted once for each evaluation; of any other class there are none."""
-    counts: dict[type[Effect], int] = {}
+    counts: dict[type[ChainEffect], int] = {}
     classes = {
         type(make(np.random.default_rng(0), chain(np.random.default_rng(0), 3, 50.0))) for make in KINDS.values()
     }
     for one in classes:
         counts[one] = 0
 
-        def push(self, at, mode, plain=one.push, own=one):
+        def push(self, at, mode, plain=one.accelerations, own=one):
             counts[own] += 1
             return plain(self, at, mode)
 
-        monkeypatch.setattr(one, "push", push)
+        monkeypatch.setattr(one, "accelerations", push)
     random = np.random.default_rng(3)
     model = chain(random, 3, 50.0)
     effect = KINDS[kind](random, model)

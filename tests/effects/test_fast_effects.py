@@ -16,14 +16,14 @@ from adapters.reference.compiled_engine import ReferenceFast
 from adapters.reference.numpy_engines import Reference
 from barchain.studies.ensemble.ensemble import ensemble
 from barchain.studies.ensemble.variation import VariationError
-from reference_impl.effects.drag import Drag
-from reference_impl.effects.joint_spring_damper import JointSpringDamper
-from reference_impl.effects.oblateness import Oblateness
-from reference_impl.effects.quadrupole import Quadrupole
-from reference_impl.effects.slender import Slender
-from reference_impl.effects.solar_pressure import SolarPressure
-from reference_impl.effects.third_body import ThirdBody
-from reference_impl.effects.thrust import Thrust
+from reference_impl.effects.drag import DragEffect
+from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
+from reference_impl.effects.oblateness import OblatenessEffect
+from reference_impl.effects.quadrupole import QuadrupoleEffect
+from reference_impl.effects.slender import SlenderBarEffect
+from reference_impl.effects.solar_pressure import SolarPressureEffect
+from reference_impl.effects.third_body import ThirdBodyEffect
+from reference_impl.effects.thrust import ThrustEffect
 from reference_impl.model import relative
 from reference_impl.model.kinematics import joined_state
 from scenarios import load_scene, scene_names
@@ -35,27 +35,27 @@ from tests.support.fast_evaluation import fast_accelerations
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
     from reference_impl.model.arrays import Array
-    from reference_impl.model.effect import Effect
+    from reference_impl.model.effect import ChainEffect
     from reference_impl.model.state import Accelerations
     from scenarios import Scene
 
 BARS, NOW_S = 5, 25.0
 
 
-def effect(name: str, random: np.random.Generator) -> Effect:
+def effect(name: str, random: np.random.Generator) -> ChainEffect:
     """One effect at sizes where none is lost beside the others."""
     width = random.uniform(0.05, 2.0, BARS)
     joints, angle, second = BARS - 1, random.uniform(-3.0, 3.0), bool(random.integers(2))
     made = {
-        "quadrupole": Quadrupole,
-        "slender": Slender,
-        "oblateness": lambda: Oblateness(0.5 * MU * 1.08e-3 * RADIUS**2, True, second),
-        "oblateness_point": lambda: Oblateness(0.5 * MU * 1.08e-3 * RADIUS**2, False, False),
-        "third_body": lambda: ThirdBody(4.9e12, 3.8e8, angle, 2.7e-6, True, second),
-        "drag": lambda: Drag(1e-10, RADIUS + 300e3, 6e5, 7.3e-5, width, 2.2, 1.8),
-        "solar_pressure": lambda: SolarPressure(4.5e-6, angle, 2e-7, width, 0.3, RADIUS),
-        "joint_spring_damper": lambda: JointSpringDamper(*random.uniform(0.0, 1e3, (3, joints))),
-        "thrust": lambda: Thrust(2, -1.0, second, 0.7, np.array([0.0, 20.0, 90.0]), np.array([0.1, 5.0, 2.0])),
+        "quadrupole": QuadrupoleEffect,
+        "slender": SlenderBarEffect,
+        "oblateness": lambda: OblatenessEffect(0.5 * MU * 1.08e-3 * RADIUS**2, True, second),
+        "oblateness_point": lambda: OblatenessEffect(0.5 * MU * 1.08e-3 * RADIUS**2, False, False),
+        "third_body": lambda: ThirdBodyEffect(4.9e12, 3.8e8, angle, 2.7e-6, True, second),
+        "drag": lambda: DragEffect(1e-10, RADIUS + 300e3, 6e5, 7.3e-5, width, 2.2, 1.8),
+        "solar_pressure": lambda: SolarPressureEffect(4.5e-6, angle, 2e-7, width, 0.3, RADIUS),
+        "joint_spring_damper": lambda: JointSpringDamperEffect(*random.uniform(0.0, 1e3, (3, joints))),
+        "thrust": lambda: ThrustEffect(2, -1.0, second, 0.7, np.array([0.0, 20.0, 90.0]), np.array([0.1, 5.0, 2.0])),
     }  # fmt: skip
     return made[name]()
 
@@ -198,17 +198,17 @@ def test_it_takes_the_references_steps_and_blows(name: str) -> None:
 
 def test_the_shadow_is_entered_and_left_when_the_reference_does(monkeypatch: pytest.MonkeyPatch) -> None:
     """To what the interpolants of both, some 1e-13 apart, leave of an instant: 1e-9 of a step of minutes."""
-    from reference_impl.integrate.discrete_modes import ModelSwitches
+    from reference_impl.integrate.discrete_modes import DiscreteModes
 
     found: list[list[float]] = []
-    plain = ModelSwitches.let_go
+    plain = DiscreteModes.apply_event
 
     def noted(self, exact, t_s, step_s) -> tuple:
         met = plain(self, exact, t_s, step_s)
         found[-1].append(met[0])
         return met
 
-    monkeypatch.setattr(ModelSwitches, "let_go", noted)
+    monkeypatch.setattr(DiscreteModes, "apply_event", noted)
     scene = load_scene("effects/solar_shadow")
     for kind in (Reference, ReferenceFast):
         found.append([])
@@ -273,6 +273,6 @@ def test_ensembles_carry_what_is_smooth_and_refuse_the_rest() -> None:
 def test_pieces_of_a_thrust_meet_where_the_table_says() -> None:
     """A mode is the piece of a table: at its own knots two neighbours push alike."""
     thrust = effect("thrust", np.random.default_rng(0))
-    assert isinstance(thrust, Thrust)
+    assert isinstance(thrust, ThrustEffect)
     for piece, ((_, b), (_, f)) in enumerate(zip(pairwise(thrust.times_s), pairwise(thrust.force_N), strict=True)):
-        assert thrust.size_N(piece, b) == pytest.approx(f, rel=4 * U)
+        assert thrust.interpolated_force_N(piece, b) == pytest.approx(f, rel=4 * U)

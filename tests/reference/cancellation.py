@@ -18,15 +18,15 @@ from barchain.studies.roundoff.states import Case, Kind, exact_case
 from reference_impl.fast import layout
 from reference_impl.fast.accelerations import evaluate
 from reference_impl.integrate.simulate import Simulation
-from reference_impl.integrate.stepper import Walk
+from reference_impl.integrate.stepper import Integration
 from reference_impl.model.chain import ChainModel, Prescription
-from reference_impl.model.complex_vectors import along
+from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.invariants import relative_angular_momentum, relative_kinetic_energy, tidal_energy
-from reference_impl.model.relative import accelerations, external
+from reference_impl.model.relative import accelerations, external_accelerations
 from reference_impl.precision import formulations
 from reference_impl.precision.arithmetic import EXACT, FLOAT64, exact_numbers
-from reference_impl.precision.chain import Found, directions, dot, hung, joined
-from reference_impl.precision.formulations import absolute, gradient_spins
+from reference_impl.precision.chain import ChainAccelerations, bar_centres, directions, dot, joined_chain_state
+from reference_impl.precision.formulations import absolute, gradient_angular_accelerations
 
 if TYPE_CHECKING:
     from reference_impl.model.state import Accelerations, State
@@ -64,20 +64,20 @@ def seen_by_both(given, member: int) -> dict[str, np.ndarray]:
     com, angle, rate = state.com_m[:, member].copy(), state.angle_rad[:, member].copy(), state.rate_rad_s[:, member]
     drift = np.array([-5000.0, 6000.0])
     run = Simulation(model, com, drift, angle, rate.copy(), rtol=1e-12)
-    a, start = run.packing.accelerations(0.0, run.y0), run.packing.unpack(run.y0)
-    seen = run.history(Walk(np.zeros(1), run.y0[None], 0, 0, None))
+    a, start = run.coordinates.accelerations(0.0, run.y0), run.coordinates.unpack(run.y0)
+    seen = run.history(Integration(np.zeros(1), run.y0[None], 0, 0, None))
     again = Simulation(model, com, drift, angle, rate.copy(), rtol=1e-12, coordinates="redundant")
-    whole = again.packing.accelerations(0.0, again.y0)
-    y, work = layout.pack(com, np.zeros(2), angle, rate), layout.work(model.bars, 0)
+    whole = again.coordinates.accelerations(0.0, again.y0)
+    y, work = layout.pack(com, np.zeros(2), angle, rate), layout.workspace(model.bars, 0)
     rates = np.zeros_like(y)
-    assert evaluate(0.0, y, rates, layout.chain(model), work)
+    assert evaluate(0.0, y, rates, layout.compiled_chain(model), work)
     n = model.bars
     return {
         "reference reaction": a.reaction_N.T,
         "reference angular": a.angle_rad_s2,
         "reference relative": a.position_m_s2.T,
         "reference com": a.com_m_s2,
-        "reference gap": run.packing.gaps(run.y0) / model.length_m.max(),
+        "reference gap": run.coordinates.joint_gaps_m(run.y0) / model.length_m.max(),
         "reference identity gap": seen.identity_m / model.length_m.max(),
         "reference velocity": start.velocity_m_s.T,
         "reference kinetic": relative_kinetic_energy(model, angle[None], rate[None]),
@@ -96,9 +96,9 @@ def seen_by_both(given, member: int) -> dict[str, np.ndarray]:
 def by_point_gravity(model: ChainModel, start: State, a: Accelerations) -> dict[str, np.ndarray]:
     """Accelerations by the field alone: the gradient has the same field, so the branches differ by the torque."""
     bare = replace(model, gravity="point")
-    unit = along(start.angle_rad)
-    _, tide, none = external(bare, start, unit)
-    _, same, spin = external(model, start, unit)
+    unit = unit_along(start.angle_rad)
+    _, tide, none = external_accelerations(bare, start, unit)
+    _, same, spin = external_accelerations(model, start, unit)
     assert not none.any()
     apart_m_s2 = np.array([tide.real - same.real, tide.imag - same.imag])
     return {"reference point tide": apart_m_s2 / np.abs(same).max(), "reference spin": spin}
@@ -110,20 +110,20 @@ def by_a_law(given, model: ChainModel, start: State, member: int) -> dict[str, n
     t_s = 17.0
     moved = replace(model, prescriptions=(law,))
     a = accelerations(moved, t_s, start)
-    work = layout.work(model.bars, 1)
+    work = layout.workspace(model.bars, 1)
     y = layout.pack(start.com_m, np.zeros(2), start.angle_rad, start.rate_rad_s)
     rates = np.zeros_like(y)
-    assert evaluate(t_s, y, rates, layout.chain(moved), work)
+    assert evaluate(t_s, y, rates, layout.compiled_chain(moved), work)
     compiled = work.bars[[layout.RX, layout.RY], : model.bars - 1]
     exact = given.cast(EXACT)
     bars, s = exact.bars, exact.state
-    place = joined(EXACT, bars, s.com_m, s.angle_rad, s.rate_rad_s).absolute
+    place = joined_chain_state(EXACT, bars, s.com_m, s.angle_rad, s.rate_rad_s).absolute
 
-    def under(torque: float) -> Found:
+    def under(torque: float) -> ChainAccelerations:
         turned = EXACT.zeros(s.angle_rad.shape)
         turned[law.bar] = turned[law.bar] + EXACT.cast(torque) / bars.inertia_kg_m2[law.bar]
-        plain = formulations.gradient_spins
-        with mock.patch.object(formulations, "gradient_spins", lambda *of: plain(*of) + turned):
+        plain = formulations.gradient_angular_accelerations
+        with mock.patch.object(formulations, "gradient_angular_accelerations", lambda *of: plain(*of) + turned):
             return absolute(EXACT, bars, place)
 
     free, pushed = under(0.0), under(1.0)
@@ -147,9 +147,9 @@ def off(found: np.ndarray, answer: np.ndarray) -> np.ndarray:
 def exact_answers(given) -> dict[str, np.ndarray]:
     """What they should be, by absolute coordinates in exact arithmetic."""
     bars, s = given.bars, given.state
-    state = joined(EXACT, bars, s.com_m, s.angle_rad, s.rate_rad_s)
+    state = joined_chain_state(EXACT, bars, s.com_m, s.angle_rad, s.rate_rad_s)
     found, d = absolute(EXACT, bars, state.absolute), state.position_m
-    velocity = hung(bars, bars.half_m * s.rate_rad_s * directions(EXACT, s.angle_rad)[1])
+    velocity = bar_centres(bars, bars.half_m * s.rate_rad_s * directions(EXACT, s.angle_rad)[1])
     place = state.absolute.place_m
     spun = bars.inertia_kg_m2 * s.rate_rad_s
     nearness = 1 / EXACT.sqrt(dot(place, place)) - 1 / EXACT.sqrt(dot(s.com_m, s.com_m))
@@ -160,7 +160,7 @@ def exact_answers(given) -> dict[str, np.ndarray]:
         "com": found.com_m_s2,
         "gap": 0 * found.reaction_N[0],
         "tide": 0 * found.place_m_s2,
-        "spin": gradient_spins(EXACT, bars, place, *directions(EXACT, s.angle_rad)),
+        "spin": gradient_angular_accelerations(EXACT, bars, place, *directions(EXACT, s.angle_rad)),
         "velocity": velocity,
         "kinetic": (bars.mass_kg * dot(velocity, velocity) / 2 + spun * s.rate_rad_s / 2).sum(axis=0)[None],
         "momentum": (bars.mass_kg * (d[0] * velocity[1] - d[1] * velocity[0]) + spun).sum(axis=0)[None],

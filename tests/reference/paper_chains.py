@@ -9,7 +9,7 @@ import numpy as np
 
 from reference_impl.model import relative
 from reference_impl.model.chain import ChainModel, Prescription
-from reference_impl.model.complex_vectors import along
+from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.kinematics import joined_state
 
 if TYPE_CHECKING:
@@ -79,10 +79,10 @@ def grip(model: ChainModel, state: State) -> float:
     if not model.prescriptions:
         return 1.0
     nothing = np.zeros(model.bars, complex), np.zeros(model.bars)
-    turning = relative.Turning(model, state, along(state.angle_rad), *nothing)
+    turning = relative.ReactionSolution(model, state, unit_along(state.angle_rad), *nothing)
     response = [
-        turning.levered(reaction) + turning.unit_torque(p)
-        for p, reaction in zip(model.prescriptions, turning.by_torque, strict=True)
+        turning.rotation_from_reactions(reaction) + turning.rotation_per_unit_torque(p)
+        for p, reaction in zip(model.prescriptions, turning.reactions_per_torque, strict=True)
     ]
     driven = [p.bar for p in model.prescriptions]
     scaled = np.array(response).T[driven] * model.inertia_kg_m2[driven][:, None]

@@ -9,9 +9,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from reference_impl.effects.impulse import struck
-from reference_impl.model.chain import ChainModel, Impulse, Prescription
-from reference_impl.model.complex_vectors import along
+from reference_impl.effects.impulse import apply_impulses
+from reference_impl.model.chain import BarImpulse, ChainModel, Prescription
+from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.kinematics import cross, joined_state
 from tests.studies.roundoff import C, Case, U, forward
 from tests.support.effect_cases import chain, motion
@@ -29,7 +29,7 @@ LAWS = {
         Prescription(0, 0.4, 60.0, 0.0, local_horizontal=False, reacts_on=None),
     ),
 }
-BLOWS = [Impulse(2, 1.0, False, 1.1, 5.0, 0.0), Impulse(0, -1.0, True, -2.0, 3.0, 0.0)]
+BLOWS = [BarImpulse(2, 1.0, False, 1.1, 5.0, 0.0), BarImpulse(0, -1.0, True, -2.0, 3.0, 0.0)]
 
 
 def blow_by_blow(seed: int, laws: str) -> tuple[ChainModel, State]:
@@ -81,7 +81,7 @@ def dense(model: ChainModel, state: State) -> tuple[Array, Array, Array]:
 def test_a_blow_changes_velocities_as_all_equations_at_once_say(seed: int, laws: str) -> None:
     """Round-off of the joints' relative velocities, taken through the joints; the prescribed ones twice."""
     model, state = blow_by_blow(seed, laws)
-    after, reaction = struck(model, state, BLOWS)
+    after, reaction = apply_impulses(model, state, BLOWS)
     jump, spin, right = dense(model, state)
     strength = sum(abs(b.impulse_N_s) for b in BLOWS) + np.abs(right).sum()
     ends = strength * float((model.inverse_mass + model.compliance).max())
@@ -99,8 +99,8 @@ def test_a_blow_changes_velocities_as_all_equations_at_once_say(seed: int, laws:
 @pytest.mark.parametrize("seed", range(3))
 def test_a_blow_gives_its_momentum_and_its_moment_and_leaves_the_joints_closed(seed: int) -> None:
     model, state = blow_by_blow(seed, "free")
-    after, _ = struck(model, state, BLOWS)
-    unit = along(state.angle_rad)
+    after, _ = apply_impulses(model, state, BLOWS)
+    unit = unit_along(state.angle_rad)
     given = {b: b.impulse_N_s * np.exp(1j * b.direction_rad) * (1.0 if b.inertial else unit[b.bar]) for b in BLOWS}
     total = sum(given.values())
     gained = (after.com_velocity_m_s - state.com_velocity_m_s) * model.mass_kg.sum()
@@ -123,8 +123,8 @@ def test_a_blow_gives_its_momentum_and_its_moment_and_leaves_the_joints_closed(s
 def test_of_all_motions_that_joints_allow_a_blow_makes_the_one_of_least_constraint(seed: int) -> None:
     """Gauss: sum m |dV - I/m|² + J (dtheta' - h/J)² has its least value; the other motions tried have more."""
     model, state = blow_by_blow(seed, "free")
-    after, _ = struck(model, state, BLOWS)
-    unit, random = along(state.angle_rad), np.random.default_rng(seed)
+    after, _ = apply_impulses(model, state, BLOWS)
+    unit, random = unit_along(state.angle_rad), np.random.default_rng(seed)
     free, spin = np.zeros(model.bars, complex), np.zeros(model.bars)
     for b in BLOWS:
         impulse = b.impulse_N_s * np.exp(1j * b.direction_rad) * (1.0 if b.inertial else unit[b.bar])

@@ -47,81 +47,81 @@ def test_everything_the_reference_makes_of_a_tiny_chain_keeps_its_digits(kind, c
 
 SUBTRACTIONS = {
     "gravity's differences by subtraction": (
-        "gravity.py",
+        "model/gravity.py",
         "    return difference\n",
         "    ones = np.ones(np.shape(position_m))\n"
         "    here, there = as_vectors((com_m + position_m) * ones), as_vectors(com_m * ones)\n"
         "    return as_complex(point_field(mu_m3_s2, here) - point_field(mu_m3_s2, there))\n",
     ),
-    "one subtracted from a power": ("gravity.py", "np.expm1(-1.5 * np.log1p(q))", "(1.0 + q) ** -1.5 - 1.0"),
+    "one subtracted from a power": ("model/gravity.py", "np.expm1(-1.5 * np.log1p(q))", "(1.0 + q) ** -1.5 - 1.0"),
     "a difference of squared distances": (
-        "gravity.py",
+        "model/gravity.py",
         "q = (twice.real * position_m.real + twice.imag * position_m.imag) / r2",
-        "q = (squared(twice - com_m) - r2) / r2",
+        "q = (squared_norm(twice - com_m) - r2) / r2",
     ),
     "the field and its mean taken whole": (
-        "relative.py",
-        "difference - mean, gradient_spins",
-        "(difference + as_complex(field)) - (mean + as_complex(field)), gradient_spins",
+        "model/relative.py",
+        "difference - mean, gradient_angular_accelerations",
+        "(difference + as_complex(field)) - (mean + as_complex(field)), gradient_angular_accelerations",
     ),
     "a field common to all left in": (
-        "relative.py",
+        "model/relative.py",
         "(field[1:] - field[:-1]) - (end",
         "((field + 9.0)[1:] - (field + 9.0)[:-1]) - (end",
     ),
     "places hung far away and brought back": (
-        "kinematics.py",
+        "model/kinematics.py",
         "np.cumsum(reach[..., :-1] + reach[..., 1:], axis=-1, out=from_first[..., 1:])",
         "from_first[..., 1:] = np.cumsum(reach[..., :-1] + reach[..., 1:], axis=-1) + 7e6\n    from_first -= 7e6\n"
         "    from_first[..., 0] = 0.0",
     ),
     "relative places by subtraction": (
-        "kinematics.py",
+        "model/kinematics.py",
         "rate_rad_s, as_vectors(position),",
         "rate_rad_s, (com_m + as_vectors(position)) - com_m,",
     ),
     "gaps between absolute places": (
-        "packings.py",
+        "integrate/coordinate_sets.py",
         "gap_vectors(self.model, state.position_m, state.angle_rad)",
         "gap_vectors(self.model, state.com_m + state.position_m, state.angle_rad)",
     ),
     "tidal energy with its linear part": (
-        "invariants.py",
+        "model/invariants.py",
         "curved = q * q * (s + 2.0) / (2.0 * s * (1.0 + s) ** 2) - 0.5 * np.sum(position * position, axis=-1) / r2",
         "curved = np.expm1(-0.5 * np.log1p(q))",
     ),
     "point masses: the field and its mean taken whole": (
-        "relative.py",
+        "model/relative.py",
         "return field, difference - mean, np.zeros(bars)",
         "return field, (difference + as_complex(field)) - (mean + as_complex(field)), np.zeros(bars)",
     ),
     "relative velocities by subtraction": (
-        "kinematics.py",
+        "model/kinematics.py",
         "as_vectors(position), as_vectors(velocity))",
         "as_vectors(position), (com_velocity_m_s + as_vectors(velocity)) - com_velocity_m_s)",
     ),
     "kinetic energy through orbital speeds": (
-        "invariants.py",
+        "model/invariants.py",
         "velocity = relative_motion(model, angle_rad, rate_rad_s)[1]",
         "velocity = relative_motion(model, angle_rad, rate_rad_s)[1] + 7700.0 - 7700.0",
     ),
     "angular momentum through the orbit's radius": (
-        "invariants.py",
+        "model/invariants.py",
         "position, velocity = relative_motion(model, angle_rad, rate_rad_s)",
         "position, velocity = relative_motion(model, angle_rad, rate_rad_s)\n    position = (position + 7e6) - 7e6",
     ),
     "reactions under a law with the weight in them": (
-        "relative.py",
-        "total: ComplexArray = self.free + torque @ self.by_torque",
-        "total: ComplexArray = (self.free + 900.0 + torque @ self.by_torque) - 900.0",
+        "model/relative.py",
+        "total: ComplexArray = self.torque_free_reactions + torque @ self.reactions_per_torque",
+        "total: ComplexArray = (self.torque_free_reactions + 900.0 + torque @ self.reactions_per_torque) - 900.0",
     ),
     "identity (6) of absolute places": (
-        "simulate.py",
+        "integrate/simulate.py",
         "np.linalg.norm(weight @ s.position_m)",
         "np.linalg.norm(weight @ (s.com_m + s.position_m) - s.com_m)",
     ),
     "redundant places by subtraction": (
-        "packings.py",
+        "integrate/coordinate_sets.py",
         "y[4 + 5 * n :], d, v)",
         "y[4 + 5 * n :], (y[0:2] + d) - y[0:2], v)",
     ),

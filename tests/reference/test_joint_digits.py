@@ -8,13 +8,13 @@ import pytest
 from adapters.reference.compiled_engine import ReferenceFast
 from adapters.reference.numpy_engines import Reference
 from reference_impl.fast import layout
-from reference_impl.integrate.coordinate_sets import Minimal
+from reference_impl.integrate.coordinate_sets import MinimalCoordinates
 from reference_impl.model.chain import ChainModel
 from reference_impl.model.kinematics import joined_state
 from reference_impl.model.relative import accelerations
 from reference_impl.precision import formulations
 from reference_impl.precision.arithmetic import EXACT, exact_numbers
-from reference_impl.precision.chain import Bars, joined
+from reference_impl.precision.chain import ChainParameters, joined_chain_state
 from scenarios import load_scene
 from tests.support.fast_evaluation import refined_reactions
 
@@ -56,9 +56,14 @@ def test_reactions_keep_their_digits_whatever_the_condition_number(kind: str, ba
     state = joined_state(model, com, np.zeros(2), angle, rate)
     with exact_numbers():
         own = [EXACT.cast(v[:, None]) for v in (model.mass_kg, model.length_m, model.inertia_kg_m2)]
-        exact = Bars(EXACT.cast(np.array([MU_M3_S2])), *own)
+        exact = ChainParameters(EXACT.cast(np.array([MU_M3_S2])), *own)
         given = [EXACT.cast(v[:, None]) for v in (com, angle, rate)]
-        found = formulations.relative(EXACT, exact, joined(EXACT, exact, *given)).reaction_N[..., 0].astype(float).T
+        found = (
+            formulations.relative(EXACT, exact, joined_chain_state(EXACT, exact, *given))
+            .reaction_N[..., 0]
+            .astype(float)
+            .T
+        )
     for reaction in (accelerations(model, 0.0, state).reaction_N, refined_reactions(model, state)):
         assert np.abs(reaction - found).max() < KEPT * np.abs(found).max()
 
@@ -80,9 +85,9 @@ def test_joints_lost_in_rounding_are_said_to_be_and_those_at_its_edge_are_kept()
 
 def test_only_delicate_chains_are_refined_in_every_step() -> None:
     plain, unequal = chain("straight", 5)[0], chain("straight alternating", 5)[0]
-    assert not plain.delicate
-    assert unequal.delicate
-    assert [layout.chain(m).bars[layout.REFINED].any() for m in (plain, unequal)] == [False, True]
+    assert not plain.ill_conditioned
+    assert unequal.ill_conditioned
+    assert [layout.compiled_chain(m).bars[layout.REFINED].any() for m in (plain, unequal)] == [False, True]
 
 
 @pytest.mark.parametrize("engine", [Reference, ReferenceFast])
@@ -96,9 +101,9 @@ def test_no_request_makes_steps_shrink_to_the_rounding_of_angles(engine: type) -
 
 def test_bars_that_nothing_pulls_at_are_asked_for_whatever_is_requested() -> None:
     """The floor of rates is that of pendulums: free bars have none; that of angles is their own last digit."""
-    free = Minimal(chain("straight", 5)[0])
+    free = MinimalCoordinates(chain("straight", 5)[0])
     y = np.concatenate([np.ones(4), np.full(5, 100.0), np.ones(5)])
-    assert (free.shaken(y) == np.repeat([100.0 * 2.0**-53, 0.0], 5)).all()
+    assert (free.state_roundoff_floor(y) == np.repeat([100.0 * 2.0**-53, 0.0], 5)).all()
 
 
 @pytest.mark.parametrize("engine", [Reference, ReferenceFast])

@@ -24,7 +24,7 @@ from reference_impl.model.state import Accelerations
 from reference_impl.paper.form import NotSquareError, paper_accelerations, solve
 from reference_impl.paper.matrices import matrices
 from reference_impl.paper.misprint_effects import generic_model, generic_state, misprint_effects
-from reference_impl.paper.misprints import ERRATA, Effect, Misprint
+from reference_impl.paper.misprints import ERRATA, Misprint, MisprintConsequence
 from reference_impl.paper.state import paper_state, units_of
 from tests.reference.paper_chains import AGREEMENT, LAWS, MU, RADIUS, chain, disagreement, grip
 from tests.support.arbiter import judge
@@ -190,5 +190,5 @@ def test_the_answer_does_not_depend_on_the_radius_that_makes_lengths_nondimensio
 
 def test_every_misprint_has_its_entry_and_its_effect() -> None:
     assert set(ERRATA) == set(Misprint)
-    assert {e.effect for e in ERRATA.values()} == set(Effect)
+    assert {e.effect for e in ERRATA.values()} == set(MisprintConsequence)
     assert [row.id for row in misprint_effects()] == [m.value for m in Misprint]

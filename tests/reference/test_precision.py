@@ -15,7 +15,7 @@ from reference_impl.model import absolute as plain_absolute
 from reference_impl.model import relative as plain_relative
 from reference_impl.precision import steppers
 from reference_impl.precision.arithmetic import EXACT, FLOAT32, FLOAT64, LONG, Arithmetic, each, exact_numbers
-from reference_impl.precision.chain import Absolute, Bars, Relative
+from reference_impl.precision.chain import AbsoluteState, ChainParameters, RelativeState
 from reference_impl.precision.formulations import absolute, relative
 from tests.studies.roundoff import case, forward, joint_bound
 
@@ -99,8 +99,8 @@ def test_the_same_lines_run_in_mpmath():
         other = Arithmetic("mpmath", object, 1e-120, *map(each, (mpmath.sqrt, mpmath.sin, mpmath.cos, mpmath.log1p,
                                                                  mpmath.expm1)))  # fmt: skip
         exact = exact_case(Case(Kind.GENERIC, 3, 1e-6, 2))
-        lifted = Bars(*(lift(getattr(exact.bars, f.name)) for f in dataclasses.fields(Bars)))
-        state = Relative(*(lift(getattr(exact.state, f.name)) for f in dataclasses.fields(Relative)))
+        lifted = ChainParameters(*(lift(getattr(exact.bars, f.name)) for f in dataclasses.fields(ChainParameters)))
+        state = RelativeState(*(lift(getattr(exact.state, f.name)) for f in dataclasses.fields(RelativeState)))
         theirs = relative(other, lifted, state).reaction_N
         assert gap_between(lift(relative(EXACT, exact.bars, exact.state).reaction_N), theirs) < 1e-100
 
@@ -109,8 +109,8 @@ def columns(c):
     """Chain and state of a random case, as one column."""
     m, s = c.model, c.state
     one = lambda v: np.asarray(v, float)[..., None]  # noqa: E731
-    bars = Bars(np.array([m.mu_m3_s2]), one(m.mass_kg), one(m.length_m), one(m.inertia_kg_m2))
-    return bars, Relative(one(s.com_m), one(s.position_m.T), one(s.angle_rad), one(s.rate_rad_s))
+    bars = ChainParameters(np.array([m.mu_m3_s2]), one(m.mass_kg), one(m.length_m), one(m.inertia_kg_m2))
+    return bars, RelativeState(one(s.com_m), one(s.position_m.T), one(s.angle_rad), one(s.rate_rad_s))
 
 
 @settings(max_examples=60, deadline=None)
@@ -184,7 +184,9 @@ def test_own_steps_are_scipys():
     start, stretch = np.array([[1.0, 1.0], [0.0, 0.5]]), np.array([20.0, 20.0])
     allowed = np.array([[1e-9, 1e-6], [1e-9, 1e-6]])
     zero = np.zeros(2, int)
-    at = steppers.walk(FLOAT64, oscillator, steppers.Walkers(start, 0.1 * np.ones(2), zero, zero > 0), stretch, allowed)
+    at = steppers.advance_adaptively(
+        FLOAT64, oscillator, steppers.AdaptiveRuns(start, 0.1 * np.ones(2), zero, zero > 0), stretch, allowed
+    )
     for k, tolerance in enumerate((1e-9, 1e-6)):
         theirs = solve_ivp(lambda _, y: oscillator(y), (0.0, 20.0), start[:, k], "DOP853", rtol=3e-14, atol=tolerance)
         exact = start[0, k] * np.cos(20.0) + start[1, k] * np.sin(20.0)
@@ -194,12 +196,12 @@ def test_own_steps_are_scipys():
 
 
 def test_a_run_that_never_ends_is_given_up_and_the_others_go_on(monkeypatch):
-    monkeypatch.setattr(steppers, "MOST_TRIES", 50)
+    monkeypatch.setattr(steppers, "LARGEST_STEP_COUNT", 50)
     start, zero = np.ones((2, 2)), np.zeros(2, int)
     allowed = np.array([[1e-3, 1e-30], [1e-3, 1e-30]])
-    at = steppers.walk(FLOAT64, oscillator, steppers.Walkers(start, 0.1 * np.ones(2), zero, zero > 0), np.ones(2),
-                       allowed)  # fmt: skip
-    assert at.given_up.tolist() == [False, True]
+    runs = steppers.AdaptiveRuns(start, 0.1 * np.ones(2), zero, zero > 0)
+    at = steppers.advance_adaptively(FLOAT64, oscillator, runs, np.ones(2), allowed)
+    assert at.abandoned.tolist() == [False, True]
     assert np.isfinite(at.y[:, 0]).all()
     assert np.isnan(at.y[:, 1]).all()
 
@@ -207,5 +209,5 @@ def test_a_run_that_never_ends_is_given_up_and_the_others_go_on(monkeypatch):
 def test_absolute_states_are_sums():
     with exact_numbers():
         state = exact_case(Case(Kind.GENERIC, 3, 1e-5, 2)).state
-        assert isinstance(state.absolute, Absolute)
+        assert isinstance(state.absolute, AbsoluteState)
         assert (state.absolute.place_m - state.position_m == state.com_m[:, None]).all()

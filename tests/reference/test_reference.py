@@ -13,7 +13,7 @@ from adapters.common.initial_state import chain_model, initial_state
 from adapters.reference.numpy_engines import Reference
 from reference_impl.fast.simulate import FastSimulation
 from reference_impl.integrate.simulate import History, Simulation
-from reference_impl.integrate.stepper import walk
+from reference_impl.integrate.stepper import integrate
 from reference_impl.model.chain import ChainModel, Prescription
 from reference_impl.model.invariants import com_energy, relative_kinetic_energy, tidal_energy
 from reference_impl.model.kinematics import relative_positions
@@ -39,7 +39,7 @@ def simulate(scene: Scene, rtol: float, coordinates: str = "minimal") -> History
         rtol=rtol,
         coordinates=coordinates,
     )
-    return run.history(run.walk(scene.times_s), condition=True)
+    return run.history(run.integrate(scene.times_s), condition=True)
 
 
 # known values, to the digits in which they are known
@@ -164,7 +164,7 @@ def falling(kind: type, angle_rad: float, length_m: float = 100.0) -> tuple[Simu
 def test_a_falling_bar_lands_at_the_closed_forms_instant(angle_deg: float, kind: type) -> None:
     run, instant = falling(kind, math.radians(angle_deg))
     times = np.linspace(0.0, 400.0, 401)
-    seen = run.walk(times)
+    seen = run.integrate(times)
     speed = 2500.0  # m/s at the surface, about: an error of rtol x radius per step is rtol r/v in time
     sideways = 100.0**2 / RADIUS / speed  # a slanted bar's end is nearest to the centre's own vertical, within l²/r
     slant = sideways if angle_deg == 60.0 else 0.0
@@ -191,7 +191,7 @@ def test_a_perigee_just_below_the_surface_is_not_stepped_over(kind: type) -> Non
         apogee, perigee = RADIUS + 350e3, RADIUS - depth
         speed = math.sqrt(2.0 * MU * perigee / (apogee * (apogee + perigee)))
         run = kind(model, np.array([apogee, 0.0]), np.array([0.0, speed]), np.zeros(1), np.zeros(1), rtol=1e-8)
-        seen = run.walk(np.linspace(0.0, 5400.0, 3))
+        seen = run.integrate(np.linspace(0.0, 5400.0, 3))
         assert (seen.stopped_s is not None) == lands
 
 
@@ -208,7 +208,7 @@ def test_the_prescribed_bar_follows_its_law(kind: type, frame: str, actuator: st
     law = replace(model.prescriptions[0], start_s=37.0, reacts_on=3 if actuator == "joint" else None)
     model = replace(model, prescriptions=(law,))
     run = kind(model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=rtol)
-    h = run.history(run.walk(np.linspace(0.0, 300.0, 61)))
+    h = run.history(run.integrate(np.linspace(0.0, 300.0, 61)))
     angle = h.angle_rad[:, law.bar]
     if frame == "local":
         place = np.array([relative_positions(model, a)[law.bar] for a in h.angle_rad]) + h.com_m
@@ -232,7 +232,7 @@ def test_no_step_straddles_an_end_of_a_manoeuvre() -> None:
         stops.append(t)
         return np.array([1.0 if t < 0.3 else 2.0])
 
-    seen = walk(rhs, np.zeros(1), np.array([0.0, 0.25, 0.5, 1.0]), np.array([1e-12]), breaks_s=(0.3,))
+    seen = integrate(rhs, np.zeros(1), np.array([0.0, 0.25, 0.5, 1.0]), np.array([1e-12]), breaks_s=(0.3,))
     assert 0.3 in stops
     # a straight line on either side; the evaluation at the break itself sees the far side
     assert seen.y[:, 0] == pytest.approx([0.0, 0.25, 0.7, 1.7], abs=1e-9)
@@ -250,20 +250,20 @@ TIMES = np.linspace(0.0, 1.0, 11)
 
 @pytest.mark.parametrize("at", [0.5, 0.3, 0.3 + 1e-14, 1e-13, 1.0 - 1e-13, 0.0, 1.0, -3.0, 7.0])
 def test_every_sample_is_taken_once_wherever_a_break_falls(at: float) -> None:
-    seen = walk(decay, np.ones(2), TIMES, np.full(2, 1e-10), breaks_s=(at,))
+    seen = integrate(decay, np.ones(2), TIMES, np.full(2, 1e-10), breaks_s=(at,))
     assert np.array_equal(seen.t_s, TIMES)
     assert np.abs(seen.y[:, 0] - np.exp(-TIMES)).max() < 10.0 * 1e-10
     assert seen.stopped_s is None
 
 
 def test_breaks_may_coincide_and_come_in_any_order() -> None:
-    seen = walk(decay, np.ones(1), TIMES, np.full(1, 1e-10), breaks_s=(0.7, 0.2, 0.7, 0.2 + 1e-15))
+    seen = integrate(decay, np.ones(1), TIMES, np.full(1, 1e-10), breaks_s=(0.7, 0.2, 0.7, 0.2 + 1e-15))
     assert np.array_equal(seen.t_s, TIMES)
 
 
 def test_a_sample_at_a_steps_end_is_the_steps_own_result() -> None:
-    exact_end = walk(decay, np.ones(1), np.array([0.0, 0.4, 1.0]), np.full(1, 1e-10), breaks_s=(0.4,))
-    alone = walk(decay, np.ones(1), np.array([0.0, 0.4]), np.full(1, 1e-10))
+    exact_end = integrate(decay, np.ones(1), np.array([0.0, 0.4, 1.0]), np.full(1, 1e-10), breaks_s=(0.4,))
+    alone = integrate(decay, np.ones(1), np.array([0.0, 0.4]), np.full(1, 1e-10))
     assert exact_end.y[1, 0] == alone.y[1, 0]
 
 
@@ -278,7 +278,8 @@ def test_projection_acts_after_every_step_and_its_evaluations_are_counted() -> N
         return np.array([-y[1], y[0]])
 
     free, held = (
-        walk(turn, np.array([1.0, 0.0]), np.array([0.0, 20.0]), np.full(2, 1e-5), project=p) for p in (None, project)
+        integrate(turn, np.array([1.0, 0.0]), np.array([0.0, 20.0]), np.full(2, 1e-5), project=p)
+        for p in (None, project)
     )
     assert len(calls) == held.steps
     assert held.evaluations > free.evaluations + held.steps // 2
@@ -300,14 +301,14 @@ def test_a_dip_within_one_step_is_found_and_a_near_miss_is_not() -> None:
         return np.array([y[1], 1.0])
 
     for depth in (1e-2, 1e-4):
-        lowest = walk(parabola, np.array([0.125 - depth, -0.5]), TIMES, np.full(2, 1e-10), surface=Line())
+        lowest = integrate(parabola, np.array([0.125 - depth, -0.5]), TIMES, np.full(2, 1e-10), surface=Line())
         assert lowest.stopped_s == pytest.approx(0.5 - math.sqrt(2.0 * depth), abs=1e-8)
-    miss = walk(parabola, np.array([0.125 + 1e-4, -0.5]), TIMES, np.full(2, 1e-10), surface=Line())
+    miss = integrate(parabola, np.array([0.125 + 1e-4, -0.5]), TIMES, np.full(2, 1e-10), surface=Line())
     assert miss.stopped_s is None
 
 
 def test_a_start_below_the_surface_stops_at_once() -> None:
-    seen = walk(decay, np.array([-1.0]), TIMES, np.full(1, 1e-10), surface=Line())
+    seen = integrate(decay, np.array([-1.0]), TIMES, np.full(1, 1e-10), surface=Line())
     assert seen.stopped_s == 0.0
     assert len(seen.t_s) == 1
 
@@ -318,8 +319,8 @@ def test_what_is_not_finite_raises_and_does_not_hang(where: str) -> None:
         return -y * (np.nan if where == "rate" or (where == "later" and t > 0.5) else 1.0)
 
     start = np.array([np.nan if where == "state" else 1.0])
-    with pytest.raises(ArithmeticError, match=r"not finite|gave up"):
-        walk(rhs, start, TIMES, np.full(1, 1e-10))
+    with pytest.raises(ArithmeticError, match=r"not finite|failed at"):
+        integrate(rhs, start, TIMES, np.full(1, 1e-10))
 
 
 @pytest.mark.parametrize("field", ["com_m", "angle_rad", "rate_rad_s"])
@@ -329,7 +330,7 @@ def test_a_nan_in_a_chains_state_raises(field: str) -> None:
     parts = {name: getattr(s, name).copy() for name in ("com_m", "com_velocity_m_s", "angle_rad", "rate_rad_s")}
     parts[field][0] = np.nan
     with pytest.raises(ArithmeticError, match="not finite"):
-        Simulation(model, **parts, rtol=1e-8).walk(np.linspace(0.0, 100.0, 3))
+        Simulation(model, **parts, rtol=1e-8).integrate(np.linspace(0.0, 100.0, 3))
 
 
 def test_the_law_is_continuous_to_its_second_derivative() -> None:

@@ -118,7 +118,7 @@ def test_a_fall_ends_where_and_in_the_words_the_reference_ends_it(speed: float) 
 def outcome(kind, c: Case, t_s) -> str:
     s = c.state
     with np.errstate(all="ignore"), pytest.raises((ArithmeticError, np.linalg.LinAlgError)) as caught:
-        kind(c.model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=1e-9).walk(t_s)
+        kind(c.model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=1e-9).integrate(t_s)
     return f"{caught.type.__name__}: {caught.value}"
 
 
@@ -159,7 +159,7 @@ def test_samples_may_begin_at_any_instant() -> None:
     c = case(11, 5, "point", 0.5)
     s, t_s = c.state, np.linspace(50.0, 150.0, 3)
     a, b = (
-        k(c.model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=1e-9).walk(t_s)
+        k(c.model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=1e-9).integrate(t_s)
         for k in (Simulation, FastSimulation)
     )
     assert (a.steps, a.evaluations) == (b.steps, b.evaluations + 1)
@@ -182,12 +182,12 @@ def test_without_numba_it_is_missing_with_advice(monkeypatch: pytest.MonkeyPatch
 
 
 COUNT = """
-from reference_impl.fast import stepper as walk
+from reference_impl.fast import stepper
 from tests.studies.roundoff import case
 from reference_impl.fast.simulate import FastSimulation
 s = (c := case(1, 3, "point", 0.0)).state
 FastSimulation(c.model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=1e-9)
-print(sum(walk.go.stats.cache_hits.values()), sum(walk.go.stats.cache_misses.values()))
+print(sum(stepper.advance_to.stats.cache_hits.values()), sum(stepper.advance_to.stats.cache_misses.values()))
 """
 
 
@@ -243,4 +243,4 @@ def test_compiled_code_is_kept_by_all_constants_that_it_takes_from_elsewhere() -
                 names = [a.name for a in node.names if node.module.startswith("reference_impl") and a.name.isupper()]
                 taken |= {getattr(module, name) for name in names if name not in {"LOST", "WORDS"}}
     assert taken
-    assert taken <= set(jit.FROM_ELSEWHERE)
+    assert taken <= set(jit.IMPORTED_CONSTANTS)

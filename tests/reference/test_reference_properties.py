@@ -18,7 +18,7 @@ from reference_impl.fast.simulate import FastSimulation
 from reference_impl.integrate.simulate import Simulation
 from reference_impl.model import absolute, relative
 from reference_impl.model.chain import Prescription
-from reference_impl.model.complex_vectors import along, as_vectors
+from reference_impl.model.complex_vectors import as_vectors, unit_along
 from reference_impl.model.invariants import (
     com_angular_momentum,
     com_energy,
@@ -217,13 +217,13 @@ def torque_terms(c: Case, a: Accelerations) -> Array:
     The reactions to several torques may cancel each other, so their sum says too little.
     """
     m = c.model
-    unit = along(c.state.angle_rad)
-    _, tide, spin = relative.external(m, c.state, unit)
-    turning = relative.Turning(m, c.state, unit, tide, spin)
+    unit = unit_along(c.state.angle_rad)
+    _, tide, spin = relative.external_accelerations(m, c.state, unit)
+    turning = relative.ReactionSolution(m, c.state, unit, tide, spin)
     torque = np.abs(a.torque_N_m)
-    free, by_torque = as_vectors(turning.free), as_vectors(turning.by_torque)
+    free, by_torque = as_vectors(turning.torque_free_reactions), as_vectors(turning.reactions_per_torque)
     reaction = np.abs(free) + np.tensordot(torque, np.abs(by_torque), axes=1)
-    direct = sum(t * np.abs(turning.unit_torque(p)) for t, p in zip(torque, m.prescriptions, strict=True))
+    direct = sum(t * np.abs(turning.rotation_per_unit_torque(p)) for t, p in zip(torque, m.prescriptions, strict=True))
     return np.abs(spin) + direct + m.half_m / m.inertia_kg_m2 * sums(reaction)[0].sum(axis=1)
 
 
@@ -271,7 +271,7 @@ def test_runs_keep_angular_momentum_and_free_runs_energy(gravity: str, name: str
     c = case(12, 5, gravity, 0.5, laws, turning=2.0)
     m, s = c.model, c.state
     run = simulation(m, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=rtol)
-    h = run.history(run.walk(np.linspace(0.0, 500.0, 11)))
+    h = run.history(run.integrate(np.linspace(0.0, 500.0, 11)))
     inner = relative_angular_momentum(m, h.angle_rad, h.rate_rad_s)
     outer = com_angular_momentum(m, h.com_m, h.com_velocity_m_s)
     mass, size, radius = m.mass_kg.sum(), m.length_m.sum(), np.linalg.norm(h.com_m, axis=1).max()
@@ -297,7 +297,7 @@ def test_a_motor_that_loses_its_grip_stops_the_run_with_a_reason() -> None:
     s = c.state
     run = simulation(c.model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=1e-9)
     with pytest.raises(ArithmeticError, match="joint motor"):
-        run.walk(np.linspace(0.0, 100.0, 3))
+        run.integrate(np.linspace(0.0, 100.0, 3))
 
 
 def test_a_single_bar_has_no_reactions_and_a_driven_one_is_turned_by_its_torque_alone() -> None:

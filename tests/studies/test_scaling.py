@@ -277,7 +277,7 @@ def test_the_timed_loop_evaluates_the_chain_at_its_start() -> None:
     state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
     y = layout.pack(*state)
     before, rates = y.copy(), np.zeros_like(y)
-    repeat(3, y, rates, layout.chain(model), layout.work(scene.bars, 0))
+    repeat(3, y, rates, layout.compiled_chain(model), layout.workspace(scene.bars, 0))
     np.testing.assert_array_equal(y, before)
     once = joined_state(model, *state)
     expected = fast_accelerations(model, 0.0, once)

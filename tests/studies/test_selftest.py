@@ -29,7 +29,7 @@ from barchain.studies.selftest.faults.fault import Fault, Group, Size
 from barchain.studies.selftest.matrix import Matrix, matrix, with_control
 from barchain.studies.selftest.scenes import FALL, STAGES, find_scene
 from barchain.studies.selftest.trial import Ground, Trial, judged, replayed
-from reference_impl.effects.slender import Slender
+from reference_impl.effects.slender import SlenderBarEffect
 from reference_impl.model import relative
 from reports.chapters.selftest.view import view_selftest
 from reports.render import render_study
@@ -176,7 +176,7 @@ def test_a_claim_to_be_invisible_is_measured() -> None:
 
 @pytest.mark.parametrize("name", [n for n, f in FAULTS.items() if f.code])
 def test_the_references_code_is_right_again_afterwards(name: str) -> None:
-    parts = [vars(relative), vars(relative.Turning), vars(Slender), vars(Reference)]
+    parts = [vars(relative), vars(relative.ReactionSolution), vars(SlenderBarEffect), vars(Reference)]
     before = [dict(p) for p in parts]
     with FAULTS[name].within(FAULTS[name].natural):
         pass

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.effects.drag import Drag
-from reference_impl.effects.joint_spring_damper import JointSpringDamper
-from reference_impl.effects.oblateness import Oblateness
-from reference_impl.effects.quadrupole import Quadrupole
-from reference_impl.effects.slender import Slender
-from reference_impl.effects.solar_pressure import SolarPressure
-from reference_impl.effects.third_body import ThirdBody
-from reference_impl.effects.thrust import Thrust
+from reference_impl.effects.drag import DragEffect
+from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
+from reference_impl.effects.oblateness import OblatenessEffect
+from reference_impl.effects.quadrupole import QuadrupoleEffect
+from reference_impl.effects.slender import SlenderBarEffect
+from reference_impl.effects.solar_pressure import SolarPressureEffect
+from reference_impl.effects.third_body import ThirdBodyEffect
+from reference_impl.effects.thrust import ThrustEffect
 from reference_impl.model.chain import ChainModel
-from reference_impl.model.complex_vectors import along
-from reference_impl.model.effect import Effect, Situation
+from reference_impl.model.complex_vectors import unit_along
+from reference_impl.model.effect import ChainEffect, EffectState
 from reference_impl.model.kinematics import joined_state
 
 if TYPE_CHECKING:
@@ -51,45 +51,45 @@ def motion(random: np.random.Generator, model: ChainModel, height_m: tuple[float
     )
 
 
-def oblateness(random: np.random.Generator, *, turns: bool, second_moment: bool) -> Oblateness:
-    return Oblateness(0.5 * MU * J2 * random.uniform(-1.0, 1.0) * RADIUS**2, turns, second_moment)
+def oblateness(random: np.random.Generator, *, turns: bool, second_moment: bool) -> OblatenessEffect:
+    return OblatenessEffect(0.5 * MU * J2 * random.uniform(-1.0, 1.0) * RADIUS**2, turns, second_moment)
 
 
-def third_body(random: np.random.Generator, *, turns: bool, second_moment: bool) -> ThirdBody:
+def third_body(random: np.random.Generator, *, turns: bool, second_moment: bool) -> ThirdBodyEffect:
     """From the Moon's distance to the Sun's, with tides like theirs."""
     distance = 10.0 ** random.uniform(8.5, 11.2)
     mu = 9e-14 * distance**3 * random.uniform(0.3, 3.0)
     rate = float(np.sqrt((MU + mu) / distance**3))
-    return ThirdBody(mu, float(distance), float(random.uniform(-np.pi, np.pi)), rate, turns, second_moment)
+    return ThirdBodyEffect(mu, float(distance), float(random.uniform(-np.pi, np.pi)), rate, turns, second_moment)
 
 
-def drag(random: np.random.Generator, model: ChainModel) -> Drag:
+def drag(random: np.random.Generator, model: ChainModel) -> DragEffect:
     width = model.length_m * random.uniform(0.001, 0.1, model.bars)
-    return Drag(5e-11, RADIUS + 250e3, 45e3, 7.292115e-5, width, *random.uniform(0.5, 2.5, 2).tolist())
+    return DragEffect(5e-11, RADIUS + 250e3, 45e3, 7.292115e-5, width, *random.uniform(0.5, 2.5, 2).tolist())
 
 
-def sunlight(random: np.random.Generator, model: ChainModel, *, shadow: bool = True) -> SolarPressure:
+def sunlight(random: np.random.Generator, model: ChainModel, *, shadow: bool = True) -> SolarPressureEffect:
     width = model.length_m * random.uniform(0.001, 0.1, model.bars)
     longitude, share = random.uniform(-np.pi, np.pi), random.uniform(0.0, 1.0)
-    return SolarPressure(4.56e-6, float(longitude), 1.99e-7, width, float(share), RADIUS if shadow else 0.0)
+    return SolarPressureEffect(4.56e-6, float(longitude), 1.99e-7, width, float(share), RADIUS if shadow else 0.0)
 
 
-def springs(random: np.random.Generator, model: ChainModel, *, damped: bool = True) -> JointSpringDamper:
+def springs(random: np.random.Generator, model: ChainModel, *, damped: bool = True) -> JointSpringDamperEffect:
     joints, inertia = model.bars - 1, model.inertia_kg_m2[0]
     stiffness, damping = inertia * random.uniform(0.0, 1e-4, joints), inertia * random.uniform(0.0, 1e-2, joints)
-    return JointSpringDamper(stiffness, damping * damped, random.uniform(-0.5, 0.5, joints))
+    return JointSpringDamperEffect(stiffness, damping * damped, random.uniform(-0.5, 0.5, joints))
 
 
-def thrust(random: np.random.Generator, model: ChainModel) -> Thrust:
+def thrust(random: np.random.Generator, model: ChainModel) -> ThrustEffect:
     bar, side = int(random.integers(model.bars)), float(random.choice([-1.0, 1.0]))
     times = np.sort(random.uniform(0.0, 2.0 * T_S, 4))
     inertial, direction = bool(random.integers(2)), float(random.uniform(-np.pi, np.pi))
-    return Thrust(bar, side, inertial, direction, times, random.uniform(-0.02, 0.02, 4))
+    return ThrustEffect(bar, side, inertial, direction, times, random.uniform(-0.02, 0.02, 4))
 
 
-KINDS: dict[str, Callable[[np.random.Generator, ChainModel], Effect]] = {
-    "slender": lambda random, model: Slender(),
-    "quadrupole": lambda random, model: Quadrupole(),
+KINDS: dict[str, Callable[[np.random.Generator, ChainModel], ChainEffect]] = {
+    "slender": lambda random, model: SlenderBarEffect(),
+    "quadrupole": lambda random, model: QuadrupoleEffect(),
     "oblateness": lambda random, _: oblateness(random, turns=False, second_moment=False),
     "oblateness, turning": lambda random, _: oblateness(random, turns=True, second_moment=False),
     "oblateness, second moment": lambda random, _: oblateness(random, turns=True, second_moment=True),
@@ -104,17 +104,17 @@ KINDS: dict[str, Callable[[np.random.Generator, ChainModel], Effect]] = {
 """Every effect, in every form it takes with the kinds of gravity"""
 
 
-def seen(model: ChainModel, state: State, t_s: float = T_S) -> Situation:
+def seen(model: ChainModel, state: State, t_s: float = T_S) -> EffectState:
     """A state as effects see it in the relative formulation."""
-    return Situation(model, t_s, state, along(state.angle_rad))
+    return EffectState(model, t_s, state, unit_along(state.angle_rad))
 
 
-def seen_whole(model: ChainModel, state: State, t_s: float = T_S) -> Situation:
+def seen_whole(model: ChainModel, state: State, t_s: float = T_S) -> EffectState:
     """The same in absolute coordinates."""
     origin = np.zeros(2)
     place, velocity = state.com_m + state.position_m, state.com_velocity_m_s + state.velocity_m_s
     whole = replace(state, com_m=origin, com_velocity_m_s=origin, position_m=place, velocity_m_s=velocity)
-    return Situation(model, t_s, whole, along(state.angle_rad), absolute=True)
+    return EffectState(model, t_s, whole, unit_along(state.angle_rad), absolute=True)
 
 
 def reach_m(state: State) -> float:

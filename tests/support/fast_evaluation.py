@@ -8,10 +8,10 @@ import numpy as np
 
 from reference_impl.fast import layout
 from reference_impl.fast.accelerations import evaluate
-from reference_impl.fast.simulate import hold
-from reference_impl.model.complex_vectors import along
-from reference_impl.model.effect import Situation
-from reference_impl.model.joints import LOST
+from reference_impl.fast.simulate import set_modes
+from reference_impl.model.complex_vectors import unit_along
+from reference_impl.model.effect import EffectState
+from reference_impl.model.joints import NOT_POSITIVE_DEFINITE
 from reference_impl.model.kinematics import joined_state
 from reference_impl.model.state import Accelerations, State
 from tests.studies.roundoff import sums
@@ -27,14 +27,14 @@ def fast_accelerations(model: ChainModel, t_s: float, state: State) -> Accelerat
     What it has no need to make, the centres' accelerations from the chain's, is put together from its field and
     reactions.
     """
-    n, chain = model.bars, layout.chain(model)
-    scratch = layout.work_of(chain)
-    at = Situation(model, t_s, state, along(state.angle_rad))
-    hold(chain, tuple(effect.mode(at) for effect in model.effects))
+    n, chain = model.bars, layout.compiled_chain(model)
+    scratch = layout.workspace_of(chain)
+    at = EffectState(model, t_s, state, unit_along(state.angle_rad))
+    set_modes(chain, tuple(effect.mode(at) for effect in model.effects))
     y = layout.pack(state.com_m, state.com_velocity_m_s, state.angle_rad, state.rate_rad_s)
     rates = np.zeros_like(y)
     if not evaluate(t_s, y, rates, chain, scratch):
-        raise np.linalg.LinAlgError(LOST)
+        raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
     field = scratch.bars[[layout.GX, layout.GY]].T
     reaction = scratch.bars[[layout.RX, layout.RY], : n - 1].T.copy()
     tide = field - model.weight @ field
@@ -54,10 +54,10 @@ def with_angles(model: ChainModel, state: State, angle_rad: Array) -> State:
 
 def refined_reactions(model: ChainModel, state: State) -> Array:
     """Reactions (N-1, 2) by compiled code as they are looked at."""
-    chain = layout.refined(layout.chain(model))
-    scratch = layout.work_of(chain)
+    chain = layout.refined(layout.compiled_chain(model))
+    scratch = layout.workspace_of(chain)
     y = layout.pack(state.com_m, state.com_velocity_m_s, state.angle_rad, state.rate_rad_s)
     if not evaluate(0.0, y, np.zeros_like(y), chain, scratch):
-        raise np.linalg.LinAlgError(LOST)
+        raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
     found: Array = scratch.bars[[layout.RX, layout.RY], : model.bars - 1].T.copy()
     return found

@@ -35,7 +35,7 @@ def beyond_limit(solution: ReferenceSolution, t_s: Array, limit_s: float) -> dic
         for name, moved in bounded(scene, since, EITHER_WAY * PULLED).items():
             found[name] = np.where(since > 0.0, moved, 0.0)
     model = chain_model(scene)
-    push = sum(effect.strongest_m_s2(model) for effect in model.effects)
+    push = sum(effect.largest_acceleration_m_s2(model) for effect in model.effects)
     blow = sum(abs(b.impulse_N_s) for b in scene.effects.impulse) / scene.mass_kg
     grown = kepler_growth(scene, since)
     found["com"] += EITHER_WAY * (0.5 * push * since + blow) * since * grown

@@ -47,10 +47,10 @@ def end_attitude(scene: Scene, steps: int) -> Array:
     end_s = scene.run.duration_s
     step_s = end_s / steps
     solver = DOP853(
-        simulation.packing.rhs, 0.0, simulation.y0, end_s,
+        simulation.coordinates.rhs, 0.0, simulation.y0, end_s,
         max_step=step_s, first_step=step_s, rtol=1.0, atol=np.inf,
     )  # fmt: skip
     with np.errstate(all="ignore"):  # steps too long for the motion blow up: what they give is no error to be fitted
         while solver.status == "running":
             solver.step()
-    return simulation.packing.unpack(solver.y).angle_rad
+    return simulation.coordinates.unpack(solver.y).angle_rad

@@ -25,11 +25,11 @@ from scipy.interpolate import CubicHermiteSpline
 
 from adapters.common.initial_state import chain_model
 from adapters.common.scene_effects import effects_of
-from reference_impl.model.complex_vectors import along, squared
-from reference_impl.model.effect import Push, Situation, pushed
-from reference_impl.model.gravity import differences
+from reference_impl.model.complex_vectors import squared_norm, unit_along
+from reference_impl.model.effect import EffectAccelerations, EffectState, total_accelerations
+from reference_impl.model.gravity import complex_field_differences
 from reference_impl.model.kinematics import joined_state
-from reference_impl.model.relative import external
+from reference_impl.model.relative import external_accelerations
 from reports.tables.effects import Kind
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def inside_stretches_s(breaks_s: tuple[float, ...], end_s: float) -> Iterator[fl
         yield until
 
 
-def situation(scene: Scene, trajectory: Trajectory, t_s: float) -> Situation:
+def situation(scene: Scene, trajectory: Trajectory, t_s: float) -> EffectState:
     """State of a run as effects see it: a sample's own, or between two by the cubics through both."""
     model = chain_model(scene)
     assert trajectory.angle_rad is not None
@@ -86,20 +86,20 @@ def situation(scene: Scene, trajectory: Trajectory, t_s: float) -> Situation:
         place = CubicHermiteSpline(trajectory.t_s[pair], trajectory.com_m[pair], trajectory.com_velocity_m_s[pair])
         turn = CubicHermiteSpline(trajectory.t_s[pair], trajectory.angle_rad[pair], trajectory.rate_rad_s[pair])
         com, velocity, angle, rate = place(t_s), place(t_s, 1), turn(t_s), turn(t_s, 1)
-    return Situation(model, t_s, joined_state(model, com, velocity, angle, rate), along(angle))
+    return EffectState(model, t_s, joined_state(model, com, velocity, angle, rate), unit_along(angle))
 
 
-def sizes_at(scene: Scene, switch: Switch, at: Situation) -> Sizes:
+def sizes_at(scene: Scene, switch: Switch, at: EffectState) -> Sizes:
     """Sizes of an effect at a state."""
     assert switch.part is not None
     parts = gravity_parts if switch.kind is Kind.GRAVITY else effect_parts
     push = parts(scene, switch.part, at)
     mean = complex(push.difference @ at.model.weight)
-    mu, r2 = scene.central_body.mu_m3_s2, float(squared(np.array(at.com)))
+    mu, r2 = scene.central_body.mu_m3_s2, float(squared_norm(np.array(at.com)))
     n2 = mu / (r2 * np.sqrt(r2))
     tide = relative_tide(mu, at)
     between = largest(push.difference - mean) / largest(tide) if at.model.bars > 1 else float("nan")
-    return Sizes(between, largest(push.spin) / (3.0 * n2), abs(push.common + mean) * r2 / mu)
+    return Sizes(between, largest(push.angular) / (3.0 * n2), abs(push.common + mean) * r2 / mu)
 
 
 def largest(values: Array | ComplexArray) -> float:
@@ -107,14 +107,14 @@ def largest(values: Array | ComplexArray) -> float:
     return float(np.abs(values).max())
 
 
-def relative_tide(mu_m3_s2: float, at: Situation) -> ComplexArray:
+def relative_tide(mu_m3_s2: float, at: EffectState) -> ComplexArray:
     """(N,) m/s², what the central body's point pull on each bar differs from the mean's."""
-    difference = differences(mu_m3_s2, np.array(at.com), at.position)
+    difference = complex_field_differences(mu_m3_s2, np.array(at.com), at.position)
     relative: ComplexArray = difference - difference @ at.model.weight
     return relative
 
 
-def effect_parts(scene: Scene, part: Effects, at: Situation) -> Push:
+def effect_parts(scene: Scene, part: Effects, at: EffectState) -> EffectAccelerations:
     """Push of an effect that comes to the scene's gravity."""
     gravity = dataclasses.replace(scene, effects=type(part)(part.gravity))
     whole = dataclasses.replace(scene, effects=part)
@@ -122,25 +122,25 @@ def effect_parts(scene: Scene, part: Effects, at: Situation) -> Push:
     return push_of(model, at)
 
 
-def gravity_parts(scene: Scene, part: Effects, at: Situation) -> Push:
+def gravity_parts(scene: Scene, part: Effects, at: EffectState) -> EffectAccelerations:
     """Push of another model of gravity less that of the scene's own, part by part."""
     other, own = (gravity_pushes(scene, effects, at) for effects in (part, type(part)(scene.effects.gravity)))
     less = [minus(a, b) for a, b in zip(other, own, strict=True)]
-    return Push(*(a + b for a, b in zip(*less, strict=True)))
+    return EffectAccelerations(*(a + b for a, b in zip(*less, strict=True)))
 
 
-def gravity_pushes(scene: Scene, gravity: Effects, at: Situation) -> tuple[Push, Push]:
+def gravity_pushes(scene: Scene, gravity: Effects, at: EffectState) -> tuple[EffectAccelerations, EffectAccelerations]:
     """What a model of gravity does to points, with the gradient's torque, and what it does beyond."""
     model = chain_model(dataclasses.replace(scene, effects=gravity))
-    field, tide, spin = external(model, at.state, at.unit)
-    return Push(complex(field[0], field[1]), tide, spin), push_of(model, at)
+    field, tide, spin = external_accelerations(model, at.state, at.unit)
+    return EffectAccelerations(complex(field[0], field[1]), tide, spin), push_of(model, at)
 
 
-def push_of(model: ChainModel, at: Situation) -> Push:
+def push_of(model: ChainModel, at: EffectState) -> EffectAccelerations:
     """Sum of a model's effects at a state of the same chain."""
-    return pushed(Situation(model, at.t_s, at.state, at.unit), (None,) * len(model.effects))[0]
+    return total_accelerations(EffectState(model, at.t_s, at.state, at.unit), (None,) * len(model.effects))[0]
 
 
-def minus(a: Push, b: Push) -> Push:
+def minus(a: EffectAccelerations, b: EffectAccelerations) -> EffectAccelerations:
     """Difference of two pushes."""
-    return Push(a.common - b.common, a.difference - b.difference, a.spin - b.spin)
+    return EffectAccelerations(a.common - b.common, a.difference - b.difference, a.angular - b.angular)

@@ -13,7 +13,7 @@ from adapters.common.initial_state import POINT_PART, chain_model, initial_state
 from barchain.studies.ensemble.variation import VariationError
 from reference_impl.fast import layout
 from reference_impl.fast.batch import Batch
-from reference_impl.integrate.simulate import floor_m, safe_perigee_m, strongest_pull_m_s2
+from reference_impl.integrate.simulate import contact_free_perigee_m, contact_free_radius_m, largest_pull_m_s2
 from scenarios import Gravity
 
 if TYPE_CHECKING:
@@ -141,26 +141,26 @@ def batch(population: Population, rtol: float) -> Batch:
     fastest = np.maximum(np.sqrt(mu / radius**3), np.abs(rate).max(axis=1))[:, None]
     turn, place = np.ones((runs, scene.bars)), np.repeat(radius[:, None], 2, axis=1)
     length, model = population.length_m.sum(axis=1), chain_model(scene)
-    floor = floor_m(surface, length)
-    safe = np.full(runs, np.inf) if model.effects else safe_perigee_m(floor, length)
+    floor = contact_free_radius_m(surface, length)
+    safe = np.full(runs, np.inf) if model.effects else contact_free_perigee_m(floor, length)
     return Batch(
         np.full(runs, mu),
         layout.GRAVITY_CODES[POINT_PART[scene.effects.gravity]],
         layout.bar_rows(population.mass_kg, population.length_m, population.inertia_kg_m2),
         laws(population),
-        layout.chain(model).effects,
+        layout.compiled_chain(model).effects,
         layout.pack(com, velocity, angle, rate),
-        layout.filled([rtol * turn, rtol * place, rtol * turn * fastest, rtol * place * fastest], 1.0),
+        layout.padded([rtol * turn, rtol * place, rtol * turn * fastest, rtol * place * fastest], 1.0),
         floor,
         safe,
-        np.array([strongest_pull_m_s2(model, height) for height in floor]),
+        np.array([largest_pull_m_s2(model, height) for height in floor]),
     )
 
 
 def laws(population: Population) -> Array:
     """Prescribed rotations, shape (runs, P, 7); each bar's inertia is its copy's own."""
     model = chain_model(population.scene)
-    table = np.tile(layout.chain(model).laws, (population.runs, 1, 1))
+    table = np.tile(layout.compiled_chain(model).laws, (population.runs, 1, 1))
     bars = [p.bar for p in model.prescriptions]
     table[:, :, layout.UNIT] = np.sqrt(population.inertia_kg_m2[:, bars])
     return table

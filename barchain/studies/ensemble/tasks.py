@@ -14,9 +14,9 @@ import numpy as np
 from adapters.engine import EngineError, Setting
 from adapters.reference.compiled_engine import ReferenceFast
 from barchain.studies.ensemble.population import Population, batch
-from reference_impl.fast.batch import Seen, run_batch
+from reference_impl.fast.batch import BatchResult, run_batch
 from reference_impl.fast.stepper import ARRIVED
-from reference_impl.integrate.stepper import stretches
+from reference_impl.integrate.stepper import smooth_segments
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -43,7 +43,7 @@ class Task:
 class Part:
     """What a task showed."""
 
-    seen: Seen
+    seen: BatchResult
     ended: tuple[str, ...]
     """Of each run: why it ended early; empty if it did not"""
     failed: tuple[str, ...]
@@ -60,7 +60,7 @@ def run_task(task: Task) -> Part:
     """Run one part; a copy that the compiled loop gives back is run by itself, event and error words included."""
     scene = task.part.scene
     breaks_s = tuple(t for p in scene.effects.prescribed_rotation for t in p.breaks_s)
-    smooth = np.array(stretches(scene.times_s, breaks_s))
+    smooth = np.array(smooth_segments(scene.times_s, breaks_s))
     seen = run_batch(batch(task.part, task.rtol), scene.times_s, smooth)
     ended, failed = [""] * task.part.runs, [""] * task.part.runs
     for run in np.nonzero(seen.code != ARRIVED)[0]:
@@ -68,7 +68,7 @@ def run_task(task: Task) -> Part:
     return Part(seen, tuple(ended), tuple(failed))
 
 
-def run_alone(task: Task, run: int, seen: Seen) -> tuple[str, str]:
+def run_alone(task: Task, run: int, seen: BatchResult) -> tuple[str, str]:
     """Run one copy in the engine, write what it showed into `seen`, and say how it ended and why it failed."""
     try:
         found = ReferenceFast().run(task.part.copy(run), Setting(ReferenceFast.sweep.parameter, task.rtol))
@@ -144,5 +144,5 @@ def look_up(address: str) -> None:
 
 def assembled(parts: list[Part]) -> Iterator[tuple[str, Array]]:
     """What all parts showed, in order: name and array (runs, ...)."""
-    for name in Seen._fields:
+    for name in BatchResult._fields:
         yield name, np.concatenate([getattr(p.seen, name) for p in parts])

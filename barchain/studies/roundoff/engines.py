@@ -20,7 +20,7 @@ from barchain.run.trajectory_checks import fault
 from barchain.studies.roundoff.evaluation import SHARES, quantiles
 from barchain.studies.roundoff.states import EQUATOR_M
 from barchain.studies.roundoff.trajectories import MARGIN, judged
-from reference_impl.precision.coordinates import Seen
+from reference_impl.precision.coordinates import ChainObservables
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -141,17 +141,17 @@ def rejected(engine: type[Engine], scene: Scene) -> Fault | None:
     return Fault(Outcome.UNSUPPORTED, reason) if reason else None
 
 
-def instants(runs: list[Trajectory]) -> list[Seen]:
+def instants(runs: list[Trajectory]) -> list[ChainObservables]:
     """Runs side by side at each sample after the start."""
     return [instant(runs, k) for k in range(1, len(runs[0].t_s))]
 
 
-def instant(runs: list[Trajectory], k: int) -> Seen:
+def instant(runs: list[Trajectory], k: int) -> ChainObservables:
     """Sample `k` of all runs; gaps are NaN where an engine shows none."""
     angle = np.array([run.angle_rad[k] for run in runs if run.angle_rad is not None]).T
     reaction = np.array([run.reaction_N[k].T for run in runs if run.reaction_N is not None])
     gap = np.array([np.nan if run.gap_m is None else run.gap_m[k].max() for run in runs])
-    return Seen(angle, np.moveaxis(reaction, 0, -1), gap, np.array([run.com_m[k] for run in runs]).T)
+    return ChainObservables(angle, np.moveaxis(reaction, 0, -1), gap, np.array([run.com_m[k] for run in runs]).T)
 
 
 def frame_of(engine: type[Engine]) -> str:

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from reference_impl.precision.arithmetic import EXACT, Arithmetic, Values
-from reference_impl.precision.chain import Bars, Relative, joined
-from reference_impl.precision.coordinates import Minimal, Start
-from reference_impl.precision.formulations import absolute, newton, point_field, relative, tide
+from reference_impl.precision.chain import ChainParameters, RelativeState, joined_chain_state
+from reference_impl.precision.coordinates import HighPrecisionMinimal, InitialChains
+from reference_impl.precision.formulations import absolute, newton_reactions, point_field, relative, tidal_accelerations
 from reference_impl.precision.steppers import extrapolated
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ LONGEST_STEP = 0.3  # of 1/n, between positions that are differenced
 class Given:
     """Numbers that a formulation starts from."""
 
-    bars: Bars
+    bars: ChainParameters
     state: Any
     """A dataclass of arrays"""
 
@@ -128,9 +128,9 @@ class MinimalAngles(Formulation):
         s = exact.state
         return Given(exact.bars, Turned(s.com_m, s.angle_rad, s.rate_rad_s))
 
-    def state(self, a: Arithmetic, given: Given) -> Relative:
+    def state(self, a: Arithmetic, given: Given) -> RelativeState:
         """Joined chain."""
-        return joined(a, given.bars, given.state.com_m, given.state.angle_rad, given.state.rate_rad_s)
+        return joined_chain_state(a, given.bars, given.state.com_m, given.state.angle_rad, given.state.rate_rad_s)
 
     def reactions(self, a: Arithmetic, given: Given) -> Values:
         """Eqs. (6), (7'), (9)-(24)."""
@@ -171,7 +171,7 @@ class AbsoluteAccelerations(Formulation):
     def reactions(self, a: Arithmetic, given: Given) -> Values:
         """Eq. (8), summed up from the free end."""
         s = given.state
-        return newton(given.bars, s.acceleration_m_s2 - point_field(a, given.bars, s.place_m))
+        return newton_reactions(given.bars, s.acceleration_m_s2 - point_field(a, given.bars, s.place_m))
 
 
 class AbsoluteDifferences(Formulation):
@@ -192,7 +192,7 @@ class AbsoluteDifferences(Formulation):
         the mean.
         """
         unexplained = second_difference(given.state) - point_field(a, given.bars, given.state.place_m)
-        return newton(given.bars, unexplained - (unexplained * given.bars.weight).sum(axis=1)[:, None])
+        return newton_reactions(given.bars, unexplained - (unexplained * given.bars.weight).sum(axis=1)[:, None])
 
 
 class RelativeDifferences(Formulation):
@@ -208,8 +208,8 @@ class RelativeDifferences(Formulation):
     def reactions(self, a: Arithmetic, given: Given) -> Values:
         """Eqs. (13) and (14), summed up from the free end."""
         s = given.state
-        difference, mean, _ = tide(a, given.bars, s.com_m, s.place_m)
-        return newton(given.bars, second_difference(s) - (difference - mean[:, None]))
+        difference, mean, _ = tidal_accelerations(a, given.bars, s.com_m, s.place_m)
+        return newton_reactions(given.bars, second_difference(s) - (difference - mean[:, None]))
 
 
 def second_difference(s: Snapshots) -> Values:
@@ -244,9 +244,9 @@ def best_step(exact: Exact, to: Arithmetic, *, absolute: bool) -> Values:
 def snapshots(exact: Exact, step: Values) -> tuple[list[Values], list[Values], Values]:
     """Centre of mass and relative places at three instants, and the step (B,) between them."""
     state, bars = exact.state, exact.bars
-    minimal = Minimal(EXACT, bars)
-    y = minimal.pack(Start(EXACT, bars, state.com_m, circular_m_s(exact), state.angle_rad, state.rate_rad_s))
-    seen = [minimal.placed(end) for end in (
+    minimal = HighPrecisionMinimal(EXACT, bars)
+    y = minimal.pack(InitialChains(EXACT, bars, state.com_m, circular_m_s(exact), state.angle_rad, state.rate_rad_s))
+    seen = [minimal.bar_positions(end) for end in (
         extrapolated(minimal.rates, y, -step, EXACT_SUBSTEPS), y, extrapolated(minimal.rates, y, step, EXACT_SUBSTEPS)
     )]  # fmt: skip
     return [com for _, com, _ in seen], [place for place, _, _ in seen], step

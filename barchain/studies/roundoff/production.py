@@ -14,12 +14,12 @@ from reference_impl.precision.arithmetic import FLOAT64
 
 if TYPE_CHECKING:
     from reference_impl.precision.arithmetic import Arithmetic, Values
-    from reference_impl.precision.chain import Bars
+    from reference_impl.precision.chain import ChainParameters
 
 NOTHING = np.zeros(2)
 
 
-def model_of(bars: Bars, member: int) -> ChainModel:
+def model_of(bars: ChainParameters, member: int) -> ChainModel:
     """One member's chain, in the paper's gravity."""
     mass, length, inertia = (v[:, member].copy() for v in (bars.mass_kg, bars.length_m, bars.inertia_kg_m2))
     return ChainModel(float(bars.mu_m3_s2[member]), mass, length, inertia, "gradient")
@@ -56,9 +56,9 @@ class CompiledReference(MinimalAngles):
         s, found = given.state, []
         for k in range(s.com_m.shape[-1]):
             model = model_of(given.bars, k)
-            work = layout.work(model.bars, 0)
+            work = layout.workspace(model.bars, 0)
             y = layout.pack(s.com_m[:, k], NOTHING, s.angle_rad[:, k], s.rate_rad_s[:, k])
-            if not evaluate(0.0, y, np.zeros_like(y), layout.chain(model), work):
+            if not evaluate(0.0, y, np.zeros_like(y), layout.compiled_chain(model), work):
                 raise np.linalg.LinAlgError("the joint system is not positive definite in double precision")
             found.append(work.bars[[layout.RX, layout.RY], : model.bars - 1].copy())
         return np.stack(found, axis=-1)

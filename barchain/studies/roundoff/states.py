@@ -15,7 +15,7 @@ import gmpy2
 import numpy as np
 
 from reference_impl.precision.arithmetic import EXACT, Values
-from reference_impl.precision.chain import Bars, Relative, joined
+from reference_impl.precision.chain import ChainParameters, RelativeState, joined_chain_state
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -59,8 +59,8 @@ class Case:
 class Exact:
     """A case's members in exact numbers."""
 
-    bars: Bars
-    state: Relative
+    bars: ChainParameters
+    state: RelativeState
 
     @property
     def yard_N(self) -> Values:
@@ -87,10 +87,10 @@ def exact_case(case: Case) -> Exact:
     from_horizontal = EXACT.cast(angle)[:, None] * (ulps(random, shape) if blurred else EXACT.cast(np.ones(shape)))
     mu = EXACT.cast(np.full(case.members, MU_M3_S2))
     rate = EXACT.sqrt(mu / radius) / radius * (EXACT.cast(factor)[:, None] * EXACT.cast(np.ones(shape)))
-    bars = Bars(mu, masses, lengths, masses * lengths * lengths / 12)
+    bars = ChainParameters(mu, masses, lengths, masses * lengths * lengths / 12)
     com = np.stack([radius * EXACT.cos(longitude), radius * EXACT.sin(longitude)])
     turned = from_horizontal + (longitude - gmpy2.const_pi() / 2)
-    return Exact(bars, joined(EXACT, bars, com, turned, rate * (ulps(random, shape) if blurred else 1)))
+    return Exact(bars, joined_chain_state(EXACT, bars, com, turned, rate * (ulps(random, shape) if blurred else 1)))
 
 
 def configuration(case: Case, random: Generator) -> tuple[Array, Array, Array, Array]:

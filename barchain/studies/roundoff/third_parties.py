@@ -25,7 +25,7 @@ from adapters.pinocchio.chain import PinocchioChain
 from adapters.registry import ENGINES
 from barchain.studies.roundoff.formulations import Formulation, Given, circular_m_s
 from reference_impl.precision.arithmetic import EXACT, FLOAT64, Arithmetic, Values
-from reference_impl.precision.chain import Absolute, Bars, directions, hung
+from reference_impl.precision.chain import AbsoluteState, ChainParameters, bar_centres, directions
 from reference_impl.precision.formulations import absolute
 from scenarios import Scene, load_scene
 
@@ -54,12 +54,12 @@ class Folded:
     joint_rad_s: Values
     """(N, B)"""
 
-    def unfolded(self, bars: Bars) -> Absolute:
+    def unfolded(self, bars: ChainParameters) -> AbsoluteState:
         """Bars from the body's centre, in exact numbers."""
         angle, rate = np.cumsum(self.joint_rad, axis=0), np.cumsum(self.joint_rad_s, axis=0)
         reach = bars.half_m * directions(EXACT, angle)[0]
         end = (self.com_m + self.end_m)[:, None]
-        return Absolute(end + 2.0 * np.cumsum(reach, axis=1) - reach, angle, rate)
+        return AbsoluteState(end + 2.0 * np.cumsum(reach, axis=1) - reach, angle, rate)
 
     def coordinates(self, member: int) -> tuple[Array, Array]:
         """Coordinates and rates of one member, each (N + 2,)."""
@@ -80,7 +80,10 @@ class ThirdParty(Formulation):
         bars, s = exact.bars, exact.state
         along, across = directions(EXACT, s.angle_rad)
         end = s.position_m[:, 0] - bars.half_m[0] * along[:, 0]
-        motion = hung(bars, bars.half_m * s.rate_rad_s * across)[:, 0] - bars.half_m[0] * s.rate_rad_s[0] * across[:, 0]
+        motion = (
+            bar_centres(bars, bars.half_m * s.rate_rad_s * across)[:, 0]
+            - bars.half_m[0] * s.rate_rad_s[0] * across[:, 0]
+        )
         com = s.com_m
         if self.frame != MOVING:
             end, com = com + end, 0 * com
@@ -193,7 +196,7 @@ def template() -> Scene:
     return load_scene(TEMPLATE)
 
 
-def scene_of(bars: Bars, member: int) -> Scene:
+def scene_of(bars: ChainParameters, member: int) -> Scene:
     """Scene of one member's chain."""
     mass, length, inertia = (tuple(map(float, v[:, member])) for v in (bars.mass_kg, bars.length_m, bars.inertia_kg_m2))
     none, scene = (0.0,) * len(mass), template()

@@ -17,9 +17,9 @@ import numpy as np
 from barchain.studies.roundoff.evaluation import quantiles
 from barchain.studies.roundoff.states import EQUATOR_M
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT, LONG, Values, exact_numbers
-from reference_impl.precision.chain import Bars
-from reference_impl.precision.coordinates import Seen, Start
-from reference_impl.precision.run import chosen_steps, equal_steps
+from reference_impl.precision.chain import ChainParameters
+from reference_impl.precision.coordinates import ChainObservables, InitialChains
+from reference_impl.precision.run import adaptive_steps, equal_steps
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -48,7 +48,7 @@ class Family:
         """Time between samples."""
         return self.orbits * self.scene.period_s / self.samples
 
-    def start(self, longitudes: Array, ratios: Array) -> Start:
+    def start(self, longitudes: Array, ratios: Array) -> InitialChains:
         """Runs from `longitudes` at size `ratios`, each (B,); where exact numbers are in force."""
         scene, chain, runs = self.scene, self.scene.chain, len(ratios)
 
@@ -60,9 +60,11 @@ class Family:
         mu, radius = EXACT.cast(np.full(runs, scene.central_body.mu_m3_s2)), EXACT.cast(np.full(runs, scene.radius0_m))
         speed, at = scene.orbit.speed_factor * EXACT.sqrt(mu / radius), EXACT.cast(longitudes)
         outward, onward = np.stack([EXACT.cos(at), EXACT.sin(at)]), np.stack([-EXACT.sin(at), EXACT.cos(at)])
-        bars = Bars(mu, mass, length, column(chain.inertia_kg_m2) * scale * scale)
+        bars = ChainParameters(mu, mass, length, column(chain.inertia_kg_m2) * scale * scale)
         angle = column(chain.angle_rad) + (at - gmpy2.const_pi() / 2)
-        return Start(EXACT, bars, radius * outward, speed * onward, angle, column(chain.rate_factor) * (speed / radius))
+        return InitialChains(
+            EXACT, bars, radius * outward, speed * onward, angle, column(chain.rate_factor) * (speed / radius)
+        )
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ class HighPrecisionSolution:
     """Motion at each size from longitude 0, and how well it is known."""
 
     family: Family
-    seen: tuple[Seen, ...]
+    seen: tuple[ChainObservables, ...]
     error: dict[str, Array]
     """(sizes,) of each quantity over the whole run, by another step size"""
 
@@ -89,7 +91,9 @@ def solution_of(family: Family) -> HighPrecisionSolution:
     return HighPrecisionSolution(family, fine, {quantity: values.max(axis=0) for quantity, values in apart.items()})
 
 
-def judged(solution: HighPrecisionSolution, seen: Iterable[Seen], longitudes: Array, sizes: Values) -> dict[str, Array]:
+def judged(
+    solution: HighPrecisionSolution, seen: Iterable[ChainObservables], longitudes: Array, sizes: Values
+) -> dict[str, Array]:
     """Errors (samples, B) of runs from `longitudes`, the `sizes`-th of the truth's, largest over bars and joints.
 
     Attitude in rad; reactions over the largest of the run; gaps and the centre of mass over a bar's length.
@@ -157,7 +161,7 @@ def chosen_step_rows(
     with exact_numbers(), np.errstate(all="ignore"):
         start = family.start(longitudes, np.array(family.ratios)[sizes])
         walked = list(
-            chosen_steps(
+            adaptive_steps(
                 ARITHMETICS[arithmetic], name, start, np.full(len(sizes), family.sample_s), family.samples, rtol
             )
         )

@@ -14,7 +14,7 @@ from barchain.run.job import Role
 from barchain.studies.stability.engine_runs import LEVEL_WORDS, OTHER
 from barchain.studies.stability.growth import attitude_error, growth_excess
 from barchain.studies.stability.law import law
-from reference_impl.model.complex_vectors import along
+from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.joints import condition_number, joint_matrix
 from reports.tables.outcome import Outcome
 from reports.tables.stability import LAWS
@@ -94,7 +94,7 @@ def condition_range(scene: Scene, solution: ReferenceSolution) -> tuple[float, f
         return None
     model = chain_model(scene)
     at = np.unique(np.linspace(0, len(angle) - 1, CONDITION_SAMPLES).astype(int))
-    found = [condition_number(joint_matrix(model, 1j * along(angle[k]))) for k in at]
+    found = [condition_number(joint_matrix(model, 1j * unit_along(angle[k]))) for k in at]
     return min(found), max(found)
 
 

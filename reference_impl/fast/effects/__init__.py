@@ -1,1 +1,1 @@
-"""Compiled effects, one module each, named as the reference names them; only those of a chain are imported."""
+"""Compiled effects, one module each, named as in the reference; imported only for chains with the effect."""

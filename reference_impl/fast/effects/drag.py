@@ -1,4 +1,4 @@
-"""Drag; as :mod:`reference_impl.effects.drag`, whose mode it holds: the face of each bar in the wind."""
+"""Drag, as :mod:`reference_impl.effects.drag`; the mode is the face of each bar in the wind."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.fast.bar_positions import move_from_first
+from reference_impl.fast.bar_positions import velocities_from_first
 from reference_impl.fast.jit import inlined
 from reference_impl.fast.layout import (
+    ANGULAR,
     AX,
     AY,
     DX,
@@ -17,24 +18,23 @@ from reference_impl.fast.layout import (
     HALF,
     INVERSE_INERTIA,
     INVERSE_MASS,
-    SPIN,
     UX,
     UY,
     VX,
     VY,
-    Acting,
-    numbers,
+    CompiledEffect,
+    effect_numbers,
 )
 from reference_impl.model.effect import EDGE_ON
 
 if TYPE_CHECKING:
-    from reference_impl.effects.drag import Drag
-    from reference_impl.fast.layout import Chain, Work
+    from reference_impl.effects.drag import DragEffect
+    from reference_impl.fast.layout import CompiledChain, Workspace
     from reference_impl.model.arrays import Array
 
 
-def acting(effect: Drag) -> Acting:
-    """The air; the table's row is the bars' width, m."""
+def compiled_effect(effect: DragEffect) -> CompiledEffect:
+    """Constants of the atmosphere; the table's row is the bars' width, m."""
     values = {
         "density_kg_m3": effect.density_kg_m3,
         "radius_m": effect.radius_m,
@@ -44,16 +44,25 @@ def acting(effect: Drag) -> Acting:
         "tangential_coefficient": effect.tangential_coefficient,
     }
     width = np.array(effect.width_m, dtype=float)[None]
-    return Acting(numbers(effect.name, values), width, np.ones(width.shape[1]))
+    return CompiledEffect(effect_numbers(effect.name, values), width, np.ones(width.shape[1]))
 
 
 @inlined
-def act(effect: Acting, n: int, t_s: float, y: Array, mean_x: float, mean_y: float, chain: Chain, work: Work) -> None:
-    """Force and torque, integrated over each bar."""
-    given, rows, bars, moved = effect.numbers[0].drag, work.bars, chain.bars, work.pushed.bars
+def add_effect(
+    effect: CompiledEffect,
+    n: int,
+    t_s: float,
+    y: Array,
+    mean_x: float,
+    mean_y: float,
+    chain: CompiledChain,
+    work: Workspace,
+) -> None:
+    """Add force and torque, integrated over each bar."""
+    given, rows, bars, moved = effect.numbers[0].drag, work.bars, chain.bars, work.effect_sums.bars
     com_x, com_y, per_height, rotation = y[n], y[n + 1], given.per_height_1_m, given.rotation_rad_s
     on_normal, on_tangent = given.normal_coefficient, given.tangential_coefficient
-    drift_x, drift_y = move_from_first(n, y, bars, rows, moved)
+    drift_x, drift_y = velocities_from_first(n, y, bars, rows, moved)
     r0 = math.sqrt(com_x * com_x + com_y * com_y)
     below = -0.5 * given.density_kg_m3 * math.exp((given.radius_m - r0) * per_height)
     for i in range(n):
@@ -73,16 +82,23 @@ def act(effect: Acting, n: int, t_s: float, y: Array, mean_x: float, mean_y: flo
         moved[AX, i] += along * ux - across * uy
         moved[AY, i] += along * uy + across * ux
         turned = strength * on_normal * (2.0 * second * v * w - kappa * (second * v * v + fourth * w * w))
-        rows[SPIN, i] += turned * bars[INVERSE_INERTIA, i]
+        rows[ANGULAR, i] += turned * bars[INVERSE_INERTIA, i]
 
 
 @inlined
-def crossed(
-    effect: Acting, n: int, t_s: float, y: Array, mean_x: float, mean_y: float, chain: Chain, work: Work
+def mode_ended(
+    effect: CompiledEffect,
+    n: int,
+    t_s: float,
+    y: Array,
+    mean_x: float,
+    mean_y: float,
+    chain: CompiledChain,
+    work: Workspace,
 ) -> bool:
     """Whether any bar meets the wind with its other face."""
-    rows, moved, rotation, worst = work.bars, work.pushed.bars, effect.numbers[0].drag.rotation_rad_s, 0.0
-    drift_x, drift_y = move_from_first(n, y, chain.bars, rows, moved)
+    rows, moved, rotation, worst = work.bars, work.effect_sums.bars, effect.numbers[0].drag.rotation_rad_s, 0.0
+    drift_x, drift_y = velocities_from_first(n, y, chain.bars, rows, moved)
     for i in range(n):
         x, z = y[n] + (rows[DX, i] - mean_x), y[n + 1] + (rows[DY, i] - mean_y)
         wind_x = y[2 * n + 2] + (moved[VX, i] - drift_x) + rotation * z

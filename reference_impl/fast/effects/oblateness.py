@@ -13,6 +13,7 @@ import numpy as np
 
 from reference_impl.fast.jit import inlined
 from reference_impl.fast.layout import (
+    ANGULAR,
     AX,
     AY,
     COMMON_X,
@@ -23,33 +24,41 @@ from reference_impl.fast.layout import (
     GY,
     INVERSE_INERTIA,
     INVERSE_MASS,
-    SPIN,
     UX,
     UY,
-    Acting,
-    numbers,
+    CompiledEffect,
+    effect_numbers,
 )
 
 if TYPE_CHECKING:
-    from reference_impl.effects.oblateness import Oblateness
-    from reference_impl.fast.layout import Chain, Work
+    from reference_impl.effects.oblateness import OblatenessEffect
+    from reference_impl.fast.layout import CompiledChain, Workspace
     from reference_impl.model.arrays import Array
 
 
-def acting(effect: Oblateness) -> Acting:
-    """B, and what acts on second moments."""
+def compiled_effect(effect: OblatenessEffect) -> CompiledEffect:
+    """Strength B, and the switches of torque and force on second moments."""
     values = {
         "strength_m5_s2": effect.strength_m5_s2,
         "turns": float(effect.turns),
         "second_moment": float(effect.turns and effect.second_moment),
     }
-    return Acting(numbers(effect.name, values), np.zeros((0, 0)), np.zeros(0))
+    return CompiledEffect(effect_numbers(effect.name, values), np.zeros((0, 0)), np.zeros(0))
 
 
 @inlined
-def act(effect: Acting, n: int, t_s: float, y: Array, mean_x: float, mean_y: float, chain: Chain, work: Work) -> None:
-    """-3B Z/r⁵, central; torque and second moment's force, which is not."""
-    given, rows, common = effect.numbers[0].oblateness, work.bars, work.pushed.common
+def add_effect(
+    effect: CompiledEffect,
+    n: int,
+    t_s: float,
+    y: Array,
+    mean_x: float,
+    mean_y: float,
+    chain: CompiledChain,
+    work: Workspace,
+) -> None:
+    """Add -3B Z/r⁵, central; torque, and the noncentral force on second moments."""
+    given, rows, common = effect.numbers[0].oblateness, work.bars, work.effect_sums.common
     com_x, com_y = y[n], y[n + 1]
     inverse2 = 1.0 / (com_x * com_x + com_y * com_y)
     pull = 3.0 * given.strength_m5_s2 * inverse2 * inverse2 * math.sqrt(inverse2)
@@ -66,15 +75,22 @@ def act(effect: Acting, n: int, t_s: float, y: Array, mean_x: float, mean_y: flo
         rows[GX, i] += pull * (com_x * nearer - dx * faded)
         rows[GY, i] += pull * (com_y * nearer - dy * faded)
     if given.turns != 0.0:
-        turn(given.strength_m5_s2, given.second_moment, n, y, mean_x, mean_y, chain, work)
+        add_second_moment(given.strength_m5_s2, given.second_moment, n, y, mean_x, mean_y, chain, work)
 
 
 @inlined
-def turn(
-    strength: float, second_moment: float, n: int, y: Array, mean_x: float, mean_y: float, chain: Chain, work: Work
+def add_second_moment(
+    strength: float,
+    second_moment: float,
+    n: int,
+    y: Array,
+    mean_x: float,
+    mean_y: float,
+    chain: CompiledChain,
+    work: Workspace,
 ) -> None:
-    """15 B (u·Z)(n·Z)/r⁷, and (15 B J/2m r⁷) (Z + 2 (u·Z) u - 7 c² Z) where `second_moment` is 1 and not 0."""
-    rows, bars, moved = work.bars, chain.bars, work.pushed.bars
+    """Add 15 B (u·Z)(n·Z)/r⁷, and (15 B J/2m r⁷) (Z + 2 (u·Z) u - 7 c² Z) if `second_moment` is 1 instead of 0."""
+    rows, bars, moved = work.bars, chain.bars, work.effect_sums.bars
     com_x, com_y = y[n], y[n + 1]
     for i in range(n):
         x, z = com_x + (rows[DX, i] - mean_x), com_y + (rows[DY, i] - mean_y)
@@ -82,7 +98,7 @@ def turn(
         inverse2 = 1.0 / (x * x + z * z)
         up, level = ux * x + uy * z, ux * z - uy * x
         seventh = strength * inverse2 * inverse2 * inverse2 * math.sqrt(inverse2)
-        rows[SPIN, i] += 15.0 * seventh * up * level
+        rows[ANGULAR, i] += 15.0 * seventh * up * level
         share = second_moment * 7.5 * seventh * bars[INVERSE_MASS, i] / bars[INVERSE_INERTIA, i]
         flat = 1.0 - 7.0 * up * up * inverse2
         moved[AX, i] += share * (2.0 * up * ux + flat * x)

@@ -1,4 +1,4 @@
-"""The exact pull on uniform slender bars, less that on point masses; as :mod:`reference_impl.effects.slender`."""
+"""Exact gravity on uniform slender bars minus that on point masses, as :mod:`reference_impl.effects.slender`."""
 
 from __future__ import annotations
 
@@ -8,23 +8,32 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from reference_impl.fast.jit import inlined
-from reference_impl.fast.layout import AX, AY, DX, DY, HALF, SPIN, UX, UY, Acting, numbers
+from reference_impl.fast.layout import ANGULAR, AX, AY, DX, DY, HALF, UX, UY, CompiledEffect, effect_numbers
 
 if TYPE_CHECKING:
-    from reference_impl.effects.slender import Slender
-    from reference_impl.fast.layout import Chain, Work
+    from reference_impl.effects.slender import SlenderBarEffect
+    from reference_impl.fast.layout import CompiledChain, Workspace
     from reference_impl.model.arrays import Array
 
 
-def acting(effect: Slender) -> Acting:
-    """It has no numbers of its own."""
-    return Acting(numbers(effect.name, {"nothing": 0.0}), np.zeros((0, 0)), np.zeros(0))
+def compiled_effect(effect: SlenderBarEffect) -> CompiledEffect:
+    """Effect without numbers of its own."""
+    return CompiledEffect(effect_numbers(effect.name, {"nothing": 0.0}), np.zeros((0, 0)), np.zeros(0))
 
 
 @inlined
-def act(effect: Acting, n: int, t_s: float, y: Array, mean_x: float, mean_y: float, chain: Chain, work: Work) -> None:
-    """Force and torque, of terms that are all small themselves: docs/effects/gravity.md."""
-    rows, bars, moved, mu = work.bars, chain.bars, work.pushed.bars, chain.mu_m3_s2
+def add_effect(
+    effect: CompiledEffect,
+    n: int,
+    t_s: float,
+    y: Array,
+    mean_x: float,
+    mean_y: float,
+    chain: CompiledChain,
+    work: Workspace,
+) -> None:
+    """Add force and torque, as sums of small terms: docs/effects/gravity.md."""
+    rows, bars, moved, mu = work.bars, chain.bars, work.effect_sums.bars, chain.mu_m3_s2
     com_x, com_y = y[n], y[n + 1]
     for i in range(n):
         x, z = com_x + (rows[DX, i] - mean_x), com_y + (rows[DY, i] - mean_y)
@@ -42,4 +51,4 @@ def act(effect: Acting, n: int, t_s: float, y: Array, mean_x: float, mean_y: flo
         across = strength * level * (tau + delta + tau * delta - stretch) / outer
         moved[AX, i] += along * ux - across * uy
         moved[AY, i] += along * uy + across * ux
-        rows[SPIN, i] += 3.0 * strength * inverse2 * up * level / (outer * (1.0 + stretch))
+        rows[ANGULAR, i] += 3.0 * strength * inverse2 * up * level / (outer * (1.0 + stretch))

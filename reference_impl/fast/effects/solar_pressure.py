@@ -1,4 +1,4 @@
-"""Sunlight; as :mod:`reference_impl.effects.solar_pressure`, whose mode it holds: light or dark, and faces."""
+"""Solar radiation pressure, as :mod:`reference_impl.effects.solar_pressure`; the mode is light or shadow, and faces."""
 
 from __future__ import annotations
 
@@ -8,19 +8,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from reference_impl.fast.jit import inlined
-from reference_impl.fast.layout import AX, AY, HALF, INVERSE_MASS, UX, UY, Acting, numbers
+from reference_impl.fast.layout import AX, AY, HALF, INVERSE_MASS, UX, UY, CompiledEffect, effect_numbers
 from reference_impl.model.effect import EDGE_ON
 
 if TYPE_CHECKING:
-    from reference_impl.effects.solar_pressure import SolarPressure
-    from reference_impl.fast.layout import Chain, Work
+    from reference_impl.effects.solar_pressure import SolarPressureEffect
+    from reference_impl.fast.layout import CompiledChain, Workspace
     from reference_impl.model.arrays import Array
 
 WIDTH, SIDE = range(2)
 
 
-def acting(effect: SolarPressure) -> Acting:
-    """Light and shadow; the table's rows are the bars' width, m, and in its first column the side seen last, m."""
+def compiled_effect(effect: SolarPressureEffect) -> CompiledEffect:
+    """Constants of light and shadow.
+
+    The table's rows are the bars' width, m, and, in the first column, the previous distance from the shadow's axis, m.
+    """
     values = {
         "pressure_Pa": effect.pressure_Pa,
         "longitude_rad": effect.longitude_rad,
@@ -29,11 +32,11 @@ def acting(effect: SolarPressure) -> Acting:
         "shadow_radius_m": effect.shadow_radius_m,
     }
     table = np.array([effect.width_m, np.zeros_like(effect.width_m)], dtype=float)
-    return Acting(numbers(effect.name, values), table, np.ones(1 + table.shape[1]))
+    return CompiledEffect(effect_numbers(effect.name, values), table, np.ones(1 + table.shape[1]))
 
 
 @inlined
-def sun(effect: Acting, t_s: float) -> tuple[float, float]:
+def sun_direction(effect: CompiledEffect, t_s: float) -> tuple[float, float]:
     """Unit vector to the Sun."""
     given = effect.numbers[0].solar_pressure
     longitude = given.longitude_rad + given.rate_rad_s * t_s
@@ -41,17 +44,26 @@ def sun(effect: Acting, t_s: float) -> tuple[float, float]:
 
 
 @inlined
-def act(effect: Acting, n: int, t_s: float, y: Array, mean_x: float, mean_y: float, chain: Chain, work: Work) -> None:
-    """Force in the light; it does not turn a bar."""
+def add_effect(
+    effect: CompiledEffect,
+    n: int,
+    t_s: float,
+    y: Array,
+    mean_x: float,
+    mean_y: float,
+    chain: CompiledChain,
+    work: Workspace,
+) -> None:
+    """Add the force in light; uniform light exerts no torque on a bar."""
     if effect.mode[0] == 0.0:
         return
-    given, rows, bars, moved = effect.numbers[0].solar_pressure, work.bars, chain.bars, work.pushed.bars
-    sx, sy = sun(effect, t_s)
+    given, rows, bars, moved = effect.numbers[0].solar_pressure, work.bars, chain.bars, work.effect_sums.bars
+    sx, sy = sun_direction(effect, t_s)
     pressure, mirrored = -2.0 * given.pressure_Pa, 2.0 * given.reflectivity
     sx_taken, sy_taken = (1.0 - given.reflectivity) * sx, (1.0 - given.reflectivity) * sy
     for i in range(n):
         ux, uy = rows[UX, i], rows[UY, i]
-        seen = ux * sy - uy * sx  # n·s, whose sign is the face's
+        seen = ux * sy - uy * sx  # n·s; its sign is the face's
         strength = (
             pressure * effect.table[WIDTH, i] * bars[HALF, i] * bars[INVERSE_MASS, i] * (effect.mode[1 + i] * seen)
         )
@@ -60,15 +72,23 @@ def act(effect: Acting, n: int, t_s: float, y: Array, mean_x: float, mean_y: flo
 
 
 @inlined
-def crossed(
-    effect: Acting, n: int, t_s: float, y: Array, mean_x: float, mean_y: float, chain: Chain, work: Work
+def mode_ended(
+    effect: CompiledEffect,
+    n: int,
+    t_s: float,
+    y: Array,
+    mean_x: float,
+    mean_y: float,
+    chain: CompiledChain,
+    work: Workspace,
 ) -> bool:
-    """Whether the chain is on the other side of the shadow's edge, or a bar shows its other face.
+    """Whether the chain has crossed the shadow's edge, or a bar shows its other face.
 
-    Or whether the shadow's axis is between this look and the one before: then it may have been crossed in between.
+    A shadow's axis between this sample and the previous one also counts: the chain may have crossed the shadow in
+    between.
     """
     radius, rows = effect.numbers[0].solar_pressure.shadow_radius_m, work.bars
-    sx, sy = sun(effect, t_s)
+    sx, sy = sun_direction(effect, t_s)
     worst = 0.0
     if radius != 0.0:
         towards, across = sx * y[n] + sy * y[n + 1], sx * y[n + 1] - sy * y[n]

@@ -16,7 +16,7 @@ from barchain.studies.selftest.faults import reasons
 from barchain.studies.selftest.faults.fault import Fault, Group, Size
 from reference_impl.model import relative
 from reference_impl.model.gravity import point_field
-from reference_impl.model.relative import Turning, external
+from reference_impl.model.relative import ReactionSolution, external_accelerations
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -48,38 +48,38 @@ def scaled(values: Array, bar: int, factor: float) -> Array:
 def less_centrifugal(size: float) -> AbstractContextManager[object]:
     """Ends of bars without a part of theta'^2 l/2."""
 
-    class Wrong(Turning):
+    class Wrong(ReactionSolution):
         def __init__(self, model: ChainModel, state: State, *given: Any, **how: Any) -> None:
             slower = dataclasses.replace(state, rate_rad_s=state.rate_rad_s * np.sqrt(1.0 - size))
             super().__init__(model, slower, *given, **how)
 
-    return patch.object(relative, "Turning", Wrong)
+    return patch.object(relative, "ReactionSolution", Wrong)
 
 
 def wrong_lever(size: float) -> AbstractContextManager[object]:
     """Reactions at left ends that turn their bars the wrong way."""
     del size
 
-    def levered(self: Turning, reaction: ComplexArray) -> Array:
+    def levered(self: ReactionSolution, reaction: ComplexArray) -> Array:
         sums = np.zeros(self.model.bars, complex)
         sums[:-1] += reaction
         sums[1:] -= reaction
         turned: Array = self.model.lever * (self.unit.conj() * sums).imag
         return turned
 
-    return patch.object(Turning, "levered", levered)
+    return patch.object(ReactionSolution, "rotation_from_reactions", levered)
 
 
-def nothing_holds(self: Turning, torque: Array) -> ComplexArray:
+def nothing_holds(self: ReactionSolution, torque: Array) -> ComplexArray:
     """No reactions."""
     del torque
-    return np.zeros_like(self.free)
+    return np.zeros_like(self.torque_free_reactions)
 
 
 def silent_joints(size: float) -> AbstractContextManager[object]:
     """Bars that turn as if free, drawn as if joined."""
     del size
-    return patch.object(Turning, "reaction", nothing_holds)
+    return patch.object(ReactionSolution, "reaction", nothing_holds)
 
 
 @contextlib.contextmanager
@@ -93,21 +93,21 @@ def particle(size: float) -> AbstractContextManager[object]:
     """Centre of mass without what the bars' own places add to its pull."""
 
     def wrong(model: ChainModel, state: State, unit: ComplexArray) -> tuple[Array, ComplexArray, Array]:
-        field, tide, spin = external(model, state, unit)
+        field, tide, spin = external_accelerations(model, state, unit)
         alone = point_field(model.mu_m3_s2, state.com_m)
         return field + size * (alone - field), tide, spin
 
-    return patch.object(relative, "external", wrong)
+    return patch.object(relative, "external_accelerations", wrong)
 
 
 def no_tide(size: float) -> AbstractContextManager[object]:
     """Motion about the centre of mass without a part of the differences of gravity."""
 
     def wrong(model: ChainModel, state: State, unit: ComplexArray) -> tuple[Array, ComplexArray, Array]:
-        field, tide, spin = external(model, state, unit)
+        field, tide, spin = external_accelerations(model, state, unit)
         return field, tide * (1.0 - size), spin
 
-    return patch.object(relative, "external", wrong)
+    return patch.object(relative, "external_accelerations", wrong)
 
 
 def single_numbers(model: ChainModel, size: float) -> ChainModel:

@@ -13,7 +13,7 @@ from barchain.studies.selftest.faults.equations import SINGLE
 from barchain.studies.selftest.faults.fault import Fault, Group, Size
 from barchain.studies.selftest.faults.forces import SLEW, THRUST, effect
 from reference_impl.integrate import stepper
-from reference_impl.integrate.discrete_modes import ModelSwitches
+from reference_impl.integrate.discrete_modes import DiscreteModes
 from scenarios import load_scene
 from scenarios.scene import CentralBody
 
@@ -40,24 +40,24 @@ def later(one: Any, size: float) -> Any:
 
 def switches_late(size: float) -> AbstractContextManager[object]:
     """Faces and shadows met late."""
-    right = ModelSwitches.meet
+    right = DiscreteModes.refine_event
 
-    def meet(self: ModelSwitches, exact: Callable[[float], Array], *given: Any) -> tuple[float, Array]:
+    def meet(self: DiscreteModes, exact: Callable[[float], Array], *given: Any) -> tuple[float, Array]:
         found, _ = right(self, exact, *given)
         return found + size, exact(found + size)
 
-    return patch.object(ModelSwitches, "meet", meet)
+    return patch.object(DiscreteModes, "refine_event", meet)
 
 
 def landing_late(size: float) -> AbstractContextManager[object]:
     """Surface met late."""
-    right = stepper.landing
+    right = stepper.contact_instant
 
     def landing(*given: Any) -> float | None:
         found = right(*given)
         return None if found is None else found + size
 
-    return patch.object(stepper, "landing", landing)
+    return patch.object(stepper, "contact_instant", landing)
 
 
 def no_surface(scene: Scene, size: float) -> Scene:

@@ -12,10 +12,10 @@ from barchain.studies.selftest.faults import reasons
 from barchain.studies.selftest.faults.equations import PART, PERCENT, other_model
 from barchain.studies.selftest.faults.fault import Fault, Group, Size
 from reference_impl.effects import impulse
-from reference_impl.effects.slender import Slender
+from reference_impl.effects.slender import SlenderBarEffect
 from reference_impl.model import relative
-from reference_impl.model.gravity import gradient_spins
-from reference_impl.model.relative import Turning
+from reference_impl.model.gravity import gradient_angular_accelerations
+from reference_impl.model.relative import ReactionSolution
 from scenarios import Actuator, Axes, End, Frame
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from barchain.studies.selftest.faults.fault import SceneChange
     from reference_impl.model.arrays import Array, ComplexArray
-    from reference_impl.model.effect import Push, Situation
+    from reference_impl.model.effect import EffectAccelerations, EffectState
     from scenarios import Scene
 
 
@@ -62,39 +62,41 @@ def set_to(name: str, **values: Any) -> SceneChange:
 @contextlib.contextmanager
 def torque_times(factor: float) -> Iterator[None]:
     """Gravity's torques on all bars scaled, by either model."""
-    slender = Slender.push
+    slender = SlenderBarEffect.accelerations
 
-    def push(self: Slender, at: Situation, mode: Array | None) -> Push:
+    def push(self: SlenderBarEffect, at: EffectState, mode: Array | None) -> EffectAccelerations:
         right = slender(self, at, mode)
-        return right._replace(spin=factor * right.spin)
+        return right._replace(angular=factor * right.angular)
 
     with (
-        patch.object(relative, "gradient_spins", lambda *given: factor * gradient_spins(*given)),
-        patch.object(Slender, "push", push),
+        patch.object(
+            relative, "gradient_angular_accelerations", lambda *given: factor * gradient_angular_accelerations(*given)
+        ),
+        patch.object(SlenderBarEffect, "accelerations", push),
     ):
         yield
 
 
 def point_pull(size: float) -> AbstractContextManager[object]:
     """Exact bars pulled as point masses, their torque kept."""
-    slender = Slender.push
+    slender = SlenderBarEffect.accelerations
 
-    def push(self: Slender, at: Situation, mode: Array | None) -> Push:
+    def push(self: SlenderBarEffect, at: EffectState, mode: Array | None) -> EffectAccelerations:
         right = slender(self, at, mode)
         return right._replace(difference=(1.0 - size) * right.difference)
 
-    return patch.object(Slender, "push", push)
+    return patch.object(SlenderBarEffect, "accelerations", push)
 
 
 def blow_lever(size: float) -> AbstractContextManager[object]:
     """Impulsive reactions that turn the bars the wrong way."""
     del size
 
-    class Wrong(Turning):
-        def levered(self, reaction: ComplexArray) -> Array:
-            return -super().levered(reaction)
+    class Wrong(ReactionSolution):
+        def rotation_from_reactions(self, reaction: ComplexArray) -> Array:
+            return -super().rotation_from_reactions(reaction)
 
-    return patch.object(impulse, "Turning", Wrong)
+    return patch.object(impulse, "ReactionSolution", Wrong)
 
 
 def swapped_axes(one: Any, _: float) -> Any:
