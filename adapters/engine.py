@@ -109,7 +109,7 @@ class Engine(ABC):
     """Whether a requested accuracy counts in bar lengths for the centre of mass too, not in its distance"""
     step_constant: ClassVar[float] = 1.0
     """Requests that one step may leave, of a method that chooses its steps; the harness believes up to ten."""
-    why_not: ClassVar[dict[str, str]] = {}
+    unsupported_reasons: ClassVar[dict[str, str]] = {}
     """Reason for each effect it can't carry, where there is more to say than that."""
 
     @classmethod
@@ -121,7 +121,7 @@ class Engine(ABC):
         lacking = sorted(scene.effects.names - cls.effects)
         if not lacking:
             return None
-        return "; ".join(dict.fromkeys(cls.why_not.get(name, f"does not carry {name}") for name in lacking))
+        return "; ".join(dict.fromkeys(cls.unsupported_reasons.get(name, f"does not carry {name}") for name in lacking))
 
     @classmethod
     def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:

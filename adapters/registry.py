@@ -38,7 +38,7 @@ class Registration:
     """What to type where it is missing."""
     ours: bool = False
     """Whether it is the reference in some form, and so no check on it"""
-    everyday: bool = True
+    in_default_set: bool = True
     """Whether it takes part where no engine is named; those that only a study needs do not"""
     optional: bool = False
     """Whether an extra brings it: where that is not installed it takes part only if it is named"""
@@ -48,7 +48,7 @@ class Registration:
     @property
     def by_default(self) -> bool:
         """Whether it takes part where no engine is named."""
-        return self.everyday and not (self.optional and self.missing)
+        return self.in_default_set and not (self.optional and self.missing)
 
     @property
     def external(self) -> bool:
@@ -83,23 +83,29 @@ def _ours(module: str, name: str) -> Registration:
     return Registration(f"adapters.{module}:{name}", ours=True)
 
 
-def _external(module: str, name: str, requires: str, *, everyday: bool = True) -> Registration:
+def _external(module: str, name: str, requires: str, *, in_default_set: bool = True) -> Registration:
     install = f"pip install {requires}"
-    return Registration(f"adapters.{module}:{name}", requires, install=install, everyday=everyday)
+    return Registration(f"adapters.{module}:{name}", requires, install=install, in_default_set=in_default_set)
 
 
 def _more(module: str, name: str, requires: str, imported: str = "", *, ours: bool = False) -> Registration:
     """What a user would pick instead; for studies only."""
     install = "pip install '.[more-engines]'"
     return Registration(
-        f"adapters.{module}:{name}", requires, imported, install, ours=ours, everyday=False, optional=True
+        f"adapters.{module}:{name}", requires, imported, install, ours=ours, in_default_set=False, optional=True
     )
 
 
-def _certified(name: str, *, everyday: bool = True) -> Registration:
+def _certified(name: str, *, in_default_set: bool = True) -> Registration:
     install = "pip install '.[oracle]'"
     return Registration(
-        f"adapters.heyoka.adapter:{name}", "heyoka", "", install, everyday=everyday, optional=True, compiles=True
+        f"adapters.heyoka.adapter:{name}",
+        "heyoka",
+        "",
+        install,
+        in_default_set=in_default_set,
+        optional=True,
+        compiles=True,
     )
 
 
@@ -118,14 +124,14 @@ ENGINES: dict[str, Registration] = {
     "exudyn": _external("exudyn.adapter", "Exudyn", "exudyn"),
     "exudyn-index3": _external("exudyn.adapter", "ExudynIndex3", "exudyn"),
     "exudyn-absolute": _external("exudyn.adapter", "ExudynAbsolute", "exudyn"),
-    "exudyn-absolute-index3": _external("exudyn.adapter", "ExudynAbsoluteIndex3", "exudyn", everyday=False),
+    "exudyn-absolute-index3": _external("exudyn.adapter", "ExudynAbsoluteIndex3", "exudyn", in_default_set=False),
     "exudyn-tree": _external("exudyn.adapter", "ExudynTree", "exudyn"),
     "rebound": _external("rebound.adapter", "Rebound", "rebound"),
     "pymunk": _external("pymunk.adapter", "Pymunk", "pymunk"),
     "pymunk-absolute": _external("pymunk.adapter", "PymunkAbsolute", "pymunk"),
     "heyoka": _certified("Heyoka"),
-    "heyoka-long": _certified("HeyokaLong", everyday=False),
-    "heyoka-quad": _certified("HeyokaQuad", everyday=False),
+    "heyoka-long": _certified("HeyokaLong", in_default_set=False),
+    "heyoka-quad": _certified("HeyokaQuad", in_default_set=False),
     "scipy-rk45": _more("ode_solvers.scipy_engines", "ScipyRK45", "scipy", ours=True),
     "scipy-dop853": _more("ode_solvers.scipy_engines", "ScipyDop853", "scipy", ours=True),
     "scipy-radau": _more("ode_solvers.scipy_engines", "ScipyRadau", "scipy", ours=True),

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 
-def driven_m(scene: Scene) -> float:
+def drift_bound_m(scene: Scene) -> float:
     """Bound in m, to a factor of two or so, by the largest push on a circular orbit of rate n (Hill's equations).
 
     A velocity gained at one instant leads to 3 t + 4/n of it after a time t, an acceleration all the time to
@@ -18,10 +18,10 @@ def driven_m(scene: Scene) -> float:
     """
     t, n = scene.run.duration_s, 2.0 * math.pi / scene.step_period_s
     gained = math.fsum(abs(blow.impulse_N_s) for blow in scene.effects.impulse) / scene.mass_kg
-    return gained * (3.0 * t + 4.0 / n) + largest_push_m_s2(scene) * t * (1.5 * t + 4.0 / n)
+    return gained * (3.0 * t + 4.0 / n) + largest_acceleration_m_s2(scene) * t * (1.5 * t + 4.0 / n)
 
 
-def largest_push_m_s2(scene: Scene) -> float:
+def largest_acceleration_m_s2(scene: Scene) -> float:
     """Acceleration of the whole chain, every bar across the flow and facing the Sun, at the altitude of injection."""
     called, length, force = scene.effects, scene.chain.length_m, 0.0
     if called.drag:

@@ -24,7 +24,7 @@ ROUNDINGS = 8.0  # measured: 1 after a circular orbit, up to 3.3 after five ecce
 BETWEEN = 2e-13  # of radius and speed: SciPy's interpolation within a step; measured up to 9e-14
 
 
-def falling(scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
+def free_fall(scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
     """Origin of the frame and its velocity at `t_s` (n,), each (n, 2), m and m/s.
 
     The orbit of a particle started as the centre of mass is: Kepler's, or with the fields beside the central one;
@@ -39,11 +39,11 @@ def falling(scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array
         drift = np.tile(start.com_velocity_m_s, (len(t_s), 1))
         return start.com_m + t_s[:, None] * drift, drift
     if scene.effects.oblateness or scene.effects.third_body:
-        return integrated(scene, start, t_s)
+        return integrated_orbit(scene, start, t_s)
     return propagate(scene.central_body.mu_m3_s2, start.com_m, start.com_velocity_m_s, t_s)
 
 
-def integrated(scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
+def integrated_orbit(scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
     """Orbit of a particle in several fields, to round-off.
 
     Any smooth track near the true one would do for the bars, which feel differences from the fields at the origin: its
@@ -63,10 +63,10 @@ def integrated(scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Ar
 
 def particle(scene: Scene) -> Callable[[float, Array], Sequence[float]]:
     """Time derivative of a particle's place and velocity."""
-    from adapters.bar_loads.fields import Central
-    from adapters.bar_loads.particle import fields_beside
+    from adapters.bar_loads.fields import InversePowerField
+    from adapters.bar_loads.particle import perturbing_fields
 
-    centre, beside = Central(scene.central_body.mu_m3_s2, 3), fields_beside(scene)
+    centre, beside = InversePowerField(scene.central_body.mu_m3_s2, 3), perturbing_fields(scene)
 
     def rate(t_s: float, state: Array) -> Sequence[float]:
         x, y, vx, vy = state.tolist()
@@ -76,7 +76,7 @@ def particle(scene: Scene) -> Callable[[float, Array], Sequence[float]]:
     return rate
 
 
-def track_noise(scene: Scene, t_s: Array) -> dict[str, float | Array]:
+def orbit_noise(scene: Scene, t_s: Array) -> dict[str, float | Array]:
     """Error of an integrated origin, which no step of the chain makes smaller: m, m/s.
 
     A rounding of the radius in each step; they add up as a random walk and run along the orbit, by 3 n t. Between steps

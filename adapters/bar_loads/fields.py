@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, ClassVar
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.bar_loads.interface import Bar, Here, Load, Place, Rate
+    from adapters.bar_loads.interface import BarProperties, FrameState, Load, Place, Rate
     from scenarios import Oblateness
 
 
 @dataclass(frozen=True)
-class Central:
+class InversePowerField:
     """The field -A Z/r^n."""
 
     strength: float
@@ -56,12 +56,12 @@ class Central:
 
 
 @dataclass(frozen=True)
-class Beside:
+class FieldLoad:
     """A field beside the central body's: on the bars' centres, and on their length if gravity has that."""
 
     of_rates: ClassVar[bool] = False
-    bars: list[Bar]
-    field: Central
+    bars: list[BarProperties]
+    field: InversePowerField
     turns: bool
     """Whether it turns bars"""
     spread: bool
@@ -76,14 +76,14 @@ class Beside:
         """Acceleration of a bar's centre at (x, y) m in the frame, whose origin is at (x0, y0) m from the source."""
         return self.field.difference(x0, y0, x, y)
 
-    def __call__(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
         """Load of each bar."""
         del rates
-        bx, by = self.source(here.t_s)
-        x0, y0 = here.x - bx, here.y - by
+        bx, by = self.source(frame.t_s)
+        x0, y0 = frame.x - bx, frame.y - by
         return [self.load(x0, y0, place, bar) for place, bar in zip(places, self.bars, strict=True)]
 
-    def load(self, x0: float, y0: float, place: Place, bar: Bar) -> Load:
+    def load(self, x0: float, y0: float, place: Place, bar: BarProperties) -> Load:
         """Load of one bar, the frame's origin at (x0, y0) m from the source."""
         x, y, angle = place
         ax, ay = self.point(x0, y0, x, y)
@@ -97,11 +97,11 @@ class Beside:
         return ax, ay, spin
 
 
-class Flattened(Beside):
+class OblatenessLoad(FieldLoad):
     """J2, where the frame falls with it."""
 
 
-class FlattenedWhole(Beside):
+class AbsoluteOblatenessLoad(FieldLoad):
     """J2, where the frame is at rest at the centre of the body."""
 
     def point(self, x0: float, y0: float, x: float, y: float) -> tuple[float, float]:
@@ -109,6 +109,6 @@ class FlattenedWhole(Beside):
         return self.field.pull(x0 + x, y0 + y)
 
 
-def flattening(mu: float, oblateness: Oblateness) -> Central:
+def oblateness_field(mu: float, oblateness: Oblateness) -> InversePowerField:
     """Field of J2 in the equatorial plane."""
-    return Central(1.5 * mu * oblateness.j2 * oblateness.radius_m**2, 5)
+    return InversePowerField(1.5 * mu * oblateness.j2 * oblateness.radius_m**2, 5)

@@ -14,7 +14,7 @@ Rate = tuple[float, float, float]  # m/s, m/s, rad/s
 Load = tuple[float, float, float]  # acceleration of a bar's centre and its angular acceleration, m/s², m/s², rad/s²
 
 
-class Here(NamedTuple):
+class FrameState(NamedTuple):
     """Where and when the frame is."""
 
     x: float
@@ -28,7 +28,7 @@ class Here(NamedTuple):
     """An instant within the piece of time that is meant: at `t_s` itself something may jump"""
 
 
-class Bar(NamedTuple):
+class BarProperties(NamedTuple):
     """One bar's numbers."""
 
     mass: float
@@ -39,26 +39,27 @@ class Bar(NamedTuple):
     """Half its length, m"""
 
 
-class Effect(Protocol):
+class BarLoad(Protocol):
     """One effect on all bars."""
 
     of_rates: ClassVar[bool]
     """Whether it asks for the bars' rates; where nobody does, nobody works them out"""
 
-    def __call__(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
         """Load of each bar; `rates` are empty where `of_rates` is false."""
 
 
 @runtime_checkable
-class Faced(Protocol):
+class FaceDependentLoad(Protocol):
     """An effect whose slope jumps where a bar turns its other face to it."""
 
-    def faces(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[bool]:
+    def faces(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[bool]:
         """Which face of each bar it is that it meets."""
 
 
-def bars_of(chain: Chain) -> list[Bar]:
+def bars_of(chain: Chain) -> list[BarProperties]:
     """Numbers of each bar."""
     return [
-        Bar(m, J, 0.5 * length) for m, J, length in zip(chain.mass_kg, chain.inertia_kg_m2, chain.length_m, strict=True)
+        BarProperties(m, J, 0.5 * length)
+        for m, J, length in zip(chain.mass_kg, chain.inertia_kg_m2, chain.length_m, strict=True)
     ]

@@ -9,42 +9,42 @@ from typing import TYPE_CHECKING, ClassVar
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.bar_loads.fields import Central
-    from adapters.bar_loads.interface import Bar, Here, Load, Place, Rate
+    from adapters.bar_loads.fields import InversePowerField
+    from adapters.bar_loads.interface import BarProperties, FrameState, Load, Place, Rate
 
 
 @dataclass(frozen=True)
-class SecondMoment:
+class SecondMomentLoad:
     """The central body's force on a bar beyond that on a point, to the bar's second moment."""
 
     of_rates: ClassVar[bool] = False
-    bars: list[Bar]
-    field: Central
+    bars: list[BarProperties]
+    field: InversePowerField
 
-    def __call__(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
         """Load of each bar."""
         del rates
-        return [self.load(here.x + x, here.y + y, a, bar) for (x, y, a), bar in zip(places, self.bars, strict=True)]
+        return [self.load(frame.x + x, frame.y + y, a, bar) for (x, y, a), bar in zip(places, self.bars, strict=True)]
 
-    def load(self, x: float, y: float, angle: float, bar: Bar) -> Load:
+    def load(self, x: float, y: float, angle: float, bar: BarProperties) -> Load:
         """Load of one bar at (x, y) m from the centre of the body."""
         return *self.field.second_moment(x, y, cos(angle), sin(angle), bar.inertia / bar.mass), 0.0
 
 
 @dataclass(frozen=True)
-class Slender:
+class SlenderLoad:
     """The central body's force on a uniform slender bar beyond that on a point, and its torque."""
 
     of_rates: ClassVar[bool] = False
-    bars: list[Bar]
+    bars: list[BarProperties]
     mu: float
     """m³/s²"""
 
-    def __call__(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
         """Load of each bar."""
         del rates
         return [
-            slender(self.mu, here.x + x, here.y + y, a, bar.half)
+            slender(self.mu, frame.x + x, frame.y + y, a, bar.half)
             for (x, y, a), bar in zip(places, self.bars, strict=True)
         ]
 

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, ClassVar
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.bar_loads.interface import Bar, Here, Load, Place, Rate
+    from adapters.bar_loads.interface import BarProperties, FrameState, Load, Place, Rate
     from scenarios import JointSpringDamper
 
 
-class Springs:
+class SpringLoad:
     """Springs, without any damper."""
 
     of_rates: ClassVar[bool] = False
 
-    def __init__(self, bars: list[Bar], springs: JointSpringDamper) -> None:
+    def __init__(self, bars: list[BarProperties], springs: JointSpringDamper) -> None:
         """Joints of a scene."""
         self.inertia = [bar.inertia for bar in bars]
         self.stiff = list(zip(springs.stiffness_N_m_rad, springs.rest_rad, strict=True))
@@ -27,20 +27,20 @@ class Springs:
         del rates
         return [-k * (b - a - rest) for (k, rest), ((*_, a), (*_, b)) in zip(self.stiff, pairwise(places), strict=True)]
 
-    def __call__(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
         """Load of each bar."""
-        del here
+        del frame
         found = self.torques(places, rates)
         before, after = [0.0, *found], [*found, 0.0]
         return [(0.0, 0.0, (a - b) / J) for a, b, J in zip(before, after, self.inertia, strict=True)]
 
 
-class DampedSprings(Springs):
+class DampedSpringLoad(SpringLoad):
     """Springs and dampers."""
 
     of_rates: ClassVar[bool] = True
 
-    def __init__(self, bars: list[Bar], springs: JointSpringDamper) -> None:
+    def __init__(self, bars: list[BarProperties], springs: JointSpringDamper) -> None:
         """Joints of a scene."""
         super().__init__(bars, springs)
         self.damping = springs.damping_N_m_s_rad

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, ClassVar
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.bar_loads.interface import Bar, Here, Load, Place, Rate
+    from adapters.bar_loads.interface import BarProperties, FrameState, Load, Place, Rate
     from scenarios import SolarPressure
 
 
-class Sunlight:
+class SunlightLoad:
     """Push of the light on each bar."""
 
     of_rates: ClassVar[bool] = False
 
-    def __init__(self, bars: list[Bar], light: SolarPressure) -> None:
+    def __init__(self, bars: list[BarProperties], light: SolarPressure) -> None:
         """Light of a scene."""
         self.light = light
         areas = zip(bars, light.width_m, strict=True)
@@ -28,10 +28,10 @@ class Sunlight:
         longitude = self.light.sun_longitude_rad + self.light.sun_rate_rad_s * t_s
         return cos(longitude), sin(longitude)
 
-    def __call__(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
         """Load of each bar."""
         del rates
-        sx, sy = self.sun(here.t_s)
+        sx, sy = self.sun(frame.t_s)
         return [self.load(sx, sy, angle, weight) for (_, _, angle), weight in zip(places, self.weight, strict=True)]
 
     def load(self, sx: float, sy: float, angle: float, weight: float) -> Load:
@@ -42,8 +42,8 @@ class Sunlight:
         k = -weight * copysign(facing, 1.0)
         return k * ((1.0 - mirrored) * sx - side * s), k * ((1.0 - mirrored) * sy + side * c), 0.0
 
-    def faces(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[bool]:
+    def faces(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[bool]:
         """Which face of each bar is lit."""
         del rates
-        sx, sy = self.sun(here.t_s)
+        sx, sy = self.sun(frame.t_s)
         return [cos(a) * sy > sin(a) * sx for _, _, a in places]

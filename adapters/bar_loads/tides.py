@@ -6,24 +6,24 @@ from dataclasses import dataclass
 from math import cos, sin
 from typing import TYPE_CHECKING
 
-from adapters.bar_loads.fields import Beside
+from adapters.bar_loads.fields import FieldLoad
 
 if TYPE_CHECKING:
     from scenarios import ThirdBody
 
 
 @dataclass(frozen=True)
-class Tide(Beside):
+class ThirdBodyLoad(FieldLoad):
     """A third body's pull less that on the frame's origin: a falling one, or the central body, which falls too."""
 
     body: ThirdBody
 
     def source(self, t_s: float) -> tuple[float, float]:
         """On its circle."""
-        return place_of(self.body, t_s)
+        return third_body_position(self.body, t_s)
 
 
-def place_of(body: ThirdBody, t_s: float) -> tuple[float, float]:
+def third_body_position(body: ThirdBody, t_s: float) -> tuple[float, float]:
     """Where a third body is at `t_s`, m from the centre of the central one."""
     longitude = body.longitude_rad + body.rate_rad_s * t_s
     return body.distance_m * cos(longitude), body.distance_m * sin(longitude)

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from adapters.bar_loads.interface import Bar, Place, Rate
+    from adapters.bar_loads.interface import BarProperties, Place, Rate
 
 
-def tree_places(q: Sequence[float], bars: Sequence[Bar]) -> Iterator[Place]:
+def tree_positions(q: Sequence[float], bars: Sequence[BarProperties]) -> Iterator[Place]:
     """Each bar's place in the frame, of joint coordinates (N + 2)."""
     x, y = q[:2]
     for angle, bar in zip(accumulate(q[2:]), bars, strict=True):
@@ -21,7 +21,7 @@ def tree_places(q: Sequence[float], bars: Sequence[Bar]) -> Iterator[Place]:
         x, y = x + 2.0 * reach_x, y + 2.0 * reach_y
 
 
-def tree_rates(q: Sequence[float], q_t: Sequence[float], bars: Sequence[Bar]) -> Iterator[Rate]:
+def tree_rates(q: Sequence[float], q_t: Sequence[float], bars: Sequence[BarProperties]) -> Iterator[Rate]:
     """Each bar's rates in the frame, of joint coordinates and their rates, each (N + 2)."""
     vx, vy = q_t[:2]
     for angle, rate, bar in zip(accumulate(q[2:]), accumulate(q_t[2:]), bars, strict=True):

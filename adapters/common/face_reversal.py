@@ -27,23 +27,23 @@ FEWEST = 2  # samples that there is something between
 
 
 @dataclass(frozen=True)
-class Facing:
+class Incidence:
     """How the bars meet what they face, at n samples of N bars."""
 
     towards: str
     """What it is, in words"""
-    across: Array
+    normal_component: Array
     """(n, N) its component across each bar, of the air's speed in m/s or of the unit vector to the Sun: the sign is the
     face that meets it"""
     slope: Array
     """(n, N) time derivative of `across`"""
-    edge: Array
+    edge_on_limit: Array
     """(n, N) a bar with no more than that `across` is edge-on: the sign is a matter of rounding"""
 
     @property
     def face(self) -> Array:
         """(n, N) +1 or -1; 0 for a bar that is edge-on."""
-        return np.where(np.abs(self.across) <= self.edge, 0.0, np.sign(self.across))
+        return np.where(np.abs(self.normal_component) <= self.edge_on_limit, 0.0, np.sign(self.normal_component))
 
 
 def unsupported_motion(scene: Scene, motion: Trajectory) -> str | None:
@@ -66,22 +66,22 @@ def first_reversal(scene: Scene, motion: Trajectory, *, between: bool = False) -
         Whether also a face counts that turns over and back between two samples: they must lie close for that.
     """
     t_s = motion.t_s
-    for facing in facings(scene, motion):
-        face = facing.face
+    for incidence in incidences(scene, motion):
+        face = incidence.face
         turned = face[1:] != face[:-1]
         if between:
-            turned |= smooth(scene, t_s)[:, None] & turns_and_returns(facing, t_s)
+            turned |= smooth_intervals(scene, t_s)[:, None] & reverses_twice(incidence, t_s)
         found = np.argwhere(turned)
         if len(found):
             k, bar = found[0]
             return (
-                f"bar {bar + 1} turns its other face to {facing.towards} between t = {t_s[k]:.6g} s and "
+                f"bar {bar + 1} turns its other face to {incidence.towards} between t = {t_s[k]:.6g} s and "
                 f"{t_s[k + 1]:.6g} s: equal steps pass over that instant"
             )
     return None
 
 
-def facings(scene: Scene, motion: Trajectory) -> Iterator[Facing]:
+def incidences(scene: Scene, motion: Trajectory) -> Iterator[Incidence]:
     """What the bars of a scene face; nothing where the motion is too short or knows no angles."""
     if motion.angle_rad is None or motion.rate_rad_s is None or len(motion.t_s) < FEWEST:
         return
@@ -91,7 +91,7 @@ def facings(scene: Scene, motion: Trajectory) -> Iterator[Facing]:
         yield sunlight(scene.effects.solar_pressure, motion.t_s, motion.angle_rad, motion.rate_rad_s)
 
 
-def wind(scene: Scene, drag: Drag, motion: Trajectory, angle: Array, rate: Array) -> Facing:
+def wind(scene: Scene, drag: Drag, motion: Trajectory, angle: Array, rate: Array) -> Incidence:
     """Velocity of each bar's centre against the air that turns with the body."""
     model, (along, normal) = chain_model(scene), directions(angle)
     place = motion.com_m[:, None] + relative_positions(model, angle)
@@ -99,17 +99,17 @@ def wind(scene: Scene, drag: Drag, motion: Trajectory, angle: Array, rate: Array
     acceleration = np.gradient(velocity, motion.t_s, axis=0)
     against = velocity - drag.rotation_rad_s * turned_left(place)
     gains = acceleration - drag.rotation_rad_s * turned_left(velocity)
-    across: Array = np.sum(normal * against, axis=-1)
+    normal_component: Array = np.sum(normal * against, axis=-1)
     slope: Array = np.sum(normal * gains, axis=-1) - rate * np.sum(along * against, axis=-1)
-    return Facing("the wind", across, slope, EDGE_ON * np.linalg.norm(against, axis=-1))
+    return Incidence("the wind", normal_component, slope, EDGE_ON * np.linalg.norm(against, axis=-1))
 
 
-def sunlight(light: SolarPressure, t_s: Array, angle: Array, rate: Array) -> Facing:
+def sunlight(light: SolarPressure, t_s: Array, angle: Array, rate: Array) -> Incidence:
     """Unit vector to the Sun."""
     ahead = (light.sun_longitude_rad + light.sun_rate_rad_s * t_s)[:, None] - angle
-    across: Array = np.sin(ahead)
+    normal_component: Array = np.sin(ahead)
     slope: Array = np.cos(ahead) * (light.sun_rate_rad_s - rate)
-    return Facing("the Sun", across, slope, np.full_like(across, EDGE_ON))
+    return Incidence("the Sun", normal_component, slope, np.full_like(normal_component, EDGE_ON))
 
 
 def turned_left(vector: Array) -> Array:
@@ -117,15 +117,15 @@ def turned_left(vector: Array) -> Array:
     return np.stack([-vector[..., 1], vector[..., 0]], axis=-1)
 
 
-def turns_and_returns(facing: Facing, t_s: Array) -> NDArray[np.bool_]:
+def reverses_twice(incidence: Incidence, t_s: Array) -> NDArray[np.bool_]:
     """Whether each bar shows the other face inside each interval, which neither end of it does: (n-1, N).
 
     In s = 0..1 the cubic through both ends is a s³ + b s² + c s + d; its lowest point, for a face that is positive at
     both ends, is where 3 a s² + 2 b s + c is zero and rises.
     """
-    step, face = np.diff(t_s)[:, None], facing.face
-    start, end = (face[:-1] * values for values in (facing.across[:-1], facing.across[1:]))
-    c, last = (face[:-1] * step * values for values in (facing.slope[:-1], facing.slope[1:]))
+    step, face = np.diff(t_s)[:, None], incidence.face
+    start, end = (face[:-1] * values for values in (incidence.normal_component[:-1], incidence.normal_component[1:]))
+    c, last = (face[:-1] * step * values for values in (incidence.slope[:-1], incidence.slope[1:]))
     a, b = 2.0 * (start - end) + c + last, 3.0 * (end - start) - 2.0 * c - last
     with np.errstate(divide="ignore", invalid="ignore"):
         root = np.sqrt(b * b - 3.0 * a * c)  # not a number where the cubic has no lowest point
@@ -136,7 +136,7 @@ def turns_and_returns(facing: Facing, t_s: Array) -> NDArray[np.bool_]:
     return found
 
 
-def smooth(scene: Scene, t_s: Array) -> NDArray[np.bool_]:
+def smooth_intervals(scene: Scene, t_s: Array) -> NDArray[np.bool_]:
     """Whether slopes are to be relied on in each interval, (n-1,): not beside a blow, or the end of a thrust."""
     known, effects = np.ones(len(t_s) - 1, dtype=bool), scene.effects
     for at_s in [t for thrust in effects.thrust for t in thrust.breaks_s] + [blow.at_s for blow in effects.impulse]:

@@ -35,7 +35,7 @@ POINT_PART: dict[Gravity, GravityModel] = {
     Gravity.SLENDER: "point",
 }
 """Gravity of the central body as the reference sees it: what is beyond is an effect of its own"""
-HORIZON_SWEEPS = 50  # the fixed point contracts by the chain's size over its radius, 1e-5 in the paper's scenes
+LONGITUDE_ITERATIONS = 50  # the fixed point contracts by the chain's size over its radius, 1e-5 in the paper's scenes
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def initial_angles(scene: Scene, model: ChainModel, com_m: Array) -> Array:
     angle: Array = phi + longitude - 0.5 * math.pi
     if scene.chain.angle_from == "chain":
         return angle
-    for _ in range(HORIZON_SWEEPS):
+    for _ in range(LONGITUDE_ITERATIONS):
         before = angle
         angle = phi + longitude + longitude_differences(com_m, relative_positions(model, angle)) - 0.5 * math.pi
         if np.array_equal(angle, before):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
 
 
-class Posture(Protocol):
+class ChainPose(Protocol):
     """Where the bars are in the frame, whose origin is the centre of mass."""
 
     @property
@@ -36,7 +36,7 @@ class Posture(Protocol):
         """(N,)."""
 
 
-def folded(length_m: Array, start: Posture) -> tuple[Array, Array]:
+def to_joint_coordinates(length_m: Array, start: ChainPose) -> tuple[Array, Array]:
     """Coordinates and rates, each (N + 2,), of a posture."""
     (along, *_), (across, *_) = directions(start.angle_rad)
     half = 0.5 * length_m[0]
@@ -56,23 +56,23 @@ def angles(q: Array) -> Array:
 def places(length_m: Array, q: Array) -> Array:
     """Bars' centres in the frame, (n, N, 2), of coordinates (n, N + 2)."""
     along, _ = directions(angles(q))
-    return hung(q, 0.5 * length_m[:, None] * along)
+    return bar_centres(q, 0.5 * length_m[:, None] * along)
 
 
 def velocities(length_m: Array, q: Array, q_t: Array) -> Array:
     """Velocities of the bars' centres in the frame, (n, N, 2)."""
     _, across = directions(angles(q))
-    return hung(q_t, 0.5 * length_m[:, None] * angles(q_t)[..., None] * across)
+    return bar_centres(q_t, 0.5 * length_m[:, None] * angles(q_t)[..., None] * across)
 
 
 def accelerations(length_m: Array, q: Array, q_t: Array, q_tt: Array) -> Array:
     """Accelerations of the bars' centres in the frame, (n, N, 2)."""
     along, across = directions(angles(q))
     turning = angles(q_tt)[..., None] * across - (angles(q_t) ** 2)[..., None] * along
-    return hung(q_tt, 0.5 * length_m[:, None] * turning)
+    return bar_centres(q_tt, 0.5 * length_m[:, None] * turning)
 
 
-def hung(base: Array, reach: Array) -> Array:
+def bar_centres(base: Array, reach: Array) -> Array:
     """Centres (n, N, 2) of bars that reach from centre to right end by `reach`, the first hung up at `base`."""
     total: Array = base[:, None, :2] + 2.0 * np.cumsum(reach, axis=1) - reach
     return total

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, ClassVar, final
 import numpy as np
 
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, EngineError, Setting
-from adapters.exudyn.engine import SHOWN, ExudynEngine
+from adapters.exudyn.engine import OBSERVED, ExudynEngine
 from adapters.exudyn.loads.thrust import jumps_s
 from adapters.exudyn.models.bodies import RedundantModel
-from adapters.exudyn.models.tree import StandingTreeModel, TreeModel, seen_tree
+from adapters.exudyn.models.tree import FrozenOrbitTreeModel, TreeModel, tree_readings
 from adapters.exudyn.noise import engine_noise, tree_noise
 from adapters.exudyn.readout import SensorReadings
 from adapters.exudyn.solve.solver import method_for, settings_of, solver_of, steps_of
-from adapters.exudyn.solve.start import StartForces, offset_follows_motion, start_forces, supply
+from adapters.exudyn.solve.start import StartForces, offset_follows_motion, set_start_forces, start_forces
 from adapters.trajectory import Observable
 
 if TYPE_CHECKING:
@@ -27,13 +27,13 @@ if TYPE_CHECKING:
 GRAVITY = frozenset(f"gravity.{name}" for name in ("none", "point", "gradient", "quadrupole", "slender"))
 FIELDS = frozenset({"oblateness", "third_body"})
 PUSHES = frozenset({"drag", "solar_pressure", "joint_spring_damper", "thrust.body", "thrust.inertial"})
-CARRIED = GRAVITY | FIELDS | PUSHES
+SUPPORTED = GRAVITY | FIELDS | PUSHES
 PRESCRIBED = frozenset(f"prescribed_rotation.{w}" for w in ("inertial", "local_horizontal", "external", "joint"))
-NOT_CARRIED = {
+UNSUPPORTED = {
     "solar_pressure.shadow": "solar_pressure.shadow: equal steps can't meet the shadow's edge, found in the motion",
     "impulse": "impulse: Exudyn has no jump of velocities in which joints hold",
 }
-DIVIDED = (
+RESTARTED = (
     "thrust: it starts or ends within the run, which divides it; beside a prescribed rotation Exudyn finds wrong "
     "accelerations where a piece begins"
 )
@@ -43,9 +43,9 @@ BRIEF = 1e-12  # of a step: a run so short that the state stays where it was to 
 class ExudynRedundant(ExudynEngine):
     """Rigid bodies and joints."""
 
-    effects = CARRIED | PRESCRIBED
-    why_not = NOT_CARRIED
-    observables = SHOWN | {Observable.GAP, Observable.TORQUE}
+    effects = SUPPORTED | PRESCRIBED
+    unsupported_reasons = UNSUPPORTED
+    observables = OBSERVED | {Observable.GAP, Observable.TORQUE}
     order = 2.0
     model: RedundantModel
 
@@ -53,7 +53,7 @@ class ExudynRedundant(ExudynEngine):
     def unsupported(cls, scene: Scene) -> str | None:
         """Beyond its effects: a run in pieces starts anew without accelerations of prescribed bars."""
         divided = scene.effects.prescribed_rotation and jumps_s(scene)
-        return super().unsupported(scene) or (DIVIDED if divided else None)
+        return super().unsupported(scene) or (RESTARTED if divided else None)
 
     @classmethod
     def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
@@ -67,7 +67,7 @@ class ExudynRedundant(ExudynEngine):
         self.start_forces: StartForces | None = None
         if offset_follows_motion(scene):
             self.start_forces = start_forces(self.make, self.steps, self.method)
-            supply(self.model, self.settings, self.start_forces)
+            set_start_forces(self.model, self.settings, self.start_forces)
 
     def make(self, steps: Steps) -> RedundantModel:
         """Bodies with joints."""
@@ -141,10 +141,10 @@ class ExudynTree(ExudynEngine):
     coordinates = Coordinates.JOINT
     order = 6.0
     sweep = AccuracySweep(AccuracyParameter.STEPS_PER_ORBIT, (20, 50, 100, 150, 200, 400, 800, 1600), default=400)
-    effects = CARRIED
+    effects = SUPPORTED
     explicit = True
     model: TreeModel
-    why_not: ClassVar[dict[str, str]] = NOT_CARRIED | dict.fromkeys(
+    unsupported_reasons: ClassVar[dict[str, str]] = UNSUPPORTED | dict.fromkeys(
         sorted(PRESCRIBED),
         "prescribed rotation: Exudyn's explicit solvers take no constraints beside a kinematic tree",
     )
@@ -163,13 +163,13 @@ class ExudynTree(ExudynEngine):
         """Tree coordinates unfolded, reactions from the bars' momentum."""
         q, q_t, q_tt = (self.model.history(s)[:, 1:] for s in self.model.sensors)
         q_tt[0] = self._first_accelerations()
-        readings, left_over = seen_tree(self.model, q, q_t, q_tt)
+        readings, left_over = tree_readings(self.model, q, q_t, q_tt)
         return readings, {"free_end_N": float(left_over.max())}
 
     def _first_accelerations(self) -> Array:
         """Get accelerations at t = 0, where an explicit run has zeros, from a very short run of the model."""
         brief = dataclasses.replace(self.steps, size_s=BRIEF * self.steps.size_s, count=1)
-        model = StandingTreeModel(self.scene, brief, absolute=False)
+        model = FrozenOrbitTreeModel(self.scene, brief, absolute=False)
         try:
             if not solver_of(self.method).SolveSystem(model.mbs, settings_of(brief, 2, self.method)):
                 raise EngineError("Exudyn: no accelerations at t = 0")

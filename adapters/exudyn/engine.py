@@ -11,7 +11,7 @@ from adapters.common import face_reversal
 from adapters.engine import Engine, EngineError, Setting, UnsupportedMotionError
 from adapters.exudyn.loads.thrust import off_step_s
 from adapters.exudyn.readout import SensorReadings, gaps, landing, places, trajectory
-from adapters.exudyn.solve.restart_segments import pieces_of, run_pieces
+from adapters.exudyn.solve.restart_segments import run_segments, segments_of
 from adapters.exudyn.solve.solver import method_for, settings_of, solver_of, steps_of
 from adapters.trajectory import Observable, Trajectory
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from adapters.exudyn.timetable import Steps
     from scenarios import Scene
 
-SHOWN = frozenset({Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION})
+OBSERVED = frozenset({Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION})
 OFF_STEP = "thrust: t = {:g} s of its table is neither a sample nor half way between two; equal steps would straddle it"
 START_TOLERANCE = 1e-12  # rad, and of the largest coordinate: the first sample must be the state given
 
@@ -28,7 +28,7 @@ START_TOLERANCE = 1e-12  # rad, and of the largest coordinate: the first sample 
 class ExudynEngine(Engine):
     """What all of them share: settings, running, and the checks that Exudyn leaves to its user."""
 
-    observables = SHOWN
+    observables = OBSERVED
     absolute: ClassVar[bool] = False
     index3: ClassVar[bool] = False
     explicit: ClassVar[bool] = False
@@ -52,7 +52,7 @@ class ExudynEngine(Engine):
         self.model = self.make(self.steps)
         self.settings = settings_of(self.steps, scene.run.samples, self.method)
         self.solver = solver_of(self.method)
-        self.pieces = pieces_of(scene, self.steps, self.method)
+        self.segments = segments_of(scene, self.steps, self.method)
 
     @abstractmethod
     def make(self, steps: Steps) -> Model:
@@ -66,8 +66,8 @@ class ExudynEngine(Engine):
             raise EngineError(f"Exudyn: {str(error).strip().splitlines()[0]}") from error
 
     def _solve(self) -> bool:
-        if len(self.pieces.marks) > 2:
-            return run_pieces(self.model, self.pieces, self.settings, self.method)
+        if len(self.segments.boundaries) > 2:
+            return run_segments(self.model, self.segments, self.settings, self.method)
         return bool(self.solver.SolveSystem(self.model.mbs, self.settings))
 
     def read(self) -> Trajectory:

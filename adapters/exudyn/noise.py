@@ -19,10 +19,14 @@ DIFFERENCING = 1e-8  # Exudyn's relative step in (C_q q')_q, of `minimumCoordina
 TRANSIENT = 4.0  # of h w times the chain's inertia forces: first multipliers of index 3, measured up to 2
 TREE_ROUNDINGS = 16.0  # a handful for each entry of the tree's mass matrix
 ELIMINATION = 2.0  # roundings of the mass matrix's largest entry: one on the way down, one on the way back
-PUSHED_APART = 7.0  # of a constant push along the orbit: the largest acceleration against the frame, 4 cos(nt) - 3
+DISPLACED_ACCELERATION = (
+    7.0  # of a constant push along the orbit: the largest acceleration against the frame, 4 cos(nt) - 3
+)
 LAW_PEAK = 18.0 / 16.0  # bound of the law's second derivative, eq. (28), over its amplitude and (pi/t_m)²
-PILES_UP = 4.0  # of a residual's noise: successive steps' add up while they are being damped
-PILES_UP_ABSOLUTE = 10.0  # the same in absolute coordinates, where Newton often accepts its first guess; measured: 9
+ACCUMULATION = 4.0  # of a residual's noise: successive steps' add up while they are being damped
+ACCUMULATION_ABSOLUTE = (
+    10.0  # the same in absolute coordinates, where Newton often accepts its first guess; measured: 9
+)
 
 
 def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dict[str, float | Array]:
@@ -57,21 +61,21 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
     turned: Array = np.minimum(wrong * t_s**2, wrong / slow**2)
     wrong_rate: Array = np.minimum(wrong * t_s, wrong / slow)
     if not method.index3:
-        piles_up = PILES_UP_ABSOLUTE if method.absolute else PILES_UP
+        piles_up = ACCUMULATION_ABSOLUTE if method.absolute else ACCUMULATION
         force += piles_up * mass * method.residual_N / step_s
-        rate_noise = PILES_UP * method.residual_N / min(chain.length_m) + wrong_rate
+        rate_noise = ACCUMULATION * method.residual_N / min(chain.length_m) + wrong_rate
         lever = scene.size_m if method.absolute else length  # it takes up the forces of all joints beyond
         return {"reaction": force, "torque": force * lever, "rate": rate_noise, "attitude": turned}
-    force += PILES_UP * mass * method.residual_N / step_s**2 / (1.0 - method.spectral_radius)
+    force += ACCUMULATION * mass * method.residual_N / step_s**2 / (1.0 - method.spectral_radius)
     transient = transients(scene, step_s, method, t_s)
-    residual = PILES_UP * method.residual_N / (min(chain.length_m) * step_s)
+    residual = ACCUMULATION * method.residual_N / (min(chain.length_m) * step_s)
     return {
         "reaction": force + transient,
         "torque": (force + transient) * length,
         # what one step of the transient gives to the chain
         "rate": residual + transient * step_s / (mass * scene.size_m) + wrong_rate,
         "attitude": turned,
-        "gap": PILES_UP * method.residual_N,
+        "gap": ACCUMULATION * method.residual_N,
     }
 
 
@@ -141,6 +145,6 @@ def tree_noise(scene: Scene) -> float:
     inertia = float(
         np.sum(np.array(chain.mass_kg) * (ends - 0.5 * np.array(chain.length_m)) ** 2 + chain.inertia_kg_m2)
     )
-    acceleration = scene.size_m * rate**2 + PUSHED_APART * departure(scene).push_m_s2
+    acceleration = scene.size_m * rate**2 + DISPLACED_ACCELERATION * departure(scene).acceleration_m_s2
     residual = float(np.finfo(float).eps) * ELIMINATION * inertia * acceleration
     return residual + float(np.finfo(float).eps) * TREE_ROUNDINGS * scene.bars**3 * force

@@ -10,7 +10,7 @@ import numpy as np
 from adapters.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from adapters.exudyn.frames.frames import Axes
+    from adapters.exudyn.frames.axes import FrameAxes
     from adapters.trajectory import Array
     from scenarios import Scene
 
@@ -44,7 +44,7 @@ class SensorReadings:
         return good
 
 
-def landing(scene: Scene, axes: Axes, readings: SensorReadings) -> int | None:
+def landing(scene: Scene, axes: FrameAxes, readings: SensorReadings) -> int | None:
     """Index of the first sample with a point of a bar below the surface; None if there is none.
 
     Exudyn does not stop there, and the samples after it mean nothing.
@@ -54,7 +54,7 @@ def landing(scene: Scene, axes: Axes, readings: SensorReadings) -> int | None:
     return int(below[0]) if len(below) else None
 
 
-def least_distance(scene: Scene, axes: Axes, readings: SensorReadings) -> Array:
+def least_distance(scene: Scene, axes: FrameAxes, readings: SensorReadings) -> Array:
     """Distance of the nearest point of any bar from the centre of the body, (n,), m."""
     half = 0.5 * np.array(scene.chain.length_m)
     place = axes.origin_m[:, None] + axes.to_inertial(readings.position_m)
@@ -83,7 +83,7 @@ def weights(scene: Scene) -> Array:
     return share
 
 
-def places(scene: Scene, axes: Axes, readings: SensorReadings) -> Array:
+def places(scene: Scene, axes: FrameAxes, readings: SensorReadings) -> Array:
     """Centres of the bars from the chain's centre of mass, (n, N, 2), m, inertial axes.
 
     Subtracted before they are turned: a turn rounds what it turns, and the frame's origin may be far away.
@@ -93,12 +93,12 @@ def places(scene: Scene, axes: Axes, readings: SensorReadings) -> Array:
 
 
 def trajectory(
-    scene: Scene, axes: Axes, readings: SensorReadings, *, ended: str, info: dict[str, float | str]
+    scene: Scene, axes: FrameAxes, readings: SensorReadings, *, ended: str, info: dict[str, float | str]
 ) -> Trajectory:
     """Trajectory of the samples in `seen`; gap and places are left to engines whose joints can open."""
     weight = weights(scene)
     place = axes.to_inertial(readings.position_m)
-    motion = axes.carried(readings.position_m, readings.velocity_m_s)
+    motion = axes.inertial_velocity(readings.position_m, readings.velocity_m_s)
     return Trajectory(
         t_s=scene.times_s[: len(readings.angle_rad)],
         com_m=axes.origin_m + np.einsum("j,njk->nk", weight, place),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, Setting
 from adapters.heyoka.compiled import DOUBLE, LONG, QUAD, Precision
-from adapters.heyoka.run import Run
+from adapters.heyoka.run import HeyokaRun
 from adapters.trajectory import Observable, Trajectory
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ EVERYTHING = frozenset(
 )
 
 
-def rungs(finest: int) -> tuple[float, ...]:
+def tolerances(finest: int) -> tuple[float, ...]:
     """1e-4 to 1e-`finest`, a decade each."""
     return tuple(float(f"1e-{k}") for k in range(4, finest + 1))
 
@@ -41,7 +41,7 @@ class HeyokaEngine(Engine):
     def build(self, scene: Scene, setting: Setting) -> None:
         """Derive and compile."""
         begun = time.perf_counter()
-        self.ran = Run(scene, scene.times_s, self.precision, setting.value)
+        self.ran = HeyokaRun(scene, scene.times_s, self.precision, setting.value)
         self.compile_s = time.perf_counter() - begun
 
     def simulate(self) -> None:
@@ -60,7 +60,7 @@ class Heyoka(HeyokaEngine):
     """Double precision."""
 
     title = "heyoka, Taylor series of adaptive order, double precision"
-    sweep = AccuracySweep(AccuracyParameter.RTOL, rungs(16), default=1e-12)
+    sweep = AccuracySweep(AccuracyParameter.RTOL, tolerances(16), default=1e-12)
     precision = DOUBLE
 
 
@@ -69,7 +69,7 @@ class HeyokaLong(HeyokaEngine):
     """Extended precision of x86, 64 bits of mantissa."""
 
     title = "heyoka, Taylor series of adaptive order, long double"
-    sweep = AccuracySweep(AccuracyParameter.RTOL, rungs(19), default=1e-15)
+    sweep = AccuracySweep(AccuracyParameter.RTOL, tolerances(19), default=1e-15)
     precision = LONG
 
 
@@ -78,5 +78,5 @@ class HeyokaQuad(HeyokaEngine):
     """Quadruple precision, in software."""
 
     title = "heyoka, Taylor series of adaptive order, quadruple precision"
-    sweep = AccuracySweep(AccuracyParameter.RTOL, rungs(30), default=1e-20)
+    sweep = AccuracySweep(AccuracyParameter.RTOL, tolerances(30), default=1e-20)
     precision = QUAD

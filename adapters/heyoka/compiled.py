@@ -54,7 +54,7 @@ def function(structure: Structure, precision: Precision, what: str) -> Any:
 
     found = symbols(structure)
     if what == "jumps":
-        from adapters.heyoka.blows import jumps
+        from adapters.heyoka.impulses import jumps
 
         wanted = jumps(structure, found)
     else:

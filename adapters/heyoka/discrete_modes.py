@@ -28,7 +28,7 @@ class Modes:
         if self.names:
             function(structure, precision, "switches")
 
-    def signs(self, state: Numbers, at: Any, parameters: Numbers) -> Any:
+    def event_values(self, state: Numbers, at: Any, parameters: Numbers) -> Any:
         """What passes zero at the switches, and Z0·s last."""
         return value(function(self.structure, self.precision, "switches"), state, at, parameters)
 
@@ -42,23 +42,23 @@ class Modes:
         number = self.precision.number
         for slot in self.slots:
             parameters[slot] = number(0.0)
-        *now, sunward = self.signs(state, at, parameters)
+        *now, sunward = self.event_values(state, at, parameters)
         if 0.0 in now:
             step = number(MOMENT)
-            later = self.signs(self.moved(state, at, step, parameters), at + step, parameters)
+            later = self.event_values(self.advanced(state, at, step, parameters), at + step, parameters)
             now = [x or y for x, y in zip(now, later, strict=False)]
         for name, slot, sign in zip(self.names, self.slots, now, strict=True):
             lit = sign > 0.0 or sunward > 0.0
             parameters[slot] = number(float(lit) if name == "lit" else (1.0 if sign >= 0.0 else -1.0))
 
-    def moved(self, state: Numbers, at: Any, step: Any, parameters: Numbers) -> Numbers:
+    def advanced(self, state: Numbers, at: Any, step: Any, parameters: Numbers) -> Numbers:
         """State a short step later, by the midpoint rule."""
         rates, half = function(self.structure, self.precision, "rates"), self.precision.number(0.5) * step
         middle = state + half * value(rates, state, at, parameters)
         return state + step * value(rates, middle, at + half, parameters)
 
 
-class FaceTurned:
+class FaceReversal:
     """Tells heyoka to stop where a bar turns its other face, which from then on counts."""
 
     def __init__(self, slot: int, precision: Precision) -> None:
@@ -88,12 +88,12 @@ class ShadowEdge:
         return False
 
 
-def switch_events(structure: Structure, precision: Precision) -> list[Any]:
+def mode_events(structure: Structure, precision: Precision) -> list[Any]:
     """Events that stop a run where a mode changes, in the order of the modes."""
     import heyoka as hy
 
     found = []
     for name, passes in zip(structure.effects.modes, symbols(structure).switches, strict=True):
-        told = ShadowEdge(structure, precision) if name == "lit" else FaceTurned(structure.slot(name), precision)
+        told = ShadowEdge(structure, precision) if name == "lit" else FaceReversal(structure.slot(name), precision)
         found.append(hy.t_event(passes, fp_type=precision.type, callback=told))
     return found

@@ -15,7 +15,7 @@ from scenarios import Axes
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from adapters.heyoka.units import Units
+    from adapters.heyoka.units import HeyokaUnits
     from scenarios import Drag, Impulse, JointSpringDamper, Oblateness, Scene, SolarPressure, ThirdBody, Thrust
 
     Named = Iterator[tuple[str, Any]]
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class PushShape:
+class EndForceShape:
     """How a force or a blow on an end enters the equations."""
 
     bar: int
@@ -47,8 +47,8 @@ class EffectShapes:
     light: bool = False
     shadow: bool = False
     springs: bool = False
-    thrusts: tuple[PushShape, ...] = ()
-    blows: tuple[PushShape, ...] = ()
+    thrusts: tuple[EndForceShape, ...] = ()
+    impulses: tuple[EndForceShape, ...] = ()
 
     @property
     def modes(self) -> tuple[str, ...]:
@@ -69,7 +69,7 @@ class EffectShapes:
         found += [f"spring_{x}_{j}" for x in SPRING for j in range(self.bars - 1) if self.springs]
         found += self.modes
         found += [f"thrust_{k}_{x}" for k in range(len(self.thrusts)) for x in THRUST]
-        return (*found, *(f"blow_{k}_{x}" for k in range(len(self.blows)) for x in BLOW))
+        return (*found, *(f"impulse_{k}_{x}" for k in range(len(self.impulses)) for x in IMPULSE))
 
 
 BODY = ("pull", "distance", "longitude", "rate")
@@ -77,7 +77,7 @@ AIR = ("density", "radius", "height", "turn", "normal", "tangential")
 SUN = ("absorbed", "mirrored", "longitude", "rate")
 SPRING = ("stiffness", "damping", "rest")
 THRUST = ("direction", "size", "slope", "since")
-BLOW = ("direction", "size")
+IMPULSE = ("direction", "size")
 
 
 def shapes_of(scene: Scene) -> EffectShapes:
@@ -94,23 +94,23 @@ def shapes_of(scene: Scene) -> EffectShapes:
         light=light is not None,
         shadow=light is not None and light.shadow and scene.central_body.radius_m > 0.0,
         springs=effects.joint_spring_damper is not None,
-        thrusts=tuple(push_shape(p, sloped=len(set(p.force_N)) > 1) for p in effects.thrust),
-        blows=tuple(push_shape(p) for p in effects.impulse),
+        thrusts=tuple(end_force_shape(p, sloped=len(set(p.force_N)) > 1) for p in effects.thrust),
+        impulses=tuple(end_force_shape(p) for p in effects.impulse),
     )
 
 
-def push_shape(push: Thrust | Impulse, *, sloped: bool = False) -> PushShape:
+def end_force_shape(push: Thrust | Impulse, *, sloped: bool = False) -> EndForceShape:
     """Shape of a thrust or an impulse."""
-    return PushShape(push.bar - 1, push.end.sign, push.axes is Axes.BODY, sloped)
+    return EndForceShape(push.bar - 1, push.end.sign, push.axes is Axes.BODY, sloped)
 
 
-def pushes_the_track(scene: Scene) -> bool:
+def perturbs_orbit(scene: Scene) -> bool:
     """Whether anything besides the central body's own pull moves the chain's centre of mass."""
     e = scene.effects
     return bool(e.oblateness or e.third_body or e.drag or e.solar_pressure or e.thrust or e.impulse)
 
 
-def effect_parameters(scene: Scene, units: Units, number: Number) -> dict[str, Any]:
+def effect_parameters(scene: Scene, units: HeyokaUnits, number: Number) -> dict[str, Any]:
     """Parameter of every name in their order, in the working precision and units; modes and sizes of pushes are 0."""
     e = scene.effects
     found: dict[str, Any] = dict.fromkeys(shapes_of(scene).names, number(0.0))
@@ -125,18 +125,18 @@ def effect_parameters(scene: Scene, units: Units, number: Number) -> dict[str, A
     if e.joint_spring_damper:
         found |= spring_parameters(e.joint_spring_damper, units, number)
     found |= {f"thrust_{k}_direction": number(p.direction_rad) for k, p in enumerate(e.thrust)}
-    found |= {f"blow_{k}_direction": number(p.direction_rad) for k, p in enumerate(e.impulse)}
+    found |= {f"impulse_{k}_direction": number(p.direction_rad) for k, p in enumerate(e.impulse)}
     return found
 
 
-def oblateness_parameters(oblate: Oblateness, scene: Scene, units: Units, number: Number) -> dict[str, Any]:
+def oblateness_parameters(oblate: Oblateness, scene: Scene, units: HeyokaUnits, number: Number) -> dict[str, Any]:
     """B = mu J2 R²/2."""
     radius = number(oblate.radius_m / units.length_m)
     mu = number(scene.central_body.mu_m3_s2 * units.time_s**2 / units.length_m**3)
     return {"oblateness": number(0.5) * mu * number(oblate.j2) * radius * radius}
 
 
-def body_parameters(body: ThirdBody, units: Units, number: Number) -> Named:
+def body_parameters(body: ThirdBody, units: HeyokaUnits, number: Number) -> Named:
     """Pull mu_b/D³, distance D, longitude at t = 0, rate."""
     distance = number(body.distance_m / units.length_m)
     mu = number(body.mu_m3_s2 * units.time_s**2 / units.length_m**3)
@@ -144,7 +144,7 @@ def body_parameters(body: ThirdBody, units: Units, number: Number) -> Named:
     yield from zip(BODY, (*values, number(body.rate_rad_s * units.time_s)), strict=True)
 
 
-def drag_parameters(drag: Drag, scene: Scene, units: Units, number: Number) -> dict[str, Any]:
+def drag_parameters(drag: Drag, scene: Scene, units: HeyokaUnits, number: Number) -> dict[str, Any]:
     """Of the air; of each bar (b/2) times the integrals of 1, s² and s⁴ along it: b h, b h³/3, b h⁵/5."""
     length = units.length_m
     radius = number(scene.central_body.radius_m / length) + number(drag.altitude_m / length)
@@ -165,7 +165,7 @@ def drag_parameters(drag: Drag, scene: Scene, units: Units, number: Number) -> d
     return found
 
 
-def light_parameters(light: SolarPressure, scene: Scene, units: Units, number: Number) -> dict[str, Any]:
+def light_parameters(light: SolarPressure, scene: Scene, units: HeyokaUnits, number: Number) -> dict[str, Any]:
     """Shares absorbed (1 - rho) and mirrored (2 rho), the Sun's longitude and rate, of each bar P b l."""
     share, length = number(light.reflectivity), units.length_m
     sun = (number(1.0) - share, number(2.0) * share, number(light.sun_longitude_rad))
@@ -176,7 +176,7 @@ def light_parameters(light: SolarPressure, scene: Scene, units: Units, number: N
     return found
 
 
-def spring_parameters(springs: JointSpringDamper, units: Units, number: Number) -> dict[str, Any]:
+def spring_parameters(springs: JointSpringDamper, units: HeyokaUnits, number: Number) -> dict[str, Any]:
     """Stiffness, damping and angle at rest of each joint."""
     stiffness, damping = units.time_s**2 / units.length_m**2, units.time_s / units.length_m**2
     columns = (
@@ -187,7 +187,7 @@ def spring_parameters(springs: JointSpringDamper, units: Units, number: Number) 
     return {f"spring_{x}_{j}": v for x, col in zip(SPRING, columns, strict=True) for j, v in enumerate(col)}
 
 
-def thrust_line(thrust: Thrust, middle_s: float, units: Units, number: Number) -> tuple[Any, Any, Any]:
+def thrust_segment(thrust: Thrust, middle_s: float, units: HeyokaUnits, number: Number) -> tuple[Any, Any, Any]:
     """Size, slope and begin of the line of a thrust's table at an instant inside of it; zeros outside the table."""
     zero, table = number(0.0), list(zip(thrust.times_s, thrust.force_N, strict=True))
     force = units.time_s**2 / units.length_m
@@ -199,6 +199,6 @@ def thrust_line(thrust: Thrust, middle_s: float, units: Units, number: Number) -
     return zero, zero, zero
 
 
-def blow_size(blow: Impulse, units: Units, number: Number) -> Any:
+def impulse_size(blow: Impulse, units: HeyokaUnits, number: Number) -> Any:
     """Size of a blow in the working precision and units."""
     return number(blow.impulse_N_s * units.time_s / units.length_m)

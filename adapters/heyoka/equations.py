@@ -64,7 +64,7 @@ def form(**parts: Symbol) -> Any:
 
 
 @dataclass(frozen=True)
-class Bar:
+class SymbolicBar:
     """One bar of the chain in symbols: constants, and where and how fast it is."""
 
     mass: Symbol
@@ -80,7 +80,7 @@ class Bar:
     """Of all but its joints' forces and motors"""
     place: tuple[Symbol, Symbol]
     velocity: tuple[Symbol, Symbol]
-    swerve: Symbol | None = None
+    transverse_acceleration: Symbol | None = None
     """Z x the part of its acceleration without joints that is not central; None if there is none"""
 
     @property
@@ -106,14 +106,14 @@ class Bar:
 
 
 @dataclass(frozen=True)
-class Visited:
+class ArticulatedBar:
     """What is known of a bar on the way from the last to the first."""
 
     turn: Any
     """w' as an affine function of a, the motor's torque and 1"""
     torque: Any
     """tau as such a function; None of a free bar"""
-    needs: tuple[Any, Any]
+    left_force: tuple[Any, Any]
     """P as such a function"""
     torque_on_left: Any
     """q: torque of its joint motor, whose opposite acts on the bar before"""
@@ -126,14 +126,16 @@ def after(function: Any, point: tuple[Any, Any]) -> Any:
     return point[0] * function[A_X] + point[1] * function[A_Y] + form(motor=function[MOTOR], one=function[ONE])
 
 
-def put_in(function: Any, turn: Any) -> Any:
+def substituted(function: Any, turn: Any) -> Any:
     """Affine function with w' replaced by what it has been found to be."""
     rest = function.copy()
     rest[TURN] = 0.0
     return rest + turn * function[TURN]
 
 
-def visit(bar: Bar, beyond: Visited | None, wanted: Any, *, motor: bool, pushed: bool) -> Visited:
+def backward_step(
+    bar: SymbolicBar, beyond: ArticulatedBar | None, prescribed: Any, *, motor: bool, pushed: bool
+) -> ArticulatedBar:
     """Force that a bar needs at its left end, and its angular acceleration.
 
     Parameters
@@ -149,30 +151,30 @@ def visit(bar: Bar, beyond: Visited | None, wanted: Any, *, motor: bool, pushed:
         Whether it takes the opposite of the torque of joint 1's motor.
     """
     end, (nx, ny) = bar.acceleration(2.0), bar.across
-    force = tuple(after(f, end) for f in beyond.needs) if beyond else (form(), form())
+    force = tuple(after(f, end) for f in beyond.left_force) if beyond else (form(), form())
     pull = bar.specific_force()
-    needs = tuple(f + p * bar.mass for f, p in zip(force, pull, strict=True))
-    lever = (force[0] + needs[0]) * nx + (force[1] + needs[1]) * ny
+    left_force = tuple(f + p * bar.mass for f, p in zip(force, pull, strict=True))
+    lever = (force[0] + left_force[0]) * nx + (force[1] + left_force[1]) * ny
     others = lever - form(one=bar.torque) + (form(motor=1.0) if pushed else form())
     if beyond is not None:
         others = others + after(beyond.torque_on_left, end)
     lacking = others + form(turn=bar.inertia)  # J w' - K + q + lever: zero on a free bar, tau on a prescribed one
-    if wanted is None:
+    if prescribed is None:
         turn = -others / (bar.inertia + others[TURN])
         turn[TURN] = 0.0
         torque = None
     else:
-        turn, torque = wanted, put_in(lacking, wanted)
-    return Visited(
+        turn, torque = prescribed, substituted(lacking, prescribed)
+    return ArticulatedBar(
         turn,
         torque,
-        (put_in(needs[0], turn), put_in(needs[1], turn)),
+        (substituted(left_force[0], turn), substituted(left_force[1], turn)),
         torque if motor else form(),
         symmetric=False,
     )
 
 
-def visit_free(bar: Bar, beyond: Visited | None) -> Visited:
+def backward_step_free(bar: SymbolicBar, beyond: ArticulatedBar | None) -> ArticulatedBar:
     """:func:`visit` of a free bar where A = S is symmetric, at half the operations.
 
     With n standing for (l/2) n, v = 2 S n + m n and D = J + m l²/4 + 4 n·S n, Euler reads D w' + v·a + e = 0,
@@ -189,22 +191,22 @@ def visit_free(bar: Bar, beyond: Visited | None) -> Visited:
     e = nx * (2.0 * far[0] - mass * tx) + ny * (2.0 * far[1] - mass * ty) - bar.torque
     c = (far[0] - mass * (cx + tx), far[1] - mass * (cy + ty))
     across = xy - v[0] * g[1]
-    needs = (
+    left_force = (
         form(x=mass + xx - v[0] * g[0], y=across, one=c[0] - g[0] * e),
         form(x=across, y=mass + yy - v[1] * g[1], one=c[1] - g[1] * e),
     )
-    return Visited(form(x=-g[0], y=-g[1], one=-e / stiff), None, needs, form(), symmetric=True)
+    return ArticulatedBar(form(x=-g[0], y=-g[1], one=-e / stiff), None, left_force, form(), symmetric=True)
 
 
-def symmetric_part(beyond: Visited | None) -> tuple[tuple[Symbol, Symbol, Symbol], tuple[Symbol, Symbol]]:
+def symmetric_part(beyond: ArticulatedBar | None) -> tuple[tuple[Symbol, Symbol, Symbol], tuple[Symbol, Symbol]]:
     """S (xx, xy, yy) and b of the chain beyond a bar; zero beyond the last."""
     if beyond is None:
         return (0.0, 0.0, 0.0), (0.0, 0.0)
-    x, y = beyond.needs
+    x, y = beyond.left_force
     return (x[A_X], x[A_Y], y[A_Y]), (x[ONE], y[ONE])
 
 
-def wanted_turn(bar: Bar, law: Symbol, *, local_horizontal: bool) -> Any:
+def prescribed_acceleration(bar: SymbolicBar, law: Symbol, *, local_horizontal: bool) -> Any:
     """Angular acceleration that a law asks for, affine in a: `law` itself, or with the longitude's on top."""
     if not local_horizontal:
         return form(one=law)
@@ -214,21 +216,21 @@ def wanted_turn(bar: Bar, law: Symbol, *, local_horizontal: bool) -> Any:
     swing = (pull[1] * zx - pull[0] * zy) / r2
     drift = 2.0 * (zx * vx + zy * vy) * (zx * vy - zy * vx) / (r2 * r2)
     given = swing + form(one=law - drift)
-    if bar.swerve is not None:
-        given = given + form(one=bar.swerve / r2)
+    if bar.transverse_acceleration is not None:
+        given = given + form(one=bar.transverse_acceleration / r2)
     turn = given / (1.0 - given[TURN])  # the bar's own turning moves its centre about its left end
     turn[TURN] = 0.0
     return turn
 
 
-def at(function: Any, a: tuple[Symbol, Symbol], motor: Symbol) -> Symbol:
+def evaluated(function: Any, a: tuple[Symbol, Symbol], motor: Symbol) -> Symbol:
     """Value of an affine function."""
     return function[A_X] * a[0] + function[A_Y] * a[1] + function[MOTOR] * motor + function[ONE]
 
 
-def start(first: Visited, *, motor: bool) -> tuple[tuple[Symbol, Symbol], Symbol]:
+def start(first: ArticulatedBar, *, motor: bool) -> tuple[tuple[Symbol, Symbol], Symbol]:
     """Acceleration of the first left end, and torque of joint 1's motor if it prescribes bar 1."""
-    (a, b), one = first.needs, ONE
+    (a, b), one = first.left_force, ONE
     if not motor:
         det = a[A_X] * b[A_Y] - a[A_Y] * b[A_X]
         return ((a[A_Y] * b[one] - b[A_Y] * a[one]) / det, (b[A_X] * a[one] - a[A_X] * b[one]) / det), 0.0
@@ -258,7 +260,7 @@ def determinant(m: list[list[Symbol]]) -> Symbol:
 
 
 @dataclass(frozen=True)
-class Motion:
+class ChainMotion:
     """Accelerations and forces of a chain in symbols."""
 
     turn: list[Symbol]
@@ -269,42 +271,46 @@ class Motion:
     """(P,) in the order of the laws"""
 
 
-def motion(bars: list[Bar], structure: Structure, laws: list[Symbol]) -> Motion:
+def chain_motion(bars: list[SymbolicBar], structure: Structure, laws: list[Symbol]) -> ChainMotion:
     """Equations of a chain; `laws` holds the second derivative of each prescribed law."""
     told = {law.bar: (law, second) for law, second in zip(structure.laws, laws, strict=True)}
     first_motor = 0 in told and told[0][0].joint
-    visited: list[Visited] = []
+    articulated: list[ArticulatedBar] = []
     for j in reversed(range(len(bars))):
-        beyond = visited[0] if visited else None
+        beyond = articulated[0] if articulated else None
         law, second = told.get(j, (None, 0.0))
         pushed = first_motor and j == 1
         if law is None and not pushed and (beyond is None or beyond.symmetric):
-            visited.insert(0, visit_free(bars[j], beyond))
+            articulated.insert(0, backward_step_free(bars[j], beyond))
             continue
-        wanted = wanted_turn(bars[j], second, local_horizontal=law.local_horizontal) if law else None
+        prescribed = prescribed_acceleration(bars[j], second, local_horizontal=law.local_horizontal) if law else None
         motor = law is not None and law.joint and j > 0
-        visited.insert(0, visit(bars[j], beyond, wanted, motor=motor, pushed=pushed))
-    return walk_back(bars, structure, visited, *start(visited[0], motor=first_motor))
+        articulated.insert(0, backward_step(bars[j], beyond, prescribed, motor=motor, pushed=pushed))
+    return forward_pass(bars, structure, articulated, *start(articulated[0], motor=first_motor))
 
 
-def walk_back(
-    bars: list[Bar], structure: Structure, visited: list[Visited], a: tuple[Symbol, Symbol], motor: Symbol
-) -> Motion:
+def forward_pass(
+    bars: list[SymbolicBar],
+    structure: Structure,
+    articulated: list[ArticulatedBar],
+    a: tuple[Symbol, Symbol],
+    motor: Symbol,
+) -> ChainMotion:
     """From the first bar to the last: angular accelerations, torques, and Newton's law of each bar."""
     turns: list[Symbol] = []
     pulls: list[tuple[Symbol, Symbol]] = []
     torques: dict[int, Symbol] = {}
-    for j, (bar, seen) in enumerate(zip(bars, visited, strict=True)):
-        turn = at(seen.turn, a, motor)
+    for j, (bar, seen) in enumerate(zip(bars, articulated, strict=True)):
+        turn = evaluated(seen.turn, a, motor)
         turns.append(turn)
         if seen.torque is not None:
-            torques[j] = at(seen.torque, a, motor)
+            torques[j] = evaluated(seen.torque, a, motor)
         pull, end = bar.specific_force(), bar.acceleration(2.0)
-        pulls.append(tuple(bar.mass * (at(p, a, 0.0) + p[TURN] * turn) for p in pull))
-        a = (at(end[0], a, 0.0) + end[0][TURN] * turn, at(end[1], a, 0.0) + end[1][TURN] * turn)
+        pulls.append(tuple(bar.mass * (evaluated(p, a, 0.0) + p[TURN] * turn) for p in pull))
+        a = (evaluated(end[0], a, 0.0) + end[0][TURN] * turn, evaluated(end[1], a, 0.0) + end[1][TURN] * turn)
     reaction: list[tuple[Symbol, Symbol]] = []
     total: tuple[Symbol, Symbol] = (0.0, 0.0)
     for x, y in reversed(pulls[1:]):
         total = (total[0] - x, total[1] - y)
         reaction.insert(0, total)
-    return Motion(turns, reaction, [torques[law.bar] for law in structure.laws])
+    return ChainMotion(turns, reaction, [torques[law.bar] for law in structure.laws])

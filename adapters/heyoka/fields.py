@@ -49,12 +49,12 @@ class Load:
     push: Pair
     """Acceleration of its centre, from the falling frame"""
     torque: Symbol = 0.0
-    swerve: Symbol | None = None
+    transverse_acceleration: Symbol | None = None
     """Z x the part of its whole acceleration that is not along Z; None where there is none"""
 
     def __add__(self, other: Load) -> Load:
         """Both at once."""
-        swerves = [s for s in (self.swerve, other.swerve) if s is not None]
+        swerves = [s for s in (self.transverse_acceleration, other.transverse_acceleration) if s is not None]
         return Load(
             (self.push[0] + other.push[0], self.push[1] + other.push[1]),
             self.torque + other.torque,
@@ -82,7 +82,7 @@ def cross(a: Pair, b: Pair) -> Symbol:
 
 
 @dataclass(frozen=True)
-class Closeness:
+class DistanceRatio:
     """How much nearer to a centre a point is than the chain's centre, which is at z from it."""
 
     q: Symbol
@@ -93,19 +93,19 @@ class Closeness:
     """y²"""
 
     @property
-    def lack(self) -> Symbol:
+    def complement(self) -> Symbol:
         """1 - y."""
         return self.q * self.square / (1.0 + self.y)
 
 
-def closeness(z: Pair, r2: Symbol, d: Pair) -> Closeness:
+def distance_ratio(z: Pair, r2: Symbol, d: Pair) -> DistanceRatio:
     """Of the point at z + d."""
     q = ((2.0 * z[0] + d[0]) * d[0] + (2.0 * z[1] + d[1]) * d[1]) / r2
     y = (1.0 + q) ** -0.5
-    return Closeness(q, y, y * y)
+    return DistanceRatio(q, y, y * y)
 
 
-def tide(z: Pair, pull: Symbol, d: Pair, near: Closeness) -> tuple[Pair, Symbol]:
+def tide(z: Pair, pull: Symbol, d: Pair, near: DistanceRatio) -> tuple[Pair, Symbol]:
     """Pull at z + d less that at z of a point mass, and mu over the cube of the distance; `pull` is mu/|z|³."""
     y, square = near.y, near.square
     cube = pull * (square * y)
@@ -130,7 +130,7 @@ class Attractor:
         if self.model == "slender":
             return self.slender_load(rod)
         z, d, reach = self.z, rod.offset, rod.reach
-        near = closeness(z, self.r2, d)
+        near = distance_ratio(z, self.r2, d)
         push, cube = tide(z, self.pull, d, near)
         if self.model == "point":
             return Load(push)
@@ -146,19 +146,19 @@ class Attractor:
     def slender_load(self, rod: Rod) -> Load:
         """The exact pull on a uniform bar."""
         (zx, zy), (dx, dy), (px, py) = self.z, rod.offset, rod.reach
-        left, right = (closeness(self.z, self.r2, d) for d in ((dx - px, dy - py), (dx + px, dy + py)))
+        left, right = (distance_ratio(self.z, self.r2, d) for d in ((dx - px, dy - py), (dx + px, dy + py)))
         both, total = left.y * right.y, left.y + right.y
         ratio = 4.0 * (both * both / (self.r2 * total * total))  # 4/S²
         short = rod.half * rod.half * ratio
         scale = self.pull / (total * (1.0 - short))
         g = 2.0 * both * both * scale
-        apart = left.lack + left.y * right.lack  # 1 - y1 y2
-        change = scale * (2.0 * apart * (1.0 + both) - (left.lack + right.lack) - short * total)
+        apart = left.complement + left.y * right.complement  # 1 - y1 y2
+        change = scale * (2.0 * apart * (1.0 + both) - (left.complement + right.complement) - short * total)
         x, y = zx + dx, zy + dy
         along = g * ratio * (x * px + y * py)
         push = (zx * change - g * dx + along * px, zy * change - g * dy + along * py)
-        swerve = along * (x * py - y * px)
-        return Load(push, -rod.mass * swerve, swerve)
+        transverse_acceleration = along * (x * py - y * px)
+        return Load(push, -rod.mass * transverse_acceleration, transverse_acceleration)
 
 
 def second_moment_push(rod: Rod, at: Pair, strength: Symbol, inverse2: Symbol, k: float) -> Load:
@@ -195,10 +195,10 @@ class Flattening:
     def load(self, rod: Rod) -> Load:
         """On a bar."""
         (zx, zy), (dx, dy), (px, py) = self.z, rod.offset, rod.reach
-        near = closeness(self.z, self.r2, rod.offset)
+        near = distance_ratio(self.z, self.r2, rod.offset)
         y, square = near.y, near.square
         power = 3.0 * self.fifth * (square * square * y)
-        change = 3.0 * self.fifth * near.lack * (1.0 + y + square * (1.0 + y + square))
+        change = 3.0 * self.fifth * near.complement * (1.0 + y + square * (1.0 + y + square))
         push = Load((zx * change - dx * power, zy * change - dy * power))
         if self.model == "point":
             return push
@@ -228,7 +228,7 @@ class Companion:
 def companion(centre: Pair, body: Pair, distance2: Symbol, pull: Symbol, model: str) -> Companion:
     """Third body at `body`; `pull` is mu_b/D³. It sees slender bars by their second moment."""
     back = (-body[0], -body[1])
-    frame, near_pull = tide(back, pull, centre, closeness(back, distance2, centre))
+    frame, near_pull = tide(back, pull, centre, distance_ratio(back, distance2, centre))
     z = (centre[0] + back[0], centre[1] + back[1])
     attractor = Attractor(z, z[0] * z[0] + z[1] * z[1], near_pull, "quadrupole" if model == "slender" else model)
     return Companion(frame, attractor)

@@ -6,7 +6,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from adapters.heyoka.compiled import KEPT, Precision, symbols
-from adapters.heyoka.discrete_modes import switch_events
+from adapters.heyoka.discrete_modes import mode_events
 
 if TYPE_CHECKING:
     from adapters.heyoka.structure import Structure
@@ -32,7 +32,7 @@ def events(structure: Structure, precision: Precision) -> list[Any]:
     """Events that stop a run: the surface's (`Structure.surfaces` of them), then those that switch a mode."""
     found = surface_events(structure, precision) if structure.lands else []
     if structure.effects.modes:
-        found += switch_events(structure, precision)
+        found += mode_events(structure, precision)
     return found
 
 
@@ -44,13 +44,13 @@ def surface_events(structure: Structure, precision: Precision) -> list[Any]:
     falling = hy.event_direction.negative
     ends = [hy.t_event(e, direction=falling, fp_type=precision.type) for e in found.ends]
     lines = [
-        hy.t_event(e, direction=falling, fp_type=precision.type, callback=OffTheBar(structure, precision, j))
+        hy.t_event(e, direction=falling, fp_type=precision.type, callback=BeyondBarEnds(structure, precision, j))
         for j, e in enumerate(found.middles)
     ]
     return ends + lines
 
 
-class OffTheBar:
+class BeyondBarEnds:
     """Tells heyoka to go on where a bar's line, but not the bar itself, touches the surface."""
 
     def __init__(self, structure: Structure, precision: Precision, bar: int) -> None:

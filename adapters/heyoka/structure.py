@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adapters.common.initial_state import initial_state
-from adapters.heyoka.effects import EffectShapes, effect_parameters, pushes_the_track, shapes_of
+from adapters.heyoka.effects import EffectShapes, effect_parameters, perturbs_orbit, shapes_of
 from scenarios import Actuator, Frame, Gravity
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.heyoka.units import Units
+    from adapters.heyoka.units import HeyokaUnits
     from scenarios import Scene
 
 PI = "3.14159265358979323846264338327950288419716939937510582097494459"
@@ -29,7 +29,7 @@ Numbers = Any
 """Array in the working precision"""
 
 
-class Part(IntEnum):
+class BarParameter(IntEnum):
     """Parameters of a bar, after those of the whole scene."""
 
     MASS = 0
@@ -75,9 +75,9 @@ class Structure:
     @property
     def law_offset(self) -> int:
         """Where the laws' parameters start: after mu, the surface's radius, and each bar's."""
-        return SCENE_PARAMETERS + len(Part) * self.bars
+        return SCENE_PARAMETERS + len(BarParameter) * self.bars
 
-    def place_of(self, part: Part, bar: int) -> int:
+    def bar_slot(self, part: BarParameter, bar: int) -> int:
         """Where a bar's parameter is."""
         return SCENE_PARAMETERS + part * self.bars + bar
 
@@ -109,7 +109,7 @@ def may_land(scene: Scene) -> bool:
     """
     if scene.central_body.radius_m <= 0.0:
         return False
-    if pushes_the_track(scene):
+    if perturbs_orbit(scene):
         return True
     if scene.effects.gravity is Gravity.NONE:
         return False  # without gravity a horizontal start only leads away
@@ -118,7 +118,7 @@ def may_land(scene: Scene) -> bool:
     return perigee_m - 2.0 * scene.size_m <= scene.central_body.radius_m
 
 
-def parameters_of(scene: Scene, units: Units, number: Callable[[Any], Any]) -> Numbers:
+def parameters_of(scene: Scene, units: HeyokaUnits, number: Callable[[Any], Any]) -> Numbers:
     """Parameters of the equations in the working precision: `number` makes one of a float or a decimal string."""
     length, time = units.length_m, units.time_s
     chain = scene.chain
@@ -138,7 +138,7 @@ def parameters_of(scene: Scene, units: Units, number: Callable[[Any], Any]) -> N
     return np.array(found)
 
 
-def start_of(scene: Scene, units: Units, number: Callable[[Any], Any]) -> Numbers:
+def start_of(scene: Scene, units: HeyokaUnits, number: Callable[[Any], Any]) -> Numbers:
     """State [Z0, Z0', theta, theta'] at t = 0 in the working precision: the numbers that every engine starts from."""
     at = initial_state(scene)
     length, time = units.length_m, units.time_s

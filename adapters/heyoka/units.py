@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Units:
+class HeyokaUnits:
     """Powers of two."""
 
     length_m: float
@@ -23,6 +23,6 @@ class Units:
         return self.length_m / self.time_s**2
 
 
-def units_of(scene: Scene) -> Units:
+def units_of(scene: Scene) -> HeyokaUnits:
     """Units near the initial radius and the fastest rate."""
-    return Units(2.0 ** round(math.log2(scene.radius0_m)), 2.0 ** -round(math.log2(scene.fastest_rate_rad_s)))
+    return HeyokaUnits(2.0 ** round(math.log2(scene.radius0_m)), 2.0 ** -round(math.log2(scene.fastest_rate_rad_s)))

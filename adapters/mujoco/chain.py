@@ -76,7 +76,7 @@ class AppliedLoads:
         self.applied = data.xfrc_applied[1:]
         self.evaluations = 0
 
-    def arrive(self, index: int) -> None:
+    def move_frame(self, index: int) -> None:
         """Be asked next for the state at `index`: all is smooth there, and nothing to be prepared."""
 
     def __call__(self, model: Any, data: Any) -> None:
@@ -100,7 +100,7 @@ class AppliedLoads:
         self.applied[:] = rows
 
 
-def posed(model: Any, q: Array, q_t: Array) -> Any:
+def data_at(model: Any, q: Array, q_t: Array) -> Any:
     """Data of a model at coordinates and rates, each (N + 2,)."""
     import mujoco as mj
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adapters.bar_loads.interface import Here, bars_of
-from adapters.bar_loads.thrusts import blows
+from adapters.bar_loads.interface import FrameState, bars_of
+from adapters.bar_loads.thrusts import impulse_jumps
 from adapters.bar_loads.tree import tree_rates
 from adapters.engine import UnsupportedMotionError
 from adapters.mujoco.chain import installed, reactions
@@ -30,7 +30,7 @@ class AppliedEffects:
     and the other after: the callback tells them apart by the stage that came before.
     """
 
-    def __init__(self, chain: Chain, data: Any, acting: ChainLoads, track: Array, half_s: float) -> None:
+    def __init__(self, chain: Chain, data: Any, effect_loads: ChainLoads, track: Array, half_s: float) -> None:
         """Prepare the callback.
 
         Parameters
@@ -41,13 +41,13 @@ class AppliedEffects:
         track : ndarray, shape (n, 4)
             Frame's origin and its velocity every half step, `half_s`, from t = 0.
         """
-        self.acting, self.track, self.half_s, self.bars = acting, track.tolist(), half_s, bars_of(chain)
+        self.effect_loads, self.track, self.half_s, self.bars = effect_loads, track.tolist(), half_s, bars_of(chain)
         self.place, self.applied = data.xipos[1:, :2], data.xfrc_applied[1:]
         self.last: int | None = None
         self.faces: list[list[bool]] | None = None
         self.evaluations = 0
 
-    def arrive(self, index: int) -> None:
+    def move_frame(self, index: int) -> None:
         """Be asked next for the state at half step `index`, as the step that ends there sees it; 0 as it begins."""
         self.last = index - 1 if index else None
 
@@ -68,30 +68,30 @@ class AppliedEffects:
         middle = index if index % 2 else index - 1 if ends else index + 1
         self.last = index
         x, y, vx, vy = self.track[index]
-        here = Here(x, y, vx, vy, index * self.half_s, middle * self.half_s)
+        frame = FrameState(x, y, vx, vy, index * self.half_s, middle * self.half_s)
         q = data.qpos.tolist()
         places = [(x, y, angle) for (x, y), angle in zip(self.place.tolist(), accumulate(q[2:]), strict=True)]
-        rates = list(tree_rates(q, data.qvel.tolist(), self.bars)) if self.acting.of_rates else []
-        self.watch_faces(here, places, rates)
+        rates = list(tree_rates(q, data.qvel.tolist(), self.bars)) if self.effect_loads.of_rates else []
+        self.check_faces(frame, places, rates)
         self.applied[:] = [
             (bar.mass * ax, bar.mass * ay, 0.0, 0.0, 0.0, bar.inertia * spin)
-            for bar, (ax, ay, spin) in zip(self.bars, self.acting(here, places, rates), strict=True)
+            for bar, (ax, ay, spin) in zip(self.bars, self.effect_loads(frame, places, rates), strict=True)
         ]
 
-    def watch_faces(self, here: Here, places: list[Place], rates: list[Rate]) -> None:
+    def check_faces(self, frame: FrameState, places: list[Place], rates: list[Rate]) -> None:
         """Refuse to go on where a bar turns its other face: a slope jumps there, and a fourth-order step needs none."""
-        if not self.acting.faced:
+        if not self.effect_loads.faced:
             return
-        faces = [effect.faces(here, places, rates) for effect in self.acting.faced]
+        faces = [effect.faces(frame, places, rates) for effect in self.effect_loads.faced]
         if self.faces is not None and faces != self.faces:
             raise UnsupportedMotionError(
-                f"a bar turned its other face to the air or the Sun at t = {here.t_s:.6g} s: "
+                f"a bar turned its other face to the air or the Sun at t = {frame.t_s:.6g} s: "
                 "a slope jumps there, and equal steps straddle it"
             )
         self.faces = faces
 
 
-def strike(model: Any, data: Any, chain: Chain, impulses: Sequence[Impulse]) -> Array:
+def apply_impulses(model: Any, data: Any, chain: Chain, impulses: Sequence[Impulse]) -> Array:
     """Let `impulses` change the rates in `data`; impulsive reactions on each bar from the next, (N-1, 2), N s.
 
     With all rates zero, accelerations by forces are what jumps by impulses are: one system, the joints' own.
@@ -101,7 +101,7 @@ def strike(model: Any, data: Any, chain: Chain, impulses: Sequence[Impulse]) -> 
     data.qvel = 0.0
     data.xfrc_applied[1:] = [
         (bar.mass * x, bar.mass * y, 0.0, 0.0, 0.0, bar.inertia * turn)
-        for bar, (x, y, turn) in zip(bars, blows(bars, impulses, angle), strict=True)
+        for bar, (x, y, turn) in zip(bars, impulse_jumps(bars, impulses, angle), strict=True)
     ]
     with installed(None):
         found = reactions(model, data)

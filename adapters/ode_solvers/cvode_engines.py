@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, final
 import numpy as np
 
 from adapters.engine import AccuracyParameter, AccuracySweep, EngineError
-from adapters.ode_solvers.driver import Stretch
+from adapters.ode_solvers.driver import SolvedSegment
 from adapters.ode_solvers.engine import SolverEngine
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 MOST_STEPS = 10_000_000  # between two samples: its own limit of 500 is a guard against runs too long, and so is ours
 
 
-class Surface:
+class CvodeSurfaceEvent:
     """The event that ends a run."""
 
     terminal = (True,)
@@ -29,7 +29,7 @@ class Surface:
 
     def __call__(self, t_s: float, y: Array, height: Array) -> None:
         """Fill in the height of the chain."""
-        height[0] = self.problem.look(t_s, y)
+        height[0] = self.problem.height_at_event(t_s, y)
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class CvodeSolver:
     rtol: float
     atol: float
 
-    def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> Stretch:
+    def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> SolvedSegment:
         """Go from state `y` at `start_s` to the last of `instants_s`, by way of the others.
 
         Raises
@@ -58,22 +58,22 @@ class CvodeSolver:
             method=self.method,
             rtol=self.rtol,
             atol=self.atol,
-            eventsfn=Surface(problem),
+            eventsfn=CvodeSurfaceEvent(problem),
             num_events=1,
             max_num_steps=MOST_STEPS,
         )
-        looks = problem.looks
+        event_calls = problem.event_calls
         found: Any = solver.solve(np.concatenate([[start_s], instants_s]), y)
         if not found.success:
             raise EngineError(f"CVODE, {self.method}: {found.message}")
         steps = (
-            problem.looks - looks - 1 - len(instants_s)
+            problem.event_calls - event_calls - 1 - len(instants_s)
         )  # it looks at the start, after each step and at each instant
         alone = len(instants_s) == 1  # it then shows every step of its own, the last of them at the instant
         if found.t_events is None:
-            return Stretch(found.y[-1:] if alone else found.y[1:], None, steps, int(found.njev))
+            return SolvedSegment(found.y[-1:] if alone else found.y[1:], None, steps, int(found.njev))
         reached = found.y[:0] if alone else found.y[1:-1]  # the last one is the event's
-        return Stretch(reached, float(found.t_events[0]), steps, int(found.njev))
+        return SolvedSegment(reached, float(found.t_events[0]), steps, int(found.njev))
 
 
 class CvodeEngine(SolverEngine):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Stretch:
+class SolvedSegment:
     """What a solver returned from one break to the next."""
 
     y: Array
@@ -43,24 +43,24 @@ class Problem:
     height: Callable[[Array], float]
     """Least distance of the chain from the surface, m"""
     evaluations: int = field(default=0, init=False)
-    looks: int = field(default=0, init=False)
+    event_calls: int = field(default=0, init=False)
 
     def rate(self, t_s: float, y: Array) -> Array:
         """Time derivative of the state, counted."""
         self.evaluations += 1
         return self.rhs(t_s, y)
 
-    def look(self, t_s: float, y: Array) -> float:
+    def height_at_event(self, t_s: float, y: Array) -> float:
         """Height of the chain, counted."""
         del t_s
-        self.looks += 1
+        self.event_calls += 1
         return self.height(y)
 
 
 class Solver(Protocol):
     """One library's solver at one setting."""
 
-    def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> Stretch:
+    def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> SolvedSegment:
         """Go from state `y` at `start_s` to the last of `instants_s`, by way of the others.
 
         Raises
@@ -71,14 +71,14 @@ class Solver(Protocol):
 
 
 @dataclass(frozen=True)
-class Driven:
+class SolverResult:
     """What a solver saw, and what it took."""
 
     walk: Walk
     jacobians: int
 
 
-class Breaks(Protocol):
+class RestartRule(Protocol):
     """What happens at a break."""
 
     def enter(self, start_s: float, end_s: float, y: Array) -> Array:
@@ -90,8 +90,8 @@ def drive(
     problem: Problem,
     t_s: Array,
     breaks_s: tuple[float, ...] = (),
-    breaks: Breaks | None = None,
-) -> Driven:
+    breaks: RestartRule | None = None,
+) -> SolverResult:
     """Integrate over the samples `t_s`, (n,), anew from every break, as the law of motion changes there.
 
     Raises
@@ -118,4 +118,4 @@ def drive(
         if stopped is not None:
             break
         y = found.y[-1]
-    return Driven(Walk(t_s[: len(rows)], np.array(rows), steps, problem.evaluations, stopped), jacobians)
+    return SolverResult(Walk(t_s[: len(rows)], np.array(rows), steps, problem.evaluations, stopped), jacobians)

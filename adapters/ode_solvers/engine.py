@@ -43,11 +43,11 @@ class SolverRun:
         if own.model.effects or own.model.impulses:
             own.switches = ModelSwitches(own.packing, float(t_s[-1]), watching=False)
         try:
-            driven = drive(self.solver, problem, t_s, own.model.breaks_s, own.switches)
+            result = drive(self.solver, problem, t_s, own.model.breaks_s, own.switches)
         finally:
             own.packing.modes = None
-        self.jacobians = driven.jacobians
-        return driven.walk
+        self.jacobians = result.jacobians
+        return result.walk
 
     def history(self, seen: Walk, *, condition: bool = False) -> History:
         """Observables at the samples."""
@@ -59,7 +59,7 @@ class SolverEngine(ReferenceEngine):
 
     coordinates = Coordinates.RELATIVE
     effects = EVERYTHING - {"solar_pressure.shadow"}
-    why_not: ClassVar[dict[str, str]] = {
+    unsupported_reasons: ClassVar[dict[str, str]] = {
         "solar_pressure.shadow": "solar pressure with a shadow: a plain solver steps over its edge"
     }
     prepared: SolverRun

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from adapters.engine import EngineError
-from adapters.ode_solvers.driver import Stretch
+from adapters.ode_solvers.driver import SolvedSegment
 
 if TYPE_CHECKING:
     from adapters.ode_solvers.driver import Problem
@@ -28,7 +28,7 @@ class ScipySolver:
     rtol: float
     atol: float | Array
 
-    def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> Stretch:
+    def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> SolvedSegment:
         """Go from state `y` at `start_s` to the last of `instants_s`, by way of the others.
 
         Raises
@@ -36,7 +36,7 @@ class ScipySolver:
         EngineError
             If SciPy reports no success; with its warnings, which say more.
         """
-        looks = problem.looks
+        event_calls = problem.event_calls
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
             found = solve_ivp(
@@ -45,7 +45,7 @@ class ScipySolver:
                 y,
                 method=self.method,
                 t_eval=instants_s,
-                events=Surface(problem),
+                events=ScipySurfaceEvent(problem),
                 rtol=max(self.rtol, RTOL_FLOOR),
                 atol=self.atol,
             )
@@ -53,12 +53,12 @@ class ScipySolver:
             words = dict.fromkeys([str(w.message) for w in said] + [str(found.message)])
             raise EngineError(f"{self.method}: {' '.join(words)}")
         stopped = float(found.t_events[0][0]) if found.t_events and found.status == 1 else None
-        steps = problem.looks - looks - 1  # it looks once at the start and once after each step
-        return Stretch(found.y.T, stopped, steps, int(found.njev))
+        steps = problem.event_calls - event_calls - 1  # it looks once at the start and once after each step
+        return SolvedSegment(found.y.T, stopped, steps, int(found.njev))
 
 
 @dataclass
-class Surface:
+class ScipySurfaceEvent:
     """The event that ends a run."""
 
     problem: Problem
@@ -67,4 +67,4 @@ class Surface:
 
     def __call__(self, t_s: float, y: Array) -> float:
         """Height of the chain."""
-        return self.problem.look(t_s, y)
+        return self.problem.height_at_event(t_s, y)

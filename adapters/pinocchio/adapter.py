@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
-from adapters.bar_loads.assemble import CARRIED
+from adapters.bar_loads.assemble import SUPPORTED
 from adapters.common.initial_state import initial_state
-from adapters.common.joint_coordinates import angles, folded, places, velocities
+from adapters.common.joint_coordinates import angles, places, to_joint_coordinates, velocities
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.ode_solvers.driver import Problem, drive
 from adapters.ode_solvers.scipy_solver import RTOL_FLOOR, ScipySolver
@@ -19,10 +19,14 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from scenarios import Scene
 
-NO_LAW = "prescribed rotation: Pinocchio's forward dynamics takes torques; which of them makes a bar follow a law " \
-    "of angle would have to be found outside of it"  # fmt: skip
-NO_EVENT = "solar_pressure.shadow: SciPy's stepper is started anew at instants known beforehand; the shadow's edges " \
-    "depend on the motion"  # fmt: skip
+NO_PRESCRIBED_ROTATION = (
+    "prescribed rotation is not supported: Pinocchio's forward dynamics takes torques and does not find the torque "
+    "that holds a bar to its law"
+)
+NO_SHADOW = (
+    "solar_pressure.shadow is not supported: the solver restarts at instants known beforehand, "
+    "and the shadow's edges depend on the motion"
+)
 
 
 @final
@@ -35,13 +39,14 @@ class Pinocchio(Engine):
     sweep = AccuracySweep(
         AccuracyParameter.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13), default=1e-10
     )
-    effects = CARRIED
+    effects = SUPPORTED
     observables = frozenset(
         {Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION, Observable.IMPULSE}
     )
-    why_not: ClassVar[dict[str, str]] = {
-        f"prescribed_rotation.{what}": NO_LAW for what in ("inertial", "local_horizontal", "external", "joint")
-    } | {"solar_pressure.shadow": NO_EVENT}
+    unsupported_reasons: ClassVar[dict[str, str]] = {
+        f"prescribed_rotation.{what}": NO_PRESCRIBED_ROTATION
+        for what in ("inertial", "local_horizontal", "external", "joint")
+    } | {"solar_pressure.shadow": NO_SHADOW}
 
     def build(self, scene: Scene, setting: Setting) -> None:
         """Make the model and the initial value problem."""
@@ -51,7 +56,7 @@ class Pinocchio(Engine):
         start, self.times_s = initial_state(scene), scene.times_s
         self.weight = np.array(scene.chain.mass_kg) / scene.mass_kg
         self.chain = PinocchioChain(scene)
-        q, q_t = folded(self.chain.length_m, start)
+        q, q_t = to_joint_coordinates(self.chain.length_m, start)
         self.jumps, self.breaks_s = Jumps(scene, self.chain), scene.effects.breaks_s
         self.struck = bool(scene.effects.impulse)
         y0 = self.jumps.begin(np.concatenate([start.com_m, start.com_velocity_m_s, q, q_t]))

@@ -15,9 +15,9 @@ import numpy as np
 
 from adapters.bar_loads.assemble import chain_loads
 from adapters.bar_loads.gravity import MovingLoads
-from adapters.bar_loads.interface import Here, bars_of
-from adapters.bar_loads.particle import fields_beside
-from adapters.bar_loads.tree import tree_places, tree_rates
+from adapters.bar_loads.interface import FrameState, bars_of
+from adapters.bar_loads.particle import perturbing_fields
+from adapters.bar_loads.tree import tree_positions, tree_rates
 from adapters.common.joint_coordinates import angles, places
 from reference_impl.model.kinematics import directions
 from scenarios import Gravity
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from adapters.bar_loads.gravity import Loads
-    from adapters.bar_loads.interface import Bar, Load
+    from adapters.bar_loads.interface import BarProperties, Load
     from adapters.trajectory import Array
     from scenarios import Impulse, Scene
     from scenarios.scene import Chain
@@ -65,8 +65,8 @@ class PinocchioChain:
         self.mu = 0.0 if scene.effects.gravity is Gravity.NONE else scene.central_body.mu_m3_s2
         self.loads = loads or MovingLoads(scene, surface=False)
         self.length_m, self.radius_m = np.array(chain.length_m), scene.central_body.radius_m
-        self.acting = chain_loads(scene, self.loads, falls=True)
-        self.beside = fields_beside(scene)
+        self.effect_loads = chain_loads(scene, self.loads, free_falling=True)
+        self.beside = perturbing_fields(scene)
         self.bars = bars_of(chain)
         self.inside_s = 0.0  # an instant between the two jumps that the states asked for are between
         self.forces = pin.StdVec_Force()  # one for each joint: of a shorter list Pinocchio reads what lies behind it
@@ -88,7 +88,7 @@ class PinocchioChain:
     def accelerations(self, t_s: float, state: Array) -> Array:
         """Second derivatives of the joint coordinates, (N + 2,)."""
         q, q_t = state[4 : 4 + self.width], state[4 + self.width :]
-        if self.acting:
+        if self.effect_loads:
             self.act(t_s, state[:4].tolist(), q.tolist(), q_t.tolist())
         elif self.mu:
             self.apply(float(state[0]), float(state[1]), q.tolist())
@@ -97,11 +97,11 @@ class PinocchioChain:
 
     def act(self, t_s: float, origin: list[float], q: list[float], q_t: list[float]) -> None:
         """Let everything act that the scene calls for, with the frame's origin (4,): m, m/s."""
-        assert self.acting is not None
-        places = list(tree_places(q, self.bars))
-        rates = list(tree_rates(q, q_t, self.bars)) if self.acting.of_rates else []
+        assert self.effect_loads is not None
+        places = list(tree_positions(q, self.bars))
+        rates = list(tree_rates(q, q_t, self.bars)) if self.effect_loads.of_rates else []
         x, y, vx, vy = origin
-        loads = self.acting(Here(x, y, vx, vy, t_s, self.inside_s), places, rates)
+        loads = self.effect_loads(FrameState(x, y, vx, vy, t_s, self.inside_s), places, rates)
         for j, ((*_, angle), bar, load) in enumerate(zip(places, self.bars, loads, strict=True)):
             self.put(j, cos(angle), sin(angle), bar, load)
 
@@ -114,7 +114,7 @@ class PinocchioChain:
             self.put(j, c, s, bar, self.loads.load(left_x + half * c, left_y + half * s, angle, half))
             left_x, left_y = left_x + 2.0 * half * c, left_y + 2.0 * half * s
 
-    def put(self, j: int, c: float, s: float, bar: Bar, load: Load) -> None:
+    def put(self, j: int, c: float, s: float, bar: BarProperties, load: Load) -> None:
         """Put the load of bar `j`, along (c, s), where Pinocchio takes it."""
         ax, ay, spin = load
         mass, inertia, half = bar
@@ -125,34 +125,36 @@ class PinocchioChain:
 
     def reactions(self, state: Array, t_s: float = 0.0) -> Array:
         """Force on each bar from the next, (N-1, 2), N, by inverse dynamics at the accelerations found."""
-        return self.inner(state[4 : 4 + self.width], state[4 + self.width :], self.accelerations(t_s, state))
+        return self.joint_forces(state[4 : 4 + self.width], state[4 + self.width :], self.accelerations(t_s, state))
 
-    def strike(self, state: Array, impulses: Sequence[Impulse]) -> tuple[Array, Array]:
+    def apply_impulses(self, state: Array, impulses: Sequence[Impulse]) -> tuple[Array, Array]:
         """State after blows, and the impulsive reactions on each bar from the next, (N-1, 2), N s.
 
         With all rates zero, accelerations by forces are what jumps by impulses are: one system, the joints' own.
         """
-        from adapters.bar_loads.thrusts import blows
+        from adapters.bar_loads.thrusts import impulse_jumps
 
         q, rest = state[4 : 4 + self.width], np.zeros(self.width)
         angle = list(accumulate(q[2:].tolist()))
-        for j, (a, bar, blow) in enumerate(zip(angle, self.bars, blows(self.bars, impulses, angle), strict=True)):
+        for j, (a, bar, blow) in enumerate(
+            zip(angle, self.bars, impulse_jumps(self.bars, impulses, angle), strict=True)
+        ):
             self.put(j, cos(a), sin(a), bar, blow)
         jump = self.pin.aba(self.model, self.data, q, rest, self.no_torques, self.forces)
         after = state.copy()
         after[4 + self.width :] += jump
-        found = self.inner(q, rest, jump)
+        found = self.joint_forces(q, rest, jump)
         for j in range(len(self.bars)):  # what no load overwrites would go on acting
             self.forces[FIRST + j] = self.pin.Force.Zero()
         return after, found
 
-    def inner(self, q: Array, q_t: Array, q_tt: Array) -> Array:
+    def joint_forces(self, q: Array, q_t: Array, q_tt: Array) -> Array:
         """Force on each bar from the next, (N-1, 2), N, at the loads last put on."""
         self.pin.rnea(self.model, self.data, q, q_t, q_tt, self.forces)
         # what bar j exerts on bar j + 1, in the axes of that one
-        inner = np.array([self.data.f[FIRST + j].linear[:2] for j in range(1, len(self.bars))]).reshape(-1, 2)
+        joint_forces = np.array([self.data.f[FIRST + j].linear[:2] for j in range(1, len(self.bars))]).reshape(-1, 2)
         along, across = directions(angles(q[None])[0, 1:])
-        found: Array = -(inner[:, :1] * along + inner[:, 1:] * across)
+        found: Array = -(joint_forces[:, :1] * along + joint_forces[:, 1:] * across)
         return found
 
     def height(self, state: Array) -> float:

@@ -28,17 +28,17 @@ class Jumps:
         """State from which the next stretch begins."""
         self.chain.inside_s = 0.5 * (start_s + end_s)
         struck = [blow for blow in self.blows if abs(blow.at_s - start_s) <= self.slack_s]
-        return self.strike(start_s, struck, y) if struck and start_s > 0.0 else y
+        return self.apply_impulses(start_s, struck, y) if struck and start_s > 0.0 else y
 
     def begin(self, y: Array) -> Array:
         """State just after blows at t = 0."""
         self.chain.inside_s = 0.5 * sum(self.stretches[0])
         struck = [blow for blow in self.blows if blow.at_s <= self.slack_s]
-        return self.strike(-np.inf, struck, y) if struck else y
+        return self.apply_impulses(-np.inf, struck, y) if struck else y
 
-    def strike(self, at_s: float, struck: list[Impulse], y: Array) -> Array:
+    def apply_impulses(self, at_s: float, struck: list[Impulse], y: Array) -> Array:
         """State after blows, whose impulsive reactions are kept."""
-        after, found = self.chain.strike(y, struck)
+        after, found = self.chain.apply_impulses(y, struck)
         self.sums.append((at_s, self.sums[-1][1] + found))
         return after
 

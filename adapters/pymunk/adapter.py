@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
-from adapters.bar_loads.assemble import CARRIED, chain_loads
-from adapters.bar_loads.falling_frame import falling, track_noise
+from adapters.bar_loads.assemble import SUPPORTED, chain_loads
+from adapters.bar_loads.falling_frame import free_fall, orbit_noise
 from adapters.bar_loads.gravity import AbsoluteLoads, LandedError, Loads, MovingLoads
-from adapters.bar_loads.interface import Here
+from adapters.bar_loads.interface import FrameState
 from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.common.initial_state import InitialState, initial_state
-from adapters.common.step_alignment import between_steps, jumps_by_step
+from adapters.common.step_alignment import events_by_step, misalignment
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.pymunk.iteration_count import MOST_SWEEPS, SETTLED_STEPS, step_sweeps, sweeps
 from adapters.trajectory import Array, Observable, Trajectory
@@ -27,14 +27,14 @@ from reference_impl.model.kinematics import directions
 from scenarios import Gravity
 
 if TYPE_CHECKING:
-    from adapters.pymunk.acting import ActingNow
-    from adapters.pymunk.samples import Glimpse
+    from adapters.pymunk.samples import StaggeredSample
+    from adapters.pymunk.step_loads import StepLoads
     from scenarios import Scene
 
 NOISE_GRAINS = 8.0  # measured: at most 6.3 in reactions (1.4 rms), less in rates, dt 0.005 to 0.3 s
 
-NO_MOTOR = "pymunk's motors hold a rate with a limited impulse, they do not follow a law of angle"
-NO_EVENT = "solar_pressure.shadow: equal steps straddle the shadow's edge, where the light jumps"
+NO_PRESCRIBED_ROTATION = "pymunk's motors hold a rate with a limited impulse, they do not follow a law of angle"
+NO_SHADOW = "solar_pressure.shadow: equal steps straddle the shadow's edge, where the light jumps"
 
 
 class PymunkEngine(Engine):
@@ -44,11 +44,12 @@ class PymunkEngine(Engine):
     sweep = AccuracySweep(
         AccuracyParameter.STEPS_PER_ORBIT, (500, 1000, 2000, 5000, 10000, 20000, 50000, 100000, 200000), default=10000
     )
-    effects = CARRIED
+    effects = SUPPORTED
     observables = frozenset(Observable) - {Observable.IDENTITY, Observable.TORQUE}
-    why_not: ClassVar[dict[str, str]] = {
-        f"prescribed_rotation.{what}": NO_MOTOR for what in ("inertial", "local_horizontal", "external", "joint")
-    } | {"solar_pressure.shadow": NO_EVENT}
+    unsupported_reasons: ClassVar[dict[str, str]] = {
+        f"prescribed_rotation.{what}": NO_PRESCRIBED_ROTATION
+        for what in ("inertial", "local_horizontal", "external", "joint")
+    } | {"solar_pressure.shadow": NO_SHADOW}
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
@@ -60,7 +61,7 @@ class PymunkEngine(Engine):
                 f"in each step to hold, allowed: {MOST_SWEEPS} "
                 "(about 57 equal bars, fewer with light bars between heavy ones)"
             )
-        return super().unsupported(scene) or between_steps(scene)
+        return super().unsupported(scene) or misalignment(scene)
 
     @abstractmethod
     def frame(self, scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
@@ -83,7 +84,7 @@ class PymunkEngine(Engine):
         return {
             "reaction": grains * max(scene.chain.mass_kg) / dt_s**2,
             "rate": grains / (min(scene.chain.length_m) * dt_s),
-        } | (track_noise(scene, t_s) if cls.coordinates is Coordinates.MOVING_FRAME else {})
+        } | (orbit_noise(scene, t_s) if cls.coordinates is Coordinates.MOVING_FRAME else {})
 
     @staticmethod
     @abstractmethod
@@ -104,7 +105,7 @@ class PymunkEngine(Engine):
         self.gravity = self.loads(scene)
         self.prepare_effects()
         self.install()
-        self.seen: list[Glimpse] = []
+        self.seen: list[StaggeredSample] = []
         self.ended = ""
 
     def prepare_effects(self) -> None:
@@ -115,13 +116,13 @@ class PymunkEngine(Engine):
         EngineError
             If a sample would fall on the step after a jump, whose reactions are of first order: see `pymunk_space`.
         """
-        scene, self.begun = self.scene, 0
-        self.acting: ActingNow | None = None
-        if acting := chain_loads(scene, self.gravity, falls=self.coordinates is Coordinates.MOVING_FRAME):
-            from adapters.pymunk.acting import ActingNow
+        scene, self.restarted_at = self.scene, 0
+        self.effect_loads: StepLoads | None = None
+        if effect_loads := chain_loads(scene, self.gravity, free_falling=self.coordinates is Coordinates.MOVING_FRAME):
+            from adapters.pymunk.step_loads import StepLoads
 
-            self.acting = ActingNow(acting)
-        self.jumps = jumps_by_step(scene, self.dt_s)
+            self.effect_loads = StepLoads(effect_loads)
+        self.jumps = events_by_step(scene, self.dt_s)
         if any((step + 1) % self.every == 0 for step in self.jumps):
             raise EngineError("one step from a jump to a sample, allowed: two or more; ask for twice the steps")
         self.impulse_N_s: Array = np.zeros((scene.bars - 1, 2))
@@ -129,9 +130,9 @@ class PymunkEngine(Engine):
 
     def install(self) -> None:
         """Let what acts act on the chain."""
-        if self.acting:
-            self.acting.begin()
-            self.chain.install_all(self.acting)
+        if self.effect_loads:
+            self.effect_loads.begin()
+            self.chain.install_loads(self.effect_loads)
         elif self.scene.effects.gravity is not Gravity.NONE:
             self.chain.install(self.gravity)
 
@@ -139,19 +140,19 @@ class PymunkEngine(Engine):
         """Step from sample to sample."""
         t_s = np.linspace(0.0, self.scene.run.duration_s, self.last_step + 1)
         self.origin_m, self.drift_m_s = self.frame(self.scene, self.start, t_s)
-        self.track = (np.hstack([self.origin_m, self.drift_m_s]) if self.acting else self.origin_m).tolist()
+        self.track = (np.hstack([self.origin_m, self.drift_m_s]) if self.effect_loads else self.origin_m).tolist()
         step = 0
         try:
             if 0 in self.jumps:
-                self.renew(0, self.frame_start())
+                self.restart(0, self.frame_start())
             for step in range(self.last_step + 1):
-                self.arrive(step, before=step > 0)
-                if step == self.begun + SETTLED_STEPS:
+                self.move_frame(step, before=step > 0)
+                if step == self.restarted_at + SETTLED_STEPS:
                     self.chain.settle()
                 if step % self.every and step not in self.jumps:
                     self.chain.step(self.dt_s)
                 else:
-                    self.look(step)
+                    self.take_sample(step)
             self.chain.check_joints()
         except LandedError:
             self.ended = f"a bar reached the surface at t = {t_s[step]:.6f} s"
@@ -163,30 +164,30 @@ class PymunkEngine(Engine):
         """Number of steps."""
         return self.every * (self.scene.run.samples - 1)
 
-    def arrive(self, step: int, *, before: bool) -> None:
+    def move_frame(self, step: int, *, before: bool) -> None:
         """Put the frame where it is at the end of `step`; where something jumps, before that or after."""
-        if self.acting is None:
+        if self.effect_loads is None:
             self.gravity.move_to(*self.track[step])
         else:
-            self.acting.move_to(self.here(step, before=before))
+            self.effect_loads.move_to(self.frame_state(step, before=before))
 
-    def here(self, step: int, *, before: bool) -> Here:
+    def frame_state(self, step: int, *, before: bool) -> FrameState:
         """Where and when the frame is."""
         t_s = step * self.dt_s
         x, y, vx, vy = self.track[step]
-        return Here(x, y, vx, vy, t_s, t_s + (-0.5 if before else 0.5) * self.dt_s)
+        return FrameState(x, y, vx, vy, t_s, t_s + (-0.5 if before else 0.5) * self.dt_s)
 
-    def look(self, step: int) -> None:
+    def take_sample(self, step: int) -> None:
         """Step onto a sample or a jump: what is there, and what comes after."""
-        glimpse = self.chain.look(first=step == 0)
+        staggered = self.chain.take_sample(first=step == 0)
         if step % self.every == 0:
-            self.seen.append(glimpse)
+            self.seen.append(staggered)
             self.impulses.append(self.impulse_N_s)
         if step and step in self.jumps:
-            from adapters.pymunk.effects import seen_at
+            from adapters.pymunk.effects import synchronised
 
-            self.renew(step, seen_at(self.scene, glimpse))
-            self.arrive(step, before=False)
+            self.restart(step, synchronised(self.scene, staggered))
+            self.move_frame(step, before=False)
             self.chain.half_step()
 
     def frame_start(self) -> InitialState:
@@ -195,12 +196,12 @@ class PymunkEngine(Engine):
         com, drift = start.com_m - self.origin_m[0], start.com_velocity_m_s - self.drift_m_s[0]
         return dataclasses.replace(start, com_m=com, com_velocity_m_s=drift)
 
-    def renew(self, step: int, state: InitialState) -> None:
+    def restart(self, step: int, state: InitialState) -> None:
         """Begin anew from `state`, in the space's own axes, after the blows at the end of `step`."""
-        from adapters.pymunk.effects import beginning
+        from adapters.pymunk.effects import restart_state
 
-        found = beginning(self.scene, state, self.jumps[step], self.dt_s)
-        self.chain, self.begun = found.chain, step
+        found = restart_state(self.scene, state, self.jumps[step], self.dt_s)
+        self.chain, self.restarted_at = found.chain, step
         self.impulse_N_s = self.impulse_N_s + found.impulse_N_s
         self.install()
 
@@ -239,10 +240,10 @@ class PymunkEngine(Engine):
     def field(self, origin_m: Array, place: Array, rate: Array) -> Array:
         """Acceleration of each bar by what acts on it at the samples, (n, N, 2) m/s², by the loads of the run."""
         found = np.zeros((*place.shape[:2], 2))
-        if self.acting:
+        if self.effect_loads:
             for i, (bars, rates) in enumerate(zip(place.tolist(), rate.tolist(), strict=True)):
-                here = self.here(i * self.every, before=i > 0)
-                found[i] = [load[:2] for load in self.acting.acting(here, bars, rates)]
+                frame_state = self.frame_state(i * self.every, before=i > 0)
+                found[i] = [load[:2] for load in self.effect_loads.effect_loads(frame_state, bars, rates)]
             return found
         if self.scene.effects.gravity is Gravity.NONE:
             return found
@@ -272,13 +273,13 @@ class Pymunk(PymunkEngine):
         """Bars stay within the chain's length of the frame's origin, but for what drives the chain off it."""
         if not scene.effects.more:
             return scene.size_m
-        from adapters.bar_loads.drift_bound import driven_m
+        from adapters.bar_loads.drift_bound import drift_bound_m
 
-        return scene.size_m + driven_m(scene)
+        return scene.size_m + drift_bound_m(scene)
 
     def frame(self, scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
         """Orbit of a particle started as the centre of mass is; uniform motion without gravity."""
-        return falling(scene, start, t_s)
+        return free_fall(scene, start, t_s)
 
     def loads(self, scene: Scene) -> Loads:
         """Gravity less that at the origin."""

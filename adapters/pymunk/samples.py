@@ -2,5 +2,5 @@
 
 Rows = list[tuple[float, float, float]]
 """For each bar x, y and angle, or their rates; SI units"""
-Glimpse = tuple[Rows, Rows, Rows]
+StaggeredSample = tuple[Rows, Rows, Rows]
 """Each bar's place at a sample, its rates half a step before, and half a step after"""

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
     from adapters.bar_loads.gravity import Loads
     from adapters.common.initial_state import InitialState
-    from adapters.pymunk.acting import ActingNow
-    from adapters.pymunk.samples import Glimpse, Rows
+    from adapters.pymunk.samples import Rows, StaggeredSample
+    from adapters.pymunk.step_loads import StepLoads
     from adapters.trajectory import Array
     from scenarios.scene import Chain
 
@@ -61,7 +61,7 @@ class ChainSpace:
         self.space = pymunk.Space()
         self.space.damping = 1.0
         self.sweeps = sweeps
-        place = start.com_m - origin_m + start.position_m + opening(chain, start, dt_s)
+        place = start.com_m - origin_m + start.position_m + initial_gaps(chain, start, dt_s)
         velocity = start.com_velocity_m_s - drift_m_s + start.velocity_m_s
         self.bars = [pymunk.Body(m, J) for m, J in zip(chain.mass_kg, chain.inertia_kg_m2, strict=True)]
         for j, bar in enumerate(self.bars):
@@ -77,7 +77,7 @@ class ChainSpace:
             joint.collide_bodies = False
         self.joints = joints
         self.space.add(*self.bars, *joints)
-        self.fault: Exception | None = None
+        self.load_error: Exception | None = None
 
     def install(self, loads: Loads) -> None:
         """Let gravity act; an exception is kept for :meth:`step`, because the engine would swallow it."""
@@ -95,34 +95,34 @@ class ChainSpace:
                 mass = bar.mass
                 bar.force = (mass * ax, mass * ay)
                 bar.torque = bar.moment * spin
-            except Exception as fault:
-                self.fault = self.fault or fault
+            except Exception as load_error:
+                self.load_error = self.load_error or load_error
             integrate(bar, gravity, damping, dt)
 
         return change
 
-    def install_all(self, acting: ActingNow) -> None:
+    def install_loads(self, effect_loads: StepLoads) -> None:
         """Let everything act that a scene calls for: the engine asks bar by bar, all are answered at the first."""
         for j, bar in enumerate(self.bars):
-            bar.velocity_func = self.answer(acting, j)
+            bar.velocity_func = self.load_function(effect_loads, j)
 
-    def answer(self, acting: ActingNow, j: int) -> Callable[..., None]:
+    def load_function(self, effect_loads: StepLoads, j: int) -> Callable[..., None]:
         """Engine's callback for bar `j`: all bars have moved by then, and those before it have new velocities."""
         integrate = pymunk.Body.update_velocity
 
         def change(bar: Any, gravity: Any, damping: float, dt: float) -> None:
             try:
-                ax, ay, spin = acting.load(j, self.places, self.velocities)
+                ax, ay, spin = effect_loads.load(j, self.places, self.velocities)
                 mass = bar.mass
                 bar.force = (mass * ax, mass * ay)
                 bar.torque = bar.moment * spin
-            except Exception as fault:
-                self.fault = self.fault or fault
+            except Exception as load_error:
+                self.load_error = self.load_error or load_error
             integrate(bar, gravity, damping, dt)
 
         return change
 
-    def strike(self, jumps: Sequence[tuple[float, float, float]]) -> None:
+    def apply_impulses(self, jumps: Sequence[tuple[float, float, float]]) -> None:
         """Give each bar its jump of velocities (m/s, m/s, rad/s), and let the joints hold: a step without time.
 
         What the joints do in a step that closes no gap and in which nothing acts does not depend on how long it is.
@@ -130,7 +130,7 @@ class ChainSpace:
         for bar, (x, y, turn) in zip(self.bars, jumps, strict=True):
             vx, vy = bar.velocity
             bar.velocity, bar.angular_velocity = (vx + x, vy + y), bar.angular_velocity + turn
-            bar.position_func = stay
+            bar.position_func = hold_position
         for joint in self.joints:
             joint.error_bias = 1.0
         self.space.iterations = COLD_START_FACTOR * self.sweeps
@@ -139,7 +139,7 @@ class ChainSpace:
     def half_step(self) -> None:
         """Put the velocities half a step ahead of the positions."""
         for bar in self.bars:
-            bar.position_func = stay
+            bar.position_func = hold_position
         for joint in self.joints:
             joint.error_bias = 0.5 ** (2.0 / self.dt_s)  # the fraction left after 1 s: half the gap in half a step
         self.space.iterations = COLD_START_FACTOR * self.sweeps
@@ -162,10 +162,10 @@ class ChainSpace:
             Whatever a load raised.
         """
         self.space.step(dt_s)
-        if self.fault is not None:
-            raise self.fault
+        if self.load_error is not None:
+            raise self.load_error
 
-    def look(self, *, first: bool) -> Glimpse:
+    def take_sample(self, *, first: bool) -> StaggeredSample:
         """Step onto a sample: what is there, and the velocities half a step before and after.
 
         The first sample is where the chain already is; its velocities are those there, and half a step after.
@@ -180,10 +180,10 @@ class ChainSpace:
             self.half_step()
         else:
             self.step(self.dt_s)
-        glimpse = (self.places(), before, self.velocities())
-        if not all(math.isfinite(value) for rows in glimpse for row in rows for value in row):
+        staggered = (self.places(), before, self.velocities())
+        if not all(math.isfinite(value) for rows in staggered for row in rows for value in row):
             raise ArithmeticError("the state is not finite")
-        return glimpse
+        return staggered
 
     def check_joints(self) -> None:
         """See that the joints hold: where the sweeps do not settle they burst, and the engine says nothing.
@@ -209,11 +209,11 @@ class ChainSpace:
         return [(*bar.velocity, bar.angular_velocity) for bar in self.bars]
 
 
-def stay(bar: Any, dt: float) -> None:
+def hold_position(bar: Any, dt: float) -> None:
     """Leave a bar where it is."""
 
 
-def opening(chain: Chain, start: InitialState, dt_s: float) -> Array:
+def initial_gaps(chain: Chain, start: InitialState, dt_s: float) -> Array:
     """Displacements of the bars, (N, 2) m, that open each joint by the method's own gap."""
     along, _ = directions(start.angle_rad)
     inward = 0.5 * np.array(chain.length_m) * start.rate_rad_s**2

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
     from scenarios import Scene
 
-    Plane = tuple[float, float, float, float]
+    PlaneState = tuple[float, float, float, float]
 
 LOOSEST_IAS15 = 3e-7  # rtol above which WHFast runs
 EPSILON_AT = (1e-12, 1e-9)  # an rtol, and its epsilon: IAS15's default, good for it at eccentricity 0.8 too
@@ -54,18 +54,20 @@ WHFAST_STEPS_PER_ORBIT = 64
 FIRST_STEP = 1e-3  # of the period; IAS15 finds its own at once
 LANDING_SLACK_S = 1e-9  # accuracy of the instant at which the surface is reached
 
-GRAZES = "REBOUND moves a particle, which passes {:.4g} m above the surface: whether a bar touches is told by its angle"
-NOT_TURNED = "REBOUND moves a particle, and {} a chain by how its bars are turned"
-TURNED = {
+GRAZING = (
+    "REBOUND moves a particle, which passes {:.4g} m above the surface: whether a bar touches is told by its angle"
+)
+ATTITUDE_DEPENDENT = "REBOUND moves a particle, and {} a chain by how its bars are turned"
+ATTITUDE_EFFECTS = {
     "drag": "drag",
     "solar_pressure": "sunlight",
     "solar_pressure.shadow": "sunlight",
     "thrust.body": "a thrust that turns with its bar",
 }
-BLOW = "a blow along a bar's own axes"
+BODY_IMPULSE = "a blow along a bar's own axes"
 
 
-def lowest_m(scene: Scene) -> float:
+def perigee_height_m(scene: Scene) -> float:
     """Height of the orbit's lowest point, m; infinite where there is nothing to orbit."""
     if scene.effects.gravity is Gravity.NONE:
         return math.inf
@@ -73,14 +75,14 @@ def lowest_m(scene: Scene) -> float:
     return perigee_m(body.mu_m3_s2, start.com_m, start.com_velocity_m_s) - body.radius_m
 
 
-def not_turned(pushes: list[str]) -> str:
+def attitude_dependence(thrust_forces: list[str]) -> str:
     """Why a particle can't be pushed so."""
-    *most, last = pushes
+    *most, last = thrust_forces
     named = f"{', '.join(most)} and {last} push" if most else f"{last} pushes"
-    return NOT_TURNED.format(named)
+    return ATTITUDE_DEPENDENT.format(named)
 
 
-class State(NamedTuple):
+class ParticleState(NamedTuple):
     """A particle at an instant, relative to the central body, s, m and m/s."""
 
     t: float
@@ -88,7 +90,7 @@ class State(NamedTuple):
     y: float
     vx: float
     vy: float
-    companion: Plane | None = None
+    companion: PlaneState | None = None
     """The third body's place and velocity, if it is a particle"""
 
     @property
@@ -97,7 +99,7 @@ class State(NamedTuple):
         return math.hypot(self.x, self.y)
 
     @property
-    def climb(self) -> float:
+    def radial_motion(self) -> float:
         """Radius times its rate, m²/s: negative on the way down."""
         return self.x * self.vx + self.y * self.vy
 
@@ -107,12 +109,12 @@ class State(NamedTuple):
         return math.isfinite(sum(self[:5])) and math.isfinite(sum(self.companion or (0.0,)))
 
 
-class Arc(NamedTuple):
+class TrackSegment(NamedTuple):
     """A part of the run in which nothing jumps."""
 
     start_s: float
     end_s: float
-    blow_m_s: complex
+    velocity_jump_m_s: complex
     """Jump of the velocity at its start"""
 
 
@@ -122,17 +124,17 @@ def epsilon(rtol: float) -> float:
     return its * math.pow(rtol / known, EPSILON_POWER)
 
 
-def arcs(scene: Scene) -> list[Arc]:
+def segments(scene: Scene) -> list[TrackSegment]:
     """Parts of the run: prescribed rotations don't reach the particle, so that only thrusts and blows divide it."""
     effects, end = scene.effects, scene.run.duration_s
-    jumps = {t for thrust in effects.thrust for t in thrust.breaks_s} | {blow.at_s for blow in effects.impulse}
+    jumps = {t for thrust in effects.thrust for t in thrust.breaks_s} | {jump.at_s for jump in effects.impulse}
     ends = [0.0, *sorted(t for t in jumps if 0.0 < t < end), end]
 
-    def blow(at_s: float) -> complex:
+    def jump(at_s: float) -> complex:
         due = [p for p in effects.impulse if p.at_s == at_s]
         return sum((cmath.rect(p.impulse_N_s, p.direction_rad) for p in due), 0j) / scene.mass_kg
 
-    return [Arc(a, b, blow(a)) for a, b in itertools.pairwise(ends)]
+    return [TrackSegment(a, b, jump(a)) for a, b in itertools.pairwise(ends)]
 
 
 @final
@@ -149,33 +151,35 @@ class Rebound(Engine):
         | {"oblateness", "third_body", "joint_spring_damper", "thrust.inertial", "impulse"}
     )
     observables = frozenset({Observable.COM})
-    why_not: ClassVar[dict[str, str]] = {name: not_turned([push]) for name, push in TURNED.items()}
+    unsupported_reasons: ClassVar[dict[str, str]] = {
+        name: attitude_dependence([push]) for name, push in ATTITUDE_EFFECTS.items()
+    }
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
         """As every engine, all of it in one sentence; of blows it takes those along fixed directions."""
-        found = [TURNED.get(name, name) for name in sorted(scene.effects.names - cls.effects)]
-        found += [BLOW for p in scene.effects.impulse if p.axes is not Axes.INERTIAL]
+        found = [ATTITUDE_EFFECTS.get(name, name) for name in sorted(scene.effects.names - cls.effects)]
+        found += [BODY_IMPULSE for p in scene.effects.impulse if p.axes is not Axes.INERTIAL]
         if found:
-            return not_turned(list(dict.fromkeys(found)))
-        above = lowest_m(scene)
-        return GRAZES.format(above) if 0.0 < above < scene.size_m else None
+            return attitude_dependence(list(dict.fromkeys(found)))
+        above = perigee_height_m(scene)
+        return GRAZING.format(above) if 0.0 < above < scene.size_m else None
 
     def build(self, scene: Scene, setting: Setting) -> None:
         """Set the particle up."""
         start = initial_state(scene)
         self.scene, self.rtol = scene, setting.value
-        self.companion, self.arcs = companion(scene), arcs(scene)
-        self.forces = forces(scene, self.arcs[0].start_s, self.arcs[0].end_s)
+        self.companion, self.segments = companion(scene), segments(scene)
+        self.forces = forces(scene, self.segments[0].start_s, self.segments[0].end_s)
         self.failed: list[Exception] = []
         free = scene.effects.gravity is Gravity.NONE
-        kepler = not (free or self.companion or self.forces or len(self.arcs) > 1)
+        kepler = not (free or self.companion or self.forces or len(self.segments) > 1)
         self.whfast = kepler and setting.value > LOOSEST_IAS15
         (x, y), (vx, vy) = start.com_m.tolist(), start.com_velocity_m_s.tolist()
-        state = State(0.0, x, y, vx, vy, self.companion_start())
-        self.start = struck(state, self.arcs[0])
+        state = ParticleState(0.0, x, y, vx, vy, self.companion_start())
+        self.start = after_impulse(state, self.segments[0])
         self.times_s = scene.times_s.tolist()
-        self.seen: list[State] = []
+        self.seen: list[ParticleState] = []
         self.ended, self.steps = "", 0
         self.track = self.simulation(self.start, self.step_s)
 
@@ -184,7 +188,7 @@ class Rebound(Engine):
         """Step to begin with; WHFast's own."""
         return self.scene.step_period_s * (1.0 / WHFAST_STEPS_PER_ORBIT if self.whfast else FIRST_STEP)
 
-    def companion_start(self) -> Plane | None:
+    def companion_start(self) -> PlaneState | None:
         """Place and velocity of the third body at t = 0, from the central body."""
         body = self.companion
         if body is None:
@@ -193,7 +197,7 @@ class Rebound(Engine):
         velocity = 1j * body.rate_rad_s * place
         return place.real, place.imag, velocity.real, velocity.imag
 
-    def simulation(self, state: State, dt_s: float) -> Any:
+    def simulation(self, state: ParticleState, dt_s: float) -> Any:
         """REBOUND's simulation of the particle from `state` on.
 
         Its axes are those in which the central body starts at rest at the origin: about the common centre of two
@@ -223,16 +227,16 @@ class Rebound(Engine):
     def simulate(self) -> None:
         """Walk from arc to arc."""
         self.seen = [self.start]
-        state: State | None = self.walk(self.start, self.arcs[0])
-        for arc in self.arcs[1:]:
+        state: ParticleState | None = self.walk(self.start, self.segments[0])
+        for segment in self.segments[1:]:
             if state is None:
                 return
-            self.forces = forces(self.scene, arc.start_s, arc.end_s)
-            start = struck(state, arc)
+            self.forces = forces(self.scene, segment.start_s, segment.end_s)
+            start = after_impulse(state, segment)
             self.track = self.simulation(start, self.step_s)
-            state = self.walk(start, arc)
+            state = self.walk(start, segment)
 
-    def walk(self, before: State, arc: Arc) -> State | None:
+    def walk(self, before: ParticleState, segment: TrackSegment) -> ParticleState | None:
         """Walk the engine's own steps through an arc, and look at the samples on the way.
 
         Returns
@@ -241,21 +245,21 @@ class Rebound(Engine):
             At the end of the arc; None where the run ends.
         """
         while True:
-            after = self.stepped(before)
+            after = self.advanced(before)
             landing = self.landing(before, after)
-            until = min(after.t if landing is None else landing, arc.end_s)
+            until = min(after.t if landing is None else landing, segment.end_s)
             while len(self.seen) < len(self.times_s) and self.times_s[len(self.seen)] <= until:
-                self.seen.append(self.reach(before, after, self.times_s[len(self.seen)]))
+                self.seen.append(self.state_at(before, after, self.times_s[len(self.seen)]))
             if len(self.seen) == len(self.times_s):
                 return None
-            if landing is not None and landing <= arc.end_s:
+            if landing is not None and landing <= segment.end_s:
                 self.ended = f"the centre of mass reached the surface at t = {landing:.6f} s"
                 return None
-            if after.t >= arc.end_s:
-                return self.reach(before, after, arc.end_s)
+            if after.t >= segment.end_s:
+                return self.state_at(before, after, segment.end_s)
             before = after
 
-    def stepped(self, before: State) -> State:
+    def advanced(self, before: ParticleState) -> ParticleState:
         """State after one step of the engine's own."""
         self.track.steps(1)
         self.steps += 1
@@ -284,15 +288,15 @@ class Rebound(Engine):
             },
         )
 
-    def state(self, sim: Any) -> State:
+    def state(self, sim: Any) -> ParticleState:
         """Where a simulation's particle is, from the central body."""
         p = sim.particles[sim.N - 1]
         if self.companion is None:  # nothing moves the central body
-            return State(sim.t, p.x, p.y, p.vx, p.vy)
+            return ParticleState(sim.t, p.x, p.y, p.vx, p.vy)
         centre = sim.particles[0]
-        return State(sim.t, *between(centre, p), between(centre, sim.particles[1]))
+        return ParticleState(sim.t, *relative_state(centre, p), relative_state(centre, sim.particles[1]))
 
-    def reach(self, before: State, after: State, t_s: float) -> State:
+    def state_at(self, before: ParticleState, after: ParticleState, t_s: float) -> ParticleState:
         """State at an instant between two steps, by a simulation of its own from the first."""
         for step in (before, after):
             if t_s == step.t:
@@ -302,31 +306,31 @@ class Rebound(Engine):
         self.check()
         return self.state(probe)
 
-    def landing(self, before: State, after: State) -> float | None:
+    def landing(self, before: ParticleState, after: ParticleState) -> float | None:
         """Instant within a step at which the particle reaches the surface, s; None if it does not."""
         surface = self.scene.central_body.radius_m
         lowest = after.t
         if after.radius > surface:
-            if not before.climb < 0.0 < after.climb:
+            if not before.radial_motion < 0.0 < after.radial_motion:
                 return None
-            lowest = root(lambda t: self.reach(before, after, t).climb, before.t, after.t)
-            if self.reach(before, after, lowest).radius > surface:
+            lowest = zero_between(lambda t: self.state_at(before, after, t).radial_motion, before.t, after.t)
+            if self.state_at(before, after, lowest).radius > surface:
                 return None
-        return root(lambda t: self.reach(before, after, t).radius - surface, before.t, lowest)
+        return zero_between(lambda t: self.state_at(before, after, t).radius - surface, before.t, lowest)
 
 
-def between(centre: Any, particle: Any) -> Plane:
+def relative_state(centre: Any, particle: Any) -> PlaneState:
     """Place and velocity of a particle from another."""
     return particle.x - centre.x, particle.y - centre.y, particle.vx - centre.vx, particle.vy - centre.vy
 
 
-def struck(state: State, arc: Arc) -> State:
+def after_impulse(state: ParticleState, segment: TrackSegment) -> ParticleState:
     """State just after the blow at an arc's start."""
-    blow = arc.blow_m_s
-    return state._replace(vx=state.vx + blow.real, vy=state.vy + blow.imag) if blow else state
+    jump = segment.velocity_jump_m_s
+    return state._replace(vx=state.vx + jump.real, vy=state.vy + jump.imag) if jump else state
 
 
-def root(function: Callable[[float], float], low: float, high: float) -> float:
+def zero_between(function: Callable[[float], float], low: float, high: float) -> float:
     """Zero of `function` between two instants, s."""
     found: float = brentq(function, low, high, xtol=LANDING_SLACK_S)
     return found

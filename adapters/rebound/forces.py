@@ -25,11 +25,11 @@ SAME_RATE = 1e-14  # of its square: a few roundings
 def forces(scene: Scene, start_s: float, end_s: float) -> list[Force]:
     """What acts between two instants at which nothing jumps, continued smoothly beyond them; no `companion`."""
     effects = scene.effects
-    found = [] if effects.oblateness is None else [oblate(scene.central_body.mu_m3_s2, effects.oblateness)]
+    found = [] if effects.oblateness is None else [oblateness_force(scene.central_body.mu_m3_s2, effects.oblateness)]
     if companion(scene) is None:
-        found += [tide(body) for body in effects.third_body]
+        found += [third_body_force(body) for body in effects.third_body]
     for thrust in effects.thrust:
-        found += pushes(thrust, scene.mass_kg, 0.5 * (start_s + end_s))
+        found += thrust_forces(thrust, scene.mass_kg, 0.5 * (start_s + end_s))
     return found
 
 
@@ -46,7 +46,7 @@ def companion(scene: Scene) -> ThirdBody | None:
     return bodies[0] if math.isclose(bodies[0].rate_rad_s ** 2, pull, rel_tol=SAME_RATE) else None
 
 
-def oblate(mu_m3_s2: float, body: Oblateness) -> Force:
+def oblateness_force(mu_m3_s2: float, body: Oblateness) -> Force:
     """-3 B Z/r⁵, B = mu J2 R²/2."""
     strength = 1.5 * mu_m3_s2 * body.j2 * body.radius_m**2
 
@@ -58,7 +58,7 @@ def oblate(mu_m3_s2: float, body: Oblateness) -> Force:
     return pull
 
 
-def tide(body: ThirdBody) -> Force:
+def third_body_force(body: ThirdBody) -> Force:
     """-mu (Y/|Y|³ + X/D³) with Y = Z - X: (mu/D³) (f X - (1 + f) Z), f = (D/|Y|)³ - 1 free of cancellation."""
     d2 = body.distance_m**2
     strength = body.mu_m3_s2 / (d2 * body.distance_m)
@@ -72,7 +72,7 @@ def tide(body: ThirdBody) -> Force:
     return pull
 
 
-def pushes(thrust: Thrust, mass_kg: float, within_s: float) -> list[Force]:
+def thrust_forces(thrust: Thrust, mass_kg: float, within_s: float) -> list[Force]:
     """Thrust along a fixed direction: the straight piece of its table that holds an instant; none outside.
 
     Raises
@@ -85,14 +85,14 @@ def pushes(thrust: Thrust, mass_kg: float, within_s: float) -> list[Force]:
     pieces = zip(thrust.times_s, thrust.times_s[1:], thrust.force_N, thrust.force_N[1:], strict=False)
     c, s = math.cos(thrust.direction_rad) / mass_kg, math.sin(thrust.direction_rad) / mass_kg
 
-    def piece(t0: float, t1: float, f0: float, f1: float) -> Force:
+    def segment_force(t0: float, t1: float, f0: float, f1: float) -> Force:
         def push(t: float, _x: float, _y: float) -> tuple[float, float]:
             size = f0 + (f1 - f0) * ((t - t0) / (t1 - t0))
             return size * c, size * s
 
         return push
 
-    return [piece(*p) for p in pieces if p[0] < within_s < p[1]]
+    return [segment_force(*p) for p in pieces if p[0] < within_s < p[1]]
 
 
 def attach(sim: Any, acting: list[Force], failed: list[Exception]) -> None:

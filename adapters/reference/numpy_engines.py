@@ -32,7 +32,7 @@ EVERYTHING = frozenset(
 FEW_STEPS = 10.0  # largest component against the norm that a step is held by, and what is read off between steps
 
 
-class Run(Protocol):
+class SimulationRun(Protocol):
     """One simulation, of either kind."""
 
     def walk(self, t_s: Array) -> Walk:
@@ -58,7 +58,7 @@ class ReferenceEngine(Engine):
         self.condition = condition
 
     @abstractmethod
-    def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> Run:
+    def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> SimulationRun:
         """Set up the integrator."""
 
     def build(self, scene: Scene, setting: Setting) -> None:
@@ -106,7 +106,7 @@ class ReferenceNumPy(ReferenceEngine):
 
     coordinate_set: ClassVar[CoordinateSet]
 
-    def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> Run:
+    def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> SimulationRun:
         """SciPy's stepper on NumPy's right-hand side."""
         state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
         return Simulation(model, *state, rtol=rtol, coordinates=self.coordinate_set)

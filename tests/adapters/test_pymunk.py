@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import adapters.pymunk.adapter as adapter_module
-from adapters.bar_loads.falling_frame import falling
+from adapters.bar_loads.falling_frame import free_fall
 from adapters.common.initial_state import chain_model, initial_state
 from adapters.common.kepler import propagate
 from adapters.engine import AccuracyParameter, EngineError, Setting
@@ -321,6 +321,6 @@ def test_the_shadow_and_jumps_within_a_step_are_refused():
 @pytest.mark.parametrize("name", ["drag", "solar_pressure", "thrust", "thrust_table", "impulse"])
 def test_the_chain_stays_as_near_its_frame_as_its_noise_takes_for_granted(name):
     scene = effect_scene(name)
-    frame, _ = falling(scene, initial_state(scene), scene.times_s)
+    frame, _ = free_fall(scene, initial_state(scene), scene.times_s)
     away = np.linalg.norm(by_steps(Pymunk, scene, 4).com_m - frame, axis=1).max()
     assert away + scene.size_m < 2.0 * Pymunk.farthest_m(scene)

@@ -326,15 +326,15 @@ def chain_push(scene, seen, every):
     angle = CubicHermiteSpline(seen.t_s[knots], seen.angle_rad[knots], seen.rate_rad_s[knots])
     turning, share = angle.derivative(), np.array(chain.mass_kg) / scene.mass_kg
 
-    def hung(reach):
+    def bar_centres(reach):
         from_first = np.concatenate([np.zeros((1, 2)), np.cumsum(reach[:-1] + reach[1:], axis=0)])
         return from_first - share @ from_first
 
     def push(t, z, v):
         theta, rate = angle(t), turning(t)
         half = 0.5 * np.array(chain.length_m)[:, None]
-        d = hung(half * np.stack([np.cos(theta), np.sin(theta)], axis=1))
-        d_t = hung(half * rate[:, None] * np.stack([-np.sin(theta), np.cos(theta)], axis=1))
+        d = bar_centres(half * np.stack([np.cos(theta), np.sin(theta)], axis=1))
+        d_t = bar_centres(half * rate[:, None] * np.stack([-np.sin(theta), np.cos(theta)], axis=1))
         r2 = z @ z
         change = np.expm1(-1.5 * np.log1p(((2.0 * z + d) * d).sum(axis=1) / r2))[:, None]
         tide = share @ (-mu / r2**1.5 * (d * (1.0 + change) + z * change))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 class Departure:
     """Bounds over a run."""
 
-    push_m_s2: float
+    acceleration_m_s2: float
     """acceleration by what the frame does not feel"""
     distance_m: float
     speed_m_s: float
@@ -25,13 +25,13 @@ class Departure:
     def force_N(self, scene: Scene) -> float:
         """Largest force on a bar that this brings in: tide and Coriolis of the frame, and the push itself."""
         rate = max(scene.orbital_rate_rad_s, scene.mean_motion_rad_s)
-        own = 3.0 * rate**2 * self.distance_m + 2.0 * rate * self.speed_m_s + self.push_m_s2
+        own = 3.0 * rate**2 * self.distance_m + 2.0 * rate * self.speed_m_s + self.acceleration_m_s2
         return max(scene.chain.mass_kg) * own
 
 
 def departure(scene: Scene) -> Departure:
     """Bounds of `scene`; zeros where nothing acts that the frame does not feel."""
-    push, t = sum(pushes(scene)), scene.run.duration_s
+    push, t = sum(perturbing_accelerations_m_s2(scene)), scene.run.duration_s
     return Departure(
         push,
         min(1.5 * push * t**2, 2.0 * scene.radius0_m),
@@ -39,7 +39,7 @@ def departure(scene: Scene) -> Departure:
     )
 
 
-def pushes(scene: Scene) -> list[float]:
+def perturbing_accelerations_m_s2(scene: Scene) -> list[float]:
     """Accelerations of the lightest bars by each effect, at the start's height, m/s²."""
     effects, mu, r0 = scene.effects, scene.central_body.mu_m3_s2, scene.radius0_m
     found = [2.0 * body.mu_m3_s2 * r0 / body.distance_m**3 for body in effects.third_body]
@@ -47,21 +47,21 @@ def pushes(scene: Scene) -> list[float]:
     if effects.oblateness:
         found.append(1.5 * mu * effects.oblateness.j2 * effects.oblateness.radius_m**2 / r0**4)
     if effects.drag:
-        found.append(drag_push(scene, effects.drag))
+        found.append(drag_acceleration_m_s2(scene, effects.drag))
     if effects.solar_pressure:
         light = effects.solar_pressure
-        found.append(light.pressure_Pa * (1.0 + light.reflectivity) * lightness(scene, light.width_m))
+        found.append(light.pressure_Pa * (1.0 + light.reflectivity) * area_per_mass_m2_kg(scene, light.width_m))
     return found
 
 
-def drag_push(scene: Scene, drag: Drag) -> float:
+def drag_acceleration_m_s2(scene: Scene, drag: Drag) -> float:
     """Broadside to the wind, m/s²."""
     density = drag.density_kg_m3 * math.exp((drag.altitude_m - scene.orbit.altitude_m) / drag.scale_height_m)
     speed = scene.speed0_m_s + abs(drag.rotation_rad_s) * scene.radius0_m
-    return 0.5 * density * drag.normal_coefficient * speed**2 * lightness(scene, drag.width_m)
+    return 0.5 * density * drag.normal_coefficient * speed**2 * area_per_mass_m2_kg(scene, drag.width_m)
 
 
-def lightness(scene: Scene, width_m: tuple[float, ...]) -> float:
+def area_per_mass_m2_kg(scene: Scene, width_m: tuple[float, ...]) -> float:
     """Largest area of a bar over its mass, m²/kg."""
     chain = scene.chain
     return max(b * length / m for b, length, m in zip(width_m, chain.length_m, chain.mass_kg, strict=True))

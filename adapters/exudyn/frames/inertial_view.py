@@ -1,6 +1,6 @@
 """A bar as seen from the centre of the body, in the axes of the frame: what effects beside gravity's own ask for.
 
-Written once for symbolic numbers and for NumPy arrays, as :mod:`adapters.exudyn.loads.loads`.
+Written once for symbolic numbers and for NumPy arrays, as :mod:`adapters.exudyn.loads.gravity`.
 """
 
 from __future__ import annotations
@@ -11,19 +11,19 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from adapters.exudyn.frames.frames import OrbitFrame, UniformFrame
+from adapters.exudyn.frames.axes import OrbitFrame, UniformFrame
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.exudyn.frames.frames import Frame
-    from adapters.exudyn.frames.numbers import Motion, Number, OrbitNumbers
+    from adapters.exudyn.frames.axes import ReferenceFrame
+    from adapters.exudyn.frames.numbers import BarMotion, Number, OrbitNumbers
     from adapters.exudyn.frames.orbit import KeplerOrbit
     from adapters.trajectory import Array
 
 
 @dataclass(frozen=True)
-class View:
+class InertialView:
     """A bar's place from the centre of the body, and its inertial motion, all in the frame's axes."""
 
     x_m: Number
@@ -60,7 +60,7 @@ class View:
         return self.cosine * x + self.sine * y, self.cosine * y - self.sine * x
 
 
-class Seat(ABC):
+class FrameOrigin(ABC):
     """From where the frame sees: its own place and motion, as far as they depend on time."""
 
     width: int
@@ -71,12 +71,12 @@ class Seat(ABC):
         """Those numbers, see :data:`adapters.exudyn.timetable.Given`."""
 
     @abstractmethod
-    def view(self, m: Motion, orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> View:
+    def view(self, m: BarMotion, orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> InertialView:
         """Turn a bar's motion in the frame into a view."""
 
 
 @final
-class OrbitSeat(Seat):
+class OrbitOrigin(FrameOrigin):
     """On the Kepler orbit, turning with it."""
 
     def __init__(self, orbit: KeplerOrbit, *, moving: bool) -> None:
@@ -86,18 +86,20 @@ class OrbitSeat(Seat):
 
     def given(self, at_s: Array, _inside_s: Array) -> Array:
         """Rate r' of the frame's distance."""
-        return self.orbit.at(at_s).climb_m_s[:, None][:, : self.width]
+        return self.orbit.at(at_s).radial_velocity_m_s[:, None][:, : self.width]
 
-    def view(self, m: Motion, orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> View:
+    def view(self, m: BarMotion, orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> InertialView:
         """Place (r + x, y), and its rate in turning axes."""
         assert orbit is not None
         w, x, y = orbit.rate_rad_s, orbit.radius_m + m.x_m, m.y_m
         vx = m.vx_m_s - w * y
-        return View(x, y, numbers[0] + vx if numbers else vx, m.vy_m_s + w * x, m.cosine, m.sine, m.spin_rad_s + w)
+        return InertialView(
+            x, y, numbers[0] + vx if numbers else vx, m.vy_m_s + w * x, m.cosine, m.sine, m.spin_rad_s + w
+        )
 
 
 @final
-class UniformSeat(Seat):
+class UniformOrigin(FrameOrigin):
     """In uniform motion, axes parallel to the inertial ones."""
 
     width = 2
@@ -110,14 +112,14 @@ class UniformSeat(Seat):
         """Place of the frame's origin."""
         return self.frame.at(at_s).origin_m
 
-    def view(self, m: Motion, _orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> View:
+    def view(self, m: BarMotion, _orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> InertialView:
         """Origin and offset added up."""
         (x, y), (vx, vy) = numbers, self.drift
-        return View(x + m.x_m, y + m.y_m, vx + m.vx_m_s, vy + m.vy_m_s, m.cosine, m.sine, m.spin_rad_s)
+        return InertialView(x + m.x_m, y + m.y_m, vx + m.vx_m_s, vy + m.vy_m_s, m.cosine, m.sine, m.spin_rad_s)
 
 
 @final
-class FixedSeat(Seat):
+class FixedOrigin(FrameOrigin):
     """In the centre of the body."""
 
     width = 0
@@ -126,13 +128,13 @@ class FixedSeat(Seat):
         """Nothing."""
         return np.empty((len(at_s), 0))
 
-    def view(self, m: Motion, _orbit: OrbitNumbers | None, _numbers: Sequence[Number]) -> View:
+    def view(self, m: BarMotion, _orbit: OrbitNumbers | None, _numbers: Sequence[Number]) -> InertialView:
         """The same."""
-        return View(m.x_m, m.y_m, m.vx_m_s, m.vy_m_s, m.cosine, m.sine, m.spin_rad_s)
+        return InertialView(m.x_m, m.y_m, m.vx_m_s, m.vy_m_s, m.cosine, m.sine, m.spin_rad_s)
 
 
-def seat_of(frame: Frame, *, moving: bool) -> Seat:
+def frame_origin(frame: ReferenceFrame, *, moving: bool) -> FrameOrigin:
     """Seat of a frame; `moving` if velocities are asked for."""
     if isinstance(frame, OrbitFrame):
-        return OrbitSeat(frame.orbit, moving=moving)
-    return UniformSeat(frame) if isinstance(frame, UniformFrame) else FixedSeat()
+        return OrbitOrigin(frame.orbit, moving=moving)
+    return UniformOrigin(frame) if isinstance(frame, UniformFrame) else FixedOrigin()

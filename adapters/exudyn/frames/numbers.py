@@ -10,7 +10,7 @@ Number = Any
 
 
 @dataclass(frozen=True)
-class Motion:
+class BarMotion:
     """A bar in the frame's axes."""
 
     x_m: Number

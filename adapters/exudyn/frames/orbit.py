@@ -27,7 +27,7 @@ class OrbitTrack:
 
     radius_m: Array
     """(n,) r"""
-    climb_m_s: Array
+    radial_velocity_m_s: Array
     """(n,) r'"""
     longitude_rad: Array
     """(n,) unwrapped"""
@@ -71,7 +71,7 @@ class KeplerOrbit:
             climb, rate = kappa * s / r, beta / r**2
             return OrbitTrack(
                 radius_m=self.radius0_m * r,
-                climb_m_s=self.radius0_m / unit_s * climb,
+                radial_velocity_m_s=self.radius0_m / unit_s * climb,
                 longitude_rad=self.longitude0_rad + 2.0 * math.pi * turns + anomaly(beta * s, 1.0 - c, tau),
                 rate_rad_s=rate / unit_s,
                 spin_up_rad_s2=-2.0 * climb * rate / r / unit_s**2,

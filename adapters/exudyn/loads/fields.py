@@ -1,6 +1,6 @@
 """Fields beside the point mass of the central body: its second moment in a bar, the exact bar, J2, Moon and Sun.
 
-Each load here is what the effect adds to :func:`adapters.exudyn.loads.loads.orbit_load` or `absolute_load`. All are
+Each load here is what the effect adds to :func:`adapters.exudyn.loads.gravity.orbit_load` or `absolute_load`. All are
 small against gravity as they stand, so that none of them has to be a difference.
 """
 
@@ -9,14 +9,14 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING, Any, final
 
-from adapters.exudyn.loads.interface import Effect, directions_of
-from adapters.exudyn.loads.loads import encke
+from adapters.exudyn.loads.gravity import encke
+from adapters.exudyn.loads.interface import ExudynLoad, directions_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.exudyn.frames.frames import Frame
-    from adapters.exudyn.frames.inertial_view import View
+    from adapters.exudyn.frames.axes import ReferenceFrame
+    from adapters.exudyn.frames.inertial_view import InertialView
     from adapters.exudyn.frames.numbers import Number
     from adapters.exudyn.loads.interface import Extra
     from adapters.trajectory import Array
@@ -26,19 +26,19 @@ if TYPE_CHECKING:
 
 
 @final
-class Quadrupole(Effect):
+class ExudynQuadrupole(ExudynLoad):
     """Force of a bar's second moment in the central field; its torque is the gradient's."""
 
     def __init__(self, scene: Scene) -> None:
         self.strength = [1.5 * scene.central_body.mu_m3_s2 * j for j in scene.chain.inertia_kg_m2]
 
-    def load(self, bar: int, view: View, _numbers: Sequence[Number], math: Any) -> Extra:
+    def load(self, bar: int, view: InertialView, _numbers: Sequence[Number], math: Any) -> Extra:
         """(3 mu J/2r⁵) (2 p u + Z - 5 c² Z)."""
         return *moment_force(self.strength[bar] / fifth(view.square_m2, math), 5.0, view), None
 
 
 @final
-class Slender(Effect):
+class ExudynSlender(ExudynLoad):
     """The exact pull on a uniform bar, less that on a point: force and torque in closed form."""
 
     def __init__(self, scene: Scene) -> None:
@@ -46,7 +46,7 @@ class Slender(Effect):
         self.mass = scene.chain.mass_kg
         self.half = [0.5 * length for length in scene.chain.length_m]
 
-    def load(self, bar: int, view: View, _numbers: Sequence[Number], math: Any) -> Extra:
+    def load(self, bar: int, view: InertialView, _numbers: Sequence[Number], math: Any) -> Extra:
         """(mu m e/r³) (p b u + q c n) and (mu m e/r³) p q/(D E T), with e = (h/r)².
 
         In the words of docs/effects/gravity.md: x = e X, D² = 1 + x, 2 E² = 1 + e + D, T = E² - e, and so
@@ -73,7 +73,7 @@ class Slender(Effect):
 
 
 @final
-class Oblate(Effect):
+class ExudynOblateness(ExudynLoad):
     """J2 of the central body, in its equatorial plane."""
 
     def __init__(self, scene: Scene) -> None:
@@ -83,7 +83,7 @@ class Oblate(Effect):
         self.gravity = scene.effects.gravity
         self.mass, self.inertia = scene.chain.mass_kg, scene.chain.inertia_kg_m2
 
-    def load(self, bar: int, view: View, _numbers: Sequence[Number], math: Any) -> Extra:
+    def load(self, bar: int, view: InertialView, _numbers: Sequence[Number], math: Any) -> Extra:
         """-3 B m Z/r⁵; 15 B J p q/r⁷; (15 B J/2r⁷) (Z + 2 p u - 7 c² Z)."""
         r5 = fifth(view.square_m2, math)
         pull = -3.0 * self.b * self.mass[bar] / r5
@@ -98,12 +98,12 @@ class Oblate(Effect):
 
 
 @final
-class Third(Effect):
+class ExudynThirdBody(ExudynLoad):
     """A body on a circle: its pull on a bar less that on the central body, by Encke's q."""
 
     width = 2
 
-    def __init__(self, scene: Scene, body: ThirdBody, frame: Frame) -> None:
+    def __init__(self, scene: Scene, body: ThirdBody, frame: ReferenceFrame) -> None:
         self.body, self.frame = body, frame
         self.gravity = scene.effects.gravity
         self.mass, self.inertia = scene.chain.mass_kg, scene.chain.inertia_kg_m2
@@ -112,7 +112,7 @@ class Third(Effect):
         """Direction to the body in the frame's axes."""
         return directions_of(self.frame, at_s, self.body.longitude_rad + self.body.rate_rad_s * at_s)
 
-    def load(self, bar: int, view: View, numbers: Sequence[Number], math: Any) -> Extra:
+    def load(self, bar: int, view: InertialView, numbers: Sequence[Number], math: Any) -> Extra:
         """-(mu_b m/D³) (Z + (Z - X) c) with c = (1+q)^(-3/2) - 1 and q = Z·(Z - 2X)/D²; the bar's second moment."""
         far = self.body.distance_m
         bx, by = (far * n for n in numbers)
@@ -122,7 +122,7 @@ class Third(Effect):
         fx, fy = pull * (view.x_m + (view.x_m - bx) * c), pull * (view.y_m + (view.y_m - by) * c)
         if not self.gravity.turns:
             return fx, fy, None
-        from_body = seen_from(view, bx, by)
+        from_body = relative_to(view, bx, by)
         strength = 3.0 * self.body.mu_m3_s2 * self.inertia[bar] / far**5 / ((1.0 + q) * cube)
         if has_moment(self.gravity):
             gx, gy = moment_force(0.5 * strength, 5.0, from_body)
@@ -140,13 +140,13 @@ def fifth(square: Number, math: Any) -> Number:
     return square * square * math.sqrt(square)
 
 
-def moment_force(strength: Number, power: float, view: View) -> Vector:
+def moment_force(strength: Number, power: float, view: InertialView) -> Vector:
     """Strength times (2 p u + Z - power c² Z)."""
     p = view.along_m
     radial = 1.0 - power * (p * p) / view.square_m2
     return strength * (2.0 * p * view.cosine + radial * view.x_m), strength * (2.0 * p * view.sine + radial * view.y_m)
 
 
-def seen_from(view: View, x_m: Number, y_m: Number) -> View:
+def relative_to(view: InertialView, x_m: Number, y_m: Number) -> InertialView:
     """Same bar, its place counted from another one."""
     return dataclasses.replace(view, x_m=view.x_m - x_m, y_m=view.y_m - y_m)

@@ -10,8 +10,8 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.exudyn.frames.frames import Frame
-    from adapters.exudyn.frames.inertial_view import View
+    from adapters.exudyn.frames.axes import ReferenceFrame
+    from adapters.exudyn.frames.inertial_view import InertialView
     from adapters.exudyn.frames.numbers import Number
     from adapters.trajectory import Array
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     """Force along x and y of the frame's axes (N); torque (N m), None where there is none"""
 
 
-class Effect(ABC):
+class ExudynLoad(ABC):
     """One effect."""
 
     width = 0
@@ -36,7 +36,7 @@ class Effect(ABC):
         return True
 
     @abstractmethod
-    def load(self, bar: int, view: View, numbers: Sequence[Number], math: Any) -> Extra:
+    def load(self, bar: int, view: InertialView, numbers: Sequence[Number], math: Any) -> Extra:
         """Load on a bar.
 
         Parameters
@@ -50,7 +50,7 @@ class Effect(ABC):
         """
 
 
-def directions_of(frame: Frame, at_s: Array, angle_rad: Array) -> Array:
+def directions_of(frame: ReferenceFrame, at_s: Array, angle_rad: Array) -> Array:
     """Unit vectors (k, 2) in the frame's axes at angles (k,) from the z1 axis."""
     angle = angle_rad - frame.at(at_s).turn_rad
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)

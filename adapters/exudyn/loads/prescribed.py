@@ -20,12 +20,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adapters.exudyn.frames.frames import perpendicular
+from adapters.exudyn.frames.axes import perpendicular
 from adapters.exudyn.library import exu, items
 from scenarios import Actuator, Frame
 
 if TYPE_CHECKING:
-    from adapters.exudyn.frames.frames import Axes
+    from adapters.exudyn.frames.axes import FrameAxes
     from adapters.exudyn.timetable import Steps
     from scenarios import PrescribedRotation
 
@@ -41,7 +41,7 @@ def neighbour(p: PrescribedRotation) -> int | None:
 
 
 @dataclass(frozen=True)
-class Track:
+class FrameHistory:
     """The frame's own motion at the end of every step, as plain lists: quick to read in a callback."""
 
     origin: list[list[float]]
@@ -54,12 +54,12 @@ class Track:
     spin: list[float]
 
 
-def track_of(axes: Axes) -> Track:
+def frame_history(axes: FrameAxes) -> FrameHistory:
     """Track of tabulated axes."""
     origin = axes.to_frame(axes.origin_m[:, None])
     motion = axes.to_frame(axes.origin_velocity_m_s[:, None])
     drift = motion - axes.rate_rad_s[:, None, None] * perpendicular(origin)
-    return Track(
+    return FrameHistory(
         origin[:, 0].tolist(),
         drift[:, 0].tolist(),
         (axes.longitude_rad - axes.turn_rad).tolist(),
@@ -71,7 +71,9 @@ def track_of(axes: Axes) -> Track:
 class PrescribedAngle:
     """Offset of one prescribed bar's constraint, and its rate."""
 
-    def __init__(self, p: PrescribedRotation, steps: Steps, track: Track, start: list[State], nodes: list[Any]) -> None:
+    def __init__(
+        self, p: PrescribedRotation, steps: Steps, track: FrameHistory, start: list[State], nodes: list[Any]
+    ) -> None:
         """Tabulate the law over the steps.
 
         Parameters
@@ -96,14 +98,14 @@ class PrescribedAngle:
     def offset(self, mbs: Any, t_s: float, _item: int, _offset: float) -> float:
         """Angle that the constraint asks for, less the neighbour's: offsetUserFunction."""
         i = self.steps.index(t_s)
-        wanted = self.start + self.law[i] + self._reference(i, self._of(mbs, self.node) if self.local else None)
-        return wanted - (self._of(mbs, self.other)[2] if self.other is not None else 0.0)
+        prescribed = self.start + self.law[i] + self._reference(i, self._of(mbs, self.node) if self.local else None)
+        return prescribed - (self._of(mbs, self.other)[2] if self.other is not None else 0.0)
 
     def offset_rate(self, mbs: Any, t_s: float, _item: int, _offset: float) -> float:
         """Rate of :meth:`offset`: offsetUserFunction_t."""
         i = self.steps.index(t_s)
-        wanted = self.law_rate[i] + self._reference_rate(i, mbs)
-        return wanted - (self._of(mbs, self.other, rates=True)[2] if self.other is not None else 0.0)
+        prescribed = self.law_rate[i] + self._reference_rate(i, mbs)
+        return prescribed - (self._of(mbs, self.other, rates=True)[2] if self.other is not None else 0.0)
 
     def _reference(self, i: int, at: State | None) -> float:
         """Angle in the frame's axes of what the law counts from: the z1 axis, or the bar's own radius."""

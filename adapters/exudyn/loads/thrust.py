@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
-from adapters.exudyn.loads.interface import Effect, directions_of
+from adapters.exudyn.loads.interface import ExudynLoad, directions_of
 from scenarios import Axes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.exudyn.frames.frames import Frame
-    from adapters.exudyn.frames.inertial_view import View
+    from adapters.exudyn.frames.axes import ReferenceFrame
+    from adapters.exudyn.frames.inertial_view import InertialView
     from adapters.exudyn.frames.numbers import Number
     from adapters.exudyn.loads.interface import Extra
     from adapters.exudyn.timetable import Steps
@@ -25,10 +25,10 @@ WHOLE = 1e-9  # of half a sample interval: a break this near to a step's end is 
 
 
 @final
-class Push(Effect):
+class ExudynThrust(ExudynLoad):
     """One thruster."""
 
-    def __init__(self, scene: Scene, thrust: Thrust, frame: Frame) -> None:
+    def __init__(self, scene: Scene, thrust: Thrust, frame: ReferenceFrame) -> None:
         self.thrust, self.frame = thrust, frame
         self.arm = thrust.end.sign * 0.5 * scene.chain.length_m[thrust.bar - 1]
         self.in_body = thrust.axes is Axes.BODY
@@ -45,7 +45,7 @@ class Push(Effect):
             return size
         return size * directions_of(self.frame, at_s, np.full_like(at_s, self.thrust.direction_rad))
 
-    def load(self, _bar: int, view: View, numbers: Sequence[Number], _math: Any) -> Extra:
+    def load(self, _bar: int, view: InertialView, numbers: Sequence[Number], _math: Any) -> Extra:
         """F, and ±h (u × F)."""
         if not self.in_body:
             x, y = numbers

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adapters.common.initial_state import initial_state
+from adapters.exudyn.frames.axes import FrameAxes, OrbitFrame, ReferenceFrame, frame_of
 from adapters.exudyn.frames.clock import Clock
-from adapters.exudyn.frames.frames import Axes, Frame, OrbitFrame, frame_of
-from adapters.exudyn.frames.numbers import Motion
+from adapters.exudyn.frames.numbers import BarMotion
 from adapters.exudyn.library import exu, items, symbolic_function
 from adapters.exudyn.loads.loading import Loading
 from adapters.exudyn.timetable import Timetable
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Start:
+class InitialCoordinates:
     """Initial coordinates in the frame's axes."""
 
     position_m: Array
@@ -39,14 +39,16 @@ class Start:
     """(N,)"""
 
 
-def start_of(scene: Scene, axes: Axes, *, absolute: bool) -> Start:
+def initial_coordinates(scene: Scene, axes: FrameAxes, *, absolute: bool) -> InitialCoordinates:
     """See the initial state of `scene` from `axes`, one instant of a frame."""
     s = initial_state(scene)
     place, motion = s.position_m, s.velocity_m_s
     if absolute:
         place, motion = place + s.com_m, motion + s.com_velocity_m_s
     readings, velocity = axes.relative(place[None], motion[None])
-    return Start(readings[0], velocity[0], s.angle_rad - axes.turn_rad[0], s.rate_rad_s - axes.rate_rad_s[0])
+    return InitialCoordinates(
+        readings[0], velocity[0], s.angle_rad - axes.turn_rad[0], s.rate_rad_s - axes.rate_rad_s[0]
+    )
 
 
 class Model(ABC):
@@ -57,13 +59,13 @@ class Model(ABC):
 
     def __init__(self, scene: Scene, steps: Steps, *, absolute: bool) -> None:
         self.scene, self.steps, self.absolute = scene, steps, absolute
-        self.frame: Frame = frame_of(scene, absolute=absolute)
-        self.start = start_of(scene, self.frame.at(np.zeros(1)), absolute=absolute)
+        self.frame: ReferenceFrame = frame_of(scene, absolute=absolute)
+        self.start = initial_coordinates(scene, self.frame.at(np.zeros(1)), absolute=absolute)
         self.loading = Loading(scene, self.frame)
         self.symbolic = exu().symbolic
         self.system = exu().SystemContainer()
         self.mbs: Any = self.system.AddSystem()
-        self.kept: list[Any] = []
+        self.references: list[Any] = []
         self.sensors_added: list[Any] = []
         self.stored: dict[int, list[Array]] = {}
         self.clock: Clock | None = None
@@ -81,10 +83,10 @@ class Model(ABC):
 
     def history(self, sensor: Any) -> Array:
         """Read what a sensor stored at the samples, (n, 1 + width), time first."""
-        pieces = self.stored.get(sensor.GetIndex())
-        return np.concatenate(pieces) if pieces else self._stored_now(sensor)
+        segments = self.stored.get(sensor.GetIndex())
+        return np.concatenate(segments) if segments else self._stored_now(sensor)
 
-    def put_away(self, samples: Callable[[int], Array]) -> None:
+    def store_segment(self, samples: Callable[[int], Array]) -> None:
         """Keep what the sensors stored, which the next run of the solver clears.
 
         Parameters
@@ -110,7 +112,7 @@ class Model(ABC):
         """Free the system: symbolic functions leak without it."""
         self.mbs.Reset()
 
-    def load(self, bar: int, m: Motion, t_s: Any) -> Extra:
+    def load(self, bar: int, m: BarMotion, t_s: Any) -> Extra:
         """Load on a bar, of symbolic numbers."""
         orbit = None if self.clock is None else self.clock.numbers(t_s)
         numbers = [] if self.timetable is None else self.timetable.numbers(t_s)
@@ -121,8 +123,8 @@ class Model(ABC):
         if not self.loading.acts_on(bar):
             return
         connector = "ObjectConnectorRigidBodySpringDamper"
-        function = symbolic_function(self.mbs, self.pull_on(bar), "springForceTorqueUserFunction", connector)
-        self.kept.append(function)
+        function = symbolic_function(self.mbs, self.load_function(bar), "springForceTorqueUserFunction", connector)
+        self.references.append(function)
         self.mbs.AddObject(
             items().ObjectConnectorRigidBodySpringDamper(
                 markerNumbers=[ground, marker],
@@ -132,7 +134,7 @@ class Model(ABC):
             )
         )
 
-    def pull_on(self, bar: int) -> Callable[..., list[Any]]:
+    def load_function(self, bar: int) -> Callable[..., list[Any]]:
         """Return the user function of a bar's load; a connector pulls back, hence the signs."""
 
         def pull(
@@ -150,7 +152,7 @@ class Model(ABC):
             _offset: Any,
         ) -> list[Any]:
             c, s = self.symbolic.cos(rotation[2]), self.symbolic.sin(rotation[2])
-            m = Motion(displacement[0], displacement[1], velocity[0], velocity[1], c, s, spin[2])
+            m = BarMotion(displacement[0], displacement[1], velocity[0], velocity[1], c, s, spin[2])
             fx, fy, torque = self.load(bar, m, t)
             zero = 0.0 * displacement[0]
             return [-fx, -fy, zero, zero, zero, zero if torque is None else -torque]

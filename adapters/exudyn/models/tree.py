@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.common.joint_coordinates import accelerations, angles, folded, places, velocities
+from adapters.common.joint_coordinates import accelerations, angles, places, to_joint_coordinates, velocities
+from adapters.exudyn.frames.axes import OrbitFrame
 from adapters.exudyn.frames.clock import INSIDE_DEGREE, orbit_given
-from adapters.exudyn.frames.frames import OrbitFrame
-from adapters.exudyn.frames.numbers import Motion, OrbitNumbers
+from adapters.exudyn.frames.numbers import BarMotion, OrbitNumbers
 from adapters.exudyn.library import exu, items
 from adapters.exudyn.loads.springs import add_springs
 from adapters.exudyn.models.model import Model
@@ -33,7 +33,7 @@ class TreeModel(Model):
     def add_chain(self) -> None:
         """Add the tree, the loads on its links and the sensors."""
         n, chain = self.scene.bars, self.scene.chain
-        q, q_t = folded(np.array(chain.length_m), self.start)
+        q, q_t = to_joint_coordinates(np.array(chain.length_m), self.start)
         self.node = self.mbs.AddNode(
             items().NodeGenericODE2(
                 referenceCoordinates=[0.0] * (n + 2),
@@ -80,13 +80,13 @@ class TreeModel(Model):
         add_springs(self.mbs, springs, [(rest, self.mbs.AddMarker(joint)) for joint in joints])
 
 
-class StandingTreeModel(TreeModel):
+class FrozenOrbitTreeModel(TreeModel):
     """For a run so brief that the orbit stands still: a polynomial through equal numbers would fit their rounding."""
 
     inside_degree = 0
 
 
-def seen_tree(model: TreeModel, q: Array, q_t: Array, q_tt: Array) -> tuple[SensorReadings, Array]:
+def tree_readings(model: TreeModel, q: Array, q_t: Array, q_tt: Array) -> tuple[SensorReadings, Array]:
     """Return what a tree's sensors saw, and the reaction left at the free end, (n,) N: round-off."""
     chain = model.scene.chain
     length = np.array(chain.length_m)
@@ -117,7 +117,7 @@ def forces(model: TreeModel, readings: SensorReadings) -> Array:
     return found
 
 
-def motion_of(readings: SensorReadings, bar: int) -> Motion:
+def motion_of(readings: SensorReadings, bar: int) -> BarMotion:
     """Samples of one bar."""
     (x, y), (vx, vy), angle = readings.position_m[:, bar].T, readings.velocity_m_s[:, bar].T, readings.angle_rad[:, bar]
-    return Motion(x, y, vx, vy, np.cos(angle), np.sin(angle), readings.rate_rad_s[:, bar])
+    return BarMotion(x, y, vx, vy, np.cos(angle), np.sin(angle), readings.rate_rad_s[:, bar])

@@ -28,19 +28,19 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Pieces:
+class RestartSegments:
     """A run's steps, divided."""
 
     steps: Steps
     per_sample: int
     """Steps from sample to sample"""
-    marks: tuple[int, ...]
+    boundaries: tuple[int, ...]
     """Steps at whose ends pieces start and end, 0 and the last one included"""
 
     @property
     def stride(self) -> int:
         """Steps from one stored row to the next: samples and marks are among them."""
-        return math.gcd(self.per_sample, *self.marks)
+        return math.gcd(self.per_sample, *self.boundaries)
 
     def samples(self, first: int, rows: int) -> Array:
         """Whether each of `rows` stored in the piece from step `first` is a sample.
@@ -52,23 +52,23 @@ class Pieces:
         return chosen
 
 
-def pieces_of(scene: Scene, steps: Steps, method: Method) -> Pieces:
+def segments_of(scene: Scene, steps: Steps, method: Method) -> RestartSegments:
     """Pieces of a run; one only, where nothing jumps."""
-    marks = [] if method.explicit else jump_steps(scene, steps)
-    return Pieces(steps, steps.count // (scene.run.samples - 1), (0, *marks, steps.count))
+    boundaries = [] if method.explicit else jump_steps(scene, steps)
+    return RestartSegments(steps, steps.count // (scene.run.samples - 1), (0, *boundaries, steps.count))
 
 
-def run_pieces(model: Model, pieces: Pieces, settings: Any, method: Method) -> bool:
+def run_segments(model: Model, segments: RestartSegments, settings: Any, method: Method) -> bool:
     """Run one piece after the other; whether the last one got to its end."""
-    h = pieces.steps.size_s
-    settings.solution.sensors.writePeriod = pieces.stride * h * (1.0 - SAMPLE_SLACK)
+    h = segments.steps.size_s
+    settings.solution.sensors.writePeriod = segments.stride * h * (1.0 - SAMPLE_SLACK)
     time = settings.timeIntegration
-    for first, last in itertools.pairwise(pieces.marks):
+    for first, last in itertools.pairwise(segments.boundaries):
         if first:
             resume(model, first)
         time.startTime, time.endTime, time.numberOfSteps = h * first, h * last, last - first
         finished = bool(solver_of(method).SolveSystem(model.mbs, settings))
-        model.put_away(functools.partial(pieces.samples, first))
+        model.store_segment(functools.partial(segments.samples, first))
         if not finished:
             return False
     return True

@@ -74,7 +74,7 @@ def euler_step(make: Callable[[Steps], Model], step: Steps, method: Method) -> S
         model.close()
 
 
-def supply(model: Model, settings: Any, start: StartForces) -> None:
+def set_start_forces(model: Model, settings: Any, start: StartForces) -> None:
     """Make a run start with `start` instead of what Exudyn would find."""
     initial = exu().ConfigurationType.Initial
     model.mbs.systemData.SetODE2Coordinates_tt(start.accelerations.tolist(), initial)

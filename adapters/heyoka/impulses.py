@@ -12,10 +12,10 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING, Any
 
-from adapters.heyoka.equations import Bar, Symbol, motion
+from adapters.heyoka.applied_forces import end_force
+from adapters.heyoka.equations import Symbol, SymbolicBar, chain_motion
 from adapters.heyoka.fields import Pair, cross
-from adapters.heyoka.pushes import end_force
-from adapters.heyoka.structure import Part
+from adapters.heyoka.structure import BarParameter
 from adapters.heyoka.system import as_symbol, parameter, total
 
 if TYPE_CHECKING:
@@ -27,37 +27,37 @@ def jumps(structure: Structure, whole: System) -> list[Symbol]:
     """Jumps of Z0' (2) and of theta' (N), and the impulsive reactions on bar j from bar j+1 (2 each)."""
     angle = whole.variables[4 : 4 + structure.bars]
     impulses = [impulse(structure, j, bar, angle[j]) for j, bar in enumerate(whole.bars)]
-    bars = [struck(bar, *blow) for bar, blow in zip(whole.bars, impulses, strict=True)]
-    found = motion(bars, structure, [0.0] * len(structure.laws))
-    share = shares(structure)
+    bars = [with_impulse(bar, *blow) for bar, blow in zip(whole.bars, impulses, strict=True)]
+    found = chain_motion(bars, structure, [0.0] * len(structure.laws))
+    share = mass_shares(structure)
     track = [total(share, [b.tide[k] for b in bars]) for k in (0, 1)]
     return [as_symbol(x) for x in [*track, *found.turn, *(x for pair in found.reaction for x in pair)]]
 
 
-def shares(structure: Structure) -> list[Any]:
+def mass_shares(structure: Structure) -> list[Any]:
     """m_j/M."""
-    return [parameter(structure, Part.SHARE, j) for j in range(structure.bars)]
+    return [parameter(structure, BarParameter.SHARE, j) for j in range(structure.bars)]
 
 
-def impulse(structure: Structure, j: int, bar: Bar, angle: Symbol) -> tuple[Pair, Symbol]:
+def impulse(structure: Structure, j: int, bar: SymbolicBar, angle: Symbol) -> tuple[Pair, Symbol]:
     """Sum of the blows on a bar, and their moment about its centre."""
     import heyoka as hy
 
     x: Symbol = 0.0
     y: Symbol = 0.0
     moment: Symbol = 0.0
-    for k, shape in enumerate(structure.effects.blows):
+    for k, shape in enumerate(structure.effects.impulses):
         if shape.bar == j:
-            direction, size = (hy.par[structure.slot(f"blow_{k}_{what}")] for what in ("direction", "size"))
+            direction, size = (hy.par[structure.slot(f"impulse_{k}_{what}")] for what in ("direction", "size"))
             blow = end_force(shape, direction, size, angle)
             x, y = x + blow[0], y + blow[1]
             moment = moment + shape.side * cross(bar.reach, blow)
     return (x, y), moment
 
 
-def struck(bar: Bar, blow: Pair, moment: Symbol) -> Bar:
+def with_impulse(bar: SymbolicBar, blow: Pair, moment: Symbol) -> SymbolicBar:
     """A bar in which jumps stand for accelerations: no rates, and the blow for gravity."""
     jump = blow[0] / bar.mass, blow[1] / bar.mass
     return dataclasses.replace(
-        bar, rate=0.0, velocity=(0.0, 0.0), tide=jump, torque=moment, swerve=cross(bar.place, jump)
+        bar, rate=0.0, velocity=(0.0, 0.0), tide=jump, torque=moment, transverse_acceleration=cross(bar.place, jump)
     )

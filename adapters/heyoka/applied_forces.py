@@ -19,18 +19,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from adapters.heyoka.fields import Load, Pair, Symbol, closeness, cross
+from adapters.heyoka.fields import Load, Pair, Symbol, cross, distance_ratio
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.heyoka.effects import PushShape
+    from adapters.heyoka.effects import EndForceShape
 
     Parameter = Callable[[str], Any]
 
 
 @dataclass(frozen=True)
-class Moving:
+class BarKinematics:
     """A bar as the air, the light and thrusters see it."""
 
     index: int
@@ -60,29 +60,29 @@ def dot(a: Pair, b: Pair) -> Symbol:
 
 
 @dataclass(frozen=True)
-class Air:
+class SymbolicDrag:
     """The atmosphere about the chain's centre."""
 
     parameter: Parameter
     centre: Pair
     r2: Symbol
 
-    def wind(self, bar: Moving) -> Pair:
+    def wind(self, bar: BarKinematics) -> Pair:
         """W, of the bar's centre through the air."""
         turn = self.parameter("drag_turn")
         return bar.velocity[0] + turn * bar.place[1], bar.velocity[1] - turn * bar.place[0]
 
-    def facing(self, bar: Moving) -> Symbol:
+    def facing(self, bar: BarKinematics) -> Symbol:
         """v, whose sign tells the face."""
         return dot(bar.across, self.wind(bar))
 
-    def load(self, bar: Moving) -> Load:
+    def load(self, bar: BarKinematics) -> Load:
         """Of one bar."""
         import heyoka as hy
 
         p, j = self.parameter, bar.index
         area, second, fourth = (p(f"drag_{x}_{j}") for x in ("area", "second", "fourth"))
-        near, radius = closeness(self.centre, self.r2, bar.offset), hy.sqrt(self.r2)
+        near, radius = distance_ratio(self.centre, self.r2, bar.offset), hy.sqrt(self.r2)
         higher = radius * near.q * near.y / (1.0 + near.y)
         at_centre = p("drag_density") * hy.exp((p("drag_radius") - radius) / p("drag_height"))
         strength = p(f"drag_face_{j}") * at_centre * hy.exp(-higher / p("drag_height"))
@@ -97,7 +97,7 @@ class Air:
 
 
 @dataclass(frozen=True)
-class Sunlight:
+class SymbolicSunlight:
     """Light from a Sun far away."""
 
     parameter: Parameter
@@ -111,11 +111,11 @@ class Sunlight:
         at = self.parameter("light_longitude") + self.parameter("light_rate") * hy.time
         return hy.cos(at), hy.sin(at)
 
-    def facing(self, bar: Moving) -> Symbol:
+    def facing(self, bar: BarKinematics) -> Symbol:
         """n·s, whose sign tells the face."""
         return dot(bar.across, self.sun)
 
-    def load(self, bar: Moving) -> Load:
+    def load(self, bar: BarKinematics) -> Load:
         """On one bar."""
         p, j, (sx, sy), (nx, ny) = self.parameter, bar.index, self.sun, bar.across
         g = self.facing(bar)
@@ -131,7 +131,7 @@ class Sunlight:
         return aside * aside - radius * radius
 
 
-def end_force(shape: PushShape, direction: Symbol, size: Symbol, angle: Symbol) -> Pair:
+def end_force(shape: EndForceShape, direction: Symbol, size: Symbol, angle: Symbol) -> Pair:
     """Force, or blow, on an end."""
     import heyoka as hy
 
@@ -139,7 +139,7 @@ def end_force(shape: PushShape, direction: Symbol, size: Symbol, angle: Symbol) 
     return size * hy.cos(at), size * hy.sin(at)
 
 
-def thrust_load(shape: PushShape, parameter: Parameter, k: int, bar: Moving, angle: Symbol) -> Load:
+def thrust_load(shape: EndForceShape, parameter: Parameter, k: int, bar: BarKinematics, angle: Symbol) -> Load:
     """Of thrust k, its size a line in time."""
     import heyoka as hy
 

@@ -19,11 +19,11 @@ from adapters.exudyn.frames.numbers import Number
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.exudyn.frames.numbers import Motion, OrbitNumbers
+    from adapters.exudyn.frames.numbers import BarMotion, OrbitNumbers
 
 
 @dataclass(frozen=True)
-class Bar:
+class LoadedBar:
     """What loads need to know of a bar."""
 
     mass_kg: float
@@ -36,7 +36,7 @@ Load = tuple[Number, Number, Number]
 """Force along x and y (N), torque (N m)"""
 
 
-def orbit_load(bar: Bar, orbit: OrbitNumbers, m: Motion, sqrt: Callable[[Number], Number]) -> Load:
+def orbit_load(bar: LoadedBar, orbit: OrbitNumbers, m: BarMotion, sqrt: Callable[[Number], Number]) -> Load:
     """Gravity and the rotating frame's forces on a bar."""
     r, w, k = orbit.radius_m, orbit.rate_rad_s, orbit.pull_s2
     q = ((2.0 * r + m.x_m) * m.x_m + m.y_m * m.y_m) / (r * r)
@@ -55,7 +55,7 @@ def encke(q: Number, sqrt: Callable[[Number], Number]) -> tuple[Number, Number]:
     return -1.0 * q * (3.0 + q * (3.0 + q)) / (cube * (1.0 + cube)), cube
 
 
-def absolute_load(bar: Bar, mu_m3_s2: float, m: Motion, sqrt: Callable[[Number], Number]) -> Load:
+def absolute_load(bar: LoadedBar, mu_m3_s2: float, m: BarMotion, sqrt: Callable[[Number], Number]) -> Load:
     """Gravity on a bar whose place is counted from the centre of the body."""
     r2 = m.x_m * m.x_m + m.y_m * m.y_m
     cube = r2 * sqrt(r2)
@@ -66,7 +66,7 @@ def absolute_load(bar: Bar, mu_m3_s2: float, m: Motion, sqrt: Callable[[Number],
     return pull * m.x_m, pull * m.y_m, torque
 
 
-def gradient_torque(strength: Number, across: Number, m: Motion, fifth: Number) -> Number:
+def gradient_torque(strength: Number, across: Number, m: BarMotion, fifth: Number) -> Number:
     """3 mu J sin(phi) cos(phi)/rho³ by eq. (17), corrected in sign: towards the radial.
 
     Parameters

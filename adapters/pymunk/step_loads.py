@@ -13,16 +13,16 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from adapters.bar_loads.assemble import ChainLoads
-    from adapters.bar_loads.interface import Here, Load
+    from adapters.bar_loads.interface import FrameState, Load
     from adapters.pymunk.samples import Rows
 
 
-class ActingNow:
+class StepLoads:
     """What acts on each bar in the step being taken."""
 
-    def __init__(self, acting: ChainLoads) -> None:
+    def __init__(self, effect_loads: ChainLoads) -> None:
         """Prepare for the first step."""
-        self.acting = acting
+        self.effect_loads = effect_loads
         self.steps = 0
         self.before: Rows = []
         self.found: list[Load] = []
@@ -31,15 +31,15 @@ class ActingNow:
         """Forget the velocities: the chain starts anew."""
         self.steps, self.before = 0, []
 
-    def move_to(self, here: Here) -> None:
+    def move_to(self, frame_state: FrameState) -> None:
         """Be ready for a step onto `here`."""
-        self.here, self.found = here, []
+        self.frame_state, self.found = frame_state, []
 
     def load(self, j: int, places: Callable[[], Rows], velocities: Callable[[], Rows]) -> Load:
         """Load of bar `j`; those of all are worked out when the first is asked for."""
         if not self.found:
-            rates = self.rates(velocities()) if self.acting.of_rates else []
-            self.found = self.acting(self.here, places(), rates)
+            rates = self.rates(velocities()) if self.effect_loads.of_rates else []
+            self.found = self.effect_loads(self.frame_state, places(), rates)
         return self.found[j]
 
     def rates(self, now: Rows) -> Rows:

@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from adapters.heyoka.applied_forces import BarKinematics, SymbolicDrag, SymbolicSunlight, spring_torques, thrust_load
 from adapters.heyoka.fields import Attractor, Companion, Flattening, Load, Pair, Rod, Symbol, companion
-from adapters.heyoka.pushes import Air, Moving, Sunlight, spring_torques, thrust_load
 
 if TYPE_CHECKING:
     from adapters.heyoka.structure import Structure
 
 
 @dataclass(frozen=True)
-class Symbols:
+class SymbolicState:
     """State in symbols."""
 
     centre: Pair
@@ -28,10 +28,10 @@ class Symbols:
         return [*self.centre, *self.velocity, *self.angle, *self.rate]
 
 
-class Acting:
+class SymbolicLoads:
     """All that acts on bars besides their joints, of a structure; only what it calls for is there."""
 
-    def __init__(self, structure: Structure, state: Symbols) -> None:
+    def __init__(self, structure: Structure, state: SymbolicState) -> None:
         """Symbols that all bars share."""
         import heyoka as hy
 
@@ -41,10 +41,10 @@ class Acting:
         self.attractor = Attractor(state.centre, r2, self.pull, structure.gravity)
         self.companions = [self.companion(k) for k in range(effects.third_bodies)]
         self.flattening = self.flat() if effects.oblate else None
-        self.air = Air(self.parameter, state.centre, r2) if effects.drag else None
-        self.light = Sunlight(self.parameter, effects.shadow) if effects.light else None
+        self.air = SymbolicDrag(self.parameter, state.centre, r2) if effects.drag else None
+        self.light = SymbolicSunlight(self.parameter, effects.shadow) if effects.light else None
         self.springs = spring_torques(self.parameter, state.angle, state.rate) if effects.springs else None
-        self.seen: list[Moving] = []
+        self.seen: list[BarKinematics] = []
 
     def parameter(self, name: str) -> Symbol:
         """Parameter of an effect."""
@@ -77,7 +77,7 @@ class Acting:
             found = [f + x for f, x in zip(found, frame, strict=True)]
         return found
 
-    def load(self, rod: Rod, bar: Moving) -> Load:
+    def load(self, rod: Rod, bar: BarKinematics) -> Load:
         """All of it on one bar."""
         found = Load((0.0, 0.0)) if self.structure.gravity == "none" else self.attractor.load(rod)
         for more in self.others(rod, bar):
@@ -85,7 +85,7 @@ class Acting:
         self.seen.append(bar)
         return found
 
-    def others(self, rod: Rod, bar: Moving) -> list[Load]:
+    def others(self, rod: Rod, bar: BarKinematics) -> list[Load]:
         """What acts besides the central body's main field."""
         found = [c.load(rod, bar.place) for c in self.companions]
         found += [x.load(rod) for x in [self.flattening] if x]
