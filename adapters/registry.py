@@ -1,4 +1,4 @@
-"""Engines by name: strings, imported only when they are used."""
+"""Registry of engines by name; a class is imported on first use."""
 
 from __future__ import annotations
 
@@ -20,39 +20,40 @@ class UnknownEngineError(KeyError):
     """No engine of that name is registered."""
 
     def __str__(self) -> str:
-        """Give the message without KeyError's quotes."""
+        """Message without the quotes that KeyError adds."""
         return str(self.args[0])
 
 
 @dataclass(frozen=True)
 class Registration:
-    """Where an engine's class is, and what it needs."""
+    """Import path and requirements of an engine's class."""
 
     target: str
     """``module:Class``"""
     requires: str = ""
-    """Distribution that brings the external engine; empty if there is none."""
+    """Distribution that provides the external engine; empty if there is none."""
     module: str = ""
-    """What to import of it, where that is called otherwise."""
+    """Module to import from the distribution, where its name differs."""
     install: str = ""
-    """What to type where it is missing."""
+    """Command that installs a missing distribution."""
     ours: bool = False
-    """Whether it is the reference in some form, and so no check on it"""
+    """Whether the engine steps barchain's own equations, and so is no independent check of them"""
     in_default_set: bool = True
-    """Whether it takes part where no engine is named; those that only a study needs do not"""
+    """Whether a command without engine names selects the engine; False for engines that only studies need"""
     optional: bool = False
-    """Whether an extra brings it: where that is not installed it takes part only if it is named"""
+    """Whether an extra provides the distribution; while it is missing, only a command that names the engine selects
+    it"""
     compiles: bool = False
-    """Whether it compiles code for a scene's effects while it builds, which may take longer than the run"""
+    """Whether `build` compiles code for the scene's effects, which may take longer than the run"""
 
     @property
     def by_default(self) -> bool:
-        """Whether it takes part where no engine is named."""
+        """Whether a command without engine names selects the engine here."""
         return self.in_default_set and not (self.optional and self.missing)
 
     @property
     def external(self) -> bool:
-        """Whether the engine is somebody else's work, and so a check on the reference."""
+        """Whether the engine has independent physics, and so checks the reference."""
         return not self.ours
 
     def load(self) -> type[Engine]:
@@ -63,7 +64,7 @@ class Registration:
 
     @property
     def missing(self) -> str | None:
-        """Why the engine can't be used here, and how to get it; None if it can."""
+        """Missing distribution and the command that installs it; None if the engine can be used here."""
         if not self.requires:
             return None
         if importlib.util.find_spec(self.module or self.requires) is None:
@@ -72,7 +73,7 @@ class Registration:
 
     @property
     def version(self) -> str:
-        """Installed version of the external engine; our own for the reference."""
+        """Installed version of the external engine; barchain's own version for the reference."""
         try:
             return version(self.requires or "barchain")
         except PackageNotFoundError:
@@ -89,7 +90,7 @@ def _external(module: str, name: str, requires: str, *, in_default_set: bool = T
 
 
 def _more(module: str, name: str, requires: str, imported: str = "", *, ours: bool = False) -> Registration:
-    """What a user would pick instead; for studies only."""
+    """Registration of a general solver or engine that only studies select."""
     install = "pip install '.[more-engines]'"
     return Registration(
         f"adapters.{module}:{name}", requires, imported, install, ours=ours, in_default_set=False, optional=True
@@ -144,7 +145,7 @@ ENGINES: dict[str, Registration] = {
 
 
 def engines() -> dict[str, Registration]:
-    """All registered engines: ours, then those of installed third parties."""
+    """All registered engines: barchain's, then those of installed third parties."""
     third_party = {
         e.name: Registration(e.value, install=f"reinstall {e.dist.name if e.dist else e.value}")
         for e in entry_points(group=ENTRY_POINT_GROUP)
@@ -158,7 +159,7 @@ def find_engine(name: str) -> Registration:
     Raises
     ------
     UnknownEngineError
-        If there is none; the message names the nearest and all there are.
+        If there is none; the message gives the nearest name and all names.
     """
     known = engines()
     if name not in known:

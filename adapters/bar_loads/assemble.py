@@ -1,4 +1,4 @@
-"""Everything that acts on a chain, in plain floats: composed of what its scene calls for."""
+"""All loads on a chain in plain floats, assembled from the effects of its scene."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ SUPPORTED = frozenset({
     *(f"gravity.{gravity}" for gravity in Gravity), "oblateness", "third_body", "drag", "solar_pressure",
     "joint_spring_damper", "thrust.body", "thrust.inertial", "impulse",
 })  # fmt: skip
-"""Names of the effects that are here"""
+"""Names of the effects that these loads support"""
 
 
 class ChainLoads:
-    """Gravity of the central body, and every other effect that a scene calls for."""
+    """Gravity of the central body, and every other effect of a scene."""
 
     def __init__(self, scene: Scene, gravity: Loads, effects: tuple[BarLoad, ...]) -> None:
         """Sum of `gravity` and `effects`."""
@@ -34,7 +34,7 @@ class ChainLoads:
         self.faced = [effect for effect in effects if isinstance(effect, FaceDependentLoad)]
 
     def __call__(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate] = ()) -> list[Load]:
-        """Load of each bar; `rates` may be left out unless `of_rates`.
+        """Load of each bar; `rates` may be omitted unless `of_rates`.
 
         Raises
         ------
@@ -53,22 +53,22 @@ class ChainLoads:
 
 
 def chain_loads(scene: Scene, gravity: Loads, *, free_falling: bool) -> ChainLoads | None:
-    """What acts on `scene`'s chain, or None where that is `gravity` alone (or nothing).
+    """Loads on the chain of `scene`, or None where `gravity` is the only one (or there is none).
 
     Parameters
     ----------
     scene : Scene
     gravity : Loads
-        In the frame that is meant.
-    falls : bool
-        Whether the frame falls with all fields; if not, it is at rest at the centre of the body.
+        In the frame of the coordinates.
+    free_falling : bool
+        Whether the frame falls with all fields; otherwise it is at rest at the centre of the body.
     """
     effects = tuple(effects_of(scene, bars_of(scene.chain), free_falling=free_falling))
     return ChainLoads(scene, gravity, effects) if effects else None
 
 
 def effects_of(scene: Scene, bars: list[BarProperties], *, free_falling: bool) -> Iterator[BarLoad]:
-    """Effects besides the central body's pull on points, and its gradient."""
+    """Effects besides the central body's pull on points and its gradient."""
     called, mu = scene.effects, scene.central_body.mu_m3_s2
     spread = called.gravity in (Gravity.QUADRUPOLE, Gravity.SLENDER)
     if spread:
@@ -90,7 +90,7 @@ def effects_of(scene: Scene, bars: list[BarProperties], *, free_falling: bool) -
 
 
 def nongravitational_loads(scene: Scene, bars: list[BarProperties]) -> Iterator[BarLoad]:
-    """Effects that no field exerts, the same in every frame."""
+    """Effects other than gravity; they are the same in every frame."""
     called = scene.effects
     if called.drag:
         from adapters.bar_loads.drag import DragLoad

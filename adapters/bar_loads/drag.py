@@ -50,7 +50,7 @@ class DragLoad:
         return (tangent * c - normal * s) / bar.mass, (tangent * s + normal * c) / bar.mass, torque / bar.inertia
 
     def faces(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[bool]:
-        """Which face of each bar meets the air."""
+        """Face of each bar that is exposed to the air."""
         turn = self.drag.rotation_rad_s
         return [
             cos(a) * (frame.vy + vy - turn * (frame.x + x)) > sin(a) * (frame.vx + vx + turn * (frame.y + y))

@@ -1,4 +1,4 @@
-"""A frame that falls freely with the chain's centre of mass at first, its axes fixed in direction."""
+"""Frame that falls freely from the chain's initial centre of mass, with axes of fixed direction."""
 
 from __future__ import annotations
 
@@ -27,13 +27,14 @@ BETWEEN = 2e-13  # of radius and speed: SciPy's interpolation within a step; mea
 def free_fall(scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
     """Origin of the frame and its velocity at `t_s` (n,), each (n, 2), m and m/s.
 
-    The orbit of a particle started as the centre of mass is: Kepler's, or with the fields beside the central one;
-    uniform motion without gravity. What pushes the chain itself (air, light, thrust) it does not feel.
+    The orbit of a particle with the initial state of the centre of mass: Kepler's orbit, an integrated orbit where
+    other fields act, or uniform motion without gravity. Forces on the chain itself (drag, light, thrust) do not act on
+    the particle.
 
     Raises
     ------
     EngineError
-        If the particle is lost.
+        If the integration of the orbit fails.
     """
     if scene.effects.gravity is Gravity.NONE:
         drift = np.tile(start.com_velocity_m_s, (len(t_s), 1))
@@ -46,8 +47,8 @@ def free_fall(scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Arr
 def integrated_orbit(scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
     """Orbit of a particle in several fields, to round-off.
 
-    Any smooth track near the true one would do for the bars, which feel differences from the fields at the origin: its
-    error is the centre of mass' own, see :func:`track_noise`.
+    Any smooth orbit near the true one suits the bars, whose loads are differences from the fields at the origin. An
+    error of the orbit is an error of the centre of mass, see :func:`orbit_noise`.
     """
     from scipy.integrate import solve_ivp
 
@@ -62,7 +63,7 @@ def integrated_orbit(scene: Scene, start: InitialState, t_s: Array) -> tuple[Arr
 
 
 def particle(scene: Scene) -> Callable[[float, Array], Sequence[float]]:
-    """Time derivative of a particle's place and velocity."""
+    """Time derivative of a particle's position and velocity."""
     from adapters.bar_loads.fields import InversePowerField
     from adapters.bar_loads.particle import perturbing_fields
 
@@ -77,10 +78,10 @@ def particle(scene: Scene) -> Callable[[float, Array], Sequence[float]]:
 
 
 def orbit_noise(scene: Scene, t_s: Array) -> dict[str, float | Array]:
-    """Error of an integrated origin, which no step of the chain makes smaller: m, m/s.
+    """Error of an integrated origin, m and m/s, which no step of the chain reduces.
 
-    A rounding of the radius in each step; they add up as a random walk and run along the orbit, by 3 n t. Between steps
-    the track is interpolated.
+    Each step rounds the radius. The roundings add up as a random walk and grow along the orbit by 3 n t. Between steps
+    the orbit is interpolated.
     """
     if not (scene.effects.oblateness or scene.effects.third_body):
         return {}

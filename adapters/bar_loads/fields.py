@@ -1,7 +1,7 @@
-"""Fields of attraction on bars in plain floats: inverse powers of the distance.
+"""Gravity fields on bars in plain floats: inverse powers of the distance.
 
-A field -A Z/r^n is the central body's with n = 3 and A its mu, J2's with n = 5 and A = (3/2) mu J2 R², a third
-body's with n = 3. Its change over a bar turns the bar, and the bar's second moment changes the force:
+A field -A Z/r^n is the central body's with n = 3 and A its mu, that of J2 with n = 5 and A = (3/2) mu J2 R², and a
+third body's with n = 3. Its gradient along a bar exerts a torque, and the bar's second moment changes the force:
 
     torque        n A J (u·Z)(n·Z)/r^(n+2)
     acceleration  (n A J/2m r^(n+2)) (Z + 2 (u·Z) u - (n+2) c² Z),   c = u·Z/r
@@ -35,7 +35,7 @@ class InversePowerField:
         return k * x, k * y
 
     def difference(self, x0: float, y0: float, x: float, y: float) -> tuple[float, float]:
-        """Acceleration at (x0 + x, y0 + y) less that at (x0, y0), by Encke's q: nothing large is subtracted."""
+        """Acceleration at (x0 + x, y0 + y) less that at (x0, y0), by Encke's q, without cancellation."""
         r2, px, py = x0 * x0 + y0 * y0, x0 + x, y0 + y
         change = expm1(-0.5 * self.power * log1p(((x0 + px) * x + (y0 + py) * y) / r2))
         k = -self.strength * r2 ** (-0.5 * self.power)
@@ -48,7 +48,7 @@ class InversePowerField:
         return spin
 
     def second_moment(self, x: float, y: float, c: float, s: float, spread: float) -> tuple[float, float]:
-        """Acceleration of a bar of J/m = `spread` m² beyond that of a point, m/s²."""
+        """Acceleration of a bar with J/m = `spread` m² less that of a point, m/s²."""
         n, r2, p = self.power, x * x + y * y, c * x + s * y
         k = 0.5 * n * self.strength * spread * r2 ** (-0.5 * (n + 2))
         along = 1.0 - (n + 2) * p * p / r2
@@ -57,18 +57,18 @@ class InversePowerField:
 
 @dataclass(frozen=True)
 class FieldLoad:
-    """A field beside the central body's: on the bars' centres, and on their length if gravity has that."""
+    """Load of a field besides the central body's: on the bars' centres and, by the gravity model, beyond."""
 
     of_rates: ClassVar[bool] = False
     bars: list[BarProperties]
     field: InversePowerField
     turns: bool
-    """Whether it turns bars"""
+    """Whether the field exerts torques"""
     spread: bool
-    """Whether their second moment changes the force"""
+    """Whether the bars' second moment changes the force"""
 
     def source(self, t_s: float) -> tuple[float, float]:
-        """Where its source is, m from the centre of the body."""
+        """Position of the source, m from the centre of the central body."""
         del t_s
         return 0.0, 0.0
 
@@ -98,14 +98,14 @@ class FieldLoad:
 
 
 class OblatenessLoad(FieldLoad):
-    """J2, where the frame falls with it."""
+    """J2, in a frame that falls with it."""
 
 
 class AbsoluteOblatenessLoad(FieldLoad):
-    """J2, where the frame is at rest at the centre of the body."""
+    """J2, in a frame at rest at the centre of the body."""
 
     def point(self, x0: float, y0: float, x: float, y: float) -> tuple[float, float]:
-        """All of it."""
+        """The whole acceleration."""
         return self.field.pull(x0 + x, y0 + y)
 
 

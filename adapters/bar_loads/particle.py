@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def perturbing_fields(scene: Scene) -> tuple[Callable[[float, float, float], tuple[float, float]], ...]:
-    """Fields besides the central body's own: acceleration (m/s²) at t (s), x and y (m from its centre)."""
+    """Fields besides the central body's: acceleration (m/s²) at t (s), x and y (m from its centre)."""
     found = []
     if scene.effects.oblateness:
         from adapters.bar_loads.fields import oblateness_field
@@ -24,7 +24,7 @@ def perturbing_fields(scene: Scene) -> tuple[Callable[[float, float, float], tup
 
 
 def tide(body: ThirdBody) -> Callable[[float, float, float], tuple[float, float]]:
-    """A third body's pull on a particle less that on the central body."""
+    """Third body's acceleration of a particle less that of the central body."""
     from adapters.bar_loads.tides import third_body_position
 
     pull = InversePowerField(body.mu_m3_s2, 3)

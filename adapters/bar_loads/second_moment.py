@@ -1,4 +1,4 @@
-"""What gravity does to a bar beyond a point and the gradient's torque, in plain floats: docs/effects/gravity.md."""
+"""Gravity on a bar beyond a point mass and the gradient's torque, in plain floats: docs/effects/gravity.md."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SecondMomentLoad:
-    """The central body's force on a bar beyond that on a point, to the bar's second moment."""
+    """Central body's force on a bar less that on a point, to the bar's second moment."""
 
     of_rates: ClassVar[bool] = False
     bars: list[BarProperties]
@@ -33,7 +33,7 @@ class SecondMomentLoad:
 
 @dataclass(frozen=True)
 class SlenderLoad:
-    """The central body's force on a uniform slender bar beyond that on a point, and its torque."""
+    """Central body's force on a uniform slender bar less that on a point, and its torque."""
 
     of_rates: ClassVar[bool] = False
     bars: list[BarProperties]
@@ -50,7 +50,7 @@ class SlenderLoad:
 
 
 def slender(mu: float, x: float, y: float, angle: float, h: float) -> Load:
-    """What a bar of half length `h` at (x, y) m from the body feels beyond a point; nothing in it cancels."""
+    """Load on a bar of half length `h` at (x, y) m from the body beyond that on a point, free of cancellation."""
     ux, uy = cos(angle), sin(angle)
     p, q, r2 = ux * x + uy * y, ux * y - uy * x, x * x + y * y
     e, turned = h * h / r2, 1.0 - 2.0 * p * p / r2
@@ -67,5 +67,5 @@ def slender(mu: float, x: float, y: float, angle: float, h: float) -> Load:
 
 
 def small_root(x: float) -> float:
-    """Give sqrt(1 + x) - 1."""
+    """Sqrt(1 + x) - 1 without cancellation."""
     return x / (1.0 + sqrt(1.0 + x))

@@ -1,4 +1,4 @@
-"""Springs and dampers in joints, as torques on bars in plain floats: docs/effects/joint_spring_damper.md."""
+"""Joint springs and dampers as torques on bars, in plain floats: docs/effects/joint_spring_damper.md."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ if TYPE_CHECKING:
 
 
 class SpringLoad:
-    """Springs, without any damper."""
+    """Joint springs without dampers."""
 
     of_rates: ClassVar[bool] = False
 
     def __init__(self, bars: list[BarProperties], springs: JointSpringDamper) -> None:
-        """Joints of a scene."""
+        """Springs of a scene."""
         self.inertia = [bar.inertia for bar in bars]
         self.stiff = list(zip(springs.stiffness_N_m_rad, springs.rest_rad, strict=True))
 
     def torques(self, places: Sequence[Place], rates: Sequence[Rate]) -> list[float]:
-        """Torque of each joint on the bar after it, N m."""
+        """Torque of each joint on the bar behind the joint, N m."""
         del rates
         return [-k * (b - a - rest) for (k, rest), ((*_, a), (*_, b)) in zip(self.stiff, pairwise(places), strict=True)]
 
@@ -36,17 +36,17 @@ class SpringLoad:
 
 
 class DampedSpringLoad(SpringLoad):
-    """Springs and dampers."""
+    """Joint springs and dampers."""
 
     of_rates: ClassVar[bool] = True
 
     def __init__(self, bars: list[BarProperties], springs: JointSpringDamper) -> None:
-        """Joints of a scene."""
+        """Springs and dampers of a scene."""
         super().__init__(bars, springs)
         self.damping = springs.damping_N_m_s_rad
 
     def torques(self, places: Sequence[Place], rates: Sequence[Rate]) -> list[float]:
-        """Torque of each joint on the bar after it, N m."""
+        """Torque of each joint on the bar behind the joint, N m."""
         found = super().torques(places, rates)
         turning = [b - a for (*_, a), (*_, b) in pairwise(rates)]
         return [torque - c * w for torque, c, w in zip(found, self.damping, turning, strict=True)]

@@ -1,4 +1,4 @@
-"""Sunlight on bars in plain floats: flat bars that face the Sun, docs/effects/solar_pressure.md; no shadow."""
+"""Sunlight on flat bars in plain floats, without shadow: docs/effects/solar_pressure.md."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class SunlightLoad:
-    """Push of the light on each bar."""
+    """Force of the light on each bar."""
 
     of_rates: ClassVar[bool] = False
 
@@ -35,7 +35,7 @@ class SunlightLoad:
         return [self.load(sx, sy, angle, weight) for (_, _, angle), weight in zip(places, self.weight, strict=True)]
 
     def load(self, sx: float, sy: float, angle: float, weight: float) -> Load:
-        """Load of one bar, `weight` m/s² where it is black and faces the Sun."""
+        """Load of one bar; `weight` is the acceleration in m/s² of a black bar normal to the light."""
         c, s, mirrored = cos(angle), sin(angle), self.light.reflectivity
         facing = c * sy - s * sx
         side = 2.0 * mirrored * facing  # 2 rho k n' = 2 rho (n·s) n
@@ -43,7 +43,7 @@ class SunlightLoad:
         return k * ((1.0 - mirrored) * sx - side * s), k * ((1.0 - mirrored) * sy + side * c), 0.0
 
     def faces(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[bool]:
-        """Which face of each bar is lit."""
+        """Lit face of each bar."""
         del rates
         sx, sy = self.sun(frame.t_s)
         return [cos(a) * sy > sin(a) * sx for _, _, a in places]

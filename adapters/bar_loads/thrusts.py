@@ -1,4 +1,4 @@
-"""Forces and blows on the ends of bars in plain floats: docs/effects/thrust.md."""
+"""Forces and impulses on the ends of bars, in plain floats: docs/effects/thrust.md."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class ThrustLoad:
 
 
 def size_N(thrust: Thrust, t_s: float, inside_s: float) -> float:
-    """Size at `t_s`, by the law that holds in the piece of time around `inside_s`."""
+    """Force at `t_s` on the straight segment of the table around `inside_s`, N."""
     for (t0, f0), (t1, f1) in pairwise(zip(thrust.times_s, thrust.force_N, strict=True)):
         if t0 < inside_s < t1:
             return f0 + (f1 - f0) * ((t_s - t0) / (t1 - t0))
@@ -44,7 +44,7 @@ def size_N(thrust: Thrust, t_s: float, inside_s: float) -> float:
 
 
 def impulse_jumps(bars: list[BarProperties], impulses: Sequence[Impulse], angles: Sequence[float]) -> list[Load]:
-    """What blows at one instant give to each bar if no joint held it: m/s, m/s, rad/s."""
+    """Jumps of each bar's velocities by simultaneous impulses on free bars: m/s, m/s, rad/s."""
     found = [(0.0, 0.0, 0.0)] * len(bars)
     for blow in impulses:
         j = blow.bar - 1
@@ -53,7 +53,7 @@ def impulse_jumps(bars: list[BarProperties], impulses: Sequence[Impulse], angles
 
 
 def end_force_load(where: Thrust | Impulse, size: float, angle: float, bar: BarProperties) -> Load:
-    """Accelerations by a force of `size` (or the jumps by an impulse) on the end of a bar at `angle`."""
+    """Accelerations by a force of `size` (or jumps by an impulse) on the end of a bar at `angle`."""
     aim = where.direction_rad + (angle if where.axes is Axes.BODY else 0.0)
     fx, fy = size * cos(aim), size * sin(aim)
     torque = where.end.sign * bar.half * (cos(angle) * fy - sin(angle) * fx)

@@ -1,4 +1,4 @@
-"""A tree of joints in plain floats: where its bars are and how they move."""
+"""Kinematics of a tree of joints in plain floats."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def tree_positions(q: Sequence[float], bars: Sequence[BarProperties]) -> Iterator[Place]:
-    """Each bar's place in the frame, of joint coordinates (N + 2)."""
+    """Each bar's position in the frame from joint coordinates (N + 2)."""
     x, y = q[:2]
     for angle, bar in zip(accumulate(q[2:]), bars, strict=True):
         reach_x, reach_y = bar.half * cos(angle), bar.half * sin(angle)
@@ -22,7 +22,7 @@ def tree_positions(q: Sequence[float], bars: Sequence[BarProperties]) -> Iterato
 
 
 def tree_rates(q: Sequence[float], q_t: Sequence[float], bars: Sequence[BarProperties]) -> Iterator[Rate]:
-    """Each bar's rates in the frame, of joint coordinates and their rates, each (N + 2)."""
+    """Each bar's rates in the frame from joint coordinates and their rates, each (N + 2)."""
     vx, vy = q_t[:2]
     for angle, rate, bar in zip(accumulate(q[2:]), accumulate(q_t[2:]), bars, strict=True):
         reach_x, reach_y = -bar.half * rate * sin(angle), bar.half * rate * cos(angle)

@@ -1,7 +1,7 @@
-"""Bars that turn their other face to the wind or to the Sun: equal steps pass over that instant.
+"""Bars that turn their other face to the wind or to the Sun, within one of the equal steps.
 
-Forces of air and light have a jump or a kink there. Whether a bar does so is known from the motion alone: engines of
-equal steps look for it in their own run, and the harness in the reference solution at close samples.
+Forces of air and light jump, or their slope does, at the reversal. Only the motion tells whether one occurs. Engines of
+equal steps look for reversals in their own run, and the harness in the reference solution at close samples.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ FEWEST = 2  # samples that there is something between
 
 @dataclass(frozen=True)
 class Incidence:
-    """How the bars meet what they face, at n samples of N bars."""
+    """Incidence of the wind or of sunlight on the bars, at n samples of N bars."""
 
     towards: str
-    """What it is, in words"""
+    """Source, in words"""
     normal_component: Array
-    """(n, N) its component across each bar, of the air's speed in m/s or of the unit vector to the Sun: the sign is the
-    face that meets it"""
+    """(n, N) component normal to each bar, of the air's velocity in m/s or of the unit vector to the Sun; its sign
+    is the exposed face"""
     slope: Array
-    """(n, N) time derivative of `across`"""
+    """(n, N) time derivative of `normal_component`"""
     edge_on_limit: Array
-    """(n, N) a bar with no more than that `across` is edge-on: the sign is a matter of rounding"""
+    """(n, N) magnitude of `normal_component` up to which a bar is edge-on: rounding decides the sign there"""
 
     @property
     def face(self) -> Array:
@@ -47,15 +47,15 @@ class Incidence:
 
 
 def unsupported_motion(scene: Scene, motion: Trajectory) -> str | None:
-    """Why equal steps can't follow a motion, seen at close samples; None if they can.
+    """Reason why equal steps do not support a motion given at close samples; None if they do.
 
-    A face that turns over and back between two samples is found too: in the cubic through both ends' values and slopes.
+    Two reversals between two samples are found too, in the cubic through values and slopes at both samples.
     """
     return first_reversal(scene, motion, between=True)
 
 
 def first_reversal(scene: Scene, motion: Trajectory, *, between: bool = False) -> str | None:
-    """Say which bar turns its other face to the wind or the Sun, and between which samples; None if none does.
+    """First bar that turns its other face to the wind or the Sun, and the interval in words; None if none does.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def first_reversal(scene: Scene, motion: Trajectory, *, between: bool = False) -
     motion : Trajectory
         With angles and rates.
     between : bool
-        Whether also a face counts that turns over and back between two samples: they must lie close for that.
+        Whether two reversals between two samples count as well; the samples must be close for that.
     """
     t_s = motion.t_s
     for incidence in incidences(scene, motion):
@@ -82,7 +82,7 @@ def first_reversal(scene: Scene, motion: Trajectory, *, between: bool = False) -
 
 
 def incidences(scene: Scene, motion: Trajectory) -> Iterator[Incidence]:
-    """What the bars of a scene face; nothing where the motion is too short or knows no angles."""
+    """Incidences on the bars of a scene; none where the motion is too short or has no angles."""
     if motion.angle_rad is None or motion.rate_rad_s is None or len(motion.t_s) < FEWEST:
         return
     if scene.effects.drag:
@@ -92,7 +92,7 @@ def incidences(scene: Scene, motion: Trajectory) -> Iterator[Incidence]:
 
 
 def wind(scene: Scene, drag: Drag, motion: Trajectory, angle: Array, rate: Array) -> Incidence:
-    """Velocity of each bar's centre against the air that turns with the body."""
+    """Velocity of each bar's centre relative to the air, which rotates with the central body."""
     model, (along, normal) = chain_model(scene), directions(angle)
     place = motion.com_m[:, None] + relative_positions(model, angle)
     velocity = motion.com_velocity_m_s[:, None] + relative_velocities(model, angle, rate)
@@ -113,15 +113,15 @@ def sunlight(light: SolarPressure, t_s: Array, angle: Array, rate: Array) -> Inc
 
 
 def turned_left(vector: Array) -> Array:
-    """Plane vectors (..., 2) turned by +90 degrees."""
+    """Rotate plane vectors (..., 2) by +90 degrees."""
     return np.stack([-vector[..., 1], vector[..., 0]], axis=-1)
 
 
 def reverses_twice(incidence: Incidence, t_s: Array) -> NDArray[np.bool_]:
-    """Whether each bar shows the other face inside each interval, which neither end of it does: (n-1, N).
+    """Whether each bar shows its other face inside an interval and at neither end of it, (n-1, N).
 
-    In s = 0..1 the cubic through both ends is a s³ + b s² + c s + d; its lowest point, for a face that is positive at
-    both ends, is where 3 a s² + 2 b s + c is zero and rises.
+    In s = 0..1 the cubic through both ends is a s³ + b s² + c s + d. For a face that is positive at both ends its
+    minimum is where 3 a s² + 2 b s + c is zero and rises.
     """
     step, face = np.diff(t_s)[:, None], incidence.face
     start, end = (face[:-1] * values for values in (incidence.normal_component[:-1], incidence.normal_component[1:]))
@@ -137,7 +137,7 @@ def reverses_twice(incidence: Incidence, t_s: Array) -> NDArray[np.bool_]:
 
 
 def smooth_intervals(scene: Scene, t_s: Array) -> NDArray[np.bool_]:
-    """Whether slopes are to be relied on in each interval, (n-1,): not beside a blow, or the end of a thrust."""
+    """Intervals (n-1,) in which slopes are reliable: none beside an impulse or the end of a thrust."""
     known, effects = np.ones(len(t_s) - 1, dtype=bool), scene.effects
     for at_s in [t for thrust in effects.thrust for t in thrust.breaks_s] + [blow.at_s for blow in effects.impulse]:
         k = int(np.searchsorted(t_s, at_s))  # the interval that ends at the break or after it

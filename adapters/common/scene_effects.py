@@ -1,4 +1,4 @@
-"""A scene's effects for the reference: each module is imported only where the scene calls for it."""
+"""Effects of a scene for the reference; each module is imported only for a scene with the effect."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def effects_of(scene: Scene) -> tuple[Effect, ...]:
-    """What acts besides point or gradient gravity and prescribed rotations, in a fixed order."""
+    """Effects besides point or gradient gravity and prescribed rotations, in a fixed order."""
     called = scene.effects
     found: list[Effect] = []
     if called.gravity in (Gravity.QUADRUPOLE, Gravity.SLENDER):
@@ -36,7 +36,7 @@ def effects_of(scene: Scene) -> tuple[Effect, ...]:
 
 
 def bar_shape(gravity: Gravity) -> Effect:
-    """What gravity does to a bar beyond a point mass and the gradient's torque."""
+    """Gravity on a bar beyond a point mass and the gradient's torque."""
     if gravity is Gravity.SLENDER:
         from reference_impl.effects.slender import Slender
 
@@ -47,12 +47,12 @@ def bar_shape(gravity: Gravity) -> Effect:
 
 
 def second_moment(scene: Scene) -> bool:
-    """Whether gravity's model has the force on a bar's second moment."""
+    """Whether the gravity model includes the force on a bar's second moment."""
     return scene.effects.gravity in (Gravity.QUADRUPOLE, Gravity.SLENDER)
 
 
 def oblateness(scene: Scene) -> Effect:
-    """J2."""
+    """Oblateness, J2."""
     from reference_impl.effects.oblateness import Oblateness
 
     given = scene.effects.oblateness
@@ -62,7 +62,7 @@ def oblateness(scene: Scene) -> Effect:
 
 
 def third_bodies(scene: Scene) -> list[Effect]:
-    """Moon, Sun, others."""
+    """Third bodies: Moon, Sun, others."""
     from reference_impl.effects.third_body import ThirdBody
 
     return [
@@ -96,7 +96,7 @@ def drag(scene: Scene) -> Effect:
 
 
 def solar_pressure(scene: Scene) -> Effect:
-    """Sunlight."""
+    """Solar radiation pressure."""
     from reference_impl.effects.solar_pressure import SolarPressure
 
     given = scene.effects.solar_pressure
@@ -123,7 +123,7 @@ def springs(scene: Scene) -> Effect:
 
 
 def thrusts(scene: Scene) -> list[Effect]:
-    """Thrusters."""
+    """Thrusts."""
     from reference_impl.effects.thrust import Thrust
 
     return [
@@ -135,7 +135,7 @@ def thrusts(scene: Scene) -> list[Effect]:
 
 
 def impulses_of(scene: Scene) -> tuple[Impulse, ...]:
-    """Blows."""
+    """Impulses."""
     if not scene.effects.impulse:
         return ()
     from reference_impl.model.chain import Impulse

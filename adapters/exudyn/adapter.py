@@ -1,4 +1,4 @@
-"""Exudyn behind the engines' contract: five ways to set up the same chain."""
+"""Exudyn adapter: five models of the same chain."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ BRIEF = 1e-12  # of a step: a run so short that the state stays where it was to 
 
 
 class ExudynRedundant(ExudynEngine):
-    """Rigid bodies and joints."""
+    """Rigid bodies and joints in redundant coordinates."""
 
     effects = SUPPORTED | PRESCRIBED
     unsupported_reasons = UNSUPPORTED
@@ -51,7 +51,7 @@ class ExudynRedundant(ExudynEngine):
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
-        """Beyond its effects: a run in pieces starts anew without accelerations of prescribed bars."""
+        """Reason why the engine does not support `scene`: restarts lose accelerations of prescribed bars."""
         divided = scene.effects.prescribed_rotation and jumps_s(scene)
         return super().unsupported(scene) or (RESTARTED if divided else None)
 
@@ -74,7 +74,7 @@ class ExudynRedundant(ExudynEngine):
         return RedundantModel(self.scene, steps, absolute=self.absolute)
 
     def readings(self) -> tuple[SensorReadings, dict[str, float | str]]:
-        """Bodies' coordinates, joints' multipliers; a prescription's multiplier is minus its torque."""
+        """Bodies' coordinates and joints' multipliers; the multiplier of a prescribed rotation is minus its torque."""
         m = self.model
         q, v = stacked(m, m.coordinates), stacked(m, m.rates)
         n, bars = q.shape[:2]
@@ -93,7 +93,7 @@ def stacked(model: Model, sensors: list[Any]) -> Array:
 
 @final
 class Exudyn(ExudynRedundant):
-    """Multipliers, index 2, in the moving frame."""
+    """Multipliers at index 2 in the moving frame."""
 
     title = "Exudyn, redundant coordinates in a frame on the Kepler orbit, trapezoidal index 2"
     coordinates = Coordinates.ROTATING_FRAME
@@ -102,7 +102,7 @@ class Exudyn(ExudynRedundant):
 
 @final
 class ExudynIndex3(ExudynRedundant):
-    """Multipliers, index 3, in the moving frame."""
+    """Multipliers at index 3 in the moving frame."""
 
     title = "Exudyn, redundant coordinates in a frame on the Kepler orbit, generalized-alpha index 3"
     coordinates = Coordinates.ROTATING_FRAME
@@ -113,7 +113,7 @@ class ExudynIndex3(ExudynRedundant):
 
 @final
 class ExudynAbsolute(ExudynRedundant):
-    """Multipliers, index 2, from the centre of the body."""
+    """Multipliers at index 2 in absolute coordinates."""
 
     title = "Exudyn, redundant absolute inertial coordinates, trapezoidal index 2"
     coordinates = Coordinates.ABSOLUTE
@@ -123,7 +123,7 @@ class ExudynAbsolute(ExudynRedundant):
 
 @final
 class ExudynAbsoluteIndex3(ExudynRedundant):
-    """Multipliers, index 3, from the centre of the body."""
+    """Multipliers at index 3 in absolute coordinates."""
 
     title = "Exudyn, redundant absolute inertial coordinates, generalized-alpha index 3"
     coordinates = Coordinates.ABSOLUTE
@@ -135,7 +135,7 @@ class ExudynAbsoluteIndex3(ExudynRedundant):
 
 @final
 class ExudynTree(ExudynEngine):
-    """Kinematic tree, explicit, in the moving frame."""
+    """Kinematic tree with an explicit method, in the moving frame."""
 
     title = "Exudyn, kinematic tree in a frame on the Kepler orbit, RK67"
     coordinates = Coordinates.JOINT
@@ -160,14 +160,14 @@ class ExudynTree(ExudynEngine):
         return TreeModel(self.scene, steps, absolute=False)
 
     def readings(self) -> tuple[SensorReadings, dict[str, float | str]]:
-        """Tree coordinates unfolded, reactions from the bars' momentum."""
+        """Bars' states from tree coordinates, reactions from the bars' momentum."""
         q, q_t, q_tt = (self.model.history(s)[:, 1:] for s in self.model.sensors)
         q_tt[0] = self._first_accelerations()
         readings, left_over = tree_readings(self.model, q, q_t, q_tt)
         return readings, {"free_end_N": float(left_over.max())}
 
     def _first_accelerations(self) -> Array:
-        """Get accelerations at t = 0, where an explicit run has zeros, from a very short run of the model."""
+        """Accelerations at t = 0, where an explicit run stores zeros, from a very short run of the model."""
         brief = dataclasses.replace(self.steps, size_s=BRIEF * self.steps.size_s, count=1)
         model = FrozenOrbitTreeModel(self.scene, brief, absolute=False)
         try:

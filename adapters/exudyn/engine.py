@@ -1,4 +1,4 @@
-"""What every Exudyn engine does: build, run quietly, and check what Exudyn leaves unchecked."""
+"""Common part of every Exudyn engine: build, run without output, and check Exudyn's results."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ START_TOLERANCE = 1e-12  # rad, and of the largest coordinate: the first sample 
 
 
 class ExudynEngine(Engine):
-    """What all of them share: settings, running, and the checks that Exudyn leaves to its user."""
+    """Common part: settings, run, and checks that Exudyn does not make."""
 
     observables = OBSERVED
     absolute: ClassVar[bool] = False
@@ -35,13 +35,13 @@ class ExudynEngine(Engine):
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
-        """Beyond its effects: instants of a thrust's table must be ends of steps."""
+        """Reason why the engine does not support `scene`: corners of a thrust's table inside a step included."""
         off = off_step_s(scene)
         return super().unsupported(scene) or (None if off is None else OFF_STEP.format(off))
 
     @classmethod
     def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:
-        """Equal steps pass over the instant at which a bar turns its other face to the wind or the Sun."""
+        """Reason why equal steps do not support a motion: a bar turns its other face to the wind or the Sun."""
         return face_reversal.unsupported_motion(scene, motion)
 
     def build(self, scene: Scene, setting: Setting) -> None:
@@ -59,7 +59,7 @@ class ExudynEngine(Engine):
         """Model of the scene."""
 
     def simulate(self) -> None:
-        """Run the solver; whether it got to the end is seen in :meth:`read`."""
+        """Run the solver; :meth:`read` checks whether it reached the end."""
         try:
             self.finished = self._solve()
         except Exception as error:
@@ -71,7 +71,7 @@ class ExudynEngine(Engine):
         return bool(self.solver.SolveSystem(self.model.mbs, self.settings))
 
     def read(self) -> Trajectory:
-        """Bring out the samples up to the surface, in inertial axes."""
+        """Return the samples above the surface, in inertial axes."""
         try:
             return self._read()
         finally:
@@ -79,7 +79,7 @@ class ExudynEngine(Engine):
 
     @abstractmethod
     def readings(self) -> tuple[SensorReadings, dict[str, float | str]]:
-        """Return what the sensors stored, and what else is worth telling."""
+        """Sensor readings, and further entries of `info`."""
 
     def _read(self) -> Trajectory:
         readings, info = self.readings()
@@ -103,7 +103,7 @@ class ExudynEngine(Engine):
         )
 
     def _check(self, readings: SensorReadings, used: int, *, whole: bool) -> None:
-        """Refuse what Exudyn passes over in silence."""
+        """Reject results that Exudyn reports without an error."""
         t = self.scene.times_s
         good = readings.finite[:used]
         if not good.all():

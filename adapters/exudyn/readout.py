@@ -1,4 +1,4 @@
-"""From Exudyn's coordinates in the frame's axes to a trajectory in inertial ones."""
+"""Trajectory in inertial axes from Exudyn's coordinates in the frame's axes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SensorReadings:
-    """What the sensors saw at n samples, in the frame's axes."""
+    """Readings of the sensors at n samples, in the frame's axes."""
 
     position_m: Array
     """(n, N, 2)"""
@@ -33,12 +33,12 @@ class SensorReadings:
     """(n, P)"""
 
     def first(self, n: int) -> SensorReadings:
-        """Only the first `n` samples."""
+        """The first `n` samples."""
         return SensorReadings(*(getattr(self, name)[:n] for name in self.__dataclass_fields__))
 
     @property
     def finite(self) -> Array:
-        """(n,) whether everything of a sample is finite."""
+        """(n,) whether all readings of a sample are finite."""
         parts = [getattr(self, name) for name in self.__dataclass_fields__]
         good: Array = np.all([np.isfinite(p).reshape(len(p), -1).all(axis=1) for p in parts], axis=0)
         return good
@@ -47,7 +47,7 @@ class SensorReadings:
 def landing(scene: Scene, axes: FrameAxes, readings: SensorReadings) -> int | None:
     """Index of the first sample with a point of a bar below the surface; None if there is none.
 
-    Exudyn does not stop there, and the samples after it mean nothing.
+    Exudyn does not stop at the surface, and the samples below it have no meaning.
     """
     with np.errstate(invalid="ignore", over="ignore"):  # what a run does below the surface is nobody's concern
         below = np.flatnonzero(least_distance(scene, axes, readings) <= scene.central_body.radius_m)
@@ -66,7 +66,7 @@ def least_distance(scene: Scene, axes: FrameAxes, readings: SensorReadings) -> A
 
 
 def gaps(scene: Scene, readings: SensorReadings) -> Array:
-    """Distance between the two ends that each joint ties, (n, N-1), m, in Exudyn's own coordinates."""
+    """Distance between the two bar ends at each joint, (n, N-1), m, in Exudyn's own coordinates."""
     reach = (
         0.5
         * np.array(scene.chain.length_m)[:, None]
@@ -78,15 +78,15 @@ def gaps(scene: Scene, readings: SensorReadings) -> Array:
 
 
 def weights(scene: Scene) -> Array:
-    """Each bar's share of the mass, (N,)."""
+    """Each bar's mass over the chain's, (N,)."""
     share: Array = np.array(scene.chain.mass_kg) / scene.mass_kg
     return share
 
 
 def places(scene: Scene, axes: FrameAxes, readings: SensorReadings) -> Array:
-    """Centres of the bars from the chain's centre of mass, (n, N, 2), m, inertial axes.
+    """Centres of the bars relative to the chain's centre of mass, (n, N, 2), m, inertial axes.
 
-    Subtracted before they are turned: a turn rounds what it turns, and the frame's origin may be far away.
+    The subtraction precedes the rotation: a rotation rounds its argument, and the frame's origin may be far away.
     """
     com = np.einsum("j,njk->nk", weights(scene), readings.position_m)
     return axes.to_inertial(readings.position_m - com[:, None])
@@ -95,7 +95,7 @@ def places(scene: Scene, axes: FrameAxes, readings: SensorReadings) -> Array:
 def trajectory(
     scene: Scene, axes: FrameAxes, readings: SensorReadings, *, ended: str, info: dict[str, float | str]
 ) -> Trajectory:
-    """Trajectory of the samples in `seen`; gap and places are left to engines whose joints can open."""
+    """Trajectory of the samples in `readings`; engines whose joints can open add gaps and positions."""
     weight = weights(scene)
     place = axes.to_inertial(readings.position_m)
     motion = axes.inertial_velocity(readings.position_m, readings.velocity_m_s)

@@ -1,4 +1,4 @@
-"""The oracle: heyoka's Taylor integration of equations derived apart from the reference's; see design/oracle.md."""
+"""heyoka adapter: Taylor integration of independently derived equations; see design/oracle.md."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ EVERYTHING = frozenset(
 
 
 def tolerances(finest: int) -> tuple[float, ...]:
-    """1e-4 to 1e-`finest`, a decade each."""
+    """Requested errors 1e-4 to 1e-`finest`, a decade each."""
     return tuple(float(f"1e-{k}") for k in range(4, finest + 1))
 
 
 class HeyokaEngine(Engine):
-    """What all precisions share: centre of mass and inertial angles, no joint that could open."""
+    """Common part of all precisions: centre of mass and inertial angles, without joint gaps."""
 
     coordinates = Coordinates.RELATIVE
     order = None
@@ -39,17 +39,17 @@ class HeyokaEngine(Engine):
     precision: ClassVar[Precision]
 
     def build(self, scene: Scene, setting: Setting) -> None:
-        """Derive and compile."""
+        """Derive and compile the equations."""
         begun = time.perf_counter()
         self.ran = HeyokaRun(scene, scene.times_s, self.precision, setting.value)
         self.compile_s = time.perf_counter() - begun
 
     def simulate(self) -> None:
-        """Integrate; samples come by dense output."""
+        """Integrate; dense output gives the samples."""
         self.ran.walk()
 
     def read(self) -> Trajectory:
-        """Observables at the samples, reactions and torques by a compiled function of the states."""
+        """Observables at the samples; a compiled function of the states gives reactions and torques."""
         seen = self.ran.trajectory()
         seen.info["compile_s"] = self.compile_s
         return seen

@@ -1,17 +1,18 @@
-r"""Forces on bars in the oracle's equations that are no fields: air, light, thrusters, and the joints' springs.
+r"""Nongravitational forces on bars in heyoka's equations: drag, light, thrusts, and joint springs.
 
-Signs that jump are parameters, constant over a stretch: which face of a bar meets the wind, which one the Sun, and
-whether there is light. What passes zero where they jump is given as well, for the integrator to stop at.
+Discrete modes are parameters, constant over a segment: the face of a bar exposed to the wind, the face exposed to the
+Sun, and light or shadow. An event function for each passes zero where the mode changes, and stops the integrator.
 
-*Air.* A point s along the bar is pushed per length by -(b/2) rho (1 - kappa s) sigma (v + s w) times
-C_n (v + s w) n + C_t t u, sigma the sign of v. With A, B, C the integrals of b/2 times 1, s² and s⁴ over the bar,
+*Drag.* The force per length at a point s along the bar is -(b/2) rho (1 - kappa s) sigma (v + s w) times
+C_n (v + s w) n + C_t t u, with sigma the sign of v. With A, B, C the integrals of b/2 times 1, s² and s⁴ over the bar,
 
     force  -rho sigma (C_n (A v² + B w (w - 2 kappa v)) n + C_t t (A v - B kappa w) u)
     torque -rho sigma C_n (B v (2 w - kappa v) - C kappa w²)
 
-rho is that of the chain's centre times exp(-(r - r0)/H), r - r0 = r0 q/(1 + sqrt(1 + q)) (`heyoka_fields`).
+rho is the density at the chain's centre times exp(-(r - r0)/H), with r - r0 = r0 q/(1 + sqrt(1 + q)), see
+:mod:`adapters.heyoka.fields`.
 
-*Light.* With g = n·s and sigma its sign, k n' is g n, and k is sigma g: -P b l sigma g ((1 - rho) s + 2 rho g n).
+*Light.* With g = n·s and sigma its sign, the force is -P b l sigma g ((1 - rho) s + 2 rho g n).
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BarKinematics:
-    """A bar as the air, the light and thrusters see it."""
+    """Position, velocity and mass of a bar, for drag, light and thrusts."""
 
     index: int
     mass: Symbol
@@ -55,29 +56,29 @@ class BarKinematics:
 
 
 def dot(a: Pair, b: Pair) -> Symbol:
-    """Component of one along the other, times its length."""
+    """Dot product."""
     return a[0] * b[0] + a[1] * b[1]
 
 
 @dataclass(frozen=True)
 class SymbolicDrag:
-    """The atmosphere about the chain's centre."""
+    """Drag of the atmosphere about the chain's centre."""
 
     parameter: Parameter
     centre: Pair
     r2: Symbol
 
     def wind(self, bar: BarKinematics) -> Pair:
-        """W, of the bar's centre through the air."""
+        """Velocity W of the bar's centre relative to the air."""
         turn = self.parameter("drag_turn")
         return bar.velocity[0] + turn * bar.place[1], bar.velocity[1] - turn * bar.place[0]
 
     def facing(self, bar: BarKinematics) -> Symbol:
-        """v, whose sign tells the face."""
+        """Normal component v; its sign is the exposed face."""
         return dot(bar.across, self.wind(bar))
 
     def load(self, bar: BarKinematics) -> Load:
-        """Of one bar."""
+        """Load on one bar."""
         import heyoka as hy
 
         p, j = self.parameter, bar.index
@@ -98,7 +99,7 @@ class SymbolicDrag:
 
 @dataclass(frozen=True)
 class SymbolicSunlight:
-    """Light from a Sun far away."""
+    """Light of a distant Sun."""
 
     parameter: Parameter
     shadow: bool
@@ -112,11 +113,11 @@ class SymbolicSunlight:
         return hy.cos(at), hy.sin(at)
 
     def facing(self, bar: BarKinematics) -> Symbol:
-        """n·s, whose sign tells the face."""
+        """Normal component n·s; its sign is the exposed face."""
         return dot(bar.across, self.sun)
 
     def load(self, bar: BarKinematics) -> Load:
-        """On one bar."""
+        """Load on one bar."""
         p, j, (sx, sy), (nx, ny) = self.parameter, bar.index, self.sun, bar.across
         g = self.facing(bar)
         strength = -p(f"light_area_{j}") * p(f"light_face_{j}") * g
@@ -126,13 +127,13 @@ class SymbolicSunlight:
         return bar.pushed((strength * (black * sx + mirror * nx), strength * (black * sy + mirror * ny)))
 
     def edge(self, centre: Pair, radius: Symbol) -> Symbol:
-        """Square of the distance from the shadow's axis less that of its wall; negative in the dark."""
+        """Squared distance from the shadow's axis less that of its wall; negative in the shadow."""
         aside = cross(centre, self.sun)
         return aside * aside - radius * radius
 
 
 def end_force(shape: EndForceShape, direction: Symbol, size: Symbol, angle: Symbol) -> Pair:
-    """Force, or blow, on an end."""
+    """Force or impulse on a bar's end."""
     import heyoka as hy
 
     at = angle + direction if shape.body else direction
@@ -140,7 +141,7 @@ def end_force(shape: EndForceShape, direction: Symbol, size: Symbol, angle: Symb
 
 
 def thrust_load(shape: EndForceShape, parameter: Parameter, k: int, bar: BarKinematics, angle: Symbol) -> Load:
-    """Of thrust k, its size a line in time."""
+    """Load of thrust k, its force linear in time."""
     import heyoka as hy
 
     size = parameter(f"thrust_{k}_size")
@@ -151,7 +152,7 @@ def thrust_load(shape: EndForceShape, parameter: Parameter, k: int, bar: BarKine
 
 
 def spring_torques(parameter: Parameter, angle: list[Symbol], rate: list[Symbol]) -> list[Symbol]:
-    """Torque on each bar of the springs and dampers in its joints."""
+    """Torque of the joint springs and dampers on each bar."""
     torque: list[Symbol] = [0.0] * len(angle)
     for j in range(len(angle) - 1):
         bend = angle[j + 1] - angle[j] - parameter(f"spring_rest_{j}")

@@ -34,7 +34,7 @@ class Precision:
 
     @property
     def number(self) -> Callable[[Any], Any]:
-        """What makes a number of it from a float or a decimal string, without rounding the one to the other."""
+        """Constructor of a number from a float or a decimal string, without rounding through the other type."""
         return self.type  # type: ignore[no-any-return]
 
 
@@ -49,7 +49,7 @@ def symbols(structure: Structure) -> System:
 
 @lru_cache(maxsize=KEPT)
 def function(structure: Structure, precision: Precision, what: str) -> Any:
-    """Function of the state: ``rates``, ``switches`` (and Z0·s last), or the ``jumps`` of a blow."""
+    """Function of the state: ``rates``, ``switches`` (event functions, Z0·s last), or the ``jumps`` of impulses."""
     import heyoka as hy
 
     found = symbols(structure)

@@ -1,10 +1,11 @@
-"""Blows in the oracle's equations: the articulated chain with impulses for forces, and jumps for accelerations.
+"""Impulses in heyoka's equations: the articulated chain with impulses for forces, and jumps for accelerations.
 
-Newton's and Euler's laws integrated over an instant: m (c - t) is the impulse of a bar's joints, with c the jump of
-its centre's velocity and t the blow's share, I/m; J times the jump of the rate is the moment of all impulses. What
-does not grow within an instant drops out: rates, gravity, springs, air. A free bar is met as ever; a prescribed one
-keeps the rate of its law, so that its jump is 0 in inertial axes, and against the local horizontal that of its
-longitude's rate, (Z x c)/r². The motor, or what holds it, gives the impulsive torque for that.
+Newton's and Euler's laws integrated over an instant: m (c - t) is the impulse of a bar's joints, with c the jump of its
+centre's velocity and t the applied impulse over the mass, I/m; J times the jump of the rate is the moment of all
+impulses. Quantities that stay finite drop out: rates, gravity, springs, air. A free bar is treated as in the equations
+of motion. A prescribed bar keeps the rate of its law: its jump is 0 relative to inertial axes, and relative to the
+local horizontal it is the jump of its longitude's rate, (Z x c)/r². The motor, or an external torque, provides the
+impulsive torque for that.
 """
 
 from __future__ import annotations
@@ -35,12 +36,12 @@ def jumps(structure: Structure, whole: System) -> list[Symbol]:
 
 
 def mass_shares(structure: Structure) -> list[Any]:
-    """m_j/M."""
+    """Mass ratios m_j/M."""
     return [parameter(structure, BarParameter.SHARE, j) for j in range(structure.bars)]
 
 
 def impulse(structure: Structure, j: int, bar: SymbolicBar, angle: Symbol) -> tuple[Pair, Symbol]:
-    """Sum of the blows on a bar, and their moment about its centre."""
+    """Sum of the impulses on a bar, and their moment about its centre."""
     import heyoka as hy
 
     x: Symbol = 0.0
@@ -56,7 +57,7 @@ def impulse(structure: Structure, j: int, bar: SymbolicBar, angle: Symbol) -> tu
 
 
 def with_impulse(bar: SymbolicBar, blow: Pair, moment: Symbol) -> SymbolicBar:
-    """A bar in which jumps stand for accelerations: no rates, and the blow for gravity."""
+    """A bar with jumps for accelerations: no rates, and the impulse for gravity."""
     jump = blow[0] / bar.mass, blow[1] / bar.mass
     return dataclasses.replace(
         bar, rate=0.0, velocity=(0.0, 0.0), tide=jump, torque=moment, transverse_acceleration=cross(bar.place, jump)

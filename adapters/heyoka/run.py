@@ -1,4 +1,4 @@
-"""One run of the oracle: from break to break of what acts, sampled by dense output."""
+"""One run of heyoka: from event to event of the loads, sampled by dense output."""
 
 from __future__ import annotations
 
@@ -26,42 +26,42 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TimeSegment:
-    """A piece of a run in which all that is known beforehand is smooth in time."""
+    """A part of a run in which laws and thrusts are smooth in time."""
 
     marks: Numbers
-    """(k,) its begin, the instants wanted inside, its end"""
+    """(k,) its start, the samples inside, its end"""
     seen: slice
-    """Which of them are wanted, and not the stretch's before"""
+    """Marks that are samples of this segment, not of the previous one"""
     parameters: Numbers
-    """Of the equations"""
+    """Parameters of the equations"""
 
 
 @dataclass(frozen=True)
 class SegmentStates:
-    """What was seen of a stretch."""
+    """Samples of a segment."""
 
     states: Numbers
     """(k, size)"""
     given: Numbers
-    """(k, m) parameters that hold at each"""
+    """(k, m) parameters at each sample"""
     impulse_sum: Numbers
     """(k, 2 (N - 1)) sum of the impulsive reactions so far"""
 
 
 class HeyokaRun:
-    """A scene in one precision at one tolerance: made, walked, then looked at."""
+    """A scene in one precision at one tolerance: build, :meth:`walk`, then :meth:`trajectory`."""
 
     def __init__(self, scene: Scene, times_s: Array, precision: Precision, rtol: float) -> None:
-        """Compile, or take compiled code from an earlier run, and fill it.
+        """Compile, or reuse compiled code of an earlier run, and set the parameters.
 
         Parameters
         ----------
         scene : Scene
         times_s : ndarray, shape (n,)
-            Increasing instants to be seen, from 0.
+            Increasing instants of the samples, from 0.
         precision : Precision
         rtol : float
-            Truncation error allowed in a step, relative to the largest unknown.
+            Truncation error of a step relative to the largest unknown.
         """
         self.scene, self.times_s, self.precision = scene, times_s, precision
         self.structure, self.units, self.number = structure_of(scene), units_of(scene), precision.number
@@ -87,11 +87,11 @@ class HeyokaRun:
 
     @property
     def breaks(self) -> list[Any]:
-        """Instants at which a law or a thrust bends or a blow falls, in order."""
+        """Instants of events known beforehand: ends of laws, corners of thrusts, impulses; in order."""
         return [self.working(t) for t in self.scene.effects.breaks_s]
 
     def segment(self, begin: Any, end: Any) -> TimeSegment:
-        """What is asked of the integrator between two breaks."""
+        """Samples and parameters between two events."""
         inner = self.times[(self.times > begin) & (self.times < end)]
         marks = np.array([begin, *inner, end])
         first = 0 if begin == self.times[0] else 1
@@ -99,7 +99,7 @@ class HeyokaRun:
         return TimeSegment(marks, slice(first, last), self.parameters_on(begin, end))
 
     def parameters_on(self, begin: Any, end: Any) -> Numbers:
-        """Parameters of a stretch: laws that turn their bars in it have their amplitude, thrusts their line."""
+        """Parameters of a segment: amplitudes of the laws that act in it, and straight segments of the thrusts."""
         found, middle = self.parameters.copy(), 0.5 * (begin + end)
         for k, p in enumerate(self.scene.effects.prescribed_rotation):
             if self.working(p.breaks_s[0]) < middle < self.working(p.breaks_s[1]):
@@ -111,12 +111,12 @@ class HeyokaRun:
         return found
 
     def walk(self) -> None:
-        """Integrate from stretch to stretch; no step straddles a break of what acts.
+        """Integrate segment by segment; no step straddles an event known beforehand.
 
         Raises
         ------
         EngineError
-            If heyoka stops before the end for any reason but the surface.
+            If heyoka stops before the end, other than at the surface.
         """
         self.solver.state[:] = self.start
         self.solver.time = self.number(0.0)
@@ -128,7 +128,7 @@ class HeyokaRun:
                 break
 
     def fresh_modes(self, parameters: Numbers) -> Numbers:
-        """Parameters with the modes that the solver's state asks for; its events are met anew."""
+        """Parameters with the modes of the solver's state; cooldowns of events are reset."""
         found = parameters.copy()
         self.modes.set(self.solver.state, self.solver.time, found)
         if len(self.events):
@@ -136,13 +136,13 @@ class HeyokaRun:
         return found
 
     def with_modes_of(self, parameters: Numbers, before: Numbers) -> Numbers:
-        """Parameters of a stretch with the modes that the one before ended in."""
+        """Parameters of a segment with the modes at the end of the previous one."""
         found = parameters.copy()
         found[self.modes.slots] = before[self.modes.slots]
         return found
 
     def apply_impulses(self, at: Any, parameters: Numbers) -> Numbers:
-        """Jump where a blow falls on an instant; gives the parameters of what follows."""
+        """Apply the impulses at an instant; return the parameters of the next segment."""
         impulses = {k: p for k, p in enumerate(self.scene.effects.impulse) if self.working(p.at_s) == at}
         if not impulses:
             return parameters
@@ -157,7 +157,7 @@ class HeyokaRun:
         return self.fresh_modes(parameters)
 
     def integrate_segment(self, segment: TimeSegment, parameters: Numbers) -> Numbers:
-        """Integrate a stretch, from switch to switch of the modes; gives the parameters it ends with."""
+        """Integrate a segment from mode change to mode change; return the parameters at its end."""
         marks = segment.marks
         states: list[Numbers] = []
         given: list[Numbers] = []
@@ -179,17 +179,17 @@ class HeyokaRun:
         raise EngineError(f"bars turned their faces more than {MOST_MODE_CHANGES} times: they stay on edge")
 
     def store(self, states: Numbers, given: Numbers) -> None:
-        """Keep what was seen of a stretch."""
+        """Store the samples of a segment."""
         self.rows.append(SegmentStates(states, given, np.tile(self.impulse_sum, (len(states), 1))))
 
     def with_modes_after_event(self, parameters: Numbers) -> Numbers:
-        """Parameters with the modes that events left."""
+        """Parameters with the modes that events set."""
         found, slots = parameters.copy(), [s for s in self.modes.slots if s < len(self.solver.pars)]
         found[slots] = self.solver.pars[slots]
         return found
 
     def check_outcome(self, outcome: Any, states: Numbers) -> None:
-        """Tell a run that went well or is switched, one that met the surface, and one that failed."""
+        """Accept a run to its end or to a mode change, record one at the surface, and reject a failure."""
         event = -1 - int(outcome)
         well = outcome == heyoka_outcomes().time_limit or self.structure.surfaces <= event < len(self.events)
         if well and np.all(np.isfinite(states.astype(float))):
@@ -201,7 +201,7 @@ class HeyokaRun:
         raise EngineError(f"heyoka gave up at t = {at_s:.6g} s: {str(outcome).rpartition('.')[2]}")
 
     def trajectory(self) -> Trajectory:
-        """What was seen, rounded to double at the very end."""
+        """Samples, rounded to double at the very end."""
         states, given, impulse_sum = (
             np.concatenate([getattr(r, x) for r in self.rows]) for x in ("states", "given", "impulse_sum")
         )
@@ -233,6 +233,6 @@ def heyoka_outcomes() -> Any:
 
 
 def event_free_intervals(times: Numbers, breaks: list[Any]) -> list[tuple[Any, Any]]:
-    """Begin and end of each piece of the run between breaks."""
+    """Start and end of each interval between events."""
     marks = [times[0], *(t for t in breaks if times[0] < t < times[-1]), times[-1]]
     return list(itertools.pairwise(marks))

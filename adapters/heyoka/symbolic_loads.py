@@ -1,4 +1,4 @@
-"""All that acts on a chain besides its joints, in the oracle's symbols: only what a structure calls for is there."""
+"""All loads on a chain besides its joints, as heyoka expressions; only the effects of a structure are present."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SymbolicState:
-    """State in symbols."""
+    """State variables of the chain as heyoka expressions."""
 
     centre: Pair
     velocity: Pair
@@ -24,15 +24,15 @@ class SymbolicState:
 
     @property
     def variables(self) -> list[Symbol]:
-        """In their order."""
+        """All variables in the order of the state."""
         return [*self.centre, *self.velocity, *self.angle, *self.rate]
 
 
 class SymbolicLoads:
-    """All that acts on bars besides their joints, of a structure; only what it calls for is there."""
+    """Loads on the bars of a structure besides their joints."""
 
     def __init__(self, structure: Structure, state: SymbolicState) -> None:
-        """Symbols that all bars share."""
+        """Expressions that all bars share."""
         import heyoka as hy
 
         self.structure, self.state, effects = structure, state, structure.effects
@@ -53,7 +53,7 @@ class SymbolicLoads:
         return hy.par[self.structure.slot(name)]
 
     def flat(self) -> Flattening:
-        """J2."""
+        """Oblateness, J2."""
         r2 = self.state.r2
         return Flattening(self.state.centre, r2, self.parameter("oblateness") * r2**-2.5, self.structure.gravity)
 
@@ -78,7 +78,7 @@ class SymbolicLoads:
         return found
 
     def load(self, rod: Rod, bar: BarKinematics) -> Load:
-        """All of it on one bar."""
+        """Sum of the loads on one bar."""
         found = Load((0.0, 0.0)) if self.structure.gravity == "none" else self.attractor.load(rod)
         for more in self.others(rod, bar):
             found = found + more
@@ -86,7 +86,7 @@ class SymbolicLoads:
         return found
 
     def others(self, rod: Rod, bar: BarKinematics) -> list[Load]:
-        """What acts besides the central body's main field."""
+        """Loads besides the central body's main field."""
         found = [c.load(rod, bar.place) for c in self.companions]
         found += [x.load(rod) for x in [self.flattening] if x]
         found += [x.load(bar) for x in (self.air, self.light) if x]
@@ -102,7 +102,7 @@ class SymbolicLoads:
 
     @property
     def switches(self) -> tuple[list[Symbol], Symbol]:
-        """What passes zero at switches, and Z0·s."""
+        """Event functions of the modes, and Z0·s."""
         import heyoka as hy
 
         found = [x.facing(bar) for x in (self.air, self.light) if x for bar in self.seen]

@@ -1,4 +1,4 @@
-"""The oracle's equations of a whole scene as a heyoka system: state, parameters, observables, events."""
+"""Equations of a whole scene as a heyoka system: state, parameters, observables, events."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from adapters.heyoka.symbolic_loads import SymbolicLoads, SymbolicState
 
 @dataclass(frozen=True)
 class System:
-    """What heyoka compiles."""
+    """Expressions that heyoka compiles."""
 
     variables: list[Symbol]
     """Z0, Z0', theta, theta'"""
@@ -30,7 +30,7 @@ class System:
     feet: list[Symbol]
     """For each bar: square of the distance of that line's nearest point from its centre, less (l/2)², by (l/2)²"""
     switches: list[Symbol]
-    """What passes zero where a mode is switched, in the order of `EffectShapes.modes`"""
+    """Event functions of the modes, in the order of `EffectShapes.modes`"""
     sunward: Symbol
     """Z0·s; 0 where there is no shadow"""
     bars: list[SymbolicBar]
@@ -63,7 +63,7 @@ def system(structure: Structure) -> System:
 
 
 def as_symbol(x: Symbol) -> Any:
-    """Expression of a number or an expression."""
+    """Convert a number to an expression."""
     import heyoka as hy
 
     return x if isinstance(x, hy.expression) else hy.expression(float(x))
@@ -77,7 +77,7 @@ def total(weights: list[Symbol], values: list[Symbol]) -> Symbol:
 
 
 def chain(structure: Structure, state: SymbolicState, loads: SymbolicLoads) -> list[SymbolicBar]:
-    """All bars."""
+    """All bars of the chain."""
     import heyoka as hy
 
     n, (zx, zy), (vx, vy) = structure.bars, state.centre, state.velocity
@@ -121,7 +121,7 @@ def parameter(structure: Structure, part: BarParameter, bar: int) -> Symbol:
 
 
 def centre_offsets(structure: Structure, reach: list[Symbol]) -> list[Symbol]:
-    """Components of the bars' centres from their common centre; `reach` from each centre to its right end."""
+    """Components of the bars' centres relative to the centre of mass; `reach` is from a centre to its right end."""
     n = structure.bars
     from_first: list[Symbol] = [0.0]
     for one, other in itertools.pairwise(reach):
@@ -140,7 +140,7 @@ def law_acceleration(offset: int) -> Symbol:
 
 
 def surface(structure: Structure, bars: list[SymbolicBar]) -> tuple[list[Symbol], list[Symbol], list[Symbol]]:
-    """What falls through zero where a bar touches the surface, by an end or between its ends."""
+    """Event functions that fall through zero where a bar touches the surface, at an end or between its ends."""
     import heyoka as hy
 
     r2 = hy.par[1] * hy.par[1]

@@ -1,4 +1,4 @@
-"""Units of length and time in which heyoka computes: powers of two, so that changing to them rounds nothing."""
+"""Units of length and time in heyoka's equations: powers of two, so that the change of units rounds no number."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class HeyokaUnits:
 
     @property
     def force(self) -> float:
-        """N; masses stay in kg."""
+        """Unit of force, N; masses stay in kg."""
         return self.length_m / self.time_s**2
 
 

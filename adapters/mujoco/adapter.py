@@ -1,4 +1,4 @@
-"""MuJoCo behind the engines' contract: joint coordinates in a freely falling frame, its own RK4.
+"""MuJoCo adapter: joint coordinates in a freely falling frame, MuJoCo's RK4.
 
 Reactions are MuJoCo's inner forces: `cfrc_int` of a body is what its parent exerts on it.
 """
@@ -49,12 +49,12 @@ class Mujoco(Engine):
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
-        """Also refuse jumps within a step."""
+        """Reason why the engine does not support `scene`, events within a step included."""
         return super().unsupported(scene) or misalignment(scene)
 
     @classmethod
     def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:
-        """Equal steps pass over the instant at which a bar turns its other face to the wind or the Sun."""
+        """Reason why equal steps do not support a motion: a bar turns its other face to the wind or the Sun."""
         return face_reversal.unsupported_motion(scene, motion)
 
     @classmethod
@@ -64,7 +64,7 @@ class Mujoco(Engine):
         return orbit_noise(scene, t_s)
 
     def build(self, scene: Scene, setting: Setting) -> None:
-        """Make the model; the frame's track is part of the run and is computed there."""
+        """Make the model; the frame's orbit belongs to the timed run."""
         from adapters.mujoco.chain import data_at, model_of
 
         self.scene, self.start = scene, initial_state(scene)
@@ -79,7 +79,7 @@ class Mujoco(Engine):
         self.landed_s: float | None = None
 
     def simulate(self) -> None:
-        """Step from sample to sample, and from blow to blow."""
+        """Step from sample to sample and from impulse to impulse."""
         import mujoco as mj
 
         from adapters.mujoco.chain import installed
@@ -109,7 +109,7 @@ class Mujoco(Engine):
         return self.every * (self.scene.run.samples - 1)
 
     def control_callback(self) -> AppliedLoads | AppliedEffects | None:
-        """What acts on the bars: as little as the scene calls for."""
+        """Loads on the bars; the cheapest callback that the scene permits."""
         loads, half_s, chain = MovingLoads(self.scene), 0.5 * self.dt_s, self.scene.chain
         effect_loads = chain_loads(self.scene, loads, free_falling=True)
         if effect_loads:
@@ -123,12 +123,12 @@ class Mujoco(Engine):
         return AppliedLoads(chain, self.data, loads, self.origin_m, half_s)
 
     def take_sample(self) -> None:
-        """Keep the state at a sample."""
+        """Store the state at a sample."""
         self.seen.append((self.data.qpos.copy(), self.data.qvel.copy()))
         self.impulses.append(self.impulse_N_s)
 
     def apply_impulses(self, step: int) -> None:
-        """Let the blows at the end of `step` fall."""
+        """Apply the impulses at the end of `step`."""
         if step in self.blows:
             from adapters.mujoco.effects import apply_impulses
 

@@ -1,4 +1,4 @@
-"""Effects beyond point and gradient gravity on MuJoCo's chain, and blows on it."""
+"""Effects beyond point and gradient gravity on MuJoCo's chain, and impulses."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 
 
 class AppliedEffects:
-    """The control callback: all that acts on each bar, at a stage of a step.
+    """Control callback: all loads on each bar, at a stage of a step.
 
-    A step's last stage and the next one's first are at one instant. Where something jumps there, the one is before it
-    and the other after: the callback tells them apart by the stage that came before.
+    A step's last stage and the next step's first stage share one instant. At an event the former lies before the event
+    and the latter after it. The previous call tells the callback which of the two it evaluates.
     """
 
     def __init__(self, chain: Chain, data: Any, effect_loads: ChainLoads, track: Array, half_s: float) -> None:
@@ -37,9 +37,11 @@ class AppliedEffects:
         ----------
         chain : Chain
         data : MjData
-        acting : ChainLoads
+        effect_loads : ChainLoads
         track : ndarray, shape (n, 4)
-            Frame's origin and its velocity every half step, `half_s`, from t = 0.
+            Frame's origin and its velocity every half step from t = 0.
+        half_s : float
+            Half a step.
         """
         self.effect_loads, self.track, self.half_s, self.bars = effect_loads, track.tolist(), half_s, bars_of(chain)
         self.place, self.applied = data.xipos[1:, :2], data.xfrc_applied[1:]
@@ -48,7 +50,7 @@ class AppliedEffects:
         self.evaluations = 0
 
     def move_frame(self, index: int) -> None:
-        """Be asked next for the state at half step `index`, as the step that ends there sees it; 0 as it begins."""
+        """Prepare for the state at half step `index`, seen from the step that ends there; 0 for the start."""
         self.last = index - 1 if index else None
 
     def __call__(self, model: Any, data: Any) -> None:
@@ -59,7 +61,7 @@ class AppliedEffects:
         LandedError
             If a bar touches the surface.
         UnsupportedMotionError
-            If a bar turned its other face to what it faces.
+            If a bar turned its other face to the wind or the Sun.
         """
         del model
         self.evaluations += 1
@@ -79,7 +81,7 @@ class AppliedEffects:
         ]
 
     def check_faces(self, frame: FrameState, places: list[Place], rates: list[Rate]) -> None:
-        """Refuse to go on where a bar turns its other face: a slope jumps there, and a fourth-order step needs none."""
+        """Reject a motion in which a bar turns its other face: a slope jumps there, which costs RK4 its order."""
         if not self.effect_loads.faced:
             return
         faces = [effect.faces(frame, places, rates) for effect in self.effect_loads.faced]
@@ -92,9 +94,9 @@ class AppliedEffects:
 
 
 def apply_impulses(model: Any, data: Any, chain: Chain, impulses: Sequence[Impulse]) -> Array:
-    """Let `impulses` change the rates in `data`; impulsive reactions on each bar from the next, (N-1, 2), N s.
+    """Apply `impulses` to the rates in `data`; impulsive reactions on each bar from the next, (N-1, 2), N s.
 
-    With all rates zero, accelerations by forces are what jumps by impulses are: one system, the joints' own.
+    With all rates zero, the same joint system gives jumps by impulses as accelerations by forces.
     """
     angle = np.cumsum(data.qpos[2:]).tolist()
     bars, q_t = bars_of(chain), data.qvel.copy()

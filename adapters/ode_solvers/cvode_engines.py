@@ -1,4 +1,4 @@
-"""SUNDIALS' CVODE, by way of scikit-sundae, behind the engines' contract."""
+"""Engines of SUNDIALS' CVODE, through scikit-sundae."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MOST_STEPS = 10_000_000  # between two samples: its own limit of 500 is a guard 
 
 
 class CvodeSurfaceEvent:
-    """The event that ends a run."""
+    """Event that ends a run at the surface."""
 
     terminal = (True,)
     direction = (-1,)
@@ -28,7 +28,7 @@ class CvodeSurfaceEvent:
         self.problem = problem
 
     def __call__(self, t_s: float, y: Array, height: Array) -> None:
-        """Fill in the height of the chain."""
+        """Set the height of the chain."""
         height[0] = self.problem.height_at_event(t_s, y)
 
 
@@ -41,12 +41,12 @@ class CvodeSolver:
     atol: float
 
     def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> SolvedSegment:
-        """Go from state `y` at `start_s` to the last of `instants_s`, by way of the others.
+        """Integrate from state `y` at `start_s` through `instants_s`, with output at each.
 
         Raises
         ------
         EngineError
-            If CVODE reports no success.
+            If CVODE reports a failure.
         """
         from sksundae.cvode import CVODE
 
@@ -77,7 +77,7 @@ class CvodeSolver:
 
 
 class CvodeEngine(SolverEngine):
-    """What both methods share."""
+    """Common part of both methods."""
 
     method: ClassVar[str]
     step_constant = 5.0  # multistep estimates are differences of earlier steps; up to 2.3 was measured

@@ -1,4 +1,4 @@
-"""A library's ODE solver, driven as its user would drive it: from break to break, up to the surface."""
+"""Driver of a library's ODE solver: restarts at events, stops at the surface, counts evaluations."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SolvedSegment:
-    """What a solver returned from one break to the next."""
+    """States that a solver returned between two events."""
 
     y: Array
-    """(k, size) states at the instants asked for, as far as it got"""
+    """(k, size) states at the requested instants, as far as the solver got"""
     stopped_s: float | None
     """Instant at which the chain reached the surface"""
     steps: int
     jacobians: int
-    """Jacobians it formed; the evaluations they took are counted with the others"""
+    """Number of Jacobians; their evaluations are part of the problem's count"""
 
 
 @dataclass
 class Problem:
-    """An initial value problem that counts what a solver asks of it.
+    """An initial value problem that counts evaluations.
 
-    Libraries tell neither their steps, where they were asked for samples, nor the evaluations that went into
-    differenced Jacobians. Steps can be had from how often they look for events.
+    With requested output instants, libraries report neither their steps nor the evaluations of differenced Jacobians.
+    The number of event evaluations gives the number of steps.
     """
 
     rhs: Callable[[float, Array], Array]
@@ -61,28 +61,28 @@ class Solver(Protocol):
     """One library's solver at one setting."""
 
     def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> SolvedSegment:
-        """Go from state `y` at `start_s` to the last of `instants_s`, by way of the others.
+        """Integrate from state `y` at `start_s` through `instants_s`, with output at each.
 
         Raises
         ------
         EngineError
-            If the solver says that it failed.
+            If the solver reports a failure.
         """
 
 
 @dataclass(frozen=True)
 class SolverResult:
-    """What a solver saw, and what it took."""
+    """States of a run and the work of the solver."""
 
     walk: Walk
     jacobians: int
 
 
 class RestartRule(Protocol):
-    """What happens at a break."""
+    """Change of the state at an event."""
 
     def enter(self, start_s: float, end_s: float, y: Array) -> Array:
-        """State just after a break, from which the solver goes on to the next."""
+        """State just after the event at `start_s`; the solver continues from there to `end_s`."""
 
 
 def drive(
@@ -92,7 +92,7 @@ def drive(
     breaks_s: tuple[float, ...] = (),
     breaks: RestartRule | None = None,
 ) -> SolverResult:
-    """Integrate over the samples `t_s`, (n,), anew from every break, as the law of motion changes there.
+    """Integrate over the samples `t_s`, (n,), with a restart at every event, where the law of motion changes.
 
     Raises
     ------

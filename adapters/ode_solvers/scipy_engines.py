@@ -1,4 +1,4 @@
-"""SciPy's solvers behind the engines' contract."""
+"""Engines of SciPy's solvers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from adapters.ode_solvers.scipy_solver import Method, ScipySolver
 
 
 class ScipyEngine(SolverEngine):
-    """What all methods of `solve_ivp` share."""
+    """Common part of all methods of `solve_ivp`."""
 
     method: ClassVar[Method]
 
@@ -43,7 +43,7 @@ class ScipyDop853(ScipyEngine):
 
 @final
 class ScipyRadau(ScipyEngine):
-    """Implicit, for stiff problems, which this is not."""
+    """Implicit, for stiff problems; the free chain is not stiff."""
 
     title = "SciPy's Radau on the reference's equations"
     method = "Radau"
@@ -52,7 +52,7 @@ class ScipyRadau(ScipyEngine):
 
 @final
 class ScipyLsoda(ScipyEngine):
-    """Adams and BDF by turns."""
+    """Adams and BDF, switched automatically."""
 
     title = "SciPy's LSODA on the reference's equations"
     method = "LSODA"

@@ -1,4 +1,4 @@
-"""`scipy.integrate.solve_ivp` as a plain user calls it."""
+"""`scipy.integrate.solve_ivp` with a typical user's options."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ class ScipySolver:
     atol: float | Array
 
     def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> SolvedSegment:
-        """Go from state `y` at `start_s` to the last of `instants_s`, by way of the others.
+        """Integrate from state `y` at `start_s` through `instants_s`, with output at each.
 
         Raises
         ------
         EngineError
-            If SciPy reports no success; with its warnings, which say more.
+            If SciPy reports a failure; the message includes SciPy's warnings.
         """
         event_calls = problem.event_calls
         with warnings.catch_warnings(record=True) as said:
@@ -59,7 +59,7 @@ class ScipySolver:
 
 @dataclass
 class ScipySurfaceEvent:
-    """The event that ends a run."""
+    """Event that ends a run at the surface."""
 
     problem: Problem
     terminal: bool = True

@@ -1,4 +1,4 @@
-"""Pinocchio behind the engines' contract: its accelerations, stepped by SciPy's DOP853, as it has no integrator."""
+"""Pinocchio adapter: Pinocchio's accelerations, stepped by SciPy's DOP853."""
 
 from __future__ import annotations
 
@@ -88,13 +88,13 @@ class Pinocchio(Engine):
         )
 
     def reaction_N(self, t_s: float, state: Array) -> Array:
-        """Force on each bar from the next, (N-1, 2), at a sample; just before it where something jumps."""
+        """Force on each bar from the next, (N-1, 2), at a sample; just before an event."""
         self.chain.inside_s = self.jumps.before(t_s)
         return self.chain.reactions(state, t_s)
 
 
 def scales(scene: Scene) -> Array:
-    """What counts as 1 in each component of a state: radius, bar length, radian, and each with its rate."""
+    """Unit of each component of a state: radius, bar length and radian, and the rate of each."""
     circular = math.sqrt(scene.central_body.mu_m3_s2 / scene.radius0_m**3)
     rate = max(circular, *(abs(a) * scene.orbital_rate_rad_s for a in scene.chain.rate_factor))
     units = np.repeat([scene.radius0_m, scene.radius0_m * rate], 2)

@@ -1,8 +1,8 @@
 """A chain as a Pinocchio model, its loads and its equations of motion in a freely falling frame.
 
-The frame's origin is integrated with the chain: it falls as a particle, so that the bars feel the
-differences from it only. State (4 + 2 (N + 2),): the origin and its velocity, joint coordinates and
-their rates. Only effects depend on time, and on which side of a jump is meant: see `inside_s`.
+The frame's origin is integrated with the chain and falls as a particle, so that the loads on bars are differences only.
+State (4 + 2 (N + 2),): the origin and its velocity, the joint coordinates and their rates. Effects may depend on time
+and on the side of an event, see `inside_s`.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ FIRST = 3  # Pinocchio's number of bar 1's joint, after the universe and two sli
 
 
 def model_of(chain: Chain) -> Any:
-    """Pinocchio's model: two massless slides, then a joint about z at each bar's left end."""
+    """Pinocchio model: two massless slides, then a joint about z at each bar's left end."""
     import pinocchio as pin
 
     model, here = pin.Model(), pin.SE3.Identity()
@@ -55,7 +55,7 @@ class PinocchioChain:
     """Accelerations and reactions of a state."""
 
     def __init__(self, scene: Scene, loads: Loads | None = None) -> None:
-        """Make the model; `loads` other than the falling frame's put the joint coordinates into another one."""
+        """Make the model; `loads` of another frame put the joint coordinates into that frame."""
         import pinocchio as pin
 
         self.pin, chain = pin, scene.chain
@@ -96,7 +96,7 @@ class PinocchioChain:
         return found
 
     def act(self, t_s: float, origin: list[float], q: list[float], q_t: list[float]) -> None:
-        """Let everything act that the scene calls for, with the frame's origin (4,): m, m/s."""
+        """Apply all loads of the scene; `origin` is the frame's position and velocity (4,), m and m/s."""
         assert self.effect_loads is not None
         places = list(tree_positions(q, self.bars))
         rates = list(tree_rates(q, q_t, self.bars)) if self.effect_loads.of_rates else []
@@ -106,7 +106,7 @@ class PinocchioChain:
             self.put(j, cos(angle), sin(angle), bar, load)
 
     def apply(self, x: float, y: float, q: list[float]) -> None:
-        """Put the loads at `q` (N + 2,) into the bars' own axes, at their left ends, as Pinocchio takes them."""
+        """Apply gravity at `q` (N + 2,) in the bars' own axes at their left ends, Pinocchio's convention."""
         self.loads.move_to(x, y)
         left_x, left_y = q[:2]
         for j, (angle, bar) in enumerate(zip(accumulate(q[2:]), self.bars, strict=True)):
@@ -115,7 +115,7 @@ class PinocchioChain:
             left_x, left_y = left_x + 2.0 * half * c, left_y + 2.0 * half * s
 
     def put(self, j: int, c: float, s: float, bar: BarProperties, load: Load) -> None:
-        """Put the load of bar `j`, along (c, s), where Pinocchio takes it."""
+        """Set the load of bar `j`, along (c, s), in Pinocchio's convention."""
         ax, ay, spin = load
         mass, inertia, half = bar
         across = mass * (c * ay - s * ax)
@@ -124,13 +124,13 @@ class PinocchioChain:
         self.forces[FIRST + j] = self.pin.Force(row)
 
     def reactions(self, state: Array, t_s: float = 0.0) -> Array:
-        """Force on each bar from the next, (N-1, 2), N, by inverse dynamics at the accelerations found."""
+        """Force on each bar from the next, (N-1, 2), N, by inverse dynamics at the state's accelerations."""
         return self.joint_forces(state[4 : 4 + self.width], state[4 + self.width :], self.accelerations(t_s, state))
 
     def apply_impulses(self, state: Array, impulses: Sequence[Impulse]) -> tuple[Array, Array]:
-        """State after blows, and the impulsive reactions on each bar from the next, (N-1, 2), N s.
+        """State after impulses, and the impulsive reactions on each bar from the next, (N-1, 2), N s.
 
-        With all rates zero, accelerations by forces are what jumps by impulses are: one system, the joints' own.
+        With all rates zero, the same joint system gives jumps by impulses as accelerations by forces.
         """
         from adapters.bar_loads.thrusts import impulse_jumps
 
@@ -149,7 +149,7 @@ class PinocchioChain:
         return after, found
 
     def joint_forces(self, q: Array, q_t: Array, q_tt: Array) -> Array:
-        """Force on each bar from the next, (N-1, 2), N, at the loads last put on."""
+        """Force on each bar from the next, (N-1, 2), N, at the loads last applied."""
         self.pin.rnea(self.model, self.data, q, q_t, q_tt, self.forces)
         # what bar j exerts on bar j + 1, in the axes of that one
         joint_forces = np.array([self.data.f[FIRST + j].linear[:2] for j in range(1, len(self.bars))]).reshape(-1, 2)

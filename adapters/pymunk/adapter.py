@@ -1,8 +1,8 @@
-"""pymunk behind the engines' contract: impulses and joints of a game physics engine, made second order.
+"""pymunk adapter: impulses and joints of a game physics engine, made second order.
 
-The engine gives no reaction's direction, so reactions are the momentum balance along the chain: what
-each bar's velocity gained in the step that is centred on the sample, less what acts there. Rates and the
-centre of mass' velocity are the mean of the two half steps around the sample.
+pymunk gives no direction of a reaction. Reactions are therefore the momentum balance along the chain: each bar's change
+of velocity in the step centred on the sample, less the loads there. Rates and the centre of mass' velocity are the mean
+of the half steps before and after the sample.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ NO_SHADOW = "solar_pressure.shadow: equal steps straddle the shadow's edge, wher
 
 
 class PymunkEngine(Engine):
-    """What both coordinate sets share."""
+    """Common part of both coordinate sets."""
 
     order = 2.0
     sweep = AccuracySweep(
@@ -53,7 +53,7 @@ class PymunkEngine(Engine):
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
-        """Also refuse jumps within a step, and chains whose joints take the engine too many sweeps to settle."""
+        """Reason why the engine does not support `scene`: events within a step and chains of many bars included."""
         needed = sweeps(scene.chain)
         if needed > MOST_SWEEPS:
             return (
@@ -73,11 +73,11 @@ class PymunkEngine(Engine):
 
     @classmethod
     def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
-        """Tell what the rounding of places does to the joints: it grows as the step shrinks.
+        """Effect of the positions' rounding on the joints, which grows as the step shrinks.
 
-        A joint's gap is a difference of places, each rounded by a grain, the spacing of floats at the
-        farthest of them. The engine closes it in one step: impulses are off by m grain/dt, reactions
-        by m grain/dt², rates by grain/(l dt), each a few times over.
+        A joint's gap is a difference of positions, each rounded to the spacing of floats at the largest of them. pymunk
+        closes the gap in one step. Impulses are then wrong by m spacing/dt, reactions by m spacing/dt², rates by
+        spacing/(l dt), each a few times over.
         """
         dt_s = step_s(scene, setting.value)
         grains = NOISE_GRAINS * float(np.spacing(cls.farthest_m(scene)))
@@ -92,7 +92,7 @@ class PymunkEngine(Engine):
         """Largest coordinate of a bar in a run."""
 
     def build(self, scene: Scene, setting: Setting) -> None:
-        """Make the space; the frame's track is part of the run and is computed there."""
+        """Make the space; the frame's orbit belongs to the timed run."""
         from adapters.pymunk.space import ChainSpace
 
         intervals = scene.run.samples - 1
@@ -109,12 +109,13 @@ class PymunkEngine(Engine):
         self.ended = ""
 
     def prepare_effects(self) -> None:
-        """What acts besides gravity, and where it jumps.
+        """Prepare loads besides gravity, and events.
 
         Raises
         ------
         EngineError
-            If a sample would fall on the step after a jump, whose reactions are of first order: see `pymunk_space`.
+            If a sample would coincide with the step after an event, whose reactions are of first order: see
+            :mod:`adapters.pymunk.space`.
         """
         scene, self.restarted_at = self.scene, 0
         self.effect_loads: StepLoads | None = None
@@ -129,7 +130,7 @@ class PymunkEngine(Engine):
         self.impulses: list[Array] = []
 
     def install(self) -> None:
-        """Let what acts act on the chain."""
+        """Install the loads on the chain."""
         if self.effect_loads:
             self.effect_loads.begin()
             self.chain.install_loads(self.effect_loads)
@@ -165,20 +166,20 @@ class PymunkEngine(Engine):
         return self.every * (self.scene.run.samples - 1)
 
     def move_frame(self, step: int, *, before: bool) -> None:
-        """Put the frame where it is at the end of `step`; where something jumps, before that or after."""
+        """Move the frame to the end of `step`, before or after an event there."""
         if self.effect_loads is None:
             self.gravity.move_to(*self.track[step])
         else:
             self.effect_loads.move_to(self.frame_state(step, before=before))
 
     def frame_state(self, step: int, *, before: bool) -> FrameState:
-        """Where and when the frame is."""
+        """State of the frame at the end of `step`."""
         t_s = step * self.dt_s
         x, y, vx, vy = self.track[step]
         return FrameState(x, y, vx, vy, t_s, t_s + (-0.5 if before else 0.5) * self.dt_s)
 
     def take_sample(self, step: int) -> None:
-        """Step onto a sample or a jump: what is there, and what comes after."""
+        """Step across a sample or an event, and restart after an event."""
         staggered = self.chain.take_sample(first=step == 0)
         if step % self.every == 0:
             self.seen.append(staggered)
@@ -197,7 +198,7 @@ class PymunkEngine(Engine):
         return dataclasses.replace(start, com_m=com, com_velocity_m_s=drift)
 
     def restart(self, step: int, state: InitialState) -> None:
-        """Begin anew from `state`, in the space's own axes, after the blows at the end of `step`."""
+        """Restart from `state`, in the space's own axes, after the impulses at the end of `step`."""
         from adapters.pymunk.effects import restart_state
 
         found = restart_state(self.scene, state, self.jumps[step], self.dt_s)
@@ -206,7 +207,7 @@ class PymunkEngine(Engine):
         self.install()
 
     def read(self) -> Trajectory:
-        """Observables at the samples, from what was seen around each."""
+        """Observables at the samples, from the half steps around each."""
         n, dt = len(self.seen), self.dt_s
         place, before, after = (np.array(values) for values in zip(*self.seen, strict=True))
         origin, drift = self.origin_m[:: self.every][:n], self.drift_m_s[:: self.every][:n]
@@ -238,7 +239,7 @@ class PymunkEngine(Engine):
         )
 
     def field(self, origin_m: Array, place: Array, rate: Array) -> Array:
-        """Acceleration of each bar by what acts on it at the samples, (n, N, 2) m/s², by the loads of the run."""
+        """Acceleration of each bar by the loads of the run at the samples, (n, N, 2) m/s²."""
         found = np.zeros((*place.shape[:2], 2))
         if self.effect_loads:
             for i, (bars, rates) in enumerate(zip(place.tolist(), rate.tolist(), strict=True)):
@@ -254,7 +255,7 @@ class PymunkEngine(Engine):
         return found
 
     def gaps(self, place: Array) -> Array:
-        """Distance of the ends that each joint ties, (n, N-1) m."""
+        """Distance between the bar ends at each joint, (n, N-1) m."""
         along, _ = directions(place[..., 2])
         reach = np.array(self.chain.half_m)[:, None] * along
         gap = np.diff(place[..., :2], axis=1) - (reach[:, 1:] + reach[:, :-1])

@@ -1,11 +1,7 @@
-"""Effects beyond point and gradient gravity in pymunk's steps, and starting anew where something jumps.
+"""Events in pymunk's run: the chain restarts after each, as at t = 0.
 
-Velocities are half a step ahead of the places. What depends on them is asked at the places' instant, with the line
-through the last two, (3 v(n-1/2) - v(n-3/2))/2: second order. Just after a start there are the rates of the start, and
-then those half a step later: the line through these.
-
-Where something jumps, the run begins anew as it did at t = 0: from the angles, their rates and the centre of mass just
-before, changed by what blows give to chains that hold together.
+A restart uses the angles, their rates and the centre of mass just before the event. Impulses change these states under
+closed joints.
 """
 
 from __future__ import annotations
@@ -31,30 +27,30 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RestartState:
-    """A chain about to start."""
+    """A chain ready for a restart."""
 
     chain: ChainSpace
     start: InitialState
     impulse_N_s: Array
-    """(N-1, 2) impulsive reactions of the blows, on each bar from the next"""
+    """(N-1, 2) impulsive reactions on each bar from the next"""
 
 
 def synchronised(scene: Scene, staggered: StaggeredSample) -> InitialState:
-    """State in the space's axes at an instant between two half steps, its joints closed."""
+    """State in the space's axes at an instant between two half steps, with closed joints."""
     place, before, after = (np.array(rows) for rows in staggered)
     mean, share = 0.5 * (before + after), np.array(scene.chain.mass_kg) / scene.mass_kg
     return chain_state(scene, share @ place[:, :2], share @ mean[:, :2], place[:, 2], mean[:, 2])
 
 
 def chain_state(scene: Scene, com_m: Array, com_velocity_m_s: Array, angle: Array, rate: Array) -> InitialState:
-    """State of a chain whose joints hold."""
+    """State of a chain with closed joints."""
     model = chain_model(scene)
     place, velocity = relative_positions(model, angle), relative_velocities(model, angle, rate)
     return InitialState(com_m, com_velocity_m_s, angle, rate, place, velocity)
 
 
 def restart_state(scene: Scene, start: InitialState, impulses: Sequence[Impulse], dt_s: float) -> RestartState:
-    """Start from `start`, in the space's axes, after blows."""
+    """Chain that starts from `start`, in the space's axes, after impulses."""
     nothing = np.zeros(2)
     found = np.zeros((scene.bars - 1, 2))
     if impulses:
@@ -66,7 +62,7 @@ def restart_state(scene: Scene, start: InitialState, impulses: Sequence[Impulse]
 def after_impulses(
     scene: Scene, start: InitialState, impulses: Sequence[Impulse], dt_s: float
 ) -> tuple[InitialState, Array]:
-    """State after blows, and the impulsive reactions: what the engine's joints give, by momentum along the chain."""
+    """State after impulses, and the impulsive reactions of pymunk's joints by momentum along the chain."""
     from adapters.bar_loads.thrusts import impulse_jumps
 
     chain = ChainSpace(scene.chain, start, np.zeros(2), np.zeros(2), dt_s, step_sweeps(scene, dt_s))

@@ -1,8 +1,8 @@
-"""What acts on the bars in the step that is being taken.
+"""Loads on the bars in the current step.
 
-Velocities are half a step ahead of the places. What depends on them is asked at the places' instant, with the line
-through the last two, (3 v(n-1/2) - v(n-3/2))/2: second order. Just after a start there are the rates of the start, and
-then those half a step later: the line through these.
+Velocities are half a step ahead of the positions. Loads that depend on velocities use the linear extrapolation of the
+last two, (3 v(n-1/2) - v(n-3/2))/2, at the positions' instant: second order. Just after a start the two are the initial
+rates and the rates half a step later.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class StepLoads:
-    """What acts on each bar in the step being taken."""
+    """Loads on each bar in the current step."""
 
     def __init__(self, effect_loads: ChainLoads) -> None:
         """Prepare for the first step."""
@@ -28,22 +28,22 @@ class StepLoads:
         self.found: list[Load] = []
 
     def begin(self) -> None:
-        """Forget the velocities: the chain starts anew."""
+        """Discard the velocities: the chain restarts."""
         self.steps, self.before = 0, []
 
     def move_to(self, frame_state: FrameState) -> None:
-        """Be ready for a step onto `here`."""
+        """Prepare a step to `frame_state`."""
         self.frame_state, self.found = frame_state, []
 
     def load(self, j: int, places: Callable[[], Rows], velocities: Callable[[], Rows]) -> Load:
-        """Load of bar `j`; those of all are worked out when the first is asked for."""
+        """Load of bar `j`; the first call of a step computes the loads of all bars."""
         if not self.found:
             rates = self.rates(velocities()) if self.effect_loads.of_rates else []
             self.found = self.effect_loads(self.frame_state, places(), rates)
         return self.found[j]
 
     def rates(self, now: Rows) -> Rows:
-        """Velocities at the instant of the places, from those half a step before."""
+        """Velocities at the instant of the positions, from velocities half a step earlier."""
         step, before, self.before = self.steps, self.before, now
         self.steps += 1
         if step == 0:

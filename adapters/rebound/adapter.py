@@ -1,26 +1,27 @@
-"""REBOUND behind the engines' contract: the centre of mass' track, as one particle about a point mass.
+"""REBOUND adapter: the orbit of the centre of mass, as one particle about a point mass.
 
-REBOUND knows particles, not bars, so it shows the centre of mass and nothing else. A chain's centre of
-mass is a particle only up to O((L/r)²) of gravity, L the chain's length: a difference of models, not an
-error of either, that grows as L² and is to be allowed for in a comparison (12 pi r (l/r)² in an orbit
-for five bars of length l along the horizontal). Torques, joint motors, springs in the joints and the bars' second
-moments move the centre of mass through that term only, so scenes with them have a track here as well. What pushes
-bars by how they are turned moves it outright, and a particle is not turned: those scenes are left out.
+REBOUND has particles and no bars, so that the centre of mass is the only observable. A chain's centre of mass moves
+like a particle only up to O((L/r)²) of gravity, with L the chain's length. This difference of the models is no error of
+either. It grows as L², and a comparison has to allow for it (12 pi r (l/r)² in an orbit for five bars of length l along
+the horizontal). Torques, joint motors, springs in the joints and the bars' second moments move the centre of mass
+through that term only, so that their scenes are supported. Forces that depend on the bars' attitude move it directly,
+and a particle has no attitude: their scenes are not supported.
 
-The knob is `rtol`. From LOOSEST_IAS15 on down it sets IAS15's epsilon; above it the cheap WHFast runs,
-at a fixed step. For a single particle WHFast's drift along Kepler's orbit is the whole motion, so it is
-exact to round-off at any step, and its step matters for finding the surface only. Where anything else acts, IAS15
+The accuracy parameter is `rtol`. Up to LOOSEST_IAS15 it sets IAS15's epsilon; above that value WHFast runs at a fixed
+step, at less cost. For a single particle WHFast's drift along Kepler's orbit is the whole motion. WHFast is therefore
+exact to round-off at any step, and its step matters only for the instant at the surface. Where other forces act, IAS15
 runs at every `rtol`.
 
-Stopping IAS15 at every sample would cost it accuracy, so it keeps its own steps. A sample is reached
-from the step before it by a second, short simulation of the same engine, which is then thrown away.
-What jumps in time (a thrust's end, a blow) divides the run into arcs. The engine's steps go beyond the end of an arc
-along its own smooth forces, and the next arc begins anew where this one was at its end.
+Stops of IAS15 at every sample would cost accuracy, so that it keeps its own steps. A second, short simulation of the
+same engine gives a sample from the step before it, and is then discarded. Events in time (a thrust's end, an impulse)
+divide the run into segments. The engine's steps continue beyond the end of a segment with its own smooth forces, and
+the next segment restarts from the end of the previous one.
 
-A single third body is a massive particle: it and the central body go round each other, and the particle's place is
-read from the central body. Several are on their circles, in the callback that takes oblateness and thrusts.
+A single third body is a massive particle: it and the central body move about their centre of mass, and the particle's
+position is relative to the central body. Several third bodies are on their circles, in the callback of oblateness and
+thrusts.
 
-REBOUND is GPL-3: it is imported here only, and only when a scene is built.
+REBOUND is GPL-3: only this package imports it, when a scene is built.
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ BODY_IMPULSE = "a blow along a bar's own axes"
 
 
 def perigee_height_m(scene: Scene) -> float:
-    """Height of the orbit's lowest point, m; infinite where there is nothing to orbit."""
+    """Height of the orbit's lowest point, m; infinite without gravity."""
     if scene.effects.gravity is Gravity.NONE:
         return math.inf
     start, body = initial_state(scene), scene.central_body
@@ -76,7 +77,7 @@ def perigee_height_m(scene: Scene) -> float:
 
 
 def attitude_dependence(thrust_forces: list[str]) -> str:
-    """Why a particle can't be pushed so."""
+    """Reason why a particle does not support these forces."""
     *most, last = thrust_forces
     named = f"{', '.join(most)} and {last} push" if most else f"{last} pushes"
     return ATTITUDE_DEPENDENT.format(named)
@@ -91,7 +92,7 @@ class ParticleState(NamedTuple):
     vx: float
     vy: float
     companion: PlaneState | None = None
-    """The third body's place and velocity, if it is a particle"""
+    """The third body's position and velocity, if it is a particle"""
 
     @property
     def radius(self) -> float:
@@ -105,12 +106,12 @@ class ParticleState(NamedTuple):
 
     @property
     def finite(self) -> bool:
-        """Whether all of it is a number."""
+        """Whether every component is finite."""
         return math.isfinite(sum(self[:5])) and math.isfinite(sum(self.companion or (0.0,)))
 
 
 class TrackSegment(NamedTuple):
-    """A part of the run in which nothing jumps."""
+    """A part of the run without events."""
 
     start_s: float
     end_s: float
@@ -119,13 +120,13 @@ class TrackSegment(NamedTuple):
 
 
 def epsilon(rtol: float) -> float:
-    """IAS15's epsilon for an accuracy of `rtol` of the radius."""
+    """IAS15's epsilon for a requested error of `rtol` relative to the radius."""
     known, its = EPSILON_AT
     return its * math.pow(rtol / known, EPSILON_POWER)
 
 
 def segments(scene: Scene) -> list[TrackSegment]:
-    """Parts of the run: prescribed rotations don't reach the particle, so that only thrusts and blows divide it."""
+    """Parts of the run between thrusts' events and impulses; prescribed rotations do not act on the particle."""
     effects, end = scene.effects, scene.run.duration_s
     jumps = {t for thrust in effects.thrust for t in thrust.breaks_s} | {jump.at_s for jump in effects.impulse}
     ends = [0.0, *sorted(t for t in jumps if 0.0 < t < end), end]
@@ -139,7 +140,7 @@ def segments(scene: Scene) -> list[TrackSegment]:
 
 @final
 class Rebound(Engine):
-    """A particle for the chain."""
+    """One particle for the chain."""
 
     title = "REBOUND, one particle for the chain (IAS15; WHFast where coarse)"
     coordinates = Coordinates.ABSOLUTE
@@ -157,7 +158,7 @@ class Rebound(Engine):
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
-        """As every engine, all of it in one sentence; of blows it takes those along fixed directions."""
+        """Reason why the engine does not support `scene`, in one sentence; of impulses, those in a bar's axes."""
         found = [ATTITUDE_EFFECTS.get(name, name) for name in sorted(scene.effects.names - cls.effects)]
         found += [BODY_IMPULSE for p in scene.effects.impulse if p.axes is not Axes.INERTIAL]
         if found:
@@ -166,7 +167,7 @@ class Rebound(Engine):
         return GRAZING.format(above) if 0.0 < above < scene.size_m else None
 
     def build(self, scene: Scene, setting: Setting) -> None:
-        """Set the particle up."""
+        """Set up the particle."""
         start = initial_state(scene)
         self.scene, self.rtol = scene, setting.value
         self.companion, self.segments = companion(scene), segments(scene)
@@ -185,11 +186,11 @@ class Rebound(Engine):
 
     @property
     def step_s(self) -> float:
-        """Step to begin with; WHFast's own."""
+        """First step; WHFast's fixed step."""
         return self.scene.step_period_s * (1.0 / WHFAST_STEPS_PER_ORBIT if self.whfast else FIRST_STEP)
 
     def companion_start(self) -> PlaneState | None:
-        """Place and velocity of the third body at t = 0, from the central body."""
+        """Position and velocity of the third body at t = 0, relative to the central body."""
         body = self.companion
         if body is None:
             return None
@@ -198,10 +199,10 @@ class Rebound(Engine):
         return place.real, place.imag, velocity.real, velocity.imag
 
     def simulation(self, state: ParticleState, dt_s: float) -> Any:
-        """REBOUND's simulation of the particle from `state` on.
+        """REBOUND's simulation of the particle from `state`.
 
-        Its axes are those in which the central body starts at rest at the origin: about the common centre of two
-        bodies a place near one of them would be rounded as the distance of that centre.
+        The central body starts at rest at the origin. Relative to the common centre of two bodies, a position near one
+        of them would be rounded like the distance of that centre.
         """
         import rebound
 
@@ -225,7 +226,7 @@ class Rebound(Engine):
         return sim
 
     def simulate(self) -> None:
-        """Walk from arc to arc."""
+        """Integrate segment by segment."""
         self.seen = [self.start]
         state: ParticleState | None = self.walk(self.start, self.segments[0])
         for segment in self.segments[1:]:
@@ -237,12 +238,12 @@ class Rebound(Engine):
             state = self.walk(start, segment)
 
     def walk(self, before: ParticleState, segment: TrackSegment) -> ParticleState | None:
-        """Walk the engine's own steps through an arc, and look at the samples on the way.
+        """Take the engine's own steps through a segment, and store the samples on the way.
 
         Returns
         -------
-        State or None
-            At the end of the arc; None where the run ends.
+        ParticleState or None
+            At the end of the segment; None where the run ends.
         """
         while True:
             after = self.advanced(before)
@@ -260,7 +261,7 @@ class Rebound(Engine):
             before = after
 
     def advanced(self, before: ParticleState) -> ParticleState:
-        """State after one step of the engine's own."""
+        """State after one of the engine's own steps."""
         self.track.steps(1)
         self.steps += 1
         self.check()
@@ -270,12 +271,12 @@ class Rebound(Engine):
         return after
 
     def check(self) -> None:
-        """Give up where a force could not be worked out."""
+        """Raise an error where a force failed."""
         if self.failed:
             raise EngineError(f"REBOUND's callback failed: {self.failed[0]!r}") from self.failed[0]
 
     def read(self) -> Trajectory:
-        """Bring out the centre of mass at the samples."""
+        """Return the centre of mass at the samples."""
         values = np.array([state[:5] for state in self.seen])
         return Trajectory(
             np.array(self.times_s[: len(values)]),
@@ -289,7 +290,7 @@ class Rebound(Engine):
         )
 
     def state(self, sim: Any) -> ParticleState:
-        """Where a simulation's particle is, from the central body."""
+        """State of a simulation's particle, relative to the central body."""
         p = sim.particles[sim.N - 1]
         if self.companion is None:  # nothing moves the central body
             return ParticleState(sim.t, p.x, p.y, p.vx, p.vy)
@@ -297,7 +298,7 @@ class Rebound(Engine):
         return ParticleState(sim.t, *relative_state(centre, p), relative_state(centre, sim.particles[1]))
 
     def state_at(self, before: ParticleState, after: ParticleState, t_s: float) -> ParticleState:
-        """State at an instant between two steps, by a simulation of its own from the first."""
+        """State at an instant between two steps, by a separate simulation from the first."""
         for step in (before, after):
             if t_s == step.t:
                 return step
@@ -320,12 +321,12 @@ class Rebound(Engine):
 
 
 def relative_state(centre: Any, particle: Any) -> PlaneState:
-    """Place and velocity of a particle from another."""
+    """Position and velocity of a particle relative to another."""
     return particle.x - centre.x, particle.y - centre.y, particle.vx - centre.vx, particle.vy - centre.vy
 
 
 def after_impulse(state: ParticleState, segment: TrackSegment) -> ParticleState:
-    """State just after the blow at an arc's start."""
+    """State just after the impulse at a segment's start."""
     jump = segment.velocity_jump_m_s
     return state._replace(vx=state.vx + jump.real, vy=state.vy + jump.imag) if jump else state
 

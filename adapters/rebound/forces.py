@@ -1,7 +1,7 @@
-"""Accelerations of REBOUND's particle besides those of its own gravity, and how its callback takes them.
+"""Accelerations of REBOUND's particle besides REBOUND's own gravity, and their callback.
 
-Each is a plain function of time and place: m, s and m/s², relative to the central body. A particle feels them as the
-chain's centre of mass would if all its mass were there; none of them asks for an attitude.
+Each is a plain function of time and position: m, s and m/s², relative to the central body. They act on a particle as on
+the chain's centre of mass with all its mass there; none of them depends on an attitude.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ SAME_RATE = 1e-14  # of its square: a few roundings
 
 
 def forces(scene: Scene, start_s: float, end_s: float) -> list[Force]:
-    """What acts between two instants at which nothing jumps, continued smoothly beyond them; no `companion`."""
+    """Forces between two successive events, continued smoothly beyond them; a massive `companion` excluded."""
     effects = scene.effects
     found = [] if effects.oblateness is None else [oblateness_force(scene.central_body.mu_m3_s2, effects.oblateness)]
     if companion(scene) is None:
@@ -34,10 +34,10 @@ def forces(scene: Scene, start_s: float, end_s: float) -> list[Force]:
 
 
 def companion(scene: Scene) -> ThirdBody | None:
-    """Third body that can be a particle of its own: the only one, at the rate that the two bodies' pull gives it.
+    """Third body that can be a massive particle: the only one, at the rate that the gravity of both bodies gives.
 
-    Several are not: as particles they would pull on each other, and the central body would answer to all of them at
-    once, so that none would stay on the circle that the scene puts it on.
+    Several bodies can not. As particles they would attract each other, and the central body would respond to all of
+    them, so that none would stay on the scene's circle.
     """
     bodies, mu = scene.effects.third_body, scene.central_body.mu_m3_s2
     if len(bodies) != 1:
@@ -47,7 +47,7 @@ def companion(scene: Scene) -> ThirdBody | None:
 
 
 def oblateness_force(mu_m3_s2: float, body: Oblateness) -> Force:
-    """-3 B Z/r⁵, B = mu J2 R²/2."""
+    """Acceleration -3 B Z/r⁵ by oblateness, B = mu J2 R²/2."""
     strength = 1.5 * mu_m3_s2 * body.j2 * body.radius_m**2
 
     def pull(_t: float, x: float, y: float) -> tuple[float, float]:
@@ -59,7 +59,10 @@ def oblateness_force(mu_m3_s2: float, body: Oblateness) -> Force:
 
 
 def third_body_force(body: ThirdBody) -> Force:
-    """-mu (Y/|Y|³ + X/D³) with Y = Z - X: (mu/D³) (f X - (1 + f) Z), f = (D/|Y|)³ - 1 free of cancellation."""
+    """Tidal acceleration -mu (Y/|Y|³ + X/D³) by a third body at X, with Y = Z - X and D = |X|.
+
+    Evaluated as (mu/D³) (f X - (1 + f) Z) with f = (D/|Y|)³ - 1, free of cancellation.
+    """
     d2 = body.distance_m**2
     strength = body.mu_m3_s2 / (d2 * body.distance_m)
 
@@ -73,12 +76,12 @@ def third_body_force(body: ThirdBody) -> Force:
 
 
 def thrust_forces(thrust: Thrust, mass_kg: float, within_s: float) -> list[Force]:
-    """Thrust along a fixed direction: the straight piece of its table that holds an instant; none outside.
+    """Thrust along a fixed direction: the straight segment of its table at an instant; none outside the table.
 
     Raises
     ------
     ValueError
-        If it turns with a bar.
+        If the thrust turns with a bar.
     """
     if thrust.axes is not Axes.INERTIAL:
         raise ValueError("a particle has no bar for a thrust to turn with")
@@ -96,9 +99,10 @@ def thrust_forces(thrust: Thrust, mass_kg: float, within_s: float) -> list[Force
 
 
 def attach(sim: Any, acting: list[Force], failed: list[Exception]) -> None:
-    """Let forces act on the last particle of a simulation, its place relative to the first.
+    """Install forces on the last particle of a simulation, at its position relative to the first.
 
-    ctypes prints and forgets what a callback raises: it is put into `failed`, and the simulation told to stop.
+    ctypes prints and drops an exception of a callback. The callback therefore appends the exception to `failed` and
+    stops the simulation.
     """
     centre, particle = sim.particles[0], sim.particles[sim.N - 1]
 

@@ -1,4 +1,4 @@
-"""The compiled reference behind the engines' contract."""
+"""Engine of the compiled reference."""
 
 from __future__ import annotations
 
@@ -21,6 +21,6 @@ class ReferenceFast(ReferenceEngine):
     coordinates = Coordinates.RELATIVE
 
     def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> SimulationRun:
-        """Compile, or load what was compiled before."""
+        """Compile, or load compiled code from the cache."""
         state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
         return FastSimulation(model, *state, rtol=rtol)

@@ -1,4 +1,4 @@
-"""The NumPy reference behind the engines' contract."""
+"""Engines of the NumPy reference."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ FEW_STEPS = 10.0  # largest component against the norm that a step is held by, a
 
 
 class SimulationRun(Protocol):
-    """One simulation, of either kind."""
+    """One simulation, in NumPy or compiled."""
 
     def walk(self, t_s: Array) -> Walk:
         """Integrate over the samples."""
@@ -43,7 +43,7 @@ class SimulationRun(Protocol):
 
 
 class ReferenceEngine(Engine):
-    """What all forms of the reference share."""
+    """Common part of all forms of the reference."""
 
     order = None
     sweep = AccuracySweep(
@@ -54,7 +54,7 @@ class ReferenceEngine(Engine):
     options = frozenset({"condition"})
 
     def __init__(self, *, condition: bool = False) -> None:
-        """Prepare a run; `condition` asks for the joint system's condition number at every sample."""
+        """Prepare a run; `condition` requests the joint system's condition number at every sample."""
         self.condition = condition
 
     @abstractmethod
@@ -102,12 +102,12 @@ class ReferenceEngine(Engine):
 
 
 class ReferenceNumPy(ReferenceEngine):
-    """What both coordinate sets of the NumPy reference share."""
+    """Common part of both coordinate sets of the NumPy reference."""
 
     coordinate_set: ClassVar[CoordinateSet]
 
     def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> SimulationRun:
-        """SciPy's stepper on NumPy's right-hand side."""
+        """SciPy's stepper on the NumPy right-hand side."""
         state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
         return Simulation(model, *state, rtol=rtol, coordinates=self.coordinate_set)
 
@@ -132,13 +132,13 @@ class ReferenceAbsolute(ReferenceNumPy):
 
     @classmethod
     def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
-        """Where its steps stop to shrink, whatever is asked for.
+        """Smallest errors of the steps, whatever the requested accuracy.
 
-        No step is held to less than GRAINS roundings of a radius, in velocities times the fastest rate w. With a
-        step a radian of w, they add up as a random walk of w t steps; those of velocities run on, by t. In angles it is
-        that over half of the shortest bar, as its centre and its end are places of their own: FEW_STEPS of them may
-        stand in one sample. A step is held by the root mean square over all bars, so that one of N may be sqrt(N) times
-        farther off.
+        No step is held to less than GRAINS roundings of a radius, in velocities times the fastest rate w. With one step
+        per radian of w, the roundings add up as a random walk of w t steps; those of velocities integrate further, by
+        t. In angles the error is that of a position over half of the shortest bar, as a bar's centre and its end have
+        positions of their own; FEW_STEPS of them may stand in one sample. A step is held by the root mean square over
+        all bars, so that one bar of N may have sqrt(N) times that error.
         """
         del setting
         place, w = GRAINS * np.finfo(float).eps * scene.radius0_m, scene.fastest_rate_rad_s

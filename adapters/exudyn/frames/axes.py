@@ -1,7 +1,7 @@
-"""The axes in which Exudyn's coordinates are counted, and the way back to inertial ones.
+"""Axes of Exudyn's coordinates, and the transformation to inertial axes.
 
-Three frames: one that follows the chain's Kepler orbit and turns with its radius (x outwards, y along
-the motion), one in uniform motion where there is no gravity, and the inertial axes of the central body.
+Three frames: one that follows the chain's Kepler orbit and rotates with its radius (x outwards, y along the motion),
+one in uniform motion where there is no gravity, and the inertial axes of the central body.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class FrameAxes:
     rate_rad_s: Array
     """(n,)"""
     longitude_rad: Array
-    """(n,) of the Kepler (or uniform) track, unwrapped: near it lies each bar's own"""
+    """(n,) longitude on the Kepler (or uniform) orbit, unwrapped; each bar's own longitude is near it"""
 
     def to_inertial(self, vector: Array) -> Array:
         """Components in inertial axes of (n, k, 2) vectors given in the frame's."""
@@ -44,29 +44,29 @@ class FrameAxes:
         return turned(vector, -self.turn_rad[:, None])
 
     def relative(self, position_m: Array, velocity_m_s: Array) -> tuple[Array, Array]:
-        """Turn (n, k, 2) offsets from the origin, in inertial axes, into what the frame sees."""
+        """Position and velocity in the frame of (n, k, 2) offsets from the origin, given in inertial axes."""
         readings = self.to_frame(position_m)
         return readings, self.to_frame(velocity_m_s) - self.rate_rad_s[:, None, None] * perpendicular(readings)
 
     def inertial_velocity(self, position_m: Array, velocity_m_s: Array) -> Array:
-        """Velocity from the origin, in inertial axes, of (n, k, 2) as the frame sees it."""
+        """Velocity relative to the origin, in inertial axes, of (n, k, 2) in the frame."""
         return self.to_inertial(velocity_m_s + self.rate_rad_s[:, None, None] * perpendicular(position_m))
 
 
 def turned(vector: Array, angle_rad: Array) -> Array:
-    """Plane vectors (..., 2) turned by angles (...)."""
+    """Plane vectors (..., 2) rotated by angles (...)."""
     c, s = np.cos(angle_rad), np.sin(angle_rad)
     x, y = vector[..., 0], vector[..., 1]
     return np.stack([c * x - s * y, s * x + c * y], axis=-1)
 
 
 def perpendicular(vector: Array) -> Array:
-    """Plane vectors (..., 2) turned by +90 degrees."""
+    """Plane vectors (..., 2) rotated by +90 degrees."""
     return np.stack([-vector[..., 1], vector[..., 0]], axis=-1)
 
 
 class ReferenceFrame(ABC):
-    """Where the axes are at any time."""
+    """Axes as functions of time."""
 
     @abstractmethod
     def at(self, t_s: Array) -> FrameAxes:
@@ -91,7 +91,7 @@ class OrbitFrame(ReferenceFrame):
 
 @final
 class UniformFrame(ReferenceFrame):
-    """Non-rotating axes that move with the chain's centre of mass where nothing pulls it."""
+    """Non-rotating axes that move with the chain's centre of mass where there is no gravity."""
 
     def __init__(self, radius_m: float, speed_m_s: float, longitude_rad: float) -> None:
         self.radius_m, self.speed_m_s, self.longitude_rad = radius_m, speed_m_s, longitude_rad
@@ -113,7 +113,7 @@ class UniformFrame(ReferenceFrame):
 
 @final
 class FixedFrame(ReferenceFrame):
-    """The inertial axes themselves; it knows the track only to unwrap longitudes."""
+    """Inertial axes; the orbit only serves to unwrap longitudes."""
 
     def __init__(self, track: ReferenceFrame) -> None:
         self.track = track

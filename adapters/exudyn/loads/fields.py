@@ -1,7 +1,7 @@
-"""Fields beside the point mass of the central body: its second moment in a bar, the exact bar, J2, Moon and Sun.
+"""Gravity besides the central point mass: its second moment, the exact bar, oblateness, Moon and Sun.
 
-Each load here is what the effect adds to :func:`adapters.exudyn.loads.gravity.orbit_load` or `absolute_load`. All are
-small against gravity as they stand, so that none of them has to be a difference.
+Each load is an addition to :func:`adapters.exudyn.loads.gravity.orbit_load` or `absolute_load`. All are small relative
+to gravity, so that none needs a difference of large numbers.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ class ExudynQuadrupole(ExudynLoad):
         self.strength = [1.5 * scene.central_body.mu_m3_s2 * j for j in scene.chain.inertia_kg_m2]
 
     def load(self, bar: int, view: InertialView, _numbers: Sequence[Number], math: Any) -> Extra:
-        """(3 mu J/2r⁵) (2 p u + Z - 5 c² Z)."""
+        """Force (3 mu J/2r⁵) (2 p u + Z - 5 c² Z)."""
         return *moment_force(self.strength[bar] / fifth(view.square_m2, math), 5.0, view), None
 
 
 @final
 class ExudynSlender(ExudynLoad):
-    """The exact pull on a uniform bar, less that on a point: force and torque in closed form."""
+    """Exact gravity on a uniform bar, less that on a point: force and torque in closed form."""
 
     def __init__(self, scene: Scene) -> None:
         self.mu = scene.central_body.mu_m3_s2
@@ -47,11 +47,11 @@ class ExudynSlender(ExudynLoad):
         self.half = [0.5 * length for length in scene.chain.length_m]
 
     def load(self, bar: int, view: InertialView, _numbers: Sequence[Number], math: Any) -> Extra:
-        """(mu m e/r³) (p b u + q c n) and (mu m e/r³) p q/(D E T), with e = (h/r)².
+        """Force (mu m e/r³) (p b u + q c n) and torque (mu m e/r³) p q/(D E T), with e = (h/r)².
 
-        In the words of docs/effects/gravity.md: x = e X, D² = 1 + x, 2 E² = 1 + e + D, T = E² - e, and so
-        B = 1 - 1/(D E) = e b, C = 1 - E/(T D) = e c. The factor e is taken out by hand: b and c are of order 1,
-        nothing small is a difference, and an expression stands in few places:
+        In the notation of docs/effects/gravity.md: x = e X, D² = 1 + x, 2 E² = 1 + e + D, T = E² - e, and so B = 1 -
+        1/(D E) = e b, C = 1 - E/(T D) = e c. The factor e is extracted by hand: b and c are of order 1, no small number
+        is a difference, and each expression occurs in few places:
 
             b = (X + D² (1 + X/(1+D))/2)/(D E (D E + 1)),   c = (T (X/(1+D)/2 - 1/2 + X T) - 1)/(T D (T D + E)).
         """
@@ -74,7 +74,7 @@ class ExudynSlender(ExudynLoad):
 
 @final
 class ExudynOblateness(ExudynLoad):
-    """J2 of the central body, in its equatorial plane."""
+    """Oblateness J2 of the central body, in its equatorial plane."""
 
     def __init__(self, scene: Scene) -> None:
         flat = scene.effects.oblateness
@@ -84,7 +84,7 @@ class ExudynOblateness(ExudynLoad):
         self.mass, self.inertia = scene.chain.mass_kg, scene.chain.inertia_kg_m2
 
     def load(self, bar: int, view: InertialView, _numbers: Sequence[Number], math: Any) -> Extra:
-        """-3 B m Z/r⁵; 15 B J p q/r⁷; (15 B J/2r⁷) (Z + 2 p u - 7 c² Z)."""
+        """Force -3 B m Z/r⁵ + (15 B J/2r⁷) (Z + 2 p u - 7 c² Z) and torque 15 B J p q/r⁷."""
         r5 = fifth(view.square_m2, math)
         pull = -3.0 * self.b * self.mass[bar] / r5
         fx, fy = pull * view.x_m, pull * view.y_m
@@ -99,7 +99,7 @@ class ExudynOblateness(ExudynLoad):
 
 @final
 class ExudynThirdBody(ExudynLoad):
-    """A body on a circle: its pull on a bar less that on the central body, by Encke's q."""
+    """A body on a circle: its gravity on a bar less that on the central body, by Encke's q."""
 
     width = 2
 
@@ -113,7 +113,10 @@ class ExudynThirdBody(ExudynLoad):
         return directions_of(self.frame, at_s, self.body.longitude_rad + self.body.rate_rad_s * at_s)
 
     def load(self, bar: int, view: InertialView, numbers: Sequence[Number], math: Any) -> Extra:
-        """-(mu_b m/D³) (Z + (Z - X) c) with c = (1+q)^(-3/2) - 1 and q = Z·(Z - 2X)/D²; the bar's second moment."""
+        """Force -(mu_b m/D³) (Z + (Z - X) c), and the load on the bar's second moment.
+
+        Here c = (1+q)^(-3/2) - 1 and q = Z·(Z - 2X)/D².
+        """
         far = self.body.distance_m
         bx, by = (far * n for n in numbers)
         q = (view.x_m * (view.x_m - 2.0 * bx) + view.y_m * (view.y_m - 2.0 * by)) / far**2
@@ -131,22 +134,22 @@ class ExudynThirdBody(ExudynLoad):
 
 
 def has_moment(gravity: Gravity) -> bool:
-    """Whether a field pulls on a bar's second moment, and not only turns it."""
+    """Whether a field exerts a force on a bar's second moment besides a torque."""
     return gravity.turns and gravity.has_potential
 
 
 def fifth(square: Number, math: Any) -> Number:
-    """r⁵ of r²."""
+    """Fifth power r⁵ from r²."""
     return square * square * math.sqrt(square)
 
 
 def moment_force(strength: Number, power: float, view: InertialView) -> Vector:
-    """Strength times (2 p u + Z - power c² Z)."""
+    """Force `strength` times (2 p u + Z - power c² Z)."""
     p = view.along_m
     radial = 1.0 - power * (p * p) / view.square_m2
     return strength * (2.0 * p * view.cosine + radial * view.x_m), strength * (2.0 * p * view.sine + radial * view.y_m)
 
 
 def relative_to(view: InertialView, x_m: Number, y_m: Number) -> InertialView:
-    """Same bar, its place counted from another one."""
+    """The same bar with its position relative to another point."""
     return dataclasses.replace(view, x_m=view.x_m - x_m, y_m=view.y_m - y_m)

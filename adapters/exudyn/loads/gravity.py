@@ -1,12 +1,12 @@
-"""What acts on a bar, written once for Exudyn's symbolic numbers and for NumPy arrays.
+"""Gravity and frame forces on a bar, in one form for Exudyn's symbolic numbers and for NumPy arrays.
 
-In the rotating frame on a Kepler orbit (radius r, rate w, k = mu/r³), a bar at (x, y) is accelerated by
+In the rotating frame on a Kepler orbit (radius r, rate w, k = mu/r³), a bar at (x, y) has the acceleration
 
     2 w y' + w' y + k ((e cos f - c) x - c r),   -2 w x' - w' x + k (e cos f - c) y,
 
-where c = (1+q)^(-3/2) - 1 with q = ((2r + x) x + y²)/r² is Encke's, and w² - k = k e cos f is Kepler's
-orbit: the large terms (870 N a bar) are gone before any number is formed. A symbolic expression is
-evaluated once for each place it stands in, so `c` is written down as seldom as can be.
+where c = (1+q)^(-3/2) - 1 with q = ((2r + x) x + y²)/r² is Encke's, and w² - k = k e cos f holds on Kepler's orbit. The
+large terms (870 N a bar) cancel analytically. Exudyn evaluates a symbolic expression once for each occurrence, so `c`
+occurs in as few places as possible.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LoadedBar:
-    """What loads need to know of a bar."""
+    """Mass properties of a bar for its loads."""
 
     mass_kg: float
     inertia_kg_m2: float = 0.0
@@ -56,7 +56,7 @@ def encke(q: Number, sqrt: Callable[[Number], Number]) -> tuple[Number, Number]:
 
 
 def absolute_load(bar: LoadedBar, mu_m3_s2: float, m: BarMotion, sqrt: Callable[[Number], Number]) -> Load:
-    """Gravity on a bar whose place is counted from the centre of the body."""
+    """Gravity on a bar in absolute coordinates."""
     r2 = m.x_m * m.x_m + m.y_m * m.y_m
     cube = r2 * sqrt(r2)
     pull = -mu_m3_s2 * bar.mass_kg / cube
@@ -67,15 +67,15 @@ def absolute_load(bar: LoadedBar, mu_m3_s2: float, m: BarMotion, sqrt: Callable[
 
 
 def gradient_torque(strength: Number, across: Number, m: BarMotion, fifth: Number) -> Number:
-    """3 mu J sin(phi) cos(phi)/rho³ by eq. (17), corrected in sign: towards the radial.
+    """Torque 3 mu J sin(phi) cos(phi)/rho³ by eq. (17) with its sign corrected: towards the radial direction.
 
     Parameters
     ----------
     strength : number
-        3 mu J in the unit that `fifth` leaves.
+        3 mu J in the unit of `fifth`.
     across : number
-        Radial component of the bar's place: its x from the centre of the body.
-    m : Motion
+        Radial component of the bar's position: its x from the centre of the body.
+    m : BarMotion
     fifth : number
         rho⁵ in that unit.
     """

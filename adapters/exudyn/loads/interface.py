@@ -1,4 +1,4 @@
-"""What an effect is to Exudyn's loads: something to add to a bar's, of its view and of numbers of time."""
+"""Interface of an effect's load on a bar in Exudyn: a function of the bar's view and of numbers of time."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ if TYPE_CHECKING:
 
 
 class ExudynLoad(ABC):
-    """One effect."""
+    """Load of one effect."""
 
     width = 0
-    """How many numbers of time it asks for"""
+    """Number of time-dependent numbers of the load"""
 
     def given(self, at_s: Array, inside_s: Array) -> Array:
-        """Those numbers, (k, width), see :data:`adapters.exudyn.timetable.Given`."""
+        """Values of these numbers, (k, width), see :data:`adapters.exudyn.timetable.Given`."""
         del inside_s
         return np.empty((len(at_s), 0))
 
     def acts_on(self, bar: int) -> bool:
-        """Whether it acts on `bar`, counted from 0."""
+        """Whether the effect acts on `bar`, counted from 0."""
         del bar
         return True
 
@@ -43,10 +43,10 @@ class ExudynLoad(ABC):
         ----------
         bar : int
             Counted from 0.
-        view : View
+        view : InertialView
         numbers : sequence of `width` numbers
         math : module
-            With sqrt, exp, sign and abs for what the numbers are: numpy, or Exudyn's symbolic.
+            With sqrt, exp, sign and abs for these numbers: numpy, or Exudyn's symbolic.
         """
 
 

@@ -1,4 +1,4 @@
-"""All that acts on the bars of a scene, put together: the frame's own load and one for each effect called for."""
+"""Sum of the loads on the bars of a scene: the frame's own load and one for each effect."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Loading:
     """Loads on bars in one frame."""
 
     def __init__(self, scene: Scene, frame: ReferenceFrame) -> None:
-        """Compose what the scene calls for."""
+        """Assemble the loads of the scene."""
         chain, gravity = scene.chain, scene.effects.gravity
         turned = gravity in BY_TORQUE
         self.bars = [LoadedBar(m, j, turned) for m, j in zip(chain.mass_kg, chain.inertia_kg_m2, strict=True)]
@@ -47,27 +47,27 @@ class Loading:
 
     @property
     def width(self) -> int:
-        """How many numbers of time the effects ask for."""
+        """Number of time-dependent numbers of the effects."""
         return sum(self.widths)
 
     def given(self, at_s: Array, inside_s: Array) -> Array:
-        """Those numbers, (k, width)."""
+        """Values of these numbers, (k, width)."""
         return np.concatenate([part.given(at_s, inside_s) for part in self.parts], axis=1)
 
     def acts_on(self, bar: int) -> bool:
-        """Whether anything acts on `bar`."""
+        """Whether any load acts on `bar`."""
         return self.framed or any(effect.acts_on(bar) for effect in self.effects)
 
     def on(self, bar: int, m: BarMotion, orbit: OrbitNumbers | None, numbers: Sequence[Number], math: Any) -> Extra:
-        """Sum of the loads on a bar that something acts on.
+        """Sum of the loads on a bar with at least one load.
 
         Parameters
         ----------
         bar : int
             Counted from 0.
-        m : Motion
+        m : BarMotion
         orbit : OrbitNumbers or None
-            Of the frame that turns with an orbit.
+            Orbit of a rotating frame.
         numbers : sequence of `width` numbers
         math : module
             numpy, or Exudyn's symbolic.
@@ -91,7 +91,7 @@ class Loading:
 
 
 def effects_of(scene: Scene, frame: ReferenceFrame) -> list[ExudynLoad]:
-    """Effects on bars beside point-mass gravity, its gradient's torque and the frame's own forces."""
+    """Effects on bars besides point-mass gravity, its gradient's torque and the frame's own forces."""
     effects = scene.effects
     found: list[ExudynLoad] = []
     if effects.gravity is Gravity.QUADRUPOLE:
@@ -115,6 +115,6 @@ def sum_of_loads(a: Extra, b: Extra) -> Extra:
 
 
 def split(numbers: Sequence[Number], widths: list[int]) -> list[Sequence[Number]]:
-    """Cut into pieces of given widths."""
+    """Split into parts of given widths."""
     ends = np.cumsum([0, *widths]).tolist()
     return [numbers[a:b] for a, b in itertools.pairwise(ends)]

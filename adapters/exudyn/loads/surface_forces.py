@@ -1,4 +1,4 @@
-"""Air and light on the faces of flat bars."""
+"""Drag and light on the faces of flat bars."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @final
 class ExudynDrag(ExudynLoad):
-    """Free-molecular drag in an exponential atmosphere that turns."""
+    """Free-molecular drag in an exponential atmosphere that rotates."""
 
     def __init__(self, scene: Scene) -> None:
         drag = scene.effects.drag
@@ -29,7 +29,7 @@ class ExudynDrag(ExudynLoad):
         self.length = scene.chain.length_m
 
     def load(self, bar: int, view: InertialView, _numbers: Sequence[Number], math: Any) -> Extra:
-        """Integrals along the bar, as docs/effects/drag.md gives them."""
+        """Integrals along the bar, as in docs/effects/drag.md."""
         length = self.length[bar]
         second, fourth = length**3 / 12.0, length**5 / 80.0
         t, v = self.wind(view)
@@ -43,12 +43,12 @@ class ExudynDrag(ExudynLoad):
         return *view.body(along, across), torque
 
     def wind(self, view: InertialView) -> tuple[Number, Number]:
-        """Velocity of a bar's centre against the air, along the bar and across it, m/s."""
+        """Velocity of a bar's centre relative to the air, along the bar and normal to it, m/s."""
         turning = self.drag.rotation_rad_s
         return view.fixed(view.vx_m_s + turning * view.y_m, view.vy_m_s - turning * view.x_m)
 
     def density(self, view: InertialView, math: Any) -> Number:
-        """kg/m³ at the bar's centre; the height by the quotient that does not cancel."""
+        """Density in kg/m³ at the bar's centre; the altitude is a quotient without cancellation."""
         square = view.square_m2
         height = (square - self.radius**2) / (math.sqrt(square) + self.radius)
         return self.drag.density_kg_m3 * math.exp(height * (-1.0 / self.drag.scale_height_m))
@@ -56,7 +56,7 @@ class ExudynDrag(ExudynLoad):
 
 @final
 class ExudynSunlight(ExudynLoad):
-    """Sunlight all the time: force only, even along the bar."""
+    """Sunlight without shadow: a force, uniform along the bar."""
 
     width = 2
 
@@ -72,7 +72,7 @@ class ExudynSunlight(ExudynLoad):
         return directions_of(self.frame, at_s, self.sun.sun_longitude_rad + self.sun.sun_rate_rad_s * at_s)
 
     def load(self, bar: int, view: InertialView, numbers: Sequence[Number], math: Any) -> Extra:
-        """-P b l |n·s| ((1 - rho) s + 2 rho (n·s) n)."""
+        """Force -P b l |n·s| ((1 - rho) s + 2 rho (n·s) n)."""
         x, y = numbers
         _, facing = view.fixed(x, y)
         even = self.push[bar] * math.abs(facing)

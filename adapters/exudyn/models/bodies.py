@@ -12,7 +12,7 @@ from adapters.exudyn.models.model import Model
 
 
 class RedundantModel(Model):
-    """Rigid bodies with three coordinates each; joints hold them by multipliers."""
+    """Rigid bodies with three coordinates each, and joints with multipliers."""
 
     inside_degree = 0
 

@@ -1,4 +1,4 @@
-"""The chain as an Exudyn system: the loads, the clock and the sensors that all models share."""
+"""The chain as an Exudyn system: loads, clock and sensors of all models."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class InitialCoordinates:
 
 
 def initial_coordinates(scene: Scene, axes: FrameAxes, *, absolute: bool) -> InitialCoordinates:
-    """See the initial state of `scene` from `axes`, one instant of a frame."""
+    """Initial state of `scene` in `axes`, one instant of a frame."""
     s = initial_state(scene)
     place, motion = s.position_m, s.velocity_m_s
     if absolute:
@@ -52,10 +52,10 @@ def initial_coordinates(scene: Scene, axes: FrameAxes, *, absolute: bool) -> Ini
 
 
 class Model(ABC):
-    """An assembled system with its sensors; keeps alive what Exudyn only refers to."""
+    """An assembled system with its sensors; it holds references to all objects that Exudyn uses."""
 
     inside_degree: int
-    """Degree of the orbit's numbers within a step: 0 where loads are evaluated at its end only."""
+    """Degree of the orbital quantities within a step: 0 where loads are evaluated at its end only."""
 
     def __init__(self, scene: Scene, steps: Steps, *, absolute: bool) -> None:
         self.scene, self.steps, self.absolute = scene, steps, absolute
@@ -82,24 +82,24 @@ class Model(ABC):
         """Add bars, joints, loads and sensors."""
 
     def history(self, sensor: Any) -> Array:
-        """Read what a sensor stored at the samples, (n, 1 + width), time first."""
+        """Stored samples of a sensor, (n, 1 + width), time first."""
         segments = self.stored.get(sensor.GetIndex())
         return np.concatenate(segments) if segments else self._stored_now(sensor)
 
     def store_segment(self, samples: Callable[[int], Array]) -> None:
-        """Keep what the sensors stored, which the next run of the solver clears.
+        """Store the sensors' readings, which the next run of the solver clears.
 
         Parameters
         ----------
         samples : callable
-            Of the number of rows stored: which of them are samples, (rows,).
+            From the number of stored rows to a mask of those that are samples, (rows,).
         """
         for sensor in self.sensors_added:
             rows = self._stored_now(sensor)
             self.stored.setdefault(sensor.GetIndex(), []).append(rows[samples(len(rows))])
 
     def add_sensor(self, sensor: Any) -> Any:
-        """Add a sensor that keeps its samples in memory."""
+        """Add a sensor that stores its samples in memory."""
         index = self.mbs.AddSensor(sensor)
         self.sensors_added.append(index)
         return index
@@ -109,17 +109,17 @@ class Model(ABC):
         return rows
 
     def close(self) -> None:
-        """Free the system: symbolic functions leak without it."""
+        """Free the system; its symbolic functions would leak otherwise."""
         self.mbs.Reset()
 
     def load(self, bar: int, m: BarMotion, t_s: Any) -> Extra:
-        """Load on a bar, of symbolic numbers."""
+        """Symbolic load on a bar."""
         orbit = None if self.clock is None else self.clock.numbers(t_s)
         numbers = [] if self.timetable is None else self.timetable.numbers(t_s)
         return self.loading.on(bar, m, orbit, numbers, self.symbolic)
 
     def add_load(self, bar: int, ground: Any, marker: Any) -> None:
-        """Let all loads on a bar act on the body of `marker`, between it and the ground."""
+        """Apply all loads of a bar to the body of `marker`, between the body and the ground."""
         if not self.loading.acts_on(bar):
             return
         connector = "ObjectConnectorRigidBodySpringDamper"
@@ -135,7 +135,7 @@ class Model(ABC):
         )
 
     def load_function(self, bar: int) -> Callable[..., list[Any]]:
-        """Return the user function of a bar's load; a connector pulls back, hence the signs."""
+        """User function of a bar's load; a connector's force acts in the opposite direction, hence the signs."""
 
         def pull(
             _mbs: Any,
@@ -165,7 +165,7 @@ class Model(ABC):
         return self.mbs.AddMarker(items().MarkerBodyRigid(bodyNumber=ground))
 
     def sense_node(self, node: Any, what: Any) -> Any:
-        """Add a sensor on a node; it keeps its samples in memory."""
+        """Add a sensor on a node; it stores its samples in memory."""
         return self.add_sensor(
             items().SensorNode(nodeNumber=node, outputVariableType=what, storeInternal=True, writeToFile=False)
         )
@@ -190,7 +190,7 @@ class Model(ABC):
             self.mbs.SetPreStepUserFunction(self._tick)
 
     def _tick(self, _mbs: object, t_s: float) -> bool:
-        """Before each step: Exudyn's preStepUserFunction, which gets the step's end."""
+        """Exudyn's preStepUserFunction, called before each step with the step's end."""
         for table in self.tables:
             table.tick(t_s)
         return True

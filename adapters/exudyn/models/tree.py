@@ -1,8 +1,8 @@
-"""The chain as Exudyn's ObjectKinematicTree: minimal coordinates, no multipliers, reactions recovered.
+"""The chain as Exudyn's ObjectKinematicTree: minimal coordinates, no multipliers, reactions from momentum.
 
-Coordinates as in :mod:`adapters.common.joint_coordinates`, in the frame's axes.
-The reaction is what each bar's momentum lacks: R_j = R_{j-1} + m_j a_j - F_j, with the acceleration that
-Exudyn itself gives at the end of a step and the load that it was given. Nothing is solved again.
+Coordinates as in :mod:`adapters.common.joint_coordinates`, in the frame's axes. The reaction is the remainder of each
+bar's balance of momentum: R_j = R_{j-1} + m_j a_j - F_j, with Exudyn's own acceleration at the end of a step and the
+applied load. No system is solved again.
 """
 
 from __future__ import annotations
@@ -81,13 +81,13 @@ class TreeModel(Model):
 
 
 class FrozenOrbitTreeModel(TreeModel):
-    """For a run so brief that the orbit stands still: a polynomial through equal numbers would fit their rounding."""
+    """Model for a very short run with a constant orbit: a polynomial through equal numbers would fit their rounding."""
 
     inside_degree = 0
 
 
 def tree_readings(model: TreeModel, q: Array, q_t: Array, q_tt: Array) -> tuple[SensorReadings, Array]:
-    """Return what a tree's sensors saw, and the reaction left at the free end, (n,) N: round-off."""
+    """Readings of a tree's sensors, and the remaining reaction at the free end, (n,) N: round-off."""
     chain = model.scene.chain
     length = np.array(chain.length_m)
     readings = SensorReadings(
@@ -104,7 +104,7 @@ def tree_readings(model: TreeModel, q: Array, q_t: Array, q_tt: Array) -> tuple[
 
 
 def forces(model: TreeModel, readings: SensorReadings) -> Array:
-    """Return the forces on the bars at the samples, (n, N, 2), by the expressions that Exudyn evaluates."""
+    """Forces on the bars at the samples, (n, N, 2), by Exudyn's expressions."""
     loading, frame, t = model.loading, model.frame, model.scene.times_s[: len(readings.angle_rad)]
     orbit = OrbitNumbers(*orbit_given(frame.orbit)(t, t).T) if isinstance(frame, OrbitFrame) else None
     # at a jump, what was just before it
@@ -118,6 +118,6 @@ def forces(model: TreeModel, readings: SensorReadings) -> Array:
 
 
 def motion_of(readings: SensorReadings, bar: int) -> BarMotion:
-    """Samples of one bar."""
+    """Motion of one bar at the samples."""
     (x, y), (vx, vy), angle = readings.position_m[:, bar].T, readings.velocity_m_s[:, bar].T, readings.angle_rad[:, bar]
     return BarMotion(x, y, vx, vy, np.cos(angle), np.sin(angle), readings.rate_rad_s[:, bar])

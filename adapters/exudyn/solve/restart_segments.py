@@ -1,8 +1,8 @@
-"""A run in pieces, from one jump of what acts to the next.
+"""A run in segments, from one jump of the loads to the next.
 
-The trapezoidal rule and generalized-alpha carry the accelerations of one step's end into the next step. Where a
-thrust starts or ends these are not the same, so that the run ends there, and begins anew from the state reached with
-accelerations found for what acts from then on. An explicit method keeps nothing, and needs no pieces.
+The trapezoidal rule and generalized-alpha use the accelerations at one step's end in the next step. Where a thrust
+starts or ends these differ. The run therefore ends there, and restarts from its state with accelerations of the new
+loads. An explicit method has no such memory, and needs no segments.
 """
 
 from __future__ import annotations
@@ -29,23 +29,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RestartSegments:
-    """A run's steps, divided."""
+    """Segments of a run's steps."""
 
     steps: Steps
     per_sample: int
     """Steps from sample to sample"""
     boundaries: tuple[int, ...]
-    """Steps at whose ends pieces start and end, 0 and the last one included"""
+    """Steps at whose ends segments start and end, 0 and the last one included"""
 
     @property
     def stride(self) -> int:
-        """Steps from one stored row to the next: samples and marks are among them."""
+        """Steps from one stored row to the next; samples and boundaries are among the rows."""
         return math.gcd(self.per_sample, *self.boundaries)
 
     def samples(self, first: int, rows: int) -> Array:
-        """Whether each of `rows` stored in the piece from step `first` is a sample.
+        """Whether each of `rows` stored in the segment from step `first` is a sample.
 
-        At a mark it is the piece before that shows what the sample is: the motion just before the jump.
+        At a boundary the earlier segment gives the sample: the motion just before the jump.
         """
         step = first + self.stride * np.arange(rows)
         chosen: Array = (step % self.per_sample == 0) & ((step > first) | (first == 0))
@@ -53,13 +53,13 @@ class RestartSegments:
 
 
 def segments_of(scene: Scene, steps: Steps, method: Method) -> RestartSegments:
-    """Pieces of a run; one only, where nothing jumps."""
+    """Segments of a run; a single one without jumps."""
     boundaries = [] if method.explicit else jump_steps(scene, steps)
     return RestartSegments(steps, steps.count // (scene.run.samples - 1), (0, *boundaries, steps.count))
 
 
 def run_segments(model: Model, segments: RestartSegments, settings: Any, method: Method) -> bool:
-    """Run one piece after the other; whether the last one got to its end."""
+    """Run one segment after the other; return whether the last one reached its end."""
     h = segments.steps.size_s
     settings.solution.sensors.writePeriod = segments.stride * h * (1.0 - SAMPLE_SLACK)
     time = settings.timeIntegration
@@ -75,7 +75,7 @@ def run_segments(model: Model, segments: RestartSegments, settings: Any, method:
 
 
 def resume(model: Model, step: int) -> None:
-    """Start from the state reached, with what acts after the end of `step`."""
+    """Start from the current state, with the loads after the end of `step`."""
     kinds, data = exu().ConfigurationType, model.mbs.systemData
     data.SetSystemState(data.GetSystemState(kinds.Current), kinds.Initial)
     for table in model.tables:
