@@ -120,7 +120,9 @@ class Engine(ABC):
         lacking = sorted(scene.effects.names - cls.effects)
         if not lacking:
             return None
-        return "; ".join(dict.fromkeys(cls.unsupported_reasons.get(name, f"does not carry {name}") for name in lacking))
+        return "; ".join(
+            dict.fromkeys(cls.unsupported_reasons.get(name, f"does not support {name}") for name in lacking)
+        )
 
     @classmethod
     def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:

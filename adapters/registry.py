@@ -13,7 +13,7 @@ from scenarios import nearest
 if TYPE_CHECKING:
     from adapters.engine import Engine
 
-ENTRY_POINT_GROUP = "barchain.engines"  # third parties register here; ours are in the dict below
+ENTRY_POINT_GROUP = "barchain.engines"  # for third parties; barchain's own engines are in the dict below
 
 
 class UnknownEngineError(KeyError):
@@ -69,7 +69,7 @@ class Registration:
             return None
         if importlib.util.find_spec(self.module or self.requires) is None:
             return f"{self.requires} is not installed; try: {self.install}"
-        return None  # one that is there but does not import is found out in its worker
+        return None  # a failing import of an installed distribution is reported by the worker
 
     @property
     def version(self) -> str:
@@ -163,5 +163,5 @@ def find_engine(name: str) -> Registration:
     """
     known = engines()
     if name not in known:
-        raise UnknownEngineError(f"{name}: no such engine{nearest(name, known)}; there are: {', '.join(known)}")
+        raise UnknownEngineError(f"{name}: no such engine{nearest(name, known)}; available: {', '.join(known)}")
     return known[name]

@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from scenarios import Scene
 
-RTOL = 100.0 * np.finfo(float).eps  # the least SciPy takes
-GRAIN = 1e-15  # of radius and speed, in one step: below it rounding decides
+RTOL = 100.0 * np.finfo(float).eps  # SciPy's smallest
+GRAIN = 1e-15  # absolute tolerance relative to radius and speed: rounding dominates below it
 STEPS_PER_RADIAN = 16.0  # measured, at that tolerance: 12 to 17 on circular and eccentric orbits
 ROUNDINGS = 8.0  # measured: 1 after a circular orbit, up to 3.3 after five eccentric ones
-BETWEEN = 2e-13  # of radius and speed: SciPy's interpolation within a step; measured up to 9e-14
+BETWEEN = 2e-13  # error of SciPy's interpolation relative to radius and speed; measured up to 9e-14
 
 
 def free_fall(scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
@@ -58,7 +58,7 @@ def integrated_orbit(scene: Scene, start: InitialState, t_s: Array) -> tuple[Arr
     atol = GRAIN * np.repeat([scene.radius0_m, 2.0 * np.pi * scene.radius0_m / scene.step_period_s], 2)
     found = solve_ivp(particle(scene), (t_s[0], t_s[-1]), y0, method="DOP853", t_eval=t_s, rtol=RTOL, atol=atol)
     if not found.success:
-        raise EngineError(f"the frame's origin is lost: {found.message}")
+        raise EngineError(f"the integration of the frame's origin failed: {found.message}")
     return found.y[:2].T, found.y[2:].T
 
 

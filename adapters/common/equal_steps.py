@@ -10,7 +10,7 @@ from adapters.engine import AccuracyParameter, AccuracySweep, Setting
 if TYPE_CHECKING:
     from scenarios import Scene
 
-WHOLE = 1e-9  # a step count this near to a whole one is that one
+WHOLE = 1e-9  # distance up to which a step count is the next integer
 
 
 def steps_between_samples(scene: Scene, steps_per_orbit: float) -> int:

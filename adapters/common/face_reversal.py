@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from scenarios import Drag, Scene, SolarPressure
 
-FEWEST = 2  # samples that there is something between
+FEWEST = 2  # samples
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def first_reversal(scene: Scene, motion: Trajectory, *, between: bool = False) -
             k, bar = found[0]
             return (
                 f"bar {bar + 1} turns its other face to {incidence.towards} between t = {t_s[k]:.6g} s and "
-                f"{t_s[k + 1]:.6g} s: equal steps pass over that instant"
+                f"{t_s[k + 1]:.6g} s, within one of the equal steps"
             )
     return None
 

@@ -35,7 +35,7 @@ POINT_PART: dict[Gravity, GravityModel] = {
     Gravity.SLENDER: "point",
 }
 """Model of the central body's gravity in the reference; the remainder of a model is an effect of its own"""
-LONGITUDE_ITERATIONS = 50  # the fixed point contracts by the chain's size over its radius, 1e-5 in the paper's scenes
+LONGITUDE_ITERATIONS = 50  # contraction by the chain's size over its radius, 1e-5 in the paper's scenes
 
 
 @dataclass(frozen=True)

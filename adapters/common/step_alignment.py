@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from scenarios import Impulse, Scene
 
-SLACK = 1e-9  # of half a sample interval: an instant this near to a step's end is on it
+SLACK = 1e-9  # relative to half a sample interval: distance up to which an event coincides with a step's end
 
 
 def misalignment(scene: Scene) -> str | None:
@@ -20,7 +20,7 @@ def misalignment(scene: Scene) -> str | None:
     for t in inner_events_s(scene):
         if abs(t / half - round(t / half)) > SLACK:
             return (
-                f"a jump at t = {t:g} s: equal steps would straddle it; "
+                f"an event at t = {t:g} s is not supported: equal steps would straddle it; "
                 f"allowed: at a sample or midway between two, multiples of {half:g} s"
             )
     return None

@@ -4,13 +4,15 @@ Formulation: `ObjectRigidBody2D` and `ObjectJointRevolute2D`; the joints' multip
 is an `ObjectKinematicTree` without constraints; the balance of momentum along the chain gives its reactions.
 Coordinates: a frame on the Kepler orbit, in which forces are of the size of those on a bar (`exudyn`, `exudyn-index3`,
 `exudyn-tree`), or absolute inertial coordinates (`exudyn-absolute`, `exudyn-absolute-index3`), in which multipliers
-lose digits. Integrators: trapezoidal rule at index 2 (order 2), generalized-alpha at index 3 (order 2), RK67 for the
-tree (order 6); equal steps. Accuracy parameter: steps per orbit.
+lose digits.
+Integrators: trapezoidal rule at index 2 (order 2), generalized-alpha at index 3 (order 2), RK67 for the tree (order 6);
+equal steps.
+Accuracy parameter: steps per orbit.
 
 Supported: all gravity models, oblateness, third bodies, drag, solar pressure without shadow, joint springs and dampers,
-thrusts; prescribed rotations except by the tree. Not supported: impulses, the shadow's edge, bars that turn their other
-face to the wind or the Sun, thrust tables with corners inside a step, and thrusts that start or end during a run with
-prescribed rotations.
+thrusts; prescribed rotations except by the tree.
+Not supported: impulses, the shadow's edge, bars that turn their other face to the wind or the Sun, thrust tables with
+corners inside a step, and thrusts that start or end during a run with prescribed rotations.
 
 Traps: Newton's tolerances must be absolute and in the scene's units. Index 2 differences (C_q q')_q, whose increment
 must be scaled. A run that stops early reports success. In absolute coordinates Newton accepts torques whose error turns

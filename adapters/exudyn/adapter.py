@@ -30,14 +30,14 @@ PUSHES = frozenset({"drag", "solar_pressure", "joint_spring_damper", "thrust.bod
 SUPPORTED = GRAVITY | FIELDS | PUSHES
 PRESCRIBED = frozenset(f"prescribed_rotation.{w}" for w in ("inertial", "local_horizontal", "external", "joint"))
 UNSUPPORTED = {
-    "solar_pressure.shadow": "solar_pressure.shadow: equal steps can't meet the shadow's edge, found in the motion",
-    "impulse": "impulse: Exudyn has no jump of velocities in which joints hold",
+    "solar_pressure.shadow": "solar_pressure.shadow is not supported: equal steps straddle the shadow's edge",
+    "impulse": "impulse is not supported: Exudyn has no jump of velocities under closed joints",
 }
 RESTARTED = (
-    "thrust: it starts or ends within the run, which divides it; beside a prescribed rotation Exudyn finds wrong "
-    "accelerations where a piece begins"
+    "thrust with a prescribed rotation is not supported: the run restarts where the thrust starts or ends, "
+    "and Exudyn computes wrong accelerations there"
 )
-BRIEF = 1e-12  # of a step: a run so short that the state stays where it was to the last digit
+BRIEF = 1e-12  # duration over a step: a run so short that the state does not change in its last digit
 
 
 class ExudynRedundant(ExudynEngine):
@@ -80,7 +80,7 @@ class ExudynRedundant(ExudynEngine):
         n, bars = q.shape[:2]
         reaction = stacked(m, m.reactions)[..., :2] if m.reactions else np.empty((n, bars - 1, 2))
         torque = -stacked(m, m.torques)[..., 0] if m.torques else np.empty((n, 0))
-        if self.start_forces is not None:  # sensors show zeros at t = 0 where multipliers were supplied
+        if self.start_forces is not None:  # sensors store zeros at t = 0 where the multipliers are given
             joints, prescribed = np.split(self.start_forces.multipliers, [2 * (bars - 1)])
             reaction[0], torque[0] = joints.reshape(-1, 2), -prescribed
         return SensorReadings(q[..., :2], v[..., :2], q[..., 2], v[..., 2], reaction, torque), {}
@@ -146,7 +146,7 @@ class ExudynTree(ExudynEngine):
     model: TreeModel
     unsupported_reasons: ClassVar[dict[str, str]] = UNSUPPORTED | dict.fromkeys(
         sorted(PRESCRIBED),
-        "prescribed rotation: Exudyn's explicit solvers take no constraints beside a kinematic tree",
+        "prescribed rotation is not supported: Exudyn's explicit solvers accept no constraint on a kinematic tree",
     )
 
     @classmethod
@@ -172,7 +172,7 @@ class ExudynTree(ExudynEngine):
         model = FrozenOrbitTreeModel(self.scene, brief, absolute=False)
         try:
             if not solver_of(self.method).SolveSystem(model.mbs, settings_of(brief, 2, self.method)):
-                raise EngineError("Exudyn: no accelerations at t = 0")
+                raise EngineError("Exudyn: the solver failed to compute the accelerations at t = 0")
             return model.history(model.sensors[2])[-1, 1:]
         finally:
             model.close()

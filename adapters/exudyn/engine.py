@@ -21,8 +21,11 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 OBSERVED = frozenset({Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION})
-OFF_STEP = "thrust: t = {:g} s of its table is neither a sample nor half way between two; equal steps would straddle it"
-START_TOLERANCE = 1e-12  # rad, and of the largest coordinate: the first sample must be the state given
+OFF_STEP = (
+    "thrust table not supported: equal steps would straddle its instant t = {:g} s, "
+    "which is neither a sample nor midway between two"
+)
+START_TOLERANCE = 1e-12  # rad, and relative to the largest coordinate, between the first sample and the initial state
 
 
 class ExudynEngine(Engine):
@@ -95,7 +98,7 @@ class ExudynEngine(Engine):
         turns = face_reversal.first_reversal(self.scene, found)
         if turns:
             raise UnsupportedMotionError(f"Exudyn: {turns}")
-        loose = Observable.GAP in self.observables  # places of the bars are coordinates, which joints may leave open
+        loose = Observable.GAP in self.observables  # the bars' positions are coordinates, so that joints may have gaps
         return found.replace(
             gap_m=gaps(self.scene, readings) if loose else None,
             position_m=places(self.scene, axes, readings) if loose else None,
@@ -109,7 +112,7 @@ class ExudynEngine(Engine):
         if not good.all():
             raise EngineError(f"Exudyn: the state is not finite at t = {t[int(np.argmin(good))]:.6g} s")
         if whole and (not self.finished or used != self.scene.run.samples):
-            raise EngineError(f"Exudyn: the solver gave up after t = {t[used - 1]:.6g} s of {t[-1]:.6g} s")
+            raise EngineError(f"Exudyn: the solver stopped after t = {t[used - 1]:.6g} s of {t[-1]:.6g} s")
         start = self.model.start
         off = np.abs(readings.position_m[0] - start.position_m).max() / (
             np.abs(start.position_m).max() + self.scene.size_m

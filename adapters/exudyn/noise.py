@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from scenarios import Scene
 
-DIFFERENCING = 1e-8  # Exudyn's relative step in (C_q q')_q, of `minimumCoordinateSize` or of the coordinate
-TRANSIENT = 4.0  # of h w times the chain's inertia forces: first multipliers of index 3, measured up to 2
-TREE_ROUNDINGS = 16.0  # a handful for each entry of the tree's mass matrix
-ELIMINATION = 2.0  # roundings of the mass matrix's largest entry: one on the way down, one on the way back
+DIFFERENCING = 1e-8  # Exudyn's increment in (C_q q')_q relative to `minimumCoordinateSize` or the coordinate
+TRANSIENT = 4.0  # error of index 3's first multipliers over h w times the chain's inertia forces; measured up to 2
+TREE_ROUNDINGS = 16.0  # a few for each entry of the tree's mass matrix
+ELIMINATION = 2.0  # roundings of the mass matrix's largest entry: one in elimination, one in back substitution
 DISPLACED_ACCELERATION = (
     7.0  # of a constant push along the orbit: the largest acceleration against the frame, 4 cos(nt) - 3
 )
@@ -75,7 +75,7 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
     return {
         "reaction": force + transient,
         "torque": (force + transient) * length,
-        # what one step of the transient gives to the chain
+        # change of the chain's rates by one step of the transient
         "rate": residual + transient * step_s / (mass * scene.size_m) + wrong_rate,
         "attitude": turned,
         "gap": ACCUMULATION * method.residual_N,

@@ -49,7 +49,7 @@ def landing(scene: Scene, axes: FrameAxes, readings: SensorReadings) -> int | No
 
     Exudyn does not stop at the surface, and the samples below it have no meaning.
     """
-    with np.errstate(invalid="ignore", over="ignore"):  # what a run does below the surface is nobody's concern
+    with np.errstate(invalid="ignore", over="ignore"):  # numbers below the surface may overflow
         below = np.flatnonzero(least_distance(scene, axes, readings) <= scene.central_body.radius_m)
     return int(below[0]) if len(below) else None
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from adapters.heyoka.structure import Numbers, Structure
 
-KEPT = 64  # compiled codes kept by a process; one takes some megabytes
+KEPT = 64  # compiled codes in a process's cache; one takes some megabytes
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
 Symbol = Any
 """A heyoka expression, or a number"""
-A_X, A_Y, TURN, MOTOR, ONE = range(5)  # what affine functions are linear in: a, w', the torque of joint 1's motor, 1
+A_X, A_Y, TURN, MOTOR, ONE = range(5)  # coefficients of affine functions: of a, w', the torque of joint 1's motor, 1
 
 
 def affine(**parts: Symbol) -> Any:
@@ -234,7 +234,7 @@ def start(first: ArticulatedBar, *, motor: bool) -> tuple[tuple[Symbol, Symbol],
     if not motor:
         det = a[A_X] * b[A_Y] - a[A_Y] * b[A_X]
         return ((a[A_Y] * b[one] - b[A_Y] * a[one]) / det, (b[A_X] * a[one] - a[A_X] * b[one]) / det), 0.0
-    # the torque on bar 1 that Euler asks for is the motor's own
+    # the torque on bar 1 in Euler's law is the motor's own
     found = cramer([a, b, first.torque - affine(motor=1.0)])
     return (found[0], found[1]), found[2]
 

@@ -17,7 +17,7 @@ from adapters.heyoka.structure import LAW_PARAMETERS, Numbers, parameters_of, st
 from adapters.heyoka.units import units_of
 from adapters.trajectory import Trajectory
 
-MOST_MODE_CHANGES = 100_000  # in one stretch
+MOST_MODE_CHANGES = 100_000  # in one segment
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array
@@ -165,7 +165,7 @@ class HeyokaRun:
             self.solver.pars[:] = parameters[: len(self.solver.pars)]
             found = self.solver.propagate_grid(marks)
             self.steps += int(found[3])
-            new = found[-1][1:] if states else found[-1]  # after a switch the first is the switch itself
+            new = found[-1][1:] if states else found[-1]  # after a mode change the first row is the event itself
             states.append(new)
             given.append(np.tile(parameters, (len(new), 1)))
             self.check_outcome(found[0], new)
@@ -176,7 +176,7 @@ class HeyokaRun:
                 return parameters
             self.mode_changes_s.append(float(self.solver.time) * self.units.time_s)
             marks = np.array([self.solver.time, *left])
-        raise EngineError(f"bars turned their faces more than {MOST_MODE_CHANGES} times: they stay on edge")
+        raise EngineError(f"heyoka: more than {MOST_MODE_CHANGES} mode changes in one segment: a bar stays edge-on")
 
     def store(self, states: Numbers, given: Numbers) -> None:
         """Store the samples of a segment."""
@@ -198,7 +198,7 @@ class HeyokaRun:
             self.landed = self.solver.time
             return
         at_s = float(self.solver.time) * self.units.time_s
-        raise EngineError(f"heyoka gave up at t = {at_s:.6g} s: {str(outcome).rpartition('.')[2]}")
+        raise EngineError(f"heyoka stopped at t = {at_s:.6g} s: {str(outcome).rpartition('.')[2]}")
 
     def trajectory(self) -> Trajectory:
         """Samples, rounded to double at the very end."""

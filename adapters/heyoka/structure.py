@@ -112,7 +112,7 @@ def may_land(scene: Scene) -> bool:
     if perturbs_orbit(scene):
         return True
     if scene.effects.gravity is Gravity.NONE:
-        return False  # without gravity a horizontal start only leads away
+        return False  # without gravity a horizontal injection leads away from the surface
     square = scene.orbit.speed_factor**2
     perigee_m = scene.radius0_m if square >= 1.0 else scene.radius0_m * square / (2.0 - square)
     return perigee_m - 2.0 * scene.size_m <= scene.central_body.radius_m

@@ -1,6 +1,6 @@
 """MuJoCo adapter: joint coordinates in a freely falling frame, MuJoCo's RK4.
 
-Reactions are MuJoCo's inner forces: `cfrc_int` of a body is what its parent exerts on it.
+Reactions are MuJoCo's internal forces: `cfrc_int` of a body is its parent's force on the body.
 """
 
 from __future__ import annotations
@@ -26,8 +26,10 @@ if TYPE_CHECKING:
     from adapters.mujoco.effects import AppliedEffects
     from scenarios import Scene
 
-NO_PRESCRIBED_ROTATION = "prescribed rotation: MuJoCo's constraints are soft, so that none holds a law of angle exactly"
-NO_SHADOW = "solar_pressure.shadow: equal steps straddle the shadow's edge, where the light jumps"
+NO_PRESCRIBED_ROTATION = (
+    "prescribed rotation is not supported: MuJoCo's constraints are soft and do not hold a bar to its law exactly"
+)
+NO_SHADOW = "solar_pressure.shadow is not supported: equal steps straddle the shadow's edge, where the light jumps"
 
 
 @final
@@ -101,7 +103,7 @@ class Mujoco(Engine):
         except LandedError:
             self.landed_s = float(data.time)
         except (ArithmeticError, ValueError) as error:
-            raise EngineError(f"the chain was lost at t = {data.time:.6g} s: {error}") from error
+            raise EngineError(f"MuJoCo: the run failed at t = {data.time:.6g} s: {error}") from error
 
     @property
     def last_step(self) -> int:

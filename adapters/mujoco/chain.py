@@ -32,7 +32,7 @@ def model_of(chain: Chain, dt_s: float) -> Any:
     spec = mj.MjSpec()
     body, left_m = spec.worldbody, 0.0
     for j, (mass, length, inertia) in enumerate(zip(chain.mass_kg, chain.length_m, chain.inertia_kg_m2, strict=True)):
-        # a thin rod's inertia about all its axes: MuJoCo refuses 0 along it, and in the plane only one counts
+        # a thin rod's inertia about all axes: MuJoCo rejects 0 along the rod, and plane motion depends on one only
         body = body.add_body(
             pos=[left_m, 0.0, 0.0],
             mass=mass,

@@ -87,8 +87,8 @@ class AppliedEffects:
         faces = [effect.faces(frame, places, rates) for effect in self.effect_loads.faced]
         if self.faces is not None and faces != self.faces:
             raise UnsupportedMotionError(
-                f"a bar turned its other face to the air or the Sun at t = {frame.t_s:.6g} s: "
-                "a slope jumps there, and equal steps straddle it"
+                f"a bar turns its other face to the air or the Sun at t = {frame.t_s:.6g} s, within one of the equal "
+                "steps; the slope of the load jumps there"
             )
         self.faces = faces
 

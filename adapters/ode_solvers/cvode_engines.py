@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from adapters.ode_solvers.driver import Problem
     from adapters.trajectory import Array
 
-MOST_STEPS = 10_000_000  # between two samples: its own limit of 500 is a guard against runs too long, and so is ours
+MOST_STEPS = 10_000_000  # between two samples; CVODE's default of 500 is too small for long intervals
 
 
 class CvodeSurfaceEvent:
@@ -68,11 +68,11 @@ class CvodeSolver:
             raise EngineError(f"CVODE, {self.method}: {found.message}")
         steps = (
             problem.event_calls - event_calls - 1 - len(instants_s)
-        )  # it looks at the start, after each step and at each instant
-        alone = len(instants_s) == 1  # it then shows every step of its own, the last of them at the instant
+        )  # CVODE calls the event at the start, after each step and at each instant
+        alone = len(instants_s) == 1  # CVODE then returns every step of its own, the last of them at the instant
         if found.t_events is None:
             return SolvedSegment(found.y[-1:] if alone else found.y[1:], None, steps, int(found.njev))
-        reached = found.y[:0] if alone else found.y[1:-1]  # the last one is the event's
+        reached = found.y[:0] if alone else found.y[1:-1]  # the last row is the event's
         return SolvedSegment(reached, float(found.t_events[0]), steps, int(found.njev))
 
 

@@ -100,7 +100,7 @@ def drive(
         If the solver fails, or its state is not finite.
     """
     if not np.isfinite([problem.y0, problem.rhs(t_s[0], problem.y0)]).all():
-        raise EngineError("the initial state or its rate is not finite")  # solvers would look for a step for ever
+        raise EngineError("the initial state or its rate is not finite")  # solvers would search a step without end
     rows, y, stopped, steps, jacobians = [problem.y0], problem.y0, None, 0, 0
     slack = BREAK_SLACK * (t_s[-1] - t_s[0])
     for start, end in stretches(t_s, breaks_s):

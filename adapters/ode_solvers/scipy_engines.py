@@ -29,7 +29,7 @@ class ScipyRK45(ScipyEngine):
         AccuracyParameter.RTOL,
         (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11),
         default=1e-8,
-        finer_rtol=0.01,  # on paper/fig05 the errors at 1e-8 and 1e-9 differ by a factor of 2 only, and are no estimate
+        finer_rtol=0.01,  # on paper/fig05 the errors at 1e-8 and 1e-9 differ by a factor of 2 only: no error estimate
     )
 
 

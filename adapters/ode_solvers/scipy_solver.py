@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
 
 Method = Literal["RK45", "DOP853", "Radau", "LSODA"]
-RTOL_FLOOR = 100.0 * np.finfo(float).eps  # the least SciPy takes: below it warns and takes this
+RTOL_FLOOR = 100.0 * np.finfo(float).eps  # SciPy replaces smaller values by this one, with a warning
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,9 @@ class ScipySolver:
             words = dict.fromkeys([str(w.message) for w in said] + [str(found.message)])
             raise EngineError(f"{self.method}: {' '.join(words)}")
         stopped = float(found.t_events[0][0]) if found.t_events and found.status == 1 else None
-        steps = problem.event_calls - event_calls - 1  # it looks once at the start and once after each step
+        steps = (
+            problem.event_calls - event_calls - 1
+        )  # SciPy calls the event once at the start and once after each step
         return SolvedSegment(found.y.T, stopped, steps, int(found.njev))
 
 

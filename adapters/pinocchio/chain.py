@@ -68,8 +68,8 @@ class PinocchioChain:
         self.effect_loads = chain_loads(scene, self.loads, free_falling=True)
         self.beside = perturbing_fields(scene)
         self.bars = bars_of(chain)
-        self.inside_s = 0.0  # an instant between the two jumps that the states asked for are between
-        self.forces = pin.StdVec_Force()  # one for each joint: of a shorter list Pinocchio reads what lies behind it
+        self.inside_s = 0.0  # an instant within the current segment between events
+        self.forces = pin.StdVec_Force()  # one for each joint: Pinocchio reads beyond the end of a shorter list
         for _ in range(self.model.njoints):
             self.forces.append(pin.Force.Zero())
         self.no_torques, self.row = np.zeros(self.width), np.zeros(6)
@@ -144,14 +144,14 @@ class PinocchioChain:
         after = state.copy()
         after[4 + self.width :] += jump
         found = self.joint_forces(q, rest, jump)
-        for j in range(len(self.bars)):  # what no load overwrites would go on acting
+        for j in range(len(self.bars)):  # without a new load the impulse would act as a force
             self.forces[FIRST + j] = self.pin.Force.Zero()
         return after, found
 
     def joint_forces(self, q: Array, q_t: Array, q_tt: Array) -> Array:
         """Force on each bar from the next, (N-1, 2), N, at the loads last applied."""
         self.pin.rnea(self.model, self.data, q, q_t, q_tt, self.forces)
-        # what bar j exerts on bar j + 1, in the axes of that one
+        # force of bar j on bar j + 1, in the axes of bar j + 1
         joint_forces = np.array([self.data.f[FIRST + j].linear[:2] for j in range(1, len(self.bars))]).reshape(-1, 2)
         along, across = directions(angles(q[None])[0, 1:])
         found: Array = -(joint_forces[:, :1] * along + joint_forces[:, 1:] * across)

@@ -33,8 +33,11 @@ if TYPE_CHECKING:
 
 NOISE_GRAINS = 8.0  # measured: at most 6.3 in reactions (1.4 rms), less in rates, dt 0.005 to 0.3 s
 
-NO_PRESCRIBED_ROTATION = "pymunk's motors hold a rate with a limited impulse, they do not follow a law of angle"
-NO_SHADOW = "solar_pressure.shadow: equal steps straddle the shadow's edge, where the light jumps"
+NO_PRESCRIBED_ROTATION = (
+    "prescribed rotation is not supported: pymunk's motors hold a rate with a limited impulse "
+    "and do not follow a law of the angle"
+)
+NO_SHADOW = "solar_pressure.shadow is not supported: equal steps straddle the shadow's edge, where the light jumps"
 
 
 class PymunkEngine(Engine):
@@ -57,8 +60,8 @@ class PymunkEngine(Engine):
         needed = sweeps(scene.chain)
         if needed > MOST_SWEEPS:
             return (
-                f"{scene.bars} bars of these masses: pymunk's iterative joints would need {needed} sweeps "
-                f"in each step to hold, allowed: {MOST_SWEEPS} "
+                f"{scene.bars} bars of these masses are not supported: pymunk's iterative joints would need {needed} "
+                f"sweeps in each step; allowed: {MOST_SWEEPS} "
                 "(about 57 equal bars, fewer with light bars between heavy ones)"
             )
         return super().unsupported(scene) or misalignment(scene)
@@ -125,7 +128,9 @@ class PymunkEngine(Engine):
             self.effect_loads = StepLoads(effect_loads)
         self.jumps = events_by_step(scene, self.dt_s)
         if any((step + 1) % self.every == 0 for step in self.jumps):
-            raise EngineError("one step from a jump to a sample, allowed: two or more; ask for twice the steps")
+            raise EngineError(
+                "a sample is one step after an event; at least two steps are required: request twice the steps"
+            )
         self.impulse_N_s: Array = np.zeros((scene.bars - 1, 2))
         self.impulses: list[Array] = []
 
@@ -158,7 +163,7 @@ class PymunkEngine(Engine):
         except LandedError:
             self.ended = f"a bar reached the surface at t = {t_s[step]:.6f} s"
         except (ArithmeticError, ValueError) as error:
-            raise EngineError(f"the chain was lost at t = {t_s[step]:.6g} s: {error}") from error
+            raise EngineError(f"pymunk: the run failed at t = {t_s[step]:.6g} s: {error}") from error
 
     @property
     def last_step(self) -> int:
@@ -271,7 +276,7 @@ class Pymunk(PymunkEngine):
 
     @staticmethod
     def farthest_m(scene: Scene) -> float:
-        """Bars stay within the chain's length of the frame's origin, but for what drives the chain off it."""
+        """Bars stay within the chain's length of the frame's origin, plus the drift by nongravitational forces."""
         if not scene.effects.more:
             return scene.size_m
         from adapters.bar_loads.drift_bound import drift_bound_m
@@ -296,7 +301,7 @@ class PymunkAbsolute(PymunkEngine):
 
     @staticmethod
     def farthest_m(scene: Scene) -> float:
-        """Far apsis of a bound orbit; else what the initial speed, the greatest, can reach."""
+        """Apoapsis of a bound orbit; else the distance at the initial, greatest speed."""
         r0, beta2 = scene.radius0_m, scene.orbit.speed_factor**2
         if scene.bound:
             return r0 * max(1.0, beta2 / (2.0 - beta2))

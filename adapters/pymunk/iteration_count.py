@@ -11,10 +11,10 @@ from scipy.linalg import eigvalsh_tridiagonal
 if TYPE_CHECKING:
     from scenarios.scene import Chain, Scene
 
-SWEEPS_LEAVE = 0.05  # of an error of the impulses after a step's sweeps; the joints burst from about 0.5 on
+SWEEPS_LEAVE = 0.05  # remaining share of an error of the impulses after a step; the joints separate from about 0.5
 FEWEST_SWEEPS = 8
 MOST_SWEEPS = 1000  # of a step: about 57 equal bars, at a millisecond or two for each step
-SMALLEST_TURN = 1e-6  # rad in a step: what is left of less is below the rounding of places
+SMALLEST_TURN = 1e-6  # rad in a step: the remaining errors of smaller changes are below the rounding of positions
 COLD_START_FACTOR = 12  # more sweeps, to round-off, while the cached impulses are no start for the next ones
 SETTLED_STEPS = 3
 """Steps until the cached impulses are a good start for the next ones. The first half step has none. pymunk does not

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from scenarios.scene import Chain
 
-WIDEST_GAP = 0.1  # of the shortest bar; wider, either the joints burst or a bar turns by half a radian in a step
+WIDEST_GAP = 0.1  # over the shortest bar; beyond, the joints separate or a bar turns by half a radian in a step
 
 
 class ChainSpace:
@@ -197,7 +197,7 @@ class ChainSpace:
             a, b = joint.a.local_to_world(joint.anchor_a), joint.b.local_to_world(joint.anchor_b)
             widest = max(widest, math.hypot(b[0] - a[0], b[1] - a[1]))
         if widest > WIDEST_GAP * 2.0 * min(self.half_m):
-            raise ArithmeticError(f"the ends of a joint are {widest:.3g} m apart")
+            raise ArithmeticError(f"the two bar ends at a joint are {widest:.3g} m apart")
 
     def places(self) -> Rows:
         """Place (m) and angle (rad) of each bar."""

@@ -48,7 +48,7 @@ class StepLoads:
         self.steps += 1
         if step == 0:
             return now
-        ahead = 1.0 if step == 1 else 0.5  # of what was gained in the last half step, or whole step
+        ahead = 1.0 if step == 1 else 0.5  # share of the last change: half a step, later a whole one
         return [
             (vx + ahead * (vx - ux), vy + ahead * (vy - uy), w + ahead * (w - u))
             for (vx, vy, w), (ux, uy, u) in zip(now, before, strict=True)

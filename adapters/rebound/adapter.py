@@ -49,23 +49,24 @@ if TYPE_CHECKING:
     PlaneState = tuple[float, float, float, float]
 
 LOOSEST_IAS15 = 3e-7  # rtol above which WHFast runs
-EPSILON_AT = (1e-12, 1e-9)  # an rtol, and its epsilon: IAS15's default, good for it at eccentricity 0.8 too
-EPSILON_POWER = 7.0 / 15.0  # steps go as epsilon^(1/7), the error of an orbit as their 15th power
+EPSILON_AT = (1e-12, 1e-9)  # an rtol and its epsilon, IAS15's default, sufficient at eccentricity 0.8 too
+EPSILON_POWER = 7.0 / 15.0  # steps vary as epsilon^(1/7), the error of an orbit as their 15th power
 WHFAST_STEPS_PER_ORBIT = 64
-FIRST_STEP = 1e-3  # of the period; IAS15 finds its own at once
+FIRST_STEP = 1e-3  # relative to the period; IAS15 adapts it immediately
 LANDING_SLACK_S = 1e-9  # accuracy of the instant at which the surface is reached
 
 GRAZING = (
-    "REBOUND moves a particle, which passes {:.4g} m above the surface: whether a bar touches is told by its angle"
+    "REBOUND moves a particle, which passes {:.4g} m above the surface: "
+    "the bars' attitude decides whether the chain touches it"
 )
-ATTITUDE_DEPENDENT = "REBOUND moves a particle, and {} a chain by how its bars are turned"
+ATTITUDE_DEPENDENT = "REBOUND moves a particle without attitude and does not support {}"
 ATTITUDE_EFFECTS = {
     "drag": "drag",
     "solar_pressure": "sunlight",
     "solar_pressure.shadow": "sunlight",
     "thrust.body": "a thrust that turns with its bar",
 }
-BODY_IMPULSE = "a blow along a bar's own axes"
+BODY_IMPULSE = "an impulse along a bar's own axes"
 
 
 def perigee_height_m(scene: Scene) -> float:
@@ -76,11 +77,10 @@ def perigee_height_m(scene: Scene) -> float:
     return perigee_m(body.mu_m3_s2, start.com_m, start.com_velocity_m_s) - body.radius_m
 
 
-def attitude_dependence(thrust_forces: list[str]) -> str:
-    """Reason why a particle does not support these forces."""
-    *most, last = thrust_forces
-    named = f"{', '.join(most)} and {last} push" if most else f"{last} pushes"
-    return ATTITUDE_DEPENDENT.format(named)
+def attitude_dependence(effects: list[str]) -> str:
+    """Reason why a particle does not support these effects."""
+    *most, last = effects
+    return ATTITUDE_DEPENDENT.format(f"{', '.join(most)} or {last}" if most else last)
 
 
 class ParticleState(NamedTuple):
@@ -267,13 +267,15 @@ class Rebound(Engine):
         self.check()
         after = self.state(self.track)
         if not after.finite or after.t <= before.t:
-            raise EngineError(f"REBOUND lost the particle after t = {before.t:.6g} s")
+            raise EngineError(
+                f"REBOUND: the particle's state is not finite, or time stands still, after t = {before.t:.6g} s"
+            )
         return after
 
     def check(self) -> None:
         """Raise an error where a force failed."""
         if self.failed:
-            raise EngineError(f"REBOUND's callback failed: {self.failed[0]!r}") from self.failed[0]
+            raise EngineError(f"REBOUND: a force failed: {self.failed[0]!r}") from self.failed[0]
 
     def read(self) -> Trajectory:
         """Return the centre of mass at the samples."""

@@ -84,7 +84,7 @@ def thrust_forces(thrust: Thrust, mass_kg: float, within_s: float) -> list[Force
         If the thrust turns with a bar.
     """
     if thrust.axes is not Axes.INERTIAL:
-        raise ValueError("a particle has no bar for a thrust to turn with")
+        raise ValueError("REBOUND's particle has no attitude: thrust must have a fixed direction")
     pieces = zip(thrust.times_s, thrust.times_s[1:], thrust.force_N, thrust.force_N[1:], strict=False)
     c, s = math.cos(thrust.direction_rad) / mass_kg, math.sin(thrust.direction_rad) / mass_kg
 

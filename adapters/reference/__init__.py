@@ -1,13 +1,15 @@
 """barchain's own engines: relative coordinates in NumPy and compiled, and absolute coordinates in NumPy.
 
 Formulation: equations of motion in the bars' angles, with reactions from a tridiagonal system for the joints; see
-`reference_impl`. Coordinates: centre of mass and angles (`reference`, `reference-fast`), or positions and velocities of
-all bars relative to the centre of the central body (`reference-absolute`), which shows the round-off of absolute
-coordinates. Integrator: Dormand and Prince's method of order 8 with error control, restarted at events; Radau's method
-where springs or dampers are stiff. Accuracy parameter: `rtol`.
+`reference_impl`.
+Coordinates: centre of mass and angles (`reference`, `reference-fast`), or positions and velocities of all bars relative
+to the centre of the central body (`reference-absolute`), which shows the round-off of absolute coordinates.
+Integrator: Dormand and Prince's method of order 8 with error control, restarted at events; Radau's method where springs
+or dampers are stiff.
+Accuracy parameter: `rtol`.
 
-Supported: every effect of a scene. They locate the instant at which a bar reaches the surface. Requirement: numba, for
-`reference-fast` alone, which compiles its code for the effects of a scene.
+Supported: every effect of a scene. The engines locate the instant at which a bar reaches the surface.
+Requirement: numba, for `reference-fast` alone, which compiles its code for the effects of a scene.
 
 Trap: these engines share their equations with the reference solution, and so are no independent check of the physics.
 """

@@ -29,7 +29,7 @@ EVERYTHING = frozenset(
     | {"oblateness", "third_body", "drag", "solar_pressure", "solar_pressure.shadow", "joint_spring_damper"}
     | {"thrust.body", "thrust.inertial", "impulse"}
 )
-FEW_STEPS = 10.0  # largest component against the norm that a step is held by, and what is read off between steps
+FEW_STEPS = 10.0  # largest component over the norm of step control, and interpolation between steps
 
 
 class SimulationRun(Protocol):
@@ -77,7 +77,7 @@ class ReferenceEngine(Engine):
         """Observables at the samples."""
         try:
             h = self.prepared.history(self.seen, condition=self.condition)
-        except np.linalg.LinAlgError as error:  # where they are looked at, reactions are refined, and may not settle
+        except np.linalg.LinAlgError as error:  # the refinement of reactions at samples may not converge
             raise EngineError(str(error)) from error
         info: dict[str, float | str] = {"steps": h.steps, "evaluations": h.evaluations, "method": h.method}
         if h.landed_s is not None:
@@ -145,7 +145,7 @@ class ReferenceAbsolute(ReferenceNumPy):
         steps, lever = np.sqrt(1.0 + w * t_s), 0.5 * min(scene.chain.length_m) / math.sqrt(scene.bars)
         rate = place * w * np.maximum(steps, FEW_STEPS) / lever
         turn = FEW_STEPS * place / lever
-        force = 2.0 * scene.mass_kg * max(scene.chain.length_m) * w * rate  # centrifugal forces answer to rates
+        force = 2.0 * scene.mass_kg * max(scene.chain.length_m) * w * rate  # centrifugal forces follow the rates
         return {
             "com": place * steps * (1.0 + w * t_s),
             "com_velocity": place * w * steps,

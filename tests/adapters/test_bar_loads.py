@@ -290,7 +290,7 @@ def test_the_frame_falls_with_the_plain_inertial_fields(name):
     assert allowed < 0.1 * abs(beside)
 
 
-def test_jumps_fall_on_steps_ends_or_are_refused():
+def test_events_coincide_with_ends_of_steps_or_are_rejected():
     scene = load_scene("effects/thrust_table")
     assert misalignment(scene) is None
     assert events_by_step(scene, 2.5) == {round(t / 2.5): () for t in (105.0, 295.0, 405.0, 605.0, 815.0, 1105.0)}

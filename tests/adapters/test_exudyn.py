@@ -198,12 +198,12 @@ def test_an_engine_that_gives_up_says_so_in_one_line(
 ) -> None:
     monkeypatch.setattr(solver_module, "FLOOR", 0.0)
     monkeypatch.setattr(solver_module, "RESIDUAL_FRACTION", 0.0)
-    with pytest.raises(EngineError, match=r"^Exudyn: the solver gave up after t = .* s$"):
+    with pytest.raises(EngineError, match=r"^Exudyn: the solver stopped after t = .* s$"):
         run(Exudyn, shortened("paper/fig05", 0.1, 3), 100)
     assert capfd.readouterr() == ("", "")
 
 
-def test_the_tree_refuses_prescribed_rotations_with_a_reason() -> None:
+def test_the_tree_rejects_prescribed_rotations_with_a_reason() -> None:
     assert "constraint" in (ExudynTree.unsupported(load_scene("paper/fig17")) or "")
     assert all(engine.unsupported(load_scene("paper/fig17")) is None for engine in ENGINES[:4])
 

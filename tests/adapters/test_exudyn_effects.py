@@ -323,7 +323,7 @@ def test_a_thrusts_size_is_that_of_the_line_it_is_asked_for() -> None:
     assert [round(i * steps.size_s, 6) for i in jump_steps(scene, steps)] == [105.0, 405.0, 815.0, 1105.0]
 
 
-def test_what_equal_steps_cannot_meet_is_refused_with_a_reason() -> None:
+def test_events_within_equal_steps_are_rejected_with_a_reason() -> None:
     for engine in ENGINES:
         assert "edge" in (engine.unsupported(load_scene("effects/solar_shadow")) or "")
         assert "impulse" in (engine.unsupported(load_scene("effects/impulse")) or "")

@@ -182,7 +182,7 @@ def test_a_state_that_is_no_number_is_told_and_not_returned():
     scene = varied("basics/two_bars_free")
     run = HeyokaRun(scene, scene.times_s, DOUBLE, 1e-12)
     run.start[4] = np.nan
-    with pytest.raises(EngineError, match="heyoka gave up"):
+    with pytest.raises(EngineError, match="heyoka stopped"):
         run.walk()
 
 

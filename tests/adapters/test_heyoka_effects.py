@@ -296,9 +296,9 @@ def test_a_thrusts_table_adds_its_integral_to_momentum_and_spin():
 
 
 def impulse_sum(laws=()):
-    """Two blows at one instant on a bent chain, its state before and after, and the impulsive reactions."""
-    blows = (Impulse(2, End.RIGHT, Axes.BODY, 1.9, 3.0, 200.0), Impulse(1, End.LEFT, Axes.INERTIAL, 0.4, -2.0, 200.0))
-    scene = scene_of(Effects(Gravity.POINT, prescribed_rotation=laws, impulse=blows), **PAIR)
+    """Two impulses at one instant on a bent chain, its state before and after, and the impulsive reactions."""
+    applied = (Impulse(2, End.RIGHT, Axes.BODY, 1.9, 3.0, 200.0), Impulse(1, End.LEFT, Axes.INERTIAL, 0.4, -2.0, 200.0))
+    scene = scene_of(Effects(Gravity.POINT, prescribed_rotation=laws, impulse=applied), **PAIR)
     run = HeyokaRun(scene, scene.times_s, QUAD, 1e-15)
     run.solver.state[:] = run.start
     run.apply_impulses(run.working(200.0), run.parameters)
@@ -306,14 +306,14 @@ def impulse_sum(laws=()):
     after = np.array(run.solver.state).astype(float)
     jump = (np.array(run.solver.state) - run.start).astype(float)
     impulses = []
-    for blow in blows:
+    for blow in applied:
         at = blow.direction_rad + (after[4 + blow.bar - 1] if blow.axes is Axes.BODY else 0.0)
         impulses.append((blow, blow.impulse_N_s * np.array([math.cos(at), math.sin(at)])))
     reaction = run.impulse_sum.astype(float) * units.force * units.time_s
     return scene, jump[2:4] * units.length_m / units.time_s, jump[4 + n :] / units.time_s, reaction, impulses
 
 
-def test_blows_keep_each_bars_momentum_and_spin_and_the_joints_closed():
+def test_impulses_keep_each_bars_momentum_and_spin_and_the_joints_closed():
     scene, track, spin, reaction, impulses = impulse_sum()
     model, angle = chain_model(scene), initial_state(scene).angle_rad
     jump = track + relative_velocities(model, angle, spin)
@@ -332,7 +332,7 @@ def test_blows_keep_each_bars_momentum_and_spin_and_the_joints_closed():
 
 @pytest.mark.parametrize("actuator", list(Actuator))
 @pytest.mark.parametrize("frame", list(Frame))
-def test_a_prescribed_bar_keeps_the_rate_of_its_law_through_blows(frame, actuator):
+def test_a_prescribed_bar_keeps_the_rate_of_its_law_through_impulses(frame, actuator):
     law = PrescribedRotation(2, 0.5, 100.0, 50.0, frame, actuator)
     scene, track, spin, reaction, impulses = impulse_sum((law,))
     model, begun = chain_model(scene), initial_state(scene)

@@ -221,16 +221,16 @@ def test_a_thrusts_table_is_a_polynomial_in_empty_space():
     ("name", "words"),
     [("drag", "drag"), ("solar_shadow", "sunlight"), ("thrust", "turns with its bar"), ("impulse", "bar's own axes")],
 )
-def test_what_pushes_by_attitude_is_refused_with_the_reason(name, words):
+def test_forces_that_depend_on_attitude_are_rejected_with_the_reason(name, words):
     reason = Rebound.unsupported(load_scene(f"effects/{name}"))
     assert "moves a particle" in reason
     assert words in reason
 
 
-def test_all_that_a_particle_can_not_feel_is_refused_in_one_sentence():
+def test_all_unsupported_forces_are_rejected_in_one_sentence():
     assert Rebound.unsupported(load_scene("effects/everything")) == (
-        "REBOUND moves a particle, and drag, sunlight and a thrust that turns with its bar push a chain by how "
-        "its bars are turned"
+        "REBOUND moves a particle without attitude and does not support drag, sunlight or a thrust that turns with "
+        "its bar"
     )
 
 

@@ -107,7 +107,7 @@ def forces(model: TreeModel, readings: SensorReadings) -> Array:
     """Forces on the bars at the samples, (n, N, 2), by Exudyn's expressions."""
     loading, frame, t = model.loading, model.frame, model.scene.times_s[: len(readings.angle_rad)]
     orbit = OrbitNumbers(*orbit_given(frame.orbit)(t, t).T) if isinstance(frame, OrbitFrame) else None
-    # at a jump, what was just before it
+    # at an event, the values just before it
     half_s = 0.5 * model.steps.size_s
     numbers = list(loading.given(t, np.maximum(t - half_s, half_s)).T) if loading.width else []
     found = np.zeros_like(readings.position_m)

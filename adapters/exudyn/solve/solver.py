@@ -14,12 +14,12 @@ from adapters.exudyn.timetable import Steps
 if TYPE_CHECKING:
     from scenarios import Scene
 
-SAMPLE_SLACK = 1e-7  # of a sample interval: the summed time falls short of a sample by its round-off
-# Of the least bar's inertia forces. On paper/fig05 1e-6 shows in the angles, 1e-8 in their last digits; 1e-10
-# and less change nothing (index 2 in the moving frame; index 3 asks for it at 10000 steps per orbit).
+SAMPLE_SLACK = 1e-7  # relative to a sample interval: Exudyn's summed time falls short of a sample by round-off
+# Relative to the smallest bar's inertia forces. On paper/fig05 1e-6 changes the angles, 1e-8 their last digits, 1e-10
+# and less nothing (index 2 in the moving frame; index 3 needs 1e-10 at 10000 steps per orbit).
 RESIDUAL_FRACTION = 1e-10
-# Of the largest force or velocity, 45 units in the last place. On paper/fig05 in absolute coordinates 1.3e-15
-# of the velocity is still reached, 1.7e-16 is not, and Newton gives up.
+# Relative to the largest force or velocity: 45 units in the last place. On paper/fig05 in absolute coordinates Newton's
+# method reaches 1.3e-15 of the velocity and fails at 1.7e-16.
 FLOOR = 1e-14
 POSITION_FLOOR = 1e-15  # of a position, for joints held at position level
 DIFFERENCE_FRACTION = 1e-2  # of a bar: least coordinate by which Exudyn's numerical derivatives step

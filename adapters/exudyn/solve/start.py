@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from scenarios import Scene
 
-FRACTION = 0.25  # of the run's step: short, yet not so short that Newton's tolerance over it shows
+FRACTION = 0.25  # relative to the run's step: short, yet long enough for Newton's tolerance over the step to be small
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def euler_step(make: Callable[[Steps], Model], step: Steps, method: Method) -> S
         alpha.useNewmark = alpha.useIndex2Constraints = True
         alpha.newmarkGamma, alpha.newmarkBeta = 1.0, 0.5
         if not solver_of(method).SolveSystem(model.mbs, settings):
-            raise EngineError("Exudyn: Newton gave up on the accelerations at t = 0")
+            raise EngineError("Exudyn: Newton's method failed for the accelerations at t = 0")
         data = model.mbs.systemData
         return StartForces(np.array(data.GetODE2Coordinates_tt()), np.array(data.GetAECoordinates()))
     finally:
