@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from adapters.bar_loads.gravity import Loads
-    from adapters.bar_loads.interface import BarLoad, BarProperties, FrameState, Load, Place, Rate
+    from adapters.bar_loads.interface import BarLoad, BarPosition, BarProperties, BarRate, FrameState, Load
     from scenarios import Scene
 
 SUPPORTED = frozenset({
@@ -33,7 +33,9 @@ class ChainLoads:
         self.of_rates = any(effect.of_rates for effect in effects)
         self.faced = [effect for effect in effects if isinstance(effect, FaceDependentLoad)]
 
-    def __call__(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate] = ()) -> list[Load]:
+    def __call__(
+        self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate] = ()
+    ) -> list[Load]:
         """Load of each bar; `rates` may be omitted unless `of_rates`.
 
         Raises
@@ -41,11 +43,11 @@ class ChainLoads:
         LandedError
             If a bar touches the surface.
         """
-        parts = [effect(frame, places, rates) for effect in self.effects]
+        parts = [effect(frame, positions, rates) for effect in self.effects]
         if self.pulls:
             self.gravity.move_to(frame.x, frame.y)
             load = self.gravity.load
-            parts.append([load(x, y, a, half) for (x, y, a), half in zip(places, self.halves, strict=True)])
+            parts.append([load(x, y, a, half) for (x, y, a), half in zip(positions, self.halves, strict=True)])
         return [
             (sum(ax for ax, _, _ in loads), sum(ay for _, ay, _ in loads), sum(spin for _, _, spin in loads))
             for loads in zip(*parts, strict=True)

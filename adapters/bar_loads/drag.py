@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.bar_loads.interface import BarProperties, FrameState, Load, Place, Rate
+    from adapters.bar_loads.interface import BarPosition, BarProperties, BarRate, FrameState, Load
     from scenarios import Drag
 
 
@@ -22,17 +22,19 @@ class DragLoad:
         self.bars, self.drag = list(zip(bars, drag.width_m, strict=True)), drag
         self.reference_m = radius_m + drag.altitude_m
 
-    def __call__(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[Load]:
         """Load of each bar."""
         r0 = hypot(frame.x, frame.y)
         return [
-            self.load(frame, r0, place, rate, bar, width)
-            for place, rate, (bar, width) in zip(places, rates, self.bars, strict=True)
+            self.load(frame, r0, position, rate, bar, width)
+            for position, rate, (bar, width) in zip(positions, rates, self.bars, strict=True)
         ]
 
-    def load(self, frame: FrameState, r0: float, place: Place, rate: Rate, bar: BarProperties, width: float) -> Load:
+    def load(
+        self, frame: FrameState, r0: float, position: BarPosition, rate: BarRate, bar: BarProperties, width: float
+    ) -> Load:
         """Load of one bar; the frame's origin is `r0` m from the centre of the body."""
-        (x, y, angle), (vx, vy, w), drag = place, rate, self.drag
+        (x, y, angle), (vx, vy, w), drag = position, rate, self.drag
         px, py, c, s = frame.x + x, frame.y + y, cos(angle), sin(angle)
         r = hypot(px, py)
         higher = ((frame.x + px) * x + (frame.y + py) * y) / (r + r0)  # r - r0
@@ -49,10 +51,10 @@ class DragLoad:
         torque = k * drag.normal_coefficient * (2.0 * i2 * across * w - kappa * square)
         return (tangent * c - normal * s) / bar.mass, (tangent * s + normal * c) / bar.mass, torque / bar.inertia
 
-    def faces(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[bool]:
+    def faces(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[bool]:
         """Face of each bar that is exposed to the air."""
         turn = self.drag.rotation_rad_s
         return [
             cos(a) * (frame.vy + vy - turn * (frame.x + x)) > sin(a) * (frame.vx + vx + turn * (frame.y + y))
-            for (x, y, a), (vx, vy, _) in zip(places, rates, strict=True)
+            for (x, y, a), (vx, vy, _) in zip(positions, rates, strict=True)
         ]

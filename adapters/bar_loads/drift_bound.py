@@ -17,7 +17,7 @@ def drift_bound_m(scene: Scene) -> float:
     leads to (3/2) t² + 4 t/n times that acceleration.
     """
     t, n = scene.run.duration_s, 2.0 * math.pi / scene.step_period_s
-    gained = math.fsum(abs(blow.impulse_N_s) for blow in scene.effects.impulse) / scene.mass_kg
+    gained = math.fsum(abs(impulse.impulse_N_s) for impulse in scene.effects.impulse) / scene.mass_kg
     return gained * (3.0 * t + 4.0 / n) + largest_acceleration_m_s2(scene) * t * (1.5 * t + 4.0 / n)
 
 

@@ -87,5 +87,5 @@ def orbit_noise(scene: Scene, t_s: Array) -> dict[str, float | Array]:
         return {}
     turned = 2.0 * np.pi * t_s / scene.step_period_s
     walk = ROUNDINGS * np.finfo(float).eps * np.sqrt(1.0 + STEPS_PER_RADIAN * turned)
-    place = scene.radius0_m * (walk * (1.0 + 3.0 * turned) + BETWEEN)
-    return {"com": place, "com_velocity": place * 2.0 * np.pi / scene.step_period_s}
+    position = scene.radius0_m * (walk * (1.0 + 3.0 * turned) + BETWEEN)
+    return {"com": position, "com_velocity": position * 2.0 * np.pi / scene.step_period_s}

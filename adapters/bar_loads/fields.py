@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, ClassVar
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.bar_loads.interface import BarProperties, FrameState, Load, Place, Rate
+    from adapters.bar_loads.interface import BarPosition, BarProperties, BarRate, FrameState, Load
     from scenarios import Oblateness
 
 
@@ -76,16 +76,16 @@ class FieldLoad:
         """Acceleration of a bar's centre at (x, y) m in the frame, whose origin is at (x0, y0) m from the source."""
         return self.field.difference(x0, y0, x, y)
 
-    def __call__(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[Load]:
         """Load of each bar."""
         del rates
         bx, by = self.source(frame.t_s)
         x0, y0 = frame.x - bx, frame.y - by
-        return [self.load(x0, y0, place, bar) for place, bar in zip(places, self.bars, strict=True)]
+        return [self.load(x0, y0, position, bar) for position, bar in zip(positions, self.bars, strict=True)]
 
-    def load(self, x0: float, y0: float, place: Place, bar: BarProperties) -> Load:
+    def load(self, x0: float, y0: float, position: BarPosition, bar: BarProperties) -> Load:
         """Load of one bar, the frame's origin at (x0, y0) m from the source."""
-        x, y, angle = place
+        x, y, angle = position
         ax, ay = self.point(x0, y0, x, y)
         if not self.turns:
             return ax, ay, 0.0

@@ -9,8 +9,8 @@ if TYPE_CHECKING:
 
     from scenarios.scene import Chain
 
-Place = tuple[float, float, float]  # a bar's centre in the frame (m, m), and its angle (rad)
-Rate = tuple[float, float, float]  # m/s, m/s, rad/s
+BarPosition = tuple[float, float, float]  # a bar's centre in the frame (m, m), and its angle (rad)
+BarRate = tuple[float, float, float]  # m/s, m/s, rad/s
 Load = tuple[float, float, float]  # acceleration of a bar's centre and its angular acceleration, m/s², m/s², rad/s²
 
 
@@ -45,7 +45,7 @@ class BarLoad(Protocol):
     of_rates: ClassVar[bool]
     """Whether the load depends on the bars' rates; they are computed only if some load does"""
 
-    def __call__(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[Load]:
         """Load of each bar; `rates` are empty where `of_rates` is false."""
 
 
@@ -53,7 +53,7 @@ class BarLoad(Protocol):
 class FaceDependentLoad(Protocol):
     """Load whose slope jumps where a bar turns its other face to the source."""
 
-    def faces(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[bool]:
+    def faces(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[bool]:
         """Exposed face of each bar."""
 
 

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from adapters.bar_loads.fields import InversePowerField
-    from adapters.bar_loads.interface import BarProperties, FrameState, Load, Place, Rate
+    from adapters.bar_loads.interface import BarPosition, BarProperties, BarRate, FrameState, Load
 
 
 @dataclass(frozen=True)
@@ -21,10 +21,12 @@ class SecondMomentLoad:
     bars: list[BarProperties]
     field: InversePowerField
 
-    def __call__(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[Load]:
         """Load of each bar."""
         del rates
-        return [self.load(frame.x + x, frame.y + y, a, bar) for (x, y, a), bar in zip(places, self.bars, strict=True)]
+        return [
+            self.load(frame.x + x, frame.y + y, a, bar) for (x, y, a), bar in zip(positions, self.bars, strict=True)
+        ]
 
     def load(self, x: float, y: float, angle: float, bar: BarProperties) -> Load:
         """Load of one bar at (x, y) m from the centre of the body."""
@@ -40,12 +42,12 @@ class SlenderLoad:
     mu: float
     """m³/s²"""
 
-    def __call__(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[Load]:
         """Load of each bar."""
         del rates
         return [
             slender(self.mu, frame.x + x, frame.y + y, a, bar.half)
-            for (x, y, a), bar in zip(places, self.bars, strict=True)
+            for (x, y, a), bar in zip(positions, self.bars, strict=True)
         ]
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.bar_loads.interface import BarProperties, FrameState, Load, Place, Rate
+    from adapters.bar_loads.interface import BarPosition, BarProperties, BarRate, FrameState, Load
     from scenarios import JointSpringDamper
 
 
@@ -22,15 +22,17 @@ class SpringLoad:
         self.inertia = [bar.inertia for bar in bars]
         self.stiff = list(zip(springs.stiffness_N_m_rad, springs.rest_rad, strict=True))
 
-    def torques(self, places: Sequence[Place], rates: Sequence[Rate]) -> list[float]:
+    def torques(self, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[float]:
         """Torque of each joint on the bar behind the joint, N m."""
         del rates
-        return [-k * (b - a - rest) for (k, rest), ((*_, a), (*_, b)) in zip(self.stiff, pairwise(places), strict=True)]
+        return [
+            -k * (b - a - rest) for (k, rest), ((*_, a), (*_, b)) in zip(self.stiff, pairwise(positions), strict=True)
+        ]
 
-    def __call__(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[Load]:
         """Load of each bar."""
         del frame
-        found = self.torques(places, rates)
+        found = self.torques(positions, rates)
         before, after = [0.0, *found], [*found, 0.0]
         return [(0.0, 0.0, (a - b) / J) for a, b, J in zip(before, after, self.inertia, strict=True)]
 
@@ -45,8 +47,8 @@ class DampedSpringLoad(SpringLoad):
         super().__init__(bars, springs)
         self.damping = springs.damping_N_m_s_rad
 
-    def torques(self, places: Sequence[Place], rates: Sequence[Rate]) -> list[float]:
+    def torques(self, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[float]:
         """Torque of each joint on the bar behind the joint, N m."""
-        found = super().torques(places, rates)
+        found = super().torques(positions, rates)
         turning = [b - a for (*_, a), (*_, b) in pairwise(rates)]
         return [torque - c * w for torque, c, w in zip(found, self.damping, turning, strict=True)]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.bar_loads.interface import BarProperties, FrameState, Load, Place, Rate
+    from adapters.bar_loads.interface import BarPosition, BarProperties, BarRate, FrameState, Load
     from scenarios import SolarPressure
 
 
@@ -28,11 +28,11 @@ class SunlightLoad:
         longitude = self.light.sun_longitude_rad + self.light.sun_rate_rad_s * t_s
         return cos(longitude), sin(longitude)
 
-    def __call__(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[Load]:
         """Load of each bar."""
         del rates
         sx, sy = self.sun(frame.t_s)
-        return [self.load(sx, sy, angle, weight) for (_, _, angle), weight in zip(places, self.weight, strict=True)]
+        return [self.load(sx, sy, angle, weight) for (_, _, angle), weight in zip(positions, self.weight, strict=True)]
 
     def load(self, sx: float, sy: float, angle: float, weight: float) -> Load:
         """Load of one bar; `weight` is the acceleration in m/s² of a black bar normal to the light."""
@@ -42,8 +42,8 @@ class SunlightLoad:
         k = -weight * copysign(facing, 1.0)
         return k * ((1.0 - mirrored) * sx - side * s), k * ((1.0 - mirrored) * sy + side * c), 0.0
 
-    def faces(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[bool]:
+    def faces(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[bool]:
         """Lit face of each bar."""
         del rates
         sx, sy = self.sun(frame.t_s)
-        return [cos(a) * sy > sin(a) * sx for _, _, a in places]
+        return [cos(a) * sy > sin(a) * sx for _, _, a in positions]

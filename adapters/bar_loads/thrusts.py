@@ -11,7 +11,7 @@ from scenarios import Axes
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.bar_loads.interface import BarProperties, FrameState, Load, Place, Rate
+    from adapters.bar_loads.interface import BarPosition, BarProperties, BarRate, FrameState, Load
     from scenarios import Impulse, Thrust
 
 
@@ -24,14 +24,14 @@ class ThrustLoad:
         """Thrusts of a scene."""
         self.bars, self.thrusts = bars, thrusts
 
-    def __call__(self, frame: FrameState, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[Load]:
         """Load of each bar."""
         del rates
         found = [(0.0, 0.0, 0.0)] * len(self.bars)
         for thrust in self.thrusts:
             j, size = thrust.bar - 1, size_N(thrust, frame.t_s, frame.inside_s)
             if size:
-                found[j] = sum_of_loads(found[j], end_force_load(thrust, size, places[j][2], self.bars[j]))
+                found[j] = sum_of_loads(found[j], end_force_load(thrust, size, positions[j][2], self.bars[j]))
         return found
 
 
@@ -46,9 +46,9 @@ def size_N(thrust: Thrust, t_s: float, inside_s: float) -> float:
 def impulse_jumps(bars: list[BarProperties], impulses: Sequence[Impulse], angles: Sequence[float]) -> list[Load]:
     """Jumps of each bar's velocities by simultaneous impulses on free bars: m/s, m/s, rad/s."""
     found = [(0.0, 0.0, 0.0)] * len(bars)
-    for blow in impulses:
-        j = blow.bar - 1
-        found[j] = sum_of_loads(found[j], end_force_load(blow, blow.impulse_N_s, angles[j], bars[j]))
+    for impulse in impulses:
+        j = impulse.bar - 1
+        found[j] = sum_of_loads(found[j], end_force_load(impulse, impulse.impulse_N_s, angles[j], bars[j]))
     return found
 
 

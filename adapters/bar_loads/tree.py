@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from adapters.bar_loads.interface import BarProperties, Place, Rate
+    from adapters.bar_loads.interface import BarPosition, BarProperties, BarRate
 
 
-def tree_positions(q: Sequence[float], bars: Sequence[BarProperties]) -> Iterator[Place]:
+def tree_positions(q: Sequence[float], bars: Sequence[BarProperties]) -> Iterator[BarPosition]:
     """Each bar's position in the frame from joint coordinates (N + 2)."""
     x, y = q[:2]
     for angle, bar in zip(accumulate(q[2:]), bars, strict=True):
@@ -21,7 +21,7 @@ def tree_positions(q: Sequence[float], bars: Sequence[BarProperties]) -> Iterato
         x, y = x + 2.0 * reach_x, y + 2.0 * reach_y
 
 
-def tree_rates(q: Sequence[float], q_t: Sequence[float], bars: Sequence[BarProperties]) -> Iterator[Rate]:
+def tree_rates(q: Sequence[float], q_t: Sequence[float], bars: Sequence[BarProperties]) -> Iterator[BarRate]:
     """Each bar's rates in the frame from joint coordinates and their rates, each (N + 2)."""
     vx, vy = q_t[:2]
     for angle, rate, bar in zip(accumulate(q[2:]), accumulate(q_t[2:]), bars, strict=True):

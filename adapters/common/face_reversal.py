@@ -94,10 +94,10 @@ def incidences(scene: Scene, motion: Trajectory) -> Iterator[Incidence]:
 def wind(scene: Scene, drag: Drag, motion: Trajectory, angle: Array, rate: Array) -> Incidence:
     """Velocity of each bar's centre relative to the air, which rotates with the central body."""
     model, (along, normal) = chain_model(scene), directions(angle)
-    place = motion.com_m[:, None] + relative_positions(model, angle)
+    position = motion.com_m[:, None] + relative_positions(model, angle)
     velocity = motion.com_velocity_m_s[:, None] + relative_velocities(model, angle, rate)
     acceleration = np.gradient(velocity, motion.t_s, axis=0)
-    against = velocity - drag.rotation_rad_s * turned_left(place)
+    against = velocity - drag.rotation_rad_s * turned_left(position)
     gains = acceleration - drag.rotation_rad_s * turned_left(velocity)
     normal_component: Array = np.sum(normal * against, axis=-1)
     slope: Array = np.sum(normal * gains, axis=-1) - rate * np.sum(along * against, axis=-1)
@@ -139,7 +139,9 @@ def reverses_twice(incidence: Incidence, t_s: Array) -> NDArray[np.bool_]:
 def smooth_intervals(scene: Scene, t_s: Array) -> NDArray[np.bool_]:
     """Intervals (n-1,) in which slopes are reliable: none beside an impulse or the end of a thrust."""
     known, effects = np.ones(len(t_s) - 1, dtype=bool), scene.effects
-    for at_s in [t for thrust in effects.thrust for t in thrust.breaks_s] + [blow.at_s for blow in effects.impulse]:
+    for at_s in [t for thrust in effects.thrust for t in thrust.breaks_s] + [
+        impulse.at_s for impulse in effects.impulse
+    ]:
         k = int(np.searchsorted(t_s, at_s))  # the interval that ends at the break or after it
         known[max(k - 2, 0) : k + 2] = False
     return known

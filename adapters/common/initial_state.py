@@ -109,15 +109,15 @@ def initial_rates(scene: Scene, model: ChainModel, com_m: Array, com_velocity_m_
     local = [p.bar - 1 for p in laws if p.frame is Frame.LOCAL_HORIZONTAL]
     if not local:
         return rate
-    place = com_m + relative_positions(model, angle_rad)
-    r2 = np.sum(place**2, axis=-1)
-    base = cross(place, com_velocity_m_s + relative_velocities(model, angle_rad, rate)) / r2
+    position = com_m + relative_positions(model, angle_rad)
+    r2 = np.sum(position**2, axis=-1)
+    base = cross(position, com_velocity_m_s + relative_velocities(model, angle_rad, rate)) / r2
     _, across = directions(angle_rad)
     system = np.eye(len(local))
     for column, bar in enumerate(local):
         unit = np.zeros((model.bars, 2))
         unit[bar] = model.half_m[bar] * across[bar]
-        system[:, column] -= (cross(place, hang_together(model, unit)) / r2)[local]
+        system[:, column] -= (cross(position, hang_together(model, unit)) / r2)[local]
     rate[local] = np.linalg.solve(system, base[local])
     return rate
 

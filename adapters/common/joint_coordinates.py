@@ -53,7 +53,7 @@ def angles(q: Array) -> Array:
     return np.cumsum(q[:, 2:], axis=1)
 
 
-def places(length_m: Array, q: Array) -> Array:
+def positions(length_m: Array, q: Array) -> Array:
     """Bars' centres in the frame, (n, N, 2), from coordinates (n, N + 2)."""
     along, _ = directions(angles(q))
     return bar_centres(q, 0.5 * length_m[:, None] * along)

@@ -36,8 +36,8 @@ def events_by_step(scene: Scene, dt_s: float) -> dict[int, tuple[Impulse, ...]]:
     """Steps that end at an event, with the impulses applied there; step 0 appears only with impulses."""
     found: dict[int, tuple[Impulse, ...]] = {round(t / dt_s): () for t in inner_events_s(scene)}
     steps = round(scene.run.duration_s / dt_s)
-    for blow in scene.effects.impulse:
-        step = round(blow.at_s / dt_s)
+    for impulse in scene.effects.impulse:
+        step = round(impulse.at_s / dt_s)
         if 0 <= step < steps:
-            found[step] = (*found.get(step, ()), blow)
+            found[step] = (*found.get(step, ()), impulse)
     return found

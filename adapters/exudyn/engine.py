@@ -10,7 +10,7 @@ import numpy as np
 from adapters.common import face_reversal
 from adapters.engine import Engine, EngineError, Setting, UnsupportedMotionError
 from adapters.exudyn.loads.thrust import off_step_s
-from adapters.exudyn.readout import SensorReadings, gaps, landing, places, trajectory
+from adapters.exudyn.readout import SensorReadings, gaps, landing, positions, trajectory
 from adapters.exudyn.solve.restart_segments import run_segments, segments_of
 from adapters.exudyn.solve.solver import method_for, settings_of, solver_of, steps_of
 from adapters.trajectory import Observable, Trajectory
@@ -101,7 +101,7 @@ class ExudynEngine(Engine):
         loose = Observable.GAP in self.observables  # the bars' positions are coordinates, so that joints may have gaps
         return found.replace(
             gap_m=gaps(self.scene, readings) if loose else None,
-            position_m=places(self.scene, axes, readings) if loose else None,
+            position_m=positions(self.scene, axes, readings) if loose else None,
             torque_N_m=readings.torque_N_m if Observable.TORQUE in self.observables else None,
         )
 

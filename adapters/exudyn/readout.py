@@ -57,11 +57,11 @@ def landing(scene: Scene, axes: FrameAxes, readings: SensorReadings) -> int | No
 def least_distance(scene: Scene, axes: FrameAxes, readings: SensorReadings) -> Array:
     """Distance of the nearest point of any bar from the centre of the body, (n,), m."""
     half = 0.5 * np.array(scene.chain.length_m)
-    place = axes.origin_m[:, None] + axes.to_inertial(readings.position_m)
+    position = axes.origin_m[:, None] + axes.to_inertial(readings.position_m)
     angle = readings.angle_rad + axes.turn_rad[:, None]
     along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    foot = np.clip(-np.sum(place * along, axis=-1), -half, half)  # nearest point of the bar, from its centre
-    distance: Array = np.linalg.norm(place + foot[..., None] * along, axis=-1).min(axis=-1)
+    foot = np.clip(-np.sum(position * along, axis=-1), -half, half)  # nearest point of the bar, from its centre
+    distance: Array = np.linalg.norm(position + foot[..., None] * along, axis=-1).min(axis=-1)
     return distance
 
 
@@ -83,7 +83,7 @@ def weights(scene: Scene) -> Array:
     return share
 
 
-def places(scene: Scene, axes: FrameAxes, readings: SensorReadings) -> Array:
+def positions(scene: Scene, axes: FrameAxes, readings: SensorReadings) -> Array:
     """Centres of the bars relative to the chain's centre of mass, (n, N, 2), m, inertial axes.
 
     The subtraction precedes the rotation: a rotation rounds its argument, and the frame's origin may be far away.
@@ -97,11 +97,11 @@ def trajectory(
 ) -> Trajectory:
     """Trajectory of the samples in `readings`; engines whose joints can open add gaps and positions."""
     weight = weights(scene)
-    place = axes.to_inertial(readings.position_m)
+    position = axes.to_inertial(readings.position_m)
     motion = axes.inertial_velocity(readings.position_m, readings.velocity_m_s)
     return Trajectory(
         t_s=scene.times_s[: len(readings.angle_rad)],
-        com_m=axes.origin_m + np.einsum("j,njk->nk", weight, place),
+        com_m=axes.origin_m + np.einsum("j,njk->nk", weight, position),
         com_velocity_m_s=axes.origin_velocity_m_s + np.einsum("j,njk->nk", weight, motion),
         angle_rad=readings.angle_rad + axes.turn_rad[:, None],
         rate_rad_s=readings.rate_rad_s + axes.rate_rad_s[:, None],

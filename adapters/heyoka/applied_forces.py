@@ -39,7 +39,7 @@ class BarKinematics:
     along: Pair
     """u"""
     offset: Pair
-    place: Pair
+    position: Pair
     velocity: Pair
     reach: Pair
     rate: Symbol
@@ -52,7 +52,7 @@ class BarKinematics:
     def pushed(self, force: Pair, torque: Symbol = 0.0) -> Load:
         """Load of a force at its centre."""
         push = force[0] / self.mass, force[1] / self.mass
-        return Load(push, torque, cross(self.place, push))
+        return Load(push, torque, cross(self.position, push))
 
 
 def dot(a: Pair, b: Pair) -> Symbol:
@@ -71,7 +71,7 @@ class SymbolicDrag:
     def wind(self, bar: BarKinematics) -> Pair:
         """Velocity W of the bar's centre relative to the air."""
         turn = self.parameter("drag_turn")
-        return bar.velocity[0] + turn * bar.place[1], bar.velocity[1] - turn * bar.place[0]
+        return bar.velocity[0] + turn * bar.position[1], bar.velocity[1] - turn * bar.position[0]
 
     def facing(self, bar: BarKinematics) -> Symbol:
         """Normal component v; its sign is the exposed face."""
@@ -87,7 +87,7 @@ class SymbolicDrag:
         higher = radius * near.q * near.y / (1.0 + near.y)
         at_centre = p("drag_density") * hy.exp((p("drag_radius") - radius) / p("drag_height"))
         strength = p(f"drag_face_{j}") * at_centre * hy.exp(-higher / p("drag_height"))
-        kappa = dot(bar.along, bar.place) * near.y / (radius * p("drag_height"))
+        kappa = dot(bar.along, bar.position) * near.y / (radius * p("drag_height"))
         v, t, w = self.facing(bar), dot(bar.along, self.wind(bar)), bar.rate - p("drag_turn")
         normal = -strength * p("drag_normal")
         over = normal * (area * v * v + second * w * (w - 2.0 * kappa * v))

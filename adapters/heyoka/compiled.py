@@ -49,7 +49,7 @@ def symbols(structure: Structure) -> System:
 
 @lru_cache(maxsize=KEPT)
 def function(structure: Structure, precision: Precision, what: str) -> Any:
-    """Function of the state: ``rates``, ``switches`` (event functions, Z0·s last), or the ``jumps`` of impulses."""
+    """Function of the state: ``rates``, ``event_functions`` (Z0·s last), or the ``jumps`` of impulses."""
     import heyoka as hy
 
     found = symbols(structure)
@@ -58,7 +58,7 @@ def function(structure: Structure, precision: Precision, what: str) -> Any:
 
         wanted = jumps(structure, found)
     else:
-        wanted = found.rates if what == "rates" else [*found.switches, found.sunward]
+        wanted = found.rates if what == "rates" else [*found.event_functions, found.sunward]
     return hy.cfunc(wanted, vars=found.variables, fp_type=precision.type, compact_mode=True)
 
 

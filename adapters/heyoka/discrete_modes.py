@@ -26,11 +26,11 @@ class Modes:
         self.names = structure.effects.modes
         self.slots = [structure.slot(name) for name in self.names]
         if self.names:
-            function(structure, precision, "switches")
+            function(structure, precision, "event_functions")
 
     def event_values(self, state: Numbers, at: Any, parameters: Numbers) -> Any:
         """Values of the event functions, and Z0·s last."""
-        return value(function(self.structure, self.precision, "switches"), state, at, parameters)
+        return value(function(self.structure, self.precision, "event_functions"), state, at, parameters)
 
     def set(self, state: Numbers, at: Any, parameters: Numbers) -> None:
         """Set the modes in `parameters` by the signs of the event functions at a state.
@@ -81,7 +81,7 @@ class ShadowEdge:
 
     def __call__(self, run: Any, slope: int) -> bool:
         """Set light if the chain moves outwards."""
-        asked = function(self.structure, self.precision, "switches")
+        asked = function(self.structure, self.precision, "event_functions")
         if value(asked, run.state, run.time, run.pars)[-1] >= 0.0:
             return True
         run.pars[self.slot] = self.precision.number(1.0 if slope > 0 else 0.0)
@@ -93,7 +93,7 @@ def mode_events(structure: Structure, precision: Precision) -> list[Any]:
     import heyoka as hy
 
     found = []
-    for name, passes in zip(structure.effects.modes, symbols(structure).switches, strict=True):
+    for name, passes in zip(structure.effects.modes, symbols(structure).event_functions, strict=True):
         told = ShadowEdge(structure, precision) if name == "lit" else FaceReversal(structure.slot(name), precision)
         found.append(hy.t_event(passes, fp_type=precision.type, callback=told))
     return found

@@ -199,6 +199,6 @@ def thrust_segment(thrust: Thrust, middle_s: float, units: HeyokaUnits, number: 
     return zero, zero, zero
 
 
-def impulse_size(blow: Impulse, units: HeyokaUnits, number: Number) -> Any:
+def impulse_size(impulse: Impulse, units: HeyokaUnits, number: Number) -> Any:
     """Magnitude of an impulse in the working precision and units."""
-    return number(blow.impulse_N_s * units.time_s / units.length_m)
+    return number(impulse.impulse_N_s * units.time_s / units.length_m)

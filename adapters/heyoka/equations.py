@@ -78,7 +78,7 @@ class SymbolicBar:
     tide: tuple[Symbol, Symbol]
     torque: Symbol
     """Sum of all torques but those of its joints' forces and motors"""
-    place: tuple[Symbol, Symbol]
+    position: tuple[Symbol, Symbol]
     velocity: tuple[Symbol, Symbol]
     transverse_acceleration: Symbol | None = None
     """Z x the noncentral part of its acceleration without joints; None if there is none"""
@@ -210,7 +210,7 @@ def prescribed_acceleration(bar: SymbolicBar, law: Symbol, *, local_horizontal: 
     """Angular acceleration of a law, affine in a: `law` itself, or the sum with the longitude's."""
     if not local_horizontal:
         return affine(one=law)
-    (zx, zy), (vx, vy) = bar.place, bar.velocity
+    (zx, zy), (vx, vy) = bar.position, bar.velocity
     r2 = zx * zx + zy * zy
     pull = bar.specific_force()
     swing = (pull[1] * zx - pull[0] * zy) / r2

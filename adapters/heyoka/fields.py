@@ -218,11 +218,11 @@ class Companion:
     """Acceleration of the chain's centre by the body less that of the central body"""
     attractor: Attractor
 
-    def load(self, rod: Rod, place: Pair) -> Load:
+    def load(self, rod: Rod, position: Pair) -> Load:
         """Load on a bar at `place` from the central body."""
         found = self.attractor.load(rod)
         whole = (self.frame[0] + found.push[0], self.frame[1] + found.push[1])
-        return Load(found.push, found.torque, cross(place, whole))
+        return Load(found.push, found.torque, cross(position, whole))
 
 
 def companion(centre: Pair, body: Pair, distance2: Symbol, pull: Symbol, model: str) -> Companion:

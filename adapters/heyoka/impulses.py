@@ -28,7 +28,7 @@ def jumps(structure: Structure, whole: System) -> list[Symbol]:
     """Jumps of Z0' (2) and of theta' (N), and the impulsive reactions on bar j from bar j+1 (2 each)."""
     angle = whole.variables[4 : 4 + structure.bars]
     impulses = [impulse(structure, j, bar, angle[j]) for j, bar in enumerate(whole.bars)]
-    bars = [with_impulse(bar, *blow) for bar, blow in zip(whole.bars, impulses, strict=True)]
+    bars = [with_impulse(bar, *applied_impulse) for bar, applied_impulse in zip(whole.bars, impulses, strict=True)]
     found = chain_motion(bars, structure, [0.0] * len(structure.laws))
     share = mass_shares(structure)
     track = [total(share, [b.tide[k] for b in bars]) for k in (0, 1)]
@@ -50,15 +50,15 @@ def impulse(structure: Structure, j: int, bar: SymbolicBar, angle: Symbol) -> tu
     for k, shape in enumerate(structure.effects.impulses):
         if shape.bar == j:
             direction, size = (hy.par[structure.slot(f"impulse_{k}_{what}")] for what in ("direction", "size"))
-            blow = end_force(shape, direction, size, angle)
-            x, y = x + blow[0], y + blow[1]
-            moment = moment + shape.side * cross(bar.reach, blow)
+            applied_impulse = end_force(shape, direction, size, angle)
+            x, y = x + applied_impulse[0], y + applied_impulse[1]
+            moment = moment + shape.side * cross(bar.reach, applied_impulse)
     return (x, y), moment
 
 
-def with_impulse(bar: SymbolicBar, blow: Pair, moment: Symbol) -> SymbolicBar:
+def with_impulse(bar: SymbolicBar, applied_impulse: Pair, moment: Symbol) -> SymbolicBar:
     """A bar with jumps for accelerations: no rates, and the impulse for gravity."""
-    jump = blow[0] / bar.mass, blow[1] / bar.mass
+    jump = applied_impulse[0] / bar.mass, applied_impulse[1] / bar.mass
     return dataclasses.replace(
-        bar, rate=0.0, velocity=(0.0, 0.0), tide=jump, torque=moment, transverse_acceleration=cross(bar.place, jump)
+        bar, rate=0.0, velocity=(0.0, 0.0), tide=jump, torque=moment, transverse_acceleration=cross(bar.position, jump)
     )

@@ -73,7 +73,7 @@ class HeyokaRun:
         observer(self.structure, precision)
         if self.structure.effects.impulses:
             function(self.structure, precision, "jumps")
-        self.times = np.array([self.working(float(t)) for t in times_s])
+        self.times = np.array([self.scaled_time(float(t)) for t in times_s])
         self.segments = [self.segment(*marks) for marks in event_free_intervals(self.times, self.breaks)]
         self.rows: list[SegmentStates] = []
         self.mode_changes_s: list[float] = []  # instants at which a mode changed
@@ -81,14 +81,14 @@ class HeyokaRun:
         self.steps = 0
         self.landed: Any = None
 
-    def working(self, t_s: float) -> Any:
+    def scaled_time(self, t_s: float) -> Any:
         """Time in the working precision and units."""
         return self.number(t_s / self.units.time_s)
 
     @property
     def breaks(self) -> list[Any]:
         """Instants of events known beforehand: ends of laws, corners of thrusts, impulses; in order."""
-        return [self.working(t) for t in self.scene.effects.breaks_s]
+        return [self.scaled_time(t) for t in self.scene.effects.breaks_s]
 
     def segment(self, begin: Any, end: Any) -> TimeSegment:
         """Samples and parameters between two events."""
@@ -102,7 +102,7 @@ class HeyokaRun:
         """Parameters of a segment: amplitudes of the laws that act in it, and straight segments of the thrusts."""
         found, middle = self.parameters.copy(), 0.5 * (begin + end)
         for k, p in enumerate(self.scene.effects.prescribed_rotation):
-            if self.working(p.breaks_s[0]) < middle < self.working(p.breaks_s[1]):
+            if self.scaled_time(p.breaks_s[0]) < middle < self.scaled_time(p.breaks_s[1]):
                 found[self.structure.law_offset + LAW_PARAMETERS * k] = self.number(p.amplitude_rad / 16.0)
         for k, thrust in enumerate(self.scene.effects.thrust):
             line = thrust_segment(thrust, float(middle) * self.units.time_s, self.units, self.number)
@@ -143,12 +143,12 @@ class HeyokaRun:
 
     def apply_impulses(self, at: Any, parameters: Numbers) -> Numbers:
         """Apply the impulses at an instant; return the parameters of the next segment."""
-        impulses = {k: p for k, p in enumerate(self.scene.effects.impulse) if self.working(p.at_s) == at}
+        impulses = {k: p for k, p in enumerate(self.scene.effects.impulse) if self.scaled_time(p.at_s) == at}
         if not impulses:
             return parameters
         given = parameters.copy()
-        for k, blow in impulses.items():
-            given[self.structure.slot(f"impulse_{k}_size")] = impulse_size(blow, self.units, self.number)
+        for k, impulse in impulses.items():
+            given[self.structure.slot(f"impulse_{k}_size")] = impulse_size(impulse, self.units, self.number)
         bars, jumps = self.structure.bars, function(self.structure, self.precision, "jumps")
         jump = value(jumps, self.solver.state, at, given)
         self.solver.state[2:4] += jump[:2]

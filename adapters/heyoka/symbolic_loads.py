@@ -40,7 +40,7 @@ class SymbolicLoads:
         self.pull: Symbol = hy.par[0] / (r2 * hy.sqrt(r2)) if structure.gravity != "none" else 0.0
         self.attractor = Attractor(state.centre, r2, self.pull, structure.gravity)
         self.companions = [self.companion(k) for k in range(effects.third_bodies)]
-        self.flattening = self.flat() if effects.oblate else None
+        self.flattening = self.oblateness() if effects.oblate else None
         self.air = SymbolicDrag(self.parameter, state.centre, r2) if effects.drag else None
         self.light = SymbolicSunlight(self.parameter, effects.shadow) if effects.light else None
         self.springs = spring_torques(self.parameter, state.angle, state.rate) if effects.springs else None
@@ -52,7 +52,7 @@ class SymbolicLoads:
 
         return hy.par[self.structure.slot(name)]
 
-    def flat(self) -> Flattening:
+    def oblateness(self) -> Flattening:
         """Oblateness, J2."""
         r2 = self.state.r2
         return Flattening(self.state.centre, r2, self.parameter("oblateness") * r2**-2.5, self.structure.gravity)
@@ -65,8 +65,8 @@ class SymbolicLoads:
             self.parameter(f"body_{k}_{x}") for x in ("pull", "distance", "longitude", "rate")
         )
         at = longitude + rate * hy.time
-        place = distance * hy.cos(at), distance * hy.sin(at)
-        return companion(self.state.centre, place, distance * distance, pull, self.structure.gravity)
+        position = distance * hy.cos(at), distance * hy.sin(at)
+        return companion(self.state.centre, position, distance * distance, pull, self.structure.gravity)
 
     @property
     def frame(self) -> list[Symbol]:
@@ -87,7 +87,7 @@ class SymbolicLoads:
 
     def others(self, rod: Rod, bar: BarKinematics) -> list[Load]:
         """Loads besides the central body's main field."""
-        found = [c.load(rod, bar.place) for c in self.companions]
+        found = [c.load(rod, bar.position) for c in self.companions]
         found += [x.load(rod) for x in [self.flattening] if x]
         found += [x.load(bar) for x in (self.air, self.light) if x]
         if self.springs:
@@ -101,7 +101,7 @@ class SymbolicLoads:
         return found
 
     @property
-    def switches(self) -> tuple[list[Symbol], Symbol]:
+    def event_functions(self) -> tuple[list[Symbol], Symbol]:
         """Event functions of the modes, and Z0·s."""
         import heyoka as hy
 

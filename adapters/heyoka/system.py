@@ -29,7 +29,7 @@ class System:
     """For each bar: square of the distance of the line it lies on less that of the surface, by (l/2)²"""
     feet: list[Symbol]
     """For each bar: square of the distance of that line's nearest point from its centre, less (l/2)², by (l/2)²"""
-    switches: list[Symbol]
+    event_functions: list[Symbol]
     """Event functions of the modes, in the order of `EffectShapes.modes`"""
     sunward: Symbol
     """Z0·s; 0 where there is no shadow"""
@@ -57,7 +57,7 @@ def system(structure: Structure) -> System:
         [as_symbol(x) for x in [vx, vy, *fall, *rate, *found.turn]],
         [as_symbol(x) for x in observables],
         *surface(structure, bars),
-        *loads.switches,
+        *loads.event_functions,
         bars,
     )
 
@@ -93,9 +93,11 @@ def chain(structure: Structure, state: SymbolicState, loads: SymbolicLoads) -> l
             parameter(structure, part, j)
             for part in (BarParameter.MASS, BarParameter.INERTIA, BarParameter.END_INERTIA, BarParameter.SLENDER)
         )
-        place, velocity = (zx + dx[j], zy + dy[j]), (vx + wx[j], vy + wy[j])
+        position, velocity = (zx + dx[j], zy + dy[j]), (vx + wx[j], vy + wy[j])
         rod = Rod((dx[j], dy[j]), reach[j], mass, half[j], slender)
-        load = loads.load(rod, BarKinematics(j, mass, along[j], rod.offset, place, velocity, reach[j], state.rate[j]))
+        load = loads.load(
+            rod, BarKinematics(j, mass, along[j], rod.offset, position, velocity, reach[j], state.rate[j])
+        )
         bars.append(
             SymbolicBar(
                 mass,
@@ -105,7 +107,7 @@ def chain(structure: Structure, state: SymbolicState, loads: SymbolicLoads) -> l
                 state.rate[j],
                 load.push,
                 load.torque,
-                place,
+                position,
                 velocity,
                 load.transverse_acceleration,
             )
@@ -144,14 +146,14 @@ def surface(structure: Structure, bars: list[SymbolicBar]) -> tuple[list[Symbol]
     import heyoka as hy
 
     r2 = hy.par[1] * hy.par[1]
-    (x, y), (px, py) = bars[0].place, bars[0].reach
-    points = [(x - px, y - py)] + [(b.place[0] + b.reach[0], b.place[1] + b.reach[1]) for b in bars]
+    (x, y), (px, py) = bars[0].position, bars[0].reach
+    points = [(x - px, y - py)] + [(b.position[0] + b.reach[0], b.position[1] + b.reach[1]) for b in bars]
     half2 = [
         parameter(structure, BarParameter.HALF, j) * parameter(structure, BarParameter.HALF, j)
         for j in range(len(bars))
     ]
-    lines = [b.place[0] * b.across[0] + b.place[1] * b.across[1] for b in bars]
-    feet = [b.place[0] * b.reach[0] + b.place[1] * b.reach[1] for b in bars]
+    lines = [b.position[0] * b.across[0] + b.position[1] * b.across[1] for b in bars]
+    feet = [b.position[0] * b.reach[0] + b.position[1] * b.reach[1] for b in bars]
     return (
         [x * x + y * y - r2 for x, y in points],
         [q * q - h2 * r2 for q, h2 in zip(lines, half2, strict=True)],

@@ -15,7 +15,7 @@ from adapters.bar_loads.gravity import LandedError, MovingLoads
 from adapters.common import face_reversal
 from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.common.initial_state import initial_state
-from adapters.common.joint_coordinates import angles, places, to_joint_coordinates, velocities
+from adapters.common.joint_coordinates import angles, positions, to_joint_coordinates, velocities
 from adapters.common.step_alignment import events_by_step, misalignment
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.trajectory import Array, Observable, Trajectory
@@ -75,7 +75,7 @@ class Mujoco(Engine):
         self.model = model_of(scene.chain, self.dt_s)
         self.data = data_at(self.model, *to_joint_coordinates(self.length_m, self.start))
         self.seen: list[tuple[Array, Array]] = []
-        self.blows = {step: found for step, found in events_by_step(scene, self.dt_s).items() if found}
+        self.impulses_by_step = {step: found for step, found in events_by_step(scene, self.dt_s).items() if found}
         self.impulse_N_s: Array = np.zeros((scene.bars - 1, 2))
         self.impulses: list[Array] = []
         self.landed_s: float | None = None
@@ -94,7 +94,7 @@ class Mujoco(Engine):
             with installed(self.control):
                 self.apply_impulses(0)
                 self.take_sample()
-                for stop in sorted({*range(self.every, self.last_step + 1, self.every), *self.blows} - {0}):
+                for stop in sorted({*range(self.every, self.last_step + 1, self.every), *self.impulses_by_step} - {0}):
                     mj.mj_step(self.model, data, nstep=stop - step)
                     if stop % self.every == 0:
                         self.take_sample()
@@ -131,10 +131,10 @@ class Mujoco(Engine):
 
     def apply_impulses(self, step: int) -> None:
         """Apply the impulses at the end of `step`."""
-        if step in self.blows:
+        if step in self.impulses_by_step:
             from adapters.mujoco.effects import apply_impulses
 
-            found = apply_impulses(self.model, self.data, self.scene.chain, self.blows[step])
+            found = apply_impulses(self.model, self.data, self.scene.chain, self.impulses_by_step[step])
             self.impulse_N_s = self.impulse_N_s + found
 
     def read(self) -> Trajectory:
@@ -146,7 +146,7 @@ class Mujoco(Engine):
         origin, drift = (track[:: 2 * self.every][:n] for track in (self.origin_m, self.drift_m_s))
         return Trajectory(
             self.scene.times_s[:n],
-            origin + np.einsum("j,njk->nk", weight, places(self.length_m, q)),
+            origin + np.einsum("j,njk->nk", weight, positions(self.length_m, q)),
             drift + np.einsum("j,njk->nk", weight, velocities(self.length_m, q, q_t)),
             angles(q),
             angles(q_t),

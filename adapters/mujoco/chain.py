@@ -73,7 +73,7 @@ class AppliedLoads:
             (m, J, 0.5 * length)
             for m, J, length in zip(chain.mass_kg, chain.inertia_kg_m2, chain.length_m, strict=True)
         ]
-        self.place, self.joints = data.xipos[1:, :2], data.qpos[2:]
+        self.position, self.joints = data.xipos[1:, :2], data.qpos[2:]
         self.applied = data.xfrc_applied[1:]
         self.evaluations = 0
 
@@ -94,7 +94,7 @@ class AppliedLoads:
         load = self.loads.load
         rows = []
         for (x, y), angle, (mass, inertia, half) in zip(
-            self.place.tolist(), accumulate(self.joints.tolist()), self.bars, strict=True
+            self.position.tolist(), accumulate(self.joints.tolist()), self.bars, strict=True
         ):
             ax, ay, spin = load(x, y, angle, half)
             rows.append((mass * ax, mass * ay, 0.0, 0.0, 0.0, inertia * spin))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from adapters.bar_loads.assemble import ChainLoads
-    from adapters.bar_loads.interface import Place, Rate
+    from adapters.bar_loads.interface import BarPosition, BarRate
     from adapters.trajectory import Array
     from scenarios import Impulse
     from scenarios.scene import Chain
@@ -44,7 +44,7 @@ class AppliedEffects:
             Half a step.
         """
         self.effect_loads, self.track, self.half_s, self.bars = effect_loads, track.tolist(), half_s, bars_of(chain)
-        self.place, self.applied = data.xipos[1:, :2], data.xfrc_applied[1:]
+        self.position, self.applied = data.xipos[1:, :2], data.xfrc_applied[1:]
         self.last: int | None = None
         self.faces: list[list[bool]] | None = None
         self.evaluations = 0
@@ -72,19 +72,19 @@ class AppliedEffects:
         x, y, vx, vy = self.track[index]
         frame = FrameState(x, y, vx, vy, index * self.half_s, middle * self.half_s)
         q = data.qpos.tolist()
-        places = [(x, y, angle) for (x, y), angle in zip(self.place.tolist(), accumulate(q[2:]), strict=True)]
+        positions = [(x, y, angle) for (x, y), angle in zip(self.position.tolist(), accumulate(q[2:]), strict=True)]
         rates = list(tree_rates(q, data.qvel.tolist(), self.bars)) if self.effect_loads.of_rates else []
-        self.check_faces(frame, places, rates)
+        self.check_faces(frame, positions, rates)
         self.applied[:] = [
             (bar.mass * ax, bar.mass * ay, 0.0, 0.0, 0.0, bar.inertia * spin)
-            for bar, (ax, ay, spin) in zip(self.bars, self.effect_loads(frame, places, rates), strict=True)
+            for bar, (ax, ay, spin) in zip(self.bars, self.effect_loads(frame, positions, rates), strict=True)
         ]
 
-    def check_faces(self, frame: FrameState, places: list[Place], rates: list[Rate]) -> None:
+    def check_faces(self, frame: FrameState, positions: list[BarPosition], rates: list[BarRate]) -> None:
         """Reject a motion in which a bar turns its other face: a slope jumps there, which costs RK4 its order."""
         if not self.effect_loads.faced:
             return
-        faces = [effect.faces(frame, places, rates) for effect in self.effect_loads.faced]
+        faces = [effect.faces(frame, positions, rates) for effect in self.effect_loads.faced]
         if self.faces is not None and faces != self.faces:
             raise UnsupportedMotionError(
                 f"a bar turns its other face to the air or the Sun at t = {frame.t_s:.6g} s, within one of the equal "

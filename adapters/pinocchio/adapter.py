@@ -9,7 +9,7 @@ import numpy as np
 
 from adapters.bar_loads.assemble import SUPPORTED
 from adapters.common.initial_state import initial_state
-from adapters.common.joint_coordinates import angles, places, to_joint_coordinates, velocities
+from adapters.common.joint_coordinates import angles, positions, to_joint_coordinates, velocities
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.ode_solvers.driver import Problem, drive
 from adapters.ode_solvers.scipy_solver import RTOL_FLOOR, ScipySolver
@@ -77,7 +77,7 @@ class Pinocchio(Engine):
         stopped = self.walk.stopped_s
         return Trajectory(
             self.walk.t_s,
-            y[:, :2] + np.einsum("j,njk->nk", self.weight, places(length, q)),
+            y[:, :2] + np.einsum("j,njk->nk", self.weight, positions(length, q)),
             y[:, 2:4] + np.einsum("j,njk->nk", self.weight, velocities(length, q, q_t)),
             angles(q),
             angles(q_t),

@@ -18,7 +18,7 @@ from adapters.bar_loads.gravity import MovingLoads
 from adapters.bar_loads.interface import FrameState, bars_of
 from adapters.bar_loads.particle import perturbing_fields
 from adapters.bar_loads.tree import tree_positions, tree_rates
-from adapters.common.joint_coordinates import angles, places
+from adapters.common.joint_coordinates import angles, positions
 from reference_impl.model.kinematics import directions
 from scenarios import Gravity
 
@@ -42,12 +42,12 @@ def model_of(chain: Chain) -> Any:
     model.gravity = pin.Motion.Zero()
     joint = model.addJoint(0, pin.JointModelPX(), here, "x")
     joint = model.addJoint(joint, pin.JointModelPY(), here, "y")
-    place = here
+    position = here
     for j, (mass, length, inertia) in enumerate(zip(chain.mass_kg, chain.length_m, chain.inertia_kg_m2, strict=True)):
-        joint = model.addJoint(joint, pin.JointModelRZ(), place, f"bar{j + 1}")
+        joint = model.addJoint(joint, pin.JointModelRZ(), position, f"bar{j + 1}")
         centre = np.array([0.5 * length, 0.0, 0.0])
         model.appendBodyToJoint(joint, pin.Inertia(mass, centre, inertia * np.eye(3)), here)
-        place = pin.SE3(np.eye(3), np.array([length, 0.0, 0.0]))
+        position = pin.SE3(np.eye(3), np.array([length, 0.0, 0.0]))
     return model
 
 
@@ -98,11 +98,11 @@ class PinocchioChain:
     def act(self, t_s: float, origin: list[float], q: list[float], q_t: list[float]) -> None:
         """Apply all loads of the scene; `origin` is the frame's position and velocity (4,), m and m/s."""
         assert self.effect_loads is not None
-        places = list(tree_positions(q, self.bars))
+        positions = list(tree_positions(q, self.bars))
         rates = list(tree_rates(q, q_t, self.bars)) if self.effect_loads.of_rates else []
         x, y, vx, vy = origin
-        loads = self.effect_loads(FrameState(x, y, vx, vy, t_s, self.inside_s), places, rates)
-        for j, ((*_, angle), bar, load) in enumerate(zip(places, self.bars, loads, strict=True)):
+        loads = self.effect_loads(FrameState(x, y, vx, vy, t_s, self.inside_s), positions, rates)
+        for j, ((*_, angle), bar, load) in enumerate(zip(positions, self.bars, loads, strict=True)):
             self.put(j, cos(angle), sin(angle), bar, load)
 
     def apply(self, x: float, y: float, q: list[float]) -> None:
@@ -136,10 +136,10 @@ class PinocchioChain:
 
         q, rest = state[4 : 4 + self.width], np.zeros(self.width)
         angle = list(accumulate(q[2:].tolist()))
-        for j, (a, bar, blow) in enumerate(
+        for j, (a, bar, load) in enumerate(
             zip(angle, self.bars, impulse_jumps(self.bars, impulses, angle), strict=True)
         ):
-            self.put(j, cos(a), sin(a), bar, blow)
+            self.put(j, cos(a), sin(a), bar, load)
         jump = self.pin.aba(self.model, self.data, q, rest, self.no_torques, self.forces)
         after = state.copy()
         after[4 + self.width :] += jump
@@ -160,6 +160,6 @@ class PinocchioChain:
     def height(self, state: Array) -> float:
         """Least distance of any point of any bar from the surface, m."""
         q, half = state[None, 4 : 4 + self.width], 0.5 * self.length_m
-        place, (along, _) = state[:2] + places(self.length_m, q)[0], directions(angles(q)[0])
-        foot = np.clip(-np.sum(place * along, axis=-1), -half, half)  # nearest point of the bar, from its centre
-        return float(np.linalg.norm(place + foot[:, None] * along, axis=-1).min() - self.radius_m)
+        position, (along, _) = state[:2] + positions(self.length_m, q)[0], directions(angles(q)[0])
+        foot = np.clip(-np.sum(position * along, axis=-1), -half, half)  # nearest point of the bar, from its centre
+        return float(np.linalg.norm(position + foot[:, None] * along, axis=-1).min() - self.radius_m)

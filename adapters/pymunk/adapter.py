@@ -214,7 +214,7 @@ class PymunkEngine(Engine):
     def read(self) -> Trajectory:
         """Observables at the samples, from the half steps around each."""
         n, dt = len(self.seen), self.dt_s
-        place, before, after = (np.array(values) for values in zip(*self.seen, strict=True))
+        position, before, after = (np.array(values) for values in zip(*self.seen, strict=True))
         origin, drift = self.origin_m[:: self.every][:n], self.drift_m_s[:: self.every][:n]
         gain, mean = (after - before) / dt, 0.5 * (before + after)
         gain[0], mean[0] = (
@@ -223,17 +223,17 @@ class PymunkEngine(Engine):
         )  # the first one is half a step, from the initial instant on
         mass = np.array(self.scene.chain.mass_kg)
         share = mass / mass.sum()
-        pull = mass[:, None] * (gain[..., :2] - self.field(origin, place, mean))
-        com = np.einsum("j,njk->nk", share, place[..., :2])
+        pull = mass[:, None] * (gain[..., :2] - self.field(origin, position, mean))
+        com = np.einsum("j,njk->nk", share, position[..., :2])
         return Trajectory(
             self.scene.times_s[:n],
             origin + com,
             drift + np.einsum("j,njk->nk", share, mean[..., :2]),
-            place[..., 2],
+            position[..., 2],
             mean[..., 2],
             np.cumsum(pull, axis=1)[:, :-1],
-            self.gaps(place),
-            position_m=place[..., :2] - com[:, None],
+            self.gaps(position),
+            position_m=position[..., :2] - com[:, None],
             impulse_N_s=np.array(self.impulses)[:n] if self.scene.effects.impulse else None,
             ended=self.ended,
             info={
@@ -243,27 +243,27 @@ class PymunkEngine(Engine):
             },
         )
 
-    def field(self, origin_m: Array, place: Array, rate: Array) -> Array:
+    def field(self, origin_m: Array, position: Array, rate: Array) -> Array:
         """Acceleration of each bar by the loads of the run at the samples, (n, N, 2) m/s²."""
-        found = np.zeros((*place.shape[:2], 2))
+        found = np.zeros((*position.shape[:2], 2))
         if self.effect_loads:
-            for i, (bars, rates) in enumerate(zip(place.tolist(), rate.tolist(), strict=True)):
+            for i, (bars, rates) in enumerate(zip(position.tolist(), rate.tolist(), strict=True)):
                 frame_state = self.frame_state(i * self.every, before=i > 0)
                 found[i] = [load[:2] for load in self.effect_loads.effect_loads(frame_state, bars, rates)]
             return found
         if self.scene.effects.gravity is Gravity.NONE:
             return found
         half = self.chain.half_m
-        for i, bars in enumerate(place.tolist()):
+        for i, bars in enumerate(position.tolist()):
             self.gravity.move_to(*origin_m[i].tolist())
             found[i] = [self.gravity.load(x, y, a, h)[:2] for (x, y, a), h in zip(bars, half, strict=True)]
         return found
 
-    def gaps(self, place: Array) -> Array:
+    def gaps(self, position: Array) -> Array:
         """Distance between the bar ends at each joint, (n, N-1) m."""
-        along, _ = directions(place[..., 2])
+        along, _ = directions(position[..., 2])
         reach = np.array(self.chain.half_m)[:, None] * along
-        gap = np.diff(place[..., :2], axis=1) - (reach[:, 1:] + reach[:, :-1])
+        gap = np.diff(position[..., :2], axis=1) - (reach[:, 1:] + reach[:, :-1])
         return np.hypot(gap[..., 0], gap[..., 1])
 
 

@@ -37,16 +37,16 @@ class RestartState:
 
 def synchronised(scene: Scene, staggered: StaggeredSample) -> InitialState:
     """State in the space's axes at an instant between two half steps, with closed joints."""
-    place, before, after = (np.array(rows) for rows in staggered)
+    position, before, after = (np.array(rows) for rows in staggered)
     mean, share = 0.5 * (before + after), np.array(scene.chain.mass_kg) / scene.mass_kg
-    return chain_state(scene, share @ place[:, :2], share @ mean[:, :2], place[:, 2], mean[:, 2])
+    return chain_state(scene, share @ position[:, :2], share @ mean[:, :2], position[:, 2], mean[:, 2])
 
 
 def chain_state(scene: Scene, com_m: Array, com_velocity_m_s: Array, angle: Array, rate: Array) -> InitialState:
     """State of a chain with closed joints."""
     model = chain_model(scene)
-    place, velocity = relative_positions(model, angle), relative_velocities(model, angle, rate)
-    return InitialState(com_m, com_velocity_m_s, angle, rate, place, velocity)
+    position, velocity = relative_positions(model, angle), relative_velocities(model, angle, rate)
+    return InitialState(com_m, com_velocity_m_s, angle, rate, position, velocity)
 
 
 def restart_state(scene: Scene, start: InitialState, impulses: Sequence[Impulse], dt_s: float) -> RestartState:

@@ -60,11 +60,11 @@ class ChainSpace:
         self.space = pymunk.Space()
         self.space.damping = 1.0
         self.sweeps = sweeps
-        place = start.com_m - origin_m + start.position_m + initial_gaps(chain, start, dt_s)
+        position = start.com_m - origin_m + start.position_m + initial_gaps(chain, start, dt_s)
         velocity = start.com_velocity_m_s - drift_m_s + start.velocity_m_s
         self.bars = [pymunk.Body(m, J) for m, J in zip(chain.mass_kg, chain.inertia_kg_m2, strict=True)]
         for j, bar in enumerate(self.bars):
-            bar.position = (float(place[j, 0]), float(place[j, 1]))
+            bar.position = (float(position[j, 0]), float(position[j, 1]))
             bar.velocity = (float(velocity[j, 0]), float(velocity[j, 1]))
             bar.angle, bar.angular_velocity = float(start.angle_rad[j]), float(start.rate_rad_s[j])
         joints = [
@@ -111,7 +111,7 @@ class ChainSpace:
 
         def change(bar: Any, gravity: Any, damping: float, dt: float) -> None:
             try:
-                ax, ay, spin = effect_loads.load(j, self.places, self.velocities)
+                ax, ay, spin = effect_loads.load(j, self.positions, self.velocities)
                 mass = bar.mass
                 bar.force = (mass * ax, mass * ay)
                 bar.torque = bar.moment * spin
@@ -179,7 +179,7 @@ class ChainSpace:
             self.half_step()
         else:
             self.step(self.dt_s)
-        staggered = (self.places(), before, self.velocities())
+        staggered = (self.positions(), before, self.velocities())
         if not all(math.isfinite(value) for rows in staggered for row in rows for value in row):
             raise ArithmeticError("the state is not finite")
         return staggered
@@ -199,7 +199,7 @@ class ChainSpace:
         if widest > WIDEST_GAP * 2.0 * min(self.half_m):
             raise ArithmeticError(f"the two bar ends at a joint are {widest:.3g} m apart")
 
-    def places(self) -> Rows:
+    def positions(self) -> Rows:
         """Place (m) and angle (rad) of each bar."""
         return [(*bar.position, bar.angle) for bar in self.bars]
 

@@ -35,11 +35,11 @@ class StepLoads:
         """Prepare a step to `frame_state`."""
         self.frame_state, self.found = frame_state, []
 
-    def load(self, j: int, places: Callable[[], Rows], velocities: Callable[[], Rows]) -> Load:
+    def load(self, j: int, positions: Callable[[], Rows], velocities: Callable[[], Rows]) -> Load:
         """Load of bar `j`; the first call of a step computes the loads of all bars."""
         if not self.found:
             rates = self.rates(velocities()) if self.effect_loads.of_rates else []
-            self.found = self.effect_loads(self.frame_state, places(), rates)
+            self.found = self.effect_loads(self.frame_state, positions(), rates)
         return self.found[j]
 
     def rates(self, now: Rows) -> Rows:

@@ -194,9 +194,9 @@ class Rebound(Engine):
         body = self.companion
         if body is None:
             return None
-        place = cmath.rect(body.distance_m, body.longitude_rad)
-        velocity = 1j * body.rate_rad_s * place
-        return place.real, place.imag, velocity.real, velocity.imag
+        position = cmath.rect(body.distance_m, body.longitude_rad)
+        velocity = 1j * body.rate_rad_s * position
+        return position.real, position.imag, velocity.real, velocity.imag
 
     def simulation(self, state: ParticleState, dt_s: float) -> Any:
         """REBOUND's simulation of the particle from `state`.

@@ -141,14 +141,14 @@ class ReferenceAbsolute(ReferenceNumPy):
         all bars, so that one bar of N may have sqrt(N) times that error.
         """
         del setting
-        place, w = GRAINS * np.finfo(float).eps * scene.radius0_m, scene.fastest_rate_rad_s
+        position, w = GRAINS * np.finfo(float).eps * scene.radius0_m, scene.fastest_rate_rad_s
         steps, lever = np.sqrt(1.0 + w * t_s), 0.5 * min(scene.chain.length_m) / math.sqrt(scene.bars)
-        rate = place * w * np.maximum(steps, FEW_STEPS) / lever
-        turn = FEW_STEPS * place / lever
+        rate = position * w * np.maximum(steps, FEW_STEPS) / lever
+        turn = FEW_STEPS * position / lever
         force = 2.0 * scene.mass_kg * max(scene.chain.length_m) * w * rate  # centrifugal forces follow the rates
         return {
-            "com": place * steps * (1.0 + w * t_s),
-            "com_velocity": place * w * steps,
+            "com": position * steps * (1.0 + w * t_s),
+            "com_velocity": position * w * steps,
             "rate": rate,
             "attitude": turn,
             "reaction": force,

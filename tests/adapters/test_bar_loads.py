@@ -16,7 +16,7 @@ from adapters.bar_loads.interface import FrameState, bars_of
 from adapters.bar_loads.thrusts import impulse_jumps, size_N
 from adapters.bar_loads.tree import tree_positions, tree_rates
 from adapters.common.initial_state import initial_state
-from adapters.common.joint_coordinates import places, velocities
+from adapters.common.joint_coordinates import positions, velocities
 from adapters.common.step_alignment import events_by_step, inner_events_s, misalignment
 from scenarios import Axes, End, Gravity, Impulse, Thrust, load_scene
 
@@ -256,7 +256,7 @@ def test_a_tree_in_plain_floats_is_the_tree():
     bars, length = bars_of(scene.chain), np.array(scene.chain.length_m)
     spots, rates = list(tree_positions(q.tolist(), bars)), list(tree_rates(q.tolist(), q_t.tolist(), bars))
     close = {"atol": ROUNDINGS * EPS * scene.size_m, "rtol": 0.0}
-    np.testing.assert_allclose(np.array(spots)[:, :2], places(length, q[None])[0], **close)
+    np.testing.assert_allclose(np.array(spots)[:, :2], positions(length, q[None])[0], **close)
     np.testing.assert_allclose(np.array(rates)[:, :2], velocities(length, q[None], q_t[None])[0], **close)
     np.testing.assert_allclose([w for *_, w in rates], np.cumsum(q_t[2:]))
 
@@ -264,12 +264,12 @@ def test_a_tree_in_plain_floats_is_the_tree():
 def test_the_frame_about_a_flattened_body_keeps_energy_inside_its_declared_noise():
     scene = load_scene("effects/oblateness")
     t_s, start = scene.times_s, initial_state(scene)
-    place, drift = free_fall(scene, start, t_s)
-    r, speed = np.linalg.norm(place, axis=1), np.linalg.norm(drift, axis=1)
+    position, drift = free_fall(scene, start, t_s)
+    r, speed = np.linalg.norm(position, axis=1), np.linalg.norm(drift, axis=1)
     mu, j2, noise = scene.central_body.mu_m3_s2, scene.effects.oblateness, orbit_noise(scene, t_s)
     energy = 0.5 * speed**2 - mu / r - 0.5 * mu * j2.j2 * j2.radius_m**2 / r**3
     assert np.all(np.abs(energy - energy[0]) <= noise["com"] * mu / r**2 + noise["com_velocity"] * speed)
-    assert np.array_equal(place[0], start.com_m)
+    assert np.array_equal(position[0], start.com_m)
     assert np.array_equal(drift[0], start.com_velocity_m_s)
 
 
@@ -277,16 +277,16 @@ def test_the_frame_about_a_flattened_body_keeps_energy_inside_its_declared_noise
 def test_the_frame_falls_with_the_plain_inertial_fields(name):
     """Its second difference over three instants is the field there, to the step's square."""
     scene = load_scene(f"effects/{name}")
-    place, _ = free_fall(scene, initial_state(scene), np.array([0.0, 980.0, 1000.0, 1020.0]))
-    gained = (place[1] - 2.0 * place[2] + place[3]) / 20.0**2
+    position, _ = free_fall(scene, initial_state(scene), np.array([0.0, 980.0, 1000.0, 1020.0]))
+    gained = (position[1] - 2.0 * position[2] + position[3]) / 20.0**2
     effects = dataclasses.replace(scene.effects, gravity=Gravity.POINT)
     plain, here = dataclasses.replace(scene, effects=effects), FrameState(0.0, 0.0, 0.0, 0.0, 1000.0)
-    field, _ = exact(plain, here, (*place[2].tolist(), 0.0), 0, free_falling=False)
+    field, _ = exact(plain, here, (*position[2].tolist(), 0.0), 0, free_falling=False)
     n = scene.orbital_rate_rad_s  # fourth derivative n^4 r, over 12; and the rounding of three places
     rounded = 4.0 * orbit_noise(scene, np.array([1020.0]))["com"][0] / 20.0**2
     allowed = 2.0 * n**4 * scene.radius0_m * 20.0**2 / 12.0 + rounded
     assert abs(mp.mpc(*gained.tolist()) - field) < allowed
-    beside = field - attraction(mp.mpf(scene.central_body.mu_m3_s2), 3, mp.mpc(*place[2].tolist()))
+    beside = field - attraction(mp.mpf(scene.central_body.mu_m3_s2), 3, mp.mpc(*position[2].tolist()))
     assert allowed < 0.1 * abs(beside)
 
 

@@ -301,7 +301,7 @@ def impulse_sum(laws=()):
     scene = scene_of(Effects(Gravity.POINT, prescribed_rotation=laws, impulse=applied), **PAIR)
     run = HeyokaRun(scene, scene.times_s, QUAD, 1e-15)
     run.solver.state[:] = run.start
-    run.apply_impulses(run.working(200.0), run.parameters)
+    run.apply_impulses(run.scaled_time(200.0), run.parameters)
     n, units = 2, run.units
     after = np.array(run.solver.state).astype(float)
     jump = (np.array(run.solver.state) - run.start).astype(float)

@@ -63,8 +63,8 @@ class RedundantModel(Model):
             return []
         track = frame_history(self.frame.at(self.steps.ends_s))
         s = self.start
-        places = [(float(x), float(y), float(a)) for (x, y), a in zip(s.position_m, s.angle_rad, strict=True)]
-        angles = [PrescribedAngle(p, self.steps, track, places, self.nodes) for p in laws]
+        positions = [(float(x), float(y), float(a)) for (x, y), a in zip(s.position_m, s.angle_rad, strict=True)]
+        angles = [PrescribedAngle(p, self.steps, track, positions, self.nodes) for p in laws]
         self.references.extend(angles)
         return [constrain(self.mbs, a) for a in angles]
 

@@ -42,10 +42,10 @@ class InitialCoordinates:
 def initial_coordinates(scene: Scene, axes: FrameAxes, *, absolute: bool) -> InitialCoordinates:
     """Initial state of `scene` in `axes`, one instant of a frame."""
     s = initial_state(scene)
-    place, motion = s.position_m, s.velocity_m_s
+    position, motion = s.position_m, s.velocity_m_s
     if absolute:
-        place, motion = place + s.com_m, motion + s.com_velocity_m_s
-    readings, velocity = axes.relative(place[None], motion[None])
+        position, motion = position + s.com_m, motion + s.com_velocity_m_s
+    readings, velocity = axes.relative(position[None], motion[None])
     return InitialCoordinates(
         readings[0], velocity[0], s.angle_rad - axes.turn_rad[0], s.rate_rad_s - axes.rate_rad_s[0]
     )

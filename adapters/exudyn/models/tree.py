@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.common.joint_coordinates import accelerations, angles, places, to_joint_coordinates, velocities
+from adapters.common.joint_coordinates import accelerations, angles, positions, to_joint_coordinates, velocities
 from adapters.exudyn.frames.axes import OrbitFrame
 from adapters.exudyn.frames.clock import INSIDE_DEGREE, orbit_given
 from adapters.exudyn.frames.numbers import BarMotion, OrbitNumbers
@@ -91,7 +91,7 @@ def tree_readings(model: TreeModel, q: Array, q_t: Array, q_tt: Array) -> tuple[
     chain = model.scene.chain
     length = np.array(chain.length_m)
     readings = SensorReadings(
-        places(length, q),
+        positions(length, q),
         velocities(length, q, q_t),
         angles(q),
         angles(q_t),
