@@ -18,7 +18,7 @@ from adapters.exudyn.frames.orbit import KeplerOrbit
 from adapters.exudyn.timetable import Steps
 from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import Observable, Trajectory
-from scenarios import Actuator, ReferenceFrame, Scene, load_scene, scene_names
+from scenarios import Actuator, Frame, Scene, load_scene, scene_names
 
 ENGINES = (Exudyn, ExudynIndex3, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynTree)
 REFERENCE_RAD = 1e-10  # the reference's own error over an orbit of an unstable chain at rtol 1e-13
@@ -113,11 +113,11 @@ def test_the_slews_torque_and_reactions_agree_to_1e_4_of_their_maxima(name: str)
 
 
 @pytest.mark.parametrize("engine", [Exudyn, ExudynIndex3])
-@pytest.mark.parametrize("frame", list(ReferenceFrame))
+@pytest.mark.parametrize("frame", list(Frame))
 @pytest.mark.parametrize("actuator", list(Actuator))
 @pytest.mark.parametrize("bar", [1, 3])
 def test_every_way_of_prescribing_a_rotation(
-    engine: type[Engine], frame: ReferenceFrame, actuator: Actuator, bar: int
+    engine: type[Engine], frame: Frame, actuator: Actuator, bar: int
 ) -> None:
     scene = shortened("paper/fig17", 1 / 80, 4)
     law = dataclasses.replace(scene.effects.prescribed_rotation[0], bar=bar, frame=frame, actuator=actuator)
