@@ -60,7 +60,7 @@ class SolverEngine(ReferenceEngine):
     coordinates = Coordinates.RELATIVE
     effects = EVERYTHING - {"solar_pressure.shadow"}
     unsupported_reasons: ClassVar[dict[str, str]] = {
-        "solar_pressure.shadow": "solar pressure with a shadow: a plain solver steps over its edge"
+        "solar_pressure.shadow": "solar_pressure.shadow is not supported: a general solver steps over the shadow's edge"
     }
     prepared: SolverRun
 
