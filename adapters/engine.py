@@ -1,8 +1,7 @@
-"""The contract every engine keeps: build a scene, simulate it (the only timed phase), read it out.
+"""Contract of every engine: build a scene, simulate it (the only timed phase), read the results.
 
-An engine is a class, abstract (:class:`Engine`) or final (one per registered name). What it can
-carry and what it can show are declared as class attributes, so that the harness can say why a
-scene is left out without running it.
+An engine is a class, abstract (:class:`Engine`) or final (one per registered name). Class attributes declare the
+supported effects and the observables. The harness can therefore state why a scene is skipped without running it.
 """
 
 from __future__ import annotations
@@ -21,54 +20,54 @@ class AccuracyParameter(StrEnum):
     """The one number that sets an engine's accuracy."""
 
     RTOL = "rtol"
-    """Requested accuracy of one step, in each quantity's own scale."""
+    """Requested error of one step relative to each quantity's own scale."""
     STEPS_PER_ORBIT = "steps_per_orbit"
-    """Equal steps in one `Scene.step_period_s`, rounded up to an even number from sample to sample."""
+    """Equal steps per `Scene.step_period_s`; their number between two samples is rounded up to an even one."""
 
 
 class Coordinates(StrEnum):
-    """In what an engine integrates: it decides where its round-off comes from."""
+    """Coordinates that an engine integrates; they determine the source of its round-off."""
 
     RELATIVE = "relative"
-    """The centre of mass apart from what is relative to it."""
+    """The centre of mass, and bars relative to it."""
     MOVING_FRAME = "moving frame"
-    """Relative to a frame that follows the centre of mass along its orbit, its axes fixed in direction."""
+    """Relative to a frame that follows the centre of mass along its orbit, with axes of fixed direction."""
     ROTATING_FRAME = "rotating frame"
-    """Relative to a frame that follows the centre of mass and turns with its longitude."""
+    """Relative to a frame that follows the centre of mass and rotates with its longitude."""
     JOINT = "joint coordinates"
-    """In a frame that follows the centre of mass: one bar's end, and each bar's angle against the one before."""
+    """One bar's end in a frame that follows the centre of mass, and each bar's angle relative to the previous bar."""
     ABSOLUTE = "absolute"
-    """Distances from the centre of the body."""
+    """Positions relative to the centre of the central body."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """One value of an engine's accuracy knob."""
+    """One value of an engine's accuracy parameter."""
 
     parameter: AccuracyParameter
     value: float
 
     def __str__(self) -> str:
-        """``rtol=1e-10``, as the command line takes it."""
+        """Text form ``rtol=1e-10``, as the command line reads it."""
         return f"{self.parameter}={self.value:g}"
 
 
 @dataclass(frozen=True)
 class AccuracySweep:
-    """An engine's settings from coarse to fine, and which of them it is compared at."""
+    """Settings of an engine from coarse to fine, and the default setting of comparisons."""
 
     parameter: AccuracyParameter
     values: tuple[float, ...]
     default: float
     finer_rtol: float = 0.1
-    """Share of a requested accuracy that the finer run asks for"""
+    """Requested error of the finer run relative to that of the run itself"""
 
     def setting(self, value: float | None = None) -> Setting:
-        """Setting of this ladder's knob; the default one without a value."""
+        """Setting of the sweep's accuracy parameter; the default value if none is given."""
         return Setting(self.parameter, self.default if value is None else value)
 
     def finer(self, setting: Setting) -> Setting:
-        """One step finer: a tenth of the requested accuracy (or `finer_rtol` of it), or twice the steps."""
+        """Next finer setting: `finer_rtol` times the requested error, or twice the steps."""
         factor = self.finer_rtol if self.parameter is AccuracyParameter.RTOL else 2.0
         return Setting(self.parameter, setting.value * factor)
 
@@ -79,11 +78,11 @@ class AccuracySweep:
 
 
 class EngineError(RuntimeError):
-    """An engine could not finish a scene; the message says why, in one line."""
+    """Failure of an engine on a scene; the message gives the cause in one line."""
 
 
 class UnsupportedMotionError(EngineError):
-    """A run came to a motion that its engine does not support: a limit it states, and no fault of its own."""
+    """Motion that the engine does not support: a limit that the engine states, and no failure."""
 
 
 class Engine(ABC):
@@ -93,42 +92,44 @@ class Engine(ABC):
     """
 
     title: ClassVar[str]
-    """One line for people."""
+    """One line for tables and reports."""
     coordinates: ClassVar[Coordinates]
     order: ClassVar[float | None]
-    """Order of the method in the step; None if the method chooses its steps."""
+    """Order of the method in the step; None if the method controls its step."""
     sweep: ClassVar[AccuracySweep]
     effects: ClassVar[frozenset[str]]
-    """What it carries exactly, in the words of `Effects.names`."""
+    """Supported effects, named as in `Effects.names`; each is modelled without approximation."""
     observables: ClassVar[frozenset[Observable]]
     options: ClassVar[frozenset[str]] = frozenset()
-    """Names of extras that its constructor takes as ``name=True``: observables that cost time"""
+    """Names of optional observables that cost time; the constructor takes each as ``name=True``"""
     joints_in_place: ClassVar[bool] = False
-    """Whether every step puts the joints' ends together again, so that gaps do not open with the step"""
+    """Whether every step closes the joints at position level, so that gaps do not grow with time"""
     track_by_length: ClassVar[bool] = False
-    """Whether a requested accuracy counts in bar lengths for the centre of mass too, not in its distance"""
+    """Whether a requested accuracy is relative to the bar length for the centre of mass too, not to its distance"""
     step_constant: ClassVar[float] = 1.0
-    """Requests that one step may leave, of a method that chooses its steps; the harness believes up to ten."""
-    why_not: ClassVar[dict[str, str]] = {}
-    """Reason for each effect it can't carry, where there is more to say than that."""
+    """Largest error of one step relative to the requested one, of a method that controls its step; at most ten."""
+    unsupported_reasons: ClassVar[dict[str, str]] = {}
+    """Reason for an unsupported effect, where the name alone does not explain it."""
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
-        """Why this engine can't do `scene`, or None if it can.
+        """Reason why this engine does not support `scene`, or None if it does.
 
-        An engine with limits beyond its effects (a number of bars, bound orbits) extends this.
+        An engine with limits beyond its effects (a number of bars, bound orbits) extends this method.
         """
         lacking = sorted(scene.effects.names - cls.effects)
         if not lacking:
             return None
-        return "; ".join(dict.fromkeys(cls.why_not.get(name, f"does not carry {name}") for name in lacking))
+        return "; ".join(
+            dict.fromkeys(cls.unsupported_reasons.get(name, f"does not support {name}") for name in lacking)
+        )
 
     @classmethod
     def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:
-        """Why this engine can't follow the motion of `scene`, or None if it can.
+        """Reason why this engine does not support the motion of `scene`, or None if it does.
 
-        Some limits are known only from the motion. An engine that has one extends this, and raises
-        :class:`UnsupportedMotionError` where it comes to it in its own run.
+        Some limits depend on the motion alone. An engine with such a limit extends this method. It also raises
+        :class:`UnsupportedMotionError` where its own run meets the limit.
 
         Parameters
         ----------
@@ -141,23 +142,23 @@ class Engine(ABC):
 
     @classmethod
     def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
-        """Errors that do not shrink with the step, beyond the rounding of coordinates; none by default.
+        """Errors that do not decrease with the step, beyond the rounding of coordinates; none by default.
 
-        The tolerance at which an engine's iterations stop, multipliers that are differences over a step,
-        a start-up transient. An adapter that declares one derives it in its docstring.
+        Examples are the tolerance at which an engine's iterations stop, multipliers differenced over a step, and a
+        start-up transient. An adapter that declares such an error derives it in its docstring.
 
         Parameters
         ----------
         scene : Scene
         setting : Setting
         t_s : ndarray, shape (n,)
-            Instants it is wanted at.
+            Instants of the errors.
 
         Returns
         -------
         dict
             ``attitude`` (rad), ``rate`` (rad/s), ``reaction`` (N), ``torque`` (N m), ``com`` (m), ``com_velocity``
-            (m/s), ``gap`` (m for each step; in all where joints are put in place): numbers, or arrays of shape (n,).
+            (m/s), ``gap`` (m for each step; m in total where `joints_in_place`): numbers, or arrays of shape (n,).
         """
         del scene, setting, t_s
         return {}
@@ -168,26 +169,26 @@ class Engine(ABC):
 
     @abstractmethod
     def simulate(self) -> None:
-        """Run it from 0 to `scene.run.duration_s`; the only phase that is timed, so it does nothing else.
+        """Run from 0 to `scene.run.duration_s`: the only timed phase, and no other work belongs here.
 
         Raises
         ------
         EngineError
-            If the engine gives up.
+            If the engine fails before the end.
         """
 
     @abstractmethod
     def read(self) -> Trajectory:
-        """Bring out what was seen, in the units, axes and signs of :class:`Trajectory`; not timed."""
+        """Return the recorded samples in the units, axes and signs of :class:`Trajectory`; not timed."""
 
     @final
     def run(self, scene: Scene, setting: Setting | None = None) -> Trajectory:
-        """All three phases in this process, untimed.
+        """Build, simulate and read in this process, untimed.
 
         Raises
         ------
         ValueError
-            If `scene` is one that this engine can't do.
+            If the engine does not support `scene`.
         """
         reason = self.unsupported(scene)
         if reason:

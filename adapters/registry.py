@@ -1,4 +1,4 @@
-"""Engines by name: strings, imported only when they are used."""
+"""Registry of engines by name; a class is imported on first use."""
 
 from __future__ import annotations
 
@@ -13,46 +13,47 @@ from scenarios import nearest
 if TYPE_CHECKING:
     from adapters.engine import Engine
 
-ENTRY_POINT_GROUP = "barchain.engines"  # third parties register here; ours are in the dict below
+ENTRY_POINT_GROUP = "barchain.engines"  # for third parties; barchain's own engines are in the dict below
 
 
 class UnknownEngineError(KeyError):
     """No engine of that name is registered."""
 
     def __str__(self) -> str:
-        """Give the message without KeyError's quotes."""
+        """Message without the quotes that KeyError adds."""
         return str(self.args[0])
 
 
 @dataclass(frozen=True)
 class Registration:
-    """Where an engine's class is, and what it needs."""
+    """Import path and requirements of an engine's class."""
 
     target: str
     """``module:Class``"""
     requires: str = ""
-    """Distribution that brings the external engine; empty if there is none."""
+    """Distribution that provides the external engine; empty if there is none."""
     module: str = ""
-    """What to import of it, where that is called otherwise."""
+    """Module to import from the distribution, where its name differs."""
     install: str = ""
-    """What to type where it is missing."""
+    """Command that installs a missing distribution."""
     ours: bool = False
-    """Whether it is the reference in some form, and so no check on it"""
-    everyday: bool = True
-    """Whether it takes part where no engine is named; those that only a study needs do not"""
+    """Whether the engine steps barchain's own equations, and so is no independent check of them"""
+    in_default_set: bool = True
+    """Whether a command without engine names selects the engine; False for engines that only studies need"""
     optional: bool = False
-    """Whether an extra brings it: where that is not installed it takes part only if it is named"""
+    """Whether an extra provides the distribution; while it is missing, only a command that names the engine selects
+    it"""
     compiles: bool = False
-    """Whether it compiles code for a scene's effects while it builds, which may take longer than the run"""
+    """Whether `build` compiles code for the scene's effects, which may take longer than the run"""
 
     @property
     def by_default(self) -> bool:
-        """Whether it takes part where no engine is named."""
-        return self.everyday and not (self.optional and self.missing)
+        """Whether a command without engine names selects the engine here."""
+        return self.in_default_set and not (self.optional and self.missing)
 
     @property
     def external(self) -> bool:
-        """Whether the engine is somebody else's work, and so a check on the reference."""
+        """Whether the engine has independent physics, and so checks the reference."""
         return not self.ours
 
     def load(self) -> type[Engine]:
@@ -63,16 +64,16 @@ class Registration:
 
     @property
     def missing(self) -> str | None:
-        """Why the engine can't be used here, and how to get it; None if it can."""
+        """Missing distribution and the command that installs it; None if the engine can be used here."""
         if not self.requires:
             return None
         if importlib.util.find_spec(self.module or self.requires) is None:
             return f"{self.requires} is not installed; try: {self.install}"
-        return None  # one that is there but does not import is found out in its worker
+        return None  # a failing import of an installed distribution is reported by the worker
 
     @property
     def version(self) -> str:
-        """Installed version of the external engine; our own for the reference."""
+        """Installed version of the external engine; barchain's own version for the reference."""
         try:
             return version(self.requires or "barchain")
         except PackageNotFoundError:
@@ -83,23 +84,29 @@ def _ours(module: str, name: str) -> Registration:
     return Registration(f"adapters.{module}:{name}", ours=True)
 
 
-def _external(module: str, name: str, requires: str, *, everyday: bool = True) -> Registration:
+def _external(module: str, name: str, requires: str, *, in_default_set: bool = True) -> Registration:
     install = f"pip install {requires}"
-    return Registration(f"adapters.{module}:{name}", requires, install=install, everyday=everyday)
+    return Registration(f"adapters.{module}:{name}", requires, install=install, in_default_set=in_default_set)
 
 
 def _more(module: str, name: str, requires: str, imported: str = "", *, ours: bool = False) -> Registration:
-    """What a user would pick instead; for studies only."""
+    """Registration of a general solver or engine that only studies select."""
     install = "pip install '.[more-engines]'"
     return Registration(
-        f"adapters.{module}:{name}", requires, imported, install, ours=ours, everyday=False, optional=True
+        f"adapters.{module}:{name}", requires, imported, install, ours=ours, in_default_set=False, optional=True
     )
 
 
-def _certified(name: str, *, everyday: bool = True) -> Registration:
+def _certified(name: str, *, in_default_set: bool = True) -> Registration:
     install = "pip install '.[oracle]'"
     return Registration(
-        f"adapters.heyoka.adapter:{name}", "heyoka", "", install, everyday=everyday, optional=True, compiles=True
+        f"adapters.heyoka.adapter:{name}",
+        "heyoka",
+        "",
+        install,
+        in_default_set=in_default_set,
+        optional=True,
+        compiles=True,
     )
 
 
@@ -118,14 +125,14 @@ ENGINES: dict[str, Registration] = {
     "exudyn": _external("exudyn.adapter", "Exudyn", "exudyn"),
     "exudyn-index3": _external("exudyn.adapter", "ExudynIndex3", "exudyn"),
     "exudyn-absolute": _external("exudyn.adapter", "ExudynAbsolute", "exudyn"),
-    "exudyn-absolute-index3": _external("exudyn.adapter", "ExudynAbsoluteIndex3", "exudyn", everyday=False),
+    "exudyn-absolute-index3": _external("exudyn.adapter", "ExudynAbsoluteIndex3", "exudyn", in_default_set=False),
     "exudyn-tree": _external("exudyn.adapter", "ExudynTree", "exudyn"),
     "rebound": _external("rebound.adapter", "Rebound", "rebound"),
     "pymunk": _external("pymunk.adapter", "Pymunk", "pymunk"),
     "pymunk-absolute": _external("pymunk.adapter", "PymunkAbsolute", "pymunk"),
     "heyoka": _certified("Heyoka"),
-    "heyoka-long": _certified("HeyokaLong", everyday=False),
-    "heyoka-quad": _certified("HeyokaQuad", everyday=False),
+    "heyoka-long": _certified("HeyokaLong", in_default_set=False),
+    "heyoka-quad": _certified("HeyokaQuad", in_default_set=False),
     "scipy-rk45": _more("ode_solvers.scipy_engines", "ScipyRK45", "scipy", ours=True),
     "scipy-dop853": _more("ode_solvers.scipy_engines", "ScipyDop853", "scipy", ours=True),
     "scipy-radau": _more("ode_solvers.scipy_engines", "ScipyRadau", "scipy", ours=True),
@@ -138,7 +145,7 @@ ENGINES: dict[str, Registration] = {
 
 
 def engines() -> dict[str, Registration]:
-    """All registered engines: ours, then those of installed third parties."""
+    """All registered engines: barchain's, then those of installed third parties."""
     third_party = {
         e.name: Registration(e.value, install=f"reinstall {e.dist.name if e.dist else e.value}")
         for e in entry_points(group=ENTRY_POINT_GROUP)
@@ -152,9 +159,9 @@ def find_engine(name: str) -> Registration:
     Raises
     ------
     UnknownEngineError
-        If there is none; the message names the nearest and all there are.
+        If there is none; the message gives the nearest name and all names.
     """
     known = engines()
     if name not in known:
-        raise UnknownEngineError(f"{name}: no such engine{nearest(name, known)}; there are: {', '.join(known)}")
+        raise UnknownEngineError(f"{name}: no such engine{nearest(name, known)}; available: {', '.join(known)}")
     return known[name]

@@ -1,4 +1,4 @@
-"""What one engine shows of one scene: arrays with units, and the table of named columns that they are stored as."""
+"""Results of one engine on one scene: arrays with units, and the table of named columns that stores them."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 ENDED = "ended_s"
-"""Entry in a trajectory's `info` of an engine that locates the instant at which its run ended, s: it is judged"""
+"""Key in `info` of the instant at which the run ended, s; set by engines that locate the instant, and then judged"""
 
 
 class Observable(StrEnum):
-    """What an engine can show of a run."""
+    """Quantity that an engine can provide for a run."""
 
     COM = "com"
     ATTITUDE = "attitude"
@@ -31,11 +31,11 @@ class Observable(StrEnum):
 
 @dataclass(frozen=True)
 class Trajectory:
-    """What one engine saw of one scene: SI units, inertial axes, one row per sample.
+    """Results of one engine on one scene: SI units, inertial axes, one row per sample.
 
-    n samples, N bars, P prescribed rotations. A sample at an instant where something jumps (an impulse, the end of a
-    thrust) shows what was just before it. What an engine has not got is None, never zeros.
-    A run that ended early (a bar reached the surface) has fewer samples, and says so in `ended`.
+    n samples, N bars, P prescribed rotations. A sample at an event (an impulse, the end of a thrust) holds the state
+    just before the event. A quantity that the engine does not provide is None, never zeros. A run that ended early (a
+    bar reached the surface) has fewer samples and gives the reason in `ended`.
     """
 
     t_s: Array
@@ -51,26 +51,27 @@ class Trajectory:
     reaction_N: Array | None = None
     """(n, N-1, 2) force on bar j from bar j+1, N"""
     gap_m: Array | None = None
-    """(n, N-1) distance between the two ends that joint j ties, m"""
+    """(n, N-1) distance between the two bar ends at joint j, m"""
     identity_m: Array | None = None
-    """(n,) distance of the bars' weighted centre from the centre of mass, |sum mu_j d_j| of eq. (6), m"""
+    """(n,) centre-of-mass residual |sum mu_j d_j| of eq. (6): distance of the bars' weighted centre from the centre
+    of mass, m"""
     position_m: Array | None = field(default=None, kw_only=True)
-    """(n, N, 2) centre of each bar from the chain's centre of mass, inertial axes, m; given by engines whose places of
-    the bars are state of their own (redundant coordinates), None where places follow from the angles"""
+    """(n, N, 2) centre of each bar relative to the chain's centre of mass, inertial axes, m; None where the
+    positions follow from the angles (minimal coordinates)"""
     torque_N_m: Array | None = None
     """(n, P) torque on each prescribed bar, positive counter-clockwise, N m"""
     impulse_N_s: Array | None = None
-    """(n, N-1, 2) sum of the impulsive reactions on bar j from bar j+1 so far, N s; None where the scene has no blow"""
+    """(n, N-1, 2) sum of the impulsive reactions on bar j from bar j+1 so far, N s; None in scenes without impulses"""
     condition: Array | None = None
-    """(n,) condition number of the joint system, if asked for"""
+    """(n,) condition number of the joint system, if requested"""
     ended: str = ""
-    """Why the run ended before its last sample; empty if it did not"""
+    """Reason why the run ended before its last sample; empty if it did not"""
     info: dict[str, float | str] = field(default_factory=dict)
     """Counters of the engine: steps, right-hand-side evaluations, ..."""
 
     @property
     def observables(self) -> frozenset[Observable]:
-        """What this trajectory holds."""
+        """Quantities that this trajectory holds."""
         optional = {
             Observable.ATTITUDE: self.angle_rad,
             Observable.RATE: self.rate_rad_s,
@@ -87,12 +88,12 @@ class Trajectory:
         return to_frame(self)
 
     def replace(self, **changes: Array | None) -> Trajectory:
-        """Copy with some arrays exchanged."""
+        """Copy with some arrays replaced."""
         return dataclasses.replace(self, **changes)  # type: ignore[arg-type]
 
 
 def to_frame(trajectory: Trajectory) -> pd.DataFrame:
-    """One row per sample; a quantity that the engine lacks has no column.
+    """Table with one row per sample; a quantity that the engine lacks has no column.
 
     Columns: ``t_s, com_x_m, com_y_m, com_vx_m_s, com_vy_m_s``, ``angle_j_rad``, ``rate_j_rad_s`` (j = 1..N),
     ``position_j_x_m, position_j_y_m`` (j = 1..N), ``reaction_j_x_N, reaction_j_y_N, impulse_j_x_N_s, impulse_j_y_N_s,
@@ -129,8 +130,8 @@ def to_frame(trajectory: Trajectory) -> pd.DataFrame:
 def from_frame(frame: pd.DataFrame, *, ended: str = "") -> Trajectory:
     """Trajectory of a table made by :func:`to_frame`.
 
-    Quantities that have no columns because there is nothing of them (the joints of a single bar) come
-    back empty where there is an attitude, as they were.
+    A single bar has no joints, and so the table has no columns of joint quantities. They return as empty arrays where
+    the table holds an attitude, as in the trajectory that was stored.
     """
 
     def numbered(pattern: str) -> Array | None:

@@ -8,38 +8,40 @@ from typing import TYPE_CHECKING, ClassVar
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.bar_loads.interface import Bar, Here, Load, Place, Rate
+    from adapters.bar_loads.interface import BarPosition, BarProperties, BarRate, FrameState, Load
     from scenarios import Drag
 
 
-class Air:
+class DragLoad:
     """Force and torque of the air on each bar."""
 
     of_rates: ClassVar[bool] = True
 
-    def __init__(self, bars: list[Bar], drag: Drag, radius_m: float) -> None:
+    def __init__(self, bars: list[BarProperties], drag: Drag, radius_m: float) -> None:
         """Drag about a body of `radius_m`."""
         self.bars, self.drag = list(zip(bars, drag.width_m, strict=True)), drag
         self.reference_m = radius_m + drag.altitude_m
 
-    def __call__(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[Load]:
         """Load of each bar."""
-        r0 = hypot(here.x, here.y)
+        r0 = hypot(frame.x, frame.y)
         return [
-            self.load(here, r0, place, rate, bar, width)
-            for place, rate, (bar, width) in zip(places, rates, self.bars, strict=True)
+            self.load(frame, r0, position, rate, bar, width)
+            for position, rate, (bar, width) in zip(positions, rates, self.bars, strict=True)
         ]
 
-    def load(self, here: Here, r0: float, place: Place, rate: Rate, bar: Bar, width: float) -> Load:
+    def load(
+        self, frame: FrameState, r0: float, position: BarPosition, rate: BarRate, bar: BarProperties, width: float
+    ) -> Load:
         """Load of one bar; the frame's origin is `r0` m from the centre of the body."""
-        (x, y, angle), (vx, vy, w), drag = place, rate, self.drag
-        px, py, c, s = here.x + x, here.y + y, cos(angle), sin(angle)
+        (x, y, angle), (vx, vy, w), drag = position, rate, self.drag
+        px, py, c, s = frame.x + x, frame.y + y, cos(angle), sin(angle)
         r = hypot(px, py)
-        higher = ((here.x + px) * x + (here.y + py) * y) / (r + r0)  # r - r0
+        higher = ((frame.x + px) * x + (frame.y + py) * y) / (r + r0)  # r - r0
         density = drag.density_kg_m3 * exp((self.reference_m - r0 - higher) / drag.scale_height_m)
         kappa = (c * px + s * py) / (r * drag.scale_height_m)
         turn = drag.rotation_rad_s
-        wx, wy, w = here.vx + vx + turn * py, here.vy + vy - turn * px, w - turn
+        wx, wy, w = frame.vx + vx + turn * py, frame.vy + vy - turn * px, w - turn
         across, along, length = c * wy - s * wx, c * wx + s * wy, 2.0 * bar.half
         i2, i4 = length**3 / 12.0, length**5 / 80.0
         k = -0.5 * width * density * copysign(1.0, across)
@@ -49,10 +51,10 @@ class Air:
         torque = k * drag.normal_coefficient * (2.0 * i2 * across * w - kappa * square)
         return (tangent * c - normal * s) / bar.mass, (tangent * s + normal * c) / bar.mass, torque / bar.inertia
 
-    def faces(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[bool]:
-        """Which face of each bar meets the air."""
+    def faces(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[bool]:
+        """Face of each bar that is exposed to the air."""
         turn = self.drag.rotation_rad_s
         return [
-            cos(a) * (here.vy + vy - turn * (here.x + x)) > sin(a) * (here.vx + vx + turn * (here.y + y))
-            for (x, y, a), (vx, vy, _) in zip(places, rates, strict=True)
+            cos(a) * (frame.vy + vy - turn * (frame.x + x)) > sin(a) * (frame.vx + vx + turn * (frame.y + y))
+            for (x, y, a), (vx, vy, _) in zip(positions, rates, strict=True)
         ]

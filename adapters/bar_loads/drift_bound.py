@@ -1,4 +1,4 @@
-"""How far what no field exerts (air, light, thrusts, blows) drives a chain from a particle that falls freely."""
+"""Bound on the distance between a chain and a freely falling particle, due to drag, light, thrusts and impulses."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 
-def driven_m(scene: Scene) -> float:
-    """Bound in m, to a factor of two or so, by the largest push on a circular orbit of rate n (Hill's equations).
+def drift_bound_m(scene: Scene) -> float:
+    """Bound in m, to a factor of about two, by the largest force on a circular orbit of rate n (Hill's equations).
 
-    A velocity gained at one instant leads to 3 t + 4/n of it after a time t, an acceleration all the time to
-    (3/2) t² + 4 t/n.
+    A change of velocity leads to a distance of 3 t + 4/n times that change after a time t. A constant acceleration
+    leads to (3/2) t² + 4 t/n times that acceleration.
     """
     t, n = scene.run.duration_s, 2.0 * math.pi / scene.step_period_s
-    gained = math.fsum(abs(blow.impulse_N_s) for blow in scene.effects.impulse) / scene.mass_kg
-    return gained * (3.0 * t + 4.0 / n) + largest_push_m_s2(scene) * t * (1.5 * t + 4.0 / n)
+    gained = math.fsum(abs(impulse.impulse_N_s) for impulse in scene.effects.impulse) / scene.mass_kg
+    return gained * (3.0 * t + 4.0 / n) + largest_acceleration_m_s2(scene) * t * (1.5 * t + 4.0 / n)
 
 
-def largest_push_m_s2(scene: Scene) -> float:
-    """Acceleration of the whole chain, every bar across the flow and facing the Sun, at the altitude of injection."""
+def largest_acceleration_m_s2(scene: Scene) -> float:
+    """Acceleration of the whole chain at the injection altitude, every bar normal to the flow and to the Sun."""
     called, length, force = scene.effects, scene.chain.length_m, 0.0
     if called.drag:
         drag = called.drag

@@ -1,4 +1,4 @@
-"""A frame that falls freely with the chain's centre of mass at first, its axes fixed in direction."""
+"""Frame that falls freely from the chain's initial centre of mass, with axes of fixed direction."""
 
 from __future__ import annotations
 
@@ -17,37 +17,38 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from scenarios import Scene
 
-RTOL = 100.0 * np.finfo(float).eps  # the least SciPy takes
-GRAIN = 1e-15  # of radius and speed, in one step: below it rounding decides
+RTOL = 100.0 * np.finfo(float).eps  # SciPy's smallest
+GRAIN = 1e-15  # absolute tolerance relative to radius and speed: rounding dominates below it
 STEPS_PER_RADIAN = 16.0  # measured, at that tolerance: 12 to 17 on circular and eccentric orbits
 ROUNDINGS = 8.0  # measured: 1 after a circular orbit, up to 3.3 after five eccentric ones
-BETWEEN = 2e-13  # of radius and speed: SciPy's interpolation within a step; measured up to 9e-14
+BETWEEN = 2e-13  # error of SciPy's interpolation relative to radius and speed; measured up to 9e-14
 
 
-def falling(scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
+def free_fall(scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
     """Origin of the frame and its velocity at `t_s` (n,), each (n, 2), m and m/s.
 
-    The orbit of a particle started as the centre of mass is: Kepler's, or with the fields beside the central one;
-    uniform motion without gravity. What pushes the chain itself (air, light, thrust) it does not feel.
+    The orbit of a particle with the initial state of the centre of mass: Kepler's orbit, an integrated orbit where
+    other fields act, or uniform motion without gravity. Forces on the chain itself (drag, light, thrust) do not act on
+    the particle.
 
     Raises
     ------
     EngineError
-        If the particle is lost.
+        If the integration of the orbit fails.
     """
     if scene.effects.gravity is Gravity.NONE:
         drift = np.tile(start.com_velocity_m_s, (len(t_s), 1))
         return start.com_m + t_s[:, None] * drift, drift
     if scene.effects.oblateness or scene.effects.third_body:
-        return integrated(scene, start, t_s)
+        return integrated_orbit(scene, start, t_s)
     return propagate(scene.central_body.mu_m3_s2, start.com_m, start.com_velocity_m_s, t_s)
 
 
-def integrated(scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
+def integrated_orbit(scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
     """Orbit of a particle in several fields, to round-off.
 
-    Any smooth track near the true one would do for the bars, which feel differences from the fields at the origin: its
-    error is the centre of mass' own, see :func:`track_noise`.
+    Any smooth orbit near the true one suits the bars, whose loads are differences from the fields at the origin. An
+    error of the orbit is an error of the centre of mass, see :func:`orbit_noise`.
     """
     from scipy.integrate import solve_ivp
 
@@ -57,16 +58,16 @@ def integrated(scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Ar
     atol = GRAIN * np.repeat([scene.radius0_m, 2.0 * np.pi * scene.radius0_m / scene.step_period_s], 2)
     found = solve_ivp(particle(scene), (t_s[0], t_s[-1]), y0, method="DOP853", t_eval=t_s, rtol=RTOL, atol=atol)
     if not found.success:
-        raise EngineError(f"the frame's origin is lost: {found.message}")
+        raise EngineError(f"the integration of the frame's origin failed: {found.message}")
     return found.y[:2].T, found.y[2:].T
 
 
 def particle(scene: Scene) -> Callable[[float, Array], Sequence[float]]:
-    """Time derivative of a particle's place and velocity."""
-    from adapters.bar_loads.fields import Central
-    from adapters.bar_loads.particle import fields_beside
+    """Time derivative of a particle's position and velocity."""
+    from adapters.bar_loads.fields import InversePowerField
+    from adapters.bar_loads.particle import perturbing_fields
 
-    centre, beside = Central(scene.central_body.mu_m3_s2, 3), fields_beside(scene)
+    centre, beside = InversePowerField(scene.central_body.mu_m3_s2, 3), perturbing_fields(scene)
 
     def rate(t_s: float, state: Array) -> Sequence[float]:
         x, y, vx, vy = state.tolist()
@@ -76,15 +77,15 @@ def particle(scene: Scene) -> Callable[[float, Array], Sequence[float]]:
     return rate
 
 
-def track_noise(scene: Scene, t_s: Array) -> dict[str, float | Array]:
-    """Error of an integrated origin, which no step of the chain makes smaller: m, m/s.
+def orbit_noise(scene: Scene, t_s: Array) -> dict[str, float | Array]:
+    """Error of an integrated origin, m and m/s, which no step of the chain reduces.
 
-    A rounding of the radius in each step; they add up as a random walk and run along the orbit, by 3 n t. Between steps
-    the track is interpolated.
+    Each step rounds the radius. The roundings add up as a random walk and grow along the orbit by 3 n t. Between steps
+    the orbit is interpolated.
     """
     if not (scene.effects.oblateness or scene.effects.third_body):
         return {}
     turned = 2.0 * np.pi * t_s / scene.step_period_s
     walk = ROUNDINGS * np.finfo(float).eps * np.sqrt(1.0 + STEPS_PER_RADIAN * turned)
-    place = scene.radius0_m * (walk * (1.0 + 3.0 * turned) + BETWEEN)
-    return {"com": place, "com_velocity": place * 2.0 * np.pi / scene.step_period_s}
+    position = scene.radius0_m * (walk * (1.0 + 3.0 * turned) + BETWEEN)
+    return {"com": position, "com_velocity": position * 2.0 * np.pi / scene.step_period_s}

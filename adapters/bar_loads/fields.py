@@ -1,7 +1,7 @@
-"""Fields of attraction on bars in plain floats: inverse powers of the distance.
+"""Gravity fields on bars in plain floats: inverse powers of the distance.
 
-A field -A Z/r^n is the central body's with n = 3 and A its mu, J2's with n = 5 and A = (3/2) mu J2 R², a third
-body's with n = 3. Its change over a bar turns the bar, and the bar's second moment changes the force:
+A field -A Z/r^n is the central body's with n = 3 and A its mu, that of J2 with n = 5 and A = (3/2) mu J2 R², and a
+third body's with n = 3. Its gradient along a bar exerts a torque, and the bar's second moment changes the force:
 
     torque        n A J (u·Z)(n·Z)/r^(n+2)
     acceleration  (n A J/2m r^(n+2)) (Z + 2 (u·Z) u - (n+2) c² Z),   c = u·Z/r
@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, ClassVar
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.bar_loads.interface import Bar, Here, Load, Place, Rate
+    from adapters.bar_loads.interface import BarPosition, BarProperties, BarRate, FrameState, Load
     from scenarios import Oblateness
 
 
 @dataclass(frozen=True)
-class Central:
+class InversePowerField:
     """The field -A Z/r^n."""
 
     strength: float
@@ -35,7 +35,7 @@ class Central:
         return k * x, k * y
 
     def difference(self, x0: float, y0: float, x: float, y: float) -> tuple[float, float]:
-        """Acceleration at (x0 + x, y0 + y) less that at (x0, y0), by Encke's q: nothing large is subtracted."""
+        """Acceleration at (x0 + x, y0 + y) less that at (x0, y0), by Encke's q, without cancellation."""
         r2, px, py = x0 * x0 + y0 * y0, x0 + x, y0 + y
         change = expm1(-0.5 * self.power * log1p(((x0 + px) * x + (y0 + py) * y) / r2))
         k = -self.strength * r2 ** (-0.5 * self.power)
@@ -48,7 +48,7 @@ class Central:
         return spin
 
     def second_moment(self, x: float, y: float, c: float, s: float, spread: float) -> tuple[float, float]:
-        """Acceleration of a bar of J/m = `spread` m² beyond that of a point, m/s²."""
+        """Acceleration of a bar with J/m = `spread` m² less that of a point, m/s²."""
         n, r2, p = self.power, x * x + y * y, c * x + s * y
         k = 0.5 * n * self.strength * spread * r2 ** (-0.5 * (n + 2))
         along = 1.0 - (n + 2) * p * p / r2
@@ -56,19 +56,19 @@ class Central:
 
 
 @dataclass(frozen=True)
-class Beside:
-    """A field beside the central body's: on the bars' centres, and on their length if gravity has that."""
+class FieldLoad:
+    """Load of a field besides the central body's: on the bars' centres and, by the gravity model, beyond."""
 
     of_rates: ClassVar[bool] = False
-    bars: list[Bar]
-    field: Central
+    bars: list[BarProperties]
+    field: InversePowerField
     turns: bool
-    """Whether it turns bars"""
+    """Whether the field exerts torques"""
     spread: bool
-    """Whether their second moment changes the force"""
+    """Whether the bars' second moment changes the force"""
 
     def source(self, t_s: float) -> tuple[float, float]:
-        """Where its source is, m from the centre of the body."""
+        """Position of the source, m from the centre of the central body."""
         del t_s
         return 0.0, 0.0
 
@@ -76,16 +76,16 @@ class Beside:
         """Acceleration of a bar's centre at (x, y) m in the frame, whose origin is at (x0, y0) m from the source."""
         return self.field.difference(x0, y0, x, y)
 
-    def __call__(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[Load]:
         """Load of each bar."""
         del rates
-        bx, by = self.source(here.t_s)
-        x0, y0 = here.x - bx, here.y - by
-        return [self.load(x0, y0, place, bar) for place, bar in zip(places, self.bars, strict=True)]
+        bx, by = self.source(frame.t_s)
+        x0, y0 = frame.x - bx, frame.y - by
+        return [self.load(x0, y0, position, bar) for position, bar in zip(positions, self.bars, strict=True)]
 
-    def load(self, x0: float, y0: float, place: Place, bar: Bar) -> Load:
+    def load(self, x0: float, y0: float, position: BarPosition, bar: BarProperties) -> Load:
         """Load of one bar, the frame's origin at (x0, y0) m from the source."""
-        x, y, angle = place
+        x, y, angle = position
         ax, ay = self.point(x0, y0, x, y)
         if not self.turns:
             return ax, ay, 0.0
@@ -97,18 +97,18 @@ class Beside:
         return ax, ay, spin
 
 
-class Flattened(Beside):
-    """J2, where the frame falls with it."""
+class OblatenessLoad(FieldLoad):
+    """J2, in a frame that falls with it."""
 
 
-class FlattenedWhole(Beside):
-    """J2, where the frame is at rest at the centre of the body."""
+class AbsoluteOblatenessLoad(FieldLoad):
+    """J2, in a frame at rest at the centre of the body."""
 
     def point(self, x0: float, y0: float, x: float, y: float) -> tuple[float, float]:
-        """All of it."""
+        """The whole acceleration."""
         return self.field.pull(x0 + x, y0 + y)
 
 
-def flattening(mu: float, oblateness: Oblateness) -> Central:
+def oblateness_field(mu: float, oblateness: Oblateness) -> InversePowerField:
     """Field of J2 in the equatorial plane."""
-    return Central(1.5 * mu * oblateness.j2 * oblateness.radius_m**2, 5)
+    return InversePowerField(1.5 * mu * oblateness.j2 * oblateness.radius_m**2, 5)

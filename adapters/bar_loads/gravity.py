@@ -1,8 +1,8 @@
-"""Gravity on one bar in plain floats: at every step, Python's own arithmetic is the fast one.
+"""Gravity on one bar in plain floats; for few numbers Python's own arithmetic is faster than NumPy's.
 
-Each `load` gives the acceleration of a bar's centre and its angular acceleration. In the moving frame it
-is the field less the field at the frame's origin, by Encke's q, so that nothing large is subtracted.
-What else may act is in `bar_effects`.
+Each `load` is the acceleration of a bar's centre and its angular acceleration. In the moving frame the load is the
+field less the field at the frame's origin, by Encke's q, without subtraction of large numbers. Other effects are in the
+modules beside this one.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ class LandedError(Exception):
 
 
 class Loads(ABC):
-    """Gravity of a scene's central body on points, and its gradient where gravity has that."""
+    """Gravity of a scene's central body on points, with its gradient where the model has one."""
 
     def __init__(self, scene: Scene, *, surface: bool = True) -> None:
-        """Gravity of `scene`; without `surface` bars may pass it, for trial states that come to nothing."""
+        """Gravity of `scene`; without `surface` bars may pass the surface, for trial states of a solver."""
         self.mu = scene.central_body.mu_m3_s2
         self.radius = scene.central_body.radius_m
         self.gradient = scene.effects.gravity in (Gravity.GRADIENT, Gravity.QUADRUPOLE)
@@ -35,7 +35,7 @@ class Loads(ABC):
 
     @abstractmethod
     def move_to(self, x: float, y: float) -> None:
-        """Put the frame's origin at (x, y) m from the centre of the body."""
+        """Set the frame's origin to (x, y) m from the centre of the body."""
 
     @abstractmethod
     def load(self, x: float, y: float, angle: float, half: float) -> Load:
@@ -62,10 +62,10 @@ class Loads(ABC):
 
 @final
 class MovingLoads(Loads):
-    """In a frame that falls freely: the differences only."""
+    """Gravity in a freely falling frame: differences only."""
 
     def move_to(self, x: float, y: float) -> None:
-        """Put the frame's origin there."""
+        """Set the frame's origin."""
         self.x, self.y = x, y
         self.r2 = x * x + y * y
         self.strength = -self.mu / (self.r2 * sqrt(self.r2))
@@ -86,10 +86,10 @@ class MovingLoads(Loads):
 
 @final
 class AbsoluteLoads(Loads):
-    """From the centre of the body: the whole field."""
+    """Gravity relative to the centre of the body: the whole field."""
 
     def move_to(self, x: float, y: float) -> None:
-        """Inertial axes stay where they are."""
+        """No change: inertial axes stay in place."""
 
     def load(self, x: float, y: float, angle: float, half: float) -> Load:
         """-mu Z/|Z|³, and the gradient's torque."""

@@ -1,4 +1,4 @@
-"""What an effect on the bars is, in plain floats: where they are and how they move in, accelerations out."""
+"""Interface of the loads on bars, in plain floats: positions and rates in, accelerations out."""
 
 from __future__ import annotations
 
@@ -9,56 +9,57 @@ if TYPE_CHECKING:
 
     from scenarios.scene import Chain
 
-Place = tuple[float, float, float]  # a bar's centre in the frame (m, m), and its angle (rad)
-Rate = tuple[float, float, float]  # m/s, m/s, rad/s
+BarPosition = tuple[float, float, float]  # a bar's centre in the frame (m, m), and its angle (rad)
+BarRate = tuple[float, float, float]  # m/s, m/s, rad/s
 Load = tuple[float, float, float]  # acceleration of a bar's centre and its angular acceleration, m/s², m/s², rad/s²
 
 
-class Here(NamedTuple):
-    """Where and when the frame is."""
+class FrameState(NamedTuple):
+    """Position and velocity of the frame at an instant."""
 
     x: float
-    """Origin from the centre of the body, m"""
+    """Origin relative to the centre of the body, m"""
     y: float
     vx: float = 0.0
-    """Its velocity, m/s"""
+    """Velocity of the origin, m/s"""
     vy: float = 0.0
     t_s: float = 0.0
     inside_s: float = 0.0
-    """An instant within the piece of time that is meant: at `t_s` itself something may jump"""
+    """An instant within the current event-free interval: at `t_s` itself an event may occur"""
 
 
-class Bar(NamedTuple):
-    """One bar's numbers."""
+class BarProperties(NamedTuple):
+    """Mass properties of one bar."""
 
     mass: float
     """kg"""
     inertia: float
-    """About its own centre, kg m²"""
+    """About its centre, kg m²"""
     half: float
     """Half its length, m"""
 
 
-class Effect(Protocol):
-    """One effect on all bars."""
+class BarLoad(Protocol):
+    """Load of one effect on all bars."""
 
     of_rates: ClassVar[bool]
-    """Whether it asks for the bars' rates; where nobody does, nobody works them out"""
+    """Whether the load depends on the bars' rates; they are computed only if some load does"""
 
-    def __call__(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[Load]:
         """Load of each bar; `rates` are empty where `of_rates` is false."""
 
 
 @runtime_checkable
-class Faced(Protocol):
-    """An effect whose slope jumps where a bar turns its other face to it."""
+class FaceDependentLoad(Protocol):
+    """Load whose slope jumps where a bar turns its other face to the source."""
 
-    def faces(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[bool]:
-        """Which face of each bar it is that it meets."""
+    def faces(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[bool]:
+        """Exposed face of each bar."""
 
 
-def bars_of(chain: Chain) -> list[Bar]:
-    """Numbers of each bar."""
+def bars_of(chain: Chain) -> list[BarProperties]:
+    """Mass properties of each bar."""
     return [
-        Bar(m, J, 0.5 * length) for m, J, length in zip(chain.mass_kg, chain.inertia_kg_m2, chain.length_m, strict=True)
+        BarProperties(m, J, 0.5 * length)
+        for m, J, length in zip(chain.mass_kg, chain.inertia_kg_m2, chain.length_m, strict=True)
     ]

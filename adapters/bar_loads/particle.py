@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from adapters.bar_loads.fields import Central
+from adapters.bar_loads.fields import InversePowerField
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -12,25 +12,25 @@ if TYPE_CHECKING:
     from scenarios import Scene, ThirdBody
 
 
-def fields_beside(scene: Scene) -> tuple[Callable[[float, float, float], tuple[float, float]], ...]:
-    """Fields besides the central body's own: acceleration (m/s²) at t (s), x and y (m from its centre)."""
+def perturbing_fields(scene: Scene) -> tuple[Callable[[float, float, float], tuple[float, float]], ...]:
+    """Fields besides the central body's: acceleration (m/s²) at t (s), x and y (m from its centre)."""
     found = []
     if scene.effects.oblateness:
-        from adapters.bar_loads.fields import flattening
+        from adapters.bar_loads.fields import oblateness_field
 
-        j2 = flattening(scene.central_body.mu_m3_s2, scene.effects.oblateness)
+        j2 = oblateness_field(scene.central_body.mu_m3_s2, scene.effects.oblateness)
         found.append(lambda t_s, x, y: j2.pull(x, y))  # noqa: ARG005
     return (*found, *(tide(body) for body in scene.effects.third_body))
 
 
 def tide(body: ThirdBody) -> Callable[[float, float, float], tuple[float, float]]:
-    """A third body's pull on a particle less that on the central body."""
-    from adapters.bar_loads.tides import place_of
+    """Third body's acceleration of a particle less that of the central body."""
+    from adapters.bar_loads.tides import third_body_position
 
-    pull = Central(body.mu_m3_s2, 3)
+    pull = InversePowerField(body.mu_m3_s2, 3)
 
     def field(t_s: float, x: float, y: float) -> tuple[float, float]:
-        bx, by = place_of(body, t_s)
+        bx, by = third_body_position(body, t_s)
         return pull.difference(-bx, -by, x, y)
 
     return field

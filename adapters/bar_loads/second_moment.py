@@ -1,4 +1,4 @@
-"""What gravity does to a bar beyond a point and the gradient's torque, in plain floats: docs/effects/gravity.md."""
+"""Gravity on a bar beyond a point mass and the gradient's torque, in plain floats: docs/effects/gravity.md."""
 
 from __future__ import annotations
 
@@ -9,48 +9,50 @@ from typing import TYPE_CHECKING, ClassVar
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.bar_loads.fields import Central
-    from adapters.bar_loads.interface import Bar, Here, Load, Place, Rate
+    from adapters.bar_loads.fields import InversePowerField
+    from adapters.bar_loads.interface import BarPosition, BarProperties, BarRate, FrameState, Load
 
 
 @dataclass(frozen=True)
-class SecondMoment:
-    """The central body's force on a bar beyond that on a point, to the bar's second moment."""
+class SecondMomentLoad:
+    """Central body's force on a bar less that on a point, to the bar's second moment."""
 
     of_rates: ClassVar[bool] = False
-    bars: list[Bar]
-    field: Central
+    bars: list[BarProperties]
+    field: InversePowerField
 
-    def __call__(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[Load]:
         """Load of each bar."""
         del rates
-        return [self.load(here.x + x, here.y + y, a, bar) for (x, y, a), bar in zip(places, self.bars, strict=True)]
+        return [
+            self.load(frame.x + x, frame.y + y, a, bar) for (x, y, a), bar in zip(positions, self.bars, strict=True)
+        ]
 
-    def load(self, x: float, y: float, angle: float, bar: Bar) -> Load:
+    def load(self, x: float, y: float, angle: float, bar: BarProperties) -> Load:
         """Load of one bar at (x, y) m from the centre of the body."""
         return *self.field.second_moment(x, y, cos(angle), sin(angle), bar.inertia / bar.mass), 0.0
 
 
 @dataclass(frozen=True)
-class Slender:
-    """The central body's force on a uniform slender bar beyond that on a point, and its torque."""
+class SlenderLoad:
+    """Central body's force on a uniform slender bar less that on a point, and its torque."""
 
     of_rates: ClassVar[bool] = False
-    bars: list[Bar]
+    bars: list[BarProperties]
     mu: float
     """m³/s²"""
 
-    def __call__(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[Load]:
         """Load of each bar."""
         del rates
         return [
-            slender(self.mu, here.x + x, here.y + y, a, bar.half)
-            for (x, y, a), bar in zip(places, self.bars, strict=True)
+            slender(self.mu, frame.x + x, frame.y + y, a, bar.half)
+            for (x, y, a), bar in zip(positions, self.bars, strict=True)
         ]
 
 
 def slender(mu: float, x: float, y: float, angle: float, h: float) -> Load:
-    """What a bar of half length `h` at (x, y) m from the body feels beyond a point; nothing in it cancels."""
+    """Load on a bar of half length `h` at (x, y) m from the body beyond that on a point, free of cancellation."""
     ux, uy = cos(angle), sin(angle)
     p, q, r2 = ux * x + uy * y, ux * y - uy * x, x * x + y * y
     e, turned = h * h / r2, 1.0 - 2.0 * p * p / r2
@@ -67,5 +69,5 @@ def slender(mu: float, x: float, y: float, angle: float, h: float) -> Load:
 
 
 def small_root(x: float) -> float:
-    """Give sqrt(1 + x) - 1."""
+    """Sqrt(1 + x) - 1 without cancellation."""
     return x / (1.0 + sqrt(1.0 + x))

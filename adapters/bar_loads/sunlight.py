@@ -1,4 +1,4 @@
-"""Sunlight on bars in plain floats: flat bars that face the Sun, docs/effects/solar_pressure.md; no shadow."""
+"""Sunlight on flat bars in plain floats, without shadow: docs/effects/solar_pressure.md."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, ClassVar
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.bar_loads.interface import Bar, Here, Load, Place, Rate
+    from adapters.bar_loads.interface import BarPosition, BarProperties, BarRate, FrameState, Load
     from scenarios import SolarPressure
 
 
-class Sunlight:
-    """Push of the light on each bar."""
+class SunlightLoad:
+    """Force of the light on each bar."""
 
     of_rates: ClassVar[bool] = False
 
-    def __init__(self, bars: list[Bar], light: SolarPressure) -> None:
+    def __init__(self, bars: list[BarProperties], light: SolarPressure) -> None:
         """Light of a scene."""
         self.light = light
         areas = zip(bars, light.width_m, strict=True)
@@ -28,22 +28,22 @@ class Sunlight:
         longitude = self.light.sun_longitude_rad + self.light.sun_rate_rad_s * t_s
         return cos(longitude), sin(longitude)
 
-    def __call__(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[Load]:
+    def __call__(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[Load]:
         """Load of each bar."""
         del rates
-        sx, sy = self.sun(here.t_s)
-        return [self.load(sx, sy, angle, weight) for (_, _, angle), weight in zip(places, self.weight, strict=True)]
+        sx, sy = self.sun(frame.t_s)
+        return [self.load(sx, sy, angle, weight) for (_, _, angle), weight in zip(positions, self.weight, strict=True)]
 
     def load(self, sx: float, sy: float, angle: float, weight: float) -> Load:
-        """Load of one bar, `weight` m/s² where it is black and faces the Sun."""
+        """Load of one bar; `weight` is the acceleration in m/s² of a black bar normal to the light."""
         c, s, mirrored = cos(angle), sin(angle), self.light.reflectivity
         facing = c * sy - s * sx
         side = 2.0 * mirrored * facing  # 2 rho k n' = 2 rho (n·s) n
         k = -weight * copysign(facing, 1.0)
         return k * ((1.0 - mirrored) * sx - side * s), k * ((1.0 - mirrored) * sy + side * c), 0.0
 
-    def faces(self, here: Here, places: Sequence[Place], rates: Sequence[Rate]) -> list[bool]:
-        """Which face of each bar is lit."""
+    def faces(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[bool]:
+        """Lit face of each bar."""
         del rates
-        sx, sy = self.sun(here.t_s)
-        return [cos(a) * sy > sin(a) * sx for _, _, a in places]
+        sx, sy = self.sun(frame.t_s)
+        return [cos(a) * sy > sin(a) * sx for _, _, a in positions]

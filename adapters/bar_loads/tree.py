@@ -1,4 +1,4 @@
-"""A tree of joints in plain floats: where its bars are and how they move."""
+"""Kinematics of a tree of joints in plain floats."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from adapters.bar_loads.interface import Bar, Place, Rate
+    from adapters.bar_loads.interface import BarPosition, BarProperties, BarRate
 
 
-def tree_places(q: Sequence[float], bars: Sequence[Bar]) -> Iterator[Place]:
-    """Each bar's place in the frame, of joint coordinates (N + 2)."""
+def tree_positions(q: Sequence[float], bars: Sequence[BarProperties]) -> Iterator[BarPosition]:
+    """Each bar's position in the frame from joint coordinates (N + 2)."""
     x, y = q[:2]
     for angle, bar in zip(accumulate(q[2:]), bars, strict=True):
         reach_x, reach_y = bar.half * cos(angle), bar.half * sin(angle)
@@ -21,8 +21,8 @@ def tree_places(q: Sequence[float], bars: Sequence[Bar]) -> Iterator[Place]:
         x, y = x + 2.0 * reach_x, y + 2.0 * reach_y
 
 
-def tree_rates(q: Sequence[float], q_t: Sequence[float], bars: Sequence[Bar]) -> Iterator[Rate]:
-    """Each bar's rates in the frame, of joint coordinates and their rates, each (N + 2)."""
+def tree_rates(q: Sequence[float], q_t: Sequence[float], bars: Sequence[BarProperties]) -> Iterator[BarRate]:
+    """Each bar's rates in the frame from joint coordinates and their rates, each (N + 2)."""
     vx, vy = q_t[:2]
     for angle, rate, bar in zip(accumulate(q[2:]), accumulate(q_t[2:]), bars, strict=True):
         reach_x, reach_y = -bar.half * rate * sin(angle), bar.half * rate * cos(angle)

@@ -1,1 +1,1 @@
-"""What several engines need: initial state, Kepler's orbit, equal steps, falling frame, joint coordinates."""
+"""Shared by engines: initial state, Kepler's orbit, equal steps, step alignment, face reversal, joint coordinates."""

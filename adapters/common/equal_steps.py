@@ -1,4 +1,4 @@
-"""Equal steps: how many of them a setting asks for, and which setting is really finer."""
+"""Equal steps: their number at a setting, and the next finer setting."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from adapters.engine import AccuracyParameter, AccuracySweep, Setting
 if TYPE_CHECKING:
     from scenarios import Scene
 
-WHOLE = 1e-9  # a step count this near to a whole one is that one
+WHOLE = 1e-9  # distance up to which a step count is the next integer
 
 
 def steps_between_samples(scene: Scene, steps_per_orbit: float) -> int:
-    """Count the steps from one sample to the next, rounded up to an even number.
+    """Number of steps between two samples, rounded up to an even number.
 
-    Multipliers held at velocity level ring from step to step, by h² and undamped; after an odd number of steps a
-    sample would see the other side of it, and two settings could not be compared.
+    Multipliers held at velocity level oscillate from step to step, by h² and undamped. After an odd number of steps a
+    sample would fall on the other side of the oscillation, and two settings could not be compared.
     """
     intervals = scene.run.samples - 1
     wanted = steps_per_orbit * scene.run.duration_s / scene.step_period_s / intervals
@@ -25,15 +25,15 @@ def steps_between_samples(scene: Scene, steps_per_orbit: float) -> int:
 
 
 def step_s(scene: Scene, steps_per_orbit: float) -> float:
-    """Step that results, s."""
+    """Size of the steps, s."""
     return scene.run.duration_s / ((scene.run.samples - 1) * steps_between_samples(scene, steps_per_orbit))
 
 
 def finer_setting(scene: Scene, sweep: AccuracySweep, setting: Setting) -> Setting:
-    """Setting with half the step really taken, or a tenth of the requested error.
+    """Setting with half the actual step, or a tenth of the requested error.
 
-    Samples may lie so close together that twice the steps asked for are no more steps at all: two equal
-    runs would then be taken for an error of zero.
+    Samples may lie so close together that twice the requested steps give the same actual step. Two equal runs would
+    then suggest an error of zero.
     """
     if setting.parameter is AccuracyParameter.RTOL:
         return sweep.finer(setting)

@@ -1,7 +1,7 @@
-"""The initial state of a scene: the same numbers for every engine.
+"""Initial state of a scene: the same numbers for every engine.
 
-Angles count from the horizontal, which is the radial direction turned by -90 degrees. A prescribed
-bar takes the rate of its law, so that law and state agree from the first instant.
+Angles are relative to the horizontal, which is the radial direction rotated by -90 degrees. A prescribed bar takes the
+rate of its law, so that law and state agree at t = 0.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ POINT_PART: dict[Gravity, GravityModel] = {
     Gravity.QUADRUPOLE: "gradient",
     Gravity.SLENDER: "point",
 }
-"""Gravity of the central body as the reference sees it: what is beyond is an effect of its own"""
-HORIZON_SWEEPS = 50  # the fixed point contracts by the chain's size over its radius, 1e-5 in the paper's scenes
+"""Model of the central body's gravity in the reference; the remainder of a model is an effect of its own"""
+LONGITUDE_ITERATIONS = 50  # contraction by the chain's size over its radius, 1e-5 in the paper's scenes
 
 
 @dataclass(frozen=True)
 class InitialState:
-    """Where and how fast everything is at t = 0, in inertial axes."""
+    """Positions and velocities at t = 0, in inertial axes."""
 
     com_m: Array
     """(2,)"""
@@ -57,7 +57,7 @@ class InitialState:
 
 
 def initial_state(scene: Scene) -> InitialState:
-    """Initial state of `scene`, joints closed in position and velocity."""
+    """Initial state of `scene`, with joints closed in position and velocity."""
     model = chain_model(scene)
     longitude = scene.orbit.longitude_rad
     radial = np.array([math.cos(longitude), math.sin(longitude)])
@@ -76,13 +76,13 @@ def initial_state(scene: Scene) -> InitialState:
 
 
 def initial_angles(scene: Scene, model: ChainModel, com_m: Array) -> Array:
-    """theta_j(0), (N,): from the chain's horizontal, or by fixed point from each bar's own."""
+    """theta_j(0), (N,): relative to the chain's horizontal, or by fixed-point iteration to each bar's own."""
     longitude = scene.orbit.longitude_rad
     phi = np.array(scene.chain.angle_rad)
     angle: Array = phi + longitude - 0.5 * math.pi
     if scene.chain.angle_from == "chain":
         return angle
-    for _ in range(HORIZON_SWEEPS):
+    for _ in range(LONGITUDE_ITERATIONS):
         before = angle
         angle = phi + longitude + longitude_differences(com_m, relative_positions(model, angle)) - 0.5 * math.pi
         if np.array_equal(angle, before):
@@ -91,16 +91,16 @@ def initial_angles(scene: Scene, model: ChainModel, com_m: Array) -> Array:
 
 
 def longitude_differences(com_m: Array, position_m: Array) -> Array:
-    """Longitude of each bar's centre less that of the chain's, (N,) rad, free of cancellation."""
+    """Longitude of each bar's centre relative to the chain's, (N,) rad, free of cancellation."""
     difference: Array = np.arctan2(cross(com_m, position_m), com_m @ com_m + position_m @ com_m)
     return difference
 
 
 def initial_rates(scene: Scene, model: ChainModel, com_m: Array, com_velocity_m_s: Array, angle_rad: Array) -> Array:
-    """theta_j'(0), (N,): alpha v0/r0, and the law's own for prescribed bars.
+    """theta_j'(0), (N,): alpha v0/r0, and the law's rate for prescribed bars.
 
-    Against the local horizontal the law asks for theta' = omega', where the bar's own longitude
-    rate depends on all bars' rates: a linear system with one row per prescribed bar.
+    Relative to the local horizontal the law requires theta' = omega'. A bar's own longitude rate depends on all bars'
+    rates, which gives a linear system with one row per prescribed bar.
     """
     rate = np.array(scene.chain.rate_factor) * scene.orbital_rate_rad_s
     laws = scene.effects.prescribed_rotation
@@ -109,21 +109,21 @@ def initial_rates(scene: Scene, model: ChainModel, com_m: Array, com_velocity_m_
     local = [p.bar - 1 for p in laws if p.frame is Frame.LOCAL_HORIZONTAL]
     if not local:
         return rate
-    place = com_m + relative_positions(model, angle_rad)
-    r2 = np.sum(place**2, axis=-1)
-    base = cross(place, com_velocity_m_s + relative_velocities(model, angle_rad, rate)) / r2
+    position = com_m + relative_positions(model, angle_rad)
+    r2 = np.sum(position**2, axis=-1)
+    base = cross(position, com_velocity_m_s + relative_velocities(model, angle_rad, rate)) / r2
     _, across = directions(angle_rad)
     system = np.eye(len(local))
     for column, bar in enumerate(local):
         unit = np.zeros((model.bars, 2))
         unit[bar] = model.half_m[bar] * across[bar]
-        system[:, column] -= (cross(place, bar_centre_vectors(model, unit)) / r2)[local]
+        system[:, column] -= (cross(position, bar_centre_vectors(model, unit)) / r2)[local]
     rate[local] = np.linalg.solve(system, base[local])
     return rate
 
 
 def chain_model(scene: Scene) -> ChainModel:
-    """The reference's description of `scene`."""
+    """The reference's model of `scene`."""
     model = ChainModel(
         mu_m3_s2=scene.central_body.mu_m3_s2,
         mass_kg=np.array(scene.chain.mass_kg),
@@ -146,7 +146,7 @@ def chain_model(scene: Scene) -> ChainModel:
 
 
 def prescription(p: PrescribedRotation) -> Prescription:
-    """The reference's description of a prescribed rotation."""
+    """The reference's model of a prescribed rotation."""
     neighbour = p.bar - 2 if p.bar > 1 else 1  # counted from 0
     return Prescription(
         bar=p.bar - 1,

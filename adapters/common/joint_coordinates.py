@@ -1,7 +1,7 @@
-"""A chain as a tree of joints: one bar's end, and each bar's angle against the one before.
+"""Joint coordinates of a chain: one bar's end, and each bar's angle relative to the previous bar.
 
-Coordinates (N + 2,): x and y of bar 1's left end in the frame, bar 1's angle from the frame's x axis,
-then the angle at each joint.
+Coordinates (N + 2,): x and y of bar 1's left end in the frame, bar 1's angle from the frame's x axis, then the angle at
+each joint.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
 
 
-class Posture(Protocol):
-    """Where the bars are in the frame, whose origin is the centre of mass."""
+class ChainPose(Protocol):
+    """State of the bars in a frame whose origin is the centre of mass."""
 
     @property
     def position_m(self) -> Array:
@@ -36,8 +36,8 @@ class Posture(Protocol):
         """(N,)."""
 
 
-def folded(length_m: Array, start: Posture) -> tuple[Array, Array]:
-    """Coordinates and rates, each (N + 2,), of a posture."""
+def to_joint_coordinates(length_m: Array, start: ChainPose) -> tuple[Array, Array]:
+    """Joint coordinates and their rates, each (N + 2,), of a state."""
     (along, *_), (across, *_) = directions(start.angle_rad)
     half = 0.5 * length_m[0]
     left = start.position_m[0] - half * along
@@ -49,12 +49,12 @@ def folded(length_m: Array, start: Posture) -> tuple[Array, Array]:
 
 
 def angles(q: Array) -> Array:
-    """Bars' own angles (or rates), (n, N), of coordinates (or their rates), (n, N + 2)."""
+    """Bars' absolute angles (or rates), (n, N), from coordinates (or their rates), (n, N + 2)."""
     return np.cumsum(q[:, 2:], axis=1)
 
 
-def places(length_m: Array, q: Array) -> Array:
-    """Bars' centres in the frame, (n, N, 2), of coordinates (n, N + 2)."""
+def positions(length_m: Array, q: Array) -> Array:
+    """Bars' centres in the frame, (n, N, 2), from coordinates (n, N + 2)."""
     along, _ = directions(angles(q))
     return bar_centres(q, 0.5 * length_m[:, None] * along)
 
@@ -73,6 +73,6 @@ def accelerations(length_m: Array, q: Array, q_t: Array, q_tt: Array) -> Array:
 
 
 def bar_centres(base: Array, reach: Array) -> Array:
-    """Centres (n, N, 2) of bars that reach from centre to right end by `reach`, the first beginning at `base`."""
+    """Centres (n, N, 2) of bars with vectors `reach` from centre to right end; the first bar starts at `base`."""
     total: Array = base[:, None, :2] + 2.0 * np.cumsum(reach, axis=1) - reach
     return total

@@ -1,4 +1,4 @@
-"""A particle about a point mass in closed form, any conic: universal variables and Stumpff functions.
+"""Motion about a point mass in closed form, any conic: universal variables and Stumpff functions.
 
 With s the universal anomaly (ds = dt/r), beta = 2 mu/r0 - v0², eta = x0·v0 and G_k = s^k c_k(beta s²),
 
@@ -7,7 +7,7 @@ With s the universal anomaly (ds = dt/r), beta = 2 mu/r0 - v0², eta = x0·v0 an
     x  = x0 - (mu/r0) G2 x0 + (r0 G1 + eta G2) v0
     x' = -(mu/(r r0)) G1 x0 + (1 - (mu/r) G2) v0
 
-No term is a difference of large numbers where eta >= 0, and x - x0 comes out without subtracting x0.
+No term is a difference of large numbers where eta >= 0, and x - x0 results without subtraction of x0.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ EXCESS_FLOOR = 4.0 * np.finfo(float).eps  # of Kepler's equation's terms: below 
 
 
 def propagate(mu_m3_s2: float, position_m: Array, velocity_m_s: Array, t_s: Array) -> tuple[Array, Array]:
-    """Position and velocity at `t_s` of a particle that was at `position_m` at t = 0.
+    """Position and velocity at `t_s` of a particle from its state at t = 0.
 
     Parameters
     ----------
     mu_m3_s2 : float
         Positive.
     position_m, velocity_m_s : ndarray, shape (2,)
-        State at t = 0; any conic, radial ones too (they bounce off the centre).
+        State at t = 0; any conic. A radial orbit reflects at the centre.
     t_s : ndarray, shape (n,)
         Either sign.
 
@@ -47,7 +47,7 @@ def propagate(mu_m3_s2: float, position_m: Array, velocity_m_s: Array, t_s: Arra
 
 
 def displacements(mu_m3_s2: float, position_m: Array, velocity_m_s: Array, t_s: Array) -> tuple[Array, Array]:
-    """As :func:`propagate`, with the position's change x - x0 (n, 2), small where the time is short."""
+    """Displacement x - x0 (n, 2), accurate for short times, and velocity (n, 2); see :func:`propagate`."""
     r0 = math.hypot(*position_m)
     eta = float(position_m @ velocity_m_s)
     beta = 2.0 * mu_m3_s2 / r0 - float(velocity_m_s @ velocity_m_s)
@@ -61,7 +61,7 @@ def displacements(mu_m3_s2: float, position_m: Array, velocity_m_s: Array, t_s: 
 
 
 def universal_anomaly(mu_m3_s2: float, r0_m: float, eta_m2_s: float, beta_m2_s2: float, t_s: Array) -> Array:
-    """Solve Kepler's equation for s, (n,) s/m, by Newton's steps kept inside a shrinking bracket."""
+    """Solve Kepler's equation for s, (n,) s/m, by Newton's method inside a shrinking bracket."""
     if beta_m2_s2 > 0.0:
         rate = math.sqrt(beta_m2_s2)
         period = 2.0 * math.pi * mu_m3_s2 / rate**3
@@ -92,7 +92,7 @@ def universal_anomaly(mu_m3_s2: float, r0_m: float, eta_m2_s: float, beta_m2_s2:
 
 
 def open_bracket(mu_m3_s2: float, r0_m: float, eta_m2_s: float, beta_m2_s2: float, t_s: Array) -> Array:
-    """Anomaly (n,) whose time is beyond `|t_s|` in both directions, on an orbit that never returns."""
+    """Anomaly (n,) whose time exceeds `|t_s|` in both directions, on an unbound orbit."""
     target, rate = np.abs(t_s), math.sqrt(-beta_m2_s2)
     most = target / r0_m  # where eta = 0 each term alone stays below the time: r0 G1, here, and mu G3 >= mu s³/6
     most = np.minimum(most if rate == 0.0 else np.arcsinh(rate * most) / rate, np.cbrt(6.0 * target / mu_m3_s2))
@@ -126,7 +126,7 @@ def stumpff(z: Array) -> tuple[Array, Array]:
 
 
 def stumpff_series(z: Array) -> tuple[Array, Array]:
-    """Sum (-z)^k/(2k+2)! and (-z)^k/(2k+3)! over k, for small z."""
+    """Sums of (-z)^k/(2k+2)! and (-z)^k/(2k+3)! over k, for small z."""
     c2, c3 = np.zeros_like(z), np.zeros_like(z)
     for k in range(SERIES_TERMS - 1, -1, -1):  # Horner's scheme
         c2 = 1.0 / math.factorial(2 * k + 2) - z * c2

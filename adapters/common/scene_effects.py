@@ -1,4 +1,4 @@
-"""A scene's effects for the reference: each module is imported only where the scene calls for it."""
+"""Effects of a scene for the reference; each module is imported only for a scene with the effect."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def effects_of(scene: Scene) -> tuple[ChainEffect, ...]:
-    """What acts besides point or gradient gravity and prescribed rotations, in a fixed order."""
+    """Effects besides point or gradient gravity and prescribed rotations, in a fixed order."""
     called = scene.effects
     found: list[ChainEffect] = []
     if called.gravity in (Gravity.QUADRUPOLE, Gravity.SLENDER):
@@ -36,7 +36,7 @@ def effects_of(scene: Scene) -> tuple[ChainEffect, ...]:
 
 
 def bar_shape(gravity: Gravity) -> ChainEffect:
-    """What gravity does to a bar beyond a point mass and the gradient's torque."""
+    """Gravity on a bar beyond a point mass and the gradient's torque."""
     if gravity is Gravity.SLENDER:
         from reference_impl.effects.slender import SlenderBarEffect
 
@@ -47,12 +47,12 @@ def bar_shape(gravity: Gravity) -> ChainEffect:
 
 
 def second_moment(scene: Scene) -> bool:
-    """Whether gravity's model has the force on a bar's second moment."""
+    """Whether the gravity model includes the force on a bar's second moment."""
     return scene.effects.gravity in (Gravity.QUADRUPOLE, Gravity.SLENDER)
 
 
 def oblateness(scene: Scene) -> ChainEffect:
-    """J2."""
+    """Oblateness, J2."""
     from reference_impl.effects.oblateness import OblatenessEffect
 
     given = scene.effects.oblateness
@@ -62,7 +62,7 @@ def oblateness(scene: Scene) -> ChainEffect:
 
 
 def third_bodies(scene: Scene) -> list[ChainEffect]:
-    """Moon, Sun, others."""
+    """Third bodies: Moon, Sun, others."""
     from reference_impl.effects.third_body import ThirdBodyEffect
 
     return [
@@ -96,7 +96,7 @@ def drag(scene: Scene) -> ChainEffect:
 
 
 def solar_pressure(scene: Scene) -> ChainEffect:
-    """Sunlight."""
+    """Solar radiation pressure."""
     from reference_impl.effects.solar_pressure import SolarPressureEffect
 
     given = scene.effects.solar_pressure
@@ -123,7 +123,7 @@ def springs(scene: Scene) -> ChainEffect:
 
 
 def thrusts(scene: Scene) -> list[ChainEffect]:
-    """Thrusters."""
+    """Thrusts."""
     from reference_impl.effects.thrust import ThrustEffect
 
     return [
@@ -135,7 +135,7 @@ def thrusts(scene: Scene) -> list[ChainEffect]:
 
 
 def impulses_of(scene: Scene) -> tuple[BarImpulse, ...]:
-    """Blows."""
+    """Impulses."""
     if not scene.effects.impulse:
         return ()
     from reference_impl.model.chain import BarImpulse

@@ -1,4 +1,4 @@
-"""Instants at which something jumps, for engines of equal steps: each has to fall on a step's end."""
+"""Alignment of events with equal steps: each event must coincide with the end of a step."""
 
 from __future__ import annotations
 
@@ -7,37 +7,37 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from scenarios import Impulse, Scene
 
-SLACK = 1e-9  # of half a sample interval: an instant this near to a step's end is on it
+SLACK = 1e-9  # relative to half a sample interval: distance up to which an event coincides with a step's end
 
 
-def between_steps(scene: Scene) -> str | None:
-    """Why equal steps would straddle a jump of `scene`, or None if they do not.
+def misalignment(scene: Scene) -> str | None:
+    """Reason why equal steps do not support the events of `scene`; None if they do.
 
-    Steps are even in number from sample to sample, so that a sample and the middle between two are steps' ends whatever
-    their number is.
+    The number of steps between two samples is even. A sample and the midpoint between two samples are therefore ends of
+    steps at every setting.
     """
     half = 0.5 * scene.run.duration_s / (scene.run.samples - 1)
-    for t in inner_breaks_s(scene):
+    for t in inner_events_s(scene):
         if abs(t / half - round(t / half)) > SLACK:
             return (
-                f"a jump at t = {t:g} s: equal steps would straddle it; "
+                f"an event at t = {t:g} s is not supported: equal steps would straddle it; "
                 f"allowed: at a sample or midway between two, multiples of {half:g} s"
             )
     return None
 
 
-def inner_breaks_s(scene: Scene) -> list[float]:
-    """Jumps within the run; what jumps at its very ends is before it or after it."""
+def inner_events_s(scene: Scene) -> list[float]:
+    """Instants of events within the run; an event at either end lies before or after the run."""
     slack = SLACK * scene.run.duration_s / scene.run.samples
     return [t for t in scene.effects.breaks_s if slack < t < scene.run.duration_s - slack]
 
 
-def jumps_by_step(scene: Scene, dt_s: float) -> dict[int, tuple[Impulse, ...]]:
-    """Steps at whose end something jumps, with the blows that fall there; 0 only where there are some."""
-    found: dict[int, tuple[Impulse, ...]] = {round(t / dt_s): () for t in inner_breaks_s(scene)}
+def events_by_step(scene: Scene, dt_s: float) -> dict[int, tuple[Impulse, ...]]:
+    """Steps that end at an event, with the impulses applied there; step 0 appears only with impulses."""
+    found: dict[int, tuple[Impulse, ...]] = {round(t / dt_s): () for t in inner_events_s(scene)}
     steps = round(scene.run.duration_s / dt_s)
-    for blow in scene.effects.impulse:
-        step = round(blow.at_s / dt_s)
+    for impulse in scene.effects.impulse:
+        step = round(impulse.at_s / dt_s)
         if 0 <= step < steps:
-            found[step] = (*found.get(step, ()), blow)
+            found[step] = (*found.get(step, ()), impulse)
     return found

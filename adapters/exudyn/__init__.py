@@ -1,12 +1,20 @@
 """Exudyn: redundant coordinates with Lagrange multipliers, or a kinematic tree.
 
 Formulation: `ObjectRigidBody2D` and `ObjectJointRevolute2D`; the joints' multipliers are the reactions. `exudyn-tree`
-is an `ObjectKinematicTree` without constraints, its reactions are found from momentum. Coordinates: a frame on the
-Kepler orbit, so that forces are of the size of a bar; or absolute inertial ones (`exudyn-absolute*`), which show what
-multipliers lose there. Integrators: trapezoidal rule with index 2, generalized-alpha with index 3, RK67 for the tree;
-equal steps. Accuracy parameter: steps per orbit. Order: 2; 6 for the tree. Not supported: blows, the edge of the
-Earth's shadow, faces that turn to wind or light between two steps, and thrusts that start or end beside a prescribed
-rotation. The tree takes no prescribed rotation. Traps: Newton's tolerances have to be absolute and in the scene's
-units; index 2 differences (C_q q')_q, which has to be scaled; a run that stops early reports success; in absolute
-coordinates Newton accepts torques that turn small bars.
+is an `ObjectKinematicTree` without constraints; the balance of momentum along the chain gives its reactions.
+Coordinates: a frame on the Kepler orbit, in which forces are of the size of those on a bar (`exudyn`, `exudyn-index3`,
+`exudyn-tree`), or absolute inertial coordinates (`exudyn-absolute`, `exudyn-absolute-index3`), in which multipliers
+lose digits.
+Integrators: trapezoidal rule at index 2 (order 2), generalized-alpha at index 3 (order 2), RK67 for the tree (order 6);
+equal steps.
+Accuracy parameter: steps per orbit.
+
+Supported: all gravity models, oblateness, third bodies, drag, solar pressure without shadow, joint springs and dampers,
+thrusts; prescribed rotations except by the tree.
+Not supported: impulses, the shadow's edge, bars that turn their other face to the wind or the Sun, thrust tables with
+corners inside a step, and thrusts that start or end during a run with prescribed rotations.
+
+Traps: Newton's tolerances must be absolute and in the scene's units. Index 2 differences (C_q q')_q, whose increment
+must be scaled. A run that stops early reports success. In absolute coordinates Newton accepts torques whose error turns
+small bars. Initial accelerations are wrong where a prescribed offset follows the motion.
 """

@@ -1,4 +1,4 @@
-"""Exudyn behind the engines' contract: five ways to set up the same chain."""
+"""Exudyn adapter: five models of the same chain."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, ClassVar, final
 import numpy as np
 
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, EngineError, Setting
-from adapters.exudyn.engine import SHOWN, ExudynEngine
+from adapters.exudyn.engine import OBSERVED, ExudynEngine
 from adapters.exudyn.loads.thrust import jumps_s
 from adapters.exudyn.models.bodies import RedundantModel
-from adapters.exudyn.models.tree import StandingTreeModel, TreeModel, seen_tree
+from adapters.exudyn.models.tree import FrozenOrbitTreeModel, TreeModel, tree_readings
 from adapters.exudyn.noise import engine_noise, tree_noise
 from adapters.exudyn.readout import SensorReadings
 from adapters.exudyn.solve.solver import method_for, settings_of, solver_of, steps_of
-from adapters.exudyn.solve.start import StartForces, offset_follows_motion, start_forces, supply
+from adapters.exudyn.solve.start import StartForces, offset_follows_motion, set_start_forces, start_forces
 from adapters.trajectory import Observable
 
 if TYPE_CHECKING:
@@ -27,33 +27,33 @@ if TYPE_CHECKING:
 GRAVITY = frozenset(f"gravity.{name}" for name in ("none", "point", "gradient", "quadrupole", "slender"))
 FIELDS = frozenset({"oblateness", "third_body"})
 PUSHES = frozenset({"drag", "solar_pressure", "joint_spring_damper", "thrust.body", "thrust.inertial"})
-CARRIED = GRAVITY | FIELDS | PUSHES
+SUPPORTED = GRAVITY | FIELDS | PUSHES
 PRESCRIBED = frozenset(f"prescribed_rotation.{w}" for w in ("inertial", "local_horizontal", "external", "joint"))
-NOT_CARRIED = {
-    "solar_pressure.shadow": "solar_pressure.shadow: equal steps can't meet the shadow's edge, found in the motion",
-    "impulse": "impulse: Exudyn has no jump of velocities in which joints hold",
+UNSUPPORTED = {
+    "solar_pressure.shadow": "solar_pressure.shadow is not supported: equal steps straddle the shadow's edge",
+    "impulse": "impulse is not supported: Exudyn has no jump of velocities under closed joints",
 }
-DIVIDED = (
-    "thrust: it starts or ends within the run, which divides it; beside a prescribed rotation Exudyn finds wrong "
-    "accelerations where a piece begins"
+RESTARTED = (
+    "thrust with a prescribed rotation is not supported: the run restarts where the thrust starts or ends, "
+    "and Exudyn computes wrong accelerations there"
 )
-BRIEF = 1e-12  # of a step: a run so short that the state stays where it was to the last digit
+BRIEF = 1e-12  # duration over a step: a run so short that the state does not change in its last digit
 
 
 class ExudynRedundant(ExudynEngine):
-    """Rigid bodies and joints."""
+    """Rigid bodies and joints in redundant coordinates."""
 
-    effects = CARRIED | PRESCRIBED
-    why_not = NOT_CARRIED
-    observables = SHOWN | {Observable.GAP, Observable.TORQUE}
+    effects = SUPPORTED | PRESCRIBED
+    unsupported_reasons = UNSUPPORTED
+    observables = OBSERVED | {Observable.GAP, Observable.TORQUE}
     order = 2.0
     model: RedundantModel
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
-        """Beyond its effects: a run in pieces starts anew without accelerations of prescribed bars."""
+        """Reason why the engine does not support `scene`: restarts lose accelerations of prescribed bars."""
         divided = scene.effects.prescribed_rotation and jumps_s(scene)
-        return super().unsupported(scene) or (DIVIDED if divided else None)
+        return super().unsupported(scene) or (RESTARTED if divided else None)
 
     @classmethod
     def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
@@ -67,20 +67,20 @@ class ExudynRedundant(ExudynEngine):
         self.start_forces: StartForces | None = None
         if offset_follows_motion(scene):
             self.start_forces = start_forces(self.make, self.steps, self.method)
-            supply(self.model, self.settings, self.start_forces)
+            set_start_forces(self.model, self.settings, self.start_forces)
 
     def make(self, steps: Steps) -> RedundantModel:
         """Bodies with joints."""
         return RedundantModel(self.scene, steps, absolute=self.absolute)
 
     def readings(self) -> tuple[SensorReadings, dict[str, float | str]]:
-        """Bodies' coordinates, joints' multipliers; a prescription's multiplier is minus its torque."""
+        """Bodies' coordinates and joints' multipliers; the multiplier of a prescribed rotation is minus its torque."""
         m = self.model
         q, v = stacked(m, m.coordinates), stacked(m, m.rates)
         n, bars = q.shape[:2]
         reaction = stacked(m, m.reactions)[..., :2] if m.reactions else np.empty((n, bars - 1, 2))
         torque = -stacked(m, m.torques)[..., 0] if m.torques else np.empty((n, 0))
-        if self.start_forces is not None:  # sensors show zeros at t = 0 where multipliers were supplied
+        if self.start_forces is not None:  # sensors store zeros at t = 0 where the multipliers are given
             joints, prescribed = np.split(self.start_forces.multipliers, [2 * (bars - 1)])
             reaction[0], torque[0] = joints.reshape(-1, 2), -prescribed
         return SensorReadings(q[..., :2], v[..., :2], q[..., 2], v[..., 2], reaction, torque), {}
@@ -93,7 +93,7 @@ def stacked(model: Model, sensors: list[Any]) -> Array:
 
 @final
 class Exudyn(ExudynRedundant):
-    """Multipliers, index 2, in the moving frame."""
+    """Multipliers at index 2 in the moving frame."""
 
     title = "Exudyn, redundant coordinates in a frame on the Kepler orbit, trapezoidal index 2"
     coordinates = Coordinates.ROTATING_FRAME
@@ -102,7 +102,7 @@ class Exudyn(ExudynRedundant):
 
 @final
 class ExudynIndex3(ExudynRedundant):
-    """Multipliers, index 3, in the moving frame."""
+    """Multipliers at index 3 in the moving frame."""
 
     title = "Exudyn, redundant coordinates in a frame on the Kepler orbit, generalized-alpha index 3"
     coordinates = Coordinates.ROTATING_FRAME
@@ -113,7 +113,7 @@ class ExudynIndex3(ExudynRedundant):
 
 @final
 class ExudynAbsolute(ExudynRedundant):
-    """Multipliers, index 2, from the centre of the body."""
+    """Multipliers at index 2 in absolute coordinates."""
 
     title = "Exudyn, redundant absolute inertial coordinates, trapezoidal index 2"
     coordinates = Coordinates.ABSOLUTE
@@ -123,7 +123,7 @@ class ExudynAbsolute(ExudynRedundant):
 
 @final
 class ExudynAbsoluteIndex3(ExudynRedundant):
-    """Multipliers, index 3, from the centre of the body."""
+    """Multipliers at index 3 in absolute coordinates."""
 
     title = "Exudyn, redundant absolute inertial coordinates, generalized-alpha index 3"
     coordinates = Coordinates.ABSOLUTE
@@ -135,18 +135,18 @@ class ExudynAbsoluteIndex3(ExudynRedundant):
 
 @final
 class ExudynTree(ExudynEngine):
-    """Kinematic tree, explicit, in the moving frame."""
+    """Kinematic tree with an explicit method, in the moving frame."""
 
     title = "Exudyn, kinematic tree in a frame on the Kepler orbit, RK67"
     coordinates = Coordinates.JOINT
     order = 6.0
     sweep = AccuracySweep(AccuracyParameter.STEPS_PER_ORBIT, (20, 50, 100, 150, 200, 400, 800, 1600), default=400)
-    effects = CARRIED
+    effects = SUPPORTED
     explicit = True
     model: TreeModel
-    why_not: ClassVar[dict[str, str]] = NOT_CARRIED | dict.fromkeys(
+    unsupported_reasons: ClassVar[dict[str, str]] = UNSUPPORTED | dict.fromkeys(
         sorted(PRESCRIBED),
-        "prescribed rotation: Exudyn's explicit solvers take no constraints beside a kinematic tree",
+        "prescribed rotation is not supported: Exudyn's explicit solvers accept no constraint on a kinematic tree",
     )
 
     @classmethod
@@ -160,19 +160,19 @@ class ExudynTree(ExudynEngine):
         return TreeModel(self.scene, steps, absolute=False)
 
     def readings(self) -> tuple[SensorReadings, dict[str, float | str]]:
-        """Tree coordinates unfolded, reactions from the bars' momentum."""
+        """Bars' states from tree coordinates, reactions from the bars' momentum."""
         q, q_t, q_tt = (self.model.history(s)[:, 1:] for s in self.model.sensors)
         q_tt[0] = self._first_accelerations()
-        readings, left_over = seen_tree(self.model, q, q_t, q_tt)
+        readings, left_over = tree_readings(self.model, q, q_t, q_tt)
         return readings, {"free_end_N": float(left_over.max())}
 
     def _first_accelerations(self) -> Array:
-        """Get accelerations at t = 0, where an explicit run has zeros, from a very short run of the model."""
+        """Accelerations at t = 0, where an explicit run stores zeros, from a very short run of the model."""
         brief = dataclasses.replace(self.steps, size_s=BRIEF * self.steps.size_s, count=1)
-        model = StandingTreeModel(self.scene, brief, absolute=False)
+        model = FrozenOrbitTreeModel(self.scene, brief, absolute=False)
         try:
             if not solver_of(self.method).SolveSystem(model.mbs, settings_of(brief, 2, self.method)):
-                raise EngineError("Exudyn: no accelerations at t = 0")
+                raise EngineError("Exudyn: the solver failed to compute the accelerations at t = 0")
             return model.history(model.sensors[2])[-1, 1:]
         finally:
             model.close()

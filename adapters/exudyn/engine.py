@@ -1,4 +1,4 @@
-"""What every Exudyn engine does: build, run quietly, and check what Exudyn leaves unchecked."""
+"""Common part of every Exudyn engine: build, run without output, and check Exudyn's results."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 from adapters.common import face_reversal
 from adapters.engine import Engine, EngineError, Setting, UnsupportedMotionError
 from adapters.exudyn.loads.thrust import off_step_s
-from adapters.exudyn.readout import SensorReadings, gaps, landing, places, trajectory
-from adapters.exudyn.solve.restart_segments import pieces_of, run_pieces
+from adapters.exudyn.readout import SensorReadings, gaps, landing, positions, trajectory
+from adapters.exudyn.solve.restart_segments import run_segments, segments_of
 from adapters.exudyn.solve.solver import method_for, settings_of, solver_of, steps_of
 from adapters.trajectory import Observable, Trajectory
 
@@ -20,28 +20,31 @@ if TYPE_CHECKING:
     from adapters.exudyn.timetable import Steps
     from scenarios import Scene
 
-SHOWN = frozenset({Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION})
-OFF_STEP = "thrust: t = {:g} s of its table is neither a sample nor half way between two; equal steps would straddle it"
-START_TOLERANCE = 1e-12  # rad, and of the largest coordinate: the first sample must be the state given
+OBSERVED = frozenset({Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION})
+OFF_STEP = (
+    "thrust table not supported: equal steps would straddle its instant t = {:g} s, "
+    "which is neither a sample nor midway between two"
+)
+START_TOLERANCE = 1e-12  # rad, and relative to the largest coordinate, between the first sample and the initial state
 
 
 class ExudynEngine(Engine):
-    """What all of them share: settings, running, and the checks that Exudyn leaves to its user."""
+    """Common part: settings, run, and checks that Exudyn does not make."""
 
-    observables = SHOWN
+    observables = OBSERVED
     absolute: ClassVar[bool] = False
     index3: ClassVar[bool] = False
     explicit: ClassVar[bool] = False
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
-        """Beyond its effects: instants of a thrust's table must be ends of steps."""
+        """Reason why the engine does not support `scene`: corners of a thrust's table inside a step included."""
         off = off_step_s(scene)
         return super().unsupported(scene) or (None if off is None else OFF_STEP.format(off))
 
     @classmethod
     def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:
-        """Equal steps pass over the instant at which a bar turns its other face to the wind or the Sun."""
+        """Reason why equal steps do not support a motion: a bar turns its other face to the wind or the Sun."""
         return face_reversal.unsupported_motion(scene, motion)
 
     def build(self, scene: Scene, setting: Setting) -> None:
@@ -52,26 +55,26 @@ class ExudynEngine(Engine):
         self.model = self.make(self.steps)
         self.settings = settings_of(self.steps, scene.run.samples, self.method)
         self.solver = solver_of(self.method)
-        self.pieces = pieces_of(scene, self.steps, self.method)
+        self.segments = segments_of(scene, self.steps, self.method)
 
     @abstractmethod
     def make(self, steps: Steps) -> Model:
         """Model of the scene."""
 
     def simulate(self) -> None:
-        """Run the solver; whether it got to the end is seen in :meth:`read`."""
+        """Run the solver; :meth:`read` checks whether it reached the end."""
         try:
             self.finished = self._solve()
         except Exception as error:
             raise EngineError(f"Exudyn: {str(error).strip().splitlines()[0]}") from error
 
     def _solve(self) -> bool:
-        if len(self.pieces.marks) > 2:
-            return run_pieces(self.model, self.pieces, self.settings, self.method)
+        if len(self.segments.boundaries) > 2:
+            return run_segments(self.model, self.segments, self.settings, self.method)
         return bool(self.solver.SolveSystem(self.model.mbs, self.settings))
 
     def read(self) -> Trajectory:
-        """Bring out the samples up to the surface, in inertial axes."""
+        """Return the samples above the surface, in inertial axes."""
         try:
             return self._read()
         finally:
@@ -79,7 +82,7 @@ class ExudynEngine(Engine):
 
     @abstractmethod
     def readings(self) -> tuple[SensorReadings, dict[str, float | str]]:
-        """Return what the sensors stored, and what else is worth telling."""
+        """Sensor readings, and further entries of `info`."""
 
     def _read(self) -> Trajectory:
         readings, info = self.readings()
@@ -95,21 +98,21 @@ class ExudynEngine(Engine):
         turns = face_reversal.first_reversal(self.scene, found)
         if turns:
             raise UnsupportedMotionError(f"Exudyn: {turns}")
-        loose = Observable.GAP in self.observables  # places of the bars are coordinates, which joints may leave open
+        loose = Observable.GAP in self.observables  # the bars' positions are coordinates, so that joints may have gaps
         return found.replace(
             gap_m=gaps(self.scene, readings) if loose else None,
-            position_m=places(self.scene, axes, readings) if loose else None,
+            position_m=positions(self.scene, axes, readings) if loose else None,
             torque_N_m=readings.torque_N_m if Observable.TORQUE in self.observables else None,
         )
 
     def _check(self, readings: SensorReadings, used: int, *, whole: bool) -> None:
-        """Refuse what Exudyn passes over in silence."""
+        """Reject results that Exudyn reports without an error."""
         t = self.scene.times_s
         good = readings.finite[:used]
         if not good.all():
             raise EngineError(f"Exudyn: the state is not finite at t = {t[int(np.argmin(good))]:.6g} s")
         if whole and (not self.finished or used != self.scene.run.samples):
-            raise EngineError(f"Exudyn: the solver gave up after t = {t[used - 1]:.6g} s of {t[-1]:.6g} s")
+            raise EngineError(f"Exudyn: the solver stopped after t = {t[used - 1]:.6g} s of {t[-1]:.6g} s")
         start = self.model.start
         off = np.abs(readings.position_m[0] - start.position_m).max() / (
             np.abs(start.position_m).max() + self.scene.size_m

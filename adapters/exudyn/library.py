@@ -1,4 +1,4 @@
-"""Exudyn itself, imported when it is first needed and with the user's own settings kept out."""
+"""Import of Exudyn on first use, without the user's own settings."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ os.environ["EXUDYN_NO_USER_SETTINGS"] = "1"  # read when exudyn is imported; a u
 
 
 def exu() -> Any:
-    """Return the package; typed loosely, its own type stubs lag behind it."""
+    """The package exudyn; its own type stubs are incomplete."""
     import exudyn
 
     return exudyn
 
 
 def items() -> Any:
-    """Return the module of nodes, bodies, markers, connectors and sensors."""
+    """Module of nodes, bodies, markers, connectors and sensors."""
     import exudyn.itemInterface
 
     return exudyn.itemInterface
 
 
 def symbolic_function(mbs: Any, function: Any, name: str, item: str) -> Any:
-    """Return the C++ form of a Python user function; it must be kept alive as long as the system."""
+    """C++ form of a Python user function; the caller must keep a reference as long as the system exists."""
     from exudyn.advancedUtilities import CreateSymbolicUserFunction
 
     return CreateSymbolicUserFunction(mbs, function, name, itemTypeName=item)

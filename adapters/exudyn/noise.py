@@ -1,4 +1,4 @@
-"""What limits Exudyn's multipliers whatever the step: declared to the comparison, and derived here."""
+"""Errors of Exudyn's multipliers that do not depend on the step's order: derived here and declared to the judge."""
 
 from __future__ import annotations
 
@@ -15,33 +15,41 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from scenarios import Scene
 
-DIFFERENCING = 1e-8  # Exudyn's relative step in (C_q q')_q, of `minimumCoordinateSize` or of the coordinate
-TRANSIENT = 4.0  # of h w times the chain's inertia forces: first multipliers of index 3, measured up to 2
-TREE_ROUNDINGS = 16.0  # a handful for each entry of the tree's mass matrix
-ELIMINATION = 2.0  # roundings of the mass matrix's largest entry: one on the way down, one on the way back
-PUSHED_APART = 7.0  # of a constant push along the orbit: the largest acceleration against the frame, 4 cos(nt) - 3
+DIFFERENCING = 1e-8  # Exudyn's increment in (C_q q')_q relative to `minimumCoordinateSize` or the coordinate
+TRANSIENT = 4.0  # error of index 3's first multipliers over h w times the chain's inertia forces; measured up to 2
+TREE_ROUNDINGS = 16.0  # a few for each entry of the tree's mass matrix
+ELIMINATION = 2.0  # roundings of the mass matrix's largest entry: one in elimination, one in back substitution
+DISPLACED_ACCELERATION = (
+    7.0  # of a constant push along the orbit: the largest acceleration against the frame, 4 cos(nt) - 3
+)
 LAW_PEAK = 18.0 / 16.0  # bound of the law's second derivative, eq. (28), over its amplitude and (pi/t_m)²
-PILES_UP = 4.0  # of a residual's noise: successive steps' add up while they are being damped
-PILES_UP_ABSOLUTE = 10.0  # the same in absolute coordinates, where Newton often accepts its first guess; measured: 9
+ACCUMULATION = 4.0  # of a residual's noise: successive steps' add up while they are being damped
+ACCUMULATION_ABSOLUTE = (
+    10.0  # the same in absolute coordinates, where Newton often accepts its first guess; measured: 9
+)
 
 
 def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dict[str, float | Array]:
     """Errors beyond the method's own: ``reaction``, ``torque`` (n,), ``attitude``, ``rate``, and ``gap`` at index 3.
 
-    Index 2 asks for (C_q q')_q, which Exudyn differences forward: half the second derivative times the
-    step, DIFFERENCING min(coordinate size) of l w² for the two bars of a joint, along them. It takes m l w² to make up
-    for that, or J w²/l where a bar's inertia is what it has to turn; in a straight chain N²/8 times as much, the norm
-    of the inverse of tridiag(-1, 2, -1) over the joints. Newton stops at a residual, a velocity there, so that accelerations are off by residual/h, a few at a
-    time, as the trapezoidal rule damps nothing. At index 3 the residual is a place (and so a gap): over h for
-    velocities, over h² for forces, and generalized-alpha damps it by rho a step only, so that 1/(1 - rho) of
-    them add up. It also starts with multipliers of first order in the step. Its three stiff roots are all rho:
-    that transient dies away as (1 + n (1 - rho))² rho^n in n steps. Where a manoeuvre starts or ends it stirs
-    again, by one order of h w less: the law's fourth derivative jumps there, so that the multipliers and their
-    first derivative go on. Where a thrust starts or ends the run begins anew, and so does the transient.
+    *Index 2* needs (C_q q')_q, which Exudyn differences forward. The error is half the second derivative times the
+    increment: DIFFERENCING min(coordinate size) of l w² for the two bars of a joint, along them. A force of m l w² makes
+    up for the error, or of J w²/l where a bar's inertia resists its rotation. A straight chain needs N²/8 times as much,
+    the norm of the inverse of tridiag(-1, 2, -1) over the joints.
+    Newton stops at a residual, a velocity at index 2. Accelerations are then wrong by residual/h, a few times over, as
+    the trapezoidal rule has no damping.
 
-    Newton also accepts torques that are off by the residual: a bar's angular acceleration is then off by residual/J,
-    the same way for about a radian of the motion, and its angle by residual/(J w²). In absolute coordinates the
-    residual is as large as round-off of velocities of kilometres a second, and small bars turn wrongly by it.
+    *Index 3.* The residual is a position (and so a gap): over h for velocities, over h² for forces. Generalized-alpha
+    damps it by rho per step only, so that 1/(1 - rho) of them add up. The first multipliers have an error of first
+    order in the step. Its three stiff roots are all rho: the transient decays as (1 + n (1 - rho))² rho^n in n steps. A
+    manoeuvre's start or end excites it again, smaller by one order of h w: the law's fourth derivative jumps there, so
+    that the multipliers and their first derivative are continuous. A thrust's start or end restarts the run, and so the
+    transient.
+
+    *Torques.* Newton also accepts torques that are wrong by the residual. A bar's angular acceleration is then wrong by
+    residual/J with constant sign for about a radian of the motion, and its angle by residual/(J w²). In absolute
+    coordinates the residual is as large as the round-off of velocities of kilometres a second, which turns small bars
+    noticeably.
 
     Parameters
     ----------
@@ -59,28 +67,28 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
     turned: Array = np.minimum(wrong * t_s**2, wrong / slow**2)
     wrong_rate: Array = np.minimum(wrong * t_s, wrong / slow)
     if not method.index3:
-        piles_up = PILES_UP_ABSOLUTE if method.absolute else PILES_UP
+        piles_up = ACCUMULATION_ABSOLUTE if method.absolute else ACCUMULATION
         force += piles_up * mass * method.residual_N / step_s
-        rate_noise = PILES_UP * method.residual_N / min(chain.length_m) + wrong_rate
+        rate_noise = ACCUMULATION * method.residual_N / min(chain.length_m) + wrong_rate
         lever = scene.size_m if method.absolute else length  # it takes up the forces of all joints beyond
         return {"reaction": force, "torque": force * lever, "rate": rate_noise, "attitude": turned}
-    force += PILES_UP * mass * method.residual_N / step_s**2 / (1.0 - method.spectral_radius)
+    force += ACCUMULATION * mass * method.residual_N / step_s**2 / (1.0 - method.spectral_radius)
     transient = transients(scene, step_s, method, t_s)
-    residual = PILES_UP * method.residual_N / (min(chain.length_m) * step_s)
+    residual = ACCUMULATION * method.residual_N / (min(chain.length_m) * step_s)
     return {
         "reaction": force + transient,
         "torque": (force + transient) * length,
-        # what one step of the transient gives to the chain
+        # change of the chain's rates by one step of the transient
         "rate": residual + transient * step_s / (mass * scene.size_m) + wrong_rate,
         "attitude": turned,
-        "gap": PILES_UP * method.residual_N,
+        "gap": ACCUMULATION * method.residual_N,
     }
 
 
 def turning_mass(scene: Scene, length_m: float | None = None) -> float:
-    """What times w² is the largest force of inertia at a joint, kg m: m l, or J/l of a bar that is hard to turn.
+    """Largest force of inertia at a joint over w², kg m: m l, or J/l of a bar with a large moment of inertia.
 
-    `length_m` is what counts as l in the first; the longest bar by default.
+    `length_m` replaces l in the first expression; the longest bar by default.
     """
     chain = scene.chain
     turning = max(j / length for j, length in zip(chain.inertia_kg_m2, chain.length_m, strict=True))
@@ -90,8 +98,8 @@ def turning_mass(scene: Scene, length_m: float | None = None) -> float:
 def transients(scene: Scene, step_s: float, method: Method, t_s: Array) -> Array:
     """Bound of index 3's transients, at the start and at each end of a manoeuvre, (n,), N.
 
-    At the start no manoeuvre has any acceleration yet: the forces are those of the free motion. A manoeuvre
-    turns one bar, which carries the ends of the next ones along.
+    At the start no manoeuvre has an acceleration yet: the forces are those of the free motion. A manoeuvre turns one
+    bar and moves the ends of its neighbours.
     """
     chain = scene.chain
     rate = max(2.0 * math.pi / scene.step_period_s, scene.orbital_rate_rad_s * max(1.0, *map(abs, chain.rate_factor)))
@@ -114,7 +122,7 @@ def transients(scene: Scene, step_s: float, method: Method, t_s: Array) -> Array
 
 
 def thrust_rate_rad_s(scene: Scene) -> float:
-    """Rate at which the strongest thrust turns its own bar by a radian, when it pushes across its end."""
+    """Rate at which the strongest thrust, normal to its bar, turns the bar by a radian."""
     chain = scene.chain
     return max(
         math.sqrt(max(map(abs, p.force_N)) * 0.5 * chain.length_m[p.bar - 1] / chain.inertia_kg_m2[p.bar - 1])
@@ -123,19 +131,20 @@ def thrust_rate_rad_s(scene: Scene) -> float:
 
 
 def start_transient(force_N: float, rate_rad_s: float, step_s: float, method: Method, t_s: Array) -> Array:
-    """Bound of index 3's first multipliers' error, dying away, (n,), N; none before the start."""
+    """Bound of the error of index 3's first multipliers and its decay, (n,), N; zero before the start."""
     n, rho = np.maximum(t_s / step_s, 0.0), method.spectral_radius
     bound = TRANSIENT * step_s * rate_rad_s * force_N * (1.0 + n * (1.0 - rho)) ** 2 * rho**n
     return np.where(t_s < -step_s, 0.0, bound)
 
 
 def tree_noise(scene: Scene) -> float:
-    """Error of the reactions recovered from a tree's accelerations, N.
+    """Error of the reactions from a tree's accelerations, N.
 
-    They come from a dense mass matrix in joint coordinates, whose condition number grows as N³ at least. Its entries
-    go from the chain's mass to its moment of inertia about the first end, in SI units: elimination leaves a residual
-    of the largest entry times the largest acceleration in every row, the forces' rows too. Measured: 2e-10 N of the
-    9e-10 N that one rounding of it makes on effects/oblateness, 6e-10 N of 4e-10 N on effects/tip_masses.
+    The accelerations come from a dense mass matrix in joint coordinates, whose condition number grows at least as N³.
+    Its entries range from the chain's mass to its moment of inertia about the first end, in SI units. Elimination
+    leaves a residual of the largest entry times the largest acceleration in every row, including the rows of forces.
+    Measured: 2e-10 N relative to a rounding of 9e-10 N on effects/oblateness, 6e-10 N relative to 4e-10 N on
+    effects/tip_masses.
     """
     chain, rate = scene.chain, scene.fastest_rate_rad_s
     force = turning_mass(scene, scene.size_m) * rate**2
@@ -143,6 +152,6 @@ def tree_noise(scene: Scene) -> float:
     inertia = float(
         np.sum(np.array(chain.mass_kg) * (ends - 0.5 * np.array(chain.length_m)) ** 2 + chain.inertia_kg_m2)
     )
-    acceleration = scene.size_m * rate**2 + PUSHED_APART * departure(scene).push_m_s2
+    acceleration = scene.size_m * rate**2 + DISPLACED_ACCELERATION * departure(scene).acceleration_m_s2
     residual = float(np.finfo(float).eps) * ELIMINATION * inertia * acceleration
     return residual + float(np.finfo(float).eps) * TREE_ROUNDINGS * scene.bars**3 * force

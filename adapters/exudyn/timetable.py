@@ -1,9 +1,9 @@
-"""Numbers that depend on time alone inside Exudyn's symbolic loads, renewed before every step.
+"""Numbers in Exudyn's symbolic loads that depend on time alone, updated before every step.
 
-What is a function of time needs no expression: it is tabulated when the model is built. An implicit method
-evaluates its loads at the end of the step only, so there the table is exact; an explicit one also evaluates them
-inside, where each number is a polynomial in the step's own time. What jumps at the end of a step has the value
-before the jump in the step that ends there, and the value after it in the next one.
+A function of time needs no expression: a table holds its values from the build phase on. An implicit method evaluates
+its loads at the end of a step only, where the table is exact. An explicit method also evaluates them inside the step,
+where each number is a polynomial in the step's own time. A number that jumps at the end of a step has the value before
+the jump in that step, and the value after it in the next.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
 
 Given = Callable[["Array", "Array"], "Array"]
-"""Values (k, width) at instants (k,), by what holds around other instants (k,), inside the steps they belong to"""
+"""Values (k, width) at instants (k,), by the law that holds around other instants (k,), inside the same steps"""
 
 
 @dataclass(frozen=True)
@@ -36,17 +36,17 @@ class Steps:
 
     @property
     def inside_s(self) -> Array:
-        """Middle of the step that ends at each of `ends_s`; of the first one for the instant 0."""
+        """Middle of the step that ends at each of `ends_s`; of the first step for the instant 0."""
         middle: Array = self.size_s * (np.maximum(np.arange(self.count + 1), 1) - 0.5)
         return middle
 
     def index(self, t_s: float) -> int:
-        """Step that ends at `t_s`, which Exudyn sums up with round-off."""
+        """Step that ends at `t_s`, despite the round-off of Exudyn's summation."""
         return round(t_s / self.size_s)
 
 
 class Timetable:
-    """Symbolic numbers of time, and what keeps them up to date."""
+    """Symbolic functions of time, and their updates."""
 
     def __init__(self, given: Given, width: int, steps: Steps, *, degree: int) -> None:
         """Tabulate `width` numbers as polynomials of `degree` over each of `steps`."""
@@ -64,7 +64,7 @@ class Timetable:
         self._set(t_s, self.table[self.steps.index(t_s)])
 
     def resume(self, index: int) -> None:
-        """Prepare the instant after the end of step `index`; for polynomials of degree 0."""
+        """Prepare the instant just after step `index`; for polynomials of degree 0."""
         at = self.steps.size_s * np.array([index])
         self._set(float(at[0]), self.given(at, at + 0.5 * self.steps.size_s)[0].tolist())
 
@@ -89,8 +89,8 @@ class Timetable:
 def tabulated(given: Given, steps: Steps, degree: int) -> Array:
     """Fit each number in s = 2 (t - end)/h + 1 over -1 <= s <= 1: (count + 1, width (degree + 1)), ascending powers.
 
-    Row i belongs to the step that ends at i h; row 0 to the instant 0. What is fitted is the departure
-    from the step's mean value, so that rounding in the fit is relative to how little changes in a step.
+    Row i belongs to the step that ends at i h; row 0 to the instant 0. The fit is of the deviation from the step's mean
+    value, so that its rounding is relative to the change within a step.
     """
     if degree == 0:
         return given(steps.ends_s, steps.inside_s)

@@ -1,9 +1,16 @@
 """heyoka: Taylor integration in double, extended and quadruple precision.
 
-Formulation: equations derived apart from the reference's, from Lagrange's function of the joined chain; reactions from
-the bars' accelerations. In quadruple precision it makes the certified solutions; see design/oracle.md.
-Coordinates: centre of mass and inertial angles: no joint can open.
-Integrator: Taylor series of adaptive order and step, with events for faces, shadow and surface.
-Accuracy parameter: `rtol`. Supports every effect. Compiles each scene anew, 20 to 40 s.
-Trap: constants must be made in the precision of the run; `expr / 5.0` is rounded to double.
+Formulation: equations derived independently of the reference's, by recursion from the last bar to the first and back;
+reactions from the bars' accelerations. In quadruple precision heyoka computes the certified solutions; see
+design/oracle.md.
+Coordinates: centre of mass and inertial angles, so that joints have no gap.
+Integrator: Taylor series of adaptive order and step, with events for bars that turn their other face to the wind or the
+Sun, for the shadow's edge and for the surface.
+Accuracy parameter: `rtol`, relative to the largest unknown in units near 1.
+
+Supported: every effect of a scene.
+Cost: 20 to 40 s of compilation for each structure of a scene; scenes that differ in numbers alone share the code.
+
+Traps: constants must be made in the precision of the run; `expr / 5.0` is rounded to double. heyoka detects an event
+again just after a restart unless its cooldowns apply.
 """

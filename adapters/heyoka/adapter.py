@@ -1,4 +1,4 @@
-"""The oracle: heyoka's Taylor integration of equations derived apart from the reference's; see design/oracle.md."""
+"""heyoka adapter: Taylor integration of independently derived equations; see design/oracle.md."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, Setting
 from adapters.heyoka.compiled import DOUBLE, LONG, QUAD, Precision
-from adapters.heyoka.run import Run
+from adapters.heyoka.run import HeyokaRun
 from adapters.trajectory import Observable, Trajectory
 
 if TYPE_CHECKING:
@@ -21,13 +21,13 @@ EVERYTHING = frozenset(
 )
 
 
-def rungs(finest: int) -> tuple[float, ...]:
-    """1e-4 to 1e-`finest`, a decade each."""
+def tolerances(finest: int) -> tuple[float, ...]:
+    """Requested errors 1e-4 to 1e-`finest`, a decade each."""
     return tuple(float(f"1e-{k}") for k in range(4, finest + 1))
 
 
 class HeyokaEngine(Engine):
-    """What all precisions share: centre of mass and inertial angles, no joint that could open."""
+    """Common part of all precisions: centre of mass and inertial angles, without joint gaps."""
 
     coordinates = Coordinates.RELATIVE
     order = None
@@ -39,17 +39,17 @@ class HeyokaEngine(Engine):
     precision: ClassVar[Precision]
 
     def build(self, scene: Scene, setting: Setting) -> None:
-        """Derive and compile."""
+        """Derive and compile the equations."""
         begun = time.perf_counter()
-        self.ran = Run(scene, scene.times_s, self.precision, setting.value)
+        self.ran = HeyokaRun(scene, scene.times_s, self.precision, setting.value)
         self.compile_s = time.perf_counter() - begun
 
     def simulate(self) -> None:
-        """Integrate; samples come by dense output."""
+        """Integrate; dense output gives the samples."""
         self.ran.walk()
 
     def read(self) -> Trajectory:
-        """Observables at the samples, reactions and torques by a compiled function of the states."""
+        """Observables at the samples; a compiled function of the states gives reactions and torques."""
         seen = self.ran.trajectory()
         seen.info["compile_s"] = self.compile_s
         return seen
@@ -60,7 +60,7 @@ class Heyoka(HeyokaEngine):
     """Double precision."""
 
     title = "heyoka, Taylor series of adaptive order, double precision"
-    sweep = AccuracySweep(AccuracyParameter.RTOL, rungs(16), default=1e-12)
+    sweep = AccuracySweep(AccuracyParameter.RTOL, tolerances(16), default=1e-12)
     precision = DOUBLE
 
 
@@ -69,7 +69,7 @@ class HeyokaLong(HeyokaEngine):
     """Extended precision of x86, 64 bits of mantissa."""
 
     title = "heyoka, Taylor series of adaptive order, long double"
-    sweep = AccuracySweep(AccuracyParameter.RTOL, rungs(19), default=1e-15)
+    sweep = AccuracySweep(AccuracyParameter.RTOL, tolerances(19), default=1e-15)
     precision = LONG
 
 
@@ -78,5 +78,5 @@ class HeyokaQuad(HeyokaEngine):
     """Quadruple precision, in software."""
 
     title = "heyoka, Taylor series of adaptive order, quadruple precision"
-    sweep = AccuracySweep(AccuracyParameter.RTOL, rungs(30), default=1e-20)
+    sweep = AccuracySweep(AccuracyParameter.RTOL, tolerances(30), default=1e-20)
     precision = QUAD

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from adapters.heyoka.structure import Numbers, Structure
 
-KEPT = 64  # compiled codes kept by a process; one takes some megabytes
+KEPT = 64  # compiled codes in a process's cache; one takes some megabytes
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Precision:
 
     @property
     def number(self) -> Callable[[Any], Any]:
-        """What makes a number of it from a float or a decimal string, without rounding the one to the other."""
+        """Constructor of a number from a float or a decimal string, without rounding through the other type."""
         return self.type  # type: ignore[no-any-return]
 
 
@@ -49,16 +49,16 @@ def symbols(structure: Structure) -> System:
 
 @lru_cache(maxsize=KEPT)
 def function(structure: Structure, precision: Precision, what: str) -> Any:
-    """Function of the state: ``rates``, ``switches`` (and Z0·s last), or the ``jumps`` of a blow."""
+    """Function of the state: ``rates``, ``event_functions`` (Z0·s last), or the ``jumps`` of impulses."""
     import heyoka as hy
 
     found = symbols(structure)
     if what == "jumps":
-        from adapters.heyoka.blows import jumps
+        from adapters.heyoka.impulses import jumps
 
         wanted = jumps(structure, found)
     else:
-        wanted = found.rates if what == "rates" else [*found.switches, found.sunward]
+        wanted = found.rates if what == "rates" else [*found.event_functions, found.sunward]
     return hy.cfunc(wanted, vars=found.variables, fp_type=precision.type, compact_mode=True)
 
 

@@ -1,7 +1,7 @@
-"""Modes of the oracle's equations, constant over a stretch: which faces of bars meet the wind and the Sun, and light.
+"""Discrete modes of heyoka's equations, constant over a segment: exposed faces of the bars, and light or shadow.
 
-An event of heyoka stops the run where a mode changes, its callback changes the mode, and the run goes on from there;
-heyoka's cooldown keeps an event from being met again at the start of what follows.
+An event of heyoka stops the run where a mode changes, its callback changes the mode, and the run continues from there.
+heyoka's cooldown prevents a second detection of the event at the start of the next segment.
 """
 
 from __future__ import annotations
@@ -18,51 +18,51 @@ MOMENT = 2.0**-10  # time units: long enough for a second derivative of order on
 
 
 class Modes:
-    """The modes of a run, told from its state."""
+    """Discrete modes of a run, determined from its state."""
 
     def __init__(self, structure: Structure, precision: Precision) -> None:
-        """Compile what tells them."""
+        """Compile the event functions."""
         self.structure, self.precision = structure, precision
         self.names = structure.effects.modes
         self.slots = [structure.slot(name) for name in self.names]
         if self.names:
-            function(structure, precision, "switches")
+            function(structure, precision, "event_functions")
 
-    def signs(self, state: Numbers, at: Any, parameters: Numbers) -> Any:
-        """What passes zero at the switches, and Z0·s last."""
-        return value(function(self.structure, self.precision, "switches"), state, at, parameters)
+    def event_values(self, state: Numbers, at: Any, parameters: Numbers) -> Any:
+        """Values of the event functions, and Z0·s last."""
+        return value(function(self.structure, self.precision, "event_functions"), state, at, parameters)
 
     def set(self, state: Numbers, at: Any, parameters: Numbers) -> None:
-        """Fill the modes into `parameters` by the signs at a state.
+        """Set the modes in `parameters` by the signs of the event functions at a state.
 
-        Where one is exactly zero, the sign a moment later counts, of a motion without that mode's force.
+        Where an event function is exactly zero, the sign a moment later decides, of a motion without that mode's force.
         """
         if not self.names:
             return
         number = self.precision.number
         for slot in self.slots:
             parameters[slot] = number(0.0)
-        *now, sunward = self.signs(state, at, parameters)
+        *now, sunward = self.event_values(state, at, parameters)
         if 0.0 in now:
             step = number(MOMENT)
-            later = self.signs(self.moved(state, at, step, parameters), at + step, parameters)
+            later = self.event_values(self.advanced(state, at, step, parameters), at + step, parameters)
             now = [x or y for x, y in zip(now, later, strict=False)]
         for name, slot, sign in zip(self.names, self.slots, now, strict=True):
             lit = sign > 0.0 or sunward > 0.0
             parameters[slot] = number(float(lit) if name == "lit" else (1.0 if sign >= 0.0 else -1.0))
 
-    def moved(self, state: Numbers, at: Any, step: Any, parameters: Numbers) -> Numbers:
+    def advanced(self, state: Numbers, at: Any, step: Any, parameters: Numbers) -> Numbers:
         """State a short step later, by the midpoint rule."""
         rates, half = function(self.structure, self.precision, "rates"), self.precision.number(0.5) * step
         middle = state + half * value(rates, state, at, parameters)
         return state + step * value(rates, middle, at + half, parameters)
 
 
-class FaceTurned:
-    """Tells heyoka to stop where a bar turns its other face, which from then on counts."""
+class FaceReversal:
+    """Callback that stops heyoka where a bar turns its other face, and sets the new face."""
 
     def __init__(self, slot: int, precision: Precision) -> None:
-        """Keep what is changed."""
+        """Store the parameter's index and precision."""
         self.slot, self.precision = slot, precision
 
     def __call__(self, run: Any, slope: int) -> bool:
@@ -73,27 +73,27 @@ class FaceTurned:
 
 
 class ShadowEdge:
-    """Tells heyoka to stop at an edge of the shadow, and to go on where its cylinder has none: towards the Sun."""
+    """Callback that stops heyoka at an edge of the shadow, and continues on the sunward side, which has no shadow."""
 
     def __init__(self, structure: Structure, precision: Precision) -> None:
-        """Keep what is asked and changed."""
+        """Store the event function's structure and the parameter's index."""
         self.structure, self.precision, self.slot = structure, precision, structure.slot("lit")
 
     def __call__(self, run: Any, slope: int) -> bool:
-        """Light from now on if the chain moves outwards."""
-        asked = function(self.structure, self.precision, "switches")
+        """Set light if the chain moves outwards."""
+        asked = function(self.structure, self.precision, "event_functions")
         if value(asked, run.state, run.time, run.pars)[-1] >= 0.0:
             return True
         run.pars[self.slot] = self.precision.number(1.0 if slope > 0 else 0.0)
         return False
 
 
-def switch_events(structure: Structure, precision: Precision) -> list[Any]:
+def mode_events(structure: Structure, precision: Precision) -> list[Any]:
     """Events that stop a run where a mode changes, in the order of the modes."""
     import heyoka as hy
 
     found = []
-    for name, passes in zip(structure.effects.modes, symbols(structure).switches, strict=True):
-        told = ShadowEdge(structure, precision) if name == "lit" else FaceTurned(structure.slot(name), precision)
+    for name, passes in zip(structure.effects.modes, symbols(structure).event_functions, strict=True):
+        told = ShadowEdge(structure, precision) if name == "lit" else FaceReversal(structure.slot(name), precision)
         found.append(hy.t_event(passes, fp_type=precision.type, callback=told))
     return found

@@ -1,7 +1,7 @@
-"""Effects of a scene in the oracle's equations: their shape, and the numbers that fill them.
+"""Effects of a scene in heyoka's equations: their shapes and their parameters.
 
-A shape decides which symbols there are; numbers are parameters. Each parameter has a name, and the shape says
-which names there are and in which order, so that nothing is stored for an effect the scene does not call for.
+A shape determines the expressions; numbers are parameters. Each parameter has a name. The shape gives the names and
+their order, so that an effect outside the scene has no parameter.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from scenarios import Axes
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from adapters.heyoka.units import Units
+    from adapters.heyoka.units import HeyokaUnits
     from scenarios import Drag, Impulse, JointSpringDamper, Oblateness, Scene, SolarPressure, ThirdBody, Thrust
 
     Named = Iterator[tuple[str, Any]]
@@ -23,22 +23,22 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class PushShape:
-    """How a force or a blow on an end enters the equations."""
+class EndForceShape:
+    """Form of a force or an impulse on a bar's end in the equations."""
 
     bar: int
     """Counted from 0"""
     side: float
-    """1 of the right end, -1 of the left"""
+    """1 for the right end, -1 for the left"""
     body: bool
-    """Whether its direction turns with the bar"""
+    """Whether the direction turns with the bar"""
     sloped: bool = False
-    """Whether its size changes along a line"""
+    """Whether the force changes linearly in time"""
 
 
 @dataclass(frozen=True)
 class EffectShapes:
-    """What acts besides gravity and prescribed rotations."""
+    """Forms of the effects besides gravity and prescribed rotations."""
 
     bars: int = 0
     oblate: bool = False
@@ -47,19 +47,19 @@ class EffectShapes:
     light: bool = False
     shadow: bool = False
     springs: bool = False
-    thrusts: tuple[PushShape, ...] = ()
-    blows: tuple[PushShape, ...] = ()
+    thrusts: tuple[EndForceShape, ...] = ()
+    impulses: tuple[EndForceShape, ...] = ()
 
     @property
     def modes(self) -> tuple[str, ...]:
-        """Names of the parameters that are switched during a run: faces (1 or -1), then light (1 or 0)."""
+        """Names of the parameters that events change: faces (1 or -1), then light (1 or 0)."""
         found = [f"drag_face_{j}" for j in range(self.bars) if self.drag]
         found += [f"light_face_{j}" for j in range(self.bars) if self.light]
         return (*found, *(("lit",) if self.shadow else ()))
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of all parameters, in their order."""
+        """Names of all parameters in their order."""
         found = ["oblateness"] if self.oblate else []
         found += [f"body_{k}_{x}" for k in range(self.third_bodies) for x in BODY]
         found += [f"drag_{x}" for x in AIR if self.drag]
@@ -69,7 +69,7 @@ class EffectShapes:
         found += [f"spring_{x}_{j}" for x in SPRING for j in range(self.bars - 1) if self.springs]
         found += self.modes
         found += [f"thrust_{k}_{x}" for k in range(len(self.thrusts)) for x in THRUST]
-        return (*found, *(f"blow_{k}_{x}" for k in range(len(self.blows)) for x in BLOW))
+        return (*found, *(f"impulse_{k}_{x}" for k in range(len(self.impulses)) for x in IMPULSE))
 
 
 BODY = ("pull", "distance", "longitude", "rate")
@@ -77,7 +77,7 @@ AIR = ("density", "radius", "height", "turn", "normal", "tangential")
 SUN = ("absorbed", "mirrored", "longitude", "rate")
 SPRING = ("stiffness", "damping", "rest")
 THRUST = ("direction", "size", "slope", "since")
-BLOW = ("direction", "size")
+IMPULSE = ("direction", "size")
 
 
 def shapes_of(scene: Scene) -> EffectShapes:
@@ -94,24 +94,24 @@ def shapes_of(scene: Scene) -> EffectShapes:
         light=light is not None,
         shadow=light is not None and light.shadow and scene.central_body.radius_m > 0.0,
         springs=effects.joint_spring_damper is not None,
-        thrusts=tuple(push_shape(p, sloped=len(set(p.force_N)) > 1) for p in effects.thrust),
-        blows=tuple(push_shape(p) for p in effects.impulse),
+        thrusts=tuple(end_force_shape(p, sloped=len(set(p.force_N)) > 1) for p in effects.thrust),
+        impulses=tuple(end_force_shape(p) for p in effects.impulse),
     )
 
 
-def push_shape(push: Thrust | Impulse, *, sloped: bool = False) -> PushShape:
+def end_force_shape(push: Thrust | Impulse, *, sloped: bool = False) -> EndForceShape:
     """Shape of a thrust or an impulse."""
-    return PushShape(push.bar - 1, push.end.sign, push.axes is Axes.BODY, sloped)
+    return EndForceShape(push.bar - 1, push.end.sign, push.axes is Axes.BODY, sloped)
 
 
-def pushes_the_track(scene: Scene) -> bool:
-    """Whether anything besides the central body's own pull moves the chain's centre of mass."""
+def perturbs_orbit(scene: Scene) -> bool:
+    """Whether any force besides the central body's own gravity acts on the chain's centre of mass."""
     e = scene.effects
     return bool(e.oblateness or e.third_body or e.drag or e.solar_pressure or e.thrust or e.impulse)
 
 
-def effect_parameters(scene: Scene, units: Units, number: Number) -> dict[str, Any]:
-    """Parameter of every name in their order, in the working precision and units; modes and sizes of pushes are 0."""
+def effect_parameters(scene: Scene, units: HeyokaUnits, number: Number) -> dict[str, Any]:
+    """Parameters by name, in order, in the working precision and units; modes, thrusts and impulses are 0."""
     e = scene.effects
     found: dict[str, Any] = dict.fromkeys(shapes_of(scene).names, number(0.0))
     if e.oblateness:
@@ -125,18 +125,18 @@ def effect_parameters(scene: Scene, units: Units, number: Number) -> dict[str, A
     if e.joint_spring_damper:
         found |= spring_parameters(e.joint_spring_damper, units, number)
     found |= {f"thrust_{k}_direction": number(p.direction_rad) for k, p in enumerate(e.thrust)}
-    found |= {f"blow_{k}_direction": number(p.direction_rad) for k, p in enumerate(e.impulse)}
+    found |= {f"impulse_{k}_direction": number(p.direction_rad) for k, p in enumerate(e.impulse)}
     return found
 
 
-def oblateness_parameters(oblate: Oblateness, scene: Scene, units: Units, number: Number) -> dict[str, Any]:
-    """B = mu J2 R²/2."""
+def oblateness_parameters(oblate: Oblateness, scene: Scene, units: HeyokaUnits, number: Number) -> dict[str, Any]:
+    """Parameter B = mu J2 R²/2."""
     radius = number(oblate.radius_m / units.length_m)
     mu = number(scene.central_body.mu_m3_s2 * units.time_s**2 / units.length_m**3)
     return {"oblateness": number(0.5) * mu * number(oblate.j2) * radius * radius}
 
 
-def body_parameters(body: ThirdBody, units: Units, number: Number) -> Named:
+def body_parameters(body: ThirdBody, units: HeyokaUnits, number: Number) -> Named:
     """Pull mu_b/D³, distance D, longitude at t = 0, rate."""
     distance = number(body.distance_m / units.length_m)
     mu = number(body.mu_m3_s2 * units.time_s**2 / units.length_m**3)
@@ -144,8 +144,8 @@ def body_parameters(body: ThirdBody, units: Units, number: Number) -> Named:
     yield from zip(BODY, (*values, number(body.rate_rad_s * units.time_s)), strict=True)
 
 
-def drag_parameters(drag: Drag, scene: Scene, units: Units, number: Number) -> dict[str, Any]:
-    """Of the air; of each bar (b/2) times the integrals of 1, s² and s⁴ along it: b h, b h³/3, b h⁵/5."""
+def drag_parameters(drag: Drag, scene: Scene, units: HeyokaUnits, number: Number) -> dict[str, Any]:
+    """Parameters of the air, and of each bar (b/2) times the integrals of 1, s², s⁴: b h, b h³/3, b h⁵/5."""
     length = units.length_m
     radius = number(scene.central_body.radius_m / length) + number(drag.altitude_m / length)
     air = (
@@ -165,8 +165,8 @@ def drag_parameters(drag: Drag, scene: Scene, units: Units, number: Number) -> d
     return found
 
 
-def light_parameters(light: SolarPressure, scene: Scene, units: Units, number: Number) -> dict[str, Any]:
-    """Shares absorbed (1 - rho) and mirrored (2 rho), the Sun's longitude and rate, of each bar P b l."""
+def light_parameters(light: SolarPressure, scene: Scene, units: HeyokaUnits, number: Number) -> dict[str, Any]:
+    """Absorbed (1 - rho) and reflected (2 rho) shares, the Sun's longitude and rate, and P b l of each bar."""
     share, length = number(light.reflectivity), units.length_m
     sun = (number(1.0) - share, number(2.0) * share, number(light.sun_longitude_rad))
     found = dict(zip([f"light_{x}" for x in SUN], (*sun, number(light.sun_rate_rad_s * units.time_s)), strict=True))
@@ -176,8 +176,8 @@ def light_parameters(light: SolarPressure, scene: Scene, units: Units, number: N
     return found
 
 
-def spring_parameters(springs: JointSpringDamper, units: Units, number: Number) -> dict[str, Any]:
-    """Stiffness, damping and angle at rest of each joint."""
+def spring_parameters(springs: JointSpringDamper, units: HeyokaUnits, number: Number) -> dict[str, Any]:
+    """Stiffness, damping and rest angle of each joint."""
     stiffness, damping = units.time_s**2 / units.length_m**2, units.time_s / units.length_m**2
     columns = (
         [number(k * stiffness) for k in springs.stiffness_N_m_rad],
@@ -187,8 +187,8 @@ def spring_parameters(springs: JointSpringDamper, units: Units, number: Number) 
     return {f"spring_{x}_{j}": v for x, col in zip(SPRING, columns, strict=True) for j, v in enumerate(col)}
 
 
-def thrust_line(thrust: Thrust, middle_s: float, units: Units, number: Number) -> tuple[Any, Any, Any]:
-    """Size, slope and begin of the line of a thrust's table at an instant inside of it; zeros outside the table."""
+def thrust_segment(thrust: Thrust, middle_s: float, units: HeyokaUnits, number: Number) -> tuple[Any, Any, Any]:
+    """Force, slope and start of the straight segment of a thrust's table around an instant; zeros outside the table."""
     zero, table = number(0.0), list(zip(thrust.times_s, thrust.force_N, strict=True))
     force = units.time_s**2 / units.length_m
     for (t0, f0), (t1, f1) in itertools.pairwise(table):
@@ -199,6 +199,6 @@ def thrust_line(thrust: Thrust, middle_s: float, units: Units, number: Number) -
     return zero, zero, zero
 
 
-def blow_size(blow: Impulse, units: Units, number: Number) -> Any:
-    """Size of a blow in the working precision and units."""
-    return number(blow.impulse_N_s * units.time_s / units.length_m)
+def impulse_size(impulse: Impulse, units: HeyokaUnits, number: Number) -> Any:
+    """Magnitude of an impulse in the working precision and units."""
+    return number(impulse.impulse_N_s * units.time_s / units.length_m)

@@ -1,43 +1,43 @@
-r"""Equations of motion for the oracle: a chain seen from its last bar to its first, in symbols.
+r"""Equations of motion of the chain as heyoka expressions, by recursion from its last bar to its first and back.
 
-Not the reference's way. That one solves for the reactions, from the joints' condition on accelerations.
-Here nothing is solved for but one number a bar: each bar is asked what force its left end needs.
+The reference solves for the reactions, from the joints' condition on accelerations. Here the only unknown of a bar is
+its angular acceleration: a backward pass finds the force at each bar's left end, as in articulated-body algorithms.
 
-*From the last bar to the first.* Let a be the acceleration of a bar's left end and w' its angular
+*Backward pass, from the last bar to the first.* Let a be the acceleration of a bar's left end and w' its angular
 acceleration. Its centre and its right end then accelerate by c = a + (l/2)(w' n - w² u) and
-e = a + l (w' n - w² u). The chain beyond answers e with a force that is affine in it, F = A e + b (none
-beyond the last bar), and its joint motor, if any, with a torque q, affine too. So the bar needs at its left
-end, and turns by,
+e = a + l (w' n - w² u). The chain beyond reacts to e with a force that is affine in e, F = A e + b (none
+beyond the last bar), and its joint motor, if any, with a torque q, also affine. The force P at the bar's left end and
+its rotation follow from
 
     P = m (c - t) + F                                  (Newton)
     J w' = K + tau - q - (l/2) n·(F + P)               (Euler, about its centre)
 
-where t is the tide: its gravity less that at the chain's centre of mass, and what else accelerates it. A free
-bar has tau = 0: Euler gives w' as an affine function of a. A prescribed bar has w' given as such a function, by its
-law: Euler gives tau. Either way P is affine in a, and the bar before takes it for its F. The matrix A starts as a
-point mass's and stays symmetric positive definite while no motor works: it is the mass that the chain shows at its
-left end.
+where t is the tide: its gravity less that at the chain's centre of mass, and other specific forces. A free
+bar has tau = 0, and Euler's law gives w' as an affine function of a. The law of a prescribed bar gives w' as such a
+function, and Euler's law gives tau. In both cases P is affine in a, and is the F of the previous bar. The matrix A
+starts as a point mass's and stays symmetric positive definite without motors: it is the articulated inertia of the
+chain at its left end.
 
-*From the first bar to the last.* No force acts on the first left end: P = 0 gives its a, and the affine
+*Forward pass, from the first bar to the last.* No force acts on the first left end: P = 0 gives its a, and the affine
 functions then give w' and the next bar's a, one after the other. Reactions are Newton's law summed from the
 far end, R_j = -sum_{k>j} m_k (c_k - t_k).
 
-A motor in joint 1 that prescribes bar 1 pushes bar 2, which is visited before: its torque is carried as one
-more unknown, and found together with a of the first left end.
+A motor in joint 1 that prescribes bar 1 acts on bar 2, which the backward pass reaches before bar 1. Its torque is
+one more unknown of the affine functions, and is solved together with a of the first left end.
 
-Accelerations count from a frame that falls with g(Z0), so that only tides enter. With y = |Z0|/|Z0 + d|
+Accelerations are relative to a frame that falls with g(Z0), so that only tides enter. With y = |Z0|/|Z0 + d|
 = 1/sqrt(1 + q), q = (2 Z0 + d)·d/|Z0|²,
 
     t = (mu/|Z0|³) (Z0 (1 - y³) - d y³),   1 - y³ = (1 - y)(1 + y + y²),   1 - y = q y²/(1 + y)
 
-keeps all digits however short d is, without logarithms (`heyoka_fields` has the other fields). The longitude of a
-bar turns by (Z x (c - t))/r² - 2 (Z·Z')(Z x Z')/r⁴ where gravity is central; what else accelerates the bar across
-its place, Z x g, comes on top. A law against the local horizontal adds that.
+keeps all digits for any length of d, without logarithms (:mod:`adapters.heyoka.fields` has the other fields). The
+longitude of a bar accelerates by (Z x (c - t))/r² - 2 (Z·Z')(Z x Z')/r⁴ where gravity is central. A noncentral
+acceleration g adds Z x g over r². A law relative to the local horizontal adds this acceleration.
 
-A blow jumps velocities by the same equations with impulses for forces: no rates, no gravity (`heyoka_blows`).
+Impulses obey the same equations with impulses for forces: no rates, no gravity (:mod:`adapters.heyoka.impulses`).
 
-Symbols are heyoka's, constants are parameters of the integrator: so they have its precision, and chains of
-one structure share one compiled code. Literals are 0.5, 2, 3 ...: exact in any precision.
+Symbols are heyoka's, and constants are parameters of the integrator. Constants therefore have its precision, and
+chains of one structure share one compiled code. Literals are 0.5, 2, 3 ...: exact in any precision.
 """
 
 from __future__ import annotations
@@ -52,10 +52,10 @@ if TYPE_CHECKING:
 
 Symbol = Any
 """A heyoka expression, or a number"""
-A_X, A_Y, TURN, MOTOR, ONE = range(5)  # what affine functions are linear in: a, w', the torque of joint 1's motor, 1
+A_X, A_Y, TURN, MOTOR, ONE = range(5)  # coefficients of affine functions: of a, w', the torque of joint 1's motor, 1
 
 
-def form(**parts: Symbol) -> Any:
+def affine(**parts: Symbol) -> Any:
     """Affine function as a row of five coefficients."""
     row = np.zeros(5, dtype=object)
     for name, value in parts.items():
@@ -64,8 +64,8 @@ def form(**parts: Symbol) -> Any:
 
 
 @dataclass(frozen=True)
-class Bar:
-    """One bar of the chain in symbols: constants, and where and how fast it is."""
+class SymbolicBar:
+    """One bar of the chain in expressions: constants, position and velocity."""
 
     mass: Symbol
     inertia: Symbol
@@ -77,11 +77,11 @@ class Bar:
     rate: Symbol
     tide: tuple[Symbol, Symbol]
     torque: Symbol
-    """Of all but its joints' forces and motors"""
-    place: tuple[Symbol, Symbol]
+    """Sum of all torques but those of its joints' forces and motors"""
+    position: tuple[Symbol, Symbol]
     velocity: tuple[Symbol, Symbol]
-    swerve: Symbol | None = None
-    """Z x the part of its acceleration without joints that is not central; None if there is none"""
+    transverse_acceleration: Symbol | None = None
+    """Z x the noncentral part of its acceleration without joints; None if there is none"""
 
     @property
     def across(self) -> tuple[Symbol, Symbol]:
@@ -95,88 +95,90 @@ class Bar:
         return square * self.reach[0], square * self.reach[1]
 
     def acceleration(self, halves: float) -> tuple[Any, Any]:
-        """Affine functions: acceleration of the point `halves` half lengths from the left end, w' a variable."""
+        """Acceleration of the point `halves` half lengths from the left end: affine functions of a and w'."""
         (nx, ny), (cx, cy) = self.across, self.inward
-        return form(x=1.0, turn=halves * nx, one=-halves * cx), form(y=1.0, turn=halves * ny, one=-halves * cy)
+        return affine(x=1.0, turn=halves * nx, one=-halves * cx), affine(y=1.0, turn=halves * ny, one=-halves * cy)
 
     def specific_force(self) -> tuple[Any, Any]:
-        """What its joints give its centre, c - t, affine."""
+        """Force of its joints on its centre over its mass, c - t, affine."""
         x, y = self.acceleration(1.0)
-        return x - form(one=self.tide[0]), y - form(one=self.tide[1])
+        return x - affine(one=self.tide[0]), y - affine(one=self.tide[1])
 
 
 @dataclass(frozen=True)
-class Visited:
-    """What is known of a bar on the way from the last to the first."""
+class ArticulatedBar:
+    """A bar and the chain beyond it, as seen from its left end: results of the backward pass."""
 
     turn: Any
     """w' as an affine function of a, the motor's torque and 1"""
     torque: Any
-    """tau as such a function; None of a free bar"""
-    needs: tuple[Any, Any]
-    """P as such a function"""
+    """tau as an affine function; None for a free bar"""
+    left_force: tuple[Any, Any]
+    """P as an affine function"""
     torque_on_left: Any
-    """q: torque of its joint motor, whose opposite acts on the bar before"""
+    """q: torque of its joint motor; the opposite torque acts on the previous bar"""
     symmetric: bool
-    """Whether the matrix A is, and nothing but a and 1 enters P"""
+    """Whether the matrix A is symmetric and P depends on a and 1 only"""
 
 
 def after(function: Any, point: tuple[Any, Any]) -> Any:
-    """Affine function of another point's acceleration, by that of this bar's left end."""
-    return point[0] * function[A_X] + point[1] * function[A_Y] + form(motor=function[MOTOR], one=function[ONE])
+    """Affine function of another point's acceleration, in terms of that of this bar's left end."""
+    return point[0] * function[A_X] + point[1] * function[A_Y] + affine(motor=function[MOTOR], one=function[ONE])
 
 
-def put_in(function: Any, turn: Any) -> Any:
-    """Affine function with w' replaced by what it has been found to be."""
+def substituted(function: Any, turn: Any) -> Any:
+    """Affine function with w' replaced by its solution."""
     rest = function.copy()
     rest[TURN] = 0.0
     return rest + turn * function[TURN]
 
 
-def visit(bar: Bar, beyond: Visited | None, wanted: Any, *, motor: bool, pushed: bool) -> Visited:
-    """Force that a bar needs at its left end, and its angular acceleration.
+def backward_step(
+    bar: SymbolicBar, beyond: ArticulatedBar | None, prescribed: Any, *, motor: bool, pushed: bool
+) -> ArticulatedBar:
+    """Force at a bar's left end and the bar's angular acceleration, as affine functions.
 
     Parameters
     ----------
-    bar : Bar
-    beyond : Visited or None
+    bar : SymbolicBar
+    beyond : ArticulatedBar or None
         The next bar; None for the last.
-    wanted : array or None
-        Angular acceleration that its law asks for, affine in a; None for a free bar.
+    prescribed : array or None
+        Angular acceleration of its law, affine in a; None for a free bar.
     motor : bool
-        Whether a motor in the joint to the bar before drives it.
+        Whether a motor in the joint to the previous bar drives it.
     pushed : bool
-        Whether it takes the opposite of the torque of joint 1's motor.
+        Whether the opposite of the torque of joint 1's motor acts on it.
     """
     end, (nx, ny) = bar.acceleration(2.0), bar.across
-    force = tuple(after(f, end) for f in beyond.needs) if beyond else (form(), form())
+    force = tuple(after(f, end) for f in beyond.left_force) if beyond else (affine(), affine())
     pull = bar.specific_force()
-    needs = tuple(f + p * bar.mass for f, p in zip(force, pull, strict=True))
-    lever = (force[0] + needs[0]) * nx + (force[1] + needs[1]) * ny
-    others = lever - form(one=bar.torque) + (form(motor=1.0) if pushed else form())
+    left_force = tuple(f + p * bar.mass for f, p in zip(force, pull, strict=True))
+    lever = (force[0] + left_force[0]) * nx + (force[1] + left_force[1]) * ny
+    others = lever - affine(one=bar.torque) + (affine(motor=1.0) if pushed else affine())
     if beyond is not None:
         others = others + after(beyond.torque_on_left, end)
-    lacking = others + form(turn=bar.inertia)  # J w' - K + q + lever: zero on a free bar, tau on a prescribed one
-    if wanted is None:
+    lacking = others + affine(turn=bar.inertia)  # J w' - K + q + lever: zero on a free bar, tau on a prescribed one
+    if prescribed is None:
         turn = -others / (bar.inertia + others[TURN])
         turn[TURN] = 0.0
         torque = None
     else:
-        turn, torque = wanted, put_in(lacking, wanted)
-    return Visited(
+        turn, torque = prescribed, substituted(lacking, prescribed)
+    return ArticulatedBar(
         turn,
         torque,
-        (put_in(needs[0], turn), put_in(needs[1], turn)),
-        torque if motor else form(),
+        (substituted(left_force[0], turn), substituted(left_force[1], turn)),
+        torque if motor else affine(),
         symmetric=False,
     )
 
 
-def visit_free(bar: Bar, beyond: Visited | None) -> Visited:
-    """:func:`visit` of a free bar where A = S is symmetric, at half the operations.
+def backward_step_free(bar: SymbolicBar, beyond: ArticulatedBar | None) -> ArticulatedBar:
+    """:func:`backward_step` of a free bar where A = S is symmetric, at half the operations.
 
-    With n standing for (l/2) n, v = 2 S n + m n and D = J + m l²/4 + 4 n·S n, Euler reads D w' + v·a + e = 0,
-    the same v carries w' into P = (S + m) a + v w' + c, and so A = S + m - v vᵀ/D.
+    With n standing for (l/2) n, v = 2 S n + m n and D = J + m l²/4 + 4 n·S n, Euler's law reads D w' + v·a + e = 0. The
+    same v multiplies w' in P = (S + m) a + v w' + c, and so A = S + m - v vᵀ/D.
     """
     (px, py), (nx, ny), (cx, cy), (tx, ty), mass = bar.reach, bar.across, bar.inward, bar.tide, bar.mass
     (xx, xy, yy), (bx, by) = symmetric_part(beyond)
@@ -189,56 +191,56 @@ def visit_free(bar: Bar, beyond: Visited | None) -> Visited:
     e = nx * (2.0 * far[0] - mass * tx) + ny * (2.0 * far[1] - mass * ty) - bar.torque
     c = (far[0] - mass * (cx + tx), far[1] - mass * (cy + ty))
     across = xy - v[0] * g[1]
-    needs = (
-        form(x=mass + xx - v[0] * g[0], y=across, one=c[0] - g[0] * e),
-        form(x=across, y=mass + yy - v[1] * g[1], one=c[1] - g[1] * e),
+    left_force = (
+        affine(x=mass + xx - v[0] * g[0], y=across, one=c[0] - g[0] * e),
+        affine(x=across, y=mass + yy - v[1] * g[1], one=c[1] - g[1] * e),
     )
-    return Visited(form(x=-g[0], y=-g[1], one=-e / stiff), None, needs, form(), symmetric=True)
+    return ArticulatedBar(affine(x=-g[0], y=-g[1], one=-e / stiff), None, left_force, affine(), symmetric=True)
 
 
-def symmetric_part(beyond: Visited | None) -> tuple[tuple[Symbol, Symbol, Symbol], tuple[Symbol, Symbol]]:
+def symmetric_part(beyond: ArticulatedBar | None) -> tuple[tuple[Symbol, Symbol, Symbol], tuple[Symbol, Symbol]]:
     """S (xx, xy, yy) and b of the chain beyond a bar; zero beyond the last."""
     if beyond is None:
         return (0.0, 0.0, 0.0), (0.0, 0.0)
-    x, y = beyond.needs
+    x, y = beyond.left_force
     return (x[A_X], x[A_Y], y[A_Y]), (x[ONE], y[ONE])
 
 
-def wanted_turn(bar: Bar, law: Symbol, *, local_horizontal: bool) -> Any:
-    """Angular acceleration that a law asks for, affine in a: `law` itself, or with the longitude's on top."""
+def prescribed_acceleration(bar: SymbolicBar, law: Symbol, *, local_horizontal: bool) -> Any:
+    """Angular acceleration of a law, affine in a: `law` itself, or the sum with the longitude's."""
     if not local_horizontal:
-        return form(one=law)
-    (zx, zy), (vx, vy) = bar.place, bar.velocity
+        return affine(one=law)
+    (zx, zy), (vx, vy) = bar.position, bar.velocity
     r2 = zx * zx + zy * zy
     pull = bar.specific_force()
     swing = (pull[1] * zx - pull[0] * zy) / r2
     drift = 2.0 * (zx * vx + zy * vy) * (zx * vy - zy * vx) / (r2 * r2)
-    given = swing + form(one=law - drift)
-    if bar.swerve is not None:
-        given = given + form(one=bar.swerve / r2)
+    given = swing + affine(one=law - drift)
+    if bar.transverse_acceleration is not None:
+        given = given + affine(one=bar.transverse_acceleration / r2)
     turn = given / (1.0 - given[TURN])  # the bar's own turning moves its centre about its left end
     turn[TURN] = 0.0
     return turn
 
 
-def at(function: Any, a: tuple[Symbol, Symbol], motor: Symbol) -> Symbol:
+def evaluated(function: Any, a: tuple[Symbol, Symbol], motor: Symbol) -> Symbol:
     """Value of an affine function."""
     return function[A_X] * a[0] + function[A_Y] * a[1] + function[MOTOR] * motor + function[ONE]
 
 
-def start(first: Visited, *, motor: bool) -> tuple[tuple[Symbol, Symbol], Symbol]:
-    """Acceleration of the first left end, and torque of joint 1's motor if it prescribes bar 1."""
-    (a, b), one = first.needs, ONE
+def start(first: ArticulatedBar, *, motor: bool) -> tuple[tuple[Symbol, Symbol], Symbol]:
+    """Acceleration of the first left end, and torque of joint 1's motor if the motor prescribes bar 1."""
+    (a, b), one = first.left_force, ONE
     if not motor:
         det = a[A_X] * b[A_Y] - a[A_Y] * b[A_X]
         return ((a[A_Y] * b[one] - b[A_Y] * a[one]) / det, (b[A_X] * a[one] - a[A_X] * b[one]) / det), 0.0
-    # the torque on bar 1 that Euler asks for is the motor's own
-    found = cramer([a, b, first.torque - form(motor=1.0)])
+    # the torque on bar 1 in Euler's law is the motor's own
+    found = cramer([a, b, first.torque - affine(motor=1.0)])
     return (found[0], found[1]), found[2]
 
 
 def cramer(rows: list[Any]) -> list[Symbol]:
-    """Zero of three affine functions of a and the motor's torque."""
+    """Zero of three affine functions of a and the motor's torque, by Cramer's rule."""
     matrix = [[row[A_X], row[A_Y], row[MOTOR]] for row in rows]
     right = [-row[ONE] for row in rows]
     whole = determinant(matrix)
@@ -249,7 +251,7 @@ def cramer(rows: list[Any]) -> list[Symbol]:
 
 
 def determinant(m: list[list[Symbol]]) -> Symbol:
-    """Of a 3 by 3 matrix, along its first row."""
+    """Determinant of a 3 by 3 matrix, along its first row."""
     return (
         m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
         - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
@@ -258,8 +260,8 @@ def determinant(m: list[list[Symbol]]) -> Symbol:
 
 
 @dataclass(frozen=True)
-class Motion:
-    """Accelerations and forces of a chain in symbols."""
+class ChainMotion:
+    """Accelerations and forces of a chain as expressions."""
 
     turn: list[Symbol]
     """(N,) angular accelerations"""
@@ -269,42 +271,46 @@ class Motion:
     """(P,) in the order of the laws"""
 
 
-def motion(bars: list[Bar], structure: Structure, laws: list[Symbol]) -> Motion:
+def chain_motion(bars: list[SymbolicBar], structure: Structure, laws: list[Symbol]) -> ChainMotion:
     """Equations of a chain; `laws` holds the second derivative of each prescribed law."""
     told = {law.bar: (law, second) for law, second in zip(structure.laws, laws, strict=True)}
     first_motor = 0 in told and told[0][0].joint
-    visited: list[Visited] = []
+    articulated: list[ArticulatedBar] = []
     for j in reversed(range(len(bars))):
-        beyond = visited[0] if visited else None
+        beyond = articulated[0] if articulated else None
         law, second = told.get(j, (None, 0.0))
         pushed = first_motor and j == 1
         if law is None and not pushed and (beyond is None or beyond.symmetric):
-            visited.insert(0, visit_free(bars[j], beyond))
+            articulated.insert(0, backward_step_free(bars[j], beyond))
             continue
-        wanted = wanted_turn(bars[j], second, local_horizontal=law.local_horizontal) if law else None
+        prescribed = prescribed_acceleration(bars[j], second, local_horizontal=law.local_horizontal) if law else None
         motor = law is not None and law.joint and j > 0
-        visited.insert(0, visit(bars[j], beyond, wanted, motor=motor, pushed=pushed))
-    return walk_back(bars, structure, visited, *start(visited[0], motor=first_motor))
+        articulated.insert(0, backward_step(bars[j], beyond, prescribed, motor=motor, pushed=pushed))
+    return forward_pass(bars, structure, articulated, *start(articulated[0], motor=first_motor))
 
 
-def walk_back(
-    bars: list[Bar], structure: Structure, visited: list[Visited], a: tuple[Symbol, Symbol], motor: Symbol
-) -> Motion:
-    """From the first bar to the last: angular accelerations, torques, and Newton's law of each bar."""
+def forward_pass(
+    bars: list[SymbolicBar],
+    structure: Structure,
+    articulated: list[ArticulatedBar],
+    a: tuple[Symbol, Symbol],
+    motor: Symbol,
+) -> ChainMotion:
+    """Accelerations, torques and reactions from the first bar to the last."""
     turns: list[Symbol] = []
     pulls: list[tuple[Symbol, Symbol]] = []
     torques: dict[int, Symbol] = {}
-    for j, (bar, seen) in enumerate(zip(bars, visited, strict=True)):
-        turn = at(seen.turn, a, motor)
+    for j, (bar, seen) in enumerate(zip(bars, articulated, strict=True)):
+        turn = evaluated(seen.turn, a, motor)
         turns.append(turn)
         if seen.torque is not None:
-            torques[j] = at(seen.torque, a, motor)
+            torques[j] = evaluated(seen.torque, a, motor)
         pull, end = bar.specific_force(), bar.acceleration(2.0)
-        pulls.append(tuple(bar.mass * (at(p, a, 0.0) + p[TURN] * turn) for p in pull))
-        a = (at(end[0], a, 0.0) + end[0][TURN] * turn, at(end[1], a, 0.0) + end[1][TURN] * turn)
+        pulls.append(tuple(bar.mass * (evaluated(p, a, 0.0) + p[TURN] * turn) for p in pull))
+        a = (evaluated(end[0], a, 0.0) + end[0][TURN] * turn, evaluated(end[1], a, 0.0) + end[1][TURN] * turn)
     reaction: list[tuple[Symbol, Symbol]] = []
     total: tuple[Symbol, Symbol] = (0.0, 0.0)
     for x, y in reversed(pulls[1:]):
         total = (total[0] - x, total[1] - y)
         reaction.insert(0, total)
-    return Motion(turns, reaction, [torques[law.bar] for law in structure.laws])
+    return ChainMotion(turns, reaction, [torques[law.bar] for law in structure.laws])

@@ -1,35 +1,35 @@
-r"""Fields in the oracle's equations: what the central body, its flattening and third bodies do to a bar.
+r"""Gravity fields in heyoka's equations: the central body, its oblateness and third bodies.
 
-All pulls count from a frame that falls as the chain's centre of mass would in the same field. With z from the
+All accelerations are relative to a frame that falls like the chain's centre of mass in the same field. With z from the
 attracting centre to the chain's, d the bar's offset, and
 
     y = |z|/|z + d| = 1/sqrt(1 + q),   q = (2 z + d)·d/|z|²,   1 - y = q y²/(1 + y),
 
-a pull that falls with the power k + 1 of the distance differs between the two places by
+a field that decreases with the power k + 1 of the distance differs between the two positions by
 
     z/|z|^(k+2) - (z + d)/|z + d|^(k+2) = (z (1 - y^(k+2)) - d y^(k+2))/|z|^(k+2)
 
-where 1 - y^n = (1 - y)(1 + y + ... + y^(n-1)). A third body uses it twice: with z from the body to the central
-one and d the chain's place for the frame, and again for each bar against the chain's centre.
+where 1 - y^n = (1 - y)(1 + y + ... + y^(n-1)). A third body uses this twice: with z from the body to the central
+one and d the chain's position for the frame, and again for each bar relative to the chain's centre.
 
-*Second moment.* The potential -B/r^k per unit mass gives a bar, to second order in its length, half of J times
-its second derivative along the bar, -(B k/2)((k + 2) c² - 1) J/r^(k+2); from it, with p = (l/2) u and H = (l/2)²,
+*Second moment.* To second order in a bar's length, the potential -B/r^k per unit mass adds half of J times its second
+derivative along the bar, -(B k/2)((k + 2) c² - 1) J/r^(k+2). Its derivatives, with p = (l/2) u and H = (l/2)², are
 
     force  (B k (k + 2) J/(2 H r^(k+4))) (2 (p·z) p + H z - (k + 4) (p·z)² z/r²)
     torque (B k (k + 2) J/(H r^(k+4))) (p·z)(p x z)
 
-*Slender bar.* Its two ends at distances a and b, S = a + b: integrating mu s/|s|³ along it gives per unit mass
+*Slender bar.* With its ends at distances a and b and S = a + b, the integral of mu s/|s|³ along it is, per unit mass,
 
     -G (z - (4/S²) (p·z) p),   G = 2 mu S/(a b (S² - l²)),   torque  m G (4/S²) (p·z)(p x z)
 
-The ends are compared with the chain's centre as centres are above: with y1, y2 of the two ends, Y = y1 y2 and
+The ends are related to the chain's centre as bars' centres are above. With y1, y2 of the two ends, Y = y1 y2 and
 e = l²/S² = 4 H Y²/(|z|² (y1 + y2)²),
 
     G = (mu/|z|³) 2 Y²/((y1 + y2)(1 - e)),
     mu/|z|³ - G = (mu/|z|³) (2 (1 - Y)(1 + Y) - (1 - y1) - (1 - y2) - e (y1 + y2))/((y1 + y2)(1 - e)),
     1 - Y = (1 - y1) + y1 (1 - y2)
 
-which is as good as the ends' distances from the chain's centre are: the tide keeps its digits.
+so that the tide is as accurate as the ends' distances from the chain's centre.
 """
 
 from __future__ import annotations
@@ -44,17 +44,17 @@ Pair = tuple[Symbol, Symbol]
 
 @dataclass(frozen=True)
 class Load:
-    """What acts on a bar besides its joints."""
+    """Load on a bar besides its joints."""
 
     push: Pair
-    """Acceleration of its centre, from the falling frame"""
+    """Acceleration of its centre, relative to the falling frame"""
     torque: Symbol = 0.0
-    swerve: Symbol | None = None
+    transverse_acceleration: Symbol | None = None
     """Z x the part of its whole acceleration that is not along Z; None where there is none"""
 
     def __add__(self, other: Load) -> Load:
-        """Both at once."""
-        swerves = [s for s in (self.swerve, other.swerve) if s is not None]
+        """Sum of two loads."""
+        swerves = [s for s in (self.transverse_acceleration, other.transverse_acceleration) if s is not None]
         return Load(
             (self.push[0] + other.push[0], self.push[1] + other.push[1]),
             self.torque + other.torque,
@@ -64,7 +64,7 @@ class Load:
 
 @dataclass(frozen=True)
 class Rod:
-    """A bar as fields see it."""
+    """Geometry and mass of a bar in a field."""
 
     offset: Pair
     """d, of its centre from the chain's"""
@@ -77,36 +77,36 @@ class Rod:
 
 
 def cross(a: Pair, b: Pair) -> Symbol:
-    """Component across the plane."""
+    """Component of the cross product normal to the plane."""
     return a[0] * b[1] - a[1] * b[0]
 
 
 @dataclass(frozen=True)
-class Closeness:
-    """How much nearer to a centre a point is than the chain's centre, which is at z from it."""
+class DistanceRatio:
+    """Distance of a point from a centre relative to that of the chain's centre, which is at z from it."""
 
     q: Symbol
-    """Square of its distance over |z|², less 1"""
+    """Square of the point's distance over |z|², less 1"""
     y: Symbol
-    """|z| over its distance"""
+    """|z| over the point's distance"""
     square: Symbol
     """y²"""
 
     @property
-    def lack(self) -> Symbol:
-        """1 - y."""
+    def complement(self) -> Symbol:
+        """Difference 1 - y."""
         return self.q * self.square / (1.0 + self.y)
 
 
-def closeness(z: Pair, r2: Symbol, d: Pair) -> Closeness:
-    """Of the point at z + d."""
+def distance_ratio(z: Pair, r2: Symbol, d: Pair) -> DistanceRatio:
+    """Distance ratio of the point at z + d."""
     q = ((2.0 * z[0] + d[0]) * d[0] + (2.0 * z[1] + d[1]) * d[1]) / r2
     y = (1.0 + q) ** -0.5
-    return Closeness(q, y, y * y)
+    return DistanceRatio(q, y, y * y)
 
 
-def tide(z: Pair, pull: Symbol, d: Pair, near: Closeness) -> tuple[Pair, Symbol]:
-    """Pull at z + d less that at z of a point mass, and mu over the cube of the distance; `pull` is mu/|z|³."""
+def tide(z: Pair, pull: Symbol, d: Pair, near: DistanceRatio) -> tuple[Pair, Symbol]:
+    """Acceleration at z + d less that at z by a point mass, and mu over the distance cubed; `pull` is mu/|z|³."""
     y, square = near.y, near.square
     cube = pull * (square * y)
     change = pull * (near.q * square * (square + y + 1.0) / (1.0 + y))
@@ -115,10 +115,10 @@ def tide(z: Pair, pull: Symbol, d: Pair, near: Closeness) -> tuple[Pair, Symbol]
 
 @dataclass(frozen=True)
 class Attractor:
-    """A point mass that pulls, in one of the models of gravity."""
+    """A point mass in one of the models of gravity."""
 
     z: Pair
-    """From it to the chain's centre"""
+    """Vector from the point mass to the chain's centre"""
     r2: Symbol
     pull: Symbol
     """mu/|z|³"""
@@ -126,15 +126,15 @@ class Attractor:
     """``point``, ``gradient``, ``quadrupole`` or ``slender``"""
 
     def load(self, rod: Rod) -> Load:
-        """On a bar; its swerve is about the attracting centre."""
+        """Load on a bar; its transverse acceleration is about the attracting centre."""
         if self.model == "slender":
             return self.slender_load(rod)
         z, d, reach = self.z, rod.offset, rod.reach
-        near = closeness(z, self.r2, d)
+        near = distance_ratio(z, self.r2, d)
         push, cube = tide(z, self.pull, d, near)
         if self.model == "point":
             return Load(push)
-        # with rho the radial unit vector and psi the angle from it to the bar: K = -3 (mu/r³) J sin(psi) cos(psi)
+        # rho: radial unit vector; psi: angle from rho to the bar; torque K = -3 (mu/r³) J sin(psi) cos(psi)
         x, y = z[0] + d[0], z[1] + d[1]
         to_sine, to_cosine = y * reach[0] - x * reach[1], x * reach[0] + y * reach[1]
         turn = Load(push, rod.slender * (to_sine * to_cosine * (cube * (near.square / self.r2))))
@@ -144,27 +144,27 @@ class Attractor:
         return Load(push, turn.torque) + second_moment_push(rod, (x, y), fifth, near.square / self.r2, 1.0)
 
     def slender_load(self, rod: Rod) -> Load:
-        """The exact pull on a uniform bar."""
+        """Exact gravity on a uniform bar."""
         (zx, zy), (dx, dy), (px, py) = self.z, rod.offset, rod.reach
-        left, right = (closeness(self.z, self.r2, d) for d in ((dx - px, dy - py), (dx + px, dy + py)))
+        left, right = (distance_ratio(self.z, self.r2, d) for d in ((dx - px, dy - py), (dx + px, dy + py)))
         both, total = left.y * right.y, left.y + right.y
         ratio = 4.0 * (both * both / (self.r2 * total * total))  # 4/S²
         short = rod.half * rod.half * ratio
         scale = self.pull / (total * (1.0 - short))
         g = 2.0 * both * both * scale
-        apart = left.lack + left.y * right.lack  # 1 - y1 y2
-        change = scale * (2.0 * apart * (1.0 + both) - (left.lack + right.lack) - short * total)
+        apart = left.complement + left.y * right.complement  # 1 - y1 y2
+        change = scale * (2.0 * apart * (1.0 + both) - (left.complement + right.complement) - short * total)
         x, y = zx + dx, zy + dy
         along = g * ratio * (x * px + y * py)
         push = (zx * change - g * dx + along * px, zy * change - g * dy + along * py)
-        swerve = along * (x * py - y * px)
-        return Load(push, -rod.mass * swerve, swerve)
+        transverse_acceleration = along * (x * py - y * px)
+        return Load(push, -rod.mass * transverse_acceleration, transverse_acceleration)
 
 
 def second_moment_push(rod: Rod, at: Pair, strength: Symbol, inverse2: Symbol, k: float) -> Load:
     """Force of a bar's second moment in the field of -B/r^k, at `at` from its centre.
 
-    `strength` is B/r^(k+4), `inverse2` 1/r². J enters by 3 J/H, so that k (k + 2) does by its third: 1 or 5.
+    `strength` is B/r^(k+4), `inverse2` 1/r². `Rod.slender` is 3 J/H, and so k (k + 2) enters by its third: 1 or 5.
     """
     (x, y), (px, py) = at, rod.reach
     weight = 0.5 * THIRD[k] * (rod.slender / rod.mass) * strength
@@ -179,7 +179,7 @@ THIRD = {1.0: 1.0, 3.0: 5.0}  # k (k + 2)/3
 
 @dataclass(frozen=True)
 class Flattening:
-    """The J2 term of the central body, -B/r³ per unit mass, as far as the gravity's model goes."""
+    """Oblateness of the central body, -B/r³ per unit mass, to the order of the gravity model."""
 
     z: Pair
     r2: Symbol
@@ -193,12 +193,12 @@ class Flattening:
         return -3.0 * self.fifth * self.z[0], -3.0 * self.fifth * self.z[1]
 
     def load(self, rod: Rod) -> Load:
-        """On a bar."""
+        """Load on a bar."""
         (zx, zy), (dx, dy), (px, py) = self.z, rod.offset, rod.reach
-        near = closeness(self.z, self.r2, rod.offset)
+        near = distance_ratio(self.z, self.r2, rod.offset)
         y, square = near.y, near.square
         power = 3.0 * self.fifth * (square * square * y)
-        change = 3.0 * self.fifth * near.lack * (1.0 + y + square * (1.0 + y + square))
+        change = 3.0 * self.fifth * near.complement * (1.0 + y + square * (1.0 + y + square))
         push = Load((zx * change - dx * power, zy * change - dy * power))
         if self.model == "point":
             return push
@@ -212,23 +212,23 @@ class Flattening:
 
 @dataclass(frozen=True)
 class Companion:
-    """A third body, seen from the central one."""
+    """A third body, relative to the central one."""
 
     frame: Pair
-    """What it does to the chain's centre, less what it does to the central body"""
+    """Acceleration of the chain's centre by the body less that of the central body"""
     attractor: Attractor
 
-    def load(self, rod: Rod, place: Pair) -> Load:
-        """On a bar at `place` from the central body."""
+    def load(self, rod: Rod, position: Pair) -> Load:
+        """Load on a bar at `place` from the central body."""
         found = self.attractor.load(rod)
         whole = (self.frame[0] + found.push[0], self.frame[1] + found.push[1])
-        return Load(found.push, found.torque, cross(place, whole))
+        return Load(found.push, found.torque, cross(position, whole))
 
 
 def companion(centre: Pair, body: Pair, distance2: Symbol, pull: Symbol, model: str) -> Companion:
-    """Third body at `body`; `pull` is mu_b/D³. It sees slender bars by their second moment."""
+    """Third body at `body`; `pull` is mu_b/D³. Its gravity on slender bars is that of their second moment."""
     back = (-body[0], -body[1])
-    frame, near_pull = tide(back, pull, centre, closeness(back, distance2, centre))
+    frame, near_pull = tide(back, pull, centre, distance_ratio(back, distance2, centre))
     z = (centre[0] + back[0], centre[1] + back[1])
     attractor = Attractor(z, z[0] * z[0] + z[1] * z[1], near_pull, "quadrupole" if model == "slender" else model)
     return Companion(frame, attractor)

@@ -1,4 +1,4 @@
-"""The compiled integrator with its events: the surface, and changes of discrete modes."""
+"""Compiled integrator with its events: the surface, and changes of discrete modes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from adapters.heyoka.compiled import KEPT, Precision, symbols
-from adapters.heyoka.discrete_modes import switch_events
+from adapters.heyoka.discrete_modes import mode_events
 
 if TYPE_CHECKING:
     from adapters.heyoka.structure import Structure
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @lru_cache(maxsize=KEPT)
 def integrator(structure: Structure, precision: Precision, rtol: float) -> Any:
-    """Integrator of a structure, to be filled with parameters and a state; one is used by one run at a time."""
+    """Integrator of a structure, without parameters and state; only one run at a time may use it."""
     import heyoka as hy
 
     found, number = symbols(structure), precision.number
@@ -29,32 +29,32 @@ def integrator(structure: Structure, precision: Precision, rtol: float) -> Any:
 
 
 def events(structure: Structure, precision: Precision) -> list[Any]:
-    """Events that stop a run: the surface's (`Structure.surfaces` of them), then those that switch a mode."""
+    """Events that stop a run: those of the surface (`Structure.surfaces` of them), then those that change a mode."""
     found = surface_events(structure, precision) if structure.lands else []
     if structure.effects.modes:
-        found += switch_events(structure, precision)
+        found += mode_events(structure, precision)
     return found
 
 
 def surface_events(structure: Structure, precision: Precision) -> list[Any]:
-    """Events that stop a run: an end of a bar on the surface, or the bar's line where its foot is on the bar."""
+    """Events at the surface: an end of a bar, or the bar's line where its foot is on the bar."""
     import heyoka as hy
 
     found = symbols(structure)
     falling = hy.event_direction.negative
     ends = [hy.t_event(e, direction=falling, fp_type=precision.type) for e in found.ends]
     lines = [
-        hy.t_event(e, direction=falling, fp_type=precision.type, callback=OffTheBar(structure, precision, j))
+        hy.t_event(e, direction=falling, fp_type=precision.type, callback=BeyondBarEnds(structure, precision, j))
         for j, e in enumerate(found.middles)
     ]
     return ends + lines
 
 
-class OffTheBar:
-    """Tells heyoka to go on where a bar's line, but not the bar itself, touches the surface."""
+class BeyondBarEnds:
+    """Callback that continues the run where a bar's line, but not the bar itself, touches the surface."""
 
     def __init__(self, structure: Structure, precision: Precision, bar: int) -> None:
-        """Keep what is asked at the event; compiled on its first use."""
+        """Store the bar; its function is compiled on first use."""
         self.structure, self.precision, self.bar = structure, precision, bar
 
     def __call__(self, run: Any, falling: int) -> bool:

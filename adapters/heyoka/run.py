@@ -1,4 +1,4 @@
-"""One run of the oracle: from break to break of what acts, sampled by dense output."""
+"""One run of heyoka: from event to event of the loads, sampled by dense output."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import numpy as np
 from adapters.engine import EngineError
 from adapters.heyoka.compiled import Precision, function, observe, observer, value
 from adapters.heyoka.discrete_modes import Modes
-from adapters.heyoka.effects import blow_size, thrust_line
+from adapters.heyoka.effects import impulse_size, thrust_segment
 from adapters.heyoka.integrator import integrator
 from adapters.heyoka.structure import LAW_PARAMETERS, Numbers, parameters_of, start_of, structure_of
 from adapters.heyoka.units import units_of
 from adapters.trajectory import Trajectory
 
-MOST_SWITCHES = 100_000  # in one stretch
+MOST_MODE_CHANGES = 100_000  # in one segment
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array
@@ -25,43 +25,43 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """A piece of a run in which all that is known beforehand is smooth in time."""
+class TimeSegment:
+    """A part of a run in which laws and thrusts are smooth in time."""
 
     marks: Numbers
-    """(k,) its begin, the instants wanted inside, its end"""
+    """(k,) its start, the samples inside, its end"""
     seen: slice
-    """Which of them are wanted, and not the stretch's before"""
+    """Marks that are samples of this segment, not of the previous one"""
     parameters: Numbers
-    """Of the equations"""
+    """Parameters of the equations"""
 
 
 @dataclass(frozen=True)
-class Seen:
-    """What was seen of a stretch."""
+class SegmentStates:
+    """Samples of a segment."""
 
     states: Numbers
     """(k, size)"""
     given: Numbers
-    """(k, m) parameters that hold at each"""
-    blown: Numbers
+    """(k, m) parameters at each sample"""
+    impulse_sum: Numbers
     """(k, 2 (N - 1)) sum of the impulsive reactions so far"""
 
 
-class Run:
-    """A scene in one precision at one tolerance: made, walked, then looked at."""
+class HeyokaRun:
+    """A scene in one precision at one tolerance: build, :meth:`walk`, then :meth:`trajectory`."""
 
     def __init__(self, scene: Scene, times_s: Array, precision: Precision, rtol: float) -> None:
-        """Compile, or take compiled code from an earlier run, and fill it.
+        """Compile, or reuse compiled code of an earlier run, and set the parameters.
 
         Parameters
         ----------
         scene : Scene
         times_s : ndarray, shape (n,)
-            Increasing instants to be seen, from 0.
+            Increasing instants of the samples, from 0.
         precision : Precision
         rtol : float
-            Truncation error allowed in a step, relative to the largest unknown.
+            Truncation error of a step relative to the largest unknown.
         """
         self.scene, self.times_s, self.precision = scene, times_s, precision
         self.structure, self.units, self.number = structure_of(scene), units_of(scene), precision.number
@@ -71,125 +71,125 @@ class Run:
         self.events = self.solver.t_events if self.structure.lands or self.structure.effects.modes else []
         self.modes = Modes(self.structure, precision)
         observer(self.structure, precision)
-        if self.structure.effects.blows:
+        if self.structure.effects.impulses:
             function(self.structure, precision, "jumps")
-        self.times = np.array([self.working(float(t)) for t in times_s])
-        self.stretches = [self.stretch(*marks) for marks in between(self.times, self.breaks)]
-        self.rows: list[Seen] = []
-        self.switched_s: list[float] = []  # instants at which a mode changed
-        self.blown = np.array([self.number(0.0)] * (2 * (self.structure.bars - 1)))
+        self.times = np.array([self.scaled_time(float(t)) for t in times_s])
+        self.segments = [self.segment(*marks) for marks in event_free_intervals(self.times, self.breaks)]
+        self.rows: list[SegmentStates] = []
+        self.mode_changes_s: list[float] = []  # instants at which a mode changed
+        self.impulse_sum = np.array([self.number(0.0)] * (2 * (self.structure.bars - 1)))
         self.steps = 0
         self.landed: Any = None
 
-    def working(self, t_s: float) -> Any:
+    def scaled_time(self, t_s: float) -> Any:
         """Time in the working precision and units."""
         return self.number(t_s / self.units.time_s)
 
     @property
     def breaks(self) -> list[Any]:
-        """Instants at which a law or a thrust bends or a blow falls, in order."""
-        return [self.working(t) for t in self.scene.effects.breaks_s]
+        """Instants of events known beforehand: ends of laws, corners of thrusts, impulses; in order."""
+        return [self.scaled_time(t) for t in self.scene.effects.breaks_s]
 
-    def stretch(self, begin: Any, end: Any) -> Stretch:
-        """What is asked of the integrator between two breaks."""
+    def segment(self, begin: Any, end: Any) -> TimeSegment:
+        """Samples and parameters between two events."""
         inner = self.times[(self.times > begin) & (self.times < end)]
         marks = np.array([begin, *inner, end])
         first = 0 if begin == self.times[0] else 1
         last = len(marks) if np.any(self.times == end) else len(marks) - 1
-        return Stretch(marks, slice(first, last), self.parameters_on(begin, end))
+        return TimeSegment(marks, slice(first, last), self.parameters_on(begin, end))
 
     def parameters_on(self, begin: Any, end: Any) -> Numbers:
-        """Parameters of a stretch: laws that turn their bars in it have their amplitude, thrusts their line."""
+        """Parameters of a segment: amplitudes of the laws that act in it, and straight segments of the thrusts."""
         found, middle = self.parameters.copy(), 0.5 * (begin + end)
         for k, p in enumerate(self.scene.effects.prescribed_rotation):
-            if self.working(p.breaks_s[0]) < middle < self.working(p.breaks_s[1]):
+            if self.scaled_time(p.breaks_s[0]) < middle < self.scaled_time(p.breaks_s[1]):
                 found[self.structure.law_offset + LAW_PARAMETERS * k] = self.number(p.amplitude_rad / 16.0)
         for k, thrust in enumerate(self.scene.effects.thrust):
-            line = thrust_line(thrust, float(middle) * self.units.time_s, self.units, self.number)
+            line = thrust_segment(thrust, float(middle) * self.units.time_s, self.units, self.number)
             for what, number in zip(("size", "slope", "since"), line, strict=True):
                 found[self.structure.slot(f"thrust_{k}_{what}")] = number
         return found
 
     def walk(self) -> None:
-        """Integrate from stretch to stretch; no step straddles a break of what acts.
+        """Integrate segment by segment; no step straddles an event known beforehand.
 
         Raises
         ------
         EngineError
-            If heyoka stops before the end for any reason but the surface.
+            If heyoka stops before the end, other than at the surface.
         """
         self.solver.state[:] = self.start
         self.solver.time = self.number(0.0)
-        current = self.fresh_modes(self.stretches[0].parameters)
-        for stretch in self.stretches:
-            current = self.strike(stretch.marks[0], self.carried(stretch.parameters, current))
-            current = self.cross(stretch, current)
+        current = self.fresh_modes(self.segments[0].parameters)
+        for segment in self.segments:
+            current = self.apply_impulses(segment.marks[0], self.with_modes_of(segment.parameters, current))
+            current = self.integrate_segment(segment, current)
             if self.landed is not None:
                 break
 
     def fresh_modes(self, parameters: Numbers) -> Numbers:
-        """Parameters with the modes that the solver's state asks for; its events are met anew."""
+        """Parameters with the modes of the solver's state; cooldowns of events are reset."""
         found = parameters.copy()
         self.modes.set(self.solver.state, self.solver.time, found)
         if len(self.events):
             self.solver.reset_cooldowns()
         return found
 
-    def carried(self, parameters: Numbers, before: Numbers) -> Numbers:
-        """Parameters of a stretch with the modes that the one before ended in."""
+    def with_modes_of(self, parameters: Numbers, before: Numbers) -> Numbers:
+        """Parameters of a segment with the modes at the end of the previous one."""
         found = parameters.copy()
         found[self.modes.slots] = before[self.modes.slots]
         return found
 
-    def strike(self, at: Any, parameters: Numbers) -> Numbers:
-        """Jump where a blow falls on an instant; gives the parameters of what follows."""
-        blows = {k: p for k, p in enumerate(self.scene.effects.impulse) if self.working(p.at_s) == at}
-        if not blows:
+    def apply_impulses(self, at: Any, parameters: Numbers) -> Numbers:
+        """Apply the impulses at an instant; return the parameters of the next segment."""
+        impulses = {k: p for k, p in enumerate(self.scene.effects.impulse) if self.scaled_time(p.at_s) == at}
+        if not impulses:
             return parameters
         given = parameters.copy()
-        for k, blow in blows.items():
-            given[self.structure.slot(f"blow_{k}_size")] = blow_size(blow, self.units, self.number)
+        for k, impulse in impulses.items():
+            given[self.structure.slot(f"impulse_{k}_size")] = impulse_size(impulse, self.units, self.number)
         bars, jumps = self.structure.bars, function(self.structure, self.precision, "jumps")
         jump = value(jumps, self.solver.state, at, given)
         self.solver.state[2:4] += jump[:2]
         self.solver.state[4 + bars :] += jump[2 : 2 + bars]
-        self.blown = self.blown + jump[2 + bars :]
+        self.impulse_sum = self.impulse_sum + jump[2 + bars :]
         return self.fresh_modes(parameters)
 
-    def cross(self, stretch: Stretch, parameters: Numbers) -> Numbers:
-        """Integrate a stretch, from switch to switch of the modes; gives the parameters it ends with."""
-        marks = stretch.marks
+    def integrate_segment(self, segment: TimeSegment, parameters: Numbers) -> Numbers:
+        """Integrate a segment from mode change to mode change; return the parameters at its end."""
+        marks = segment.marks
         states: list[Numbers] = []
         given: list[Numbers] = []
-        for _ in range(MOST_SWITCHES):
+        for _ in range(MOST_MODE_CHANGES):
             self.solver.pars[:] = parameters[: len(self.solver.pars)]
             found = self.solver.propagate_grid(marks)
             self.steps += int(found[3])
-            new = found[-1][1:] if states else found[-1]  # after a switch the first is the switch itself
+            new = found[-1][1:] if states else found[-1]  # after a mode change the first row is the event itself
             states.append(new)
             given.append(np.tile(parameters, (len(new), 1)))
-            self.check(found[0], new)
+            self.check_outcome(found[0], new)
             left = marks[len(found[-1]) :]
-            parameters = self.changed(parameters)
+            parameters = self.with_modes_after_event(parameters)
             if found[0] == heyoka_outcomes().time_limit or self.landed is not None or not len(left):
-                self.keep(np.concatenate(states)[stretch.seen], np.concatenate(given)[stretch.seen])
+                self.store(np.concatenate(states)[segment.seen], np.concatenate(given)[segment.seen])
                 return parameters
-            self.switched_s.append(float(self.solver.time) * self.units.time_s)
+            self.mode_changes_s.append(float(self.solver.time) * self.units.time_s)
             marks = np.array([self.solver.time, *left])
-        raise EngineError(f"bars turned their faces more than {MOST_SWITCHES} times: they stay on edge")
+        raise EngineError(f"heyoka: more than {MOST_MODE_CHANGES} mode changes in one segment: a bar stays edge-on")
 
-    def keep(self, states: Numbers, given: Numbers) -> None:
-        """Keep what was seen of a stretch."""
-        self.rows.append(Seen(states, given, np.tile(self.blown, (len(states), 1))))
+    def store(self, states: Numbers, given: Numbers) -> None:
+        """Store the samples of a segment."""
+        self.rows.append(SegmentStates(states, given, np.tile(self.impulse_sum, (len(states), 1))))
 
-    def changed(self, parameters: Numbers) -> Numbers:
-        """Parameters with the modes that events left."""
+    def with_modes_after_event(self, parameters: Numbers) -> Numbers:
+        """Parameters with the modes that events set."""
         found, slots = parameters.copy(), [s for s in self.modes.slots if s < len(self.solver.pars)]
         found[slots] = self.solver.pars[slots]
         return found
 
-    def check(self, outcome: Any, states: Numbers) -> None:
-        """Tell a run that went well or is switched, one that met the surface, and one that failed."""
+    def check_outcome(self, outcome: Any, states: Numbers) -> None:
+        """Accept a run to its end or to a mode change, record one at the surface, and reject a failure."""
         event = -1 - int(outcome)
         well = outcome == heyoka_outcomes().time_limit or self.structure.surfaces <= event < len(self.events)
         if well and np.all(np.isfinite(states.astype(float))):
@@ -198,19 +198,19 @@ class Run:
             self.landed = self.solver.time
             return
         at_s = float(self.solver.time) * self.units.time_s
-        raise EngineError(f"heyoka gave up at t = {at_s:.6g} s: {str(outcome).rpartition('.')[2]}")
+        raise EngineError(f"heyoka stopped at t = {at_s:.6g} s: {str(outcome).rpartition('.')[2]}")
 
     def trajectory(self) -> Trajectory:
-        """What was seen, rounded to double at the very end."""
-        states, given, blown = (
-            np.concatenate([getattr(r, x) for r in self.rows]) for x in ("states", "given", "blown")
+        """Samples, rounded to double at the very end."""
+        states, given, impulse_sum = (
+            np.concatenate([getattr(r, x) for r in self.rows]) for x in ("states", "given", "impulse_sum")
         )
         n, bars, units = len(states), self.structure.bars, self.units
         seen = observe(self.structure, self.precision, states, self.times[:n], given).astype(float)
         y = states.astype(float)
         joints = 2 * (bars - 1)
         landed_s = None if self.landed is None else float(self.landed) * units.time_s
-        impulse = (blown.astype(float) * (units.force * units.time_s)).reshape(n, bars - 1, 2)
+        impulse = (impulse_sum.astype(float) * (units.force * units.time_s)).reshape(n, bars - 1, 2)
         return Trajectory(
             self.times_s[:n],
             y[:, 0:2] * units.length_m,
@@ -219,7 +219,7 @@ class Run:
             y[:, 4 + bars :] / units.time_s,
             (seen[:, :joints] * units.force).reshape(n, bars - 1, 2),
             torque_N_m=seen[:, joints:] * (units.force * units.length_m),
-            impulse_N_s=impulse if self.structure.effects.blows else None,
+            impulse_N_s=impulse if self.structure.effects.impulses else None,
             ended="" if landed_s is None else f"a bar reached the surface at t = {landed_s:.6f} s",
             info={"steps": self.steps, "evaluations": self.steps * int(self.solver.order)},
         )
@@ -232,7 +232,7 @@ def heyoka_outcomes() -> Any:
     return hy.taylor_outcome
 
 
-def between(times: Numbers, breaks: list[Any]) -> list[tuple[Any, Any]]:
-    """Begin and end of each piece of the run between breaks."""
+def event_free_intervals(times: Numbers, breaks: list[Any]) -> list[tuple[Any, Any]]:
+    """Start and end of each interval between events."""
     marks = [times[0], *(t for t in breaks if times[0] < t < times[-1]), times[-1]]
     return list(itertools.pairwise(marks))

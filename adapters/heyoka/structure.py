@@ -1,7 +1,7 @@
-"""What of a scene shapes the oracle's equations, and the numbers that fill them.
+"""Structure of a scene's equations in heyoka, and their parameters.
 
-Units are powers of two, near the initial radius and the fastest rate: changing to them rounds nothing, and all
-unknowns are of order one, as heyoka's tolerance, which is relative to the largest, wants them.
+Units are powers of two, near the initial radius and the fastest rate. The change of units rounds no number, and all
+unknowns are of order one, as heyoka's tolerance relative to the largest unknown requires.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adapters.common.initial_state import initial_state
-from adapters.heyoka.effects import EffectShapes, effect_parameters, pushes_the_track, shapes_of
+from adapters.heyoka.effects import EffectShapes, effect_parameters, perturbs_orbit, shapes_of
 from scenarios import Actuator, Frame, Gravity
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.heyoka.units import Units
+    from adapters.heyoka.units import HeyokaUnits
     from scenarios import Scene
 
 PI = "3.14159265358979323846264338327950288419716939937510582097494459"
@@ -29,8 +29,8 @@ Numbers = Any
 """Array in the working precision"""
 
 
-class Part(IntEnum):
-    """Parameters of a bar, after those of the whole scene."""
+class BarParameter(IntEnum):
+    """Parameters of a bar, behind those of the whole scene."""
 
     MASS = 0
     SHARE = 1
@@ -47,47 +47,47 @@ class Part(IntEnum):
 
 @dataclass(frozen=True)
 class LawShape:
-    """How a prescribed rotation enters the equations."""
+    """Form of a prescribed rotation in the equations."""
 
     bar: int
     """Counted from 0"""
     local_horizontal: bool
     joint: bool
-    """Whether a motor in a joint drives it"""
+    """Whether a motor in a joint exerts the torque"""
 
 
 @dataclass(frozen=True)
 class Structure:
-    """What two scenes must share to share one compiled code."""
+    """Properties that two scenes must share to share one compiled code."""
 
     bars: int
     gravity: str
     laws: tuple[LawShape, ...] = ()
     lands: bool = False
-    """Whether the surface is watched"""
+    """Whether events watch the surface"""
     effects: EffectShapes = field(default_factory=EffectShapes)
 
     @property
     def surfaces(self) -> int:
-        """How many events watch the surface: by each end, and by each bar between its ends."""
+        """Number of events of the surface: one for each end, and one for each bar between its ends."""
         return 2 * self.bars + 1 if self.lands else 0
 
     @property
     def law_offset(self) -> int:
-        """Where the laws' parameters start: after mu, the surface's radius, and each bar's."""
-        return SCENE_PARAMETERS + len(Part) * self.bars
+        """Index of the laws' first parameter: behind mu, the surface's radius, and each bar's parameters."""
+        return SCENE_PARAMETERS + len(BarParameter) * self.bars
 
-    def place_of(self, part: Part, bar: int) -> int:
-        """Where a bar's parameter is."""
+    def bar_slot(self, part: BarParameter, bar: int) -> int:
+        """Index of a bar's parameter."""
         return SCENE_PARAMETERS + part * self.bars + bar
 
     @property
     def effect_offset(self) -> int:
-        """Where the effects' parameters start, in the order of `EffectShapes.names`."""
+        """Index of the effects' first parameter, in the order of `EffectShapes.names`."""
         return self.law_offset + LAW_PARAMETERS * len(self.laws)
 
     def slot(self, name: str) -> int:
-        """Where an effect's parameter is."""
+        """Index of an effect's parameter."""
         return self.effect_offset + self.effects.names.index(name)
 
 
@@ -103,23 +103,23 @@ def structure_of(scene: Scene) -> Structure:
 def may_land(scene: Scene) -> bool:
     """Whether a bar might reach the surface: perigee of the osculating orbit less twice the chain's length.
 
-    The chain reaches half of its length beyond its centre of mass, a whole one if its masses are very unequal;
-    the rest is for the track's own departure from that orbit, of order (L/r)² r. Where anything else than the
-    central body moves the centre of mass, its orbit at t = 0 says nothing, and the surface is watched.
+    The chain extends half of its length beyond its centre of mass, and its whole length if its masses are very unequal.
+    The remainder allows for the departure from that orbit, of order (L/r)² r. Where other forces than the central
+    body's gravity act on the centre of mass, its orbit at t = 0 gives no bound, and events watch the surface.
     """
     if scene.central_body.radius_m <= 0.0:
         return False
-    if pushes_the_track(scene):
+    if perturbs_orbit(scene):
         return True
     if scene.effects.gravity is Gravity.NONE:
-        return False  # without gravity a horizontal start only leads away
+        return False  # without gravity a horizontal injection leads away from the surface
     square = scene.orbit.speed_factor**2
     perigee_m = scene.radius0_m if square >= 1.0 else scene.radius0_m * square / (2.0 - square)
     return perigee_m - 2.0 * scene.size_m <= scene.central_body.radius_m
 
 
-def parameters_of(scene: Scene, units: Units, number: Callable[[Any], Any]) -> Numbers:
-    """Parameters of the equations in the working precision: `number` makes one of a float or a decimal string."""
+def parameters_of(scene: Scene, units: HeyokaUnits, number: Callable[[Any], Any]) -> Numbers:
+    """Parameters of the equations in the working precision; `number` converts a float or a decimal string."""
     length, time = units.length_m, units.time_s
     chain = scene.chain
     mass = [number(m) for m in chain.mass_kg]
@@ -138,8 +138,8 @@ def parameters_of(scene: Scene, units: Units, number: Callable[[Any], Any]) -> N
     return np.array(found)
 
 
-def start_of(scene: Scene, units: Units, number: Callable[[Any], Any]) -> Numbers:
-    """State [Z0, Z0', theta, theta'] at t = 0 in the working precision: the numbers that every engine starts from."""
+def start_of(scene: Scene, units: HeyokaUnits, number: Callable[[Any], Any]) -> Numbers:
+    """State [Z0, Z0', theta, theta'] at t = 0 in the working precision: the initial state of every engine."""
     at = initial_state(scene)
     length, time = units.length_m, units.time_s
     parts = [at.com_m / length, at.com_velocity_m_s * time / length, at.angle_rad, at.rate_rad_s * time]

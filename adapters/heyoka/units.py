@@ -1,4 +1,4 @@
-"""Units of length and time in which heyoka computes: powers of two, so that changing to them rounds nothing."""
+"""Units of length and time in heyoka's equations: powers of two, so that the change of units rounds no number."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Units:
+class HeyokaUnits:
     """Powers of two."""
 
     length_m: float
@@ -19,10 +19,10 @@ class Units:
 
     @property
     def force(self) -> float:
-        """N; masses stay in kg."""
+        """Unit of force, N; masses stay in kg."""
         return self.length_m / self.time_s**2
 
 
-def units_of(scene: Scene) -> Units:
+def units_of(scene: Scene) -> HeyokaUnits:
     """Units near the initial radius and the fastest rate."""
-    return Units(2.0 ** round(math.log2(scene.radius0_m)), 2.0 ** -round(math.log2(scene.fastest_rate_rad_s)))
+    return HeyokaUnits(2.0 ** round(math.log2(scene.radius0_m)), 2.0 ** -round(math.log2(scene.fastest_rate_rad_s)))

@@ -1,6 +1,6 @@
-"""MuJoCo behind the engines' contract: joint coordinates in a freely falling frame, its own RK4.
+"""MuJoCo adapter: joint coordinates in a freely falling frame, MuJoCo's RK4.
 
-Reactions are MuJoCo's inner forces: `cfrc_int` of a body is what its parent exerts on it.
+Reactions are MuJoCo's internal forces: `cfrc_int` of a body is its parent's force on the body.
 """
 
 from __future__ import annotations
@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
-from adapters.bar_loads.assemble import CARRIED, chain_loads
-from adapters.bar_loads.falling_frame import falling, track_noise
+from adapters.bar_loads.assemble import SUPPORTED, chain_loads
+from adapters.bar_loads.falling_frame import free_fall, orbit_noise
 from adapters.bar_loads.gravity import LandedError, MovingLoads
 from adapters.common import face_reversal
 from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.common.initial_state import initial_state
-from adapters.common.joint_coordinates import angles, folded, places, velocities
-from adapters.common.step_alignment import between_steps, jumps_by_step
+from adapters.common.joint_coordinates import angles, positions, to_joint_coordinates, velocities
+from adapters.common.step_alignment import events_by_step, misalignment
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.trajectory import Array, Observable, Trajectory
 from scenarios import Gravity
@@ -26,8 +26,10 @@ if TYPE_CHECKING:
     from adapters.mujoco.effects import AppliedEffects
     from scenarios import Scene
 
-NO_LAW = "prescribed rotation: MuJoCo's constraints are soft, so that none holds a law of angle exactly"
-NO_EVENT = "solar_pressure.shadow: equal steps straddle the shadow's edge, where the light jumps"
+NO_PRESCRIBED_ROTATION = (
+    "prescribed rotation is not supported: MuJoCo's constraints are soft and do not hold a bar to its law exactly"
+)
+NO_SHADOW = "solar_pressure.shadow is not supported: equal steps straddle the shadow's edge, where the light jumps"
 
 
 @final
@@ -38,100 +40,101 @@ class Mujoco(Engine):
     coordinates = Coordinates.JOINT
     order = 4.0
     sweep = AccuracySweep(AccuracyParameter.STEPS_PER_ORBIT, (50, 100, 200, 500, 1000, 2000, 5000), default=1000)
-    effects = CARRIED
+    effects = SUPPORTED
     observables = frozenset(
         {Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION, Observable.IMPULSE}
     )
-    why_not: ClassVar[dict[str, str]] = {
-        f"prescribed_rotation.{what}": NO_LAW for what in ("inertial", "local_horizontal", "external", "joint")
-    } | {"solar_pressure.shadow": NO_EVENT}
+    unsupported_reasons: ClassVar[dict[str, str]] = {
+        f"prescribed_rotation.{what}": NO_PRESCRIBED_ROTATION
+        for what in ("inertial", "local_horizontal", "external", "joint")
+    } | {"solar_pressure.shadow": NO_SHADOW}
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
-        """Also refuse jumps within a step."""
-        return super().unsupported(scene) or between_steps(scene)
+        """Reason why the engine does not support `scene`, events within a step included."""
+        return super().unsupported(scene) or misalignment(scene)
 
     @classmethod
     def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:
-        """Equal steps pass over the instant at which a bar turns its other face to the wind or the Sun."""
+        """Reason why equal steps do not support a motion: a bar turns its other face to the wind or the Sun."""
         return face_reversal.unsupported_motion(scene, motion)
 
     @classmethod
     def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
         """Error of the frame's track, where it is integrated."""
         del setting
-        return track_noise(scene, t_s)
+        return orbit_noise(scene, t_s)
 
     def build(self, scene: Scene, setting: Setting) -> None:
-        """Make the model; the frame's track is part of the run and is computed there."""
-        from adapters.mujoco.chain import model_of, posed
+        """Make the model; the frame's orbit belongs to the timed run."""
+        from adapters.mujoco.chain import data_at, model_of
 
         self.scene, self.start = scene, initial_state(scene)
         self.every, self.dt_s = steps_between_samples(scene, setting.value), step_s(scene, setting.value)
         self.length_m = np.array(scene.chain.length_m)
         self.model = model_of(scene.chain, self.dt_s)
-        self.data = posed(self.model, *folded(self.length_m, self.start))
+        self.data = data_at(self.model, *to_joint_coordinates(self.length_m, self.start))
         self.seen: list[tuple[Array, Array]] = []
-        self.blows = {step: found for step, found in jumps_by_step(scene, self.dt_s).items() if found}
+        self.impulses_by_step = {step: found for step, found in events_by_step(scene, self.dt_s).items() if found}
         self.impulse_N_s: Array = np.zeros((scene.bars - 1, 2))
         self.impulses: list[Array] = []
         self.landed_s: float | None = None
 
     def simulate(self) -> None:
-        """Step from sample to sample, and from blow to blow."""
+        """Step from sample to sample and from impulse to impulse."""
         import mujoco as mj
 
         from adapters.mujoco.chain import installed
 
         data, step = self.data, 0
         halves: Array = 0.5 * self.dt_s * np.arange(2 * self.last_step + 1, dtype=np.float64)
-        self.origin_m, self.drift_m_s = falling(self.scene, self.start, halves)
-        self.control = self.controlled()
+        self.origin_m, self.drift_m_s = free_fall(self.scene, self.start, halves)
+        self.control = self.control_callback()
         try:
             with installed(self.control):
-                self.strike(0)
-                self.look()
-                for stop in sorted({*range(self.every, self.last_step + 1, self.every), *self.blows} - {0}):
+                self.apply_impulses(0)
+                self.take_sample()
+                for stop in sorted({*range(self.every, self.last_step + 1, self.every), *self.impulses_by_step} - {0}):
                     mj.mj_step(self.model, data, nstep=stop - step)
                     if stop % self.every == 0:
-                        self.look()
-                    self.strike(stop)
+                        self.take_sample()
+                    self.apply_impulses(stop)
                     step = stop
         except LandedError:
             self.landed_s = float(data.time)
         except (ArithmeticError, ValueError) as error:
-            raise EngineError(f"the chain was lost at t = {data.time:.6g} s: {error}") from error
+            raise EngineError(f"MuJoCo: the run failed at t = {data.time:.6g} s: {error}") from error
 
     @property
     def last_step(self) -> int:
         """Number of steps."""
         return self.every * (self.scene.run.samples - 1)
 
-    def controlled(self) -> AppliedLoads | AppliedEffects | None:
-        """What acts on the bars: as little as the scene calls for."""
+    def control_callback(self) -> AppliedLoads | AppliedEffects | None:
+        """Loads on the bars; the cheapest callback that the scene permits."""
         loads, half_s, chain = MovingLoads(self.scene), 0.5 * self.dt_s, self.scene.chain
-        acting = chain_loads(self.scene, loads, falls=True)
-        if acting:
+        effect_loads = chain_loads(self.scene, loads, free_falling=True)
+        if effect_loads:
             from adapters.mujoco.effects import AppliedEffects
 
-            return AppliedEffects(chain, self.data, acting, np.hstack([self.origin_m, self.drift_m_s]), half_s)
+            return AppliedEffects(chain, self.data, effect_loads, np.hstack([self.origin_m, self.drift_m_s]), half_s)
         if self.scene.effects.gravity is Gravity.NONE:
             return None
         from adapters.mujoco.chain import AppliedLoads
 
         return AppliedLoads(chain, self.data, loads, self.origin_m, half_s)
 
-    def look(self) -> None:
-        """Keep the state at a sample."""
+    def take_sample(self) -> None:
+        """Store the state at a sample."""
         self.seen.append((self.data.qpos.copy(), self.data.qvel.copy()))
         self.impulses.append(self.impulse_N_s)
 
-    def strike(self, step: int) -> None:
-        """Let the blows at the end of `step` fall."""
-        if step in self.blows:
-            from adapters.mujoco.effects import strike
+    def apply_impulses(self, step: int) -> None:
+        """Apply the impulses at the end of `step`."""
+        if step in self.impulses_by_step:
+            from adapters.mujoco.effects import apply_impulses
 
-            found = strike(self.model, self.data, self.scene.chain, self.blows[step])
+            found = apply_impulses(self.model, self.data, self.scene.chain, self.impulses_by_step[step])
             self.impulse_N_s = self.impulse_N_s + found
 
     def read(self) -> Trajectory:
@@ -143,7 +146,7 @@ class Mujoco(Engine):
         origin, drift = (track[:: 2 * self.every][:n] for track in (self.origin_m, self.drift_m_s))
         return Trajectory(
             self.scene.times_s[:n],
-            origin + np.einsum("j,njk->nk", weight, places(self.length_m, q)),
+            origin + np.einsum("j,njk->nk", weight, positions(self.length_m, q)),
             drift + np.einsum("j,njk->nk", weight, velocities(self.length_m, q, q_t)),
             angles(q),
             angles(q_t),
@@ -169,7 +172,7 @@ class Mujoco(Engine):
                         break
                     data.time, data.qpos, data.qvel = t, q, q_t
                     if self.control:
-                        self.control.arrive(2 * self.every * k)
+                        self.control.move_frame(2 * self.every * k)
                     found.append(reactions(self.model, data))
         except LandedError:
             self.landed_s = float(data.time)

@@ -1,8 +1,8 @@
 """A chain as a MuJoCo model in a freely falling frame, and the loads on it.
 
-MuJoCo knows nothing of orbits: gravity less that at the frame's origin is applied to each bar's centre
-through `xfrc_applied` (through `qfrc_passive` the reactions would leave it out), in the control callback,
-which MuJoCo calls at every stage of its RK4. Callbacks belong to the whole process.
+MuJoCo has no orbital mechanics. Gravity less that at the frame's origin acts on each bar's centre through
+`xfrc_applied`; the reactions would omit forces in `qfrc_passive`. The control callback sets the forces at every stage
+of RK4. Callbacks belong to the whole process.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ if TYPE_CHECKING:
 
 SWITCHED_OFF = ("CONSTRAINT", "CONTACT", "EQUALITY", "LIMIT", "FRICTIONLOSS", "SPRING", "DAMPER", "GRAVITY",
                 "WARMSTART", "SENSOR", "ISLAND", "AUTORESET")  # fmt: skip
-"""What could act besides the loads, or cost time; and the reset that hides a state that is not finite."""
+"""Features that would act besides the loads or cost time, and the reset that hides a state that is not finite."""
 
 
 def model_of(chain: Chain, dt_s: float) -> Any:
-    """MuJoCo's model: two massless slides, then a hinge at each bar's left end."""
+    """MuJoCo model: two massless slides, then a hinge at each bar's left end."""
     import mujoco as mj
 
     spec = mj.MjSpec()
     body, left_m = spec.worldbody, 0.0
     for j, (mass, length, inertia) in enumerate(zip(chain.mass_kg, chain.length_m, chain.inertia_kg_m2, strict=True)):
-        # a thin rod's inertia about all its axes: MuJoCo refuses 0 along it, and in the plane only one counts
+        # a thin rod's inertia about all axes: MuJoCo rejects 0 along the rod, and plane motion depends on one only
         body = body.add_body(
             pos=[left_m, 0.0, 0.0],
             mass=mass,
@@ -54,7 +54,7 @@ def model_of(chain: Chain, dt_s: float) -> Any:
 
 
 class AppliedLoads:
-    """The control callback: what acts on each bar where it is."""
+    """Control callback: gravity on each bar at its current position."""
 
     def __init__(self, chain: Chain, data: Any, loads: Loads, origin_m: Array, every_s: float) -> None:
         """Prepare the callback.
@@ -66,18 +66,19 @@ class AppliedLoads:
         loads : Loads
         origin_m : ndarray, shape (n, 2)
             Frame's origin every `every_s` from t = 0.
+        every_s : float
         """
         self.loads, self.origin, self.every_s = loads, origin_m.tolist(), every_s
         self.bars = [
             (m, J, 0.5 * length)
             for m, J, length in zip(chain.mass_kg, chain.inertia_kg_m2, chain.length_m, strict=True)
         ]
-        self.place, self.joints = data.xipos[1:, :2], data.qpos[2:]
+        self.position, self.joints = data.xipos[1:, :2], data.qpos[2:]
         self.applied = data.xfrc_applied[1:]
         self.evaluations = 0
 
-    def arrive(self, index: int) -> None:
-        """Be asked next for the state at `index`: all is smooth there, and nothing to be prepared."""
+    def move_frame(self, index: int) -> None:
+        """No change: gravity has no events."""
 
     def __call__(self, model: Any, data: Any) -> None:
         """Apply forces and torques.
@@ -93,15 +94,15 @@ class AppliedLoads:
         load = self.loads.load
         rows = []
         for (x, y), angle, (mass, inertia, half) in zip(
-            self.place.tolist(), accumulate(self.joints.tolist()), self.bars, strict=True
+            self.position.tolist(), accumulate(self.joints.tolist()), self.bars, strict=True
         ):
             ax, ay, spin = load(x, y, angle, half)
             rows.append((mass * ax, mass * ay, 0.0, 0.0, 0.0, inertia * spin))
         self.applied[:] = rows
 
 
-def posed(model: Any, q: Array, q_t: Array) -> Any:
-    """Data of a model at coordinates and rates, each (N + 2,)."""
+def data_at(model: Any, q: Array, q_t: Array) -> Any:
+    """MuJoCo data at coordinates and rates, each (N + 2,)."""
     import mujoco as mj
 
     data = mj.MjData(model)
@@ -110,7 +111,7 @@ def posed(model: Any, q: Array, q_t: Array) -> Any:
 
 
 def reactions(model: Any, data: Any) -> Array:
-    """Force on each bar from the next, (N-1, 2), N, at the state in `data`; where the loads are installed."""
+    """Force on each bar from the next, (N-1, 2), N, at the state in `data`; the loads must be installed."""
     import mujoco as mj
 
     mj.mj_forward(model, data)
@@ -121,12 +122,12 @@ def reactions(model: Any, data: Any) -> Array:
 
 @contextmanager
 def installed(control: Callable[[Any, Any], None] | None) -> Iterator[None]:
-    """Let `control` act, and warnings be errors instead of lines in a log file.
+    """Install `control`, and turn MuJoCo's warnings into errors.
 
     Raises
     ------
     EngineError
-        At the end, if MuJoCo warned of anything.
+        At the end, if MuJoCo issued a warning.
     """
     import mujoco as mj
 

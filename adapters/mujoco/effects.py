@@ -1,4 +1,4 @@
-"""Effects beyond point and gradient gravity on MuJoCo's chain, and blows on it."""
+"""Effects beyond point and gradient gravity on MuJoCo's chain, and impulses."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adapters.bar_loads.interface import Here, bars_of
-from adapters.bar_loads.thrusts import blows
+from adapters.bar_loads.interface import FrameState, bars_of
+from adapters.bar_loads.thrusts import impulse_jumps
 from adapters.bar_loads.tree import tree_rates
 from adapters.engine import UnsupportedMotionError
 from adapters.mujoco.chain import installed, reactions
@@ -17,38 +17,40 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from adapters.bar_loads.assemble import ChainLoads
-    from adapters.bar_loads.interface import Place, Rate
+    from adapters.bar_loads.interface import BarPosition, BarRate
     from adapters.trajectory import Array
     from scenarios import Impulse
     from scenarios.scene import Chain
 
 
 class AppliedEffects:
-    """The control callback: all that acts on each bar, at a stage of a step.
+    """Control callback: all loads on each bar, at a stage of a step.
 
-    A step's last stage and the next one's first are at one instant. Where something jumps there, the one is before it
-    and the other after: the callback tells them apart by the stage that came before.
+    A step's last stage and the next step's first stage share one instant. At an event the former lies before the event
+    and the latter after it. The previous call tells the callback which of the two it evaluates.
     """
 
-    def __init__(self, chain: Chain, data: Any, acting: ChainLoads, track: Array, half_s: float) -> None:
+    def __init__(self, chain: Chain, data: Any, effect_loads: ChainLoads, track: Array, half_s: float) -> None:
         """Prepare the callback.
 
         Parameters
         ----------
         chain : Chain
         data : MjData
-        acting : ChainLoads
+        effect_loads : ChainLoads
         track : ndarray, shape (n, 4)
-            Frame's origin and its velocity every half step, `half_s`, from t = 0.
+            Frame's origin and its velocity every half step from t = 0.
+        half_s : float
+            Half a step.
         """
-        self.acting, self.track, self.half_s, self.bars = acting, track.tolist(), half_s, bars_of(chain)
-        self.place, self.applied = data.xipos[1:, :2], data.xfrc_applied[1:]
+        self.effect_loads, self.track, self.half_s, self.bars = effect_loads, track.tolist(), half_s, bars_of(chain)
+        self.position, self.applied = data.xipos[1:, :2], data.xfrc_applied[1:]
         self.last: int | None = None
         self.faces: list[list[bool]] | None = None
         self.evaluations = 0
 
-    def arrive(self, index: int) -> None:
-        """Be asked next for the state at half step `index`, as the step that ends there sees it; 0 as it begins."""
+    def move_frame(self, index: int) -> None:
+        """Prepare for the state at half step `index`, seen from the step that ends there; 0 for the start."""
         self.last = index - 1 if index else None
 
     def __call__(self, model: Any, data: Any) -> None:
@@ -59,7 +61,7 @@ class AppliedEffects:
         LandedError
             If a bar touches the surface.
         UnsupportedMotionError
-            If a bar turned its other face to what it faces.
+            If a bar turned its other face to the wind or the Sun.
         """
         del model
         self.evaluations += 1
@@ -68,40 +70,40 @@ class AppliedEffects:
         middle = index if index % 2 else index - 1 if ends else index + 1
         self.last = index
         x, y, vx, vy = self.track[index]
-        here = Here(x, y, vx, vy, index * self.half_s, middle * self.half_s)
+        frame = FrameState(x, y, vx, vy, index * self.half_s, middle * self.half_s)
         q = data.qpos.tolist()
-        places = [(x, y, angle) for (x, y), angle in zip(self.place.tolist(), accumulate(q[2:]), strict=True)]
-        rates = list(tree_rates(q, data.qvel.tolist(), self.bars)) if self.acting.of_rates else []
-        self.watch_faces(here, places, rates)
+        positions = [(x, y, angle) for (x, y), angle in zip(self.position.tolist(), accumulate(q[2:]), strict=True)]
+        rates = list(tree_rates(q, data.qvel.tolist(), self.bars)) if self.effect_loads.of_rates else []
+        self.check_faces(frame, positions, rates)
         self.applied[:] = [
             (bar.mass * ax, bar.mass * ay, 0.0, 0.0, 0.0, bar.inertia * spin)
-            for bar, (ax, ay, spin) in zip(self.bars, self.acting(here, places, rates), strict=True)
+            for bar, (ax, ay, spin) in zip(self.bars, self.effect_loads(frame, positions, rates), strict=True)
         ]
 
-    def watch_faces(self, here: Here, places: list[Place], rates: list[Rate]) -> None:
-        """Refuse to go on where a bar turns its other face: a slope jumps there, and a fourth-order step needs none."""
-        if not self.acting.faced:
+    def check_faces(self, frame: FrameState, positions: list[BarPosition], rates: list[BarRate]) -> None:
+        """Reject a motion in which a bar turns its other face: a slope jumps there, which costs RK4 its order."""
+        if not self.effect_loads.faced:
             return
-        faces = [effect.faces(here, places, rates) for effect in self.acting.faced]
+        faces = [effect.faces(frame, positions, rates) for effect in self.effect_loads.faced]
         if self.faces is not None and faces != self.faces:
             raise UnsupportedMotionError(
-                f"a bar turned its other face to the air or the Sun at t = {here.t_s:.6g} s: "
-                "a slope jumps there, and equal steps straddle it"
+                f"a bar turns its other face to the air or the Sun at t = {frame.t_s:.6g} s, within one of the equal "
+                "steps; the slope of the load jumps there"
             )
         self.faces = faces
 
 
-def strike(model: Any, data: Any, chain: Chain, impulses: Sequence[Impulse]) -> Array:
-    """Let `impulses` change the rates in `data`; impulsive reactions on each bar from the next, (N-1, 2), N s.
+def apply_impulses(model: Any, data: Any, chain: Chain, impulses: Sequence[Impulse]) -> Array:
+    """Apply `impulses` to the rates in `data`; impulsive reactions on each bar from the next, (N-1, 2), N s.
 
-    With all rates zero, accelerations by forces are what jumps by impulses are: one system, the joints' own.
+    With all rates zero, the same joint system gives jumps by impulses as accelerations by forces.
     """
     angle = np.cumsum(data.qpos[2:]).tolist()
     bars, q_t = bars_of(chain), data.qvel.copy()
     data.qvel = 0.0
     data.xfrc_applied[1:] = [
         (bar.mass * x, bar.mass * y, 0.0, 0.0, 0.0, bar.inertia * turn)
-        for bar, (x, y, turn) in zip(bars, blows(bars, impulses, angle), strict=True)
+        for bar, (x, y, turn) in zip(bars, impulse_jumps(bars, impulses, angle), strict=True)
     ]
     with installed(None):
         found = reactions(model, data)

@@ -1,4 +1,4 @@
-"""SUNDIALS' CVODE, by way of scikit-sundae, behind the engines' contract."""
+"""Engines of SUNDIALS' CVODE, through scikit-sundae."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any, ClassVar, final
 import numpy as np
 
 from adapters.engine import AccuracyParameter, AccuracySweep, EngineError
-from adapters.ode_solvers.driver import Stretch
+from adapters.ode_solvers.driver import SolvedSegment
 from adapters.ode_solvers.engine import SolverEngine
 
 if TYPE_CHECKING:
     from adapters.ode_solvers.driver import Problem
     from adapters.trajectory import Array
 
-MOST_STEPS = 10_000_000  # between two samples: its own limit of 500 is a guard against runs too long, and so is ours
+MOST_STEPS = 10_000_000  # between two samples; CVODE's default of 500 is too small for long intervals
 
 
-class Surface:
-    """The event that ends a run."""
+class CvodeSurfaceEvent:
+    """Event that ends a run at the surface."""
 
     terminal = (True,)
     direction = (-1,)
@@ -28,8 +28,8 @@ class Surface:
         self.problem = problem
 
     def __call__(self, t_s: float, y: Array, height: Array) -> None:
-        """Fill in the height of the chain."""
-        height[0] = self.problem.look(t_s, y)
+        """Set the height of the chain."""
+        height[0] = self.problem.height_at_event(t_s, y)
 
 
 @dataclass(frozen=True)
@@ -40,13 +40,13 @@ class CvodeSolver:
     rtol: float
     atol: float
 
-    def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> Stretch:
-        """Go from state `y` at `start_s` to the last of `instants_s`, by way of the others.
+    def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> SolvedSegment:
+        """Integrate from state `y` at `start_s` through `instants_s`, with output at each.
 
         Raises
         ------
         EngineError
-            If CVODE reports no success.
+            If CVODE reports a failure.
         """
         from sksundae.cvode import CVODE
 
@@ -58,26 +58,26 @@ class CvodeSolver:
             method=self.method,
             rtol=self.rtol,
             atol=self.atol,
-            eventsfn=Surface(problem),
+            eventsfn=CvodeSurfaceEvent(problem),
             num_events=1,
             max_num_steps=MOST_STEPS,
         )
-        looks = problem.looks
+        event_calls = problem.event_calls
         found: Any = solver.solve(np.concatenate([[start_s], instants_s]), y)
         if not found.success:
             raise EngineError(f"CVODE, {self.method}: {found.message}")
         steps = (
-            problem.looks - looks - 1 - len(instants_s)
-        )  # it looks at the start, after each step and at each instant
-        alone = len(instants_s) == 1  # it then shows every step of its own, the last of them at the instant
+            problem.event_calls - event_calls - 1 - len(instants_s)
+        )  # CVODE calls the event at the start, after each step and at each instant
+        alone = len(instants_s) == 1  # CVODE then returns every step of its own, the last of them at the instant
         if found.t_events is None:
-            return Stretch(found.y[-1:] if alone else found.y[1:], None, steps, int(found.njev))
-        reached = found.y[:0] if alone else found.y[1:-1]  # the last one is the event's
-        return Stretch(reached, float(found.t_events[0]), steps, int(found.njev))
+            return SolvedSegment(found.y[-1:] if alone else found.y[1:], None, steps, int(found.njev))
+        reached = found.y[:0] if alone else found.y[1:-1]  # the last row is the event's
+        return SolvedSegment(reached, float(found.t_events[0]), steps, int(found.njev))
 
 
 class CvodeEngine(SolverEngine):
-    """What both methods share."""
+    """Common part of both methods."""
 
     method: ClassVar[str]
     step_constant = 5.0  # multistep estimates are differences of earlier steps; up to 2.3 was measured

@@ -1,4 +1,4 @@
-"""A library's ODE solver, driven as its user would drive it: from break to break, up to the surface."""
+"""Driver of a library's ODE solver: restarts at events, stops at the surface, counts evaluations."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """What a solver returned from one break to the next."""
+class SolvedSegment:
+    """States that a solver returned between two events."""
 
     y: Array
-    """(k, size) states at the instants asked for, as far as it got"""
+    """(k, size) states at the requested instants, as far as the solver got"""
     stopped_s: float | None
     """Instant at which the chain reached the surface"""
     steps: int
     jacobians: int
-    """Jacobians it formed; the evaluations they took are counted with the others"""
+    """Number of Jacobians; their evaluations are part of the problem's count"""
 
 
 @dataclass
 class Problem:
-    """An initial value problem that counts what a solver asks of it.
+    """An initial value problem that counts evaluations.
 
-    Libraries tell neither their steps, where they were asked for samples, nor the evaluations that went into
-    differenced Jacobians. Steps can be had from how often they look for events.
+    With requested output instants, libraries report neither their steps nor the evaluations of differenced Jacobians.
+    The number of event evaluations gives the number of steps.
     """
 
     rhs: Callable[[float, Array], Array]
@@ -43,46 +43,46 @@ class Problem:
     height: Callable[[Array], float]
     """Least distance of the chain from the surface, m"""
     evaluations: int = field(default=0, init=False)
-    looks: int = field(default=0, init=False)
+    event_calls: int = field(default=0, init=False)
 
     def rate(self, t_s: float, y: Array) -> Array:
         """Time derivative of the state, counted."""
         self.evaluations += 1
         return self.rhs(t_s, y)
 
-    def look(self, t_s: float, y: Array) -> float:
+    def height_at_event(self, t_s: float, y: Array) -> float:
         """Height of the chain, counted."""
         del t_s
-        self.looks += 1
+        self.event_calls += 1
         return self.height(y)
 
 
 class Solver(Protocol):
     """One library's solver at one setting."""
 
-    def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> Stretch:
-        """Go from state `y` at `start_s` to the last of `instants_s`, by way of the others.
+    def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> SolvedSegment:
+        """Integrate from state `y` at `start_s` through `instants_s`, with output at each.
 
         Raises
         ------
         EngineError
-            If the solver says that it failed.
+            If the solver reports a failure.
         """
 
 
 @dataclass(frozen=True)
-class Driven:
-    """What a solver saw, and what it took."""
+class SolverResult:
+    """States of a run and the work of the solver."""
 
     walk: Integration
     jacobians: int
 
 
-class Breaks(Protocol):
-    """What happens at a break."""
+class RestartRule(Protocol):
+    """Change of the state at an event."""
 
     def begin_segment(self, start_s: float, end_s: float, y: Array) -> Array:
-        """State just after a break, from which the solver goes on to the next."""
+        """State just after the event at `start_s`; the solver continues from there to `end_s`."""
 
 
 def drive(
@@ -90,9 +90,9 @@ def drive(
     problem: Problem,
     t_s: Array,
     breaks_s: tuple[float, ...] = (),
-    breaks: Breaks | None = None,
-) -> Driven:
-    """Integrate over the samples `t_s`, (n,), anew from every break, as the law of motion changes there.
+    breaks: RestartRule | None = None,
+) -> SolverResult:
+    """Integrate over the samples `t_s`, (n,), with a restart at every event, where the law of motion changes.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def drive(
         If the solver fails, or its state is not finite.
     """
     if not np.isfinite([problem.y0, problem.rhs(t_s[0], problem.y0)]).all():
-        raise EngineError("the initial state or its rate is not finite")  # solvers would look for a step for ever
+        raise EngineError("the initial state or its rate is not finite")  # solvers would search a step without end
     rows, y, stopped, steps, jacobians = [problem.y0], problem.y0, None, 0, 0
     slack = TIME_EVENT_TOLERANCE * (t_s[-1] - t_s[0])
     for start, end in smooth_segments(t_s, breaks_s):
@@ -118,4 +118,4 @@ def drive(
         if stopped is not None:
             break
         y = found.y[-1]
-    return Driven(Integration(t_s[: len(rows)], np.array(rows), steps, problem.evaluations, stopped), jacobians)
+    return SolverResult(Integration(t_s[: len(rows)], np.array(rows), steps, problem.evaluations, stopped), jacobians)

@@ -1,6 +1,6 @@
-"""Libraries' solvers on the reference's right-hand side: what a user has without writing a stepper.
+"""Common part of the engines that step the reference's right-hand side with a library's solver.
 
-They show what a solver costs and how it errs, and are no check on the physics, which is the reference's own.
+They show the cost and the errors of a general solver. They are no check of the physics, which is the reference's own.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from reference_impl.model.chain import ChainModel
 
 ATOL_SHARE = 1e-3
-"""Absolute tolerance over the relative one. A plain user has one number for metres, radians and both their rates;
+"""Absolute tolerance relative to `rtol`. A typical user gives one number for metres, radians and their rates.
 SciPy's defaults are 1e-3 and 1e-6, and that ratio suits the smallest of these, rates of 1e-3 rad/s in orbit."""
 
 
@@ -43,11 +43,11 @@ class SolverRun:
         if own.model.effects or own.model.impulses:
             own.events = DiscreteModes(own.coordinates, float(t_s[-1]), detects_events=False)
         try:
-            driven = drive(self.solver, problem, t_s, own.model.breaks_s, own.events)
+            result = drive(self.solver, problem, t_s, own.model.breaks_s, own.events)
         finally:
             own.coordinates.modes = None
-        self.jacobians = driven.jacobians
-        return driven.walk
+        self.jacobians = result.jacobians
+        return result.walk
 
     def history(self, result: Integration, *, condition: bool = False) -> History:
         """Observables at the samples."""
@@ -55,18 +55,18 @@ class SolverRun:
 
 
 class SolverEngine(ReferenceEngine):
-    """The reference's equations, minimal coordinates, stepped by somebody else."""
+    """The reference's equations in minimal coordinates, stepped by a library's solver."""
 
     coordinates = Coordinates.RELATIVE
     effects = EVERYTHING - {"solar_pressure.shadow"}
-    why_not: ClassVar[dict[str, str]] = {
-        "solar_pressure.shadow": "solar pressure with a shadow: a plain solver steps over its edge"
+    unsupported_reasons: ClassVar[dict[str, str]] = {
+        "solar_pressure.shadow": "solar_pressure.shadow is not supported: a general solver steps over the shadow's edge"
     }
     prepared: SolverRun
 
     @abstractmethod
     def solver(self, rtol: float, atol: float) -> Solver:
-        """Library's solver at these tolerances."""
+        """The library's solver at these tolerances."""
 
     def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> SolverRun:
         """Right-hand side and solver."""
@@ -74,6 +74,6 @@ class SolverEngine(ReferenceEngine):
         return SolverRun(Simulation(model, *state, rtol=rtol), self.solver(rtol, ATOL_SHARE * rtol))
 
     def read(self) -> Trajectory:
-        """Observables at the samples, and how many Jacobians were formed."""
+        """Observables at the samples, and the number of Jacobians."""
         seen = super().read()
         return dataclasses.replace(seen, info=seen.info | {"jacobians": self.prepared.jacobians})

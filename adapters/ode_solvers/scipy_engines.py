@@ -1,4 +1,4 @@
-"""SciPy's solvers behind the engines' contract."""
+"""Engines of SciPy's solvers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from adapters.ode_solvers.scipy_solver import Method, ScipySolver
 
 
 class ScipyEngine(SolverEngine):
-    """What all methods of `solve_ivp` share."""
+    """Common part of all methods of `solve_ivp`."""
 
     method: ClassVar[Method]
 
@@ -29,7 +29,7 @@ class ScipyRK45(ScipyEngine):
         AccuracyParameter.RTOL,
         (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11),
         default=1e-8,
-        finer_rtol=0.01,  # on paper/fig05 the errors at 1e-8 and 1e-9 differ by a factor of 2 only, and are no estimate
+        finer_rtol=0.01,  # on paper/fig05 the errors at 1e-8 and 1e-9 differ by a factor of 2 only: no error estimate
     )
 
 
@@ -43,7 +43,7 @@ class ScipyDop853(ScipyEngine):
 
 @final
 class ScipyRadau(ScipyEngine):
-    """Implicit, for stiff problems, which this is not."""
+    """Implicit, for stiff problems; the free chain is not stiff."""
 
     title = "SciPy's Radau on the reference's equations"
     method = "Radau"
@@ -52,7 +52,7 @@ class ScipyRadau(ScipyEngine):
 
 @final
 class ScipyLsoda(ScipyEngine):
-    """Adams and BDF by turns."""
+    """Adams and BDF, switched automatically."""
 
     title = "SciPy's LSODA on the reference's equations"
     method = "LSODA"

@@ -1,4 +1,4 @@
-"""`scipy.integrate.solve_ivp` as a plain user calls it."""
+"""`scipy.integrate.solve_ivp` with a typical user's options."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from adapters.engine import EngineError
-from adapters.ode_solvers.driver import Stretch
+from adapters.ode_solvers.driver import SolvedSegment
 
 if TYPE_CHECKING:
     from adapters.ode_solvers.driver import Problem
     from adapters.trajectory import Array
 
 Method = Literal["RK45", "DOP853", "Radau", "LSODA"]
-RTOL_FLOOR = 100.0 * np.finfo(float).eps  # the least SciPy takes: below it warns and takes this
+RTOL_FLOOR = 100.0 * np.finfo(float).eps  # SciPy replaces smaller values by this one, with a warning
 
 
 @dataclass(frozen=True)
@@ -28,15 +28,15 @@ class ScipySolver:
     rtol: float
     atol: float | Array
 
-    def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> Stretch:
-        """Go from state `y` at `start_s` to the last of `instants_s`, by way of the others.
+    def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> SolvedSegment:
+        """Integrate from state `y` at `start_s` through `instants_s`, with output at each.
 
         Raises
         ------
         EngineError
-            If SciPy reports no success; with its warnings, which say more.
+            If SciPy reports a failure; the message includes SciPy's warnings.
         """
-        looks = problem.looks
+        event_calls = problem.event_calls
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
             found = solve_ivp(
@@ -45,7 +45,7 @@ class ScipySolver:
                 y,
                 method=self.method,
                 t_eval=instants_s,
-                events=Surface(problem),
+                events=ScipySurfaceEvent(problem),
                 rtol=max(self.rtol, RTOL_FLOOR),
                 atol=self.atol,
             )
@@ -53,13 +53,15 @@ class ScipySolver:
             words = dict.fromkeys([str(w.message) for w in said] + [str(found.message)])
             raise EngineError(f"{self.method}: {' '.join(words)}")
         stopped = float(found.t_events[0][0]) if found.t_events and found.status == 1 else None
-        steps = problem.looks - looks - 1  # it looks once at the start and once after each step
-        return Stretch(found.y.T, stopped, steps, int(found.njev))
+        steps = (
+            problem.event_calls - event_calls - 1
+        )  # SciPy calls the event once at the start and once after each step
+        return SolvedSegment(found.y.T, stopped, steps, int(found.njev))
 
 
 @dataclass
-class Surface:
-    """The event that ends a run."""
+class ScipySurfaceEvent:
+    """Event that ends a run at the surface."""
 
     problem: Problem
     terminal: bool = True
@@ -67,4 +69,4 @@ class Surface:
 
     def __call__(self, t_s: float, y: Array) -> float:
         """Height of the chain."""
-        return self.problem.look(t_s, y)
+        return self.problem.height_at_event(t_s, y)

@@ -1,4 +1,4 @@
-"""Pinocchio behind the engines' contract: its accelerations, stepped by SciPy's DOP853, as it has no integrator."""
+"""Pinocchio adapter: Pinocchio's accelerations, stepped by SciPy's DOP853."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
-from adapters.bar_loads.assemble import CARRIED
+from adapters.bar_loads.assemble import SUPPORTED
 from adapters.common.initial_state import initial_state
-from adapters.common.joint_coordinates import angles, folded, places, velocities
+from adapters.common.joint_coordinates import angles, positions, to_joint_coordinates, velocities
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.ode_solvers.driver import Problem, drive
 from adapters.ode_solvers.scipy_solver import RTOL_FLOOR, ScipySolver
@@ -19,10 +19,14 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from scenarios import Scene
 
-NO_LAW = "prescribed rotation: Pinocchio's forward dynamics takes torques; which of them makes a bar follow a law " \
-    "of angle would have to be found outside of it"  # fmt: skip
-NO_EVENT = "solar_pressure.shadow: SciPy's stepper is started anew at instants known beforehand; the shadow's edges " \
-    "depend on the motion"  # fmt: skip
+NO_PRESCRIBED_ROTATION = (
+    "prescribed rotation is not supported: Pinocchio's forward dynamics takes torques and does not find the torque "
+    "that holds a bar to its law"
+)
+NO_SHADOW = (
+    "solar_pressure.shadow is not supported: the solver restarts at instants known beforehand, "
+    "and the shadow's edges depend on the motion"
+)
 
 
 @final
@@ -35,13 +39,14 @@ class Pinocchio(Engine):
     sweep = AccuracySweep(
         AccuracyParameter.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13), default=1e-10
     )
-    effects = CARRIED
+    effects = SUPPORTED
     observables = frozenset(
         {Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION, Observable.IMPULSE}
     )
-    why_not: ClassVar[dict[str, str]] = {
-        f"prescribed_rotation.{what}": NO_LAW for what in ("inertial", "local_horizontal", "external", "joint")
-    } | {"solar_pressure.shadow": NO_EVENT}
+    unsupported_reasons: ClassVar[dict[str, str]] = {
+        f"prescribed_rotation.{what}": NO_PRESCRIBED_ROTATION
+        for what in ("inertial", "local_horizontal", "external", "joint")
+    } | {"solar_pressure.shadow": NO_SHADOW}
 
     def build(self, scene: Scene, setting: Setting) -> None:
         """Make the model and the initial value problem."""
@@ -51,7 +56,7 @@ class Pinocchio(Engine):
         start, self.times_s = initial_state(scene), scene.times_s
         self.weight = np.array(scene.chain.mass_kg) / scene.mass_kg
         self.chain = PinocchioChain(scene)
-        q, q_t = folded(self.chain.length_m, start)
+        q, q_t = to_joint_coordinates(self.chain.length_m, start)
         self.jumps, self.breaks_s = Jumps(scene, self.chain), scene.effects.breaks_s
         self.struck = bool(scene.effects.impulse)
         y0 = self.jumps.begin(np.concatenate([start.com_m, start.com_velocity_m_s, q, q_t]))
@@ -72,7 +77,7 @@ class Pinocchio(Engine):
         stopped = self.walk.stopped_s
         return Trajectory(
             self.walk.t_s,
-            y[:, :2] + np.einsum("j,njk->nk", self.weight, places(length, q)),
+            y[:, :2] + np.einsum("j,njk->nk", self.weight, positions(length, q)),
             y[:, 2:4] + np.einsum("j,njk->nk", self.weight, velocities(length, q, q_t)),
             angles(q),
             angles(q_t),
@@ -83,13 +88,13 @@ class Pinocchio(Engine):
         )
 
     def reaction_N(self, t_s: float, state: Array) -> Array:
-        """Force on each bar from the next, (N-1, 2), at a sample; just before it where something jumps."""
+        """Force on each bar from the next, (N-1, 2), at a sample; just before an event."""
         self.chain.inside_s = self.jumps.before(t_s)
         return self.chain.reactions(state, t_s)
 
 
 def scales(scene: Scene) -> Array:
-    """What counts as 1 in each component of a state: radius, bar length, radian, and each with its rate."""
+    """Unit of each component of a state: radius, bar length and radian, and the rate of each."""
     circular = math.sqrt(scene.central_body.mu_m3_s2 / scene.radius0_m**3)
     rate = max(circular, *(abs(a) * scene.orbital_rate_rad_s for a in scene.chain.rate_factor))
     units = np.repeat([scene.radius0_m, scene.radius0_m * rate], 2)

@@ -1,8 +1,8 @@
 """A chain as a Pinocchio model, its loads and its equations of motion in a freely falling frame.
 
-The frame's origin is integrated with the chain: it falls as a particle, so that the bars feel the
-differences from it only. State (4 + 2 (N + 2),): the origin and its velocity, joint coordinates and
-their rates. Only effects depend on time, and on which side of a jump is meant: see `inside_s`.
+The frame's origin is integrated with the chain and falls as a particle, so that the loads on bars are differences only.
+State (4 + 2 (N + 2),): the origin and its velocity, the joint coordinates and their rates. Effects may depend on time
+and on the side of an event, see `inside_s`.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ import numpy as np
 
 from adapters.bar_loads.assemble import chain_loads
 from adapters.bar_loads.gravity import MovingLoads
-from adapters.bar_loads.interface import Here, bars_of
-from adapters.bar_loads.particle import fields_beside
-from adapters.bar_loads.tree import tree_places, tree_rates
-from adapters.common.joint_coordinates import angles, places
+from adapters.bar_loads.interface import FrameState, bars_of
+from adapters.bar_loads.particle import perturbing_fields
+from adapters.bar_loads.tree import tree_positions, tree_rates
+from adapters.common.joint_coordinates import angles, positions
 from reference_impl.model.kinematics import directions
 from scenarios import Gravity
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from adapters.bar_loads.gravity import Loads
-    from adapters.bar_loads.interface import Bar, Load
+    from adapters.bar_loads.interface import BarProperties, Load
     from adapters.trajectory import Array
     from scenarios import Impulse, Scene
     from scenarios.scene import Chain
@@ -35,19 +35,19 @@ FIRST = 3  # Pinocchio's number of bar 1's joint, after the universe and two sli
 
 
 def model_of(chain: Chain) -> Any:
-    """Pinocchio's model: two massless slides, then a joint about z at each bar's left end."""
+    """Pinocchio model: two massless slides, then a joint about z at each bar's left end."""
     import pinocchio as pin
 
     model, here = pin.Model(), pin.SE3.Identity()
     model.gravity = pin.Motion.Zero()
     joint = model.addJoint(0, pin.JointModelPX(), here, "x")
     joint = model.addJoint(joint, pin.JointModelPY(), here, "y")
-    place = here
+    position = here
     for j, (mass, length, inertia) in enumerate(zip(chain.mass_kg, chain.length_m, chain.inertia_kg_m2, strict=True)):
-        joint = model.addJoint(joint, pin.JointModelRZ(), place, f"bar{j + 1}")
+        joint = model.addJoint(joint, pin.JointModelRZ(), position, f"bar{j + 1}")
         centre = np.array([0.5 * length, 0.0, 0.0])
         model.appendBodyToJoint(joint, pin.Inertia(mass, centre, inertia * np.eye(3)), here)
-        place = pin.SE3(np.eye(3), np.array([length, 0.0, 0.0]))
+        position = pin.SE3(np.eye(3), np.array([length, 0.0, 0.0]))
     return model
 
 
@@ -55,7 +55,7 @@ class PinocchioChain:
     """Accelerations and reactions of a state."""
 
     def __init__(self, scene: Scene, loads: Loads | None = None) -> None:
-        """Make the model; `loads` other than the falling frame's put the joint coordinates into another one."""
+        """Make the model; `loads` of another frame put the joint coordinates into that frame."""
         import pinocchio as pin
 
         self.pin, chain = pin, scene.chain
@@ -65,11 +65,11 @@ class PinocchioChain:
         self.mu = 0.0 if scene.effects.gravity is Gravity.NONE else scene.central_body.mu_m3_s2
         self.loads = loads or MovingLoads(scene, surface=False)
         self.length_m, self.radius_m = np.array(chain.length_m), scene.central_body.radius_m
-        self.acting = chain_loads(scene, self.loads, falls=True)
-        self.beside = fields_beside(scene)
+        self.effect_loads = chain_loads(scene, self.loads, free_falling=True)
+        self.beside = perturbing_fields(scene)
         self.bars = bars_of(chain)
-        self.inside_s = 0.0  # an instant between the two jumps that the states asked for are between
-        self.forces = pin.StdVec_Force()  # one for each joint: of a shorter list Pinocchio reads what lies behind it
+        self.inside_s = 0.0  # an instant within the current segment between events
+        self.forces = pin.StdVec_Force()  # one for each joint: Pinocchio reads beyond the end of a shorter list
         for _ in range(self.model.njoints):
             self.forces.append(pin.Force.Zero())
         self.no_torques, self.row = np.zeros(self.width), np.zeros(6)
@@ -88,7 +88,7 @@ class PinocchioChain:
     def accelerations(self, t_s: float, state: Array) -> Array:
         """Second derivatives of the joint coordinates, (N + 2,)."""
         q, q_t = state[4 : 4 + self.width], state[4 + self.width :]
-        if self.acting:
+        if self.effect_loads:
             self.act(t_s, state[:4].tolist(), q.tolist(), q_t.tolist())
         elif self.mu:
             self.apply(float(state[0]), float(state[1]), q.tolist())
@@ -96,17 +96,17 @@ class PinocchioChain:
         return found
 
     def act(self, t_s: float, origin: list[float], q: list[float], q_t: list[float]) -> None:
-        """Let everything act that the scene calls for, with the frame's origin (4,): m, m/s."""
-        assert self.acting is not None
-        places = list(tree_places(q, self.bars))
-        rates = list(tree_rates(q, q_t, self.bars)) if self.acting.of_rates else []
+        """Apply all loads of the scene; `origin` is the frame's position and velocity (4,), m and m/s."""
+        assert self.effect_loads is not None
+        positions = list(tree_positions(q, self.bars))
+        rates = list(tree_rates(q, q_t, self.bars)) if self.effect_loads.of_rates else []
         x, y, vx, vy = origin
-        loads = self.acting(Here(x, y, vx, vy, t_s, self.inside_s), places, rates)
-        for j, ((*_, angle), bar, load) in enumerate(zip(places, self.bars, loads, strict=True)):
+        loads = self.effect_loads(FrameState(x, y, vx, vy, t_s, self.inside_s), positions, rates)
+        for j, ((*_, angle), bar, load) in enumerate(zip(positions, self.bars, loads, strict=True)):
             self.put(j, cos(angle), sin(angle), bar, load)
 
     def apply(self, x: float, y: float, q: list[float]) -> None:
-        """Put the loads at `q` (N + 2,) into the bars' own axes, at their left ends, as Pinocchio takes them."""
+        """Apply gravity at `q` (N + 2,) in the bars' own axes at their left ends, Pinocchio's convention."""
         self.loads.move_to(x, y)
         left_x, left_y = q[:2]
         for j, (angle, bar) in enumerate(zip(accumulate(q[2:]), self.bars, strict=True)):
@@ -114,8 +114,8 @@ class PinocchioChain:
             self.put(j, c, s, bar, self.loads.load(left_x + half * c, left_y + half * s, angle, half))
             left_x, left_y = left_x + 2.0 * half * c, left_y + 2.0 * half * s
 
-    def put(self, j: int, c: float, s: float, bar: Bar, load: Load) -> None:
-        """Put the load of bar `j`, along (c, s), where Pinocchio takes it."""
+    def put(self, j: int, c: float, s: float, bar: BarProperties, load: Load) -> None:
+        """Set the load of bar `j`, along (c, s), in Pinocchio's convention."""
         ax, ay, spin = load
         mass, inertia, half = bar
         across = mass * (c * ay - s * ax)
@@ -124,40 +124,42 @@ class PinocchioChain:
         self.forces[FIRST + j] = self.pin.Force(row)
 
     def reactions(self, state: Array, t_s: float = 0.0) -> Array:
-        """Force on each bar from the next, (N-1, 2), N, by inverse dynamics at the accelerations found."""
-        return self.inner(state[4 : 4 + self.width], state[4 + self.width :], self.accelerations(t_s, state))
+        """Force on each bar from the next, (N-1, 2), N, by inverse dynamics at the state's accelerations."""
+        return self.joint_forces(state[4 : 4 + self.width], state[4 + self.width :], self.accelerations(t_s, state))
 
-    def strike(self, state: Array, impulses: Sequence[Impulse]) -> tuple[Array, Array]:
-        """State after blows, and the impulsive reactions on each bar from the next, (N-1, 2), N s.
+    def apply_impulses(self, state: Array, impulses: Sequence[Impulse]) -> tuple[Array, Array]:
+        """State after impulses, and the impulsive reactions on each bar from the next, (N-1, 2), N s.
 
-        With all rates zero, accelerations by forces are what jumps by impulses are: one system, the joints' own.
+        With all rates zero, the same joint system gives jumps by impulses as accelerations by forces.
         """
-        from adapters.bar_loads.thrusts import blows
+        from adapters.bar_loads.thrusts import impulse_jumps
 
         q, rest = state[4 : 4 + self.width], np.zeros(self.width)
         angle = list(accumulate(q[2:].tolist()))
-        for j, (a, bar, blow) in enumerate(zip(angle, self.bars, blows(self.bars, impulses, angle), strict=True)):
-            self.put(j, cos(a), sin(a), bar, blow)
+        for j, (a, bar, load) in enumerate(
+            zip(angle, self.bars, impulse_jumps(self.bars, impulses, angle), strict=True)
+        ):
+            self.put(j, cos(a), sin(a), bar, load)
         jump = self.pin.aba(self.model, self.data, q, rest, self.no_torques, self.forces)
         after = state.copy()
         after[4 + self.width :] += jump
-        found = self.inner(q, rest, jump)
-        for j in range(len(self.bars)):  # what no load overwrites would go on acting
+        found = self.joint_forces(q, rest, jump)
+        for j in range(len(self.bars)):  # without a new load the impulse would act as a force
             self.forces[FIRST + j] = self.pin.Force.Zero()
         return after, found
 
-    def inner(self, q: Array, q_t: Array, q_tt: Array) -> Array:
-        """Force on each bar from the next, (N-1, 2), N, at the loads last put on."""
+    def joint_forces(self, q: Array, q_t: Array, q_tt: Array) -> Array:
+        """Force on each bar from the next, (N-1, 2), N, at the loads last applied."""
         self.pin.rnea(self.model, self.data, q, q_t, q_tt, self.forces)
-        # what bar j exerts on bar j + 1, in the axes of that one
-        inner = np.array([self.data.f[FIRST + j].linear[:2] for j in range(1, len(self.bars))]).reshape(-1, 2)
+        # force of bar j on bar j + 1, in the axes of bar j + 1
+        joint_forces = np.array([self.data.f[FIRST + j].linear[:2] for j in range(1, len(self.bars))]).reshape(-1, 2)
         along, across = directions(angles(q[None])[0, 1:])
-        found: Array = -(inner[:, :1] * along + inner[:, 1:] * across)
+        found: Array = -(joint_forces[:, :1] * along + joint_forces[:, 1:] * across)
         return found
 
     def height(self, state: Array) -> float:
         """Least distance of any point of any bar from the surface, m."""
         q, half = state[None, 4 : 4 + self.width], 0.5 * self.length_m
-        place, (along, _) = state[:2] + places(self.length_m, q)[0], directions(angles(q)[0])
-        foot = np.clip(-np.sum(place * along, axis=-1), -half, half)  # nearest point of the bar, from its centre
-        return float(np.linalg.norm(place + foot[:, None] * along, axis=-1).min() - self.radius_m)
+        position, (along, _) = state[:2] + positions(self.length_m, q)[0], directions(angles(q)[0])
+        foot = np.clip(-np.sum(position * along, axis=-1), -half, half)  # nearest point of the bar, from its centre
+        return float(np.linalg.norm(position + foot[:, None] * along, axis=-1).min() - self.radius_m)

@@ -1,4 +1,4 @@
-"""Jumps in a run of Pinocchio's chain: thrusts that begin and end, and blows."""
+"""Events in a run of Pinocchio's chain: starts and ends of thrusts, and impulses."""
 
 from __future__ import annotations
 
@@ -15,36 +15,36 @@ if TYPE_CHECKING:
 
 
 class Jumps:
-    """What happens at the breaks of a run."""
+    """State changes at the events of a run."""
 
     def __init__(self, scene: Scene, chain: PinocchioChain) -> None:
-        """Breaks of `scene`."""
-        self.chain, self.blows = chain, scene.effects.impulse
+        """Events of `scene`."""
+        self.chain, self.scheduled = chain, scene.effects.impulse
         self.slack_s = TIME_EVENT_TOLERANCE * scene.run.duration_s
-        self.stretches = smooth_segments(scene.times_s, scene.effects.breaks_s)
+        self.segments = smooth_segments(scene.times_s, scene.effects.breaks_s)
         self.sums: list[tuple[float, Array]] = [(-np.inf, np.zeros((scene.bars - 1, 2)))]
 
     def begin_segment(self, start_s: float, end_s: float, y: Array) -> Array:
-        """State from which the next stretch begins."""
+        """State from which the next segment starts."""
         self.chain.inside_s = 0.5 * (start_s + end_s)
-        struck = [blow for blow in self.blows if abs(blow.at_s - start_s) <= self.slack_s]
-        return self.strike(start_s, struck, y) if struck and start_s > 0.0 else y
+        applied = [impulse for impulse in self.scheduled if abs(impulse.at_s - start_s) <= self.slack_s]
+        return self.apply_impulses(start_s, applied, y) if applied and start_s > 0.0 else y
 
     def begin(self, y: Array) -> Array:
-        """State just after blows at t = 0."""
-        self.chain.inside_s = 0.5 * sum(self.stretches[0])
-        struck = [blow for blow in self.blows if blow.at_s <= self.slack_s]
-        return self.strike(-np.inf, struck, y) if struck else y
+        """State just after impulses at t = 0."""
+        self.chain.inside_s = 0.5 * sum(self.segments[0])
+        applied = [impulse for impulse in self.scheduled if impulse.at_s <= self.slack_s]
+        return self.apply_impulses(-np.inf, applied, y) if applied else y
 
-    def strike(self, at_s: float, struck: list[Impulse], y: Array) -> Array:
-        """State after blows, whose impulsive reactions are kept."""
-        after, found = self.chain.strike(y, struck)
+    def apply_impulses(self, at_s: float, applied: list[Impulse], y: Array) -> Array:
+        """State after impulses; the impulsive reactions are stored."""
+        after, found = self.chain.apply_impulses(y, applied)
         self.sums.append((at_s, self.sums[-1][1] + found))
         return after
 
     def before(self, t_s: float) -> float:
-        """An instant within the stretch that ends at `t_s` or has it inside."""
-        start, end = next((part for part in self.stretches if t_s <= part[1] + self.slack_s), self.stretches[-1])
+        """An instant within the segment that ends at `t_s` or contains it."""
+        start, end = next((part for part in self.segments if t_s <= part[1] + self.slack_s), self.segments[-1])
         return 0.5 * (start + end)
 
     def impulses(self, t_s: Array) -> Array:

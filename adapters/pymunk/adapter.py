@@ -1,8 +1,8 @@
-"""pymunk behind the engines' contract: impulses and joints of a game physics engine, made second order.
+"""pymunk adapter: impulses and joints of a game physics engine, made second order.
 
-The engine gives no reaction's direction, so reactions are the momentum balance along the chain: what
-each bar's velocity gained in the step that is centred on the sample, less what acts there. Rates and the
-centre of mass' velocity are the mean of the two half steps around the sample.
+pymunk gives no direction of a reaction. Reactions are therefore the momentum balance along the chain: each bar's change
+of velocity in the step centred on the sample, less the loads there. Rates and the centre of mass' velocity are the mean
+of the half steps before and after the sample.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
-from adapters.bar_loads.assemble import CARRIED, chain_loads
-from adapters.bar_loads.falling_frame import falling, track_noise
+from adapters.bar_loads.assemble import SUPPORTED, chain_loads
+from adapters.bar_loads.falling_frame import free_fall, orbit_noise
 from adapters.bar_loads.gravity import AbsoluteLoads, LandedError, Loads, MovingLoads
-from adapters.bar_loads.interface import Here
+from adapters.bar_loads.interface import FrameState
 from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.common.initial_state import InitialState, initial_state
-from adapters.common.step_alignment import between_steps, jumps_by_step
+from adapters.common.step_alignment import events_by_step, misalignment
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.pymunk.iteration_count import MOST_SWEEPS, SETTLED_STEPS, step_sweeps, sweeps
 from adapters.trajectory import Array, Observable, Trajectory
@@ -27,40 +27,44 @@ from reference_impl.model.kinematics import directions
 from scenarios import Gravity
 
 if TYPE_CHECKING:
-    from adapters.pymunk.acting import ActingNow
-    from adapters.pymunk.samples import Glimpse
+    from adapters.pymunk.samples import StaggeredSample
+    from adapters.pymunk.step_loads import StepLoads
     from scenarios import Scene
 
 NOISE_GRAINS = 8.0  # measured: at most 6.3 in reactions (1.4 rms), less in rates, dt 0.005 to 0.3 s
 
-NO_MOTOR = "pymunk's motors hold a rate with a limited impulse, they do not follow a law of angle"
-NO_EVENT = "solar_pressure.shadow: equal steps straddle the shadow's edge, where the light jumps"
+NO_PRESCRIBED_ROTATION = (
+    "prescribed rotation is not supported: pymunk's motors hold a rate with a limited impulse "
+    "and do not follow a law of the angle"
+)
+NO_SHADOW = "solar_pressure.shadow is not supported: equal steps straddle the shadow's edge, where the light jumps"
 
 
 class PymunkEngine(Engine):
-    """What both coordinate sets share."""
+    """Common part of both coordinate sets."""
 
     order = 2.0
     sweep = AccuracySweep(
         AccuracyParameter.STEPS_PER_ORBIT, (500, 1000, 2000, 5000, 10000, 20000, 50000, 100000, 200000), default=10000
     )
-    effects = CARRIED
+    effects = SUPPORTED
     observables = frozenset(Observable) - {Observable.IDENTITY, Observable.TORQUE}
-    why_not: ClassVar[dict[str, str]] = {
-        f"prescribed_rotation.{what}": NO_MOTOR for what in ("inertial", "local_horizontal", "external", "joint")
-    } | {"solar_pressure.shadow": NO_EVENT}
+    unsupported_reasons: ClassVar[dict[str, str]] = {
+        f"prescribed_rotation.{what}": NO_PRESCRIBED_ROTATION
+        for what in ("inertial", "local_horizontal", "external", "joint")
+    } | {"solar_pressure.shadow": NO_SHADOW}
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
-        """Also refuse jumps within a step, and chains whose joints take the engine too many sweeps to settle."""
+        """Reason why the engine does not support `scene`: events within a step and chains of many bars included."""
         needed = sweeps(scene.chain)
         if needed > MOST_SWEEPS:
             return (
-                f"{scene.bars} bars of these masses: pymunk's iterative joints would need {needed} sweeps "
-                f"in each step to hold, allowed: {MOST_SWEEPS} "
+                f"{scene.bars} bars of these masses are not supported: pymunk's iterative joints would need {needed} "
+                f"sweeps in each step; allowed: {MOST_SWEEPS} "
                 "(about 57 equal bars, fewer with light bars between heavy ones)"
             )
-        return super().unsupported(scene) or between_steps(scene)
+        return super().unsupported(scene) or misalignment(scene)
 
     @abstractmethod
     def frame(self, scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
@@ -72,18 +76,18 @@ class PymunkEngine(Engine):
 
     @classmethod
     def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
-        """Tell what the rounding of places does to the joints: it grows as the step shrinks.
+        """Effect of the positions' rounding on the joints, which grows as the step shrinks.
 
-        A joint's gap is a difference of places, each rounded by a grain, the spacing of floats at the
-        farthest of them. The engine closes it in one step: impulses are off by m grain/dt, reactions
-        by m grain/dt², rates by grain/(l dt), each a few times over.
+        A joint's gap is a difference of positions, each rounded to the spacing of floats at the largest of them. pymunk
+        closes the gap in one step. Impulses are then wrong by m spacing/dt, reactions by m spacing/dt², rates by
+        spacing/(l dt), each a few times over.
         """
         dt_s = step_s(scene, setting.value)
         grains = NOISE_GRAINS * float(np.spacing(cls.farthest_m(scene)))
         return {
             "reaction": grains * max(scene.chain.mass_kg) / dt_s**2,
             "rate": grains / (min(scene.chain.length_m) * dt_s),
-        } | (track_noise(scene, t_s) if cls.coordinates is Coordinates.MOVING_FRAME else {})
+        } | (orbit_noise(scene, t_s) if cls.coordinates is Coordinates.MOVING_FRAME else {})
 
     @staticmethod
     @abstractmethod
@@ -91,7 +95,7 @@ class PymunkEngine(Engine):
         """Largest coordinate of a bar in a run."""
 
     def build(self, scene: Scene, setting: Setting) -> None:
-        """Make the space; the frame's track is part of the run and is computed there."""
+        """Make the space; the frame's orbit belongs to the timed run."""
         from adapters.pymunk.space import ChainSpace
 
         intervals = scene.run.samples - 1
@@ -104,34 +108,37 @@ class PymunkEngine(Engine):
         self.gravity = self.loads(scene)
         self.prepare_effects()
         self.install()
-        self.seen: list[Glimpse] = []
+        self.seen: list[StaggeredSample] = []
         self.ended = ""
 
     def prepare_effects(self) -> None:
-        """What acts besides gravity, and where it jumps.
+        """Prepare loads besides gravity, and events.
 
         Raises
         ------
         EngineError
-            If a sample would fall on the step after a jump, whose reactions are of first order: see `pymunk_space`.
+            If a sample would coincide with the step after an event, whose reactions are of first order: see
+            :mod:`adapters.pymunk.space`.
         """
-        scene, self.begun = self.scene, 0
-        self.acting: ActingNow | None = None
-        if acting := chain_loads(scene, self.gravity, falls=self.coordinates is Coordinates.MOVING_FRAME):
-            from adapters.pymunk.acting import ActingNow
+        scene, self.restarted_at = self.scene, 0
+        self.effect_loads: StepLoads | None = None
+        if effect_loads := chain_loads(scene, self.gravity, free_falling=self.coordinates is Coordinates.MOVING_FRAME):
+            from adapters.pymunk.step_loads import StepLoads
 
-            self.acting = ActingNow(acting)
-        self.jumps = jumps_by_step(scene, self.dt_s)
+            self.effect_loads = StepLoads(effect_loads)
+        self.jumps = events_by_step(scene, self.dt_s)
         if any((step + 1) % self.every == 0 for step in self.jumps):
-            raise EngineError("one step from a jump to a sample, allowed: two or more; ask for twice the steps")
+            raise EngineError(
+                "a sample is one step after an event; at least two steps are required: request twice the steps"
+            )
         self.impulse_N_s: Array = np.zeros((scene.bars - 1, 2))
         self.impulses: list[Array] = []
 
     def install(self) -> None:
-        """Let what acts act on the chain."""
-        if self.acting:
-            self.acting.begin()
-            self.chain.install_all(self.acting)
+        """Install the loads on the chain."""
+        if self.effect_loads:
+            self.effect_loads.begin()
+            self.chain.install_loads(self.effect_loads)
         elif self.scene.effects.gravity is not Gravity.NONE:
             self.chain.install(self.gravity)
 
@@ -139,54 +146,54 @@ class PymunkEngine(Engine):
         """Step from sample to sample."""
         t_s = np.linspace(0.0, self.scene.run.duration_s, self.last_step + 1)
         self.origin_m, self.drift_m_s = self.frame(self.scene, self.start, t_s)
-        self.track = (np.hstack([self.origin_m, self.drift_m_s]) if self.acting else self.origin_m).tolist()
+        self.track = (np.hstack([self.origin_m, self.drift_m_s]) if self.effect_loads else self.origin_m).tolist()
         step = 0
         try:
             if 0 in self.jumps:
-                self.renew(0, self.frame_start())
+                self.restart(0, self.frame_start())
             for step in range(self.last_step + 1):
-                self.arrive(step, before=step > 0)
-                if step == self.begun + SETTLED_STEPS:
+                self.move_frame(step, before=step > 0)
+                if step == self.restarted_at + SETTLED_STEPS:
                     self.chain.settle()
                 if step % self.every and step not in self.jumps:
                     self.chain.step(self.dt_s)
                 else:
-                    self.look(step)
+                    self.take_sample(step)
             self.chain.check_joints()
         except LandedError:
             self.ended = f"a bar reached the surface at t = {t_s[step]:.6f} s"
         except (ArithmeticError, ValueError) as error:
-            raise EngineError(f"the chain was lost at t = {t_s[step]:.6g} s: {error}") from error
+            raise EngineError(f"pymunk: the run failed at t = {t_s[step]:.6g} s: {error}") from error
 
     @property
     def last_step(self) -> int:
         """Number of steps."""
         return self.every * (self.scene.run.samples - 1)
 
-    def arrive(self, step: int, *, before: bool) -> None:
-        """Put the frame where it is at the end of `step`; where something jumps, before that or after."""
-        if self.acting is None:
+    def move_frame(self, step: int, *, before: bool) -> None:
+        """Move the frame to the end of `step`, before or after an event there."""
+        if self.effect_loads is None:
             self.gravity.move_to(*self.track[step])
         else:
-            self.acting.move_to(self.here(step, before=before))
+            self.effect_loads.move_to(self.frame_state(step, before=before))
 
-    def here(self, step: int, *, before: bool) -> Here:
-        """Where and when the frame is."""
+    def frame_state(self, step: int, *, before: bool) -> FrameState:
+        """State of the frame at the end of `step`."""
         t_s = step * self.dt_s
         x, y, vx, vy = self.track[step]
-        return Here(x, y, vx, vy, t_s, t_s + (-0.5 if before else 0.5) * self.dt_s)
+        return FrameState(x, y, vx, vy, t_s, t_s + (-0.5 if before else 0.5) * self.dt_s)
 
-    def look(self, step: int) -> None:
-        """Step onto a sample or a jump: what is there, and what comes after."""
-        glimpse = self.chain.look(first=step == 0)
+    def take_sample(self, step: int) -> None:
+        """Step across a sample or an event, and restart after an event."""
+        staggered = self.chain.take_sample(first=step == 0)
         if step % self.every == 0:
-            self.seen.append(glimpse)
+            self.seen.append(staggered)
             self.impulses.append(self.impulse_N_s)
         if step and step in self.jumps:
-            from adapters.pymunk.effects import seen_at
+            from adapters.pymunk.effects import synchronised
 
-            self.renew(step, seen_at(self.scene, glimpse))
-            self.arrive(step, before=False)
+            self.restart(step, synchronised(self.scene, staggered))
+            self.move_frame(step, before=False)
             self.chain.half_step()
 
     def frame_start(self) -> InitialState:
@@ -195,19 +202,19 @@ class PymunkEngine(Engine):
         com, drift = start.com_m - self.origin_m[0], start.com_velocity_m_s - self.drift_m_s[0]
         return dataclasses.replace(start, com_m=com, com_velocity_m_s=drift)
 
-    def renew(self, step: int, state: InitialState) -> None:
-        """Begin anew from `state`, in the space's own axes, after the blows at the end of `step`."""
-        from adapters.pymunk.effects import beginning
+    def restart(self, step: int, state: InitialState) -> None:
+        """Restart from `state`, in the space's own axes, after the impulses at the end of `step`."""
+        from adapters.pymunk.effects import restart_state
 
-        found = beginning(self.scene, state, self.jumps[step], self.dt_s)
-        self.chain, self.begun = found.chain, step
+        found = restart_state(self.scene, state, self.jumps[step], self.dt_s)
+        self.chain, self.restarted_at = found.chain, step
         self.impulse_N_s = self.impulse_N_s + found.impulse_N_s
         self.install()
 
     def read(self) -> Trajectory:
-        """Observables at the samples, from what was seen around each."""
+        """Observables at the samples, from the half steps around each."""
         n, dt = len(self.seen), self.dt_s
-        place, before, after = (np.array(values) for values in zip(*self.seen, strict=True))
+        position, before, after = (np.array(values) for values in zip(*self.seen, strict=True))
         origin, drift = self.origin_m[:: self.every][:n], self.drift_m_s[:: self.every][:n]
         gain, mean = (after - before) / dt, 0.5 * (before + after)
         gain[0], mean[0] = (
@@ -216,17 +223,17 @@ class PymunkEngine(Engine):
         )  # the first one is half a step, from the initial instant on
         mass = np.array(self.scene.chain.mass_kg)
         share = mass / mass.sum()
-        pull = mass[:, None] * (gain[..., :2] - self.field(origin, place, mean))
-        com = np.einsum("j,njk->nk", share, place[..., :2])
+        pull = mass[:, None] * (gain[..., :2] - self.field(origin, position, mean))
+        com = np.einsum("j,njk->nk", share, position[..., :2])
         return Trajectory(
             self.scene.times_s[:n],
             origin + com,
             drift + np.einsum("j,njk->nk", share, mean[..., :2]),
-            place[..., 2],
+            position[..., 2],
             mean[..., 2],
             np.cumsum(pull, axis=1)[:, :-1],
-            self.gaps(place),
-            position_m=place[..., :2] - com[:, None],
+            self.gaps(position),
+            position_m=position[..., :2] - com[:, None],
             impulse_N_s=np.array(self.impulses)[:n] if self.scene.effects.impulse else None,
             ended=self.ended,
             info={
@@ -236,27 +243,27 @@ class PymunkEngine(Engine):
             },
         )
 
-    def field(self, origin_m: Array, place: Array, rate: Array) -> Array:
-        """Acceleration of each bar by what acts on it at the samples, (n, N, 2) m/s², by the loads of the run."""
-        found = np.zeros((*place.shape[:2], 2))
-        if self.acting:
-            for i, (bars, rates) in enumerate(zip(place.tolist(), rate.tolist(), strict=True)):
-                here = self.here(i * self.every, before=i > 0)
-                found[i] = [load[:2] for load in self.acting.acting(here, bars, rates)]
+    def field(self, origin_m: Array, position: Array, rate: Array) -> Array:
+        """Acceleration of each bar by the loads of the run at the samples, (n, N, 2) m/s²."""
+        found = np.zeros((*position.shape[:2], 2))
+        if self.effect_loads:
+            for i, (bars, rates) in enumerate(zip(position.tolist(), rate.tolist(), strict=True)):
+                frame_state = self.frame_state(i * self.every, before=i > 0)
+                found[i] = [load[:2] for load in self.effect_loads.effect_loads(frame_state, bars, rates)]
             return found
         if self.scene.effects.gravity is Gravity.NONE:
             return found
         half = self.chain.half_m
-        for i, bars in enumerate(place.tolist()):
+        for i, bars in enumerate(position.tolist()):
             self.gravity.move_to(*origin_m[i].tolist())
             found[i] = [self.gravity.load(x, y, a, h)[:2] for (x, y, a), h in zip(bars, half, strict=True)]
         return found
 
-    def gaps(self, place: Array) -> Array:
-        """Distance of the ends that each joint ties, (n, N-1) m."""
-        along, _ = directions(place[..., 2])
+    def gaps(self, position: Array) -> Array:
+        """Distance between the bar ends at each joint, (n, N-1) m."""
+        along, _ = directions(position[..., 2])
         reach = np.array(self.chain.half_m)[:, None] * along
-        gap = np.diff(place[..., :2], axis=1) - (reach[:, 1:] + reach[:, :-1])
+        gap = np.diff(position[..., :2], axis=1) - (reach[:, 1:] + reach[:, :-1])
         return np.hypot(gap[..., 0], gap[..., 1])
 
 
@@ -269,16 +276,16 @@ class Pymunk(PymunkEngine):
 
     @staticmethod
     def farthest_m(scene: Scene) -> float:
-        """Bars stay within the chain's length of the frame's origin, but for what drives the chain off it."""
+        """Bars stay within the chain's length of the frame's origin, plus the drift by nongravitational forces."""
         if not scene.effects.more:
             return scene.size_m
-        from adapters.bar_loads.drift_bound import driven_m
+        from adapters.bar_loads.drift_bound import drift_bound_m
 
-        return scene.size_m + driven_m(scene)
+        return scene.size_m + drift_bound_m(scene)
 
     def frame(self, scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
         """Orbit of a particle started as the centre of mass is; uniform motion without gravity."""
-        return falling(scene, start, t_s)
+        return free_fall(scene, start, t_s)
 
     def loads(self, scene: Scene) -> Loads:
         """Gravity less that at the origin."""
@@ -294,7 +301,7 @@ class PymunkAbsolute(PymunkEngine):
 
     @staticmethod
     def farthest_m(scene: Scene) -> float:
-        """Far apsis of a bound orbit; else what the initial speed, the greatest, can reach."""
+        """Apoapsis of a bound orbit; else the distance at the initial, greatest speed."""
         r0, beta2 = scene.radius0_m, scene.orbit.speed_factor**2
         if scene.bound:
             return r0 * max(1.0, beta2 / (2.0 - beta2))

@@ -1,4 +1,4 @@
-"""How many sweeps over the joints pymunk needs in one step: worked out, because too few burst the joints."""
+"""Number of pymunk's joint iterations (sweeps) per step, from the masses; with too few the joints separate."""
 
 from __future__ import annotations
 
@@ -11,24 +11,25 @@ from scipy.linalg import eigvalsh_tridiagonal
 if TYPE_CHECKING:
     from scenarios.scene import Chain, Scene
 
-SWEEPS_LEAVE = 0.05  # of an error of the impulses after a step's sweeps; the joints burst from about 0.5 on
+SWEEPS_LEAVE = 0.05  # remaining share of an error of the impulses after a step; the joints separate from about 0.5
 FEWEST_SWEEPS = 8
 MOST_SWEEPS = 1000  # of a step: about 57 equal bars, at a millisecond or two for each step
-SMALLEST_TURN = 1e-6  # rad in a step: what is left of less is below the rounding of places
+SMALLEST_TURN = 1e-6  # rad in a step: the remaining errors of smaller changes are below the rounding of positions
 COLD_START_FACTOR = 12  # more sweeps, to round-off, while the cached impulses are no start for the next ones
 SETTLED_STEPS = 3
-"""Steps after which they are: the first half step has none, and the engine, whose cached impulse is not
-rescaled when the step's length changes, starts the second whole step from half of what it needs."""
+"""Steps until the cached impulses are a good start for the next ones. The first half step has none. pymunk does not
+rescale the cached impulse when the step's length changes, so the second whole step starts from half the required
+impulse."""
 
 
 def sweeps(chain: Chain, leave: float = SWEEPS_LEAVE) -> int:
-    """Sweeps over the joints that one step needs: 0.3 N² for equal bars, more for light ones between heavy.
+    """Sweeps over the joints in one step: 0.3 N² for equal bars, more for light bars between heavy ones.
 
-    `leave` is what they leave of an error of the impulses.
+    `leave` is the remaining share of an error of the impulses.
 
-    The engine's sweeps are Gauss-Seidel's on the joint system, slowest along a straight chain, where the
-    system is tridiagonal with 1/m_j + 1/m_{j+1} and -1/m_{j+1}. Of an error one sweep leaves the square of
-    the largest eigenvalue of Jacobi's.
+    pymunk's sweeps are Gauss-Seidel iterations on the joint system. They converge slowest along a straight chain, where
+    the system is tridiagonal with 1/m_j + 1/m_{j+1} and -1/m_{j+1}. One sweep reduces an error by the square of the
+    largest eigenvalue of Jacobi's iteration.
     """
     if chain.bars < 3:
         return FEWEST_SWEEPS
@@ -40,11 +41,11 @@ def sweeps(chain: Chain, leave: float = SWEEPS_LEAVE) -> int:
 
 
 def step_sweeps(scene: Scene, dt_s: float) -> int:
-    """Sweeps in each step of a run, and at least those that hold the joints.
+    """Sweeps in each step of a run, at least as many as hold the joints.
 
-    Impulses change by about h w of themselves from step to step, and what the sweeps leave of that change is an error
-    of the reactions, until the gaps that it opens make up for it some steps later. So no more than h w is left, which
-    makes that error one of second order, as the method's own are.
+    Impulses change by about h w relative to themselves from step to step. The sweeps leave a share of that change as an
+    error of the reactions, until the resulting gaps compensate for it some steps later. The share is limited to h w,
+    which makes the error one of second order, like the method's own.
     """
     least, most = sweeps(scene.chain), MOST_SWEEPS
     turn = dt_s * scene.fastest_rate_rad_s

@@ -1,6 +1,6 @@
-"""Types of what is read off pymunk's bars."""
+"""Types of the samples of pymunk's bars."""
 
 Rows = list[tuple[float, float, float]]
 """For each bar x, y and angle, or their rates; SI units"""
-Glimpse = tuple[Rows, Rows, Rows]
-"""Each bar's place at a sample, its rates half a step before, and half a step after"""
+StaggeredSample = tuple[Rows, Rows, Rows]
+"""Each bar's position at a sample, its rates half a step before, and half a step after"""

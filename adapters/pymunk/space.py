@@ -1,17 +1,16 @@
 """A chain in a pymunk space, stepped to second order: positions and velocities half a step apart.
 
-Inside a step the engine moves the positions, then asks for the velocities' change, then solves the
-joints. So the loads are evaluated at the new positions, and a first half step that leaves the positions
-alone puts the velocities half a step ahead. With `error_bias = 0` the joints' velocities are chosen to
-close, at the end of the step and to first order, the gap they find: what remains is the bars' turning
-in one step,
+Inside a step pymunk moves the positions, then calls the velocity callbacks, then solves the joints. The loads are
+therefore evaluated at the new positions. A first half step at fixed positions puts the velocities half a step ahead.
+With `error_bias = 0` the joints' velocities close, at the end of the step and to first order, the current gap. The
+bars' rotation in one step remains as a gap,
 
-    gap = (dt²/2) (h_j w_j² u_j + h_{j+1} w_{j+1}² u_{j+1}),   h half length, w rate,
+    gap = (dt²/2) (h_j w_j² u_j + h_{j+1} w_{j+1}² u_{j+1}),   h half length, w rate.
 
-and that is where this method's joints live. The chain is started there, half of it taken out in the
-first half step, so that the reactions are right from the first instant on. (But for the one step after
-that: the gap there follows the rates half a step earlier, and the reaction, m gap/dt², is right to first
-order only. It is seen if a sample falls on it, that is, with one step from sample to sample.)
+This gap is the stationary one of the method. The chain starts with it, and the first half step removes half of it, so
+that the reactions are correct from the first instant. The step after the first is an exception: its gap follows the
+rates half a step earlier, and the reaction, m gap/dt², is of first order only. A sample coincides with that step only
+if there is one step between two samples.
 """
 
 from __future__ import annotations
@@ -30,42 +29,42 @@ if TYPE_CHECKING:
 
     from adapters.bar_loads.gravity import Loads
     from adapters.common.initial_state import InitialState
-    from adapters.pymunk.acting import ActingNow
-    from adapters.pymunk.samples import Glimpse, Rows
+    from adapters.pymunk.samples import Rows, StaggeredSample
+    from adapters.pymunk.step_loads import StepLoads
     from adapters.trajectory import Array
     from scenarios.scene import Chain
 
-WIDEST_GAP = 0.1  # of the shortest bar; wider, either the joints burst or a bar turns by half a radian in a step
+WIDEST_GAP = 0.1  # over the shortest bar; beyond, the joints separate or a bar turns by half a radian in a step
 
 
 class ChainSpace:
-    """The engine's space, its bars and its joints."""
+    """pymunk's space, bodies and joints of a chain."""
 
     def __init__(
         self, chain: Chain, start: InitialState, origin_m: Array, drift_m_s: Array, dt_s: float, sweeps: int
     ) -> None:
-        """Set the chain up.
+        """Set up the chain.
 
         Parameters
         ----------
         chain : Chain
         start : InitialState
         origin_m, drift_m_s : ndarray, shape (2,)
-            Where the space's origin is at t = 0, and how it moves.
+            Position and velocity of the space's origin at t = 0.
         dt_s : float
         sweeps : int
-            Over the joints in each step.
+            Iterations over the joints in each step.
         """
         self.dt_s = dt_s
         self.half_m = [0.5 * length for length in chain.length_m]
         self.space = pymunk.Space()
         self.space.damping = 1.0
         self.sweeps = sweeps
-        place = start.com_m - origin_m + start.position_m + opening(chain, start, dt_s)
+        position = start.com_m - origin_m + start.position_m + initial_gaps(chain, start, dt_s)
         velocity = start.com_velocity_m_s - drift_m_s + start.velocity_m_s
         self.bars = [pymunk.Body(m, J) for m, J in zip(chain.mass_kg, chain.inertia_kg_m2, strict=True)]
         for j, bar in enumerate(self.bars):
-            bar.position = (float(place[j, 0]), float(place[j, 1]))
+            bar.position = (float(position[j, 0]), float(position[j, 1]))
             bar.velocity = (float(velocity[j, 0]), float(velocity[j, 1]))
             bar.angle, bar.angular_velocity = float(start.angle_rad[j]), float(start.rate_rad_s[j])
         joints = [
@@ -77,15 +76,15 @@ class ChainSpace:
             joint.collide_bodies = False
         self.joints = joints
         self.space.add(*self.bars, *joints)
-        self.fault: Exception | None = None
+        self.load_error: Exception | None = None
 
     def install(self, loads: Loads) -> None:
-        """Let gravity act; an exception is kept for :meth:`step`, because the engine would swallow it."""
+        """Install gravity; :meth:`step` re-raises an exception of the callback, which pymunk would swallow."""
         for bar, half in zip(self.bars, self.half_m, strict=True):
             bar.velocity_func = self.velocity_function(loads.load, half)
 
     def velocity_function(self, load: Callable[..., tuple[float, float, float]], half_m: float) -> Callable[..., None]:
-        """Engine's callback that changes a bar's velocities, at its new place."""
+        """Callback that changes a bar's velocities at its new position."""
         integrate = pymunk.Body.update_velocity
 
         def change(bar: Any, gravity: Any, damping: float, dt: float) -> None:
@@ -95,42 +94,42 @@ class ChainSpace:
                 mass = bar.mass
                 bar.force = (mass * ax, mass * ay)
                 bar.torque = bar.moment * spin
-            except Exception as fault:
-                self.fault = self.fault or fault
+            except Exception as load_error:
+                self.load_error = self.load_error or load_error
             integrate(bar, gravity, damping, dt)
 
         return change
 
-    def install_all(self, acting: ActingNow) -> None:
-        """Let everything act that a scene calls for: the engine asks bar by bar, all are answered at the first."""
+    def install_loads(self, effect_loads: StepLoads) -> None:
+        """Install all loads of a scene; pymunk calls bar by bar, and the first call computes all loads."""
         for j, bar in enumerate(self.bars):
-            bar.velocity_func = self.answer(acting, j)
+            bar.velocity_func = self.load_function(effect_loads, j)
 
-    def answer(self, acting: ActingNow, j: int) -> Callable[..., None]:
-        """Engine's callback for bar `j`: all bars have moved by then, and those before it have new velocities."""
+    def load_function(self, effect_loads: StepLoads, j: int) -> Callable[..., None]:
+        """Callback of bar `j`: at that time all bars have moved, and earlier bars have new velocities."""
         integrate = pymunk.Body.update_velocity
 
         def change(bar: Any, gravity: Any, damping: float, dt: float) -> None:
             try:
-                ax, ay, spin = acting.load(j, self.places, self.velocities)
+                ax, ay, spin = effect_loads.load(j, self.positions, self.velocities)
                 mass = bar.mass
                 bar.force = (mass * ax, mass * ay)
                 bar.torque = bar.moment * spin
-            except Exception as fault:
-                self.fault = self.fault or fault
+            except Exception as load_error:
+                self.load_error = self.load_error or load_error
             integrate(bar, gravity, damping, dt)
 
         return change
 
-    def strike(self, jumps: Sequence[tuple[float, float, float]]) -> None:
-        """Give each bar its jump of velocities (m/s, m/s, rad/s), and let the joints hold: a step without time.
+    def apply_impulses(self, jumps: Sequence[tuple[float, float, float]]) -> None:
+        """Apply jumps of each bar's velocities (m/s, m/s, rad/s) under closed joints: a step without motion.
 
-        What the joints do in a step that closes no gap and in which nothing acts does not depend on how long it is.
+        In a step that closes no gap and has no loads, the joints' impulses do not depend on the step's length.
         """
         for bar, (x, y, turn) in zip(self.bars, jumps, strict=True):
             vx, vy = bar.velocity
             bar.velocity, bar.angular_velocity = (vx + x, vy + y), bar.angular_velocity + turn
-            bar.position_func = stay
+            bar.position_func = hold_position
         for joint in self.joints:
             joint.error_bias = 1.0
         self.space.iterations = COLD_START_FACTOR * self.sweeps
@@ -139,7 +138,7 @@ class ChainSpace:
     def half_step(self) -> None:
         """Put the velocities half a step ahead of the positions."""
         for bar in self.bars:
-            bar.position_func = stay
+            bar.position_func = hold_position
         for joint in self.joints:
             joint.error_bias = 0.5 ** (2.0 / self.dt_s)  # the fraction left after 1 s: half the gap in half a step
         self.space.iterations = COLD_START_FACTOR * self.sweeps
@@ -150,57 +149,57 @@ class ChainSpace:
             joint.error_bias = 0.0
 
     def settle(self) -> None:
-        """Go on with the usual number of sweeps, after SETTLED_STEPS."""
+        """Return to the regular number of sweeps, after SETTLED_STEPS."""
         self.space.iterations = self.sweeps
 
     def step(self, dt_s: float) -> None:
-        """One step of the engine.
+        """One step of pymunk.
 
         Raises
         ------
         Exception
-            Whatever a load raised.
+            Any exception of a load.
         """
         self.space.step(dt_s)
-        if self.fault is not None:
-            raise self.fault
+        if self.load_error is not None:
+            raise self.load_error
 
-    def look(self, *, first: bool) -> Glimpse:
-        """Step onto a sample: what is there, and the velocities half a step before and after.
+    def take_sample(self, *, first: bool) -> StaggeredSample:
+        """Step across a sample: positions there, and velocities half a step before and after.
 
-        The first sample is where the chain already is; its velocities are those there, and half a step after.
+        The first sample is the chain's initial state; its velocities are the initial ones, and those half a step later.
 
         Raises
         ------
         ArithmeticError
-            If anything is not finite.
+            If any number is not finite.
         """
         before = self.velocities()
         if first:
             self.half_step()
         else:
             self.step(self.dt_s)
-        glimpse = (self.places(), before, self.velocities())
-        if not all(math.isfinite(value) for rows in glimpse for row in rows for value in row):
+        staggered = (self.positions(), before, self.velocities())
+        if not all(math.isfinite(value) for rows in staggered for row in rows for value in row):
             raise ArithmeticError("the state is not finite")
-        return glimpse
+        return staggered
 
     def check_joints(self) -> None:
-        """See that the joints hold: where the sweeps do not settle they burst, and the engine says nothing.
+        """Check that the joints hold: where the sweeps do not converge, pymunk raises no error.
 
         Raises
         ------
         ArithmeticError
-            If two tied ends are a tenth of the shortest bar apart.
+            If two bar ends at a joint are a tenth of the shortest bar apart.
         """
         widest = 0.0
         for joint in self.joints:
             a, b = joint.a.local_to_world(joint.anchor_a), joint.b.local_to_world(joint.anchor_b)
             widest = max(widest, math.hypot(b[0] - a[0], b[1] - a[1]))
         if widest > WIDEST_GAP * 2.0 * min(self.half_m):
-            raise ArithmeticError(f"the ends of a joint are {widest:.3g} m apart")
+            raise ArithmeticError(f"the two bar ends at a joint are {widest:.3g} m apart")
 
-    def places(self) -> Rows:
+    def positions(self) -> Rows:
         """Place (m) and angle (rad) of each bar."""
         return [(*bar.position, bar.angle) for bar in self.bars]
 
@@ -209,12 +208,12 @@ class ChainSpace:
         return [(*bar.velocity, bar.angular_velocity) for bar in self.bars]
 
 
-def stay(bar: Any, dt: float) -> None:
-    """Leave a bar where it is."""
+def hold_position(bar: Any, dt: float) -> None:
+    """Leave a bar in place."""
 
 
-def opening(chain: Chain, start: InitialState, dt_s: float) -> Array:
-    """Displacements of the bars, (N, 2) m, that open each joint by the method's own gap."""
+def initial_gaps(chain: Chain, start: InitialState, dt_s: float) -> Array:
+    """Displacements of the bars, (N, 2) m, that open each joint by the method's stationary gap."""
     along, _ = directions(start.angle_rad)
     inward = 0.5 * np.array(chain.length_m) * start.rate_rad_s**2
     turn = 0.5 * dt_s**2 * inward[:, None] * along

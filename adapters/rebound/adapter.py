@@ -1,26 +1,27 @@
-"""REBOUND behind the engines' contract: the centre of mass' track, as one particle about a point mass.
+"""REBOUND adapter: the orbit of the centre of mass, as one particle about a point mass.
 
-REBOUND knows particles, not bars, so it shows the centre of mass and nothing else. A chain's centre of
-mass is a particle only up to O((L/r)²) of gravity, L the chain's length: a difference of models, not an
-error of either, that grows as L² and is to be allowed for in a comparison (12 pi r (l/r)² in an orbit
-for five bars of length l along the horizontal). Torques, joint motors, springs in the joints and the bars' second
-moments move the centre of mass through that term only, so scenes with them have a track here as well. What pushes
-bars by how they are turned moves it outright, and a particle is not turned: those scenes are left out.
+REBOUND has particles and no bars, so that the centre of mass is the only observable. A chain's centre of mass moves
+like a particle only up to O((L/r)²) of gravity, with L the chain's length. This difference of the models is no error of
+either. It grows as L², and a comparison has to allow for it (12 pi r (l/r)² in an orbit for five bars of length l along
+the horizontal). Torques, joint motors, springs in the joints and the bars' second moments move the centre of mass
+through that term only, so that their scenes are supported. Forces that depend on the bars' attitude move it directly,
+and a particle has no attitude: their scenes are not supported.
 
-The knob is `rtol`. From LOOSEST_IAS15 on down it sets IAS15's epsilon; above it the cheap WHFast runs,
-at a fixed step. For a single particle WHFast's drift along Kepler's orbit is the whole motion, so it is
-exact to round-off at any step, and its step matters for finding the surface only. Where anything else acts, IAS15
+The accuracy parameter is `rtol`. Up to LOOSEST_IAS15 it sets IAS15's epsilon; above that value WHFast runs at a fixed
+step, at less cost. For a single particle WHFast's drift along Kepler's orbit is the whole motion. WHFast is therefore
+exact to round-off at any step, and its step matters only for the instant at the surface. Where other forces act, IAS15
 runs at every `rtol`.
 
-Stopping IAS15 at every sample would cost it accuracy, so it keeps its own steps. A sample is reached
-from the step before it by a second, short simulation of the same engine, which is then thrown away.
-What jumps in time (a thrust's end, a blow) divides the run into arcs. The engine's steps go beyond the end of an arc
-along its own smooth forces, and the next arc begins anew where this one was at its end.
+Stops of IAS15 at every sample would cost accuracy, so that it keeps its own steps. A second, short simulation of the
+same engine gives a sample from the step before it, and is then discarded. Events in time (a thrust's end, an impulse)
+divide the run into segments. The engine's steps continue beyond the end of a segment with its own smooth forces, and
+the next segment restarts from the end of the previous one.
 
-A single third body is a massive particle: it and the central body go round each other, and the particle's place is
-read from the central body. Several are on their circles, in the callback that takes oblateness and thrusts.
+A single third body is a massive particle: it and the central body move about their centre of mass, and the particle's
+position is relative to the central body. Several third bodies are on their circles, in the callback of oblateness and
+thrusts.
 
-REBOUND is GPL-3: it is imported here only, and only when a scene is built.
+REBOUND is GPL-3: only this package imports it, when a scene is built.
 """
 
 from __future__ import annotations
@@ -45,42 +46,44 @@ if TYPE_CHECKING:
 
     from scenarios import Scene
 
-    Plane = tuple[float, float, float, float]
+    PlaneState = tuple[float, float, float, float]
 
 LOOSEST_IAS15 = 3e-7  # rtol above which WHFast runs
-EPSILON_AT = (1e-12, 1e-9)  # an rtol, and its epsilon: IAS15's default, good for it at eccentricity 0.8 too
-EPSILON_POWER = 7.0 / 15.0  # steps go as epsilon^(1/7), the error of an orbit as their 15th power
+EPSILON_AT = (1e-12, 1e-9)  # an rtol and its epsilon, IAS15's default, sufficient at eccentricity 0.8 too
+EPSILON_POWER = 7.0 / 15.0  # steps vary as epsilon^(1/7), the error of an orbit as their 15th power
 WHFAST_STEPS_PER_ORBIT = 64
-FIRST_STEP = 1e-3  # of the period; IAS15 finds its own at once
+FIRST_STEP = 1e-3  # relative to the period; IAS15 adapts it immediately
 LANDING_SLACK_S = 1e-9  # accuracy of the instant at which the surface is reached
 
-GRAZES = "REBOUND moves a particle, which passes {:.4g} m above the surface: whether a bar touches is told by its angle"
-NOT_TURNED = "REBOUND moves a particle, and {} a chain by how its bars are turned"
-TURNED = {
+GRAZING = (
+    "REBOUND moves a particle, which passes {:.4g} m above the surface: "
+    "the bars' attitude decides whether the chain touches it"
+)
+ATTITUDE_DEPENDENT = "REBOUND moves a particle without attitude and does not support {}"
+ATTITUDE_EFFECTS = {
     "drag": "drag",
     "solar_pressure": "sunlight",
     "solar_pressure.shadow": "sunlight",
     "thrust.body": "a thrust that turns with its bar",
 }
-BLOW = "a blow along a bar's own axes"
+BODY_IMPULSE = "an impulse along a bar's own axes"
 
 
-def lowest_m(scene: Scene) -> float:
-    """Height of the orbit's lowest point, m; infinite where there is nothing to orbit."""
+def perigee_height_m(scene: Scene) -> float:
+    """Height of the orbit's lowest point, m; infinite without gravity."""
     if scene.effects.gravity is Gravity.NONE:
         return math.inf
     start, body = initial_state(scene), scene.central_body
     return perigee_m(body.mu_m3_s2, start.com_m, start.com_velocity_m_s) - body.radius_m
 
 
-def not_turned(pushes: list[str]) -> str:
-    """Why a particle can't be pushed so."""
-    *most, last = pushes
-    named = f"{', '.join(most)} and {last} push" if most else f"{last} pushes"
-    return NOT_TURNED.format(named)
+def attitude_dependence(effects: list[str]) -> str:
+    """Reason why a particle does not support these effects."""
+    *most, last = effects
+    return ATTITUDE_DEPENDENT.format(f"{', '.join(most)} or {last}" if most else last)
 
 
-class State(NamedTuple):
+class ParticleState(NamedTuple):
     """A particle at an instant, relative to the central body, s, m and m/s."""
 
     t: float
@@ -88,8 +91,8 @@ class State(NamedTuple):
     y: float
     vx: float
     vy: float
-    companion: Plane | None = None
-    """The third body's place and velocity, if it is a particle"""
+    companion: PlaneState | None = None
+    """The third body's position and velocity, if it is a particle"""
 
     @property
     def radius(self) -> float:
@@ -97,47 +100,47 @@ class State(NamedTuple):
         return math.hypot(self.x, self.y)
 
     @property
-    def climb(self) -> float:
+    def radial_motion(self) -> float:
         """Radius times its rate, m²/s: negative on the way down."""
         return self.x * self.vx + self.y * self.vy
 
     @property
     def finite(self) -> bool:
-        """Whether all of it is a number."""
+        """Whether every component is finite."""
         return math.isfinite(sum(self[:5])) and math.isfinite(sum(self.companion or (0.0,)))
 
 
-class Arc(NamedTuple):
-    """A part of the run in which nothing jumps."""
+class TrackSegment(NamedTuple):
+    """A part of the run without events."""
 
     start_s: float
     end_s: float
-    blow_m_s: complex
+    velocity_jump_m_s: complex
     """Jump of the velocity at its start"""
 
 
 def epsilon(rtol: float) -> float:
-    """IAS15's epsilon for an accuracy of `rtol` of the radius."""
+    """IAS15's epsilon for a requested error of `rtol` relative to the radius."""
     known, its = EPSILON_AT
     return its * math.pow(rtol / known, EPSILON_POWER)
 
 
-def arcs(scene: Scene) -> list[Arc]:
-    """Parts of the run: prescribed rotations don't reach the particle, so that only thrusts and blows divide it."""
+def segments(scene: Scene) -> list[TrackSegment]:
+    """Parts of the run between thrusts' events and impulses; prescribed rotations do not act on the particle."""
     effects, end = scene.effects, scene.run.duration_s
-    jumps = {t for thrust in effects.thrust for t in thrust.breaks_s} | {blow.at_s for blow in effects.impulse}
+    jumps = {t for thrust in effects.thrust for t in thrust.breaks_s} | {jump.at_s for jump in effects.impulse}
     ends = [0.0, *sorted(t for t in jumps if 0.0 < t < end), end]
 
-    def blow(at_s: float) -> complex:
+    def jump(at_s: float) -> complex:
         due = [p for p in effects.impulse if p.at_s == at_s]
         return sum((cmath.rect(p.impulse_N_s, p.direction_rad) for p in due), 0j) / scene.mass_kg
 
-    return [Arc(a, b, blow(a)) for a, b in itertools.pairwise(ends)]
+    return [TrackSegment(a, b, jump(a)) for a, b in itertools.pairwise(ends)]
 
 
 @final
 class Rebound(Engine):
-    """A particle for the chain."""
+    """One particle for the chain."""
 
     title = "REBOUND, one particle for the chain (IAS15; WHFast where coarse)"
     coordinates = Coordinates.ABSOLUTE
@@ -149,55 +152,57 @@ class Rebound(Engine):
         | {"oblateness", "third_body", "joint_spring_damper", "thrust.inertial", "impulse"}
     )
     observables = frozenset({Observable.COM})
-    why_not: ClassVar[dict[str, str]] = {name: not_turned([push]) for name, push in TURNED.items()}
+    unsupported_reasons: ClassVar[dict[str, str]] = {
+        name: attitude_dependence([push]) for name, push in ATTITUDE_EFFECTS.items()
+    }
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
-        """As every engine, all of it in one sentence; of blows it takes those along fixed directions."""
-        found = [TURNED.get(name, name) for name in sorted(scene.effects.names - cls.effects)]
-        found += [BLOW for p in scene.effects.impulse if p.axes is not Axes.INERTIAL]
+        """Reason why the engine does not support `scene`, in one sentence; of impulses, those in a bar's axes."""
+        found = [ATTITUDE_EFFECTS.get(name, name) for name in sorted(scene.effects.names - cls.effects)]
+        found += [BODY_IMPULSE for p in scene.effects.impulse if p.axes is not Axes.INERTIAL]
         if found:
-            return not_turned(list(dict.fromkeys(found)))
-        above = lowest_m(scene)
-        return GRAZES.format(above) if 0.0 < above < scene.size_m else None
+            return attitude_dependence(list(dict.fromkeys(found)))
+        above = perigee_height_m(scene)
+        return GRAZING.format(above) if 0.0 < above < scene.size_m else None
 
     def build(self, scene: Scene, setting: Setting) -> None:
-        """Set the particle up."""
+        """Set up the particle."""
         start = initial_state(scene)
         self.scene, self.rtol = scene, setting.value
-        self.companion, self.arcs = companion(scene), arcs(scene)
-        self.forces = forces(scene, self.arcs[0].start_s, self.arcs[0].end_s)
+        self.companion, self.segments = companion(scene), segments(scene)
+        self.forces = forces(scene, self.segments[0].start_s, self.segments[0].end_s)
         self.failed: list[Exception] = []
         free = scene.effects.gravity is Gravity.NONE
-        kepler = not (free or self.companion or self.forces or len(self.arcs) > 1)
+        kepler = not (free or self.companion or self.forces or len(self.segments) > 1)
         self.whfast = kepler and setting.value > LOOSEST_IAS15
         (x, y), (vx, vy) = start.com_m.tolist(), start.com_velocity_m_s.tolist()
-        state = State(0.0, x, y, vx, vy, self.companion_start())
-        self.start = struck(state, self.arcs[0])
+        state = ParticleState(0.0, x, y, vx, vy, self.companion_start())
+        self.start = after_impulse(state, self.segments[0])
         self.times_s = scene.times_s.tolist()
-        self.seen: list[State] = []
+        self.seen: list[ParticleState] = []
         self.ended, self.steps = "", 0
         self.track = self.simulation(self.start, self.step_s)
 
     @property
     def step_s(self) -> float:
-        """Step to begin with; WHFast's own."""
+        """First step; WHFast's fixed step."""
         return self.scene.step_period_s * (1.0 / WHFAST_STEPS_PER_ORBIT if self.whfast else FIRST_STEP)
 
-    def companion_start(self) -> Plane | None:
-        """Place and velocity of the third body at t = 0, from the central body."""
+    def companion_start(self) -> PlaneState | None:
+        """Position and velocity of the third body at t = 0, relative to the central body."""
         body = self.companion
         if body is None:
             return None
-        place = cmath.rect(body.distance_m, body.longitude_rad)
-        velocity = 1j * body.rate_rad_s * place
-        return place.real, place.imag, velocity.real, velocity.imag
+        position = cmath.rect(body.distance_m, body.longitude_rad)
+        velocity = 1j * body.rate_rad_s * position
+        return position.real, position.imag, velocity.real, velocity.imag
 
-    def simulation(self, state: State, dt_s: float) -> Any:
-        """REBOUND's simulation of the particle from `state` on.
+    def simulation(self, state: ParticleState, dt_s: float) -> Any:
+        """REBOUND's simulation of the particle from `state`.
 
-        Its axes are those in which the central body starts at rest at the origin: about the common centre of two
-        bodies a place near one of them would be rounded as the distance of that centre.
+        The central body starts at rest at the origin. Relative to the common centre of two bodies, a position near one
+        of them would be rounded like the distance of that centre.
         """
         import rebound
 
@@ -221,57 +226,59 @@ class Rebound(Engine):
         return sim
 
     def simulate(self) -> None:
-        """Walk from arc to arc."""
+        """Integrate segment by segment."""
         self.seen = [self.start]
-        state: State | None = self.walk(self.start, self.arcs[0])
-        for arc in self.arcs[1:]:
+        state: ParticleState | None = self.walk(self.start, self.segments[0])
+        for segment in self.segments[1:]:
             if state is None:
                 return
-            self.forces = forces(self.scene, arc.start_s, arc.end_s)
-            start = struck(state, arc)
+            self.forces = forces(self.scene, segment.start_s, segment.end_s)
+            start = after_impulse(state, segment)
             self.track = self.simulation(start, self.step_s)
-            state = self.walk(start, arc)
+            state = self.walk(start, segment)
 
-    def walk(self, before: State, arc: Arc) -> State | None:
-        """Walk the engine's own steps through an arc, and look at the samples on the way.
+    def walk(self, before: ParticleState, segment: TrackSegment) -> ParticleState | None:
+        """Take the engine's own steps through a segment, and store the samples on the way.
 
         Returns
         -------
-        State or None
-            At the end of the arc; None where the run ends.
+        ParticleState or None
+            At the end of the segment; None where the run ends.
         """
         while True:
-            after = self.stepped(before)
+            after = self.advanced(before)
             landing = self.landing(before, after)
-            until = min(after.t if landing is None else landing, arc.end_s)
+            until = min(after.t if landing is None else landing, segment.end_s)
             while len(self.seen) < len(self.times_s) and self.times_s[len(self.seen)] <= until:
-                self.seen.append(self.reach(before, after, self.times_s[len(self.seen)]))
+                self.seen.append(self.state_at(before, after, self.times_s[len(self.seen)]))
             if len(self.seen) == len(self.times_s):
                 return None
-            if landing is not None and landing <= arc.end_s:
+            if landing is not None and landing <= segment.end_s:
                 self.ended = f"the centre of mass reached the surface at t = {landing:.6f} s"
                 return None
-            if after.t >= arc.end_s:
-                return self.reach(before, after, arc.end_s)
+            if after.t >= segment.end_s:
+                return self.state_at(before, after, segment.end_s)
             before = after
 
-    def stepped(self, before: State) -> State:
-        """State after one step of the engine's own."""
+    def advanced(self, before: ParticleState) -> ParticleState:
+        """State after one of the engine's own steps."""
         self.track.steps(1)
         self.steps += 1
         self.check()
         after = self.state(self.track)
         if not after.finite or after.t <= before.t:
-            raise EngineError(f"REBOUND lost the particle after t = {before.t:.6g} s")
+            raise EngineError(
+                f"REBOUND: the particle's state is not finite, or time stands still, after t = {before.t:.6g} s"
+            )
         return after
 
     def check(self) -> None:
-        """Give up where a force could not be worked out."""
+        """Raise an error where a force failed."""
         if self.failed:
-            raise EngineError(f"REBOUND's callback failed: {self.failed[0]!r}") from self.failed[0]
+            raise EngineError(f"REBOUND: a force failed: {self.failed[0]!r}") from self.failed[0]
 
     def read(self) -> Trajectory:
-        """Bring out the centre of mass at the samples."""
+        """Return the centre of mass at the samples."""
         values = np.array([state[:5] for state in self.seen])
         return Trajectory(
             np.array(self.times_s[: len(values)]),
@@ -284,16 +291,16 @@ class Rebound(Engine):
             },
         )
 
-    def state(self, sim: Any) -> State:
-        """Where a simulation's particle is, from the central body."""
+    def state(self, sim: Any) -> ParticleState:
+        """State of a simulation's particle, relative to the central body."""
         p = sim.particles[sim.N - 1]
         if self.companion is None:  # nothing moves the central body
-            return State(sim.t, p.x, p.y, p.vx, p.vy)
+            return ParticleState(sim.t, p.x, p.y, p.vx, p.vy)
         centre = sim.particles[0]
-        return State(sim.t, *between(centre, p), between(centre, sim.particles[1]))
+        return ParticleState(sim.t, *relative_state(centre, p), relative_state(centre, sim.particles[1]))
 
-    def reach(self, before: State, after: State, t_s: float) -> State:
-        """State at an instant between two steps, by a simulation of its own from the first."""
+    def state_at(self, before: ParticleState, after: ParticleState, t_s: float) -> ParticleState:
+        """State at an instant between two steps, by a separate simulation from the first."""
         for step in (before, after):
             if t_s == step.t:
                 return step
@@ -302,31 +309,31 @@ class Rebound(Engine):
         self.check()
         return self.state(probe)
 
-    def landing(self, before: State, after: State) -> float | None:
+    def landing(self, before: ParticleState, after: ParticleState) -> float | None:
         """Instant within a step at which the particle reaches the surface, s; None if it does not."""
         surface = self.scene.central_body.radius_m
         lowest = after.t
         if after.radius > surface:
-            if not before.climb < 0.0 < after.climb:
+            if not before.radial_motion < 0.0 < after.radial_motion:
                 return None
-            lowest = root(lambda t: self.reach(before, after, t).climb, before.t, after.t)
-            if self.reach(before, after, lowest).radius > surface:
+            lowest = zero_between(lambda t: self.state_at(before, after, t).radial_motion, before.t, after.t)
+            if self.state_at(before, after, lowest).radius > surface:
                 return None
-        return root(lambda t: self.reach(before, after, t).radius - surface, before.t, lowest)
+        return zero_between(lambda t: self.state_at(before, after, t).radius - surface, before.t, lowest)
 
 
-def between(centre: Any, particle: Any) -> Plane:
-    """Place and velocity of a particle from another."""
+def relative_state(centre: Any, particle: Any) -> PlaneState:
+    """Position and velocity of a particle relative to another."""
     return particle.x - centre.x, particle.y - centre.y, particle.vx - centre.vx, particle.vy - centre.vy
 
 
-def struck(state: State, arc: Arc) -> State:
-    """State just after the blow at an arc's start."""
-    blow = arc.blow_m_s
-    return state._replace(vx=state.vx + blow.real, vy=state.vy + blow.imag) if blow else state
+def after_impulse(state: ParticleState, segment: TrackSegment) -> ParticleState:
+    """State just after the impulse at a segment's start."""
+    jump = segment.velocity_jump_m_s
+    return state._replace(vx=state.vx + jump.real, vy=state.vy + jump.imag) if jump else state
 
 
-def root(function: Callable[[float], float], low: float, high: float) -> float:
+def zero_between(function: Callable[[float], float], low: float, high: float) -> float:
     """Zero of `function` between two instants, s."""
     found: float = brentq(function, low, high, xtol=LANDING_SLACK_S)
     return found

@@ -1,7 +1,7 @@
-"""Accelerations of REBOUND's particle besides those of its own gravity, and how its callback takes them.
+"""Accelerations of REBOUND's particle besides REBOUND's own gravity, and their callback.
 
-Each is a plain function of time and place: m, s and m/s², relative to the central body. A particle feels them as the
-chain's centre of mass would if all its mass were there; none of them asks for an attitude.
+Each is a plain function of time and position: m, s and m/s², relative to the central body. They act on a particle as on
+the chain's centre of mass with all its mass there; none of them depends on an attitude.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ SAME_RATE = 1e-14  # of its square: a few roundings
 
 
 def forces(scene: Scene, start_s: float, end_s: float) -> list[Force]:
-    """What acts between two instants at which nothing jumps, continued smoothly beyond them; no `companion`."""
+    """Forces between two successive events, continued smoothly beyond them; a massive `companion` excluded."""
     effects = scene.effects
-    found = [] if effects.oblateness is None else [oblate(scene.central_body.mu_m3_s2, effects.oblateness)]
+    found = [] if effects.oblateness is None else [oblateness_force(scene.central_body.mu_m3_s2, effects.oblateness)]
     if companion(scene) is None:
-        found += [tide(body) for body in effects.third_body]
+        found += [third_body_force(body) for body in effects.third_body]
     for thrust in effects.thrust:
-        found += pushes(thrust, scene.mass_kg, 0.5 * (start_s + end_s))
+        found += thrust_forces(thrust, scene.mass_kg, 0.5 * (start_s + end_s))
     return found
 
 
 def companion(scene: Scene) -> ThirdBody | None:
-    """Third body that can be a particle of its own: the only one, at the rate that the two bodies' pull gives it.
+    """Third body that can be a massive particle: the only one, at the rate that the gravity of both bodies gives.
 
-    Several are not: as particles they would pull on each other, and the central body would answer to all of them at
-    once, so that none would stay on the circle that the scene puts it on.
+    Several bodies can not. As particles they would attract each other, and the central body would respond to all of
+    them, so that none would stay on the scene's circle.
     """
     bodies, mu = scene.effects.third_body, scene.central_body.mu_m3_s2
     if len(bodies) != 1:
@@ -46,8 +46,8 @@ def companion(scene: Scene) -> ThirdBody | None:
     return bodies[0] if math.isclose(bodies[0].rate_rad_s ** 2, pull, rel_tol=SAME_RATE) else None
 
 
-def oblate(mu_m3_s2: float, body: Oblateness) -> Force:
-    """-3 B Z/r⁵, B = mu J2 R²/2."""
+def oblateness_force(mu_m3_s2: float, body: Oblateness) -> Force:
+    """Acceleration -3 B Z/r⁵ by oblateness, B = mu J2 R²/2."""
     strength = 1.5 * mu_m3_s2 * body.j2 * body.radius_m**2
 
     def pull(_t: float, x: float, y: float) -> tuple[float, float]:
@@ -58,8 +58,11 @@ def oblate(mu_m3_s2: float, body: Oblateness) -> Force:
     return pull
 
 
-def tide(body: ThirdBody) -> Force:
-    """-mu (Y/|Y|³ + X/D³) with Y = Z - X: (mu/D³) (f X - (1 + f) Z), f = (D/|Y|)³ - 1 free of cancellation."""
+def third_body_force(body: ThirdBody) -> Force:
+    """Tidal acceleration -mu (Y/|Y|³ + X/D³) by a third body at X, with Y = Z - X and D = |X|.
+
+    Evaluated as (mu/D³) (f X - (1 + f) Z) with f = (D/|Y|)³ - 1, free of cancellation.
+    """
     d2 = body.distance_m**2
     strength = body.mu_m3_s2 / (d2 * body.distance_m)
 
@@ -72,33 +75,34 @@ def tide(body: ThirdBody) -> Force:
     return pull
 
 
-def pushes(thrust: Thrust, mass_kg: float, within_s: float) -> list[Force]:
-    """Thrust along a fixed direction: the straight piece of its table that holds an instant; none outside.
+def thrust_forces(thrust: Thrust, mass_kg: float, within_s: float) -> list[Force]:
+    """Thrust along a fixed direction: the straight segment of its table at an instant; none outside the table.
 
     Raises
     ------
     ValueError
-        If it turns with a bar.
+        If the thrust turns with a bar.
     """
     if thrust.axes is not Axes.INERTIAL:
-        raise ValueError("a particle has no bar for a thrust to turn with")
+        raise ValueError("REBOUND's particle has no attitude: thrust must have a fixed direction")
     pieces = zip(thrust.times_s, thrust.times_s[1:], thrust.force_N, thrust.force_N[1:], strict=False)
     c, s = math.cos(thrust.direction_rad) / mass_kg, math.sin(thrust.direction_rad) / mass_kg
 
-    def piece(t0: float, t1: float, f0: float, f1: float) -> Force:
+    def segment_force(t0: float, t1: float, f0: float, f1: float) -> Force:
         def push(t: float, _x: float, _y: float) -> tuple[float, float]:
             size = f0 + (f1 - f0) * ((t - t0) / (t1 - t0))
             return size * c, size * s
 
         return push
 
-    return [piece(*p) for p in pieces if p[0] < within_s < p[1]]
+    return [segment_force(*p) for p in pieces if p[0] < within_s < p[1]]
 
 
 def attach(sim: Any, acting: list[Force], failed: list[Exception]) -> None:
-    """Let forces act on the last particle of a simulation, its place relative to the first.
+    """Install forces on the last particle of a simulation, at its position relative to the first.
 
-    ctypes prints and forgets what a callback raises: it is put into `failed`, and the simulation told to stop.
+    ctypes prints and drops an exception of a callback. The callback therefore appends the exception to `failed` and
+    stops the simulation.
     """
     centre, particle = sim.particles[0], sim.particles[sim.N - 1]
 

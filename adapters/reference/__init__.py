@@ -1,8 +1,15 @@
-"""barchain's own engines: the relative formulation in NumPy and compiled, and NumPy in absolute coordinates.
+"""barchain's own engines: relative coordinates in NumPy and compiled, and absolute coordinates in NumPy.
 
-Formulation: equations of motion in the bars' angles, reactions from a tridiagonal system for the joints; see
-`reference_impl`. Coordinates: centre of mass and angles (`reference`, `reference-fast`), or places and velocities of
-all bars from the centre of the Earth (`reference-absolute`), which shows what those lose to round-off. Integrator:
-Dormand and Prince, order 8, with error control; Radau where springs or dampers are stiff. Accuracy parameter: `rtol`.
-Supports every effect of a scene. Needs numba for `reference-fast` alone.
+Formulation: equations of motion in the bars' angles, with reactions from a tridiagonal system for the joints; see
+`reference_impl`.
+Coordinates: centre of mass and angles (`reference`, `reference-fast`), or positions and velocities of all bars relative
+to the centre of the central body (`reference-absolute`), which shows the round-off of absolute coordinates.
+Integrator: Dormand and Prince's method of order 8 with error control, restarted at events; Radau's method where springs
+or dampers are stiff.
+Accuracy parameter: `rtol`.
+
+Supported: every effect of a scene. The engines locate the instant at which a bar reaches the surface.
+Requirement: numba, for `reference-fast` alone, which compiles its code for the effects of a scene.
+
+Trap: these engines share their equations with the reference solution, and so are no independent check of the physics.
 """

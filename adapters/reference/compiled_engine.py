@@ -1,11 +1,11 @@
-"""The compiled reference behind the engines' contract."""
+"""Engine of the compiled reference."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, final
 
 from adapters.engine import Coordinates
-from adapters.reference.numpy_engines import ReferenceEngine, Run
+from adapters.reference.numpy_engines import ReferenceEngine, SimulationRun
 from reference_impl.fast.simulate import FastSimulation
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ class ReferenceFast(ReferenceEngine):
     title = "Compiled reference, relative formulation, DOP853"
     coordinates = Coordinates.RELATIVE
 
-    def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> Run:
-        """Compile, or load what was compiled before."""
+    def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> SimulationRun:
+        """Compile, or load compiled code from the cache."""
         state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
         return FastSimulation(model, *state, rtol=rtol)

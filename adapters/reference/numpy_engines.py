@@ -1,4 +1,4 @@
-"""The NumPy reference behind the engines' contract."""
+"""Engines of the NumPy reference."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ EVERYTHING = frozenset(
     | {"oblateness", "third_body", "drag", "solar_pressure", "solar_pressure.shadow", "joint_spring_damper"}
     | {"thrust.body", "thrust.inertial", "impulse"}
 )
-FEW_STEPS = 10.0  # largest component against the norm that a step is held by, and what is read off between steps
+FEW_STEPS = 10.0  # largest component over the norm of step control, and interpolation between steps
 
 
-class Run(Protocol):
-    """One simulation, of either kind."""
+class SimulationRun(Protocol):
+    """One simulation, in NumPy or compiled."""
 
     def integrate(self, t_s: Array) -> Integration:
         """Integrate over the samples."""
@@ -43,7 +43,7 @@ class Run(Protocol):
 
 
 class ReferenceEngine(Engine):
-    """What all forms of the reference share."""
+    """Common part of all forms of the reference."""
 
     order = None
     sweep = AccuracySweep(
@@ -54,11 +54,11 @@ class ReferenceEngine(Engine):
     options = frozenset({"condition"})
 
     def __init__(self, *, condition: bool = False) -> None:
-        """Prepare a run; `condition` asks for the joint system's condition number at every sample."""
+        """Prepare a run; `condition` requests the joint system's condition number at every sample."""
         self.condition = condition
 
     @abstractmethod
-    def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> Run:
+    def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> SimulationRun:
         """Set up the integrator."""
 
     def build(self, scene: Scene, setting: Setting) -> None:
@@ -77,7 +77,7 @@ class ReferenceEngine(Engine):
         """Observables at the samples."""
         try:
             h = self.prepared.history(self.seen, condition=self.condition)
-        except np.linalg.LinAlgError as error:  # where they are looked at, reactions are refined, and may not settle
+        except np.linalg.LinAlgError as error:  # the refinement of reactions at samples may not converge
             raise EngineError(str(error)) from error
         info: dict[str, float | str] = {"steps": h.steps, "evaluations": h.evaluations, "method": h.method}
         if h.landed_s is not None:
@@ -102,12 +102,12 @@ class ReferenceEngine(Engine):
 
 
 class ReferenceNumPy(ReferenceEngine):
-    """What both coordinate sets of the NumPy reference share."""
+    """Common part of both coordinate sets of the NumPy reference."""
 
     coordinate_set: ClassVar[CoordinateSet]
 
-    def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> Run:
-        """SciPy's stepper on NumPy's right-hand side."""
+    def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> SimulationRun:
+        """SciPy's stepper on the NumPy right-hand side."""
         state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
         return Simulation(model, *state, rtol=rtol, coordinates=self.coordinate_set)
 
@@ -132,23 +132,23 @@ class ReferenceAbsolute(ReferenceNumPy):
 
     @classmethod
     def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
-        """Where its steps stop to shrink, whatever is asked for.
+        """Smallest errors of the steps, whatever the requested accuracy.
 
-        No step is held to less than GRAINS roundings of a radius, in velocities times the fastest rate w. With a
-        step a radian of w, they add up as a random walk of w t steps; those of velocities run on, by t. In angles it is
-        that over half of the shortest bar, as its centre and its end are places of their own: FEW_STEPS of them may
-        stand in one sample. A step is held by the root mean square over all bars, so that one of N may be sqrt(N) times
-        farther off.
+        No step is held to less than GRAINS roundings of a radius, in velocities times the fastest rate w. With one step
+        per radian of w, the roundings add up as a random walk of w t steps; those of velocities integrate further, by
+        t. In angles the error is that of a position over half of the shortest bar, as a bar's centre and its end have
+        positions of their own; FEW_STEPS of them may stand in one sample. A step is held by the root mean square over
+        all bars, so that one bar of N may have sqrt(N) times that error.
         """
         del setting
-        place, w = ROUNDINGS * np.finfo(float).eps * scene.radius0_m, scene.fastest_rate_rad_s
+        position, w = ROUNDINGS * np.finfo(float).eps * scene.radius0_m, scene.fastest_rate_rad_s
         steps, lever = np.sqrt(1.0 + w * t_s), 0.5 * min(scene.chain.length_m) / math.sqrt(scene.bars)
-        rate = place * w * np.maximum(steps, FEW_STEPS) / lever
-        turn = FEW_STEPS * place / lever
-        force = 2.0 * scene.mass_kg * max(scene.chain.length_m) * w * rate  # centrifugal forces answer to rates
+        rate = position * w * np.maximum(steps, FEW_STEPS) / lever
+        turn = FEW_STEPS * position / lever
+        force = 2.0 * scene.mass_kg * max(scene.chain.length_m) * w * rate  # centrifugal forces follow the rates
         return {
-            "com": place * steps * (1.0 + w * t_s),
-            "com_velocity": place * w * steps,
+            "com": position * steps * (1.0 + w * t_s),
+            "com_velocity": position * w * steps,
             "rate": rate,
             "attitude": turn,
             "reaction": force,

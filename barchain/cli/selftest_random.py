@@ -105,7 +105,7 @@ def plan_of(asked: RandomOptions, engines: tuple[str, ...], faults: tuple[str, .
     from barchain.studies.selftest.faults.catalogue import UnknownFaultError  # noqa: PLC0415
 
     hosts = () if asked.hosts == (NO_HOST,) else asked.hosts or HOSTS
-    everyday = {name: r for name, r in chosen_engines(None).items() if not r.missing}
+    in_default_set = {name: r for name, r in chosen_engines(None).items() if not r.missing}
     for name in dict.fromkeys((*engines, *hosts)):
         missing = find_engine(name).missing
         if missing:
@@ -116,7 +116,7 @@ def plan_of(asked: RandomOptions, engines: tuple[str, ...], faults: tuple[str, .
         raise click.UsageError(f"--fault {error}") from error
     assert asked.number is not None
     return Plan(
-        asked.number, asked.seed or 0, engines or tuple(everyday), hosts, chosen,
+        asked.number, asked.seed or 0, engines or tuple(in_default_set), hosts, chosen,
         MOST_RERUNS if asked.reruns is None else asked.reruns,
         SHRINK_S if asked.shrink_seconds is None else asked.shrink_seconds, workers,
     )  # fmt: skip

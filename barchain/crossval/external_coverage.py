@@ -11,7 +11,7 @@ import math
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from adapters.common.step_alignment import between_steps, inner_breaks_s
+from adapters.common.step_alignment import inner_events_s, misalignment
 from adapters.registry import engines
 from barchain.solutions.certified import committed_tables
 from barchain.solutions.certified_table import physics_digest, read_head
@@ -48,7 +48,7 @@ def loaded(registration: Registration) -> type[Engine] | None:
 
 def carries(registration: Registration, scene: Scene) -> bool:
     """Whether an everyday engine of somebody else's can do a scene, installed or not."""
-    if not registration.external or not registration.everyday:
+    if not registration.external or not registration.in_default_set:
         return False
     try:
         return registration.load().unsupported(scene) is None
@@ -61,7 +61,7 @@ def in_the_way(scene: Scene, outside: Mapping[str, type[Engine]]) -> dict[str, A
 
     Whether it is the instants alone is tried out: on the same scene with every instant at a sample.
     """
-    if between_steps(scene) is None:
+    if misalignment(scene) is None:
         return {}
     run = fitting(scene)
     trial = aligned(scene) if run is None else lasting(scene, run)
@@ -69,7 +69,7 @@ def in_the_way(scene: Scene, outside: Mapping[str, type[Engine]]) -> dict[str, A
     if not stopped:
         return {}
     half = 0.5 * scene.run.duration_s / (scene.run.samples - 1)
-    off = [t for t in inner_breaks_s(scene) if abs(t / half - round(t / half)) > 1e-9]
+    off = [t for t in inner_events_s(scene) if abs(t / half - round(t / half)) > 1e-9]
     return {"engines": stopped, "at_s": off, "run": None if run is None else dataclasses.asdict(run)}
 
 
@@ -91,7 +91,7 @@ def fitting(scene: Scene) -> Run | None:
     The scene's own duration is kept if that can be, else taken to the next multiple of what its instants share. None
     where it would take more than :data:`MOST_SAMPLES`.
     """
-    instants = [Fraction(repr(t)) for t in inner_breaks_s(scene)]
+    instants = [Fraction(repr(t)) for t in inner_events_s(scene)]
     scale = common_denominator(instants)
     shared = Fraction(math.gcd(*(int(t * scale) for t in instants)), scale)
     own = Fraction(repr(scene.run.duration_s))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from adapters.bar_loads.falling_frame import falling
+from adapters.bar_loads.falling_frame import free_fall
 from adapters.common import equal_steps as steps
 from adapters.common.initial_state import initial_state
 from adapters.common.kepler import propagate
@@ -200,7 +200,7 @@ def departure(engine: type[Engine], scene: Scene, trajectory: Trajectory) -> tup
         mu = scene.central_body.mu_m3_s2
         place, velocity = propagate(mu, start.com_m, start.com_velocity_m_s, from_start)
     else:
-        place, velocity = falling(scene, start, from_start)
+        place, velocity = free_fall(scene, start, from_start)
     return trajectory.com_m - place[-len(t_s) :], trajectory.com_velocity_m_s - velocity[-len(t_s) :]
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.bar_loads.drift_bound import driven_m
+from adapters.bar_loads.drift_bound import drift_bound_m
 from adapters.engine import Coordinates
 from adapters.exudyn.frames.departure import departure
 
@@ -121,7 +121,7 @@ def origin_m(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> Arra
         distance: Array = np.linalg.norm(trajectory.com_m, axis=1)
         return distance
     relative = engine.coordinates is Coordinates.RELATIVE
-    return np.full(len(trajectory.t_s), 0.0 if relative else departure(scene).distance_m + driven_m(scene))
+    return np.full(len(trajectory.t_s), 0.0 if relative else departure(scene).distance_m + drift_bound_m(scene))
 
 
 def gap_rounding(scene: Scene, trajectory: Trajectory, place_m: Array) -> Array:

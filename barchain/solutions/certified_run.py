@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.heyoka.compiled import QUAD
-from adapters.heyoka.run import Run
+from adapters.heyoka.run import HeyokaRun
 from barchain.metrics.quantities import differences
 from barchain.solutions.certified_table import CertifiedTable, largest, physics_digest
 
@@ -38,7 +38,7 @@ def fresh(scene: Scene, times_s: Array) -> CertifiedTable:
 
 def run(scene: Scene, times_s: Array, rtol: float) -> Trajectory:
     """One run in quadruple precision, rounded to double."""
-    made = Run(scene, times_s, QUAD, rtol)
+    made = HeyokaRun(scene, times_s, QUAD, rtol)
     made.walk()
     return made.trajectory()
 

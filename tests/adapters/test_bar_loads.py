@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from adapters.bar_loads.assemble import chain_loads
-from adapters.bar_loads.falling_frame import falling, track_noise
+from adapters.bar_loads.falling_frame import free_fall, orbit_noise
 from adapters.bar_loads.gravity import AbsoluteLoads, MovingLoads
-from adapters.bar_loads.interface import Here, bars_of
-from adapters.bar_loads.thrusts import blows, size_N
-from adapters.bar_loads.tree import tree_places, tree_rates
+from adapters.bar_loads.interface import FrameState, bars_of
+from adapters.bar_loads.thrusts import impulse_jumps, size_N
+from adapters.bar_loads.tree import tree_positions, tree_rates
 from adapters.common.initial_state import initial_state
-from adapters.common.joint_coordinates import places, velocities
-from adapters.common.step_alignment import between_steps, inner_breaks_s, jumps_by_step
+from adapters.common.joint_coordinates import positions, velocities
+from adapters.common.step_alignment import events_by_step, inner_events_s, misalignment
 from scenarios import Axes, End, Gravity, Impulse, Thrust, load_scene
 
 mp.mp.dps = 50
@@ -45,15 +45,15 @@ def state(size, seed=3):
     """Frame and bars in no particular state."""
     rng = np.random.default_rng(seed)
     r, longitude = 7.1e6, rng.uniform(-3.0, 3.0)
-    here = Here(r * math.cos(longitude), r * math.sin(longitude), 3100.0, -6900.0, 1234.5, 1234.0)
+    here = FrameState(r * math.cos(longitude), r * math.sin(longitude), 3100.0, -6900.0, 1234.5, 1234.0)
     spots = [(*rng.uniform(-size, size, 2).tolist(), float(rng.uniform(-3.0, 3.0))) for _ in range(3)]
     rates = [(*rng.uniform(-1e-3 * size, 1e-3 * size, 2).tolist(), float(rng.uniform(-3e-3, 3e-3))) for _ in range(3)]
     return here, spots, rates
 
 
-def loads_of(scene, here, spots, rates, *, falls=True):
-    gravity = (MovingLoads if falls else AbsoluteLoads)(scene, surface=False)
-    return chain_loads(scene, gravity, falls=falls)(here, spots, rates)
+def loads_of(scene, here, spots, rates, *, free_falling=True):
+    gravity = (MovingLoads if free_falling else AbsoluteLoads)(scene, surface=False)
+    return chain_loads(scene, gravity, free_falling=free_falling)(here, spots, rates)
 
 
 def attraction(strength, power, z):
@@ -75,7 +75,7 @@ def slender_by_quadrature(mu, z, u, length):
     return force, torque * 12 / mp.mpf(length) ** 3  # over m l²/12, with m/l under the integral
 
 
-def exact(scene, here, spot, bar, *, falls):
+def exact(scene, here, spot, bar, *, free_falling):
     """Acceleration and angular acceleration of one bar by all fields, in fifty digits."""
     effects, mu = scene.effects, mp.mpf(scene.central_body.mu_m3_s2)
     origin = mp.mpc(here.x, here.y)
@@ -93,7 +93,7 @@ def exact(scene, here, spot, bar, *, falls):
     pull, spin = mp.mpc(0), mp.mpf(0)
     for i, (strength, power, x) in enumerate(sources):
         pull += attraction(strength, power, z - x)
-        if falls:
+        if free_falling:
             pull -= attraction(strength, power, origin - x)
         elif x:
             pull -= attraction(strength, power, -x)
@@ -113,11 +113,11 @@ def exact(scene, here, spot, bar, *, falls):
 def test_fields_are_the_inertial_formulas_differences_to_round_off(name, gravity, size):
     scene = scene_of(name, gravity, size)
     if name == "slender" and gravity in {"point", "gradient"}:
-        assert chain_loads(scene, MovingLoads(scene), falls=True) is None
+        assert chain_loads(scene, MovingLoads(scene), free_falling=True) is None
         return
     here, spots, rates = state(size)
     found = loads_of(scene, here, spots, rates)
-    solution = [exact(scene, here, spot, j, falls=True) for j, spot in enumerate(spots)]
+    solution = [exact(scene, here, spot, j, free_falling=True) for j, spot in enumerate(spots)]
     scale, turning = max(abs(a) for a, _ in solution), max(abs(w) for _, w in solution)
     for (ax, ay, spin), (a, w) in zip(found, solution, strict=True):
         assert abs(mp.mpc(ax, ay) - a) < ROUNDINGS * EPS * scale
@@ -129,9 +129,9 @@ def test_fields_from_the_centre_are_whole(name):
     scene = scene_of(name, "slender", 100.0)
     here, spots, rates = state(100.0)
     far = [(here.x + x, here.y + y, a) for x, y, a in spots]
-    found = loads_of(scene, Here(0.0, 0.0, 0.0, 0.0, here.t_s), far, rates, falls=False)
+    found = loads_of(scene, FrameState(0.0, 0.0, 0.0, 0.0, here.t_s), far, rates, free_falling=False)
     for j, (ax, ay, _) in enumerate(found):
-        a, _ = exact(scene, Here(0.0, 0.0, 0.0, 0.0, here.t_s), far[j], j, falls=False)
+        a, _ = exact(scene, FrameState(0.0, 0.0, 0.0, 0.0, here.t_s), far[j], j, free_falling=False)
         assert abs(mp.mpc(ax, ay) - a) < ROUNDINGS * EPS * abs(a)
 
 
@@ -204,7 +204,7 @@ def test_springs_turn_bars_against_each_other_and_dampers_only_take():
     rng = np.random.default_rng(5)
     angle, rate = rng.uniform(-3, 3, 4), rng.uniform(-1e-2, 1e-2, 4)
     spots, rates = [(0.0, 0.0, a) for a in angle.tolist()], [(0.0, 0.0, w) for w in rate.tolist()]
-    found = loads_of(scene, Here(7e6, 0.0), spots, rates)
+    found = loads_of(scene, FrameState(7e6, 0.0), spots, rates)
     torque = np.array([load[2] for load in found]) * np.array(scene.chain.inertia_kg_m2)
     s = scene.effects.joint_spring_damper
     k, c, rest = map(np.array, (s.stiffness_N_m_rad, s.damping_N_m_s_rad, s.rest_rad))
@@ -218,7 +218,7 @@ def test_springs_turn_bars_against_each_other_and_dampers_only_take():
 def test_a_thrust_pushes_and_turns_its_bar_only():
     scene = load_scene("effects/thrust")
     scene = dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, gravity=Gravity.NONE))
-    here = Here(7e6, 0.0, 0.0, 0.0, 100.0, 100.5)
+    here = FrameState(7e6, 0.0, 0.0, 0.0, 100.0, 100.5)
     spots = [(0.0, 0.0, 0.4), (0.0, 0.0, -1.1), (0.0, 0.0, 2.2)]
     found, chain = loads_of(scene, here, spots, []), scene.chain
     assert found[1] == (0.0, 0.0, 0.0)
@@ -243,7 +243,7 @@ def test_a_thrusts_size_at_a_jump_is_that_of_the_side_meant():
 def test_blows_at_one_instant_add():
     bars = bars_of(load_scene("effects/impulse").chain)
     one = Impulse(1, End.LEFT, Axes.INERTIAL, 0.5, 4.0, 0.0)
-    single, double = blows(bars, [one], [0.1] * 4), blows(bars, [one, one], [0.1] * 4)
+    single, double = impulse_jumps(bars, [one], [0.1] * 4), impulse_jumps(bars, [one, one], [0.1] * 4)
     assert np.array(double) == pytest.approx(2.0 * np.array(single))
     assert single[0][2] == pytest.approx(-bars[0].half * 4.0 * math.sin(0.5 - 0.1) / bars[0].inertia)
     assert single[1:] == [(0.0, 0.0, 0.0)] * 3
@@ -254,9 +254,9 @@ def test_a_tree_in_plain_floats_is_the_tree():
     rng = np.random.default_rng(1)
     q, q_t = rng.uniform(-2, 2, 6), rng.uniform(-2, 2, 6)
     bars, length = bars_of(scene.chain), np.array(scene.chain.length_m)
-    spots, rates = list(tree_places(q.tolist(), bars)), list(tree_rates(q.tolist(), q_t.tolist(), bars))
+    spots, rates = list(tree_positions(q.tolist(), bars)), list(tree_rates(q.tolist(), q_t.tolist(), bars))
     close = {"atol": ROUNDINGS * EPS * scene.size_m, "rtol": 0.0}
-    np.testing.assert_allclose(np.array(spots)[:, :2], places(length, q[None])[0], **close)
+    np.testing.assert_allclose(np.array(spots)[:, :2], positions(length, q[None])[0], **close)
     np.testing.assert_allclose(np.array(rates)[:, :2], velocities(length, q[None], q_t[None])[0], **close)
     np.testing.assert_allclose([w for *_, w in rates], np.cumsum(q_t[2:]))
 
@@ -264,12 +264,12 @@ def test_a_tree_in_plain_floats_is_the_tree():
 def test_the_frame_about_a_flattened_body_keeps_energy_inside_its_declared_noise():
     scene = load_scene("effects/oblateness")
     t_s, start = scene.times_s, initial_state(scene)
-    place, drift = falling(scene, start, t_s)
-    r, speed = np.linalg.norm(place, axis=1), np.linalg.norm(drift, axis=1)
-    mu, j2, noise = scene.central_body.mu_m3_s2, scene.effects.oblateness, track_noise(scene, t_s)
+    position, drift = free_fall(scene, start, t_s)
+    r, speed = np.linalg.norm(position, axis=1), np.linalg.norm(drift, axis=1)
+    mu, j2, noise = scene.central_body.mu_m3_s2, scene.effects.oblateness, orbit_noise(scene, t_s)
     energy = 0.5 * speed**2 - mu / r - 0.5 * mu * j2.j2 * j2.radius_m**2 / r**3
     assert np.all(np.abs(energy - energy[0]) <= noise["com"] * mu / r**2 + noise["com_velocity"] * speed)
-    assert np.array_equal(place[0], start.com_m)
+    assert np.array_equal(position[0], start.com_m)
     assert np.array_equal(drift[0], start.com_velocity_m_s)
 
 
@@ -277,33 +277,33 @@ def test_the_frame_about_a_flattened_body_keeps_energy_inside_its_declared_noise
 def test_the_frame_falls_with_the_plain_inertial_fields(name):
     """Its second difference over three instants is the field there, to the step's square."""
     scene = load_scene(f"effects/{name}")
-    place, _ = falling(scene, initial_state(scene), np.array([0.0, 980.0, 1000.0, 1020.0]))
-    gained = (place[1] - 2.0 * place[2] + place[3]) / 20.0**2
+    position, _ = free_fall(scene, initial_state(scene), np.array([0.0, 980.0, 1000.0, 1020.0]))
+    gained = (position[1] - 2.0 * position[2] + position[3]) / 20.0**2
     effects = dataclasses.replace(scene.effects, gravity=Gravity.POINT)
-    plain, here = dataclasses.replace(scene, effects=effects), Here(0.0, 0.0, 0.0, 0.0, 1000.0)
-    field, _ = exact(plain, here, (*place[2].tolist(), 0.0), 0, falls=False)
+    plain, here = dataclasses.replace(scene, effects=effects), FrameState(0.0, 0.0, 0.0, 0.0, 1000.0)
+    field, _ = exact(plain, here, (*position[2].tolist(), 0.0), 0, free_falling=False)
     n = scene.orbital_rate_rad_s  # fourth derivative n^4 r, over 12; and the rounding of three places
-    rounded = 4.0 * track_noise(scene, np.array([1020.0]))["com"][0] / 20.0**2
+    rounded = 4.0 * orbit_noise(scene, np.array([1020.0]))["com"][0] / 20.0**2
     allowed = 2.0 * n**4 * scene.radius0_m * 20.0**2 / 12.0 + rounded
     assert abs(mp.mpc(*gained.tolist()) - field) < allowed
-    beside = field - attraction(mp.mpf(scene.central_body.mu_m3_s2), 3, mp.mpc(*place[2].tolist()))
+    beside = field - attraction(mp.mpf(scene.central_body.mu_m3_s2), 3, mp.mpc(*position[2].tolist()))
     assert allowed < 0.1 * abs(beside)
 
 
-def test_jumps_fall_on_steps_ends_or_are_refused():
+def test_events_coincide_with_ends_of_steps_or_are_rejected():
     scene = load_scene("effects/thrust_table")
-    assert between_steps(scene) is None
-    assert jumps_by_step(scene, 2.5) == {round(t / 2.5): () for t in (105.0, 295.0, 405.0, 605.0, 815.0, 1105.0)}
-    assert inner_breaks_s(load_scene("effects/thrust")) == []
+    assert misalignment(scene) is None
+    assert events_by_step(scene, 2.5) == {round(t / 2.5): () for t in (105.0, 295.0, 405.0, 605.0, 815.0, 1105.0)}
+    assert inner_events_s(load_scene("effects/thrust")) == []
     off = dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=2001.0))
-    assert "midway between two" in between_steps(off)
+    assert "midway between two" in misalignment(off)
     struck = load_scene("effects/impulse")
-    assert [len(found) for found in jumps_by_step(struck, 1.25).values()] == [1, 1]
+    assert [len(found) for found in events_by_step(struck, 1.25).values()] == [1, 1]
 
 
 NONE_OF_IT = """
 import sys, dataclasses
-from adapters.engine import Knob, Setting
+from adapters.engine import Setting
 from adapters.registry import ENGINES
 from scenarios import load_scene
 scene = load_scene("paper/fig15")
@@ -311,7 +311,7 @@ scene = dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s
 for name in ("pymunk", "mujoco", "pinocchio"):
     if ENGINES[name].missing is None:
         engine = ENGINES[name].load()
-        engine().run(scene, engine.ladder.setting())
+        engine().run(scene, engine.sweep.setting())
 print(*sorted(m for m in sys.modules if m.startswith("adapters.")))
 """
 
@@ -319,7 +319,8 @@ print(*sorted(m for m in sys.modules if m.startswith("adapters.")))
 def test_a_scene_without_effects_imports_none():
     said = subprocess.run([sys.executable, "-c", NONE_OF_IT], capture_output=True, text=True, check=True).stdout
     loaded = set(said.split())
-    optional = {"drag", "shape", "springs", "sunlight", "thrusts", "tides"}
-    assert not loaded & {f"adapters.bar_{name}" for name in optional}
+    optional = {"drag", "second_moment", "springs", "sunlight", "thrusts", "tides"}
+    assert not loaded & {f"adapters.bar_loads.{name}" for name in optional}
+    assert "adapters.bar_loads.gravity" in loaded
     assert "adapters.mujoco.effects" not in loaded
     assert "adapters.pymunk.effects" not in loaded

@@ -120,7 +120,7 @@ def test_every_scene_is_carried_by_an_external_engine_with_reactions_or_has_none
 
 
 @pytest.mark.parametrize("engine", HERE)
-def test_what_an_engine_cant_carry_has_a_reason(engine):
+def test_an_unsupported_effect_has_a_reason(engine):
     loaded = ENGINES[engine].load()
     for name in ALL:
         scene = load_scene(name)

@@ -12,8 +12,8 @@ import pytest
 import adapters.exudyn.solve.solver as solver_module
 from adapters.engine import AccuracyParameter, Engine, EngineError, Setting
 from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
+from adapters.exudyn.frames.axes import turned
 from adapters.exudyn.frames.clock import NAMES, coefficients
-from adapters.exudyn.frames.frames import turned
 from adapters.exudyn.frames.orbit import KeplerOrbit
 from adapters.exudyn.timetable import Steps
 from adapters.reference.numpy_engines import Reference
@@ -116,7 +116,9 @@ def test_the_slews_torque_and_reactions_agree_to_1e_4_of_their_maxima(name: str)
 @pytest.mark.parametrize("frame", list(Frame))
 @pytest.mark.parametrize("actuator", list(Actuator))
 @pytest.mark.parametrize("bar", [1, 3])
-def test_every_way_of_prescribing_a_rotation(engine: type[Engine], frame: Frame, actuator: Actuator, bar: int) -> None:
+def test_every_way_of_prescribing_a_rotation(
+    engine: type[Engine], frame: Frame, actuator: Actuator, bar: int
+) -> None:
     scene = shortened("paper/fig17", 1 / 80, 4)
     law = dataclasses.replace(scene.effects.prescribed_rotation[0], bar=bar, frame=frame, actuator=actuator)
     scene = dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, prescribed_rotation=(law,)))
@@ -196,12 +198,12 @@ def test_an_engine_that_gives_up_says_so_in_one_line(
 ) -> None:
     monkeypatch.setattr(solver_module, "FLOOR", 0.0)
     monkeypatch.setattr(solver_module, "RESIDUAL_FRACTION", 0.0)
-    with pytest.raises(EngineError, match=r"^Exudyn: the solver gave up after t = .* s$"):
+    with pytest.raises(EngineError, match=r"^Exudyn: the solver stopped after t = .* s$"):
         run(Exudyn, shortened("paper/fig05", 0.1, 3), 100)
     assert capfd.readouterr() == ("", "")
 
 
-def test_the_tree_refuses_prescribed_rotations_with_a_reason() -> None:
+def test_the_tree_rejects_prescribed_rotations_with_a_reason() -> None:
     assert "constraint" in (ExudynTree.unsupported(load_scene("paper/fig17")) or "")
     assert all(engine.unsupported(load_scene("paper/fig17")) is None for engine in ENGINES[:4])
 
@@ -213,7 +215,7 @@ def test_the_frames_orbit_conserves_what_kepler_conserves(beta: float) -> None:
     track = KeplerOrbit(MU, radius, beta, 0.4).at(np.linspace(0.0, 20.0 * unit_s, 400))
     r = track.radius_m / radius
     momentum = r**2 * track.rate_rad_s * unit_s
-    speed2 = (track.climb_m_s * unit_s / radius) ** 2 + (r * track.rate_rad_s * unit_s) ** 2
+    speed2 = (track.radial_velocity_m_s * unit_s / radius) ** 2 + (r * track.rate_rad_s * unit_s) ** 2
     np.testing.assert_allclose(momentum, beta, rtol=1e-14)
     np.testing.assert_allclose(0.5 * speed2 - 1.0 / r, 0.5 * beta**2 - 1.0, rtol=0, atol=2e-14 * (1 + 1 / r.min()))
     np.testing.assert_allclose(track.shape, track.rate_rad_s**2 / track.pull_s2 - 1.0, rtol=0, atol=1e-13)

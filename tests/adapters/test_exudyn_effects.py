@@ -12,12 +12,12 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Engine, Setting, UnsupportedMotionError
 from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
+from adapters.exudyn.frames.axes import OrbitFrame, frame_of, turned
 from adapters.exudyn.frames.clock import orbit_given
-from adapters.exudyn.frames.frames import OrbitFrame, frame_of, turned
-from adapters.exudyn.frames.numbers import Motion, OrbitNumbers
+from adapters.exudyn.frames.numbers import BarMotion, OrbitNumbers
 from adapters.exudyn.loads.loading import Loading
 from adapters.exudyn.loads.thrust import jump_steps, sizes
-from adapters.exudyn.solve.restart_segments import Pieces
+from adapters.exudyn.solve.restart_segments import RestartSegments
 from adapters.exudyn.solve.solver import method_for, steps_of
 from adapters.exudyn.timetable import Steps
 from adapters.reference.numpy_engines import Reference
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 ENGINES = (Exudyn, ExudynIndex3, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynTree)
 REDUNDANT = ENGINES[:4]
-CARRIED = ["drag", "joint_springs", "oblateness", "quadrupole", "slender", "solar_pressure", "third_body", "thrust"]
+SUPPORTED = ["drag", "joint_springs", "oblateness", "quadrupole", "slender", "solar_pressure", "third_body", "thrust"]
 EPS = float(np.finfo(float).eps)
 PLACE_M = np.array([6.9e6, -1.1e6])  # from the centre of the body, inertial axes
 VELOCITY_M_S = np.array([1500.0, 7100.0])
@@ -57,7 +57,7 @@ def extra_load(scene: Scene, *, absolute: bool, bar: int = 0) -> tuple[np.ndarra
     )
     turn = ANGLE - axes.turn_rad
     (x, y), (vx, vy) = place[0].T, motion[0].T
-    m = Motion(x, y, vx, vy, np.cos(turn), np.sin(turn), RATE - axes.rate_rad_s)
+    m = BarMotion(x, y, vx, vy, np.cos(turn), np.sin(turn), RATE - axes.rate_rad_s)
     orbit = OrbitNumbers(*orbit_given(frame.orbit)(t, t).T) if isinstance(frame, OrbitFrame) else None
     fx, fy, torque = loading.on(bar, m, orbit, list(loading.given(t, t).T), np)
     force = turned(np.array([fx[0], fy[0]]), axes.turn_rad[0])
@@ -245,7 +245,7 @@ def error(found: Trajectory, name: str, what: str) -> float:
     return float(np.abs(getattr(found, what) - getattr(solution(name), what)).max())
 
 
-@pytest.mark.parametrize("name", CARRIED)
+@pytest.mark.parametrize("name", SUPPORTED)
 def test_halving_the_step_quarters_the_error_against_the_reference(name: str) -> None:
     scene = halved(name)
     coarse, fine = (Exudyn().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, k)) for k in (800, 1600))
@@ -254,7 +254,7 @@ def test_halving_the_step_quarters_the_error_against_the_reference(name: str) ->
         assert error(coarse, name, what) / error(fine, name, what) == pytest.approx(ratio, rel=0.1)
 
 
-@pytest.mark.parametrize("name", CARRIED)
+@pytest.mark.parametrize("name", SUPPORTED)
 def test_the_tree_agrees_with_the_reference_to_nine_digits(name: str) -> None:
     found = ExudynTree().run(halved(name), Setting(AccuracyParameter.STEPS_PER_ORBIT, 800))
     for what in ("angle_rad", "reaction_N", "com_m"):
@@ -262,7 +262,7 @@ def test_the_tree_agrees_with_the_reference_to_nine_digits(name: str) -> None:
 
 
 @pytest.mark.parametrize("engine", [ExudynIndex3, ExudynAbsolute, ExudynAbsoluteIndex3])
-@pytest.mark.parametrize("name", CARRIED)
+@pytest.mark.parametrize("name", SUPPORTED)
 def test_every_engine_carries_the_effects_with_second_order(engine: type[Engine], name: str) -> None:
     scene = halved(name)
     coarse, fine = (engine().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, k)) for k in (1000, 2000))
@@ -304,10 +304,10 @@ def test_a_sample_at_a_jump_shows_what_was_just_before_it(engine: type[Engine]) 
 
 
 def test_rows_of_the_pieces_are_the_samples_once_each() -> None:
-    pieces = Pieces(Steps(0.5, 24), 6, (0, 9, 12, 24))
-    assert pieces.stride == 3
+    segments = RestartSegments(Steps(0.5, 24), 6, (0, 9, 12, 24))
+    assert segments.stride == 3
     rows = [
-        (first + pieces.stride * np.flatnonzero(pieces.samples(first, (last - first) // 3 + 1))).tolist()
+        (first + segments.stride * np.flatnonzero(segments.samples(first, (last - first) // 3 + 1))).tolist()
         for first, last in ((0, 9), (9, 12), (12, 24))
     ]
     assert rows == [[0, 6], [12], [18, 24]]
@@ -323,7 +323,7 @@ def test_a_thrusts_size_is_that_of_the_line_it_is_asked_for() -> None:
     assert [round(i * steps.size_s, 6) for i in jump_steps(scene, steps)] == [105.0, 405.0, 815.0, 1105.0]
 
 
-def test_what_equal_steps_cannot_meet_is_refused_with_a_reason() -> None:
+def test_events_within_equal_steps_are_rejected_with_a_reason() -> None:
     for engine in ENGINES:
         assert "edge" in (engine.unsupported(load_scene("effects/solar_shadow")) or "")
         assert "impulse" in (engine.unsupported(load_scene("effects/impulse")) or "")

@@ -10,8 +10,8 @@ import pytest
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.heyoka.adapter import Heyoka, HeyokaLong, HeyokaQuad
 from adapters.heyoka.compiled import DOUBLE, QUAD, symbols
-from adapters.heyoka.equations import visit
-from adapters.heyoka.run import Run
+from adapters.heyoka.equations import backward_step
+from adapters.heyoka.run import HeyokaRun
 from adapters.heyoka.structure import structure_of
 from adapters.heyoka.units import units_of
 from adapters.reference.numpy_engines import Reference
@@ -81,8 +81,8 @@ def test_the_symmetric_step_is_the_general_one(monkeypatch):
     model, state = chain(5, 5, equal=False, laws="none")
     short = certified_accelerations(model, 25.0, state)
     monkeypatch.setattr(
-        "adapters.heyoka.equations.visit_free",
-        lambda bar, beyond: visit(bar, beyond, None, motor=False, pushed=False),
+        "adapters.heyoka.equations.backward_step_free",
+        lambda bar, beyond: backward_step(bar, beyond, None, motor=False, pushed=False),
     )
     forget()
     general = certified_accelerations(model, 25.0, state)
@@ -145,8 +145,8 @@ def test_no_step_straddles_a_break_of_a_law_and_samples_at_breaks_are_seen_once(
     law = dataclasses.replace(scene.effects.prescribed_rotation[0], start_s=30.0)  # breaks at 30 (a sample) and 90
     late = dataclasses.replace(law, bar=2, start_s=41.0, duration_s=33.0)  # at 41 and 74, between samples
     scene = dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, prescribed_rotation=(law, late)))
-    run = Run(scene, scene.times_s, QUAD, 1e-20)
-    assert len(run.stretches) == 5
+    run = HeyokaRun(scene, scene.times_s, QUAD, 1e-20)
+    assert len(run.segments) == 5
     run.walk()
     seen = run.trajectory()
     np.testing.assert_array_equal(seen.t_s, scene.times_s)
@@ -180,9 +180,9 @@ def test_units_are_powers_of_two_so_that_nothing_is_rounded():
 
 def test_a_state_that_is_no_number_is_told_and_not_returned():
     scene = varied("basics/two_bars_free")
-    run = Run(scene, scene.times_s, DOUBLE, 1e-12)
+    run = HeyokaRun(scene, scene.times_s, DOUBLE, 1e-12)
     run.start[4] = np.nan
-    with pytest.raises(EngineError, match="heyoka gave up"):
+    with pytest.raises(EngineError, match="heyoka stopped"):
         run.walk()
 
 

@@ -19,7 +19,7 @@ from adapters.heyoka.adapter import Heyoka, HeyokaQuad
 from adapters.heyoka.compiled import DOUBLE, QUAD
 from adapters.heyoka.discrete_modes import Modes
 from adapters.heyoka.effects import EffectShapes
-from adapters.heyoka.run import Run
+from adapters.heyoka.run import HeyokaRun
 from adapters.heyoka.structure import structure_of
 from adapters.reference.numpy_engines import Reference
 from reference_impl.model import invariants
@@ -237,19 +237,19 @@ def test_the_shadow_and_faces_to_the_sun_are_met_at_their_instants_in_closed_for
     edges = [((LIGHT.sun_longitude_rad - at + math.pi + side * dark) % (2 * math.pi)) / chase for side in (-1, 1)]
     rate = float(turn.rate_rad_s[0]) - LIGHT.sun_rate_rad_s
     faces = zeros(float(turn.angle_rad[0]) - LIGHT.sun_longitude_rad, rate, scene.run.duration_s)
-    np.testing.assert_allclose(made.ran.switched_s, sorted(edges + faces), rtol=0, atol=100 * U * scene.period_s)
+    np.testing.assert_allclose(made.ran.mode_changes_s, sorted(edges + faces), rtol=0, atol=100 * U * scene.period_s)
     np.testing.assert_array_equal(seen.t_s, scene.times_s)
 
 
 def test_faces_to_the_wind_turn_when_the_bar_lies_along_its_track():
     still = dataclasses.replace(AIR, density_kg_m3=1e-30, rotation_rad_s=0.0)
     scene = circling(Effects(Gravity.POINT, drag=still))
-    run = Run(scene, scene.times_s, QUAD, 1e-22)
+    run = HeyokaRun(scene, scene.times_s, QUAD, 1e-22)
     run.walk()
     begun = initial_state(scene)
     phase = float(begun.angle_rad[0]) - scene.orbit.longitude_rad - math.pi / 2
     wanted = zeros(phase, float(begun.rate_rad_s[0]) - scene.orbital_rate_rad_s, scene.run.duration_s)
-    np.testing.assert_allclose(run.switched_s, wanted, rtol=0, atol=100 * U * scene.period_s)
+    np.testing.assert_allclose(run.mode_changes_s, wanted, rtol=0, atol=100 * U * scene.period_s)
 
 
 @pytest.mark.parametrize("rate", [1.3, -1.3])
@@ -258,7 +258,7 @@ def test_a_bar_edge_on_to_the_sun_at_the_start_shows_the_face_it_turns_to(rate, 
     scene = scene_of(Effects(Gravity.POINT, solar_pressure=LIGHT), rate_factor=(rate,))
     on_edge = dataclasses.replace(LIGHT, sun_longitude_rad=float(initial_state(scene).angle_rad[0]))
     scene = scene_of(Effects(Gravity.POINT, solar_pressure=on_edge), rate_factor=(rate,))
-    run = Run(scene, scene.times_s, precision, 1e-15)
+    run = HeyokaRun(scene, scene.times_s, precision, 1e-15)
     run.walk()
     slot = run.structure.slot("light_face_0")
     faces = np.concatenate([r.given[:, slot] for r in run.rows]).astype(float)
@@ -273,7 +273,7 @@ def test_where_it_is_exactly_edge_on_the_sign_a_moment_later_counts(rate, precis
     number, slot = precision.number, begun.structure.slot
     begun.state[4] = begun.parameters[slot("light_longitude")] = number(0.0)
     modes = Modes(begun.structure, precision)
-    assert modes.signs(begun.state, number(0.0), begun.parameters)[0] == 0.0
+    assert modes.event_values(begun.state, number(0.0), begun.parameters)[0] == 0.0
     modes.set(begun.state, number(0.0), begun.parameters)
     assert float(begun.parameters[slot("light_face_0")]) == -math.copysign(1.0, rate)
 
@@ -295,26 +295,26 @@ def test_a_thrusts_table_adds_its_integral_to_momentum_and_spin():
     assert spin == pytest.approx(-40.0 * math.sin(2.0) * integral, rel=100 * U)
 
 
-def blown(laws=()):
-    """Two blows at one instant on a bent chain, its state before and after, and the impulsive reactions."""
-    blows = (Impulse(2, End.RIGHT, Axes.BODY, 1.9, 3.0, 200.0), Impulse(1, End.LEFT, Axes.INERTIAL, 0.4, -2.0, 200.0))
-    scene = scene_of(Effects(Gravity.POINT, prescribed_rotation=laws, impulse=blows), **PAIR)
-    run = Run(scene, scene.times_s, QUAD, 1e-15)
+def impulse_sum(laws=()):
+    """Two impulses at one instant on a bent chain, its state before and after, and the impulsive reactions."""
+    applied = (Impulse(2, End.RIGHT, Axes.BODY, 1.9, 3.0, 200.0), Impulse(1, End.LEFT, Axes.INERTIAL, 0.4, -2.0, 200.0))
+    scene = scene_of(Effects(Gravity.POINT, prescribed_rotation=laws, impulse=applied), **PAIR)
+    run = HeyokaRun(scene, scene.times_s, QUAD, 1e-15)
     run.solver.state[:] = run.start
-    run.strike(run.working(200.0), run.parameters)
+    run.apply_impulses(run.scaled_time(200.0), run.parameters)
     n, units = 2, run.units
     after = np.array(run.solver.state).astype(float)
     jump = (np.array(run.solver.state) - run.start).astype(float)
     impulses = []
-    for blow in blows:
+    for blow in applied:
         at = blow.direction_rad + (after[4 + blow.bar - 1] if blow.axes is Axes.BODY else 0.0)
         impulses.append((blow, blow.impulse_N_s * np.array([math.cos(at), math.sin(at)])))
-    reaction = run.blown.astype(float) * units.force * units.time_s
+    reaction = run.impulse_sum.astype(float) * units.force * units.time_s
     return scene, jump[2:4] * units.length_m / units.time_s, jump[4 + n :] / units.time_s, reaction, impulses
 
 
-def test_blows_keep_each_bars_momentum_and_spin_and_the_joints_closed():
-    scene, track, spin, reaction, impulses = blown()
+def test_impulses_keep_each_bars_momentum_and_spin_and_the_joints_closed():
+    scene, track, spin, reaction, impulses = impulse_sum()
     model, angle = chain_model(scene), initial_state(scene).angle_rad
     jump = track + relative_velocities(model, angle, spin)
     for j, side in ((0, 1.0), (1, -1.0)):
@@ -332,9 +332,9 @@ def test_blows_keep_each_bars_momentum_and_spin_and_the_joints_closed():
 
 @pytest.mark.parametrize("actuator", list(Actuator))
 @pytest.mark.parametrize("frame", list(Frame))
-def test_a_prescribed_bar_keeps_the_rate_of_its_law_through_blows(frame, actuator):
+def test_a_prescribed_bar_keeps_the_rate_of_its_law_through_impulses(frame, actuator):
     law = PrescribedRotation(2, 0.5, 100.0, 50.0, frame, actuator)
-    scene, track, spin, reaction, impulses = blown((law,))
+    scene, track, spin, reaction, impulses = impulse_sum((law,))
     model, begun = chain_model(scene), initial_state(scene)
     jump = (track + relative_velocities(model, begun.angle_rad, spin))[1]
     place = begun.com_m + relative_positions(model, begun.angle_rad)[1]

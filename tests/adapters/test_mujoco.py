@@ -150,7 +150,7 @@ def test_what_it_can_not_do_is_said_with_a_reason():
 
 @pytest.mark.parametrize("name", SMOOTH + JUMPING)
 def test_every_effect_is_carried_to_the_methods_order(name):
-    """Against the reference: twice the steps leave 1/16, jumps and blows and all."""
+    """Against the reference: twice the steps leave 1/16, with events and impulses."""
     scene = effect_scene(name, 0.4)
     coarse, fine = (errors(by_steps(Mujoco, scene, n), scene) for n in (4, 8))
     assert ("impulse_N_s" in fine) == (name == "impulse")
@@ -158,6 +158,6 @@ def test_every_effect_is_carried_to_the_methods_order(name):
         assert math.log2(coarse[channel] / error) == pytest.approx(4.0, abs=0.6), channel
 
 
-def test_the_shadow_and_jumps_within_a_step_are_refused():
+def test_the_shadow_and_events_within_a_step_are_rejected():
     assert "shadow's edge" in Mujoco.unsupported(effect_scene("solar_shadow"))
     assert "midway between two" in Mujoco.unsupported(effect_scene("thrust_table", 0.9975))

@@ -121,7 +121,7 @@ def test_every_effect_is_carried_to_the_accuracy_asked_for(name):
         assert error < 200.0 * 1e-12 * max(np.abs(getattr(true, channel)).max(), channel == "angle_rad"), channel
 
 
-def test_the_shadow_is_refused():
+def test_the_shadow_is_rejected():
     assert "depend on the motion" in Pinocchio.unsupported(effect_scene("solar_shadow"))
 
 

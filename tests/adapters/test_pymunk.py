@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import adapters.pymunk.adapter as adapter_module
-from adapters.bar_loads.falling_frame import falling
+from adapters.bar_loads.falling_frame import free_fall
 from adapters.common.initial_state import chain_model, initial_state
 from adapters.common.kepler import propagate
 from adapters.engine import AccuracyParameter, EngineError, Setting
@@ -255,7 +255,7 @@ def test_joints_that_burst_are_an_error(monkeypatch):
     engine = Pymunk()
     light_between_heavy = of_masses(steep(orbits=0.25), 1e3, 1.0, 1e3, 1.0, 1e3)  # needs 2999 sweeps
     engine.build(light_between_heavy, Setting(AccuracyParameter.STEPS_PER_ORBIT, 2000))
-    with pytest.raises(EngineError, match="ends of a joint"):
+    with pytest.raises(EngineError, match="ends at a joint"):
         engine.simulate()
 
 
@@ -269,7 +269,7 @@ def test_a_state_that_is_not_finite_is_an_error():
 
 @BOTH
 def test_what_it_can_not_do_is_said_with_a_reason(engine):
-    assert "do not follow a law" in engine.unsupported(load_scene("paper/fig17"))
+    assert "not follow a law" in engine.unsupported(load_scene("paper/fig17"))
     assert "sweeps" in engine.unsupported(of_masses(steep(), *[100.0] * 60))
     assert "sweeps" in engine.unsupported(of_masses(steep(), 1e5, 1.0, 1e5))
     assert engine.unsupported(of_masses(steep(), *[100.0] * 50)) is None
@@ -302,7 +302,7 @@ def test_nothing_is_printed_or_written(engine, capfd, tmp_path, monkeypatch):
 @BOTH
 @pytest.mark.parametrize("name", SMOOTH + JUMPING)
 def test_every_effect_is_carried_to_the_methods_order(name, engine):
-    """Against the reference: twice the steps leave 1/4, jumps and blows and all."""
+    """Against the reference: twice the steps leave 1/4, with events and impulses."""
     scene = effect_scene(name, 0.2)
     steps = (20, 40) if engine is Pymunk else (4, 8)  # smaller ones drown in places' rounding, see `noise`
     coarse, fine = (errors(by_steps(engine, scene, n), scene) for n in steps)
@@ -311,7 +311,7 @@ def test_every_effect_is_carried_to_the_methods_order(name, engine):
         assert math.log2(coarse[channel] / error) == pytest.approx(2.0, abs=0.3), channel
 
 
-def test_the_shadow_and_jumps_within_a_step_are_refused():
+def test_the_shadow_and_events_within_a_step_are_rejected():
     assert "shadow's edge" in Pymunk.unsupported(effect_scene("solar_shadow"))
     assert "midway between two" in Pymunk.unsupported(effect_scene("thrust_table", 0.9975))
     with pytest.raises(EngineError, match="twice the steps"):
@@ -321,6 +321,6 @@ def test_the_shadow_and_jumps_within_a_step_are_refused():
 @pytest.mark.parametrize("name", ["drag", "solar_pressure", "thrust", "thrust_table", "impulse"])
 def test_the_chain_stays_as_near_its_frame_as_its_noise_takes_for_granted(name):
     scene = effect_scene(name)
-    frame, _ = falling(scene, initial_state(scene), scene.times_s)
+    frame, _ = free_fall(scene, initial_state(scene), scene.times_s)
     away = np.linalg.norm(by_steps(Pymunk, scene, 4).com_m - frame, axis=1).max()
     assert away + scene.size_m < 2.0 * Pymunk.farthest_m(scene)

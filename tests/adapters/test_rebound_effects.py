@@ -221,16 +221,16 @@ def test_a_thrusts_table_is_a_polynomial_in_empty_space():
     ("name", "words"),
     [("drag", "drag"), ("solar_shadow", "sunlight"), ("thrust", "turns with its bar"), ("impulse", "bar's own axes")],
 )
-def test_what_pushes_by_attitude_is_refused_with_the_reason(name, words):
+def test_forces_that_depend_on_attitude_are_rejected_with_the_reason(name, words):
     reason = Rebound.unsupported(load_scene(f"effects/{name}"))
     assert "moves a particle" in reason
     assert words in reason
 
 
-def test_all_that_a_particle_can_not_feel_is_refused_in_one_sentence():
+def test_all_unsupported_forces_are_rejected_in_one_sentence():
     assert Rebound.unsupported(load_scene("effects/everything")) == (
-        "REBOUND moves a particle, and drag, sunlight and a thrust that turns with its bar push a chain by how "
-        "its bars are turned"
+        "REBOUND moves a particle without attitude and does not support drag, sunlight or a thrust that turns with "
+        "its bar"
     )
 
 
@@ -326,15 +326,15 @@ def chain_push(scene, seen, every):
     angle = CubicHermiteSpline(seen.t_s[knots], seen.angle_rad[knots], seen.rate_rad_s[knots])
     turning, share = angle.derivative(), np.array(chain.mass_kg) / scene.mass_kg
 
-    def hung(reach):
+    def bar_centres(reach):
         from_first = np.concatenate([np.zeros((1, 2)), np.cumsum(reach[:-1] + reach[1:], axis=0)])
         return from_first - share @ from_first
 
     def push(t, z, v):
         theta, rate = angle(t), turning(t)
         half = 0.5 * np.array(chain.length_m)[:, None]
-        d = hung(half * np.stack([np.cos(theta), np.sin(theta)], axis=1))
-        d_t = hung(half * rate[:, None] * np.stack([-np.sin(theta), np.cos(theta)], axis=1))
+        d = bar_centres(half * np.stack([np.cos(theta), np.sin(theta)], axis=1))
+        d_t = bar_centres(half * rate[:, None] * np.stack([-np.sin(theta), np.cos(theta)], axis=1))
         r2 = z @ z
         change = np.expm1(-1.5 * np.log1p(((2.0 * z + d) * d).sum(axis=1) / r2))[:, None]
         tide = share @ (-mu / r2**1.5 * (d * (1.0 + change) + z * change))

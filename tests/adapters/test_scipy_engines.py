@@ -186,7 +186,7 @@ def test_they_are_the_reference_in_another_hand_and_no_check_on_it():
     for name, registration in ENGINES.items():
         if name.startswith(("scipy-", "cvode-")):
             assert not registration.external
-            assert not registration.everyday
+            assert not registration.in_default_set
 
 
 @ALL

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from adapters.common.face_reversal import Facing, first_reversal, turns_and_returns, unsupported_motion
+from adapters.common.face_reversal import Incidence, first_reversal, reverses_twice, unsupported_motion
 from adapters.engine import AccuracyParameter, Engine, Setting, UnsupportedMotionError
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
@@ -77,8 +77,8 @@ def test_lowest_points_between_samples_are_those_of_the_cubic() -> None:
     lowest = cubic.min(axis=0)
     clear = np.abs(lowest) > 1e-4  # looked at in a thousand places only
     for face in (1.0, -1.0):
-        facing = Facing("it", face * ends, face * slopes / 10.0, np.full((2, n), 1e-12))
-        found = turns_and_returns(facing, np.array([0.0, 10.0]))[0]
+        incidence = Incidence("it", face * ends, face * slopes / 10.0, np.full((2, n), 1e-12))
+        found = reverses_twice(incidence, np.array([0.0, 10.0]))[0]
         np.testing.assert_array_equal(found[clear], lowest[clear] < 0.0)
     assert 0.2 < np.mean(lowest < 0.0) < 0.8
 

@@ -77,12 +77,12 @@ def test_an_engine_asked_for_by_name_that_can_do_no_scene_exits_with_1_and_the_r
     monkeypatch.setitem(ENGINES, "can-not", Registration("tests.support.stability_engines:CanNot"))
     asked = ["compare", QUICK, "--engine", "reference", "--engine", "can-not", "--out", str(tmp_path)]
     assert run(asked) == 1
-    assert "can-not  nothing_compared: run: compared on no scene: does not carry gravity" in capsys.readouterr().out
+    assert "can-not  nothing_compared: run: compared on no scene: does not support gravity" in capsys.readouterr().out
     (tmp_path / "report.md").unlink()
     assert run(["report", str(tmp_path)]) == 0
     text = (tmp_path / "report.md").read_text()
     assert "and can-not was compared on no scene." in text
-    assert "can-not was compared on no scene: does not carry gravity" in text
+    assert "can-not was compared on no scene: does not support gravity" in text
 
 
 def test_lists_name_every_scene_and_engine(capsys):

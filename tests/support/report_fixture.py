@@ -122,7 +122,7 @@ def unsupported(scene: Scene, engine: str) -> str:
     if engine == "rebound" and scene.effects.gravity == "none":
         return "needs a central body"
     if engine.startswith("pymunk") and scene.effects.prescribed_rotation and engine == "pymunk":
-        return "does not carry prescribed_rotation.local_horizontal"
+        return "does not support prescribed_rotation.local_horizontal"
     if engine == "exudyn-tree" and "eccentric" in scene.tags:
         return "its circular Hill frame loses its accuracy on an eccentric orbit"
     return ""

@@ -1,1 +1,1 @@
-"""Frames of reference and their clock: the Kepler orbit, and the way back to inertial axes."""
+"""Frames of reference and their clock: the Kepler orbit, and the transformation to inertial axes."""

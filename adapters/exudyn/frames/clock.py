@@ -1,8 +1,8 @@
-"""The orbit's numbers inside Exudyn's symbolic loads.
+"""Orbital quantities inside Exudyn's symbolic loads.
 
-Kepler's equation has no closed solution, and Exudyn evaluates a symbolic expression once for each place
-it stands in, so an unrolled Newton iteration would grow threefold with every sweep. Instead the exact
-orbit is tabulated when the model is built, see :mod:`adapters.exudyn.timetable`.
+Kepler's equation has no closed solution. Exudyn evaluates a symbolic expression once for each occurrence, so that the
+cost of an unrolled Newton iteration would triple with every iteration. The exact orbit is therefore tabulated when the
+model is built, see :mod:`adapters.exudyn.timetable`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ NAMES = tuple(f.name for f in fields(OrbitNumbers))
 
 
 class Clock:
-    """Symbolic numbers of the orbit; constants if it is circular."""
+    """Symbolic orbital quantities; constants on a circular orbit."""
 
     def __init__(self, orbit: KeplerOrbit, steps: Steps, *, degree: int) -> None:
         """Tabulate `orbit` as polynomials of `degree` over each of `steps`."""
@@ -34,12 +34,12 @@ class Clock:
         self.table = None if orbit.circular else Timetable(given, len(NAMES), steps, degree=degree)
 
     def numbers(self, t_s: Any) -> OrbitNumbers:
-        """Orbit's numbers as functions of the symbolic time `t_s`, also inside a step."""
+        """Orbital quantities as functions of the symbolic time `t_s`, also inside a step."""
         return OrbitNumbers(*(self.first if self.table is None else self.table.numbers(t_s)))
 
 
 def orbit_given(orbit: KeplerOrbit) -> Given:
-    """Orbit's numbers as functions of time."""
+    """Orbital quantities as functions of time."""
 
     def given(at_s: Array, _inside_s: Array) -> Array:
         track = orbit.at(at_s)
@@ -49,5 +49,5 @@ def orbit_given(orbit: KeplerOrbit) -> Given:
 
 
 def coefficients(orbit: KeplerOrbit, steps: Steps, degree: int) -> Array:
-    """Polynomials of the orbit's numbers, (count + 1, 5 (degree + 1)), see :func:`tabulated`."""
+    """Polynomials of the orbital quantities, (count + 1, 5 (degree + 1)), see :func:`tabulated`."""
     return tabulated(orbit_given(orbit), steps, degree)

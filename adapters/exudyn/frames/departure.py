@@ -1,6 +1,7 @@
-"""How far effects take a chain away from the frame, which stays on the first Kepler orbit, and what that brings in.
+"""Bounds on a chain's distance from the frame, which stays on the first Kepler orbit, and on the resulting forces.
 
-Bounds for Newton's tolerance: a push a drives a body ahead on its orbit by (3/2) a t² at most, at 3 a t.
+They enter Newton's tolerance. An acceleration a leads to a distance of (3/2) a t² along the orbit at most, at a speed
+of 3 a t.
 """
 
 from __future__ import annotations
@@ -17,21 +18,21 @@ if TYPE_CHECKING:
 class Departure:
     """Bounds over a run."""
 
-    push_m_s2: float
-    """acceleration by what the frame does not feel"""
+    acceleration_m_s2: float
+    """Acceleration relative to the frame"""
     distance_m: float
     speed_m_s: float
 
     def force_N(self, scene: Scene) -> float:
-        """Largest force on a bar that this brings in: tide and Coriolis of the frame, and the push itself."""
+        """Largest resulting force on a bar: tide and Coriolis force of the frame, and the perturbing force itself."""
         rate = max(scene.orbital_rate_rad_s, scene.mean_motion_rad_s)
-        own = 3.0 * rate**2 * self.distance_m + 2.0 * rate * self.speed_m_s + self.push_m_s2
+        own = 3.0 * rate**2 * self.distance_m + 2.0 * rate * self.speed_m_s + self.acceleration_m_s2
         return max(scene.chain.mass_kg) * own
 
 
 def departure(scene: Scene) -> Departure:
-    """Bounds of `scene`; zeros where nothing acts that the frame does not feel."""
-    push, t = sum(pushes(scene)), scene.run.duration_s
+    """Bounds of `scene`; zeros where no force acts relative to the frame."""
+    push, t = sum(perturbing_accelerations_m_s2(scene)), scene.run.duration_s
     return Departure(
         push,
         min(1.5 * push * t**2, 2.0 * scene.radius0_m),
@@ -39,29 +40,29 @@ def departure(scene: Scene) -> Departure:
     )
 
 
-def pushes(scene: Scene) -> list[float]:
-    """Accelerations of the lightest bars by each effect, at the start's height, m/s²."""
+def perturbing_accelerations_m_s2(scene: Scene) -> list[float]:
+    """Acceleration of the lightest bars by each effect, at the initial altitude, m/s²."""
     effects, mu, r0 = scene.effects, scene.central_body.mu_m3_s2, scene.radius0_m
     found = [2.0 * body.mu_m3_s2 * r0 / body.distance_m**3 for body in effects.third_body]
     found += [max(map(abs, thrust.force_N)) / scene.mass_kg for thrust in effects.thrust]
     if effects.oblateness:
         found.append(1.5 * mu * effects.oblateness.j2 * effects.oblateness.radius_m**2 / r0**4)
     if effects.drag:
-        found.append(drag_push(scene, effects.drag))
+        found.append(drag_acceleration_m_s2(scene, effects.drag))
     if effects.solar_pressure:
         light = effects.solar_pressure
-        found.append(light.pressure_Pa * (1.0 + light.reflectivity) * lightness(scene, light.width_m))
+        found.append(light.pressure_Pa * (1.0 + light.reflectivity) * area_per_mass_m2_kg(scene, light.width_m))
     return found
 
 
-def drag_push(scene: Scene, drag: Drag) -> float:
-    """Broadside to the wind, m/s²."""
+def drag_acceleration_m_s2(scene: Scene, drag: Drag) -> float:
+    """Drag acceleration normal to the wind, m/s²."""
     density = drag.density_kg_m3 * math.exp((drag.altitude_m - scene.orbit.altitude_m) / drag.scale_height_m)
     speed = scene.speed0_m_s + abs(drag.rotation_rad_s) * scene.radius0_m
-    return 0.5 * density * drag.normal_coefficient * speed**2 * lightness(scene, drag.width_m)
+    return 0.5 * density * drag.normal_coefficient * speed**2 * area_per_mass_m2_kg(scene, drag.width_m)
 
 
-def lightness(scene: Scene, width_m: tuple[float, ...]) -> float:
+def area_per_mass_m2_kg(scene: Scene, width_m: tuple[float, ...]) -> float:
     """Largest area of a bar over its mass, m²/kg."""
     chain = scene.chain
     return max(b * length / m for b, length, m in zip(width_m, chain.length_m, chain.mass_kg, strict=True))

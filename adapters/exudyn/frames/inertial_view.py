@@ -1,6 +1,6 @@
-"""A bar as seen from the centre of the body, in the axes of the frame: what effects beside gravity's own ask for.
+"""Position from the centre of the body and inertial motion of a bar, in the frame's axes, for effects besides gravity.
 
-Written once for symbolic numbers and for NumPy arrays, as :mod:`adapters.exudyn.loads.loads`.
+The same code serves symbolic numbers and NumPy arrays, as in :mod:`adapters.exudyn.loads.gravity`.
 """
 
 from __future__ import annotations
@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from adapters.exudyn.frames.frames import OrbitFrame, UniformFrame
+from adapters.exudyn.frames.axes import OrbitFrame, UniformFrame
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.exudyn.frames.frames import Frame
-    from adapters.exudyn.frames.numbers import Motion, Number, OrbitNumbers
+    from adapters.exudyn.frames.axes import ReferenceFrame
+    from adapters.exudyn.frames.numbers import BarMotion, Number, OrbitNumbers
     from adapters.exudyn.frames.orbit import KeplerOrbit
     from adapters.trajectory import Array
 
 
 @dataclass(frozen=True)
-class View:
-    """A bar's place from the centre of the body, and its inertial motion, all in the frame's axes."""
+class InertialView:
+    """A bar's position relative to the centre of the body, and its inertial motion, all in the frame's axes."""
 
     x_m: Number
     y_m: Number
@@ -34,7 +34,7 @@ class View:
     """of the bar's angle from the frame's x axis"""
     sine: Number
     rate_rad_s: Number
-    """inertial"""
+    """relative to inertial axes"""
 
     @property
     def square_m2(self) -> Number:
@@ -60,45 +60,47 @@ class View:
         return self.cosine * x + self.sine * y, self.cosine * y - self.sine * x
 
 
-class Seat(ABC):
-    """From where the frame sees: its own place and motion, as far as they depend on time."""
+class FrameOrigin(ABC):
+    """Position and motion of the frame's origin, as far as they depend on time."""
 
     width: int
-    """How many numbers of time :meth:`view` asks for"""
+    """Number of time-dependent numbers of :meth:`view`"""
 
     @abstractmethod
     def given(self, at_s: Array, inside_s: Array) -> Array:
-        """Those numbers, see :data:`adapters.exudyn.timetable.Given`."""
+        """Values of these numbers, see :data:`adapters.exudyn.timetable.Given`."""
 
     @abstractmethod
-    def view(self, m: Motion, orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> View:
-        """Turn a bar's motion in the frame into a view."""
+    def view(self, m: BarMotion, orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> InertialView:
+        """Inertial view of a bar from its motion in the frame."""
 
 
 @final
-class OrbitSeat(Seat):
-    """On the Kepler orbit, turning with it."""
+class OrbitOrigin(FrameOrigin):
+    """Origin on the Kepler orbit, with rotating axes."""
 
     def __init__(self, orbit: KeplerOrbit, *, moving: bool) -> None:
-        """Prepare views; the frame's climb is tabulated only if velocities are asked for, and it climbs."""
+        """Prepare views; the radial velocity is tabulated only where a load needs it and it is not zero."""
         self.orbit = orbit
         self.width = 1 if moving and not orbit.circular else 0
 
     def given(self, at_s: Array, _inside_s: Array) -> Array:
-        """Rate r' of the frame's distance."""
-        return self.orbit.at(at_s).climb_m_s[:, None][:, : self.width]
+        """Rate r' of the origin's distance."""
+        return self.orbit.at(at_s).radial_velocity_m_s[:, None][:, : self.width]
 
-    def view(self, m: Motion, orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> View:
-        """Place (r + x, y), and its rate in turning axes."""
+    def view(self, m: BarMotion, orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> InertialView:
+        """Position (r + x, y), and its rate in rotating axes."""
         assert orbit is not None
         w, x, y = orbit.rate_rad_s, orbit.radius_m + m.x_m, m.y_m
         vx = m.vx_m_s - w * y
-        return View(x, y, numbers[0] + vx if numbers else vx, m.vy_m_s + w * x, m.cosine, m.sine, m.spin_rad_s + w)
+        return InertialView(
+            x, y, numbers[0] + vx if numbers else vx, m.vy_m_s + w * x, m.cosine, m.sine, m.spin_rad_s + w
+        )
 
 
 @final
-class UniformSeat(Seat):
-    """In uniform motion, axes parallel to the inertial ones."""
+class UniformOrigin(FrameOrigin):
+    """Origin in uniform motion, axes parallel to the inertial ones."""
 
     width = 2
 
@@ -107,32 +109,32 @@ class UniformSeat(Seat):
         self.drift = frame.at(np.zeros(1)).origin_velocity_m_s[0].tolist()
 
     def given(self, at_s: Array, _inside_s: Array) -> Array:
-        """Place of the frame's origin."""
+        """Position of the frame's origin."""
         return self.frame.at(at_s).origin_m
 
-    def view(self, m: Motion, _orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> View:
-        """Origin and offset added up."""
+    def view(self, m: BarMotion, _orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> InertialView:
+        """Sum of origin and offset."""
         (x, y), (vx, vy) = numbers, self.drift
-        return View(x + m.x_m, y + m.y_m, vx + m.vx_m_s, vy + m.vy_m_s, m.cosine, m.sine, m.spin_rad_s)
+        return InertialView(x + m.x_m, y + m.y_m, vx + m.vx_m_s, vy + m.vy_m_s, m.cosine, m.sine, m.spin_rad_s)
 
 
 @final
-class FixedSeat(Seat):
-    """In the centre of the body."""
+class FixedOrigin(FrameOrigin):
+    """Origin at the centre of the body."""
 
     width = 0
 
     def given(self, at_s: Array, _inside_s: Array) -> Array:
-        """Nothing."""
+        """No numbers."""
         return np.empty((len(at_s), 0))
 
-    def view(self, m: Motion, _orbit: OrbitNumbers | None, _numbers: Sequence[Number]) -> View:
-        """The same."""
-        return View(m.x_m, m.y_m, m.vx_m_s, m.vy_m_s, m.cosine, m.sine, m.spin_rad_s)
+    def view(self, m: BarMotion, _orbit: OrbitNumbers | None, _numbers: Sequence[Number]) -> InertialView:
+        """The bar's motion itself."""
+        return InertialView(m.x_m, m.y_m, m.vx_m_s, m.vy_m_s, m.cosine, m.sine, m.spin_rad_s)
 
 
-def seat_of(frame: Frame, *, moving: bool) -> Seat:
-    """Seat of a frame; `moving` if velocities are asked for."""
+def frame_origin(frame: ReferenceFrame, *, moving: bool) -> FrameOrigin:
+    """Origin of a frame; `moving` if a load needs velocities."""
     if isinstance(frame, OrbitFrame):
-        return OrbitSeat(frame.orbit, moving=moving)
-    return UniformSeat(frame) if isinstance(frame, UniformFrame) else FixedSeat()
+        return OrbitOrigin(frame.orbit, moving=moving)
+    return UniformOrigin(frame) if isinstance(frame, UniformFrame) else FixedOrigin()

@@ -1,4 +1,4 @@
-"""Numbers that loads are written with: of a bar in the frame, and of the frame's orbit."""
+"""Quantities in the loads' expressions: a bar's motion in the frame, and the frame's orbit."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Any
 
 Number = Any
-"""A float, an array, or Exudyn's symbolic Real: all of them add and multiply."""
+"""A float, an array, or Exudyn's symbolic Real: all have the same arithmetic."""
 
 
 @dataclass(frozen=True)
-class Motion:
-    """A bar in the frame's axes."""
+class BarMotion:
+    """Motion of a bar in the frame's axes."""
 
     x_m: Number
     y_m: Number
@@ -21,7 +21,7 @@ class Motion:
     """of the bar's angle from the frame's x axis"""
     sine: Number
     spin_rad_s: Number = 0.0
-    """of the bar against the frame"""
+    """relative to the frame"""
 
 
 @dataclass(frozen=True)

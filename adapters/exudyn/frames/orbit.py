@@ -1,8 +1,8 @@
-"""Kepler's orbit of a point injected horizontally, in the polar numbers that a frame turning with it needs.
+"""Kepler's orbit of a point injected horizontally, in polar coordinates for a frame that rotates with it.
 
-The closed form of :mod:`adapters.common.kepler`, with lengths in units of the initial radius r0, times in units
-of sqrt(r0³/mu), and the start an apsis: with kappa = beta² - 1 (the eccentricity, negative when the start is
-the apogee) and alpha = 2 - beta², the universal functions s = G1 and c = G2 of alpha give
+The closed form of :mod:`adapters.common.kepler`, with lengths in units of the initial radius r0, times in units of
+sqrt(r0³/mu), and an apsis at the start. With kappa = beta² - 1 (the eccentricity, negative for a start at the apogee)
+and alpha = 2 - beta², the universal functions s = G1 and c = G2 of alpha give
 
     r = 1 + kappa c,   x = 1 - c,   y = beta s.
 """
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class OrbitTrack:
-    """The orbit at n instants, SI units, perifocal quantities already turned into usable ones."""
+    """The orbit at n instants in SI units, in polar coordinates."""
 
     radius_m: Array
     """(n,) r"""
-    climb_m_s: Array
+    radial_velocity_m_s: Array
     """(n,) r'"""
     longitude_rad: Array
     """(n,) unwrapped"""
@@ -71,7 +71,7 @@ class KeplerOrbit:
             climb, rate = kappa * s / r, beta / r**2
             return OrbitTrack(
                 radius_m=self.radius0_m * r,
-                climb_m_s=self.radius0_m / unit_s * climb,
+                radial_velocity_m_s=self.radius0_m / unit_s * climb,
                 longitude_rad=self.longitude0_rad + 2.0 * math.pi * turns + anomaly(beta * s, 1.0 - c, tau),
                 rate_rad_s=rate / unit_s,
                 spin_up_rad_s2=-2.0 * climb * rate / r / unit_s**2,
@@ -89,7 +89,7 @@ class KeplerOrbit:
 def anomaly(y: Array, x: Array, tau: Array) -> Array:
     """Angle of (x, y) from the apsis, with the sign of `tau`.
 
-    Half a turn away from the start, round-off in y must not decide it.
+    Half a revolution after the start, round-off in y must not decide the sign.
     """
     angle = np.arctan2(y, x)
     wrong = (angle * tau < 0.0) & (np.abs(angle) > 1.0)

@@ -1,1 +1,1 @@
-"""Loads on Exudyn's bodies, as symbolic functions of Exudyn: gravity, effects, prescribed rotations."""
+"""Loads on Exudyn's bodies as symbolic functions: gravity, effects, prescribed rotations."""

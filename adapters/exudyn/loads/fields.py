@@ -1,7 +1,7 @@
-"""Fields beside the point mass of the central body: its second moment in a bar, the exact bar, J2, Moon and Sun.
+"""Gravity besides the central point mass: its second moment, the exact bar, oblateness, Moon and Sun.
 
-Each load here is what the effect adds to :func:`adapters.exudyn.loads.loads.orbit_load` or `absolute_load`. All are
-small against gravity as they stand, so that none of them has to be a difference.
+Each load is an addition to :func:`adapters.exudyn.loads.gravity.orbit_load` or `absolute_load`. All are small relative
+to gravity, so that none needs a difference of large numbers.
 """
 
 from __future__ import annotations
@@ -9,14 +9,14 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING, Any, final
 
-from adapters.exudyn.loads.interface import Effect, directions_of
-from adapters.exudyn.loads.loads import encke
+from adapters.exudyn.loads.gravity import encke
+from adapters.exudyn.loads.interface import ExudynLoad, directions_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.exudyn.frames.frames import Frame
-    from adapters.exudyn.frames.inertial_view import View
+    from adapters.exudyn.frames.axes import ReferenceFrame
+    from adapters.exudyn.frames.inertial_view import InertialView
     from adapters.exudyn.frames.numbers import Number
     from adapters.exudyn.loads.interface import Extra
     from adapters.trajectory import Array
@@ -26,32 +26,32 @@ if TYPE_CHECKING:
 
 
 @final
-class Quadrupole(Effect):
+class ExudynQuadrupole(ExudynLoad):
     """Force of a bar's second moment in the central field; its torque is the gradient's."""
 
     def __init__(self, scene: Scene) -> None:
         self.strength = [1.5 * scene.central_body.mu_m3_s2 * j for j in scene.chain.inertia_kg_m2]
 
-    def load(self, bar: int, view: View, _numbers: Sequence[Number], math: Any) -> Extra:
-        """(3 mu J/2r⁵) (2 p u + Z - 5 c² Z)."""
+    def load(self, bar: int, view: InertialView, _numbers: Sequence[Number], math: Any) -> Extra:
+        """Force (3 mu J/2r⁵) (2 p u + Z - 5 c² Z)."""
         return *moment_force(self.strength[bar] / fifth(view.square_m2, math), 5.0, view), None
 
 
 @final
-class Slender(Effect):
-    """The exact pull on a uniform bar, less that on a point: force and torque in closed form."""
+class ExudynSlender(ExudynLoad):
+    """Exact gravity on a uniform bar, less that on a point: force and torque in closed form."""
 
     def __init__(self, scene: Scene) -> None:
         self.mu = scene.central_body.mu_m3_s2
         self.mass = scene.chain.mass_kg
         self.half = [0.5 * length for length in scene.chain.length_m]
 
-    def load(self, bar: int, view: View, _numbers: Sequence[Number], math: Any) -> Extra:
-        """(mu m e/r³) (p b u + q c n) and (mu m e/r³) p q/(D E T), with e = (h/r)².
+    def load(self, bar: int, view: InertialView, _numbers: Sequence[Number], math: Any) -> Extra:
+        """Force (mu m e/r³) (p b u + q c n) and torque (mu m e/r³) p q/(D E T), with e = (h/r)².
 
-        In the words of docs/effects/gravity.md: x = e X, D² = 1 + x, 2 E² = 1 + e + D, T = E² - e, and so
-        B = 1 - 1/(D E) = e b, C = 1 - E/(T D) = e c. The factor e is taken out by hand: b and c are of order 1,
-        nothing small is a difference, and an expression stands in few places:
+        In the notation of docs/effects/gravity.md: x = e X, D² = 1 + x, 2 E² = 1 + e + D, T = E² - e, and so B = 1 -
+        1/(D E) = e b, C = 1 - E/(T D) = e c. The factor e is extracted by hand: b and c are of order 1, no small number
+        is a difference, and each expression occurs in few places:
 
             b = (X + D² (1 + X/(1+D))/2)/(D E (D E + 1)),   c = (T (X/(1+D)/2 - 1/2 + X T) - 1)/(T D (T D + E)).
         """
@@ -73,8 +73,8 @@ class Slender(Effect):
 
 
 @final
-class Oblate(Effect):
-    """J2 of the central body, in its equatorial plane."""
+class ExudynOblateness(ExudynLoad):
+    """Oblateness J2 of the central body, in its equatorial plane."""
 
     def __init__(self, scene: Scene) -> None:
         flat = scene.effects.oblateness
@@ -83,8 +83,8 @@ class Oblate(Effect):
         self.gravity = scene.effects.gravity
         self.mass, self.inertia = scene.chain.mass_kg, scene.chain.inertia_kg_m2
 
-    def load(self, bar: int, view: View, _numbers: Sequence[Number], math: Any) -> Extra:
-        """-3 B m Z/r⁵; 15 B J p q/r⁷; (15 B J/2r⁷) (Z + 2 p u - 7 c² Z)."""
+    def load(self, bar: int, view: InertialView, _numbers: Sequence[Number], math: Any) -> Extra:
+        """Force -3 B m Z/r⁵ + (15 B J/2r⁷) (Z + 2 p u - 7 c² Z) and torque 15 B J p q/r⁷."""
         r5 = fifth(view.square_m2, math)
         pull = -3.0 * self.b * self.mass[bar] / r5
         fx, fy = pull * view.x_m, pull * view.y_m
@@ -98,12 +98,12 @@ class Oblate(Effect):
 
 
 @final
-class Third(Effect):
-    """A body on a circle: its pull on a bar less that on the central body, by Encke's q."""
+class ExudynThirdBody(ExudynLoad):
+    """A body on a circle: its gravity on a bar less that on the central body, by Encke's q."""
 
     width = 2
 
-    def __init__(self, scene: Scene, body: ThirdBody, frame: Frame) -> None:
+    def __init__(self, scene: Scene, body: ThirdBody, frame: ReferenceFrame) -> None:
         self.body, self.frame = body, frame
         self.gravity = scene.effects.gravity
         self.mass, self.inertia = scene.chain.mass_kg, scene.chain.inertia_kg_m2
@@ -112,8 +112,11 @@ class Third(Effect):
         """Direction to the body in the frame's axes."""
         return directions_of(self.frame, at_s, self.body.longitude_rad + self.body.rate_rad_s * at_s)
 
-    def load(self, bar: int, view: View, numbers: Sequence[Number], math: Any) -> Extra:
-        """-(mu_b m/D³) (Z + (Z - X) c) with c = (1+q)^(-3/2) - 1 and q = Z·(Z - 2X)/D²; the bar's second moment."""
+    def load(self, bar: int, view: InertialView, numbers: Sequence[Number], math: Any) -> Extra:
+        """Force -(mu_b m/D³) (Z + (Z - X) c), and the load on the bar's second moment.
+
+        Here c = (1+q)^(-3/2) - 1 and q = Z·(Z - 2X)/D².
+        """
         far = self.body.distance_m
         bx, by = (far * n for n in numbers)
         q = (view.x_m * (view.x_m - 2.0 * bx) + view.y_m * (view.y_m - 2.0 * by)) / far**2
@@ -122,7 +125,7 @@ class Third(Effect):
         fx, fy = pull * (view.x_m + (view.x_m - bx) * c), pull * (view.y_m + (view.y_m - by) * c)
         if not self.gravity.turns:
             return fx, fy, None
-        from_body = seen_from(view, bx, by)
+        from_body = relative_to(view, bx, by)
         strength = 3.0 * self.body.mu_m3_s2 * self.inertia[bar] / far**5 / ((1.0 + q) * cube)
         if has_moment(self.gravity):
             gx, gy = moment_force(0.5 * strength, 5.0, from_body)
@@ -131,22 +134,22 @@ class Third(Effect):
 
 
 def has_moment(gravity: Gravity) -> bool:
-    """Whether a field pulls on a bar's second moment, and not only turns it."""
+    """Whether a field exerts a force on a bar's second moment besides a torque."""
     return gravity.turns and gravity.has_potential
 
 
 def fifth(square: Number, math: Any) -> Number:
-    """r⁵ of r²."""
+    """Fifth power r⁵ from r²."""
     return square * square * math.sqrt(square)
 
 
-def moment_force(strength: Number, power: float, view: View) -> Vector:
-    """Strength times (2 p u + Z - power c² Z)."""
+def moment_force(strength: Number, power: float, view: InertialView) -> Vector:
+    """Force `strength` times (2 p u + Z - power c² Z)."""
     p = view.along_m
     radial = 1.0 - power * (p * p) / view.square_m2
     return strength * (2.0 * p * view.cosine + radial * view.x_m), strength * (2.0 * p * view.sine + radial * view.y_m)
 
 
-def seen_from(view: View, x_m: Number, y_m: Number) -> View:
-    """Same bar, its place counted from another one."""
+def relative_to(view: InertialView, x_m: Number, y_m: Number) -> InertialView:
+    """The same bar with its position relative to another point."""
     return dataclasses.replace(view, x_m=view.x_m - x_m, y_m=view.y_m - y_m)

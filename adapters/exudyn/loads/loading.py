@@ -1,4 +1,4 @@
-"""All that acts on the bars of a scene, put together: the frame's own load and one for each effect called for."""
+"""Sum of the loads on the bars of a scene: the frame's own load and one for each effect."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adapters.exudyn.frames.frames import FixedFrame, UniformFrame
-from adapters.exudyn.frames.inertial_view import seat_of
-from adapters.exudyn.loads.fields import Oblate, Quadrupole, Slender, Third
-from adapters.exudyn.loads.loads import Bar, absolute_load, orbit_load
-from adapters.exudyn.loads.surface_forces import Air, Light
-from adapters.exudyn.loads.thrust import Push
+from adapters.exudyn.frames.axes import FixedFrame, UniformFrame
+from adapters.exudyn.frames.inertial_view import frame_origin
+from adapters.exudyn.loads.fields import ExudynOblateness, ExudynQuadrupole, ExudynSlender, ExudynThirdBody
+from adapters.exudyn.loads.gravity import LoadedBar, absolute_load, orbit_load
+from adapters.exudyn.loads.surface_forces import ExudynDrag, ExudynSunlight
+from adapters.exudyn.loads.thrust import ExudynThrust
 from scenarios import Gravity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.exudyn.frames.frames import Frame
-    from adapters.exudyn.frames.inertial_view import Seat
-    from adapters.exudyn.frames.numbers import Motion, Number, OrbitNumbers
-    from adapters.exudyn.loads.interface import Effect, Extra
+    from adapters.exudyn.frames.axes import ReferenceFrame
+    from adapters.exudyn.frames.inertial_view import FrameOrigin
+    from adapters.exudyn.frames.numbers import BarMotion, Number, OrbitNumbers
+    from adapters.exudyn.loads.interface import Extra, ExudynLoad
     from adapters.trajectory import Array
     from scenarios import Scene
 
@@ -31,43 +31,43 @@ BY_TORQUE = (Gravity.GRADIENT, Gravity.QUADRUPOLE)  # both with the torque of eq
 class Loading:
     """Loads on bars in one frame."""
 
-    def __init__(self, scene: Scene, frame: Frame) -> None:
-        """Compose what the scene calls for."""
+    def __init__(self, scene: Scene, frame: ReferenceFrame) -> None:
+        """Assemble the loads of the scene."""
         chain, gravity = scene.chain, scene.effects.gravity
         turned = gravity in BY_TORQUE
-        self.bars = [Bar(m, j, turned) for m, j in zip(chain.mass_kg, chain.inertia_kg_m2, strict=True)]
+        self.bars = [LoadedBar(m, j, turned) for m, j in zip(chain.mass_kg, chain.inertia_kg_m2, strict=True)]
         self.mu = scene.central_body.mu_m3_s2
         self.absolute = isinstance(frame, FixedFrame)
         self.pulled = gravity is not Gravity.NONE
         self.framed = self.pulled and not isinstance(frame, UniformFrame)
         self.effects = effects_of(scene, frame)
-        self.seat = seat_of(frame, moving=scene.effects.drag is not None)
-        self.parts: list[Seat | Effect] = [self.seat, *self.effects] if self.effects else []
+        self.origin = frame_origin(frame, moving=scene.effects.drag is not None)
+        self.parts: list[FrameOrigin | ExudynLoad] = [self.origin, *self.effects] if self.effects else []
         self.widths = [part.width for part in self.parts]
 
     @property
     def width(self) -> int:
-        """How many numbers of time the effects ask for."""
+        """Number of time-dependent numbers of the effects."""
         return sum(self.widths)
 
     def given(self, at_s: Array, inside_s: Array) -> Array:
-        """Those numbers, (k, width)."""
+        """Values of these numbers, (k, width)."""
         return np.concatenate([part.given(at_s, inside_s) for part in self.parts], axis=1)
 
     def acts_on(self, bar: int) -> bool:
-        """Whether anything acts on `bar`."""
+        """Whether any load acts on `bar`."""
         return self.framed or any(effect.acts_on(bar) for effect in self.effects)
 
-    def on(self, bar: int, m: Motion, orbit: OrbitNumbers | None, numbers: Sequence[Number], math: Any) -> Extra:
-        """Sum of the loads on a bar that something acts on.
+    def on(self, bar: int, m: BarMotion, orbit: OrbitNumbers | None, numbers: Sequence[Number], math: Any) -> Extra:
+        """Sum of the loads on a bar with at least one load.
 
         Parameters
         ----------
         bar : int
             Counted from 0.
-        m : Motion
+        m : BarMotion
         orbit : OrbitNumbers or None
-            Of the frame that turns with an orbit.
+            Orbit of a rotating frame.
         numbers : sequence of `width` numbers
         math : module
             numpy, or Exudyn's symbolic.
@@ -75,46 +75,46 @@ class Loading:
         loads = [self._frame_load(bar, m, orbit, math)] if self.framed else []
         if self.effects:
             own, *others = split(numbers, self.widths)
-            view = self.seat.view(m, orbit, own)
+            view = self.origin.view(m, orbit, own)
             acting = [(e, own) for e, own in zip(self.effects, others, strict=True) if e.acts_on(bar)]
             loads += [effect.load(bar, view, own, math) for effect, own in acting]
         total = loads[0]
         for load in loads[1:]:
-            total = added(total, load)
+            total = sum_of_loads(total, load)
         return total
 
-    def _frame_load(self, bar: int, m: Motion, orbit: OrbitNumbers | None, math: Any) -> Extra:
+    def _frame_load(self, bar: int, m: BarMotion, orbit: OrbitNumbers | None, math: Any) -> Extra:
         if self.absolute:
             return absolute_load(self.bars[bar], self.mu, m, math.sqrt)
         assert orbit is not None
         return orbit_load(self.bars[bar], orbit, m, math.sqrt)
 
 
-def effects_of(scene: Scene, frame: Frame) -> list[Effect]:
-    """Effects on bars beside point-mass gravity, its gradient's torque and the frame's own forces."""
+def effects_of(scene: Scene, frame: ReferenceFrame) -> list[ExudynLoad]:
+    """Effects on bars besides point-mass gravity, its gradient's torque and the frame's own forces."""
     effects = scene.effects
-    found: list[Effect] = []
+    found: list[ExudynLoad] = []
     if effects.gravity is Gravity.QUADRUPOLE:
-        found.append(Quadrupole(scene))
+        found.append(ExudynQuadrupole(scene))
     if effects.gravity is Gravity.SLENDER:
-        found.append(Slender(scene))
+        found.append(ExudynSlender(scene))
     if effects.oblateness:
-        found.append(Oblate(scene))
-    found += [Third(scene, body, frame) for body in effects.third_body]
+        found.append(ExudynOblateness(scene))
+    found += [ExudynThirdBody(scene, body, frame) for body in effects.third_body]
     if effects.drag:
-        found.append(Air(scene))
+        found.append(ExudynDrag(scene))
     if effects.solar_pressure:
-        found.append(Light(scene, frame))
-    return found + [Push(scene, thrust, frame) for thrust in effects.thrust]
+        found.append(ExudynSunlight(scene, frame))
+    return found + [ExudynThrust(scene, thrust, frame) for thrust in effects.thrust]
 
 
-def added(a: Extra, b: Extra) -> Extra:
+def sum_of_loads(a: Extra, b: Extra) -> Extra:
     """Sum of two loads."""
     torque = b[2] if a[2] is None else a[2] if b[2] is None else a[2] + b[2]
     return a[0] + b[0], a[1] + b[1], torque
 
 
 def split(numbers: Sequence[Number], widths: list[int]) -> list[Sequence[Number]]:
-    """Cut into pieces of given widths."""
+    """Split into parts of given widths."""
     ends = np.cumsum([0, *widths]).tolist()
     return [numbers[a:b] for a, b in itertools.pairwise(ends)]

@@ -1,15 +1,15 @@
 """Prescribed rotations in Exudyn: a constraint whose multiplier is a pure torque on the bar.
 
-``ObjectConnectorCoordinate`` ties a bar's angle to an offset that a user function gives, and pushes
-only on the two coordinates it names. So the offset may depend on the motion: on the longitude of the
-bar's own centre of mass (the local horizontal moves with it, yet the torque must not push it along),
-and on the neighbour's angle. The second makes a joint motor: the constraint
+``ObjectConnectorCoordinate`` constrains a bar's angle to an offset from a user function. Its force acts on the two
+constrained coordinates only. The offset may therefore depend on the motion. One such quantity is the longitude of the
+bar's own centre of mass: the local horizontal moves with it, yet the torque must not act on it. The other is the
+neighbour's angle, which makes a joint motor: the constraint
 
     theta_p - theta_k - (law - theta_k) = 0
 
-is one on theta_p alone, yet its multiplier acts with opposite signs on p and k. Newton's matrix takes
-the offset for constant; what that neglects is of order l/r for the longitude, and slows the iteration
-down to a linear one for the motor, but never enters the residual.
+is one on theta_p alone, yet its multiplier acts with opposite signs on p and k. Newton's matrix treats the offset as
+constant. The neglected terms are of order l/r for the longitude, and reduce the convergence to linear for the motor,
+but never enter the residual.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adapters.exudyn.frames.frames import perpendicular
+from adapters.exudyn.frames.axes import perpendicular
 from adapters.exudyn.library import exu, items
 from scenarios import Actuator, Frame
 
 if TYPE_CHECKING:
-    from adapters.exudyn.frames.frames import Axes
+    from adapters.exudyn.frames.axes import FrameAxes
     from adapters.exudyn.timetable import Steps
     from scenarios import PrescribedRotation
 
@@ -34,32 +34,32 @@ State = tuple[float, float, float]
 
 
 def neighbour(p: PrescribedRotation) -> int | None:
-    """Bar (counted from 0) that takes the opposite torque; None if it comes from outside."""
+    """Bar (counted from 0) that takes the opposite torque; None for an external torque."""
     if p.actuator is Actuator.EXTERNAL:
         return None
     return p.bar - 2 if p.bar > 1 else 1
 
 
 @dataclass(frozen=True)
-class Track:
-    """The frame's own motion at the end of every step, as plain lists: quick to read in a callback."""
+class FrameHistory:
+    """The frame's own motion at the end of every step, as plain lists for fast access in a callback."""
 
     origin: list[list[float]]
-    """from the centre of the body, in the frame's axes"""
+    """relative to the centre of the body, in the frame's axes"""
     drift: list[list[float]]
-    """its rate as the frame sees it"""
+    """rate of `origin` in the frame"""
     bearing: list[float]
-    """longitude of the track in the frame's axes, near which a bar's own lies"""
+    """longitude of the orbit in the frame's axes; a bar's own is near it"""
     turn: list[float]
     spin: list[float]
 
 
-def track_of(axes: Axes) -> Track:
-    """Track of tabulated axes."""
+def frame_history(axes: FrameAxes) -> FrameHistory:
+    """History of tabulated axes."""
     origin = axes.to_frame(axes.origin_m[:, None])
     motion = axes.to_frame(axes.origin_velocity_m_s[:, None])
     drift = motion - axes.rate_rad_s[:, None, None] * perpendicular(origin)
-    return Track(
+    return FrameHistory(
         origin[:, 0].tolist(),
         drift[:, 0].tolist(),
         (axes.longitude_rad - axes.turn_rad).tolist(),
@@ -71,7 +71,9 @@ def track_of(axes: Axes) -> Track:
 class PrescribedAngle:
     """Offset of one prescribed bar's constraint, and its rate."""
 
-    def __init__(self, p: PrescribedRotation, steps: Steps, track: Track, start: list[State], nodes: list[Any]) -> None:
+    def __init__(
+        self, p: PrescribedRotation, steps: Steps, track: FrameHistory, start: list[State], nodes: list[Any]
+    ) -> None:
         """Tabulate the law over the steps.
 
         Parameters
@@ -94,19 +96,19 @@ class PrescribedAngle:
         self.start = start[p.bar - 1][2] - self._reference(0, start[p.bar - 1])
 
     def offset(self, mbs: Any, t_s: float, _item: int, _offset: float) -> float:
-        """Angle that the constraint asks for, less the neighbour's: offsetUserFunction."""
+        """Prescribed angle, less the neighbour's: offsetUserFunction."""
         i = self.steps.index(t_s)
-        wanted = self.start + self.law[i] + self._reference(i, self._of(mbs, self.node) if self.local else None)
-        return wanted - (self._of(mbs, self.other)[2] if self.other is not None else 0.0)
+        prescribed = self.start + self.law[i] + self._reference(i, self._of(mbs, self.node) if self.local else None)
+        return prescribed - (self._of(mbs, self.other)[2] if self.other is not None else 0.0)
 
     def offset_rate(self, mbs: Any, t_s: float, _item: int, _offset: float) -> float:
         """Rate of :meth:`offset`: offsetUserFunction_t."""
         i = self.steps.index(t_s)
-        wanted = self.law_rate[i] + self._reference_rate(i, mbs)
-        return wanted - (self._of(mbs, self.other, rates=True)[2] if self.other is not None else 0.0)
+        prescribed = self.law_rate[i] + self._reference_rate(i, mbs)
+        return prescribed - (self._of(mbs, self.other, rates=True)[2] if self.other is not None else 0.0)
 
     def _reference(self, i: int, at: State | None) -> float:
-        """Angle in the frame's axes of what the law counts from: the z1 axis, or the bar's own radius."""
+        """Angle in the frame's axes of the law's reference direction: the z1 axis, or the bar's own radius."""
         if not self.local or at is None:
             return -self.track.turn[i]
         (ox, oy), bearing = self.track.origin[i], self.track.bearing[i]

@@ -1,4 +1,4 @@
-"""Springs and dampers in the joints: between two bars' angles, or on a tree's own joint angle."""
+"""Joint springs and dampers: between two bars' angles, or on a tree's own joint angle."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ if TYPE_CHECKING:
 
 
 def add_springs(mbs: Any, springs: JointSpringDamper, markers: list[tuple[Any, Any]]) -> None:
-    """Tie pairs of coordinates, one for each joint: the second is turned by -k (difference - rest) - c its rate.
+    """Connect pairs of coordinates, one pair for each joint: torque -k (difference - rest) - c rate on the second.
 
-    The coordinates are counted, not folded into a turn, so that springs wind up.
+    The coordinates are not reduced to one revolution, so that springs wind up.
 
     Parameters
     ----------
     mbs : MainSystem
     springs : JointSpringDamper
     markers : list of (MarkerIndex, MarkerIndex)
-        Of the angle before each joint and the one after it.
+        Angle before each joint and the angle behind it.
     """
     columns = zip(springs.stiffness_N_m_rad, springs.damping_N_m_s_rad, springs.rest_rad, markers, strict=True)
     for stiffness, damping, rest, pair in columns:

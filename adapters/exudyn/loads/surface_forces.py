@@ -1,16 +1,16 @@
-"""Air and light on the faces of flat bars."""
+"""Drag and light on the faces of flat bars."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, final
 
-from adapters.exudyn.loads.interface import Effect, directions_of
+from adapters.exudyn.loads.interface import ExudynLoad, directions_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.exudyn.frames.frames import Frame
-    from adapters.exudyn.frames.inertial_view import View
+    from adapters.exudyn.frames.axes import ReferenceFrame
+    from adapters.exudyn.frames.inertial_view import InertialView
     from adapters.exudyn.frames.numbers import Number
     from adapters.exudyn.loads.interface import Extra
     from adapters.trajectory import Array
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 
 @final
-class Air(Effect):
-    """Free-molecular drag in an exponential atmosphere that turns."""
+class ExudynDrag(ExudynLoad):
+    """Free-molecular drag in an exponential atmosphere that rotates."""
 
     def __init__(self, scene: Scene) -> None:
         drag = scene.effects.drag
@@ -28,8 +28,8 @@ class Air(Effect):
         self.radius = scene.central_body.radius_m + drag.altitude_m
         self.length = scene.chain.length_m
 
-    def load(self, bar: int, view: View, _numbers: Sequence[Number], math: Any) -> Extra:
-        """Integrals along the bar, as docs/effects/drag.md gives them."""
+    def load(self, bar: int, view: InertialView, _numbers: Sequence[Number], math: Any) -> Extra:
+        """Integrals along the bar, as in docs/effects/drag.md."""
         length = self.length[bar]
         second, fourth = length**3 / 12.0, length**5 / 80.0
         t, v = self.wind(view)
@@ -42,25 +42,25 @@ class Air(Effect):
         torque = normal * (2.0 * second * v * w - slope * (second * v * v + fourth * w * w))
         return *view.body(along, across), torque
 
-    def wind(self, view: View) -> tuple[Number, Number]:
-        """Velocity of a bar's centre against the air, along the bar and across it, m/s."""
+    def wind(self, view: InertialView) -> tuple[Number, Number]:
+        """Velocity of a bar's centre relative to the air, along the bar and normal to it, m/s."""
         turning = self.drag.rotation_rad_s
         return view.fixed(view.vx_m_s + turning * view.y_m, view.vy_m_s - turning * view.x_m)
 
-    def density(self, view: View, math: Any) -> Number:
-        """kg/m³ at the bar's centre; the height by the quotient that does not cancel."""
+    def density(self, view: InertialView, math: Any) -> Number:
+        """Density in kg/m³ at the bar's centre; the altitude is a quotient without cancellation."""
         square = view.square_m2
         height = (square - self.radius**2) / (math.sqrt(square) + self.radius)
         return self.drag.density_kg_m3 * math.exp(height * (-1.0 / self.drag.scale_height_m))
 
 
 @final
-class Light(Effect):
-    """Sunlight all the time: force only, even along the bar."""
+class ExudynSunlight(ExudynLoad):
+    """Sunlight without shadow: a force, uniform along the bar."""
 
     width = 2
 
-    def __init__(self, scene: Scene, frame: Frame) -> None:
+    def __init__(self, scene: Scene, frame: ReferenceFrame) -> None:
         sun = scene.effects.solar_pressure
         assert sun is not None
         self.sun, self.frame = sun, frame
@@ -71,8 +71,8 @@ class Light(Effect):
         """Direction to the Sun in the frame's axes."""
         return directions_of(self.frame, at_s, self.sun.sun_longitude_rad + self.sun.sun_rate_rad_s * at_s)
 
-    def load(self, bar: int, view: View, numbers: Sequence[Number], math: Any) -> Extra:
-        """-P b l |n·s| ((1 - rho) s + 2 rho (n·s) n)."""
+    def load(self, bar: int, view: InertialView, numbers: Sequence[Number], math: Any) -> Extra:
+        """Force -P b l |n·s| ((1 - rho) s + 2 rho (n·s) n)."""
         x, y = numbers
         _, facing = view.fixed(x, y)
         even = self.push[bar] * math.abs(facing)

@@ -1,4 +1,4 @@
-"""Thrust: a force on a bar's end whose size is a function of time, and the instants at which it jumps."""
+"""Thrust: a force on a bar's end as a function of time, and the instants of its jumps."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
-from adapters.exudyn.loads.interface import Effect, directions_of
+from adapters.exudyn.loads.interface import ExudynLoad, directions_of
 from scenarios import Axes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.exudyn.frames.frames import Frame
-    from adapters.exudyn.frames.inertial_view import View
+    from adapters.exudyn.frames.axes import ReferenceFrame
+    from adapters.exudyn.frames.inertial_view import InertialView
     from adapters.exudyn.frames.numbers import Number
     from adapters.exudyn.loads.interface import Extra
     from adapters.exudyn.timetable import Steps
@@ -25,10 +25,10 @@ WHOLE = 1e-9  # of half a sample interval: a break this near to a step's end is 
 
 
 @final
-class Push(Effect):
+class ExudynThrust(ExudynLoad):
     """One thruster."""
 
-    def __init__(self, scene: Scene, thrust: Thrust, frame: Frame) -> None:
+    def __init__(self, scene: Scene, thrust: Thrust, frame: ReferenceFrame) -> None:
         self.thrust, self.frame = thrust, frame
         self.arm = thrust.end.sign * 0.5 * scene.chain.length_m[thrust.bar - 1]
         self.in_body = thrust.axes is Axes.BODY
@@ -39,14 +39,14 @@ class Push(Effect):
         return bar == self.thrust.bar - 1
 
     def given(self, at_s: Array, inside_s: Array) -> Array:
-        """Size, or the force in the frame's axes."""
+        """Force along the bar's axes, or its components in the frame's axes."""
         size = sizes(self.thrust, at_s, inside_s)[:, None]
         if self.in_body:
             return size
         return size * directions_of(self.frame, at_s, np.full_like(at_s, self.thrust.direction_rad))
 
-    def load(self, _bar: int, view: View, numbers: Sequence[Number], _math: Any) -> Extra:
-        """F, and ±h (u × F)."""
+    def load(self, _bar: int, view: InertialView, numbers: Sequence[Number], _math: Any) -> Extra:
+        """Force F and torque ±h (u × F)."""
         if not self.in_body:
             x, y = numbers
             return x, y, self.arm * view.fixed(x, y)[1]
@@ -56,7 +56,7 @@ class Push(Effect):
 
 
 def sizes(thrust: Thrust, at_s: Array, inside_s: Array) -> Array:
-    """Size at instants (k,) by the straight line that holds at other ones (k,), N; 0 outside the table."""
+    """Force at instants (k,) on the straight segment around other instants (k,), N; 0 outside the table."""
     t, f = np.array(thrust.times_s), np.array(thrust.force_N)
     i = np.searchsorted(t, inside_s) - 1
     within = (i >= 0) & (i < len(t) - 1)
@@ -66,18 +66,18 @@ def sizes(thrust: Thrust, at_s: Array, inside_s: Array) -> Array:
 
 
 def jumps_s(scene: Scene) -> list[float]:
-    """Instants inside the run at which a thrust starts or ends at once."""
+    """Instants inside the run at which a thrust starts or ends with a jump."""
     ends = {(t.times_s[i], t.force_N[i]) for t in scene.effects.thrust for i in (0, -1)}
     return sorted({t for t, force in ends if force and 0.0 < t < scene.run.duration_s})
 
 
 def jump_steps(scene: Scene, steps: Steps) -> list[int]:
-    """Steps at whose end a thrust starts or ends, without the last one."""
+    """Steps that end where a thrust starts or ends, without the last step."""
     return sorted({steps.index(t) for t in jumps_s(scene)} - {0, steps.count})
 
 
 def off_step_s(scene: Scene) -> float | None:
-    """First instant of a thrust's table that need not be the end of a step, whatever their number, or None."""
+    """First instant of a thrust's table that some number of steps leaves inside a step; None if there is none."""
     half = 0.5 * scene.run.duration_s / (scene.run.samples - 1)
     inside = sorted(t for p in scene.effects.thrust for t in p.times_s if 0.0 < t < scene.run.duration_s)
     return next((t for t in inside if abs(t / half - round(t / half)) > WHOLE), None)

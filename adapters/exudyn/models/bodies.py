@@ -6,13 +6,13 @@ import itertools
 from typing import Any
 
 from adapters.exudyn.library import exu, items
-from adapters.exudyn.loads.prescribed import PrescribedAngle, constrain, track_of
+from adapters.exudyn.loads.prescribed import PrescribedAngle, constrain, frame_history
 from adapters.exudyn.loads.springs import add_springs
 from adapters.exudyn.models.model import Model
 
 
 class RedundantModel(Model):
-    """Rigid bodies with three coordinates each; joints hold them by multipliers."""
+    """Rigid bodies with three coordinates each, and joints with multipliers."""
 
     inside_degree = 0
 
@@ -61,11 +61,11 @@ class RedundantModel(Model):
         laws = self.scene.effects.prescribed_rotation
         if not laws:
             return []
-        track = track_of(self.frame.at(self.steps.ends_s))
+        track = frame_history(self.frame.at(self.steps.ends_s))
         s = self.start
-        places = [(float(x), float(y), float(a)) for (x, y), a in zip(s.position_m, s.angle_rad, strict=True)]
-        angles = [PrescribedAngle(p, self.steps, track, places, self.nodes) for p in laws]
-        self.kept.extend(angles)
+        positions = [(float(x), float(y), float(a)) for (x, y), a in zip(s.position_m, s.angle_rad, strict=True)]
+        angles = [PrescribedAngle(p, self.steps, track, positions, self.nodes) for p in laws]
+        self.references.extend(angles)
         return [constrain(self.mbs, a) for a in angles]
 
     def _sense_object(self, thing: Any, what: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The chain as an Exudyn system: the loads, the clock and the sensors that all models share."""
+"""The chain as an Exudyn system: loads, clock and sensors of all models."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adapters.common.initial_state import initial_state
+from adapters.exudyn.frames.axes import FrameAxes, OrbitFrame, ReferenceFrame, frame_of
 from adapters.exudyn.frames.clock import Clock
-from adapters.exudyn.frames.frames import Axes, Frame, OrbitFrame, frame_of
-from adapters.exudyn.frames.numbers import Motion
+from adapters.exudyn.frames.numbers import BarMotion
 from adapters.exudyn.library import exu, items, symbolic_function
 from adapters.exudyn.loads.loading import Loading
 from adapters.exudyn.timetable import Timetable
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Start:
+class InitialCoordinates:
     """Initial coordinates in the frame's axes."""
 
     position_m: Array
@@ -39,31 +39,33 @@ class Start:
     """(N,)"""
 
 
-def start_of(scene: Scene, axes: Axes, *, absolute: bool) -> Start:
-    """See the initial state of `scene` from `axes`, one instant of a frame."""
+def initial_coordinates(scene: Scene, axes: FrameAxes, *, absolute: bool) -> InitialCoordinates:
+    """Initial state of `scene` in `axes`, one instant of a frame."""
     s = initial_state(scene)
-    place, motion = s.position_m, s.velocity_m_s
+    position, motion = s.position_m, s.velocity_m_s
     if absolute:
-        place, motion = place + s.com_m, motion + s.com_velocity_m_s
-    readings, velocity = axes.relative(place[None], motion[None])
-    return Start(readings[0], velocity[0], s.angle_rad - axes.turn_rad[0], s.rate_rad_s - axes.rate_rad_s[0])
+        position, motion = position + s.com_m, motion + s.com_velocity_m_s
+    readings, velocity = axes.relative(position[None], motion[None])
+    return InitialCoordinates(
+        readings[0], velocity[0], s.angle_rad - axes.turn_rad[0], s.rate_rad_s - axes.rate_rad_s[0]
+    )
 
 
 class Model(ABC):
-    """An assembled system with its sensors; keeps alive what Exudyn only refers to."""
+    """An assembled system with its sensors; it holds references to all objects that Exudyn uses."""
 
     inside_degree: int
-    """Degree of the orbit's numbers within a step: 0 where loads are evaluated at its end only."""
+    """Degree of the orbital quantities within a step: 0 where loads are evaluated at its end only."""
 
     def __init__(self, scene: Scene, steps: Steps, *, absolute: bool) -> None:
         self.scene, self.steps, self.absolute = scene, steps, absolute
-        self.frame: Frame = frame_of(scene, absolute=absolute)
-        self.start = start_of(scene, self.frame.at(np.zeros(1)), absolute=absolute)
+        self.frame: ReferenceFrame = frame_of(scene, absolute=absolute)
+        self.start = initial_coordinates(scene, self.frame.at(np.zeros(1)), absolute=absolute)
         self.loading = Loading(scene, self.frame)
         self.symbolic = exu().symbolic
         self.system = exu().SystemContainer()
         self.mbs: Any = self.system.AddSystem()
-        self.kept: list[Any] = []
+        self.references: list[Any] = []
         self.sensors_added: list[Any] = []
         self.stored: dict[int, list[Array]] = {}
         self.clock: Clock | None = None
@@ -80,24 +82,24 @@ class Model(ABC):
         """Add bars, joints, loads and sensors."""
 
     def history(self, sensor: Any) -> Array:
-        """Read what a sensor stored at the samples, (n, 1 + width), time first."""
-        pieces = self.stored.get(sensor.GetIndex())
-        return np.concatenate(pieces) if pieces else self._stored_now(sensor)
+        """Stored samples of a sensor, (n, 1 + width), time first."""
+        segments = self.stored.get(sensor.GetIndex())
+        return np.concatenate(segments) if segments else self._stored_now(sensor)
 
-    def put_away(self, samples: Callable[[int], Array]) -> None:
-        """Keep what the sensors stored, which the next run of the solver clears.
+    def store_segment(self, samples: Callable[[int], Array]) -> None:
+        """Store the sensors' readings, which the next run of the solver clears.
 
         Parameters
         ----------
         samples : callable
-            Of the number of rows stored: which of them are samples, (rows,).
+            From the number of stored rows to a mask of those that are samples, (rows,).
         """
         for sensor in self.sensors_added:
             rows = self._stored_now(sensor)
             self.stored.setdefault(sensor.GetIndex(), []).append(rows[samples(len(rows))])
 
     def add_sensor(self, sensor: Any) -> Any:
-        """Add a sensor that keeps its samples in memory."""
+        """Add a sensor that stores its samples in memory."""
         index = self.mbs.AddSensor(sensor)
         self.sensors_added.append(index)
         return index
@@ -107,22 +109,22 @@ class Model(ABC):
         return rows
 
     def close(self) -> None:
-        """Free the system: symbolic functions leak without it."""
+        """Free the system; its symbolic functions would leak otherwise."""
         self.mbs.Reset()
 
-    def load(self, bar: int, m: Motion, t_s: Any) -> Extra:
-        """Load on a bar, of symbolic numbers."""
+    def load(self, bar: int, m: BarMotion, t_s: Any) -> Extra:
+        """Symbolic load on a bar."""
         orbit = None if self.clock is None else self.clock.numbers(t_s)
         numbers = [] if self.timetable is None else self.timetable.numbers(t_s)
         return self.loading.on(bar, m, orbit, numbers, self.symbolic)
 
     def add_load(self, bar: int, ground: Any, marker: Any) -> None:
-        """Let all loads on a bar act on the body of `marker`, between it and the ground."""
+        """Apply all loads of a bar to the body of `marker`, between the body and the ground."""
         if not self.loading.acts_on(bar):
             return
         connector = "ObjectConnectorRigidBodySpringDamper"
-        function = symbolic_function(self.mbs, self.pull_on(bar), "springForceTorqueUserFunction", connector)
-        self.kept.append(function)
+        function = symbolic_function(self.mbs, self.load_function(bar), "springForceTorqueUserFunction", connector)
+        self.references.append(function)
         self.mbs.AddObject(
             items().ObjectConnectorRigidBodySpringDamper(
                 markerNumbers=[ground, marker],
@@ -132,8 +134,8 @@ class Model(ABC):
             )
         )
 
-    def pull_on(self, bar: int) -> Callable[..., list[Any]]:
-        """Return the user function of a bar's load; a connector pulls back, hence the signs."""
+    def load_function(self, bar: int) -> Callable[..., list[Any]]:
+        """User function of a bar's load; a connector's force acts in the opposite direction, hence the signs."""
 
         def pull(
             _mbs: Any,
@@ -150,7 +152,7 @@ class Model(ABC):
             _offset: Any,
         ) -> list[Any]:
             c, s = self.symbolic.cos(rotation[2]), self.symbolic.sin(rotation[2])
-            m = Motion(displacement[0], displacement[1], velocity[0], velocity[1], c, s, spin[2])
+            m = BarMotion(displacement[0], displacement[1], velocity[0], velocity[1], c, s, spin[2])
             fx, fy, torque = self.load(bar, m, t)
             zero = 0.0 * displacement[0]
             return [-fx, -fy, zero, zero, zero, zero if torque is None else -torque]
@@ -163,7 +165,7 @@ class Model(ABC):
         return self.mbs.AddMarker(items().MarkerBodyRigid(bodyNumber=ground))
 
     def sense_node(self, node: Any, what: Any) -> Any:
-        """Add a sensor on a node; it keeps its samples in memory."""
+        """Add a sensor on a node; it stores its samples in memory."""
         return self.add_sensor(
             items().SensorNode(nodeNumber=node, outputVariableType=what, storeInternal=True, writeToFile=False)
         )
@@ -188,7 +190,7 @@ class Model(ABC):
             self.mbs.SetPreStepUserFunction(self._tick)
 
     def _tick(self, _mbs: object, t_s: float) -> bool:
-        """Before each step: Exudyn's preStepUserFunction, which gets the step's end."""
+        """Exudyn's preStepUserFunction, called before each step with the step's end."""
         for table in self.tables:
             table.tick(t_s)
         return True

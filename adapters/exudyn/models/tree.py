@@ -1,8 +1,8 @@
-"""The chain as Exudyn's ObjectKinematicTree: minimal coordinates, no multipliers, reactions recovered.
+"""The chain as Exudyn's ObjectKinematicTree: minimal coordinates, no multipliers, reactions from momentum.
 
-Coordinates as in :mod:`adapters.common.joint_coordinates`, in the frame's axes.
-The reaction is what each bar's momentum lacks: R_j = R_{j-1} + m_j a_j - F_j, with the acceleration that
-Exudyn itself gives at the end of a step and the load that it was given. Nothing is solved again.
+Coordinates as in :mod:`adapters.common.joint_coordinates`, in the frame's axes. The reaction is the remainder of each
+bar's balance of momentum: R_j = R_{j-1} + m_j a_j - F_j, with Exudyn's own acceleration at the end of a step and the
+applied load. No system is solved again.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.common.joint_coordinates import accelerations, angles, folded, places, velocities
+from adapters.common.joint_coordinates import accelerations, angles, positions, to_joint_coordinates, velocities
+from adapters.exudyn.frames.axes import OrbitFrame
 from adapters.exudyn.frames.clock import INSIDE_DEGREE, orbit_given
-from adapters.exudyn.frames.frames import OrbitFrame
-from adapters.exudyn.frames.numbers import Motion, OrbitNumbers
+from adapters.exudyn.frames.numbers import BarMotion, OrbitNumbers
 from adapters.exudyn.library import exu, items
 from adapters.exudyn.loads.springs import add_springs
 from adapters.exudyn.models.model import Model
@@ -33,7 +33,7 @@ class TreeModel(Model):
     def add_chain(self) -> None:
         """Add the tree, the loads on its links and the sensors."""
         n, chain = self.scene.bars, self.scene.chain
-        q, q_t = folded(np.array(chain.length_m), self.start)
+        q, q_t = to_joint_coordinates(np.array(chain.length_m), self.start)
         self.node = self.mbs.AddNode(
             items().NodeGenericODE2(
                 referenceCoordinates=[0.0] * (n + 2),
@@ -80,18 +80,18 @@ class TreeModel(Model):
         add_springs(self.mbs, springs, [(rest, self.mbs.AddMarker(joint)) for joint in joints])
 
 
-class StandingTreeModel(TreeModel):
-    """For a run so brief that the orbit stands still: a polynomial through equal numbers would fit their rounding."""
+class FrozenOrbitTreeModel(TreeModel):
+    """Model for a very short run with a constant orbit: a polynomial through equal numbers would fit their rounding."""
 
     inside_degree = 0
 
 
-def seen_tree(model: TreeModel, q: Array, q_t: Array, q_tt: Array) -> tuple[SensorReadings, Array]:
-    """Return what a tree's sensors saw, and the reaction left at the free end, (n,) N: round-off."""
+def tree_readings(model: TreeModel, q: Array, q_t: Array, q_tt: Array) -> tuple[SensorReadings, Array]:
+    """Readings of a tree's sensors, and the remaining reaction at the free end, (n,) N: round-off."""
     chain = model.scene.chain
     length = np.array(chain.length_m)
     readings = SensorReadings(
-        places(length, q),
+        positions(length, q),
         velocities(length, q, q_t),
         angles(q),
         angles(q_t),
@@ -104,10 +104,10 @@ def seen_tree(model: TreeModel, q: Array, q_t: Array, q_tt: Array) -> tuple[Sens
 
 
 def forces(model: TreeModel, readings: SensorReadings) -> Array:
-    """Return the forces on the bars at the samples, (n, N, 2), by the expressions that Exudyn evaluates."""
+    """Forces on the bars at the samples, (n, N, 2), by Exudyn's expressions."""
     loading, frame, t = model.loading, model.frame, model.scene.times_s[: len(readings.angle_rad)]
     orbit = OrbitNumbers(*orbit_given(frame.orbit)(t, t).T) if isinstance(frame, OrbitFrame) else None
-    # at a jump, what was just before it
+    # at an event, the values just before it
     half_s = 0.5 * model.steps.size_s
     numbers = list(loading.given(t, np.maximum(t - half_s, half_s)).T) if loading.width else []
     found = np.zeros_like(readings.position_m)
@@ -117,7 +117,7 @@ def forces(model: TreeModel, readings: SensorReadings) -> Array:
     return found
 
 
-def motion_of(readings: SensorReadings, bar: int) -> Motion:
-    """Samples of one bar."""
+def motion_of(readings: SensorReadings, bar: int) -> BarMotion:
+    """Motion of one bar at the samples."""
     (x, y), (vx, vy), angle = readings.position_m[:, bar].T, readings.velocity_m_s[:, bar].T, readings.angle_rad[:, bar]
-    return Motion(x, y, vx, vy, np.cos(angle), np.sin(angle), readings.rate_rad_s[:, bar])
+    return BarMotion(x, y, vx, vy, np.cos(angle), np.sin(angle), readings.rate_rad_s[:, bar])

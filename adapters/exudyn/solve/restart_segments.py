@@ -1,8 +1,8 @@
-"""A run in pieces, from one jump of what acts to the next.
+"""A run in segments, from one jump of the loads to the next.
 
-The trapezoidal rule and generalized-alpha carry the accelerations of one step's end into the next step. Where a
-thrust starts or ends these are not the same, so that the run ends there, and begins anew from the state reached with
-accelerations found for what acts from then on. An explicit method keeps nothing, and needs no pieces.
+The trapezoidal rule and generalized-alpha use the accelerations at one step's end in the next step. Where a thrust
+starts or ends these differ. The run therefore ends there, and restarts from its state with accelerations of the new
+loads. An explicit method has no such memory, and needs no segments.
 """
 
 from __future__ import annotations
@@ -28,54 +28,54 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Pieces:
-    """A run's steps, divided."""
+class RestartSegments:
+    """Segments of a run's steps."""
 
     steps: Steps
     per_sample: int
     """Steps from sample to sample"""
-    marks: tuple[int, ...]
-    """Steps at whose ends pieces start and end, 0 and the last one included"""
+    boundaries: tuple[int, ...]
+    """Steps at whose ends segments start and end, 0 and the last one included"""
 
     @property
     def stride(self) -> int:
-        """Steps from one stored row to the next: samples and marks are among them."""
-        return math.gcd(self.per_sample, *self.marks)
+        """Steps from one stored row to the next; samples and boundaries are among the rows."""
+        return math.gcd(self.per_sample, *self.boundaries)
 
     def samples(self, first: int, rows: int) -> Array:
-        """Whether each of `rows` stored in the piece from step `first` is a sample.
+        """Whether each of `rows` stored in the segment from step `first` is a sample.
 
-        At a mark it is the piece before that shows what the sample is: the motion just before the jump.
+        At a boundary the earlier segment gives the sample: the motion just before the jump.
         """
         step = first + self.stride * np.arange(rows)
         chosen: Array = (step % self.per_sample == 0) & ((step > first) | (first == 0))
         return chosen
 
 
-def pieces_of(scene: Scene, steps: Steps, method: Method) -> Pieces:
-    """Pieces of a run; one only, where nothing jumps."""
-    marks = [] if method.explicit else jump_steps(scene, steps)
-    return Pieces(steps, steps.count // (scene.run.samples - 1), (0, *marks, steps.count))
+def segments_of(scene: Scene, steps: Steps, method: Method) -> RestartSegments:
+    """Segments of a run; a single one without jumps."""
+    boundaries = [] if method.explicit else jump_steps(scene, steps)
+    return RestartSegments(steps, steps.count // (scene.run.samples - 1), (0, *boundaries, steps.count))
 
 
-def run_pieces(model: Model, pieces: Pieces, settings: Any, method: Method) -> bool:
-    """Run one piece after the other; whether the last one got to its end."""
-    h = pieces.steps.size_s
-    settings.solution.sensors.writePeriod = pieces.stride * h * (1.0 - SAMPLE_SLACK)
+def run_segments(model: Model, segments: RestartSegments, settings: Any, method: Method) -> bool:
+    """Run one segment after the other; return whether the last one reached its end."""
+    h = segments.steps.size_s
+    settings.solution.sensors.writePeriod = segments.stride * h * (1.0 - SAMPLE_SLACK)
     time = settings.timeIntegration
-    for first, last in itertools.pairwise(pieces.marks):
+    for first, last in itertools.pairwise(segments.boundaries):
         if first:
             resume(model, first)
         time.startTime, time.endTime, time.numberOfSteps = h * first, h * last, last - first
         finished = bool(solver_of(method).SolveSystem(model.mbs, settings))
-        model.put_away(functools.partial(pieces.samples, first))
+        model.store_segment(functools.partial(segments.samples, first))
         if not finished:
             return False
     return True
 
 
 def resume(model: Model, step: int) -> None:
-    """Start from the state reached, with what acts after the end of `step`."""
+    """Start from the current state, with the loads after the end of `step`."""
     kinds, data = exu().ConfigurationType, model.mbs.systemData
     data.SetSystemState(data.GetSystemState(kinds.Current), kinds.Initial)
     for table in model.tables:

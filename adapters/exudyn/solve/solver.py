@@ -1,4 +1,4 @@
-"""Exudyn's solver settings: quiet, without files, with tolerances in the scene's own units."""
+"""Exudyn's solver settings: no output, no files, tolerances in the scene's own units."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from adapters.exudyn.timetable import Steps
 if TYPE_CHECKING:
     from scenarios import Scene
 
-SAMPLE_SLACK = 1e-7  # of a sample interval: the summed time falls short of a sample by its round-off
-# Of the least bar's inertia forces. On paper/fig05 1e-6 shows in the angles, 1e-8 in their last digits; 1e-10
-# and less change nothing (index 2 in the moving frame; index 3 asks for it at 10000 steps per orbit).
+SAMPLE_SLACK = 1e-7  # relative to a sample interval: Exudyn's summed time falls short of a sample by round-off
+# Relative to the smallest bar's inertia forces. On paper/fig05 1e-6 changes the angles, 1e-8 their last digits, 1e-10
+# and less nothing (index 2 in the moving frame; index 3 needs 1e-10 at 10000 steps per orbit).
 RESIDUAL_FRACTION = 1e-10
-# Of the largest force or velocity, 45 units in the last place. On paper/fig05 in absolute coordinates 1.3e-15
-# of the velocity is still reached, 1.7e-16 is not, and Newton gives up.
+# Relative to the largest force or velocity: 45 units in the last place. On paper/fig05 in absolute coordinates Newton's
+# method reaches 1.3e-15 of the velocity and fails at 1.7e-16.
 FLOOR = 1e-14
 POSITION_FLOOR = 1e-15  # of a position, for joints held at position level
 DIFFERENCE_FRACTION = 1e-2  # of a bar: least coordinate by which Exudyn's numerical derivatives step
@@ -28,19 +28,19 @@ ITERATIONS = 200  # joint motors converge linearly
 
 
 def steps_of(scene: Scene, steps_per_orbit: float) -> Steps:
-    """Choose at least as many steps as asked for, a whole number of them between samples."""
+    """Steps of a run: at least the requested number, an integer number of them between samples."""
     count = steps_between_samples(scene, steps_per_orbit) * (scene.run.samples - 1)
     return Steps(scene.run.duration_s / count, count)
 
 
 @dataclass(frozen=True)
 class Method:
-    """Which integrator, and how hard Newton tries."""
+    """Integrator and tolerances of Newton's method."""
 
     explicit: bool = False
     index3: bool = False
     spectral_radius: float = 0.9
-    """of index 3: with 1 the multipliers oscillate undamped"""
+    """for index 3: with 1 the multipliers oscillate undamped"""
     residual_N: float = 1e-12
     difference_m: float = 1.0
     absolute: bool = False
@@ -74,23 +74,23 @@ def settings_of(steps: Steps, samples: int, method: Method) -> Any:
 
 
 def solver_of(method: Method) -> Any:
-    """Solver object; calling it directly avoids the banner that mbs.SolveDynamic prints on failure."""
+    """Solver object; a direct call avoids the banner of mbs.SolveDynamic on failure."""
     return exu().MainSolverExplicit() if method.explicit else exu().MainSolverImplicitSecondOrder()
 
 
 @dataclass(frozen=True)
 class Scales:
-    """Sizes of what Newton's residual is made of: it adds up forces, velocities and (index 3) positions."""
+    """Scales of Newton's residual, a sum of forces, velocities and (index 3) positions."""
 
     least_force_N: float
-    """inertia force of the bar with the smallest"""
+    """smallest inertia force of a bar"""
     force_N: float
-    """the largest force that enters"""
+    """largest force in the residual"""
     velocity_m_s: float
     position_m: float
     torque_per_gap_N: float = 1.0
-    """What counts as a gap of 1 m in the residual: no less than that, or than the reactions' torque on a bar that is
-    turned to close it"""
+    """Weight of a gap of 1 m in the residual: at least 1, or the reactions' torque on a bar whose rotation closes
+    the gap"""
 
 
 def scales_of(scene: Scene, *, absolute: bool) -> Scales:
@@ -111,7 +111,7 @@ def scales_of(scene: Scene, *, absolute: bool) -> Scales:
 
 
 def residual_N(scales: Scales, bars: int, *, index3: bool) -> float:
-    """Newton's absolute tolerance: a small part of the least bar's forces, but never below round-off."""
+    """Newton's absolute tolerance: a small fraction of the smallest bar's forces, but never below round-off."""
     floor = FLOOR * math.sqrt(bars) * max(scales.force_N, scales.velocity_m_s)
     if index3:
         floor = max(floor, POSITION_FLOOR * math.sqrt(bars) * scales.position_m * scales.torque_per_gap_N)

@@ -1,10 +1,10 @@
 """Accelerations and multipliers at t = 0, where Exudyn's own would be wrong.
 
-Exudyn finds initial accelerations with the second time derivative of a prescribed offset taken for
-zero. That holds for a law against inertial axes; it fails where the offset follows the motion (the
-bar's longitude, a motor's neighbour), and the trapezoidal rule carries the error on undamped. One step
-of implicit Euler (Newmark with gamma = 1) does not look at the initial accelerations: it gives their
-mean over the step. Two such steps, h and 2h, extrapolate to t = 0 with an error O(h²), the method's own.
+Exudyn computes initial accelerations with zero for the second time derivative of a prescribed offset. That is correct
+for a law relative to inertial axes. It fails where the offset follows the motion (the bar's longitude, a motor's
+neighbour), and the trapezoidal rule propagates the error undamped. One step of implicit Euler (Newmark with gamma = 1)
+does not depend on the initial accelerations: it gives their mean over the step. Two such steps, h and 2h, extrapolate
+to t = 0 with an error O(h²), the method's own.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from scenarios import Scene
 
-FRACTION = 0.25  # of the run's step: short, yet not so short that Newton's tolerance over it shows
+FRACTION = 0.25  # relative to the run's step: short, yet long enough for Newton's tolerance over the step to be small
 
 
 @dataclass(frozen=True)
 class StartForces:
-    """What a run starts with besides its state."""
+    """Initial accelerations and multipliers of a run."""
 
     accelerations: Array
-    """of all coordinates, in Exudyn's order"""
+    """all coordinates, in Exudyn's order"""
     multipliers: Array
 
 
@@ -58,7 +58,7 @@ def euler_step(make: Callable[[Steps], Model], step: Steps, method: Method) -> S
     Raises
     ------
     EngineError
-        If Newton gives up.
+        If Newton's method fails.
     """
     model = make(step)
     try:
@@ -67,15 +67,15 @@ def euler_step(make: Callable[[Steps], Model], step: Steps, method: Method) -> S
         alpha.useNewmark = alpha.useIndex2Constraints = True
         alpha.newmarkGamma, alpha.newmarkBeta = 1.0, 0.5
         if not solver_of(method).SolveSystem(model.mbs, settings):
-            raise EngineError("Exudyn: Newton gave up on the accelerations at t = 0")
+            raise EngineError("Exudyn: Newton's method failed for the accelerations at t = 0")
         data = model.mbs.systemData
         return StartForces(np.array(data.GetODE2Coordinates_tt()), np.array(data.GetAECoordinates()))
     finally:
         model.close()
 
 
-def supply(model: Model, settings: Any, start: StartForces) -> None:
-    """Make a run start with `start` instead of what Exudyn would find."""
+def set_start_forces(model: Model, settings: Any, start: StartForces) -> None:
+    """Start a run with `start` instead of Exudyn's own initial accelerations."""
     initial = exu().ConfigurationType.Initial
     model.mbs.systemData.SetODE2Coordinates_tt(start.accelerations.tolist(), initial)
     model.mbs.systemData.SetAECoordinates(start.multipliers.tolist(), initial)

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from adapters.bar_loads.gravity import AbsoluteLoads, Loads, MovingLoads
-from adapters.mujoco.chain import AppliedLoads, installed, model_of, posed, reactions
+from adapters.mujoco.chain import AppliedLoads, data_at, installed, model_of, reactions
 from adapters.pinocchio.chain import PinocchioChain
 from adapters.registry import ENGINES
 from barchain.studies.roundoff.formulations import Formulation, Given, circular_m_s
@@ -89,7 +89,9 @@ class ThirdParty(Formulation):
             end, com = com + end, 0 * com
         if self.frame == INERTIAL:
             motion = motion + circular_m_s(exact)
-        return Given(bars, Folded(com, end, motion, folded(s.angle_rad), folded(s.rate_rad_s)))
+        return Given(
+            bars, Folded(com, end, motion, to_joint_coordinates(s.angle_rad), to_joint_coordinates(s.rate_rad_s))
+        )
 
     def reactions(self, a: Arithmetic, given: Given) -> Values:
         """Of each member."""
@@ -130,7 +132,7 @@ class MujocoTree(ThirdParty):
         """Of the adapter's model."""
         scene = scene_of(given.bars, member)
         model = model_of(scene.chain, 1.0)
-        data = posed(model, *given.state.coordinates(member))
+        data = data_at(model, *given.state.coordinates(member))
         origin_m = given.state.com_m[:, member][None]
         with installed(AppliedLoads(scene.chain, data, self.loads(scene), origin_m, 1.0)):
             return reactions(model, data)
@@ -185,7 +187,7 @@ def present() -> tuple[str, ...]:
     return tuple(name for name, f in THIRD_PARTIES.items() if ENGINES[f.engine].missing is None)
 
 
-def folded(angle: Values) -> Values:
+def to_joint_coordinates(angle: Values) -> Values:
     """First of angles or rates (N, B), then their differences."""
     return np.concatenate([angle[:1], angle[1:] - angle[:-1]])
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 DECLARED = (
     "title", "coordinates", "order", "sweep", "effects", "observables", "options", "joints_in_place",
-    "track_by_length", "why_not",
+    "track_by_length", "unsupported_reasons",
 )  # fmt: skip
 
 

@@ -1,7 +1,7 @@
-"""The axes in which Exudyn's coordinates are counted, and the way back to inertial ones.
+"""Axes of Exudyn's coordinates, and the transformation to inertial axes.
 
-Three frames: one that follows the chain's Kepler orbit and turns with its radius (x outwards, y along
-the motion), one in uniform motion where there is no gravity, and the inertial axes of the central body.
+Three frames: one that follows the chain's Kepler orbit and rotates with its radius (x outwards, y along the motion),
+one in uniform motion where there is no gravity, and the inertial axes of the central body.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Axes:
+class FrameAxes:
     """A frame at n instants."""
 
     origin_m: Array
@@ -33,7 +33,7 @@ class Axes:
     rate_rad_s: Array
     """(n,)"""
     longitude_rad: Array
-    """(n,) of the Kepler (or uniform) track, unwrapped: near it lies each bar's own"""
+    """(n,) longitude on the Kepler (or uniform) orbit, unwrapped; each bar's own longitude is near it"""
 
     def to_inertial(self, vector: Array) -> Array:
         """Components in inertial axes of (n, k, 2) vectors given in the frame's."""
@@ -44,65 +44,65 @@ class Axes:
         return turned(vector, -self.turn_rad[:, None])
 
     def relative(self, position_m: Array, velocity_m_s: Array) -> tuple[Array, Array]:
-        """Turn (n, k, 2) offsets from the origin, in inertial axes, into what the frame sees."""
+        """Position and velocity in the frame of (n, k, 2) offsets from the origin, given in inertial axes."""
         readings = self.to_frame(position_m)
         return readings, self.to_frame(velocity_m_s) - self.rate_rad_s[:, None, None] * perpendicular(readings)
 
-    def carried(self, seen_m: Array, velocity_m_s: Array) -> Array:
-        """Velocity from the origin, in inertial axes, of (n, k, 2) as the frame sees it."""
-        return self.to_inertial(velocity_m_s + self.rate_rad_s[:, None, None] * perpendicular(seen_m))
+    def inertial_velocity(self, position_m: Array, velocity_m_s: Array) -> Array:
+        """Velocity relative to the origin, in inertial axes, of (n, k, 2) in the frame."""
+        return self.to_inertial(velocity_m_s + self.rate_rad_s[:, None, None] * perpendicular(position_m))
 
 
 def turned(vector: Array, angle_rad: Array) -> Array:
-    """Plane vectors (..., 2) turned by angles (...)."""
+    """Plane vectors (..., 2) rotated by angles (...)."""
     c, s = np.cos(angle_rad), np.sin(angle_rad)
     x, y = vector[..., 0], vector[..., 1]
     return np.stack([c * x - s * y, s * x + c * y], axis=-1)
 
 
 def perpendicular(vector: Array) -> Array:
-    """Plane vectors (..., 2) turned by +90 degrees."""
+    """Plane vectors (..., 2) rotated by +90 degrees."""
     return np.stack([-vector[..., 1], vector[..., 0]], axis=-1)
 
 
-class Frame(ABC):
-    """Where the axes are at any time."""
+class ReferenceFrame(ABC):
+    """Axes as functions of time."""
 
     @abstractmethod
-    def at(self, t_s: Array) -> Axes:
+    def at(self, t_s: Array) -> FrameAxes:
         """Axes at the instants `t_s`, (n,)."""
 
 
 @final
-class OrbitFrame(Frame):
+class OrbitFrame(ReferenceFrame):
     """Rotating axes on the Kepler orbit of the chain's initial centre of mass."""
 
     def __init__(self, orbit: KeplerOrbit) -> None:
         self.orbit = orbit
 
-    def at(self, t_s: Array) -> Axes:
+    def at(self, t_s: Array) -> FrameAxes:
         """Axes along the radius."""
         track = self.orbit.at(t_s)
         along = np.stack([track.radius_m, np.zeros_like(track.radius_m)], axis=-1)
-        motion = np.stack([track.climb_m_s, track.radius_m * track.rate_rad_s], axis=-1)
+        motion = np.stack([track.radial_velocity_m_s, track.radius_m * track.rate_rad_s], axis=-1)
         turn = track.longitude_rad
-        return Axes(turned(along, turn), turned(motion, turn), turn, track.rate_rad_s, turn)
+        return FrameAxes(turned(along, turn), turned(motion, turn), turn, track.rate_rad_s, turn)
 
 
 @final
-class UniformFrame(Frame):
-    """Non-rotating axes that move with the chain's centre of mass where nothing pulls it."""
+class UniformFrame(ReferenceFrame):
+    """Non-rotating axes that move with the chain's centre of mass where there is no gravity."""
 
     def __init__(self, radius_m: float, speed_m_s: float, longitude_rad: float) -> None:
         self.radius_m, self.speed_m_s, self.longitude_rad = radius_m, speed_m_s, longitude_rad
 
-    def at(self, t_s: Array) -> Axes:
+    def at(self, t_s: Array) -> FrameAxes:
         """Axes parallel to the inertial ones."""
         zero = np.zeros_like(t_s)
         start = np.stack([zero + self.radius_m, self.speed_m_s * t_s], axis=-1)
         speed = np.stack([zero, zero + self.speed_m_s], axis=-1)
         longitude = self.longitude_rad + np.arctan2(start[:, 1], start[:, 0])
-        return Axes(
+        return FrameAxes(
             turned(start, zero + self.longitude_rad),
             turned(speed, zero + self.longitude_rad),
             zero,
@@ -112,16 +112,16 @@ class UniformFrame(Frame):
 
 
 @final
-class FixedFrame(Frame):
-    """The inertial axes themselves; it knows the track only to unwrap longitudes."""
+class FixedFrame(ReferenceFrame):
+    """Inertial axes; the orbit only serves to unwrap longitudes."""
 
-    def __init__(self, track: Frame) -> None:
+    def __init__(self, track: ReferenceFrame) -> None:
         self.track = track
 
-    def at(self, t_s: Array) -> Axes:
+    def at(self, t_s: Array) -> FrameAxes:
         """Axes at rest in the centre of the body."""
         zero, still = np.zeros_like(t_s), np.zeros((len(t_s), 2))
-        return Axes(still, still, zero, zero, self.track.at(t_s).longitude_rad)
+        return FrameAxes(still, still, zero, zero, self.track.at(t_s).longitude_rad)
 
 
 def orbit_of(scene: Scene) -> KeplerOrbit:
@@ -138,7 +138,7 @@ def moving_frame(scene: Scene) -> OrbitFrame | UniformFrame:
     return OrbitFrame(orbit_of(scene))
 
 
-def frame_of(scene: Scene, *, absolute: bool) -> Frame:
+def frame_of(scene: Scene, *, absolute: bool) -> ReferenceFrame:
     """Frame of a scene."""
     follower = moving_frame(scene)
     return FixedFrame(follower) if absolute else follower

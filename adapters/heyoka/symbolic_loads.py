@@ -1,20 +1,20 @@
-"""All that acts on a chain besides its joints, in the oracle's symbols: only what a structure calls for is there."""
+"""All loads on a chain besides its joints, as heyoka expressions; only the effects of a structure are present."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from adapters.heyoka.applied_forces import BarKinematics, SymbolicDrag, SymbolicSunlight, spring_torques, thrust_load
 from adapters.heyoka.fields import Attractor, Companion, Flattening, Load, Pair, Rod, Symbol, companion
-from adapters.heyoka.pushes import Air, Moving, Sunlight, spring_torques, thrust_load
 
 if TYPE_CHECKING:
     from adapters.heyoka.structure import Structure
 
 
 @dataclass(frozen=True)
-class Symbols:
-    """State in symbols."""
+class SymbolicState:
+    """State variables of the chain as heyoka expressions."""
 
     centre: Pair
     velocity: Pair
@@ -24,15 +24,15 @@ class Symbols:
 
     @property
     def variables(self) -> list[Symbol]:
-        """In their order."""
+        """All variables in the order of the state."""
         return [*self.centre, *self.velocity, *self.angle, *self.rate]
 
 
-class Acting:
-    """All that acts on bars besides their joints, of a structure; only what it calls for is there."""
+class SymbolicLoads:
+    """Loads on the bars of a structure besides their joints."""
 
-    def __init__(self, structure: Structure, state: Symbols) -> None:
-        """Symbols that all bars share."""
+    def __init__(self, structure: Structure, state: SymbolicState) -> None:
+        """Expressions that all bars share."""
         import heyoka as hy
 
         self.structure, self.state, effects = structure, state, structure.effects
@@ -40,11 +40,11 @@ class Acting:
         self.pull: Symbol = hy.par[0] / (r2 * hy.sqrt(r2)) if structure.gravity != "none" else 0.0
         self.attractor = Attractor(state.centre, r2, self.pull, structure.gravity)
         self.companions = [self.companion(k) for k in range(effects.third_bodies)]
-        self.flattening = self.flat() if effects.oblate else None
-        self.air = Air(self.parameter, state.centre, r2) if effects.drag else None
-        self.light = Sunlight(self.parameter, effects.shadow) if effects.light else None
+        self.flattening = self.oblateness() if effects.oblate else None
+        self.air = SymbolicDrag(self.parameter, state.centre, r2) if effects.drag else None
+        self.light = SymbolicSunlight(self.parameter, effects.shadow) if effects.light else None
         self.springs = spring_torques(self.parameter, state.angle, state.rate) if effects.springs else None
-        self.seen: list[Moving] = []
+        self.seen: list[BarKinematics] = []
 
     def parameter(self, name: str) -> Symbol:
         """Parameter of an effect."""
@@ -52,8 +52,8 @@ class Acting:
 
         return hy.par[self.structure.slot(name)]
 
-    def flat(self) -> Flattening:
-        """J2."""
+    def oblateness(self) -> Flattening:
+        """Oblateness, J2."""
         r2 = self.state.r2
         return Flattening(self.state.centre, r2, self.parameter("oblateness") * r2**-2.5, self.structure.gravity)
 
@@ -65,8 +65,8 @@ class Acting:
             self.parameter(f"body_{k}_{x}") for x in ("pull", "distance", "longitude", "rate")
         )
         at = longitude + rate * hy.time
-        place = distance * hy.cos(at), distance * hy.sin(at)
-        return companion(self.state.centre, place, distance * distance, pull, self.structure.gravity)
+        position = distance * hy.cos(at), distance * hy.sin(at)
+        return companion(self.state.centre, position, distance * distance, pull, self.structure.gravity)
 
     @property
     def frame(self) -> list[Symbol]:
@@ -77,17 +77,17 @@ class Acting:
             found = [f + x for f, x in zip(found, frame, strict=True)]
         return found
 
-    def load(self, rod: Rod, bar: Moving) -> Load:
-        """All of it on one bar."""
+    def load(self, rod: Rod, bar: BarKinematics) -> Load:
+        """Sum of the loads on one bar."""
         found = Load((0.0, 0.0)) if self.structure.gravity == "none" else self.attractor.load(rod)
         for more in self.others(rod, bar):
             found = found + more
         self.seen.append(bar)
         return found
 
-    def others(self, rod: Rod, bar: Moving) -> list[Load]:
-        """What acts besides the central body's main field."""
-        found = [c.load(rod, bar.place) for c in self.companions]
+    def others(self, rod: Rod, bar: BarKinematics) -> list[Load]:
+        """Loads besides the central body's main field."""
+        found = [c.load(rod, bar.position) for c in self.companions]
         found += [x.load(rod) for x in [self.flattening] if x]
         found += [x.load(bar) for x in (self.air, self.light) if x]
         if self.springs:
@@ -101,8 +101,8 @@ class Acting:
         return found
 
     @property
-    def switches(self) -> tuple[list[Symbol], Symbol]:
-        """What passes zero at switches, and Z0·s."""
+    def event_functions(self) -> tuple[list[Symbol], Symbol]:
+        """Event functions of the modes, and Z0·s."""
         import heyoka as hy
 
         found = [x.facing(bar) for x in (self.air, self.light) if x for bar in self.seen]

@@ -1,12 +1,12 @@
-"""What acts on a bar, written once for Exudyn's symbolic numbers and for NumPy arrays.
+"""Gravity and frame forces on a bar, in one form for Exudyn's symbolic numbers and for NumPy arrays.
 
-In the rotating frame on a Kepler orbit (radius r, rate w, k = mu/r³), a bar at (x, y) is accelerated by
+In the rotating frame on a Kepler orbit (radius r, rate w, k = mu/r³), a bar at (x, y) has the acceleration
 
     2 w y' + w' y + k ((e cos f - c) x - c r),   -2 w x' - w' x + k (e cos f - c) y,
 
-where c = (1+q)^(-3/2) - 1 with q = ((2r + x) x + y²)/r² is Encke's, and w² - k = k e cos f is Kepler's
-orbit: the large terms (870 N a bar) are gone before any number is formed. A symbolic expression is
-evaluated once for each place it stands in, so `c` is written down as seldom as can be.
+where c = (1+q)^(-3/2) - 1 with q = ((2r + x) x + y²)/r² is Encke's, and w² - k = k e cos f holds on Kepler's orbit. The
+large terms (870 N a bar) cancel analytically. Exudyn evaluates a symbolic expression once for each occurrence, so `c`
+occurs in as few places as possible.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from adapters.exudyn.frames.numbers import Number
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.exudyn.frames.numbers import Motion, OrbitNumbers
+    from adapters.exudyn.frames.numbers import BarMotion, OrbitNumbers
 
 
 @dataclass(frozen=True)
-class Bar:
-    """What loads need to know of a bar."""
+class LoadedBar:
+    """Mass properties of a bar for its loads."""
 
     mass_kg: float
     inertia_kg_m2: float = 0.0
@@ -36,7 +36,7 @@ Load = tuple[Number, Number, Number]
 """Force along x and y (N), torque (N m)"""
 
 
-def orbit_load(bar: Bar, orbit: OrbitNumbers, m: Motion, sqrt: Callable[[Number], Number]) -> Load:
+def orbit_load(bar: LoadedBar, orbit: OrbitNumbers, m: BarMotion, sqrt: Callable[[Number], Number]) -> Load:
     """Gravity and the rotating frame's forces on a bar."""
     r, w, k = orbit.radius_m, orbit.rate_rad_s, orbit.pull_s2
     q = ((2.0 * r + m.x_m) * m.x_m + m.y_m * m.y_m) / (r * r)
@@ -55,8 +55,8 @@ def encke(q: Number, sqrt: Callable[[Number], Number]) -> tuple[Number, Number]:
     return -1.0 * q * (3.0 + q * (3.0 + q)) / (cube * (1.0 + cube)), cube
 
 
-def absolute_load(bar: Bar, mu_m3_s2: float, m: Motion, sqrt: Callable[[Number], Number]) -> Load:
-    """Gravity on a bar whose place is counted from the centre of the body."""
+def absolute_load(bar: LoadedBar, mu_m3_s2: float, m: BarMotion, sqrt: Callable[[Number], Number]) -> Load:
+    """Gravity on a bar in absolute coordinates."""
     r2 = m.x_m * m.x_m + m.y_m * m.y_m
     cube = r2 * sqrt(r2)
     pull = -mu_m3_s2 * bar.mass_kg / cube
@@ -66,16 +66,16 @@ def absolute_load(bar: Bar, mu_m3_s2: float, m: Motion, sqrt: Callable[[Number],
     return pull * m.x_m, pull * m.y_m, torque
 
 
-def gradient_torque(strength: Number, across: Number, m: Motion, fifth: Number) -> Number:
-    """3 mu J sin(phi) cos(phi)/rho³ by eq. (17), corrected in sign: towards the radial.
+def gradient_torque(strength: Number, across: Number, m: BarMotion, fifth: Number) -> Number:
+    """Torque 3 mu J sin(phi) cos(phi)/rho³ by eq. (17) with its sign corrected: towards the radial direction.
 
     Parameters
     ----------
     strength : number
-        3 mu J in the unit that `fifth` leaves.
+        3 mu J in the unit of `fifth`.
     across : number
-        Radial component of the bar's place: its x from the centre of the body.
-    m : Motion
+        Radial component of the bar's position: its x from the centre of the body.
+    m : BarMotion
     fifth : number
         rho⁵ in that unit.
     """
