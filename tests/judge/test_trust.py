@@ -12,9 +12,9 @@ from adapters.exudyn.adapter import Exudyn, ExudynAbsolute
 from adapters.pymunk.adapter import Pymunk
 from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import Observable
-from barchain.judge.checks.between import wrong_between
+from barchain.judge.checks.between_segments import fault_between_segments
 from barchain.judge.checks.digits import rounded_values
-from barchain.judge.checks.restart import declared_rad, stretches
+from barchain.judge.checks.restart import declared_noise_rad, restart_segments
 from barchain.judge.comparison import judge
 from barchain.judge.declared_noise import believed_steps, bounded
 from barchain.judge.error_model import ErrorModel
@@ -139,7 +139,7 @@ def test_round_off_since_the_start_makes_no_later_sample_unpredictable(chaotic, 
     """It is part of the state that the engine goes on from; amplified, it emptied every stretch after five orbits."""
     errors = ErrorModel(Reference, SETTING, chaotic, sound[0])
     assert errors.floor["rate"][-1] > 1e3 * errors.floor["rate"][0]
-    assert declared_rad(errors, errors.n - 1) == 0.0
+    assert declared_noise_rad(errors, errors.n - 1) == 0.0
 
 
 def test_an_engine_that_shows_more_than_it_declares_is_malformed_and_judged_by_what_it_shows(chaotic, sound):
@@ -159,13 +159,13 @@ def test_samples_that_no_stretch_covers_answer_for_themselves(chaotic, sound):
     main = sound[0]
     errors = ErrorModel(Reference, SETTING, chaotic, main)
     first = int(np.count_nonzero(main.t_s <= errors.limit_s)) - 1
-    few = stretches(errors, main, first)[:1]
-    assert wrong_between(errors, main, few, first, room={}) is None
+    few = restart_segments(errors, main, first)[:1]
+    assert fault_between_segments(errors, main, few, first, extra={}) is None
     at = (np.arange(len(main.t_s)) == 100)[:, None]
     turned = main.replace(angle_rad=main.angle_rad + 3.0 * at)
     pushed = main.replace(reaction_N=main.reaction_N * np.where(at, -1.0, 1.0)[..., None])
-    assert "increment" in wrong_between(errors, turned, few, first, room={})[2]
-    assert "own state" in wrong_between(errors, pushed, few, first, room={})[2]
+    assert "increment" in fault_between_segments(errors, turned, few, first, extra={})[2]
+    assert "own state" in fault_between_segments(errors, pushed, few, first, extra={})[2]
 
 
 def test_a_blow_beyond_the_limit_is_followed_and_no_later_stretch_lacks_its_channel():
@@ -280,7 +280,7 @@ def test_declared_noise_in_one_quantity_is_no_excuse_for_an_error_in_another(cha
 def test_a_run_equal_to_its_finer_one_bit_for_bit_is_no_estimate_of_zero(chaotic, sound):
     """Too little tells the finer run from the main one; the method's own request explains what is off."""
     verdict = judged(chaotic, sound[0], sound[0])
-    assert verdict.outcome is Outcome.PASS or verdict.asks
+    assert verdict.outcome is Outcome.PASS or verdict.further_runs
 
 
 def test_every_quantity_states_a_detection_limit_and_a_scene_of_second_order_a_coarser_one(chaotic, sound):
@@ -374,7 +374,7 @@ def test_an_engine_in_absolute_coordinates_that_round_off_ruins_is_limited_and_n
     solution, (setting, runs) = solution_of(scene), three_settings(ExudynAbsolute, scene)
     first = judged(solution, runs[0], runs[1], ExudynAbsolute, setting)
     assert not first.outcome.ok
-    assert set(first.asks) >= set(PERTURBED_ROLES)
+    assert set(first.further_runs) >= set(PERTURBED_ROLES)
     others = tuple(turned_back(ExudynAbsolute().run(perturbed(scene, k), setting), a) for k, a in enumerate(TURNED_RAD))
     final = judged(
         solution, runs[0], runs[1], ExudynAbsolute, setting,
@@ -397,8 +397,8 @@ def test_an_engine_in_relative_coordinates_can_not_pass_as_limited_by_round_off(
 
 def test_garbage_asks_for_no_further_runs(chaotic, sound):
     wrong = [garbage(seen, 0.25, growing=False, seed=k) for k, seen in enumerate(sound)]
-    assert judged(chaotic, *wrong).asks == ()
-    assert Role.FINEST not in judged(chaotic, *wrong).asks
+    assert judged(chaotic, *wrong).further_runs == ()
+    assert Role.FINEST not in judged(chaotic, *wrong).further_runs
 
 
 def test_a_comparison_looks_closely_enough_and_keeps_a_scene_s_own_instants():
