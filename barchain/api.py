@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.registry import Registration, find_engine
 from barchain.crossval.record import new_record
-from barchain.crossval.suite import ANY_EXTERNAL, Plan, Suite
+from barchain.crossval.suite import ANY_EXTERNAL, ComparisonPlan, Suite
 from barchain.run.job import Job, Role
 from barchain.run.pool import run_jobs
 from barchain.run.selection import chosen_engines, unique_names
@@ -185,7 +185,7 @@ def compare(
     """
     loaded = [s if isinstance(s, Scene) else load_scene(s) for s in scenes]
     chosen = dict(registered) if registered is not None else chosen_engines(engine_names)
-    plan = Plan(
+    plan = ComparisonPlan(
         unique_names(loaded),
         chosen,
         time_limit_s,

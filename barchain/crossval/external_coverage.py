@@ -1,7 +1,7 @@
-"""Who else than ourselves can carry a scene: what its effects ask, what its instants do, what is committed.
+"""Support of a scene by external engines: effects they lack, instants they reject, certified solutions committed.
 
-Engines of equal steps refuse instants that no step ends at. That is no lack of an effect: another number of samples,
-or a slightly different end of the run, makes every instant a sample or the middle between two.
+Engines of equal steps reject instants at which no step ends. Such a rejection is no lack of an effect. Another number
+of samples, or a slightly later end of the run, makes every instant a sample or the middle between two.
 """
 
 from __future__ import annotations
@@ -24,30 +24,38 @@ if TYPE_CHECKING:
     from adapters.registry import Registration
     from scenarios import Scene, Thrust
 
-MOST_SAMPLES = 20_001  # of a run that is suggested: beyond it nobody looks at them
+MAX_SUGGESTED_SAMPLES = 20_001
+"""Largest number of samples of a suggested run"""
 
 
-def carriers(scene: Scene, asked: Mapping[str, Registration]) -> dict[str, Any]:
-    """What run.json says of it: of external engines asked, those that lack an effect and those that instants stop."""
-    outside = {name: found for name, r in asked.items() if r.external and (found := loaded(r))}
+def external_coverage(scene: Scene, requested: Mapping[str, Registration]) -> dict[str, Any]:
+    """Entry of run.json: requested external engines that lack an effect or reject instants, and others that would do.
+
+    Returns
+    -------
+    dict
+        ``lack``: effects that each engine lacks; ``instants``: see :func:`unaligned_instants`; ``not_requested``:
+        external engines that support the scene; ``solution``: precision of its certified solution, or empty.
+    """
+    outside = {name: found for name, r in requested.items() if r.external and (found := loaded(r))}
     return {
         "lack": {name: lacking for name, e in outside.items() if (lacking := sorted(scene.effects.names - e.effects))},
-        "instants": in_the_way(scene, outside),
-        "not_asked": [name for name, r in engines().items() if name not in asked and carries(r, scene)],
+        "instants": unaligned_instants(scene, outside),
+        "not_requested": [name for name, r in engines().items() if name not in requested and supports(r, scene)],
         "solution": committed_precision(scene),
     }
 
 
 def loaded(registration: Registration) -> type[Engine] | None:
-    """Engine's class; None where that can't be had."""
+    """Engine's class; None if it is not installed or does not load."""
     try:
         return None if registration.missing else registration.load()
     except Exception:
         return None
 
 
-def carries(registration: Registration, scene: Scene) -> bool:
-    """Whether an everyday engine of somebody else's can do a scene, installed or not."""
+def supports(registration: Registration, scene: Scene) -> bool:
+    """Whether an engine is external, in everyday use and supports the scene, installed or not."""
     if not registration.external or not registration.in_default_set:
         return False
     try:
@@ -56,15 +64,15 @@ def carries(registration: Registration, scene: Scene) -> bool:
         return False
 
 
-def in_the_way(scene: Scene, outside: Mapping[str, type[Engine]]) -> dict[str, Any]:
-    """Engines that refuse a scene for its instants alone, those instants, and a run that they would take.
+def unaligned_instants(scene: Scene, outside: Mapping[str, type[Engine]]) -> dict[str, Any]:
+    """Engines that reject a scene for its instants alone, those instants (s), and a run that they would support.
 
-    Whether it is the instants alone is tried out: on the same scene with every instant at a sample.
+    The cause is tested with the same scene and every instant at a sample.
     """
     if misalignment(scene) is None:
         return {}
-    run = fitting(scene)
-    trial = aligned(scene) if run is None else lasting(scene, run)
+    run = fitting_run(scene)
+    trial = aligned(scene) if run is None else with_run(scene, run)
     stopped = [name for name, e in outside.items() if e.unsupported(scene) and not e.unsupported(trial)]
     if not stopped:
         return {}
@@ -73,8 +81,8 @@ def in_the_way(scene: Scene, outside: Mapping[str, type[Engine]]) -> dict[str, A
     return {"engines": stopped, "at_s": off, "run": None if run is None else dataclasses.asdict(run)}
 
 
-def lasting(scene: Scene, run: Run) -> Scene:
-    """`scene` over another run; a thrust that lasts to its end still does."""
+def with_run(scene: Scene, run: Run) -> Scene:
+    """`scene` over another run; a thrust that lasts to the old end lasts to the new one."""
     end_s = scene.run.duration_s
 
     def until(thrust: Thrust) -> Thrust:
@@ -85,11 +93,11 @@ def lasting(scene: Scene, run: Run) -> Scene:
     return dataclasses.replace(scene, run=run, effects=effects)
 
 
-def fitting(scene: Scene) -> Run | None:
-    """Run of as many samples as the scene's, or a few more, every instant of which is a sample or between two.
+def fitting_run(scene: Scene) -> Run | None:
+    """Run of as many samples as the scene's, or a few more, in which every instant is a sample or midway between two.
 
-    The scene's own duration is kept if that can be, else taken to the next multiple of what its instants share. None
-    where it would take more than :data:`MOST_SAMPLES`.
+    The scene's own duration is kept if possible, else extended to the next multiple of the instants' common divisor.
+    None where the run would need more than :data:`MAX_SUGGESTED_SAMPLES`.
     """
     instants = [Fraction(repr(t)) for t in inner_events_s(scene)]
     scale = common_denominator(instants)
@@ -99,18 +107,18 @@ def fitting(scene: Scene) -> Run | None:
         halves = common_denominator([t / duration for t in instants])  # duration/halves goes into every instant
         unit = halves // 2 if halves % 2 == 0 else halves
         run = Run(float(duration), math.ceil(Fraction(scene.run.samples - 1, unit)) * unit + 1)
-        if run.samples <= max(MOST_SAMPLES, scene.run.samples):
+        if run.samples <= max(MAX_SUGGESTED_SAMPLES, scene.run.samples):
             return run
     return None
 
 
 def common_denominator(values: list[Fraction]) -> int:
-    """Least number that makes whole numbers of all."""
+    """Smallest positive integer whose product with each value is an integer."""
     return math.lcm(*(v.denominator for v in values))
 
 
 def aligned(scene: Scene) -> Scene:
-    """`scene` with its thrusts, blows and laws at the nearest samples."""
+    """`scene` with its thrusts, impulses and manoeuvres at the nearest samples."""
     every = scene.run.duration_s / (scene.run.samples - 1)
 
     def near(t_s: float) -> float:
@@ -130,6 +138,6 @@ def aligned(scene: Scene) -> Scene:
 
 
 def committed_precision(scene: Scene) -> str:
-    """How the truth was run that is committed for a scene of these physics; empty if there is none."""
+    """Precision of the certified solution committed for a scene of these physics; empty if there is none."""
     path = committed_tables().get(physics_digest(scene))
     return "" if path is None else read_head(path)["precision"]

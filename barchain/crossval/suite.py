@@ -35,12 +35,13 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 ANY_EXTERNAL = "(any external)"
-SEVERAL = 2  # scenes: an engine that can do none of so many was not just unlucky with its scene
+SEVERAL = 2
+"""Scenes of which an engine must support at least one: its failure is then no accident of one scene"""
 
 
 @dataclass(frozen=True)
-class Plan:
-    """What is to be compared."""
+class ComparisonPlan:
+    """Scenes and engines to compare, and how."""
 
     scenes: list[Scene]
     engines: dict[str, Registration]
@@ -52,7 +53,7 @@ class Plan:
     need_external: bool = False
     """Whether a scene that no external engine passes is a failure"""
     named: bool = False
-    """Whether somebody asked for these engines by name: one that was compared on no scene is then a failure"""
+    """Whether the engines were requested by name: an engine that was compared on no scene is then a failure"""
 
     def setting(self, name: str, engine: type[Engine]) -> Setting:
         """Setting at which an engine is judged."""
@@ -64,7 +65,7 @@ class SceneProgress:
     """Results of one scene as they come."""
 
     scene: Scene
-    certified_solutions: dict[Role, RunResult] = field(default_factory=dict)
+    solution_runs: dict[Role, RunResult] = field(default_factory=dict)
     runs: dict[str, dict[Role, RunResult]] = field(default_factory=dict)
     verdicts: dict[str, Verdict] = field(default_factory=dict)
     solution: ReferenceSolution | None = None
@@ -76,7 +77,7 @@ class Suite:
 
     def __init__(
         self,
-        plan: Plan,
+        plan: ComparisonPlan,
         store: Store,
         report: Callable[[str, str, str], None],
         note: Callable[[str], None] = lambda _: None,
@@ -86,9 +87,9 @@ class Suite:
         self.progress = {scene.name: SceneProgress(closely_sampled(scene)) for scene in plan.scenes}
         self.classes: dict[str, type[Engine]] = {}
         self.idle: dict[str, Verdict] = {}
-        """Verdicts on engines that should have been compared, and were on no scene"""
+        """Verdicts on engines that were compared on no scene, though they should have been"""
         self.doubted: dict[tuple[str, str], Verdict] = {}
-        """Verdicts that wait for the further runs that they ask for"""
+        """Verdicts that wait for the further runs that they request"""
         self.judges: Judges[tuple[str, str]] = Judges(plan.workers)
 
     def run(self) -> dict[tuple[str, str], Verdict]:
@@ -118,7 +119,7 @@ class Suite:
         return found | {(ALL_SCENES, e): v for e, v in self.idle.items()}
 
     def recalled(self, jobs: list[Job], earlier: dict[str, dict[str, Any]]) -> list[Job]:
-        """Jobs that are left to do, after results that an earlier comparison stored are taken."""
+        """Jobs that are left to do after the results of an earlier comparison are taken."""
         waiting = []
         for job in jobs:
             result = self.store.recall(job, earlier)
@@ -137,18 +138,18 @@ class Suite:
         self.collect(wait=True)
 
     def follow_ups(self) -> list[Job]:
-        """Further runs that doubted verdicts ask for."""
+        """Further runs that doubted verdicts request."""
         jobs = []
         for (name, engine), verdict in self.doubted.items():
             scene, loaded = self.progress[name].scene, self.classes[engine]
             setting = self.plan.setting(engine, loaded)
-            jobs += follow_up_jobs(scene, engine, self.plan.engines[engine], loaded, setting, verdict.asks)
+            jobs += follow_up_jobs(scene, engine, self.plan.engines[engine], loaded, setting, verdict.further_runs)
         if jobs:
             self.note(f"{len(jobs)} further runs, to tell round-off and slow convergence from wrong physics")
         return jobs
 
     def jobs(self) -> list[Job]:
-        """All runs to make; engines that can't do a scene get their verdict at once."""
+        """All runs to make; engines that do not support a scene get their verdict at once."""
         jobs = []
         for name, progress in self.progress.items():
             scene = progress.scene
@@ -162,7 +163,7 @@ class Suite:
         return jobs
 
     def cannot(self, engine: str, registration: Registration, scene: Scene) -> tuple[Outcome, str] | None:
-        """Why an engine is not run on a scene, or None."""
+        """Outcome and reason if an engine is not run on a scene, or None."""
         if registration.missing:
             return Outcome.MISSING, registration.missing
         try:
@@ -182,11 +183,11 @@ class Suite:
         ]
 
     def take(self, job: Job, result: RunResult) -> None:
-        """Note a result, and judge whatever it completes."""
+        """Store a result, and judge the engines whose runs it completes."""
         self.store.keep_run(job, result)
         progress = self.progress[job.scene.name]
         if job.role in SOLUTION_ROLES:
-            progress.certified_solutions[job.role] = result
+            progress.solution_runs[job.role] = result
             self.found_solution(progress)
             ready = list(progress.runs)
         else:
@@ -196,9 +197,9 @@ class Suite:
             self.judge_if_ready(progress, engine)
 
     def found_solution(self, progress: SceneProgress) -> None:
-        """Establish the truth once its runs are there."""
+        """Establish the reference solution once its runs are there."""
         try:
-            solution = solution_of(progress.scene, progress.certified_solutions)
+            solution = solution_of(progress.scene, progress.solution_runs)
         except SolutionFailedError as error:
             self.give_up(progress, str(error))
             return
@@ -218,7 +219,7 @@ class Suite:
         self.settle(name, REFERENCE_SOLUTION, verdict)
 
     def judge_if_ready(self, progress: SceneProgress, engine: str) -> None:
-        """Judge an engine once its two runs and the truth are there, if it supports what the scene turned out to do."""
+        """Judge an engine once its two runs and the reference solution exist, if it supports the motion."""
         runs, name = progress.runs[engine], progress.scene.name
         evidence = gathered(runs)
         given = engine in progress.verdicts or (name, engine) in self.judges.waiting
@@ -230,16 +231,24 @@ class Suite:
             self.settle(name, engine, no_verdict(name, engine, setting, Outcome.UNSUPPORTED, reason))
             return
         earlier = self.doubted.get((name, engine))
-        if earlier is not None and not all(role in runs for role in earlier.asks):
+        if earlier is not None and not all(role in runs for role in earlier.further_runs):
             return
-        if goes_beyond(self.classes[engine], setting, evidence, progress.solution):
-            registration = self.plan.engines[engine]
-            self.judges.submit((name, engine), judge_loaded, engine, registration, setting, evidence, progress.solution)
-        else:
-            self.judged(name, engine, judge(engine, self.classes[engine], setting, evidence, progress.solution))
+        self.submit(progress, engine, setting, evidence)
+
+    def submit(self, progress: SceneProgress, engine: str, setting: Setting, evidence: Evidence) -> None:
+        """Judge at once, or in another process where the verdict goes beyond the predictability limit."""
+        assert progress.solution is not None
+        loaded, name, solution = self.classes[engine], progress.scene.name, progress.solution
+        run = evidence.main.trajectory
+        errors = None if run is None else ErrorModel(loaded, setting, solution, run)
+        if errors is None or not goes_beyond(errors):
+            self.judged(name, engine, judge(engine, loaded, setting, evidence, solution, errors))
+            return
+        registration = self.plan.engines[engine]
+        self.judges.submit((name, engine), judge_loaded, engine, registration, setting, evidence, solution, errors)
 
     def collect(self, *, wait: bool) -> None:
-        """Take verdicts from the processes that give them; of one that does not come, the engine's row says so."""
+        """Take verdicts from other processes; a verdict that fails becomes the reason of its engine's row."""
         for (name, engine), verdict in self.judges.collected(wait=wait):
             if isinstance(verdict, Verdict):
                 self.judged(name, engine, verdict)
@@ -249,21 +258,21 @@ class Suite:
             self.settle(name, engine, no_verdict(name, engine, setting, Outcome.FAILED, said))
 
     def judged(self, name: str, engine: str, verdict: Verdict) -> None:
-        """Settle a verdict, or wait for the further runs that it asks for."""
-        if verdict.asks and (name, engine) not in self.doubted:
+        """Settle a verdict, or wait for the further runs that it requests."""
+        if verdict.further_runs and (name, engine) not in self.doubted:
             self.doubted[name, engine] = verdict
             return
         self.doubted.pop((name, engine), None)
         self.settle(name, engine, verdict)
 
     def settle(self, scene: str, engine: str, verdict: Verdict) -> None:
-        """Keep a verdict and tell of it."""
+        """Store a verdict and report it."""
         self.progress[scene].verdicts[engine] = verdict
         self.store.keep_rows(scene, engine, verdict.rows, verdict.series)
         self.report(scene, engine, verdict.outcome)
 
     def require_external(self) -> None:
-        """A scene that no external engine passes has not been cross-validated."""
+        """Settle scenes that no external engine passes: they have not been cross-validated."""
         if not self.plan.need_external:
             return
         for name, progress in self.progress.items():
@@ -275,7 +284,7 @@ class Suite:
                 self.settle(name, ANY_EXTERNAL, no_verdict(name, ANY_EXTERNAL, None, Outcome.NOTHING_COMPARED, reason))
 
     def require_compared(self) -> None:
-        """An engine that was compared on no scene is no success, if it was named or had several scenes to do."""
+        """Reject engines compared on no scene, if they were requested by name or had several scenes to do."""
         scenes = [p for p in self.progress.values() if not p.solution_failed]
         if not self.plan.named and len(scenes) < SEVERAL:
             return
@@ -286,7 +295,7 @@ class Suite:
                 self.leave_idle(engine, f"compared on no scene: {reasons}")
 
     def leave_idle(self, engine: str, reason: str) -> None:
-        """Keep a verdict on an engine in all scenes together, and tell of it."""
+        """Store a verdict on an engine in all scenes together, and report it."""
         verdict = no_verdict(ALL_SCENES, engine, None, Outcome.NOTHING_COMPARED, reason)
         self.idle[engine] = verdict
         self.store.keep_rows(ALL_SCENES, engine, verdict.rows)
@@ -294,32 +303,37 @@ class Suite:
 
 
 def judge_loaded(
-    name: str, registration: Registration, setting: Setting, evidence: Evidence, solution: ReferenceSolution
+    name: str,
+    registration: Registration,
+    setting: Setting,
+    evidence: Evidence,
+    solution: ReferenceSolution,
+    errors: ErrorModel,
 ) -> Verdict:
     """Verdict in a process that has to load the engine's class itself; arguments as of `judge`."""
-    return judge(name, registration.load(), setting, evidence, solution)
+    engine = registration.load()
+    return judge(name, engine, setting, evidence, solution, errors.of_engine(engine))
 
 
-def goes_beyond(engine: type[Engine], setting: Setting, evidence: Evidence, solution: ReferenceSolution) -> bool:
+def goes_beyond(errors: ErrorModel) -> bool:
     """Whether a verdict compares beyond the predictability limit, which takes long."""
-    run = evidence.main.trajectory
     try:
-        return run is not None and ErrorModel(engine, setting, solution, run).limit_s < solution.trajectory.t_s[-1]
+        return bool(errors.limit_s < errors.solution.trajectory.t_s[-1])
     except Exception:  # of samples that arithmetic fails on, or an adapter's own: the verdict says so
         return False
 
 
 def beforehand(jobs: list[Job]) -> list[str]:
-    """What is to be said before runs from which no verdict comes yet."""
+    """Announcements before the runs that give no verdict yet."""
     first = [job for job in jobs if job.role in SOLUTION_ROLES]
     scenes = len({job.scene.name for job in first})
     of = "the scene" if scenes == 1 else f"{scenes} scenes"
-    certified_solutions = f"truth of {of} first: {len(first)} runs of the reference at its tightest" if first else ""
-    return [text for text in (certified_solutions, announcement(jobs)) if text]
+    solution_runs = f"reference solution of {of} first: {len(first)} runs" if first else ""
+    return [text for text in (solution_runs, announcement(jobs)) if text]
 
 
 def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
-    """What run.json says of a scene's truth."""
+    """Entry of run.json on a scene's reference solution."""
     displacement = com_displacement(solution.scene, solution.trajectory)
     inside = solution.trajectory.t_s[: len(solution.amplification)] <= solution.limit_s
     return {
@@ -328,12 +342,12 @@ def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
         "solution_setting": f"rtol={SOLUTION_RTOL:g}",
         "solution_error_rad": float(solution.error["attitude"][: len(inside)][inside].max()),
         "solution_limit_s": solution.limit_s,
-        "growth_per_orbit": solution.growth_per_orbit,
-        "growth_total": float(solution.amplification[-1]),
+        "amplification_per_orbit": solution.growth_per_orbit,
+        "amplification_total": float(solution.amplification[-1]),
         "model_difference": {
             "com_m": float(abs(displacement.vector_m).max()),
             "note": "departure of the chain's centre of mass from a particle's track, O((L/r)^2), "
-            "predicted along the truth's attitude and taken out before engines without attitude are judged",
+            "predicted along the reference solution's attitude and subtracted for engines without attitude",
         },
         **gradient_defect(solution.scene, solution.trajectory, solution.limit_s),
     }

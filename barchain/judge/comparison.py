@@ -1,4 +1,4 @@
-"""One engine against the truth on one scene: rows of metrics, and differences over time."""
+"""Verdict on one engine in one scene: rows of metrics, and differences from the reference solution over time."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import numpy as np
 import pandas as pd
 
 from adapters.engine import Coordinates, EngineError
-from barchain.judge.checks.between import OF_A_STATE, wrong_between
+from barchain.judge.checks.between_segments import STATE_QUANTITIES, fault_between_segments
 from barchain.judge.checks.digits import rounded_values
-from barchain.judge.checks.extrapolation import FIELDS
-from barchain.judge.checks.relative_energy import BLOWN_UP, kinetic_ratio
-from barchain.judge.checks.restart import Stretch, can_restart, stretches
+from barchain.judge.checks.relative_energy import MAX_KINETIC_RATIO, kinetic_ratio
+from barchain.judge.checks.restart import RestartSegment, can_restart, restart_segments
+from barchain.judge.checks.run_end import end_event_fault
 from barchain.judge.declared_noise import too_noisy
 from barchain.judge.drift_bounds import drift_bounds
-from barchain.judge.landing import ended_elsewhen
-from barchain.judge.residuals import FINEST_NOISE, HALVED, Residuals, worst
-from barchain.judge.roundoff_limit import coarsest_roundoff
-from barchain.judge.run_end import ended_differently
-from barchain.judge.tolerances import NORM_SLACK
+from barchain.judge.error_model import ErrorModel
+from barchain.judge.error_units import NORM_SLACK
+from barchain.judge.landing import end_instant_fault
+from barchain.judge.residuals import FINEST_NOISE, HALVED_STEP_NOISE, Residuals, worst
+from barchain.judge.roundoff_limit import max_roundoff
 from barchain.metrics.quantities import drifts
 from barchain.run.job import PERTURBED_ROLES, Role
 from barchain.solutions.reference import PARTED_RAD, TRACK
@@ -33,20 +33,24 @@ if TYPE_CHECKING:
     from barchain.judge.evidence import Evidence
     from barchain.solutions.reference import ReferenceSolution
 
-LEAST_JUDGED = 0.1  # of the run: agreement over less says nothing about the scene
-MOST_EMPTY = 0.75  # share of the stretches beyond the limit that may predict no sample; in manoeuvres most do not
-HOPELESS = 100.0  # times what is allowed: no slowly converging method is behind that
-ASKED = frozenset({"normalised_error", "bound_used", "finer_bound_used", "drift", "offset_used"})
+MIN_JUDGED_SHARE = 0.1
+"""Least share of the run's samples that must be judged: agreement over less says nothing about the scene"""
+MAX_EMPTY_SHARE = 0.75
+"""Largest share of the segments beyond the limit that may predict no sample; in manoeuvres most do not"""
+MAX_DOUBTED_RATIO = 100.0
+"""Largest ratio of an error to its tolerance that a slowly converging method may cause"""
+JUDGED_METRICS = frozenset({"normalised_error", "bound_ratio", "finer_bound_ratio", "drift", "extrapolation_ratio"})
 """Metrics that are judged by their tolerance"""
-OF_TWO_SETTINGS = frozenset({"offset_used", "finer_bound_used"})
+TWO_SETTING_METRICS = frozenset({"extrapolation_ratio", "finer_bound_ratio"})
 """Metrics that need the second run to be the finer one"""
 DOUBTED = {Outcome.INCONSISTENT, Outcome.EXCEEDS_BOUND}
-"""Outcomes that round-off or slow convergence may be behind"""
-END_SLACK = 1e-6  # of an orbit: a sample meant to be at its end is in it
-
-UNITLESS = frozenset(
-    {"normalised_error", "bound_used", "finer_bound_used", "detection_limit", "judged_share", "offset_used", "between"}
-)
+"""Outcomes that round-off or slow convergence may cause"""
+END_SLACK = 1e-6
+"""Slack of an orbit's end, relative to the orbit: a sample meant to be at its end is in it"""
+UNITLESS = frozenset({
+    "normalised_error", "bound_ratio", "finer_bound_ratio", "detection_limit", "judged_share", "extrapolation_ratio",
+    "own_state_ratio",
+})  # fmt: skip
 """Metrics that are ratios, whatever their quantity's unit"""
 
 Row = dict[str, Any]
@@ -60,8 +64,8 @@ class Verdict:
     """Rows of the metrics table"""
     series: pd.DataFrame | None = None
     """Differences over time; None where nothing was compared"""
-    asks: tuple[Role, ...] = ()
-    """Roles of further runs that would settle an outcome; none where it is settled"""
+    further_runs: tuple[Role, ...] = ()
+    """Roles of further runs that would settle an outcome; empty if the outcome is settled"""
 
     @property
     def outcome(self) -> Outcome:
@@ -70,7 +74,7 @@ class Verdict:
 
 
 def no_verdict(scene: str, engine: str, setting: Setting | None, outcome: Outcome, reason: str) -> Verdict:
-    """One row for a whole run that gave nothing to compare."""
+    """Verdict of one row, on a whole run that gave nothing to compare."""
     return Verdict([row(scene, engine, setting, "run", "outcome", None, None, outcome, reason, None)])
 
 
@@ -104,12 +108,17 @@ def row(
 
 
 def judge(
-    name: str, engine: type[Engine], setting: Setting, evidence: Evidence, solution: ReferenceSolution
+    name: str,
+    engine: type[Engine],
+    setting: Setting,
+    evidence: Evidence,
+    solution: ReferenceSolution,
+    errors: ErrorModel | None = None,
 ) -> Verdict:
     """Compare an engine's runs with the reference solution.
 
-    Samples that arithmetic fails on cost their engine's verdict, not the run that it is part of. Where the evidence
-    does not settle the verdict, it names the further runs that would (:attr:`Verdict.asks`).
+    Samples that arithmetic fails on cost their engine's verdict, not the comparison of all engines. Where the evidence
+    does not settle the verdict, it names the runs that would (:attr:`Verdict.further_runs`).
 
     Parameters
     ----------
@@ -119,7 +128,9 @@ def judge(
     setting : Setting
         Of the main run.
     evidence : Evidence
-    truth : Truth
+    solution : ReferenceSolution
+    errors : ErrorModel, optional
+        Of the engine at this setting for its main run, if already built.
 
     Returns
     -------
@@ -129,8 +140,10 @@ def judge(
     for role, result in (("", evidence.main), (" (at its finer setting)", evidence.finer)):
         if result.outcome is not Outcome.PASS or result.trajectory is None:
             return no_verdict(scene.name, name, setting, result.outcome, result.reason + role)
+    assert evidence.main.trajectory is not None
     try:
-        return Comparison(name, engine, setting, evidence, solution).verdict()
+        model = errors or ErrorModel(engine, setting, solution, evidence.main.trajectory)
+        return Comparison(name, model, evidence).verdict()
     except Exception as error:
         said = f"could not be compared: {type(error).__name__}: {error}"
         return no_verdict(scene.name, name, setting, Outcome.FAILED, said)
@@ -139,95 +152,99 @@ def judge(
 class Comparison(Residuals):
     """Rows of the verdict on one engine in one scene."""
 
-    def __init__(
-        self, name: str, engine: type[Engine], setting: Setting, evidence: Evidence, solution: ReferenceSolution
-    ) -> None:
-        super().__init__(engine, setting, evidence, solution)
+    def __init__(self, name: str, errors: ErrorModel, evidence: Evidence) -> None:
+        """Prepare the rows of the engine called `name`; the other arguments are those of `Residuals`."""
+        super().__init__(errors, evidence)
         self.name = name
-        self.drift_bound = drift_bounds(self.errors, self.main, self.finer)
-        self.stretches: list[Stretch] = []
+        self.drifts = drifts(self.scene, self.main)
+        self.drift_bound = drift_bounds(errors, self.drifts, drifts(self.scene, self.finer))
+        self.segments: list[RestartSegment] = []
 
     def verdict(self) -> Verdict:
-        """All rows, the series for plots, and what further runs would settle."""
+        """All rows, the series for plots, and the further runs that would settle the verdict."""
         early = self.early_fault()
         rows = [] if early is None else [early]
-        for quantity in self.found:
+        for quantity in self.difference:
             rows += self.pointwise(quantity)
         rows += self.drift_rows() + self.finer_rows()
         if early is None and all(Outcome(r["outcome"]).ok for r in rows):
-            rows += self.beyond_rows()
-        rows += self.offset_rows()
+            rows += self.rows_beyond_limit()
+        rows += self.extrapolation_rows()
         rows += [self.share_row(rows)] if early is None else []
-        asks = self.asks(rows)
-        wait = asks and self.engine.coordinates is Coordinates.ABSOLUTE  # which may turn out limited by round-off
-        declined = None if wait else self.declined(rows)
-        if declined is not None:
-            return no_verdict(self.scene.name, self.name, self.setting, Outcome.UNSUPPORTED, declined)
-        return Verdict(rows, self.series(), asks)
+        further = self.further_runs(rows)
+        wait = further and self.engine.coordinates is Coordinates.ABSOLUTE  # round-off may turn out to limit the run
+        reason = None if wait else self.declared_limitation(rows)
+        if reason is not None:
+            return no_verdict(self.scene.name, self.name, self.setting, Outcome.UNSUPPORTED, reason)
+        return Verdict(rows, self.series(), further)
 
-    def declined(self, rows: list[Row]) -> str | None:
-        """Why the engine can't be compared by its own account: it declares too much noise, and that explains all.
+    def declared_limitation(self, rows: list[Row]) -> str | None:
+        """Say why the engine can't be compared, if it declares too much noise and that noise explains all rejections.
 
-        Noise that is declared is a stated limit of the engine as long as it is behind every refusal; it makes no pass.
+        Declared noise is a stated limit of the engine as long as it explains every rejection; it makes no pass.
         """
         rejected = [r for r in rows if not Outcome(r["outcome"]).ok]
-        said = too_noisy(self.errors.declared_noise, self.solution) if rejected else None
-        if said is None or not all(r["metric"] in (*ASKED, "max") and self.is_noise(r) for r in rejected):
+        reason = too_noisy(self.errors.declared_noise, self.scale) if rejected else None
+        judged = (*JUDGED_METRICS, "max")
+        if reason is None or not all(r["metric"] in judged and self.explained_by_noise(r) for r in rejected):
             return None
-        return said
+        return reason
 
-    def is_noise(self, rejected: Row) -> bool:
-        """Whether declared noise explains what a row refuses."""
-        quantity, finer = rejected["quantity"], rejected["metric"] == "finer_bound_used"
-        found = (self.finer_residual if finer else self.residual).get(quantity)
-        if found is None or rejected["metric"] == "drift":
+    def explained_by_noise(self, rejected: Row) -> bool:
+        """Whether declared noise explains the rejection of a row."""
+        quantity, finer = rejected["quantity"], rejected["metric"] == "finer_bound_ratio"
+        residual = (self.finer_residual if finer else self.residual).get(quantity)
+        if residual is None or rejected["metric"] == "drift":
             return False
         model = self.finer_errors if finer else self.errors
-        n = min(self.n, len(found))
-        allowed = np.maximum(self.tolerance(quantity), self.margin(quantity))[:n]
+        n = min(self.n, len(residual))
+        allowed = np.maximum(self.tolerance[quantity], self.margin[quantity])[:n]
         allowed = allowed + NORM_SLACK * model.unbounded_floor[quantity][:n]
-        return worst(found[:n], allowed, self.inside(quantity)[:n])[0] <= 1.0
+        return worst(residual[:n], allowed, self.inside(quantity)[:n])[0] <= 1.0
 
     def early_fault(self) -> Row | None:
-        """First thing that speaks against the run as a whole."""
+        """First fault of the run as a whole, or None."""
         for role, run in (("", self.main), (" (at its finer setting)", self.finer)):
-            other_end = ended_differently(run, self.solution)
+            other_end = end_event_fault(run, self.solution)
             if other_end is not None:
                 return self.row("run", "outcome", None, None, Outcome.INCOMPLETE, other_end + role)
-        other_instant = ended_elsewhen(self)
+        other_instant = end_instant_fault(self)
         if other_instant is not None:
             return self.row("run", "outcome", None, None, Outcome.INCONSISTENT, other_instant)
-        return self.compared_too_little() or self.malformed()
+        return self.too_few_samples() or self.malformed()
 
-    def asks(self, rows: list[Row]) -> tuple[Role, ...]:
-        """Further runs that would tell round-off and slow convergence from wrong physics, if they are still to come.
+    def further_runs(self, rows: list[Row]) -> tuple[Role, ...]:
+        """Further runs that would tell round-off and slow convergence from wrong physics, if not yet made.
 
-        None where the errors are so far outside that neither could be behind them.
+        Empty where the errors are too large for either cause.
         """
-        doubted = [r for r in rows if Outcome(r["outcome"]) in DOUBTED and r["metric"] in ASKED]
+        doubted = [r for r in rows if Outcome(r["outcome"]) in DOUBTED and r["metric"] in JUDGED_METRICS]
         absolute = self.engine.coordinates is Coordinates.ABSOLUTE
-        if not doubted or self.com_only or (absolute and not all(self.may_be_roundoff(r["quantity"]) for r in doubted)):
+        if not doubted or self.com_only:
             return ()
-        asked = []
-        near = all(r["value"] <= HOPELESS * r["tolerance"] for r in doubted)
+        roundoff = all(self.may_be_roundoff(r["quantity"]) for r in doubted)
+        if absolute and not roundoff:
+            return ()
+        further = []
+        near = all(r["value"] <= MAX_DOUBTED_RATIO * r["tolerance"] for r in doubted)
         if self.evidence.finest is None and (near or absolute):
-            asked.append(Role.FINEST)
-        if not self.evidence.perturbed and all(self.may_be_roundoff(r["quantity"]) for r in doubted):
-            asked += PERTURBED_ROLES
-        return tuple(asked)
+            further.append(Role.FINEST)
+        if not self.evidence.perturbed and roundoff:
+            further += PERTURBED_ROLES
+        return tuple(further)
 
-    def compared_too_little(self) -> Row | None:
-        """A fault if nothing after the start can be compared."""
+    def too_few_samples(self) -> Row | None:
+        """Row of a fault if nothing after the start can be compared."""
         if self.com_only or np.count_nonzero(self.t <= self.limit_s) > 1 or len(self.solution.amplification) == 1:
             return None
         reason = (
-            f"the next sample is beyond what {self.setting} can predict: the expected error of the attitude reaches "
-            f"{PARTED_RAD:g} rad before t = {self.t[1]:.4g} s"
+            f"the next sample is beyond the predictability limit at {self.setting}: the expected-error bound of the "
+            f"attitude reaches {PARTED_RAD:g} rad before t = {self.t[1]:.4g} s"
         )
         return self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, reason)
 
     def malformed(self) -> Row | None:
-        """A fault if values have a form that no integration gives them."""
+        """Row of a fault if values have a form that no integration gives them."""
         said = rounded_values(self.main, self.solution)
         return None if said is None else self.row("run", "outcome", None, None, Outcome.MALFORMED, said)
 
@@ -247,72 +264,62 @@ class Comparison(Residuals):
         )
 
     def pointwise(self, quantity: str) -> list[Row]:
-        """Size of the difference up to the limit, whether it is explained, and whether it is good enough."""
+        """Rows of a quantity up to the limit: sizes of the difference, normalised error and bound ratio."""
         inside = self.inside(quantity)
-        size = self.found[quantity][inside]
-        normalised_error, good = self.checks(quantity)
-        model = self.left_out(quantity)
-        allowed = self.margin(quantity)[inside] + model.size[inside]
+        size = self.difference[quantity][inside]
+        explained, bounded = self.checks(quantity)
+        allowed = float((self.margin[quantity] + self.model_difference(quantity).size)[inside][int(np.argmax(size))])
+        reported = {"rms": float(np.sqrt(np.mean(size**2))), "final": float(size[-1])} | self.first_orbit(quantity)
+        reported["detection_limit"] = self.detection_limit(quantity)
         return [
-            self.row(
-                quantity, "max", float(size.max()), float(allowed[int(np.argmax(size))]), good.outcome, good.words
-            ),
-            self.row(quantity, "rms", float(np.sqrt(np.mean(size**2))), None, Outcome.REPORTED),
-            self.row(quantity, "final", float(size[-1]), None, Outcome.REPORTED),
-            *self.first_orbit(quantity),
-            self.row(quantity, "detection_limit", self.detection_limit(quantity), None, Outcome.REPORTED),
-            self.row(quantity, "bound_used", good.ratio, 1.0, good.outcome, ""),
-            self.row(
-                quantity,
-                "normalised_error",
-                normalised_error.ratio,
-                1.0,
-                normalised_error.outcome,
-                normalised_error.words,
-            ),
+            self.row(quantity, "max", float(size.max()), allowed, bounded.outcome, bounded.reason),
+            *(self.row(quantity, name, value, None, Outcome.REPORTED) for name, value in reported.items()),
+            self.row(quantity, "bound_ratio", bounded.ratio, 1.0, bounded.outcome),
+            self.row(quantity, "normalised_error", explained.ratio, 1.0, explained.outcome, explained.reason),
         ]
 
-    def first_orbit(self, quantity: str) -> list[Row]:
-        """Largest difference up to one orbit: on a chaotic scene that at the limit says little."""
+    def first_orbit(self, quantity: str) -> dict[str, float]:
+        """Largest difference up to one orbit, by its metric: on a chaotic scene the one at the limit says little."""
         early = self.inside(quantity) & (self.t <= self.scene.period_s * (1.0 + END_SLACK))
         if early.sum() == self.n or self.limit_s < self.scene.period_s * (1.0 - END_SLACK):
-            return []
-        return [self.row(quantity, "first_orbit", float(self.found[quantity][early].max()), None, Outcome.REPORTED)]
+            return {}
+        return {"first_orbit_max": float(self.difference[quantity][early].max())}
 
     def drift_rows(self) -> list[Row]:
         """Drifts over the whole run."""
         bound = self.drift_bound
         rows = []
-        for quantity, drift in drifts(self.scene, self.main).items():
+        for quantity, drift in self.drifts.items():
             n = min(len(drift), len(bound[quantity]))
             allowed = bound[quantity][:n]
-            if quantity in self.roundoff:  # joints and sums of places: rounding is all that there is
+            if quantity in self.roundoff:  # rounding is all that there is in joints and sums of places
                 allowed = allowed + np.minimum(self.roundoff[quantity][:n], NORM_SLACK * allowed)
             used, at = worst(drift[:n], allowed, np.ones(n, bool))
             good = Outcome.PASS if used <= 1.0 else Outcome.EXCEEDS_BOUND
-            reason = "" if used <= 1.0 else f"{used:.3g} times the band at t = {self.main.t_s[at]:.6g} s"
+            reason = "" if used <= 1.0 else f"{used:.3g} times the drift's bound at t = {self.main.t_s[at]:.6g} s"
             top = int(np.argmax(drift[:n]))
             rows.append(self.row(quantity, "drift", float(drift[top]), float(allowed[top]), good, reason))
         return rows
 
     def finer_rows(self) -> list[Row]:
-        """Whether the finer run is inside the main one's bounds: it may not part, and so hide, what the main run does.
+        """Rows of quantities in which the finer run is outside the main run's bound.
 
-        The finer run takes more steps and so may make more round-off than the main one.
+        A finer run that is off in the same way would hide an error of the main run. It takes more steps and may make
+        more round-off, which is allowed.
         """
         rows = []
         for quantity, residual in self.finer_residual.items():
             inside = self.inside(quantity)[: len(residual)]
-            margin = self.margin(quantity)[: len(residual)] + self.finer_floor(quantity)[: len(residual)]
-            margin = margin + HALVED * self.limiting_noise(quantity)[: len(residual)]
-            margin = margin + self.granted_finer(quantity)[: len(residual)]
+            margin = self.margin[quantity][: len(residual)] + self.finer_floor(quantity)[: len(residual)]
+            margin = margin + HALVED_STEP_NOISE * self.limiting_noise(quantity)[: len(residual)]
+            margin = margin + self.granted_finer_roundoff(quantity)[: len(residual)]
             used, at = worst(residual, margin, inside)
             if used > 1.0:
                 reason = f"{used:.3g} times the expected-error bound at t = {self.t[at]:.6g} s at its finer setting"
-                rows.append(self.row(quantity, "finer_bound_used", used, 1.0, Outcome.EXCEEDS_BOUND, reason))
+                rows.append(self.row(quantity, "finer_bound_ratio", used, 1.0, Outcome.EXCEEDS_BOUND, reason))
         return rows
 
-    def beyond_rows(self) -> list[Row]:
+    def rows_beyond_limit(self) -> list[Row]:
         """Rows on what is judged beyond the predictability limit."""
         first = int(np.count_nonzero(self.t <= self.limit_s)) - 1
         if first >= self.n - 1 or self.com_only:
@@ -322,130 +329,130 @@ class Comparison(Residuals):
             said = f"no rates: nothing can be judged beyond the predictability limit, {self.limit_s:.4g} s"
             return [*rows, self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, said)]
         try:
-            self.stretches = stretches(self.errors, self.main, first)
+            self.segments = restart_segments(self.errors, self.main, first)
         except (EngineError, ArithmeticError) as error:
             said = f"the reference can't be restarted from the engine's states: {error}"
             return [*rows, self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, said)]
-        rows += self.stretch_rows(self.stretches) + self.empty_rows(self.stretches)
-        return rows + (self.between_rows(first) if all(Outcome(r["outcome"]).ok for r in rows) else [])
+        rows += self.segment_rows(self.segments) + self.unpredictable_segment_rows(self.segments)
+        return rows + (self.uncovered_sample_rows(first) if all(Outcome(r["outcome"]).ok for r in rows) else [])
 
-    def between_rows(self, first: int) -> list[Row]:
-        """A fault if samples that no stretch covers contradict themselves or each other (`barchain.between`)."""
-        seen = (self.errors, self.main, self.stretches, first)
-        wrong = wrong_between(*seen, room={})
+    def uncovered_sample_rows(self, first: int) -> list[Row]:
+        """Row of a fault at samples that no segment covers (`barchain.judge.checks.between_segments`)."""
+        compared = (self.errors, self.main, self.segments, first)
+        wrong = fault_between_segments(*compared, extra={})
         if wrong is None:
             return []
-        quantity, used, said = wrong
-        good = Outcome.EXCEEDS_BOUND
+        quantity, used, reason = wrong
+        outcome = Outcome.EXCEEDS_BOUND
         if self.engine.coordinates is Coordinates.ABSOLUTE:
-            alone = np.ones(self.errors.n)  # nothing grows in a state by itself
-            room = {quantity: coarsest_roundoff(self.errors, quantity, alone) for quantity in OF_A_STATE}
-            good = Outcome.EXCEEDS_BOUND if wrong_between(*seen, room=room) else Outcome.ROUNDOFF_LIMITED
-        return [self.row(quantity, "between", used, 1.0, good, said)]
+            most = max_roundoff(self.errors, np.ones(self.errors.n))  # nothing is amplified in a single state
+            extra = {quantity: most[quantity] for quantity in STATE_QUANTITIES}
+            limited = fault_between_segments(*compared, extra=extra) is None
+            outcome = Outcome.ROUNDOFF_LIMITED if limited else Outcome.EXCEEDS_BOUND
+        return [self.row(quantity, "own_state_ratio", used, 1.0, outcome, reason)]
 
-    def empty_rows(self, found: list[Stretch]) -> list[Row]:
-        """A fault if most stretches could predict nothing: then what the engine gives says nothing of its motion."""
+    def unpredictable_segment_rows(self, found: list[RestartSegment]) -> list[Row]:
+        """Row of a fault if most segments could predict no sample: the values then say nothing of the motion."""
         empty = sum(s.empty for s in found)
-        if not found or empty <= MOST_EMPTY * len(found):
+        if not found or empty <= MAX_EMPTY_SHARE * len(found):
             return []
         said = (
-            f"beyond the predictability limit, {self.limit_s:.4g} s, {empty} of {len(found)} stretches can't predict "
-            "the next sample: the rates are too uncertain"
+            f"beyond the predictability limit, {self.limit_s:.4g} s, in {empty} of {len(found)} segments the "
+            "next sample can't be predicted: the rates are too uncertain"
         )
         return [self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, said)]
 
     def energy_row(self) -> Row:
-        """Kinetic energy about the centre of mass over the largest that there can be."""
+        """Row of the kinetic energy about the centre of mass, relative to its largest possible value."""
         unlimited = self.scene.effects.thrust or self.scene.effects.impulse or self.scene.effects.prescribed_rotation
         each = [] if unlimited else [kinetic_ratio(run, self.solution) for run in (self.main, self.finer)]
         ratio = max((r for r in each if r is not None), default=None)
         if ratio is None:
             return self.row("relative_energy", "drift", None, None, Outcome.REPORTED)
-        good = Outcome.PASS if ratio <= BLOWN_UP else Outcome.EXCEEDS_BOUND
-        reason = "" if ratio <= BLOWN_UP else f"{ratio:.3g} times the largest kinetic energy there can be"
-        return self.row("relative_energy", "drift", ratio, BLOWN_UP, good, reason)
+        good = Outcome.PASS if ratio <= MAX_KINETIC_RATIO else Outcome.EXCEEDS_BOUND
+        reason = "" if ratio <= MAX_KINETIC_RATIO else f"{ratio:.3g} times the largest possible kinetic energy"
+        return self.row("relative_energy", "drift", ratio, MAX_KINETIC_RATIO, good, reason)
 
-    def stretch_rows(self, found: list[Stretch]) -> list[Row]:
-        """Largest share of its bound that each quantity uses in stretches from the engine's own states."""
+    def segment_rows(self, segments: list[RestartSegment]) -> list[Row]:
+        """Row of each quantity's largest ratio to its bound in segments from the engine's own states."""
         rows = []
-        for quantity in found[0].found if found else ():
-            each = [(*worst(s.found[quantity], s.allowed[quantity], s.everywhere), s) for s in found]
-            used, at, stretch = max(each, key=lambda e: e[0])
-            good = Outcome.PASS if used <= 1.0 else self.out_of_stretch(quantity, found)
-            when, start = (self.main.t_s[k] for k in (stretch.first + at, stretch.first))
+        for quantity in segments[0].difference if segments else ():
+            each = [(*worst(s.difference[quantity], s.allowed[quantity], s.everywhere), s) for s in segments]
+            used, at, segment = max(each, key=lambda e: e[0])
+            outcome = Outcome.PASS if used <= 1.0 else self.segment_outcome(quantity, segments)
+            when, start = (self.main.t_s[k] for k in (segment.first + at, segment.first))
             reason = (
                 f"{used:.3g} times the expected-error bound at t = {when:.6g} s, compared with the reference "
                 f"restarted from the engine's own state at t = {start:.6g} s"
             )
-            rows.append(self.row(quantity, "restarted", used, 1.0, good, "" if used <= 1.0 else reason))
+            rows.append(self.row(quantity, "restart_ratio", used, 1.0, outcome, "" if used <= 1.0 else reason))
         return rows
 
-    def out_of_stretch(self, quantity: str, found: list[Stretch]) -> Outcome:
-        """Outcome of a quantity that is outside in a stretch: rounding of absolute coordinates is no fault."""
+    def segment_outcome(self, quantity: str, segments: list[RestartSegment]) -> Outcome:
+        """Outcome of a quantity outside its bound in a segment: rounding of absolute coordinates is no fault."""
         if self.engine.coordinates is not Coordinates.ABSOLUTE:
             return Outcome.EXCEEDS_BOUND
-        for s in found:
+        for s in segments:
             since = self.errors.amplification / self.errors.amplification[s.first]
-            most = coarsest_roundoff(self.errors, quantity, since)[s.first : s.last + 1]
-            if not np.all(s.found[quantity] <= s.allowed[quantity] + most):
+            most = max_roundoff(self.errors, since)[quantity][s.first : s.last + 1]
+            if not np.all(s.difference[quantity] <= s.allowed[quantity] + most):
                 return Outcome.EXCEEDS_BOUND
         return Outcome.ROUNDOFF_LIMITED
 
     def share_row(self, rows: list[Row]) -> Row:
-        """Share of the run that was judged: up to the limit, and in stretches beyond it."""
+        """Row of the share of the run that was judged: up to the limit, and in segments beyond it."""
         last = len(self.solution.amplification) - 1  # of the reference solution, not of what the engine's runs have
         if self.com_only or last == 0:
             return self.row("run", "judged_share", 1.0, None, Outcome.REPORTED)
         judged = self.t <= self.limit_s
-        for s in self.stretches:
+        for s in self.segments:
             judged[s.first + 1 : s.last + 1] = True
         share = float(np.count_nonzero(judged[1:]) / last)
-        if share >= LEAST_JUDGED or any(not Outcome(r["outcome"]).ok for r in rows):
-            return self.row("run", "judged_share", share, LEAST_JUDGED, Outcome.REPORTED)
-        reason = f"{share:.0%} of the run could be judged, allowed: {LEAST_JUDGED:.0%} or more"
-        return self.row("run", "judged_share", share, LEAST_JUDGED, Outcome.NOTHING_COMPARED, reason)
+        if share >= MIN_JUDGED_SHARE or any(not Outcome(r["outcome"]).ok for r in rows):
+            return self.row("run", "judged_share", share, MIN_JUDGED_SHARE, Outcome.REPORTED)
+        reason = f"{share:.0%} of the run could be judged, required: {MIN_JUDGED_SHARE:.0%}"
+        return self.row("run", "judged_share", share, MIN_JUDGED_SHARE, Outcome.NOTHING_COMPARED, reason)
 
-    def offset_rows(self) -> list[Row]:
-        """Errors that do not fall as the method's order says (`barchain.judge.checks.extrapolation`)."""
+    def extrapolation_rows(self) -> list[Row]:
+        """Rows of errors that fall less than the method's order says (`barchain.judge.checks.extrapolation`)."""
         if self.engine.order is None or self.com_only:
             return []
-        return [self.offset_row(name) for name in FIELDS if name in self.found and name in self.errors.floor]
+        return [self.extrapolation_row(name) for name in self.extrapolated]
 
-    def offset_row(self, quantity: str) -> Row:
-        """Whether the extrapolation of a quantity is right; where not, a third setting must confirm it."""
+    def extrapolation_row(self, quantity: str) -> Row:
+        """Row of a quantity's extrapolation; an error outside its tolerance must be there at a third setting too."""
         inside = self.inside(quantity)
-        size, allowed = self.offset(quantity, self.main, self.finer)
-        allowed = allowed + self.granted(quantity)[: len(allowed)]
+        size, allowed = self.extrapolated[quantity]
+        allowed = allowed + self.granted_roundoff(quantity)[: len(allowed)]
         used, at = worst(size, allowed, inside[: len(size)])
-        if used <= 1.0 or not self.stays(quantity, size > allowed, size):
-            return self.row(quantity, "offset_used", used, 1.0, Outcome.PASS)
+        if used <= 1.0 or not self.persists(quantity, size > allowed, size):
+            return self.row(quantity, "extrapolation_ratio", used, 1.0, Outcome.PASS)
         noise = FINEST_NOISE * self.limiting_noise(quantity)[: len(allowed)]
         if worst(size, allowed + noise, inside[: len(size)])[0] <= 1.0:
             return self.row(
-                quantity, "offset_used", used, 1.0, Outcome.ROUNDOFF_LIMITED, self.digits_words(quantity, inside)
+                quantity, "extrapolation_ratio", used, 1.0, Outcome.ROUNDOFF_LIMITED, self.digits_left(quantity, inside)
             )
         unit = QUANTITY_UNITS[quantity]
         reason = (
             f"{size[at]:.2g} {unit} at t = {self.t[at]:.6g} s do not shrink with the step, {used:.3g} times the allowed"
         )
-        return self.row(quantity, "offset_used", used, 1.0, Outcome.INCONSISTENT, reason)
+        return self.row(quantity, "extrapolation_ratio", used, 1.0, Outcome.INCONSISTENT, reason)
 
     def series(self) -> pd.DataFrame:
-        """Differences, tolerances, bands and drifts over time, for plots."""
+        """Differences, explained errors, bounds and drifts over time, for plots."""
         columns: dict[str, Array] = {"t_s": self.main.t_s}
-        for quantity, found in self.found.items():
-            shift = self.left_out(quantity).size
-            columns[f"{quantity}_difference"] = padded(found, self.main)
-            columns[f"{quantity}_tolerance"] = padded(self.tolerance(quantity) + shift, self.main)
-            columns[f"{quantity}_band"] = padded(self.margin(quantity) + shift, self.main)
-        allowed = self.drift_bound
-        for quantity, drift in drifts(self.scene, self.main).items():
+        for quantity, difference in self.difference.items():
+            shift = self.model_difference(quantity).size
+            columns[f"{quantity}_difference"] = padded(difference, self.main)
+            columns[f"{quantity}_tolerance"] = padded(self.tolerance[quantity] + shift, self.main)
+            columns[f"{quantity}_bound"] = padded(self.margin[quantity] + shift, self.main)
+        for quantity, drift in self.drifts.items():
             columns[f"{quantity}_drift"] = drift
-            columns[f"{quantity}_band"] = padded(allowed[quantity], self.main)
+            columns[f"{quantity}_bound"] = padded(self.drift_bound[quantity], self.main)
         return pd.DataFrame(columns)
 
 
 def padded(values: Array, like: Trajectory) -> Array:
-    """`values` with NaN for the samples of `like` beyond them."""
+    """Extend `values` (k,) to the samples of `like`, with NaN."""
     n = len(like.t_s)
     return np.concatenate([values[:n], np.full(n - min(len(values), n), np.nan)])

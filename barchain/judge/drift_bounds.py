@@ -1,7 +1,7 @@
-"""How far what should stay may drift: judged over the whole run, beyond the predictability limit too.
+"""Bounds of the drifts of joint gaps, centre-of-mass residual, energy and angular momentum, over the whole run.
 
-Bands follow from the motion of the reference solution. Beyond the limit its path is another one than the engine's, but
-one of the same kind, and the slack of the bands covers that.
+The bounds follow from the motion of the reference solution. Beyond the predictability limit the engine's path is a
+different one of the same kind, and the slack of the bounds covers the difference.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from adapters.engine import AccuracyParameter, Coordinates
-from barchain.judge.declared_noise import MOST_NOISE
+from barchain.judge.declared_noise import MAX_NOISE_SHARE
+from barchain.judge.error_units import NORM_SLACK
 from barchain.judge.local_errors import (
     ROUNDINGS,
     SECOND_ORDER_CONSTANT,
@@ -22,63 +23,67 @@ from barchain.judge.local_errors import (
     orbit_scale,
     step_s,
 )
-from barchain.judge.tolerances import NORM_SLACK, reach_m, roundoff_unit
-from barchain.metrics.quantities import conserved, drifts
+from barchain.metrics.quantities import conserved
 from barchain.solutions.reference import RICHARDSON
 
 if TYPE_CHECKING:
-    from adapters.engine import Engine
-    from adapters.trajectory import Array, Trajectory
+    from adapters.trajectory import Array
     from barchain.judge.error_model import ErrorModel
     from barchain.solutions.reference import ReferenceSolution
 
-QUADRATIC = 4.0  # energy and angular momentum are of second degree in two kinds of things: rates (angles), track
+    Drifts = dict[str, Array]
+
+QUADRATIC = 4.0
+"""Energy and angular momentum are of second degree in two kinds of variables: rates (angles) and track"""
 
 
-def drift_bounds(model: ErrorModel, main: Trajectory, finer: Trajectory) -> dict[str, Array]:
-    """Band of each drift, shape (n,): ``gap``, ``identity`` (m), ``energy``, ``angular_momentum`` (1)."""
-    place = UNIT_ROUNDOFF * ROUNDINGS * rounded_place(model.engine, model.solution)
+def drift_bounds(model: ErrorModel, main: Drifts, finer: Drifts) -> dict[str, Array]:
+    """Bound of each drift, (n,): ``gap``, ``com_residual`` (m), ``energy``, ``angular_momentum`` (1).
+
+    Parameters
+    ----------
+    model : ErrorModel
+    main, finer : dict of ndarray, shape (n,)
+        Drifts of the engine's two runs (`barchain.metrics.quantities.drifts`).
+    """
+    place = UNIT_ROUNDOFF * ROUNDINGS * model.place_m
     found = {
         "gap": gap_bound(model),
-        # a sum over the bars of places that are as good as rounding leaves them: nothing is integrated
-        "identity": np.full(model.n, place * np.sqrt(model.scene.bars)),
+        # a sum over the bars of rounded places: nothing is integrated
+        "com_residual": np.full(model.n, place * np.sqrt(model.scene.bars)),
     }
     return found | invariant_bounds(model, main, finer)
 
 
-def invariant_bounds(model: ErrorModel, main: Trajectory, finer: Trajectory) -> dict[str, Array]:
-    """Bands of ``energy`` and ``angular_momentum``, (n,): what the method promises, and what the finer run explains.
+def invariant_bounds(model: ErrorModel, main: Drifts, finer: Drifts) -> dict[str, Array]:
+    """Bounds of ``energy`` and ``angular_momentum``, (n,), relative: the smaller of promised and explained drift.
 
-    Promised: energy is quadratic in rates and track, angular momentum bilinear: their relative error is at
-    most four times that of what they are made of, N bars each. The track counts only where something pulls.
-    Explained: the exact motion has no drift, so that Richardson's twice the change to the finer setting
-    bounds it, beside round-off. The less of both is the band: neither a loosened tolerance nor
-    different physics at both settings is inside.
+    Promised drift: energy is quadratic in rates and track, angular momentum bilinear. Their relative error is at most
+    four times that of their factors, N bars each. The track counts only where a force acts.
+    Explained drift: the exact motion has no drift. Richardson's twice the change to the finer setting therefore bounds
+    it, beside round-off. Neither a loosened tolerance nor different physics at both settings is inside the smaller one.
     """
-    scene, n = model.scene, model.n
-    bound = model.bound
+    scene, solution, n, bound = model.scene, model.solution, model.n, model.bound
+    names = [name for name in ("energy", "angular_momentum") if name in main and name in finer]
+    if not names:
+        return {}
     track = np.zeros(n) if conserved(scene).relative else bound["com"] / scene.radius0_m
-    relative = np.zeros(n)
-    if main.rate_rad_s is not None:
-        spin = fastest(model.solution)
-        relative = inner_share(model.solution) * scene.bars * (bound["rate"] / spin + bound["attitude"])
+    relative = inner_share(solution) * scene.bars * (bound["rate"] / fastest(solution) + bound["attitude"])
     promised = QUADRATIC * (relative + track)
     floor = invariant_floor(model)
-    mine, theirs = drifts(scene, main), drifts(scene, finer)
     found: dict[str, Array] = {}
-    for name in ("energy", "angular_momentum"):
-        if name in mine and name in theirs:
-            k = min(n, len(theirs[name]))
-            change = np.maximum.accumulate(np.abs(mine[name][:k] - theirs[name][:k]))
-            found[name] = np.minimum(promised[:k], RICHARDSON * change + floor[:k])
+    for name in names:
+        k = min(n, len(finer[name]))
+        change = np.maximum.accumulate(np.abs(main[name][:k] - finer[name][:k]))
+        found[name] = np.minimum(promised[:k], RICHARDSON * change + floor[:k])
     return found
 
 
 def invariant_floor(model: ErrorModel) -> Array:
-    """What round-off and the engine's noise leave of an invariant, (n,), relative: a random walk that does not grow."""
+    """Relative error of an invariant by round-off and the engine's noise, (n,): a random walk, not amplified."""
     scene, setting, solution = model.scene, model.setting, model.solution
     steps = np.sqrt(model.steps_taken(model.t_s))
-    unit = roundoff_unit(model.engine, solution) * orbit_scale(scene) * ROUNDINGS + model.noise.get("rate", 0.0)
+    unit = model.roundoff_rad * orbit_scale(scene) * ROUNDINGS + model.noise.get("rate", 0.0)
     walk = (inner_share(solution) * unit / fastest(solution) + ROUNDINGS * UNIT_ROUNDOFF) * steps
     requested = NORM_SLACK * setting.value if setting.parameter is AccuracyParameter.RTOL else 0.0
     found: Array = QUADRATIC * scene.bars * (walk + requested)
@@ -86,9 +91,9 @@ def invariant_floor(model: ErrorModel) -> Array:
 
 
 def inner_share(solution: ReferenceSolution) -> float:
-    """Bound of what the motion about the centre of mass has of an invariant: of its kinetic energy, (L w / v)².
+    """Largest share of the kinetic energy in the motion about the centre of mass, relative to the whole: (L w / v)².
 
-    All of it where the centre of mass never moves.
+    It is 1 where the centre of mass never moves.
     """
     scene = solution.scene
     speed = float(np.linalg.norm(solution.trajectory.com_velocity_m_s, axis=-1).max())
@@ -98,31 +103,24 @@ def inner_share(solution: ReferenceSolution) -> float:
 
 
 def fastest(solution: ReferenceSolution) -> float:
-    """Largest rate of a bar, rad/s; at least the orbit's, where it starts at rest that of its period."""
+    """Largest rate of a bar, rad/s; at least the orbit's, or 2 pi over its period where the orbit starts at rest."""
     scene, rate = solution.scene, solution.trajectory.rate_rad_s
     spin = 0.0 if rate is None else float(np.abs(rate).max())
     return max(spin, scene.orbital_rate_rad_s) or orbit_scale(scene)
 
 
-def rounded_place(engine: type[Engine], solution: ReferenceSolution) -> float:
-    """Largest number that a place of a bar is made of, m."""
-    if engine.coordinates is Coordinates.ABSOLUTE:
-        return solution.scene.radius0_m
-    return solution.scene.size_m if engine.coordinates is Coordinates.RELATIVE else reach_m(engine, solution)
-
-
 def gap_bound(model: ErrorModel) -> Array:
-    """Band of the joint gaps, (n,), m.
+    """Bound of the joint gaps, (n,), m.
 
-    Joints held at velocity level (index 2) open by what the step's rule leaves of the third derivative of
-    a bar's end, joints held by impulses by h²/2 of its second; a method that chooses its steps leaves the
-    requested error in each. Round-off adds a random walk, in velocities too: it runs on with n t. Joints that
-    every step puts in place are open by where its iterations stop, and by the rounding of a sum over the bars.
+    Joints held at velocity level (index 2) open by C h² times the third derivative of a bar's end. Joints held by
+    impulses open by h²/2 times its second derivative. A method that chooses its steps leaves the requested error in
+    each. Round-off adds a random walk, in velocities too: it grows with n t. Joints closed in every step are open by
+    the tolerance of its iterations, and by the rounding of a sum over the bars.
     """
     scene, engine, setting, t = model.scene, model.engine, model.setting, model.t_s
     length = max(scene.chain.length_m)
     steps = model.steps_taken(t)
-    unit = UNIT_ROUNDOFF * rounded_place(engine, model.solution) * ROUNDINGS
+    unit = UNIT_ROUNDOFF * model.place_m * ROUNDINGS
     noise = model.noise.get("gap", np.zeros(model.n))
     if engine.joints_in_place:
         return unit * scene.bars + noise
@@ -138,6 +136,6 @@ def gap_bound(model: ErrorModel) -> Array:
     opened = np.interp(t, fine.t_s, SECOND_ORDER_CONSTANT * h2 * cumulative_trapezoid(third, fine.t_s, initial=0))
     held = np.interp(t, fine.t_s, 0.5 * h2 * np.maximum.accumulate(second))
     bound: Array = (
-        NORM_SLACK * (opened + held) + rounding + np.minimum(noise * steps, MOST_NOISE * min(scene.chain.length_m))
+        NORM_SLACK * (opened + held) + rounding + np.minimum(noise * steps, MAX_NOISE_SHARE * min(scene.chain.length_m))
     )
     return bound

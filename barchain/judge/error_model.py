@@ -1,12 +1,24 @@
-"""What one engine at one setting may be off by in one scene: computed once for each verdict.
+"""What one engine at one setting may be off by in one scene: one object for each verdict, each member computed once.
 
-Everything here follows from the scene, the reference solution, and what the engine's method promises at its setting.
-Nothing follows from what the engine's run gave, but for a count of steps, which is bounded
+Everything here follows from the scene, the reference solution, and the promise of the engine's method at its setting.
+Nothing follows from the engine's own run, except a count of steps, which is bounded
 (`barchain.judge.declared_noise`).
+
+Two questions are asked of a difference from the reference solution, at every sample up to the predictability limit.
+
+*Is the difference explained?* The two error estimates, round-off and the declared model difference explain it:
+``explained = 2 (E_engine + E_reference) + floor + model``. The 2 is Richardson's, see
+`barchain.solutions.reference.RICHARDSON`.
+
+*Is the difference small enough?* It is inside the expected-error bound of the engine's method and setting, ``bound``.
+
+Both use the error amplification G(t), measured with a perturbed run: an error made at s is G(t)/G(s) times as large
+at t. `barchain.judge.tolerances` lists all tolerances with their derivations.
 """
 
 from __future__ import annotations
 
+import copy
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -14,20 +26,23 @@ import numpy as np
 
 from adapters.engine import AccuracyParameter
 from barchain.judge import declared_noise as declared
+from barchain.judge.error_units import NORM_SLACK, largest_place_m, rounded_sum, step_unit
 from barchain.judge.local_errors import (
     ROUNDINGS,
     UNIT_ROUNDOFF,
+    event_errors,
     kepler_growth,
-    kinks,
     local_errors,
     orbit_rate_bound,
     orbit_scale,
     step_constant,
 )
-from barchain.judge.tolerances import NORM_SLACK, rounded, roundoff_unit, step_unit
+from barchain.judge.scales import scales
 from barchain.solutions.reference import PARTED_RAD, RICHARDSON
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Array, Trajectory
     from barchain.judge.local_errors import LocalErrors
@@ -35,33 +50,66 @@ if TYPE_CHECKING:
 
 
 class ErrorModel:
-    """Floors, expected-error bounds and the predictability limit of one engine at one setting in one scene."""
+    """Floors, expected-error bounds and the predictability limit of one engine at one setting in one scene.
 
-    start_rad: float = 0.0
-    """Error of the initial state, in what growth is counted in, rad: none but for a restart from an engine's samples"""
+    Frozen by convention: members are computed when first asked for, kept, and never changed.
+    """
 
     def __init__(self, engine: type[Engine], setting: Setting, solution: ReferenceSolution, run: Trajectory) -> None:
-        """Prepare.
+        """Keep the arguments; nothing expensive is computed yet.
 
         Parameters
         ----------
         engine : type
         setting : Setting
-        truth : Truth
+        solution : ReferenceSolution
         run : Trajectory
-            Of the engine: its number of samples, and its count of steps as far as that is believed.
+            Of the engine. Only its number of samples is used, and its count of steps as far as that is believed.
         """
         self.engine, self.setting, self.solution, self.scene = engine, setting, solution, solution.scene
         self.n = min(len(run.t_s), len(solution.amplification))
         self.t_s = solution.trajectory.t_s[: self.n]
         self.amplification = solution.amplification[: self.n]
-        said = run.info.get("steps", 0.0)
+        self.run = run
+
+    @cached_property
+    def steps(self) -> float:
+        """Count of steps that the run reports, as far as it is believed; 0 without one."""
+        said = self.run.info.get("steps", 0.0)
         counted = float(said) if isinstance(said, int | float) and np.isfinite(said) else 0.0
-        self.steps = (
-            declared.believed_steps(setting, solution, counted)
-            if setting.parameter is AccuracyParameter.RTOL
-            else counted
-        )
+        if self.setting.parameter is not AccuracyParameter.RTOL:
+            return counted
+        return declared.believed_steps(self.setting, self.solution, counted)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All members but the engine's class, which another process may have to load from a file."""
+        return {name: value for name, value in vars(self).items() if name != "engine"}
+
+    def of_engine(self, engine: type[Engine]) -> ErrorModel:
+        """Model with the engine's class put back, in a process that received the model without it."""
+        whole = copy.copy(self)
+        whole.engine = engine
+        return whole
+
+    @property
+    def start_rad(self) -> float:
+        """Error of the initial state as an angle, rad: zero, except for a restart from an engine's samples."""
+        return 0.0
+
+    @cached_property
+    def scale(self) -> dict[str, float]:
+        """Size of each quantity in the scene, SI units (`barchain.judge.scales`)."""
+        return scales(self.solution)
+
+    @cached_property
+    def place_m(self) -> float:
+        """Largest number that a bar's place is made of in the engine's coordinates, m."""
+        return largest_place_m(self.engine, self.solution)
+
+    @property
+    def roundoff_rad(self) -> float:
+        """Angle that one rounding of a place is worth, rad: u for lengths of a bar, u r/l for distances."""
+        return UNIT_ROUNDOFF * self.place_m / min(self.scene.chain.length_m)
 
     @cached_property
     def declared_noise(self) -> dict[str, Array]:
@@ -71,35 +119,33 @@ class ErrorModel:
     @cached_property
     def noise(self) -> dict[str, Array]:
         """Noise that the engine declares, (n,) for each quantity, as far as it counts in floors."""
-        return declared.bounded(self.declared_noise, self.solution)
+        return declared.bounded(self.declared_noise, self.scale)
 
     @cached_property
     def local(self) -> LocalErrors:
-        """Errors made on the way, before the motion carries them on."""
+        """Errors that the method makes in its steps, before the motion amplifies them."""
         return local_errors(self.engine, self.scene, self.setting, self.solution, self.steps)
 
     def steps_taken(self, t_s: Array) -> Array:
-        """Steps taken up to each instant, (n,)."""
+        """Steps taken up to each instant of `t_s` (n,) s, (n,)."""
         return declared.steps_taken(self.scene, self.setting, self.steps, t_s)
 
     @cached_property
     def floor_rad(self) -> Array:
-        """What round-off and declared noise alone may make of the attitude, (n,) rad."""
+        """Error of the attitude that round-off and declared noise alone may cause, (n,) rad."""
         return self.amplified_rad(self.noise)
 
     def amplified_rad(self, noise: dict[str, Array]) -> Array:
         """Round-off and noise in the attitude, as the scene amplifies them, (n,) rad."""
         walk = ROUNDINGS * np.sqrt(self.steps_taken(self.t_s))
-        found: Array = (
-            roundoff_unit(self.engine, self.solution) * walk + noise.get("attitude", 0.0)
-        ) * self.amplification
+        found: Array = (self.roundoff_rad * walk + noise.get("attitude", 0.0)) * self.amplification
         return found
 
     @cached_property
     def attitude_rad(self) -> Array:
         """Expected-error bound of the attitude, (n,) rad, before it is cut off where two runs have parted.
 
-        Carried on are the error of the start (half a step aside), and all errors that are made on the way.
+        Two kinds of error are amplified: that of the start (half a step aside), and all errors of later steps.
         """
         made = self.amplification * self.local.immediate["attitude"][0] + self.local.attitude(
             self.t_s, self.amplification
@@ -109,15 +155,15 @@ class ErrorModel:
 
     @property
     def started_rad(self) -> Array:
-        """What round-off and the given initial state are off by, (n,) rad."""
+        """Error of the attitude from round-off and from the initial state, (n,) rad."""
         return self.floor_rad + self.amplification * self.start_rad
 
     @cached_property
     def limit_s(self) -> float:
         """Predictability limit, s: until then two correct runs at this setting agree to :data:`PARTED_RAD`.
 
-        Growth of a perturbation, measured on the reference solution, times the errors that the method promises. The
-        engine's own run has no say in it. No later than the limit of the reference solution itself.
+        The limit follows from the error amplification, measured on the reference solution, times the errors that the
+        method promises. The engine's own run does not enter. The limit is no later than the reference solution's own.
         """
         parted = np.nonzero(np.maximum.accumulate(self.attitude_rad) > PARTED_RAD)[0]
         last = int(parted[0]) - 1 if len(parted) else self.n - 1
@@ -125,28 +171,28 @@ class ErrorModel:
 
     @cached_property
     def floor(self) -> dict[str, Array]:
-        """What round-off alone may contribute to each quantity, (n,): a random walk of the steps' roundings, amplified.
+        """Round-off floor of each quantity, (n,): a random walk of the steps' roundings, amplified.
 
-        On top comes what the engine declares of itself (`Engine.noise`), bounded: the tolerance of its iterations, and
-        the noise of multipliers that are differences over a step.
+        The engine's declared noise (`Engine.noise`) is added, bounded: the tolerance of its iterations, and the noise
+        of multipliers that are differences over a step.
         """
         parted = RICHARDSON * PARTED_RAD  # up to the limit no attitude is off by more
         return self.floor_of(np.minimum(self.floor_rad, parted), self.noise)
 
     @cached_property
     def unbounded_floor(self) -> dict[str, Array]:
-        """The same with noise as it is declared: an error that it explains is no other physics, and no accuracy."""
+        """Floor with noise as it is declared, (n,) each: an error inside it is neither other physics nor accuracy."""
         return self.floor_of(self.amplified_rad(self.declared_noise), self.declared_noise)
 
     def floor_of(self, angle_rad: Array, noise: dict[str, Array]) -> dict[str, Array]:
         """Floor of each quantity, (n,), from that of the attitude, (n,) rad, and noise of its own."""
         solution, seen, n = self.solution, self.solution.trajectory, self.n
         found = {
-            name: angle_rad * solution.response[name][:n] + rounded(seen, name)[:n] + noise.get(name, 0.0)
+            name: angle_rad * solution.response[name][:n] + rounded_sum(seen, name)[:n] + noise.get(name, 0.0)
             for name in solution.response
         }
         if "rate" in found:  # a place rounded once in a radian of the orbit
-            found["rate"] += roundoff_unit(self.engine, solution) * ROUNDINGS * orbit_scale(self.scene)
+            found["rate"] += self.roundoff_rad * ROUNDINGS * orbit_scale(self.scene)
         walk = ROUNDINGS * np.sqrt(self.steps_taken(self.t_s))
         carried = UNIT_ROUNDOFF * walk * kepler_growth(self.scene, self.t_s - self.t_s[0])
         for name, values in (("com", seen.com_m), ("com_velocity", seen.com_velocity_m_s)):
@@ -155,10 +201,10 @@ class ErrorModel:
 
     @cached_property
     def bound(self) -> dict[str, Array]:
-        """Expected-error bound: what the method promises at this setting, (n,) for each quantity, floors included.
+        """Expected-error bound: the promise of the method at this setting, (n,) for each quantity, floors included.
 
-        Errors of attitude made at s are carried to t by G(t)/G(s), and into the other quantities by the perturbed
-        run's measured response; the track of the centre of mass has its own local errors besides.
+        Errors of attitude made at s are amplified by G(t)/G(s) until t. The perturbed run's measured response carries
+        them into the other quantities. The track of the centre of mass has local errors of its own besides.
         """
         parted = RICHARDSON * PARTED_RAD  # up to the limit no attitude is off by more
         attitude = (self.attitude_rad - self.floor_rad) / NORM_SLACK  # with the error of the start in it
@@ -176,16 +222,17 @@ class ErrorModel:
 
     @cached_property
     def missed(self) -> dict[str, Array]:
-        """What fixed steps may miss where a manoeuvre starts or ends inside one, (n,) for each quantity."""
-        return kinks(self.engine, self.scene, self.setting, self.solution)
+        """Error of fixed steps where a manoeuvre starts or ends inside one, (n,) for each quantity."""
+        return event_errors(self.scene, self.setting, self.local)
 
     def explained(self, own: dict[str, Array]) -> dict[str, Array]:
-        """What may stand between the engine and the reference if both are right, (n,) for each quantity.
+        """Largest difference of two correct results, the engine's and the reference's, (n,) for each quantity.
 
-        Both error estimates, `own` of the engine and that of the reference, floors, and what a manoeuvre's ends leave
-        inside a step. For a method that chooses its steps also a few steps' requests: its errors are a sum of what
-        single steps leave, of any sign, so that two of its runs may meet where both are off. The slack is that of the
-        band, NORM_SLACK; for a track asked for in radii, far above what is made, one step.
+        Its parts are both error estimates (`own` is the engine's, (n,) each), floors, and the errors that a
+        manoeuvre's ends leave inside a step. For a method that chooses its steps a few steps' requests are added. The
+        errors of such a method are a sum over steps of any sign, so that two of its runs may meet where both are off.
+        The slack is NORM_SLACK, as in the bound. A track is requested in radii, far above the errors made: there one
+        step's request is added.
         """
         missed = self.missed
         found = {}

@@ -1,9 +1,9 @@
-"""The runs that a verdict on one engine in one scene rests on, and the further ones that can decide it.
+"""Runs of one engine in one scene that its verdict rests on, and further runs that can decide the verdict.
 
-Two runs are made of every engine: at the setting that it is judged at, and at the next finer one. Where these can't
-settle the verdict, more are asked for: a still finer run, and runs at the same setting whose rounding differs. The
-scene is turned by an arbitrary angle, and the start is moved in its last digits; what the runs then differ by is the
-round-off of this very run.
+Two runs are made of every engine: at the setting that is judged, and at the next finer setting. Where these runs do not
+settle the verdict, it requests more: a still finer run, and runs at the same setting whose rounding differs. For the
+latter the scene is turned by an arbitrary angle, and the start is perturbed in its last digits. The differences of
+these runs are the round-off of the main run.
 """
 
 from __future__ import annotations
@@ -45,13 +45,13 @@ class Evidence:
     finer: RunResult
     """At the next finer setting"""
     finest: RunResult | None = None
-    """Finer again; only where asked for"""
+    """Finer again; None unless requested"""
     perturbed: tuple[Trajectory, ...] = ()
-    """Runs at the main setting with other rounding, turned back; only where asked for"""
+    """Runs at the main setting with other rounding, turned back; empty unless requested"""
 
 
 def gathered(runs: dict[Role, RunResult]) -> Evidence | None:
-    """Evidence of results by role, perturbed runs turned back; None without the two runs that always are."""
+    """Evidence of results by role, perturbed runs turned back; None without the main and the finer run."""
     if Role.MAIN not in runs or Role.FINER not in runs:
         return None
     turned = [(runs[role], angle) for role, angle in zip(PERTURBED_ROLES, TURNED_RAD, strict=True) if role in runs]
@@ -61,9 +61,14 @@ def gathered(runs: dict[Role, RunResult]) -> Evidence | None:
 
 
 def follow_up_jobs(
-    scene: Scene, name: str, registration: Registration, engine: type[Engine], setting: Setting, asks: Iterable[Role]
+    scene: Scene,
+    name: str,
+    registration: Registration,
+    engine: type[Engine],
+    setting: Setting,
+    further_runs: Iterable[Role],
 ) -> list[Job]:
-    """The further runs that a verdict asks for.
+    """Jobs of the further runs that a verdict requests.
 
     Parameters
     ----------
@@ -72,14 +77,14 @@ def follow_up_jobs(
         Of the engine.
     registration : Registration
     engine : type
-        Its class, for its ladder.
+        Its class, for its accuracy sweep.
     setting : Setting
         At which the engine is judged.
     asks : iterable of Role
     """
     finer = finer_setting(scene, engine.sweep, setting)
     jobs = []
-    for role in asks:
+    for role in further_runs:
         if role is Role.FINEST:
             jobs.append(Job(scene, name, registration, finer_setting(scene, engine.sweep, finer), role))
         else:
@@ -89,9 +94,9 @@ def follow_up_jobs(
 
 
 def perturbed(scene: Scene, number: int) -> Scene:
-    """`scene` turned by an arbitrary angle, its initial angles and rates moved in their last digits."""
+    """`scene` turned by an arbitrary angle, its initial angles and rates perturbed in their last digits."""
     turn, chain = TURNED_RAD[number], scene.chain
-    rng = np.random.default_rng([number, 17])  # the same moves in every run
+    rng = np.random.default_rng([number, 17])  # the same perturbations in every run
 
     def moved(values: tuple[float, ...]) -> tuple[float, ...]:
         return tuple(float(v) for v in np.array(values) * (1.0 + LAST_DIGITS * rng.uniform(-1.0, 1.0, len(values))))

@@ -1,4 +1,4 @@
-"""Errors that a method makes in a step, before the motion carries them on: from its order, or what it is asked for."""
+"""Errors of a method in a step, before the motion amplifies them: from its order, or from its requested accuracy."""
 
 from __future__ import annotations
 
@@ -27,15 +27,18 @@ if TYPE_CHECKING:
 
 SECOND_ORDER = 2
 SECOND_ORDER_CONSTANT = 1.0 / 8.0
-"""Largest here: trapezoidal rule 1/12, generalized-alpha with rho = 0.9 about 1/10, half a step aside 1/8."""
+"""Largest constant here: trapezoidal rule 1/12, generalized-alpha with rho = 0.9 about 1/10, half a step aside 1/8"""
 
 UNIT_ROUNDOFF = float(np.finfo(float).eps)
-MOST_STEP_CONSTANT = 10.0  # requests that a step may leave: with more, the request means nothing
-ROUNDINGS = 16.0  # rounding errors that enter a state in one step: a handful of operations, one for each stage
-READ_OFF = 10.0
-"""Times a step's request: what interpolation between a step's ends may add. An interpolant may be of one order less
-than the step: that of SciPy's RK45 was seen to be four times as far off as a step is asked for."""
-SAME_INSTANT = 1e-9  # of its time: samples of two runs that are meant to be at one instant
+MAX_STEP_CONSTANT = 10.0
+"""Largest believed error of a step relative to its request: with more, the request means nothing"""
+ROUNDINGS = 16.0
+"""Rounding errors that enter a state in one step: a handful of operations, one for each stage"""
+READING_REQUESTS = 10.0
+"""Largest error of interpolation between a step's ends, relative to the step's request. An interpolant may be of one
+order less than the step: the error of SciPy's RK45 was measured as four requests."""
+SAME_INSTANT = 1e-9
+"""Largest relative difference of the instants of two samples that are meant to be the same"""
 
 
 def orbit_scale(scene: Scene) -> float:
@@ -49,7 +52,7 @@ def step_s(scene: Scene, setting: Setting) -> float:
 
 
 def kepler_growth(scene: Scene, t_s: Array) -> Array:
-    """How a small error of the centre of mass grows, (n,): 1 + 3 n t, a period's error run along the track."""
+    """Growth of a small error of the centre of mass, (n,): 1 + 3 n t, an error of the period along the track."""
     return 1.0 + 3.0 * orbit_scale(scene) * t_s
 
 
@@ -61,7 +64,7 @@ def orbit_rate_bound(scene: Scene, trajectory: Trajectory) -> float:
 
 @dataclass(frozen=True)
 class LocalErrors:
-    """Errors that a method makes, before the motion carries them on; n samples, m instants between them."""
+    """Errors that a method makes, before the motion amplifies them; n samples, m instants between them."""
 
     t_s: Array
     """(m,) s"""
@@ -70,16 +73,16 @@ class LocalErrors:
     com_rate: Array
     """(m,) m a second"""
     immediate: dict[str, Array]
-    """(n,) largest error so far of what is read off one step: reactions and torques that vary inside it"""
+    """(n,) largest error so far of values read from one step: reactions and torques that vary inside it"""
 
     def attitude(self, t_s: Array, amplification: Array) -> Array:
-        """Error of the attitude, (n,): what was made at s has grown G(t)/G(s) times by t."""
+        """Error of the attitude, (n,) rad: an error made at s has grown G(t)/G(s) times by t."""
         made = cumulative_trapezoid(self.attitude_rate / np.interp(self.t_s, t_s, amplification), self.t_s, initial=0)
         found: Array = amplification * np.interp(t_s, self.t_s, made)
         return found
 
     def track(self, scene: Scene, t_s: Array) -> Array:
-        """Error of the centre of mass, (n,), m: what was made at s has grown 1 + 3 n (t - s) times by t.
+        """Error of the centre of mass, (n,), m: an error made at s has grown 1 + 3 n (t - s) times by t.
 
         Their sum over s is the errors made plus 3 n times the integral of that.
         """
@@ -92,7 +95,7 @@ class LocalErrors:
 def local_errors(
     engine: type[Engine], scene: Scene, setting: Setting, solution: ReferenceSolution, steps: float | None = None
 ) -> LocalErrors:
-    """Local errors of a method: by its order and step, or by the accuracy it is asked for in each of its `steps`."""
+    """Local errors of a method: by its order and step, or by the accuracy requested in each of its `steps`."""
     if setting.parameter is AccuracyParameter.RTOL:
         return requested_errors(engine, scene, setting, solution, steps)
     return truncation_errors(engine, scene, setting, solution)
@@ -101,23 +104,25 @@ def local_errors(
 def requested_errors(
     engine: type[Engine], scene: Scene, setting: Setting, solution: ReferenceSolution, steps: float | None = None
 ) -> LocalErrors:
-    """A method that chooses its steps: the requested error in each, one step for each radian of the fastest rate.
+    """Local errors of a method that chooses its steps: the request in each, one step for a radian of the fastest rate.
 
-    Methods of low or of changing order take more steps than that: then as many as they counted, where they do.
-    The track, whose request in radii is far above what is made, counts radians of the orbit, unless it is asked for
-    as closely as the bars. What is read off the samples comes by dense output: its error is a step's once more.
+    Methods of low or of changing order take more steps. Their own count is then used, where they give one. The track,
+    whose request in radii is far above its error, counts radians of the orbit, unless it is requested as closely as the
+    bars. Samples come by dense output: its error is a step's once more.
     """
     n, made = len(solution.amplification), setting.value * step_constant(engine)
-    read = READ_OFF * made
+    read = READING_REQUESTS * made
     reading = {name: read * response for name, response in solution.response.items()}
-    if "rate" in reading:  # asked for in units of the orbit's and the bars' own rates, and forces answer to it
+    if "rate" in reading:  # requested in units of the orbit's and the bars' own rates, and forces respond to it
         reading["rate"] = np.maximum(reading["rate"], read * own_rate(scene))
     if "reaction" in reading:
         reading["reaction"] = np.maximum(reading["reaction"], read * RICHARDSON * inertia_force_N(scene))
     track = made * track_unit(engine, scene, made)
     rate, chain_rate = orbit_rate_bound(scene, solution.trajectory), rate_scale(scene, solution.trajectory)
     counted = (steps or 0.0) / scene.run.duration_s
-    shared = made * scene.size_m if engine.coordinates is Coordinates.JOINT else 0.0  # of the angles it is made of
+    shared = (
+        made * scene.size_m if engine.coordinates is Coordinates.JOINT else 0.0
+    )  # of the angles that the track is computed from
     return LocalErrors(
         solution.trajectory.t_s[:n],
         np.full(n, made * max(chain_rate, counted)),
@@ -127,14 +132,14 @@ def requested_errors(
 
 
 def step_constant(engine: type[Engine]) -> float:
-    """Requests that one step may leave, as far as an engine is believed; see `adapters.engine.Engine.step_constant`."""
-    return min(max(1.0, engine.step_constant), MOST_STEP_CONSTANT)
+    """Error of a step relative to its request, as far as `adapters.engine.Engine.step_constant` is believed."""
+    return min(max(1.0, engine.step_constant), MAX_STEP_CONSTANT)
 
 
 def track_unit(engine: type[Engine], scene: Scene, rtol: float) -> float:
-    """What the requested accuracy counts in for the centre of mass, m; 0 for a straight track that nothing bends.
+    """Unit of the requested accuracy for the centre of mass, m; 0 for a straight track without forces.
 
-    Less than the roundings of a place can't be asked for.
+    An accuracy below the roundings of a place can't be requested.
     """
     if scene.effects.gravity is Gravity.NONE and not pushed(scene):
         return 0.0
@@ -143,22 +148,22 @@ def track_unit(engine: type[Engine], scene: Scene, rtol: float) -> float:
 
 
 def pushed(scene: Scene) -> bool:
-    """Whether air, light, a thruster or a blow pushes the chain as a whole."""
+    """Whether drag, sunlight, a thrust or an impulse acts on the chain as a whole."""
     effects = scene.effects
     return bool(effects.drag or effects.solar_pressure or effects.thrust or effects.impulse)
 
 
 def error_constant(order: float) -> float:
-    """Of a method of order p: of the order of the first neglected Taylor term, h^p x^(p+1)/(p+1)!, above the second."""
+    """Error constant of a method of order p: above the second, of the first neglected term, h^p x^(p+1)/(p+1)!."""
     return SECOND_ORDER_CONSTANT if order <= SECOND_ORDER else 1.0 / math.factorial(round(order) + 1)
 
 
 def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, solution: ReferenceSolution) -> LocalErrors:
-    """A fixed-step method of order p: C h^p times the derivative of order p+1, taken from the truth.
+    """Local errors of a fixed-step method of order p: C h^p times derivative p+1 of the reference solution.
 
-    Third derivatives come from its close samples, those above from the third by the rate at which that varies.
-    In absolute coordinates the orbit's own error, run along the track, turns every local vertical. The
-    track in a moving frame is the chain's departure from Kepler's, of order (L/r)² r, and what other effects add.
+    Third derivatives come from its dense samples, higher ones from the third by the rate at which that varies. In
+    absolute coordinates the orbit's own error along the track turns every local vertical. The track in a moving frame
+    is the chain's departure from Kepler's orbit, of order (L/r)² r, and the departure by other effects.
     """
     seen, order = solution.fine, engine.order or 1.0
     t = seen.t_s
@@ -177,24 +182,27 @@ def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, solu
     turn, jerk = end_derivatives(engine, scene, seen)
     if engine.coordinates is Coordinates.JOINT:  # the centre of mass is not a coordinate: it shares the angles' errors
         track = track + power * jerk * scene.size_m
-    immediate = {name: power * values for name, values in read_off(scene, seen, turn, jerk).items()}
-    immediate["com_velocity"] = track  # h² times the second derivative of a velocity: read off half a step aside
+    immediate = {name: power * values for name, values in reading_errors(scene, seen, turn, jerk).items()}
+    immediate["com_velocity"] = track  # h² times the second derivative of a velocity: read half a step aside
     samples = solution.trajectory.t_s[: len(solution.amplification)]
     return LocalErrors(
-        t, power * jerk + turned, track, {name: so_far(t, values, samples) for name, values in immediate.items()}
+        t,
+        power * jerk + turned,
+        track,
+        {name: running_maximum(t, values, samples) for name, values in immediate.items()},
     )
 
 
 def departure(engine: type[Engine], scene: Scene, trajectory: Trajectory) -> tuple[Array, Array]:
-    """How far effects drive the centre of mass off a frame's own orbit, m, and how fast, m/s: each (n, 2).
+    """Departure of the centre of mass from the orbit of an engine's frame, m, and its rate, m/s: each (n, 2).
 
-    A rotating frame is on Kepler's orbit, and some of those that trees of joints are in; the others fall with all
-    fields, so that only what pushes the chain itself drives it off them. Zero where nothing does.
+    Rotating frames and those of joint coordinates follow Kepler's orbit. Other frames fall with all fields, so that
+    only forces on the chain itself cause a departure. Zero without such effects.
     """
     if not scene.effects.more:
         return np.zeros_like(trajectory.com_m), np.zeros_like(trajectory.com_m)
     start, t_s = initial_state(scene), trajectory.t_s
-    from_start = t_s if t_s[0] == 0.0 else np.append(0.0, t_s)  # a frame is carried on from the scene's own start
+    from_start = t_s if t_s[0] == 0.0 else np.append(0.0, t_s)  # a frame starts at the scene's own start
     keplerian = engine.coordinates in (Coordinates.ROTATING_FRAME, Coordinates.JOINT)
     if keplerian and scene.effects.gravity is not Gravity.NONE:
         mu = scene.central_body.mu_m3_s2
@@ -204,8 +212,8 @@ def departure(engine: type[Engine], scene: Scene, trajectory: Trajectory) -> tup
     return trajectory.com_m - place[-len(t_s) :], trajectory.com_velocity_m_s - velocity[-len(t_s) :]
 
 
-def read_off(scene: Scene, trajectory: Trajectory, turn: Array, jerk: Array) -> dict[str, Array]:
-    """How each quantity varies inside a step, (m,): its second derivative, in SI units."""
+def reading_errors(scene: Scene, trajectory: Trajectory, turn: Array, jerk: Array) -> dict[str, Array]:
+    """Variation of each quantity inside a step, (m,): its second derivative, in SI units."""
     found = {"attitude": turn}
     values = {"rate": trajectory.rate_rad_s, "reaction": trajectory.reaction_N, "torque": trajectory.torque_N_m}
     found |= {k: second_derivative(trajectory.t_s, v) for k, v in values.items() if v is not None and v.size}
@@ -216,7 +224,7 @@ def read_off(scene: Scene, trajectory: Trajectory, turn: Array, jerk: Array) -> 
     return found
 
 
-def so_far(t_s: Array, values: Array, samples_s: Array) -> Array:
+def running_maximum(t_s: Array, values: Array, samples_s: Array) -> Array:
     """Largest of `values` up to each sample, (n,)."""
     largest = np.maximum.accumulate(values)
     until = np.searchsorted(t_s, samples_s * (1.0 + SAME_INSTANT), side="right") - 1
@@ -225,9 +233,9 @@ def so_far(t_s: Array, values: Array, samples_s: Array) -> Array:
 
 
 def varying_rate(scene: Scene, trajectory: Trajectory) -> float:
-    """Rate at which high derivatives of the attitude follow each other, rad/s: at least the spin and the orbit's own.
+    """Ratio of successive high derivatives of the attitude, rad/s: at least the spin and the orbit's own rate.
 
-    The fastest mode of the chain is no measure: where it is not excited it is in no derivative.
+    The fastest mode of the chain is no measure: unless excited, the mode is in no derivative.
     """
     if trajectory.rate_rad_s is None:
         return orbit_scale(scene)
@@ -278,13 +286,11 @@ def second_derivative(t_s: Array, values: Array) -> Array:
     return largest
 
 
-def kinks(engine: type[Engine], scene: Scene, setting: Setting, solution: ReferenceSolution) -> dict[str, Array]:
-    """What fixed steps may miss where a manoeuvre starts or ends inside one, (n,) for each quantity.
+def event_errors(scene: Scene, setting: Setting, local: LocalErrors) -> dict[str, Array]:
+    """Error of fixed steps where a manoeuvre starts or ends inside one, (n,) for each quantity; SI units.
 
-    The law's fourth derivative jumps there, so that what is missed depends on where in the step it falls and
-    does not shrink from one setting to the next: one step's own error is allowed.
+    The law's fourth derivative jumps there. The error depends on where in the step the jump falls, and does not shrink
+    from one setting to the next: one step's own error, from `local`, is allowed.
     """
     inside = [t for p in scene.effects.prescribed_rotation for t in p.breaks_s if 0.0 < t < scene.run.duration_s]
-    if setting.parameter is AccuracyParameter.RTOL or not inside:
-        return {}
-    return truncation_errors(engine, scene, setting, solution).immediate
+    return {} if setting.parameter is AccuracyParameter.RTOL or not inside else local.immediate

@@ -1,4 +1,4 @@
-"""Differences of one engine's runs from the reference solution, and everything that may explain them."""
+"""Differences of one engine's runs from the reference solution, and all bounds that they are compared with."""
 
 from __future__ import annotations
 
@@ -12,13 +12,12 @@ import numpy as np
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import Coordinates
 from adapters.trajectory import Observable
-from barchain.judge.checks.extrapolation import FIELDS, SHARE, STAYS, left_over
-from barchain.judge.checks.track_beyond_limit import beyond_limit
+from barchain.judge.checks.extrapolation import FIELDS, HIGHER_ORDER_SHARE, PERSISTING_SHARE, extrapolation_residual
+from barchain.judge.checks.run_end import end_event_fault
+from barchain.judge.checks.track_beyond_limit import parted_track_bound
 from barchain.judge.error_model import ErrorModel
-from barchain.judge.roundoff_limit import coarsest_roundoff, measured_roundoff
-from barchain.judge.run_end import ended_differently
-from barchain.judge.scales import scales
-from barchain.judge.tolerances import NORM_SLACK
+from barchain.judge.error_units import NORM_SLACK
+from barchain.judge.roundoff_limit import max_roundoff, measured_roundoff
 from barchain.metrics.model_difference import com_displacement
 from barchain.metrics.quantities import differences
 from barchain.solutions.reference import RICHARDSON, TRACK
@@ -28,83 +27,97 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from adapters.engine import Engine, Setting
     from adapters.trajectory import Array, Trajectory
     from barchain.judge.evidence import Evidence
-    from barchain.solutions.reference import ReferenceSolution
 
-HALVED = 4.0  # noise of differences over a step goes as 1/h²
-FINER_NOISE = 4.0 / 3.0  # what an extrapolation of second order makes of the finer run's noise
-FINEST_NOISE = 4.0 * FINER_NOISE  # of the finer run's, after another halving: noise of differences goes as 1/h²
-MOST_MEASURED = 1e-5  # of a quantity's scale: measured round-off, in coordinates no larger than the chain
-SHRINKS = 0.5  # of the error at the main setting, two settings finer: a method of first order leaves a quarter
+HALVED_STEP_NOISE = 4.0
+"""Noise of differences over a step goes as 1/h²: that of the finer run relative to the main run's"""
+FINER_NOISE = 4.0 / 3.0
+"""Noise in an extrapolation of second order relative to the finer run's noise"""
+FINEST_NOISE = 4.0 * FINER_NOISE
+"""The same for the extrapolation of the finer and the finest run, relative to the finer run's noise"""
+MAX_MEASURED_SHARE = 1e-5
+"""Largest measured round-off relative to a quantity's scale, in coordinates no larger than the chain"""
+CONVERGED_SHARE = 0.5
+"""An error shrinks if it is below this two settings finer, relative to the main one: first order leaves a quarter"""
 
 
 @dataclass(frozen=True)
 class ModelDifference:
-    """What an engine's model is predicted to leave out of one quantity; n samples, in its unit."""
+    """Predicted difference of an engine's model from the chain in one quantity; n samples, in its unit."""
 
     size: Array
-    """(n,) never falling; added to drawn tolerances"""
+    """(n,) never falling; added to plotted tolerances"""
     uncertainty: Array
-    """(n,) of the prediction; added to the judged ones"""
+    """(n,) of the prediction; added to the tolerances that judge"""
 
 
 @dataclass(frozen=True)
-class Check:
-    """What one question asked of a residual found."""
+class ResidualCheck:
+    """Answer to one question asked of a residual."""
 
     ratio: float
-    """Largest ratio of the residual to what is allowed"""
+    """Largest ratio of the residual to its tolerance"""
     outcome: Outcome
-    words: str
+    reason: str
+    """Empty for a pass"""
 
 
 class Residuals:
-    """Residuals of an engine's two runs, n common samples, and their bounds; computed once for a verdict."""
+    """Residuals of an engine's two runs, n common samples, and their bounds, each computed once for a verdict."""
 
-    def __init__(self, engine: type[Engine], setting: Setting, evidence: Evidence, solution: ReferenceSolution) -> None:
+    def __init__(self, errors: ErrorModel, evidence: Evidence) -> None:
+        """Compare the runs.
+
+        Parameters
+        ----------
+        errors : ErrorModel
+            Of the engine at the setting of its main run.
+        evidence : Evidence
+            Its main and its finer run have trajectories.
+        """
         assert evidence.main.trajectory is not None
         assert evidence.finer.trajectory is not None
-        self.engine, self.setting, self.solution, self.scene = engine, setting, solution, solution.scene
-        self.evidence = evidence
+        self.errors, self.evidence = errors, evidence
+        self.engine, self.setting, self.solution, self.scene = (
+            errors.engine,
+            errors.setting,
+            errors.solution,
+            errors.scene,
+        )
         self.main, self.finer = evidence.main.trajectory, evidence.finer.trajectory
-        self.errors = ErrorModel(engine, setting, solution, self.main)
-        self.n = min(self.errors.n, len(self.finer.t_s))
+        self.n = min(errors.n, len(self.finer.t_s))
         self.t = self.main.t_s[: self.n]
-        self.limit_s = self.errors.limit_s
-        self.scale = scales(solution)
-        self.found = {k: d[: self.n] for k, d in differences(self.main, solution.trajectory).items()}
-        self.residual = dict(self.found)
-        self.finer_residual = {k: d[: self.n] for k, d in differences(self.finer, solution.trajectory).items()}
+        self.limit_s, self.scale = errors.limit_s, errors.scale
+        self.difference = {k: d[: self.n] for k, d in differences(self.main, self.solution.trajectory).items()}
+        self.residual = dict(self.difference)
+        self.finer_residual = {k: d[: self.n] for k, d in differences(self.finer, self.solution.trajectory).items()}
         self.model = self.remove_model_difference() if self.com_only else {}
-        self.explained = self.errors.explained(differences(self.main, self.finer))
-        self.bound = self.errors.bound
-        self.beyond = beyond_limit(solution, self.t, self.limit_s)
-        self.roundoff = measured_roundoff(self.scene, (self.main, *evidence.perturbed)) if evidence.perturbed else {}
+        self.explained = errors.explained(differences(self.main, self.finer))
+        self.parted_track = parted_track_bound(self.solution, self.t, self.limit_s)
 
     @property
     def com_only(self) -> bool:
-        """Whether the engine follows the centre of mass as a particle."""
+        """Whether the engine follows the centre of mass alone, as a particle."""
         shown = self.main.observables | self.finer.observables | self.engine.observables
         return shown <= {Observable.COM}
 
     def inside(self, quantity: str) -> NDArray[np.bool_]:
-        """Samples at which a quantity is compared, (n,): all for the centre of mass, whose track is not chaotic."""
+        """Mask of the samples at which a quantity is compared, (n,): all for the track, which is not chaotic."""
         return np.ones(self.n, bool) if quantity in TRACK else self.t <= self.limit_s
 
     def remove_model_difference(self) -> dict[str, ModelDifference]:
-        """Take what the chain's centre of mass is predicted to do besides a particle's motion out of the residuals."""
+        """Subtract the predicted departure of the chain's centre of mass from a particle's track from the residuals."""
         predicted = com_displacement(self.scene, self.solution.trajectory)
         return {
-            "com": self.removed("com", "com_m", predicted.vector_m, predicted.uncertainty_m),
-            "com_velocity": self.removed(
+            "com": self.subtracted("com", "com_m", predicted.vector_m, predicted.uncertainty_m),
+            "com_velocity": self.subtracted(
                 "com_velocity", "com_velocity_m_s", predicted.vector_m_s, predicted.uncertainty_m_s
             ),
         }
 
-    def removed(self, quantity: str, field: str, predicted: Array, uncertainty: Array) -> ModelDifference:
-        """Set the residuals of one quantity to what its prediction leaves of them."""
+    def subtracted(self, quantity: str, field: str, predicted: Array, uncertainty: Array) -> ModelDifference:
+        """Subtract the prediction (n, 2) from the residuals of one quantity; return size and uncertainty, (n,) each."""
         n, right = self.n, getattr(self.solution.trajectory, field)
         for residual, run in ((self.residual, self.main), (self.finer_residual, self.finer)):
             apart = right[:n] - getattr(run, field)[:n]
@@ -112,90 +125,106 @@ class Residuals:
         size = np.maximum.accumulate(np.linalg.norm(predicted[:n], axis=1))
         return ModelDifference(size, uncertainty[:n])
 
+    @cached_property
+    def max_roundoff(self) -> dict[str, Array]:
+        """Largest round-off that the engine's coordinates can cause since the start, for each quantity."""
+        return max_roundoff(self.errors, self.errors.amplification)
+
+    @cached_property
+    def roundoff(self) -> dict[str, Array]:
+        """Round-off of the main run, measured with perturbed runs, for each quantity and drift; empty without them."""
+        perturbed = self.evidence.perturbed
+        return measured_roundoff(self.scene, (self.main, *perturbed)) if perturbed else {}
+
     def may_be_roundoff(self, quantity: str) -> bool:
         """Whether a difference is no larger than round-off can make it in the engine's coordinates."""
         if quantity not in self.residual:
-            return True  # drifts of what should stay: rounding is all that there is
-        most = (coarsest_roundoff(self.errors, quantity) + self.errors.unbounded_floor[quantity])[: self.n]
-        allowed = np.maximum(self.tolerance(quantity), self.margin(quantity)) + most
+            return True  # drifts of conserved quantities: rounding is all that there is
+        most = (self.max_roundoff[quantity] + self.errors.unbounded_floor[quantity])[: self.n]
+        allowed = np.maximum(self.tolerance[quantity], self.margin[quantity]) + most
         return worst(self.residual[quantity], allowed, self.inside(quantity))[0] <= 1.0
 
-    def tolerance(self, quantity: str) -> Array:
-        """What explains a residual, (n,)."""
-        return self.explained[quantity][: self.n] + self.left_out(quantity).uncertainty + self.apart(quantity)
+    @cached_property
+    def tolerance(self) -> dict[str, Array]:
+        """Explained error of each residual, (n,): both error estimates, floors and the model difference."""
+        return {
+            name: explained[: self.n] + self.model_difference(name).uncertainty + self.parted(name)
+            for name, explained in self.explained.items()
+        }
 
-    def margin(self, quantity: str) -> Array:
-        """Expected-error bound of a residual, (n,): the engine's, and the reference's own error."""
-        bound = self.bound[quantity][: self.n] + RICHARDSON * self.solution.error[quantity][: self.n]
-        return bound + self.left_out(quantity).uncertainty + self.apart(quantity)
+    @cached_property
+    def margin(self) -> dict[str, Array]:
+        """Expected-error bound of each residual, (n,): the engine's, and the reference's own error."""
+        return {
+            name: bound[: self.n] + RICHARDSON * self.solution.error[name][: self.n]
+            + self.model_difference(name).uncertainty + self.parted(name)
+            for name, bound in self.errors.bound.items()
+        }  # fmt: skip
 
-    def apart(self, quantity: str) -> Array:
-        """What attitudes that have parted may do to the track beyond the limit, (n,); of all else nothing is judged."""
-        return self.beyond.get(quantity, np.zeros(self.n))
+    def parted(self, quantity: str) -> Array:
+        """Effect of parted attitudes on the track beyond the limit, (n,); zero for other quantities."""
+        return self.parted_track.get(quantity, np.zeros(self.n))
 
-    def left_out(self, quantity: str) -> ModelDifference:
-        """Declared model difference of a quantity; of most, none."""
+    def model_difference(self, quantity: str) -> ModelDifference:
+        """Declared model difference of a quantity; zero for most."""
         none = np.zeros(self.n)
         return self.model.get(quantity, ModelDifference(none, none))
 
-    def checks(self, quantity: str) -> tuple[Check, Check]:
+    def checks(self, quantity: str) -> tuple[ResidualCheck, ResidualCheck]:
         """Whether a residual is explained, and whether it is inside the expected-error bound.
 
-        Measured round-off counts in both up to what the coordinates' own floor explains (times the slack of bands).
-        Beyond that the engine is not right but limited by round-off, and that only as far as coordinates as large as
-        the orbit's radius can be.
+        Measured round-off counts in both questions up to the floor of the coordinates, times the slack of the bounds.
+        A larger error is not right but limited by round-off, and that only up to the round-off of coordinates as large
+        as the orbit's radius.
         """
-        inside, residual = self.inside(quantity), self.residual[quantity]
-        tolerance, margin = self.tolerance(quantity), self.margin(quantity)
-        noise = self.limiting_noise(quantity)
-        granted = self.granted(quantity)
-        tolerance, margin = tolerance + granted, margin + granted
-        checks = []
-        for allowed, verdict, words in (
-            (tolerance, Outcome.INCONSISTENT, "what is explained"),
-            (margin, Outcome.EXCEEDS_BOUND, "the expected-error bound"),
-        ):
-            used, at = worst(residual, allowed, inside)
-            if used <= 1.0:
-                checks.append(Check(used, Outcome.PASS, ""))
-            elif worst(residual, allowed + noise, inside)[0] <= 1.0:
-                checks.append(Check(used, Outcome.ROUNDOFF_LIMITED, self.digits_words(quantity, inside)))
-            else:
-                said = f"{used:.3g} times {words} at t = {self.t[at]:.6g} s"
-                checks.append(Check(used, verdict, said + self.convergence_words(quantity)))
-        return checks[0], checks[1]
+        granted = self.granted_roundoff(quantity)
+        return (
+            self.check(quantity, self.tolerance[quantity] + granted, Outcome.INCONSISTENT, "the explained error"),
+            self.check(quantity, self.margin[quantity] + granted, Outcome.EXCEEDS_BOUND, "the expected-error bound"),
+        )
 
-    def granted(self, quantity: str) -> Array:
+    def check(self, quantity: str, allowed: Array, failure: Outcome, named: str) -> ResidualCheck:
+        """Compare a residual with `allowed` (n,), `named` in reasons; `failure` is the outcome outside of it."""
+        inside, residual = self.inside(quantity), self.residual[quantity]
+        ratio, at = worst(residual, allowed, inside)
+        if ratio <= 1.0:
+            return ResidualCheck(ratio, Outcome.PASS, "")
+        if worst(residual, allowed + self.limiting_noise(quantity), inside)[0] <= 1.0:
+            return ResidualCheck(ratio, Outcome.ROUNDOFF_LIMITED, self.digits_left(quantity, inside))
+        said = f"{ratio:.3g} times {named} at t = {self.t[at]:.6g} s"
+        return ResidualCheck(ratio, failure, said + self.convergence_reason(quantity))
+
+    def granted_roundoff(self, quantity: str) -> Array:
         """Measured round-off that counts towards a pass, (n,): up to the floor of the coordinates, with slack."""
         if not self.roundoff:
             return np.zeros(self.n)
         return np.minimum(self.roundoff[quantity][: self.n], NORM_SLACK * self.errors.floor[quantity][: self.n])
 
-    def granted_finer(self, quantity: str) -> Array:
-        """The same for the finer run, whose steps, half as long, make four times the noise of differences, (n,)."""
+    def granted_finer_roundoff(self, quantity: str) -> Array:
+        """The same for the finer run, (n,): its steps, half as long, make four times the noise of differences."""
         if not self.roundoff:
             return np.zeros(self.n)
         floor = NORM_SLACK * self.finer_floor(quantity)[: self.n]
-        return np.minimum(HALVED * self.roundoff[quantity][: self.n], floor)
+        return np.minimum(HALVED_STEP_NOISE * self.roundoff[quantity][: self.n], floor)
 
     def limiting_noise(self, quantity: str) -> Array:
-        """Noise that may be behind too large an error, (n,): such a run is limited by round-off, which is no pass.
+        """Noise that may cause too large an error, (n,): such a run is limited by round-off, which is no pass.
 
-        Perturbed runs show it. In absolute coordinates declared noise adds to it, and an error that does not shrink
-        with the setting may be all that rounding of such coordinates can make: the two can't be told apart. In
-        others, whose floor is far lower, only a small share of the quantity's scale is believed to be noise.
+        Perturbed runs show this noise. In absolute coordinates declared noise adds to it. An error that does not shrink
+        with the setting can't be told from the largest round-off of such coordinates, which is then allowed. In other
+        coordinates the floor is far lower, and only :data:`MAX_MEASURED_SHARE` of the scale is believed to be noise.
         """
         if not self.evidence.perturbed:
             return np.zeros(self.n)
         if self.engine.coordinates is not Coordinates.ABSOLUTE:
-            return np.minimum(self.roundoff[quantity][: self.n], MOST_MEASURED * self.scale[quantity])
-        most = coarsest_roundoff(self.errors, quantity)[: self.n]
+            return np.minimum(self.roundoff[quantity][: self.n], MAX_MEASURED_SHARE * self.scale[quantity])
+        most = self.max_roundoff[quantity][: self.n]
         if self.errors_by_setting(quantity) and not self.shrinks(quantity):
             return most
         return np.minimum(self.roundoff[quantity][: self.n] + self.errors.unbounded_floor[quantity][: self.n], most)
 
-    def digits_words(self, quantity: str, inside: NDArray[np.bool_]) -> str:
-        """How many digits round-off leaves of a quantity."""
+    def digits_left(self, quantity: str, inside: NDArray[np.bool_]) -> str:
+        """Reason of an outcome limited by round-off: the size of the error and the digits left of the quantity."""
         noise = float(self.residual[quantity][inside].max())
         left = max(0.0, -math.log10(noise / self.scale[quantity]))
         unit = QUANTITY_UNITS[quantity]
@@ -203,15 +232,20 @@ class Residuals:
 
     @cached_property
     def finest(self) -> Trajectory | None:
-        """Run at the finest setting, where one was asked for and came."""
+        """Run at the finest setting, if it was requested and completed."""
         result = self.evidence.finest
         if result is None or result.outcome is not Outcome.PASS or result.trajectory is None:
             return None
-        return None if ended_differently(result.trajectory, self.solution) else result.trajectory
+        return None if end_event_fault(result.trajectory, self.solution) else result.trajectory
+
+    @cached_property
+    def finest_difference(self) -> dict[str, Array]:
+        """Differences of the finest run from the reference solution; empty without that run."""
+        return {} if self.finest is None else differences(self.finest, self.solution.trajectory)
 
     def errors_by_setting(self, quantity: str) -> tuple[float, ...]:
         """Largest errors of a quantity from the coarsest to the finest of three settings; empty without a third one."""
-        finest = None if self.finest is None else differences(self.finest, self.solution.trajectory).get(quantity)
+        finest = self.finest_difference.get(quantity)
         if finest is None or self.com_only:
             return ()
         inside = self.inside(quantity)
@@ -221,10 +255,10 @@ class Residuals:
     def shrinks(self, quantity: str) -> bool:
         """Whether a quantity's error falls from the first to the last of three settings."""
         sizes = self.errors_by_setting(quantity)
-        return sizes[-1] < SHRINKS * sizes[0]
+        return sizes[-1] < CONVERGED_SHARE * sizes[0]
 
-    def convergence_words(self, quantity: str) -> str:
-        """Errors at three settings, where the third was asked for: whether they shrink is half of the diagnosis."""
+    def convergence_reason(self, quantity: str) -> str:
+        """Errors at three settings and whether they shrink, for a reason; empty without a third setting."""
         sizes = self.errors_by_setting(quantity)
         if not sizes:
             return ""
@@ -233,31 +267,36 @@ class Residuals:
         return f"; the error {how} with the setting: {told} {QUANTITY_UNITS[quantity]} from coarse to fine"
 
     def detection_limit(self, quantity: str) -> float:
-        """Smallest relative error that would have been called at any sample: the worst one's.
+        """Smallest error that would be rejected at every sample, relative to the quantity's scale.
 
-        An error that is the same at both settings, and larger than this share of the quantity's scale, is outside a
-        tolerance wherever it is, whatever the sign of the error that the engine makes itself, and whatever round-off
-        further runs may grant.
+        A larger error, equal at both settings, is outside a tolerance at any sample. This holds for either sign of the
+        engine's own error, and for all round-off that further runs may grant.
         """
         inside = self.inside(quantity)
-        allowed = np.minimum(self.tolerance(quantity), self.margin(quantity)) + self.residual[quantity]
+        allowed = np.minimum(self.tolerance[quantity], self.margin[quantity]) + self.residual[quantity]
         if self.engine.order is not None and quantity in FIELDS and not self.com_only:
-            left, most = self.offset(quantity, self.main, self.finer)
+            left, most = self.extrapolated[quantity]
             allowed[: len(left)] = np.minimum(allowed[: len(left)], left + most)
-        granted = 0.0 if self.com_only else NORM_SLACK * self.errors.floor[quantity][: self.n]
-        return float((allowed + granted)[inside].max() / self.scale[quantity])
+        granted_roundoff = 0.0 if self.com_only else NORM_SLACK * self.errors.floor[quantity][: self.n]
+        return float((allowed + granted_roundoff)[inside].max() / self.scale[quantity])
 
-    def offset(
+    @cached_property
+    def extrapolated(self) -> dict[str, tuple[Array, Array]]:
+        """Error of the extrapolation of main and finer run and its tolerance, each (n,), for each of `FIELDS`."""
+        names = [name for name in FIELDS if name in self.difference and name in self.errors.floor]
+        return {name: self.extrapolation_error(name, self.main, self.finer) for name in names}
+
+    def extrapolation_error(
         self, quantity: str, coarse: Trajectory, fine: Trajectory, noise: float = FINER_NOISE
     ) -> tuple[Array, Array]:
-        """What the extrapolation of two runs is off by, and may be, each (n,); `noise`: share of the finer floor."""
+        """Error of the extrapolation of two runs and its tolerance, each (n,); `noise` relative to the finer floor."""
         assert self.engine.order is not None
-        size, own = left_over(quantity, coarse, fine, self.solution.trajectory, self.engine.order)
+        size, own = extrapolation_residual(quantity, coarse, fine, self.solution.trajectory, self.engine.order)
         n = min(self.n, len(size))
         fixed = self.errors.floor[quantity] + RICHARDSON * self.solution.error[quantity][: self.errors.n]
         fixed = fixed + noise * self.finer_floor(quantity)
         missed = self.errors.missed.get(quantity, np.zeros(self.errors.n))
-        return size[:n], SHARE * own[:n] + (fixed + missed)[:n] + self.apart(quantity)[:n]
+        return size[:n], HIGHER_ORDER_SHARE * own[:n] + (fixed + missed)[:n] + self.parted(quantity)[:n]
 
     def finer_floor(self, quantity: str) -> Array:
         """Floor of the finer run, (n,): noise of differences over a step grows as the step shrinks."""
@@ -270,18 +309,18 @@ class Residuals:
             self.engine, finer_setting(self.scene, self.engine.sweep, self.setting), self.solution, self.main
         )
 
-    def stays(self, quantity: str, over: NDArray[np.bool_], size: Array) -> bool:
-        """Whether what is left over is there at the next setting too; taken for granted until that is run."""
+    def persists(self, quantity: str, over: NDArray[np.bool_], size: Array) -> bool:
+        """Whether an error `size` (n,), `over` its tolerance, is there at a third setting too; yes without that."""
         if self.finest is None:
             return True
-        later, allowed = self.offset(quantity, self.finer, self.finest, FINEST_NOISE)
+        later, allowed = self.extrapolation_error(quantity, self.finer, self.finest, FINEST_NOISE)
         n = min(len(later), len(size))
-        stays = over[:n] & (later[:n] > allowed[:n]) & (later[:n] > STAYS * size[:n])
-        return bool(np.any(stays & self.inside(quantity)[:n]))
+        persists = over[:n] & (later[:n] > allowed[:n]) & (later[:n] > PERSISTING_SHARE * size[:n])
+        return bool(np.any(persists & self.inside(quantity)[:n]))
 
 
 def worst(found: Array, allowed: Array, inside: NDArray[np.bool_]) -> tuple[float, int]:
-    """Largest ratio of what is found to what is allowed, and where; infinite where nothing is allowed.
+    """Largest ratio of a found to an allowed error, and its sample; infinite where nothing is allowed.
 
     A difference of exactly zero needs no allowance. Not-a-number is never inside.
     """

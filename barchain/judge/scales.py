@@ -1,4 +1,4 @@
-"""Sizes of the compared quantities in a scene: what a relative error counts in."""
+"""Scales of the compared quantities in a scene, which relative errors are relative to."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def scales(solution: ReferenceSolution) -> dict[str, float]:
         "torque": max(largest_entry(seen.torque_N_m), force * max(scene.chain.length_m)),
         "impulse": max(largest(seen.impulse_N_s), force / scene.fastest_rate_rad_s),
         "gap": min(scene.chain.length_m),
-        "identity": min(scene.chain.length_m),
+        "com_residual": min(scene.chain.length_m),
     }
     return found | {"energy": 1.0, "angular_momentum": 1.0}
 

@@ -1,4 +1,4 @@
-"""Whether an engine supports what a scene turns out to do: limits that are known only from the motion."""
+"""Support of a scene's motion by an engine: limits that only the reference solution shows."""
 
 from __future__ import annotations
 
@@ -10,5 +10,5 @@ if TYPE_CHECKING:
 
 
 def unsupported(engine: type[Engine], solution: ReferenceSolution) -> str | None:
-    """Why an engine can't follow the reference solution of a scene, or None if it can."""
+    """Reason if an engine does not support the motion of the reference solution; None if it does."""
     return engine.unsupported_motion(solution.scene, solution.fine)

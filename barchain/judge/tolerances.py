@@ -1,74 +1,294 @@
-"""What the tolerances of the comparison are made of; `barchain.judge.error_model` puts them together.
+"""Register of all tolerances of a verdict: value, derivation and the test that tries each.
 
-Two questions are asked of a difference from the reference solution, at every sample up to the predictability limit.
-
-*Consistent?* It is explained by the two error estimates, round-off, and the declared model difference: ``explained = 2
-(E_engine + E_truth) + floor + model``. The 2 is Richardson's, see `barchain.solutions.reference.RICHARDSON`.
-
-*Good enough?* It is inside the band that the engine's method and setting promise on this scene, ``band``.
-
-Both use the growth G(t) of a small perturbation, measured by the truth's twin: an error made at s is
-G(t)/G(s) times as large at t.
+The report's methodology and the tables in `docs/verdicts.md` and `design/comparison.md` are generated from here
+(`barchain.judge.tolerance_tables`).
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
-import numpy as np
-
-from adapters.engine import Coordinates
-from barchain.judge.local_errors import ROUNDINGS, UNIT_ROUNDOFF, departure, orbit_scale, track_unit
-from barchain.metrics.rates import own_rate
-
-if TYPE_CHECKING:
-    from adapters.engine import Engine, Setting
-    from adapters.trajectory import Array, Trajectory
-    from barchain.solutions.reference import ReferenceSolution
-    from scenarios import Scene
-
-NORM_SLACK = 10.0  # largest component against norm, constants of the method other than the textbook's, stage effects
-
-
-def roundoff_unit(engine: type[Engine], solution: ReferenceSolution) -> float:
-    """Angle that one rounding of a position is worth, rad: u for lengths of a bar, u r/l for distances.
-
-    In a frame on an orbit of its own the chain's places are as large as what drives it off that orbit makes them.
-    """
-    scene, away = solution.scene, reach_m(engine, solution)
-    if engine.coordinates is Coordinates.ABSOLUTE:
-        away = scene.radius0_m
-    elif engine.coordinates is Coordinates.RELATIVE:
-        away = scene.size_m
-    return UNIT_ROUNDOFF * away / min(scene.chain.length_m)
+from barchain.judge.checks.extrapolation import HIGHER_ORDER_SHARE, PERSISTING_SHARE
+from barchain.judge.checks.restart import CONSECUTIVE, SCATTERED
+from barchain.judge.comparison import MAX_EMPTY_SHARE, MIN_JUDGED_SHARE
+from barchain.judge.declared_noise import (
+    LOWEST_ORDER,
+    MAX_ATTITUDE_NOISE_RAD,
+    MAX_NOISE_SHARE,
+    MAX_TRACK_NOISE_SHARE,
+    STEPS_SLACK,
+)
+from barchain.judge.error_units import NORM_SLACK
+from barchain.judge.local_errors import MAX_STEP_CONSTANT, ROUNDINGS, error_constant
+from barchain.judge.residuals import MAX_MEASURED_SHARE
+from barchain.judge.roundoff_limit import SPREAD_FACTOR
+from barchain.solutions.reference import (
+    FINE_PER_RADIAN,
+    PARTED_RAD,
+    PERTURBATION_RAD,
+    RICHARDSON,
+    SOLUTION_CHECK_RTOL,
+    SOLUTION_RTOL,
+)
 
 
-def reach_m(engine: type[Engine], solution: ReferenceSolution) -> float:
-    """Largest place of a bar in an engine's frame, m: the chain's size, and its departure from the frame's orbit."""
-    place, _ = departure(engine, solution.scene, solution.trajectory)
-    return solution.scene.size_m + float(np.linalg.norm(place, axis=1).max())
+@dataclass(frozen=True)
+class Tolerance:
+    """One part of the tolerances, and its derivation."""
+
+    quantity: str
+    """Quantities that it applies to"""
+    name: str
+    value: str
+    """Number or formula; u is the unit round-off, n the mean motion, h the step, p the order"""
+    derivation: str
+    tested_by: str
+    """Test in ``tests/judge`` that fails if this part is too wide or too narrow"""
 
 
-def rounded(trajectory: Trajectory, quantity: str) -> Array:
-    """Rounding of a value that is a sum over the bars, (n,): N terms of at most its own size."""
-    values = {
-        "attitude": trajectory.angle_rad,
-        "rate": trajectory.rate_rad_s,
-        "reaction": trajectory.reaction_N,
-        "torque": trajectory.torque_N_m,
-        "impulse": trajectory.impulse_N_s,
-    }
-    found = values.get(quantity)
-    bars = 1 if trajectory.angle_rad is None else trajectory.angle_rad.shape[1]
-    if found is None or not found.size:
-        return np.zeros(len(trajectory.t_s))
-    size = np.abs(found).reshape(len(trajectory.t_s), -1).max(axis=1)
-    largest: Array = UNIT_ROUNDOFF * ROUNDINGS * bars * np.maximum.accumulate(size)
-    return largest
+@dataclass(frozen=True)
+class Safeguard:
+    """Bound of something that an engine controls and that would widen its tolerances."""
+
+    widened_by: str
+    bound: str
+    fault: str
+    """Fault that tries the bound"""
+    tested_by: str
+    """Test that makes the fault, in ``tests/judge`` or ``tests/harness``"""
 
 
-def step_unit(engine: type[Engine], quantity: str, scene: Scene, setting: Setting) -> float:
-    """What the requested accuracy of a step counts in, where it is not the answer to an angle: SI units."""
-    track = track_unit(engine, scene, setting.value) * (NORM_SLACK if engine.track_by_length else 1.0)
-    units = {"com": track, "com_velocity": track * orbit_scale(scene), "rate": own_rate(scene)}
-    return units.get(quantity, 0.0)
+TOLERANCES = (
+    Tolerance(
+        "all", "reference solution", f"rtol = {SOLUTION_RTOL:g}",
+        "the reference at its smallest rtol; its difference from the run at "
+        f"rtol = {SOLUTION_CHECK_RTOL:g} bounds its error",
+        "test_the_reference_is_consistent_with_itself_at_every_setting",
+    ),
+    Tolerance(
+        "all", "Richardson factor", f"{RICHARDSON:g}",
+        "a method of order p >= 1, whose finer setting halves the step, has an error of at most 1/(1 - 2^-p) times the "
+        "change between the settings",
+        "test_a_shift_common_to_both_settings_is_inconsistent",
+    ),
+    Tolerance(
+        "all", "round-off floor", f"{ROUNDINGS:g} u sqrt(steps) G(t)",
+        "a random walk of the steps' roundings (u r/l in absolute coordinates), times the measured error "
+        "amplification G",
+        "test_a_straight_track_is_exact_but_for_rounding",
+    ),
+    Tolerance(
+        "all", "error amplification G(t)", f"initial angles perturbed by {PERTURBATION_RAD:g} rad",
+        "a second run of the reference: the perturbation is far above the reference's own error, and its growth is "
+        "linear up to 1e8 times",
+        "test_a_perturbed_run_starts_at_its_distance_and_shows_the_amplification_of_the_horizontal_chain",
+    ),
+    Tolerance(
+        "all", "predictability limit", f"{PARTED_RAD:g} rad",
+        "the last sample at which the expected-error bound of the attitude is below this value: error amplification of "
+        "the reference solution times the errors that the method promises; the engine's own runs do not enter",
+        "test_runs_that_are_unstable_each_in_its_own_way_do_not_pass",
+    ),
+    Tolerance(
+        "all", "beyond the limit", f"{CONSECUTIVE} consecutive and {SCATTERED} scattered restarts",
+        "the reference restarts from the engine's last good sample and is compared as far as the restart can be "
+        "predicted; the track of the centre of mass, gaps and invariants are judged over the whole run",
+        "test_garbage_from_any_instant_on_in_either_run_does_not_pass",
+    ),
+    Tolerance(
+        "all", "least judged share", f"{MIN_JUDGED_SHARE:.0%} of the run",
+        "agreement over a shorter share says nothing about the scene",
+        "test_an_engine_without_rates_is_not_passed_on_the_predictable_part_alone",
+    ),
+    Tolerance(
+        "all", "declared noise", f"{MAX_NOISE_SHARE:g} of the scale",
+        f"transient noise is cut off there (attitude: {MAX_ATTITUDE_NOISE_RAD:g} rad, track: "
+        f"{MAX_TRACK_NOISE_SHARE:g} of the scale); noise that is larger at the end of the run is not believed",
+        "test_declared_noise_counts_up_to_a_hundredth_of_each_quantity",
+    ),
+    Tolerance(
+        "all", "measured round-off", f"{SPREAD_FACTOR:g} times the spread of four runs",
+        "the same setting in turned frames, from starts perturbed in their last digits; made where a verdict is in "
+        "doubt",
+        "test_an_engine_in_relative_coordinates_can_not_pass_as_limited_by_round_off",
+    ),
+    Tolerance(
+        "attitude, rate, reaction, com", "extrapolation", f"{HIGHER_ORDER_SHARE:g} of the change between settings",
+        "terms of higher order in Richardson's extrapolation of two runs; a larger error must be there at a third "
+        f"setting too, at {PERSISTING_SHARE:g} of its size or more",
+        "test_noise_and_offsets_far_below_a_second_order_method_s_own_error_are_seen",
+    ),
+    Tolerance(
+        "pointwise", "expected-error bound, fixed steps", f"{NORM_SLACK:g} C h^p",
+        f"C h^p times the integral of |theta^(p+1)| G(t)/G(s), C = 1/{1 / error_constant(2):.0f} (second order) or "
+        f"1/{1 / error_constant(6):.0f} (sixth); the perturbed run's measured response carries it into rates, "
+        "reactions and track; the slack covers norms and stages",
+        "test_the_bound_of_a_tree_follows_the_motion_and_not_the_chains_fastest_mode",
+    ),
+    Tolerance(
+        "pointwise", "expected-error bound, chosen steps", f"{NORM_SLACK:g} rtol",
+        "the requested error in each step, one step for each radian of the chain's fastest rate, amplified alike; the "
+        "error is a sum of steps of any sign, so that this slack is added to the explained error too",
+        "test_an_engine_worse_than_its_setting_promises_exceeds_the_bound_though_its_error_is_explained",
+    ),
+    Tolerance(
+        "pointwise", "derivatives", f"{FINE_PER_RADIAN:g} samples a radian",
+        "derivatives of the reference solution come from a run sampled so densely, and more densely in a manoeuvre",
+        "test_a_manoeuvre_between_few_samples_is_no_false_alarm",
+    ),
+    Tolerance(
+        "com", "expected-error bound", "n^2 rtol r, or C h^p of its third derivative",
+        "an error made at s has grown along the track 1 + 3 n (t - s) times by t; in a straight line it has not",
+        "test_a_straight_track_is_exact_but_for_rounding",
+    ),
+    Tolerance(
+        "com velocity", "expected-error bound", "n times the track's",
+        "a displaced centre of mass moves at the orbit's rate, at its largest v/r",
+        "test_the_velocity_of_a_particle_is_judged_by_the_predicted_departure",
+    ),
+    Tolerance(
+        "com", "model difference", "12 pi r (l/r)^2 an orbit on fig05",
+        "a chain's centre of mass leaves a particle's track; the departure is integrated along the reference "
+        "solution's attitude and subtracted, and only its uncertainty (interpolation, next order) is allowed",
+        "test_the_chains_centre_of_mass_leaves_keplers_orbit_as_the_square_of_its_length",
+    ),
+    Tolerance(
+        "gap", "bound", f"{NORM_SLACK:g} h^2",
+        "index 2 leaves C h² times the third derivative of a bar's end, impulses h²/2 times its second; chosen steps "
+        "leave rtol l each",
+        "test_joints_put_in_place_are_judged_by_rounding_and_not_by_the_step",
+    ),
+    Tolerance(
+        "reaction, torque, rate", "engine's noise", "declared by its adapter",
+        "errors that shrink with no step: tolerance of Newton's iterations, numerical differentiation, impulses over a "
+        "step (u r m/h² in absolute coordinates), the start-up transient of index 3",
+        "test_a_manoeuvre_stirs_index_3_by_its_own_bar_and_one_order_less_than_the_start",
+    ),
+    Tolerance(
+        "gap", "joints in place", "Newton's residual + u L N",
+        "index 3 closes the joints in every step: the tolerance of its iterations and rounding remain",
+        "test_joints_put_in_place_are_judged_by_rounding_and_not_by_the_step",
+    ),
+    Tolerance(
+        "com residual", "bound", f"{ROUNDINGS:g} u L sqrt(N)",
+        "rounding of a sum of places, of radii in absolute coordinates: nothing is integrated",
+        "test_the_centre_of_mass_residual_is_judged_by_the_rounding_of_a_sum",
+    ),
+    Tolerance(
+        "energy, angular momentum", "bound", "the smaller of two",
+        "quadratic and bilinear in their factors: four times the relative bounds of rates, attitude and track; and "
+        "twice the change to the finer setting, beside round-off",
+        "test_energy_may_drift_by_what_the_finer_setting_changes_and_no_more",
+    ),
+)  # fmt: skip
+
+SAFEGUARDS = (
+    Safeguard(
+        "the engine's two runs part early",
+        "the predictability limit follows from the reference's error amplification and the method's promise",
+        "garbage from 25, 50 and 90 % on, in the main run, the finer run, or both",
+        "test_garbage_from_any_instant_on_in_either_run_does_not_pass",
+    ),
+    Safeguard(
+        "its own difference, as error estimate",
+        "the expected-error bound holds besides; the finer run is judged alike",
+        "a finer run that parts from the main run",
+        "test_a_finer_run_that_parts_from_the_main_one_is_a_fault_and_no_limit",
+    ),
+    Safeguard(
+        "a finer run equal to the bit",
+        "such a run estimates nothing: perturbed runs measure round-off, or the verdict stands",
+        "the main run given twice",
+        "test_a_run_equal_to_its_finer_one_bit_for_bit_is_no_estimate_of_zero",
+    ),
+    Safeguard(
+        '`info["steps"]`',
+        f"believed up to {STEPS_SLACK:g} `rtol^(-1/{LOWEST_ORDER + 1:g})` steps in a radian of the fastest rate, else "
+        "not used",
+        "rtol × 1000 and 1e9 steps",
+        "test_a_count_of_steps_that_no_method_takes_widens_nothing",
+    ),
+    Safeguard(
+        "declared noise",
+        f"cut off at {MAX_NOISE_SHARE:g} of the quantity's scale; noise larger at the end is not used; a larger error "
+        "makes `unsupported` at most",
+        "noise declared as large as the results",
+        "test_an_engine_that_declares_any_noise_does_not_pass_with_a_wrong_mass",
+    ),
+    Safeguard(
+        "measured round-off",
+        f"up to {NORM_SLACK:g} times the floor of the engine's coordinates counts towards a pass; towards "
+        "`roundoff_limited` counts the largest rounding of places in absolute coordinates, and "
+        f"{MAX_MEASURED_SHARE:g} of a quantity's scale in others",
+        "unseeded noise in every run",
+        "test_an_engine_in_relative_coordinates_can_not_pass_as_limited_by_round_off",
+    ),
+    Safeguard(
+        "`step_constant` of a method that chooses its steps",
+        f"believed up to {MAX_STEP_CONSTANT:g} requests a step",
+        "a wrong mass and a constant of a million",
+        "test_a_declared_error_constant_counts_up_to_ten_and_makes_no_room_for_a_wrong_mass",
+    ),
+    Safeguard(
+        "round-off since the start, in restarts",
+        "does not count: it is part of the state that a segment starts from",
+        "a floor that grows a thousandfold in the run",
+        "test_round_off_since_the_start_makes_no_later_sample_unpredictable",
+    ),
+    Safeguard(
+        "declared noise of rates, in restarts",
+        f"counts up to {MAX_ATTITUDE_NOISE_RAD:g} rad; a run is rejected if more than {MAX_EMPTY_SHARE:.0%} of its "
+        "segments can predict nothing",
+        "rate noise just below the believed size",
+        "test_declared_noise_of_rates_does_not_switch_off_restarts",
+    ),
+    Safeguard(
+        "channels that are shown and not declared",
+        "the run is `malformed`",
+        "an engine that declares its track alone",
+        "test_an_engine_that_shows_more_than_it_declares_is_malformed_and_judged_by_what_it_shows",
+    ),
+    Safeguard(
+        "declared coordinates",
+        "absolute coordinates have a floor of u r/l, which the detection limit states; errors beyond the floor are "
+        "`roundoff_limited` at most",
+        "a host that declares absolute coordinates",
+        "test_round_off_of_absolute_coordinates_excuses_no_nonsense_beyond_the_limit",
+    ),
+    Safeguard(
+        "`ended`, of any run",
+        "within one sample of the reference, or within the instants that errors of track and attitude explain",
+        "an end at a quarter of the run",
+        "test_a_finer_run_that_ends_early_does_not_shorten_what_is_judged",
+    ),
+    Safeguard(
+        "gaps and residuals reported as 0",
+        "computed from the bars' places where the engine gives them, else marked as reported",
+        "bars whose places open the joints",
+        "test_joints_put_in_place_are_judged_by_rounding_and_not_by_the_step",
+    ),
+    Safeguard(
+        "motion of the engine (rates for bounds of gap and energy)",
+        "taken from the reference solution",
+        "rates that lose a part over the run",
+        "test_energy_may_drift_by_what_the_finer_setting_changes_and_no_more",
+    ),
+    Safeguard(
+        "few samples",
+        "the comparison samples more densely",
+        "noise after t = 0 on five samples",
+        "test_five_samples_over_two_chaotic_orbits_are_judged_and_not_only_the_first",
+    ),
+    Safeguard(
+        "rates left out, so that no restart is possible",
+        "nothing is judged beyond the limit, and the verdict is no pass",
+        "a chaotic run without rates",
+        "test_an_engine_without_rates_is_not_passed_on_the_predictable_part_alone",
+    ),
+    Safeguard(
+        "rejecting every scene",
+        "an engine compared on no scene is a failure, if it was named or had several scenes",
+        "an engine that supports nothing",
+        "test_an_engine_compared_on_no_scene_is_a_failure_if_it_was_named",
+    ),
+)

@@ -77,7 +77,7 @@ def conserved(scene: Scene) -> Conserved:
 
 
 def drifts(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
-    """Drift of what should stay, at each sample: ``gap``, ``identity`` (m), ``energy``, ``angular_momentum`` (1).
+    """Drift of what should stay, at each sample: ``gap``, ``com_residual`` (m), ``energy``, ``angular_momentum`` (1).
 
     Energy and angular momentum are rebuilt from the centre of mass and the attitude in the same way for
     every engine, and divided by the largest size of their kinetic parts: of a fall from rest there is none at first.
@@ -88,7 +88,7 @@ def drifts(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
     if trajectory.gap_m is not None and scene.bars > 1:
         found["gap"] = trajectory.gap_m.max(axis=1)
     if trajectory.identity_m is not None and scene.bars > 1:
-        found["identity"] = trajectory.identity_m
+        found["com_residual"] = trajectory.identity_m
     if trajectory.angle_rad is None or trajectory.rate_rad_s is None:
         return found
     keeps = conserved(scene)

@@ -12,8 +12,8 @@ A result folder holds
     one row per sample; ``solution.parquet`` is the reference at its tightest;
 ``differences/<scene>/<engine>.parquet``
     ``t_s`` and, for each compared quantity q: ``q_difference``, ``q_tolerance`` (what both errors explain) and
-    ``q_band`` (what the engine's setting should reach), each the largest over the quantity's components;
-    for each drift d: ``d_drift``, ``d_band``;
+    ``q_bound`` (what the engine's setting should reach), each the largest over the quantity's components;
+    for each drift d: ``d_drift``, ``d_bound``;
 ``differences/<scene>/amplification.parquet``
     ``t_s, growth``: how many times a small perturbation of the attitude has grown.
 """
@@ -51,7 +51,7 @@ QUANTITY_UNITS = {
     "torque": "N m",
     "impulse": "N s",
     "gap": "m",
-    "identity": "m",
+    "com_residual": "m",
     "energy": "1",
     "angular_momentum": "1",
     "relative_energy": "1",

@@ -39,7 +39,7 @@ OUTCOMES = (
 empty where nothing is recorded, and where nothing changed"""
 EVIDENCE = (
     "scene", "engine", "level", "setting", "run", "reason", "attitude_rad",
-    "normalised_error", "normalised_error_of", "bound_used", "bound_of", "limit_s",
+    "normalised_error", "normalised_error_of", "bound_ratio", "bound_of", "limit_s",
     "gap_m", "energy", "angular_momentum", "energy_exponent", "kinetic_ratio", "growth_excess",
     "steps", "mean_step_s", "simulate_s",
 )  # fmt: skip

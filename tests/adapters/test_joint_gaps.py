@@ -233,7 +233,7 @@ def test_opened_places_are_judged_even_if_the_gap_channel_says_closed() -> None:
     found = drifts(scene, seen)
     assert found["gap"][:3].max() <= 8.0 * np.spacing(scene.radius0_m)
     assert found["gap"][3:] == pytest.approx(OPENED, rel=1e-2)
-    assert found["identity"][3:].min() > 0.1 * OPENED
+    assert found["com_residual"][3:].min() > 0.1 * OPENED
 
 
 def test_without_places_a_gap_is_as_reported() -> None:
@@ -246,7 +246,7 @@ def test_without_places_a_gap_is_as_reported() -> None:
 def test_the_centre_of_mass_is_looked_at_where_the_engine_does_not(engine: type[Engine]) -> None:
     scene, seen = scene_of(), run(engine)
     assert seen.identity_m is None
-    assert drifts(scene, seen)["identity"].max() <= 2.0 * UNIT * scene.bars * scene.size_m
+    assert drifts(scene, seen)["com_residual"].max() <= 2.0 * UNIT * scene.bars * scene.size_m
 
 
 # tables

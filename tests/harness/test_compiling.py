@@ -78,9 +78,9 @@ def test_scenes_of_one_set_of_effects_are_compiled_once(tmp_path: Path, monkeypa
 
 def test_a_comparison_says_what_goes_on_before_its_first_verdict() -> None:
     jobs = solution_jobs(SCENE, "reference")
-    assert beforehand(jobs) == ["truth of the scene first: 4 runs of the reference at its tightest"]
+    assert beforehand(jobs) == ["reference solution of the scene first: 4 runs"]
     two = [*jobs, *solution_jobs(load_scene("effects/thrust"), "reference")]
-    assert beforehand(two) == ["truth of 2 scenes first: 8 runs of the reference at its tightest"]
+    assert beforehand(two) == ["reference solution of 2 scenes first: 8 runs"]
     assert beforehand([]) == []
 
 

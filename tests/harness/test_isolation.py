@@ -10,7 +10,7 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
 from barchain import api
 from barchain.crossval.record import new_record
-from barchain.crossval.suite import Plan, Suite
+from barchain.crossval.suite import ComparisonPlan, Suite
 from barchain.run.job import SOLUTION_ROLES, Job, Role, failure
 from barchain.run.pool import Room, room
 from barchain.run.store import Store
@@ -38,10 +38,10 @@ FAULTS = {
     "WrongShape": (Outcome.INCOMPLETE, "rate_rad_s has shape (201, 1), wanted (201, 2)"),
     "LateClock": (Outcome.INCOMPLETE, "away from the instants asked for"),
     "IgnoresJoints": (Outcome.JOINTS_IGNORED, "joint 1 is open by"),
-    "IgnoresJointsInSilence": (Outcome.INCONSISTENT, "times what is explained"),
-    "SwapsSign": (Outcome.INCONSISTENT, "times what is explained"),
-    "WrongVelocity": (Outcome.INCONSISTENT, "times what is explained"),
-    "IsSloppy": (Outcome.INCONSISTENT, "times the band"),
+    "IgnoresJointsInSilence": (Outcome.INCONSISTENT, "times the explained error"),
+    "SwapsSign": (Outcome.INCONSISTENT, "times the explained error"),
+    "WrongVelocity": (Outcome.INCONSISTENT, "times the explained error"),
+    "IsSloppy": (Outcome.INCONSISTENT, "times the expected-error bound"),
     "NotThere": (Outcome.FAILED, "its adapter does not load"),
     "Sound": (Outcome.PASS, ""),
     "Chatters": (Outcome.PASS, ""),
@@ -99,7 +99,7 @@ def test_the_truth_is_run_where_no_engine_was():
 
 
 def test_why_a_reference_solution_failed_is_said_once(tmp_path):
-    plan = Plan([load_scene(SCENE)], {})
+    plan = ComparisonPlan([load_scene(SCENE)], {})
     suite = Suite(plan, Store(tmp_path, new_record(plan, "test"), []), lambda *_: None)
     progress = suite.progress[SCENE]
     progress.certified_solutions = {role: failure(Outcome.FAILED, "no steps left") for role in SOLUTION_ROLES}

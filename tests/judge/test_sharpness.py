@@ -91,9 +91,9 @@ def both(engine, scene, value=None):
     return engine().run(scene, setting), engine().run(scene, finer)
 
 
-def judged(engine, solution, spoil=lambda seen: seen, value=None):
+def judged(engine, solution, change=lambda seen: seen, value=None):
     """Verdict of an engine whose two runs are spoiled alike."""
-    main, finer = (RunResult(Outcome.PASS, trajectory=spoil(seen)) for seen in both(engine, solution.scene, value))
+    main, finer = (RunResult(Outcome.PASS, trajectory=change(seen)) for seen in both(engine, solution.scene, value))
     return judge("x", engine, engine.sweep.setting(value), Evidence(main, finer), solution)
 
 
@@ -173,7 +173,7 @@ def test_joints_put_in_place_are_judged_by_rounding_and_not_by_the_step(steep):
     solution = solution_of(steep)
     assert out(judged(ExudynIndex3, solution)) == set()
     assert "gap" in out(judged(ExudynIndex3, solution, opened_places))
-    # what index 2 opens by is within its own band
+    # what index 2 opens by is within its own bound
     assert "gap" not in out(judged(Exudyn, solution, opened_places))
 
 
@@ -183,11 +183,11 @@ def off_centre(seen, off):
     return seen.replace(identity_m=seen.identity_m + off, position_m=places)
 
 
-def test_the_identity_is_judged_by_the_rounding_of_a_sum(steep):
+def test_the_centre_of_mass_residual_is_judged_by_the_rounding_of_a_sum(steep):
     solution = solution_of(steep)
     for engine, off in ((Reference, 1e-11), (ReferenceAbsolute, 1e-6)):
         assert out(judged(engine, solution)) == set()
-        assert "identity" in out(judged(engine, solution, functools.partial(off_centre, off=off)))
+        assert "com_residual" in out(judged(engine, solution, functools.partial(off_centre, off=off)))
 
 
 def test_energy_may_drift_by_what_the_finer_setting_changes_and_no_more(free):
@@ -195,25 +195,25 @@ def test_energy_may_drift_by_what_the_finer_setting_changes_and_no_more(free):
     for engine in (Reference, Exudyn):
         assert out(judged(engine, solution)) == set()
 
-    def damped(seen):  # the same at both settings, far inside the band of a hundred times looser steps
+    def damped(seen):  # the same at both settings, far inside the bound of a hundred times looser steps
         return seen.replace(rate_rad_s=seen.rate_rad_s * (1 - 1e-4 * np.linspace(0, 1, len(seen.t_s)))[:, None])
 
     assert {"energy", "angular_momentum"} <= out(judged(Exudyn, solution, damped), "drift")
 
 
-def test_the_trees_band_follows_the_motion_and_not_the_chains_fastest_mode(steep):
+def test_the_bound_of_a_tree_follows_the_motion_and_not_the_chains_fastest_mode(steep):
     solution = solution_of(steep)
     assert out(judged(ExudynTree, solution)) == set()
     main, finer = both(ExudynTree, steep)
-    spoiled = main.replace(angle_rad=main.angle_rad + 2e-10)
+    changed = main.replace(angle_rad=main.angle_rad + 2e-10)
     found = judge(
         "x",
         ExudynTree,
         ExudynTree.sweep.setting(),
-        Evidence(RunResult(Outcome.PASS, trajectory=spoiled), RunResult(Outcome.PASS, trajectory=finer)),
+        Evidence(RunResult(Outcome.PASS, trajectory=changed), RunResult(Outcome.PASS, trajectory=finer)),
         solution,
     )
-    assert "attitude" in out(found, "bound_used")
+    assert "attitude" in out(found, "bound_ratio")
 
 
 def test_a_manoeuvre_stirs_index_3_by_its_own_bar_and_one_order_less_than_the_start():
@@ -226,10 +226,10 @@ def test_a_manoeuvre_stirs_index_3_by_its_own_bar_and_one_order_less_than_the_st
     assert noise.max() < 0.2 * largest
 
 
-def test_the_tracks_answer_to_attitude_is_that_of_a_twin_far_enough_aside_to_be_seen(steep, monkeypatch):
+def test_the_tracks_response_to_attitude_is_that_of_a_run_perturbed_far_enough_to_be_seen(steep, monkeypatch):
     solution = solution_of(steep)
     monkeypatch.setattr(
-        barchain.solutions.reference, "TWIN_ASIDE", 1e-3
+        barchain.solutions.reference, "PERTURBATION_RAD", 1e-3
     )  # a thousandth of a metre: above the track's own error
     apart = differences(solution.trajectory, run(twin(steep), 1e-13))
     seen = apart["com"][-1] / np.maximum.accumulate(apart["attitude"])[-1]

@@ -281,7 +281,7 @@ def test_where_a_comparison_stops_early_the_whole_row_shows_the_first_orbit(tmp_
     def rows(engine: str, limit_s: float, first: float | None) -> list[dict[str, object]]:
         both = {"engine": engine, "quantity": "attitude", "unit": "rad", "limit_s": limit_s}
         made = [one_row("pass", **both | {"metric": "max", "value": 0.01, "tolerance": 1.0})]
-        return made + ([one_row("reported", **both | {"metric": "first_orbit", "value": first})] if first else [])
+        return made + ([one_row("reported", **both | {"metric": "first_orbit_max", "value": first})] if first else [])
 
     record = {"scenes": {"s": {"period_s": 100.0, "duration_s": 500.0, "gravity": "point", "speed_factor": 1.0}}}
     table = [*rows("whole", 500.0, 1e-9), *rows("early", 276.0, 1e-5), *rows("sooner", 62.0, 0.009)]
@@ -329,12 +329,12 @@ def test_a_scene_that_only_our_own_engines_can_carry_says_so(tmp_path: Path) -> 
     record: dict[str, Any] = {"engines": {"ours": {"external": False}, "theirs": {"external": True}}}
 
     def said(carriers: dict[str, Any] | None = None) -> str:
-        known = {} if carriers is None else {"carriers": carriers}
+        known = {} if carriers is None else {"external_coverage": carriers}
         page, text = reports.render(write_tables(tmp_path, rows, record | {"scenes": {"s": known}}))
         return page.read_text() + " ".join(text.read_text().split())
 
     assert said().count("No engine asked but our own can do this scene") == 2
-    lacking = said({"lack": {"theirs": ["shadow"]}, "not_asked": ["heyoka"]})
+    lacking = said({"lack": {"theirs": ["shadow"]}, "not_requested": ["heyoka"]})
     assert lacking.count("No engine asked but our own carries this scene’s effects. heyoka can do it and was") == 1
     assert lacking.count("No engine asked but our own carries this scene’s effects.") == 2
     assert lacking.count("one derivation in several forms.") == 2

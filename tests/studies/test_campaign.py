@@ -304,7 +304,7 @@ def test_sizes_are_shares_of_scales(scene: Scene, sound: Trajectory) -> None:
         "rate": 1.0,
         "reaction": 2.0,
         "gap": 1.0,
-        "identity": 1.0,
+        "com_residual": 1.0,
     }
     angle, reaction = sound.angle_rad.copy(), sound.reaction_N.copy()
     angle[30, 1] += 1e-3

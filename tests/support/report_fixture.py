@@ -151,10 +151,10 @@ def differences(
         if bars or quantity.startswith("com"):
             table[f"{quantity}_difference"] = scale * curve
             table[f"{quantity}_tolerance"] = scale * (2.2 * np.maximum.accumulate(curve) + 1e-13)
-            table[f"{quantity}_band"] = np.full_like(t, scale * 4 * curve.max())
+            table[f"{quantity}_bound"] = np.full_like(t, scale * 4 * curve.max())
     if bars and scene.bars > 1 and engine != "exudyn-tree":
         table["gap_drift"] = np.where(rng.random(len(t)) < 0.05, 0.0, size * base * (t / t[-1]) ** 2 * 0.1 + 1e-16)
-        table["identity_drift"] = size * 1e-15 * (1 + rng.random(len(t)))
+        table["com_residual_drift"] = size * 1e-15 * (1 + rng.random(len(t)))
     if scene.effects.gravity != "gradient":
         table["energy_drift"] = base * 1e-3 * t / t[-1] + 1e-16 * rng.random(len(t))
         table["angular_momentum_drift"] = base * 1e-4 * t / t[-1] + 1e-16 * rng.random(len(t))
@@ -180,7 +180,7 @@ def rows_of(scene: Scene, engine: str, table: pd.DataFrame) -> list[dict[str, An
     for column in [c for c in table if c.endswith("_difference")]:
         q, values = column.removesuffix("_difference"), seen[column]
         ratio = float((values / seen[f"{q}_tolerance"]).max()) * (3.7 if wrong else 1.0)
-        bound = float(seen[f"{q}_band"].max()) * (0.1 if engine == "pymunk" and scene.name == "paper/fig05" else 1.0)
+        bound = float(seen[f"{q}_bound"].max()) * (0.1 if engine == "pymunk" and scene.name == "paper/fig05" else 1.0)
         judged = "pass" if values.max() <= bound else "exceeds_bound"
         explained = "inconsistent" if ratio > 1 else "pass"
         rms = float(np.sqrt((values**2).mean()))
@@ -204,7 +204,7 @@ def first_orbit(run: tuple[Scene, str], quantity: str, table: pd.DataFrame, limi
     if not run[0].period_s < limit_s:
         return []
     early = table.loc[table["t_s"] <= run[0].period_s, f"{quantity}_difference"]
-    return [metric(run, quantity, "first_orbit", early.max(), limit_s=limit_s)]
+    return [metric(run, quantity, "first_orbit_max", early.max(), limit_s=limit_s)]
 
 
 def metric(
@@ -285,8 +285,8 @@ def scene_record(scene: Scene) -> dict[str, Any]:
         "solution_setting": "reference, rtol=1e-13",
         "solution_error_rad": 7.1e-12,
         "solution_limit_s": scene.run.duration_s,
-        "growth_per_orbit": math.exp(rate(scene) * scene.period_s),
-        "growth_total": math.exp(min(rate(scene) * scene.run.duration_s, 40.0)),
+        "amplification_per_orbit": math.exp(rate(scene) * scene.period_s),
+        "amplification_total": math.exp(min(rate(scene) * scene.run.duration_s, 40.0)),
         "model_difference": {"com_m": 0.056, "note": "12π r (l/r)² per orbit against a point's orbit"},
     }
 

@@ -11,7 +11,7 @@ import numpy as np
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, EngineError, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import Registration
-from barchain.judge.checks.relative_energy import BLOWN_UP
+from barchain.judge.checks.relative_energy import MAX_KINETIC_RATIO
 from scenarios import load_scene
 from tests.support import faulty_engines
 from tests.support.faulty_engines import Faulty
@@ -36,7 +36,7 @@ class BlowsUp(Faulty):
     """Rates that grow exponentially to many times what they are."""
 
     def spoil(self, engine_runs: Trajectory) -> Trajectory:
-        rate = 3.0 * BLOWN_UP * np.abs(engine_runs.rate_rad_s).max()
+        rate = 3.0 * MAX_KINETIC_RATIO * np.abs(engine_runs.rate_rad_s).max()
         grown = np.exp(20.0 * (engine_runs.t_s / engine_runs.t_s[-1] - 1.0))[:, None]
         angle = engine_runs.angle_rad + rate * engine_runs.t_s[-1] / 20.0 * (grown - grown[0])
         return engine_runs.replace(angle_rad=angle, rate_rad_s=engine_runs.rate_rad_s + rate * grown)

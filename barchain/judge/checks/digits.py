@@ -1,4 +1,4 @@
-"""The form of an engine's values: numbers that lie on a lattice were written with too few digits."""
+"""Digits of an engine's values: numbers that lie on a lattice were written with too few digits."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def rounded_values(trajectory: Trajectory, solution: ReferenceSolution | None = 
     Parameters
     ----------
     trajectory : Trajectory
-    truth : Truth, optional
+    solution : ReferenceSolution, optional
         Values that are exact decimals in the reference solution, too, were not rounded.
     """
     for name, (quantity, units) in UNITS.items():
@@ -57,7 +57,7 @@ def rounded_values(trajectory: Trajectory, solution: ReferenceSolution | None = 
 
 @dataclass(frozen=True)
 class Lattice:
-    """What values were rounded to."""
+    """Lattice that values were rounded to."""
 
     words: str
     spacing: float | None

@@ -1,4 +1,4 @@
-"""Kinetic energy about the centre of mass beside the largest that there can be: bounded in chaotic motion too."""
+"""Kinetic energy about the centre of mass relative to its largest possible value: bounded in chaotic motion too."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
-BLOWN_UP = 4.0
-"""Of the largest kinetic energy about the centre of mass that there can be: every rate twice as large as any.
+MAX_KINETIC_RATIO = 4.0
+"""Largest kinetic energy about the centre of mass that is accepted, relative to the largest possible: twice every rate.
 
-There can be what the reference solution has, and what the tide can lend a chain that is stretched out, between lying
-along the orbit and standing upright: 3/2 n² I. So it is asked beyond the predictability limit too, where paths differ,
-and of a chain that leaves an equilibrium on which the reference solution is still standing.
+The largest possible energy is that of the reference solution, and the energy that the tide can give a stretched chain
+between lying along the orbit and standing upright: 3/2 n² I. The bound therefore holds beyond the predictability limit
+too, and for a chain that leaves an equilibrium on which the reference solution still rests.
 """
 
 
@@ -32,8 +32,8 @@ def kinetic_energy(scene: Scene, trajectory: Trajectory) -> Array | None:
     return relative_kinetic_energy(chain_model(scene), trajectory.angle_rad, trajectory.rate_rad_s)
 
 
-def lent_by_tide(solution: ReferenceSolution) -> float:
-    """Largest energy that the tide can lend the chain, J: 3/2 n² I, n at its lowest and stretched out."""
+def max_tidal_gain(solution: ReferenceSolution) -> float:
+    """Largest energy that the tide can give the chain, J: 3/2 n² I, n at its lowest, the chain stretched."""
     scene = solution.scene
     if scene.effects.gravity is Gravity.NONE:
         return 0.0
@@ -45,9 +45,9 @@ def lent_by_tide(solution: ReferenceSolution) -> float:
 
 
 def kinetic_ratio(trajectory: Trajectory, solution: ReferenceSolution) -> float | None:
-    """Largest kinetic energy about the centre of mass over the largest there can be; None without attitude."""
+    """Largest kinetic energy about the centre of mass relative to the largest possible; None without attitude."""
     mine, theirs = (kinetic_energy(solution.scene, each) for each in (trajectory, solution.trajectory))
     if mine is None or theirs is None:
         return None
-    most = float(theirs.max()) + lent_by_tide(solution)
+    most = float(theirs.max()) + max_tidal_gain(solution)
     return float(mine.max()) / most if most > 0.0 else None

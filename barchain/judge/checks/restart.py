@@ -1,9 +1,9 @@
-"""The reference restarted from an engine's own state: what can be compared beyond the predictability limit.
+"""Restarts of the reference from an engine's own states: the comparison beyond the predictability limit.
 
-Two correct runs of a chaotic scene part. But an engine's samples still have to follow the equations of motion: from one
-sample to the next, and for as long as errors do not grow too large. So beyond the limit the reference starts anew from
-the engine's last sample that was found right, and the next stretch of the engine's run is compared with that, as far as
-*its* predictability limit; then from there again. Nonsense shows in the stretch in which it begins.
+Two correct runs of a chaotic scene part. An engine's samples still have to follow the equations of motion from one
+sample to the next, and for as long as errors do not grow too large. Beyond the limit the reference therefore restarts
+from the engine's last sample that was found right. The next segment of the engine's run is compared with the restarted
+reference, as far as the restart's predictability limit, and so on. Garbage shows in the segment in which it begins.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
@@ -19,9 +20,9 @@ from adapters.common.initial_state import InitialState, chain_model
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
-from barchain.judge.declared_noise import MOST_ATTITUDE_NOISE_RAD
+from barchain.judge.declared_noise import MAX_ATTITUDE_NOISE_RAD
 from barchain.judge.error_model import ErrorModel
-from barchain.judge.tolerances import NORM_SLACK
+from barchain.judge.error_units import NORM_SLACK
 from barchain.metrics.quantities import differences
 from barchain.metrics.rates import own_rate
 from barchain.run.compilation import COMPILED, mark
@@ -34,50 +35,58 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
-RTOL = 1e-7  # its own error is counted too; engines that lose a chaotic scene's attitude within it are far coarser
-TIGHTER = 0.1  # than what an engine that chooses its steps is asked for
-ASIDE_RTOL = 1e-6  # of the perturbed run, whose distance is asked for, to some per cent
-ASIDE_RAD = 3e-5  # of the perturbed run: thirty times what its steps leave, yet linear until 3e3 times larger
-FIRST_TRY = 1.2  # times the length of the stretch before: how far the reference walks before it is known how far to
-SHORTER = 0.2  # of what is predictable from exact initial values: an engine's own samples have errors of reading
-IN_A_ROW = 10
-"""Stretches one after the other from the predictability limit on"""
-SPREAD_OUT = 15
-"""Stretches spread over the rest of the run, where those in a row do not reach its end"""
+RTOL = 1e-7
+"""Requested accuracy of a restart; its error is counted too, and engines that lose a chaotic scene's attitude within a
+segment are far coarser"""
+TIGHTER = 0.1
+"""Requested accuracy of a restart relative to that of an engine that chooses its steps"""
+PERTURBED_RTOL = 1e-6
+"""Requested accuracy of the perturbed run, of which only the distance is used, to some per cent"""
+RESTART_PERTURBATION_RAD = 3e-5
+"""Perturbation of the perturbed run: thirty times the errors of its steps, yet linear until 3e3 times larger"""
+LOOK_AHEAD = 1.2
+"""Samples that the reference computes ahead, relative to the length of the segment before"""
+FIRST_SEGMENT_SHARE = 0.2
+"""Length of the first segment relative to the run up to the predictability limit: an engine's samples have errors of
+reading, exact initial values have none"""
+CONSECUTIVE = 10
+"""Consecutive segments from the predictability limit on"""
+SCATTERED = 15
+"""Segments spread over the rest of the run, where the consecutive ones do not reach its end"""
 JUDGED = ("attitude", "rate", "reaction", "torque", "impulse")
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """Part of an engine's run, compared with the reference started from the engine's own state; m samples."""
+class RestartSegment:
+    """Segment of an engine's run, compared with the reference restarted from the engine's own state; m samples."""
 
     first: int
     """Sample that the reference starts from"""
-    found: dict[str, Array]
-    """(m,) difference for each quantity, from sample `first` on"""
+    difference: dict[str, Array]
+    """(m,) for each quantity, from sample `first` on, in its unit"""
     allowed: dict[str, Array]
-    """(m,) bound of what two correct runs differ by. An engine's samples need not be the state that it goes on from:
-    rates are read off half a step aside, or off impulses that are noise"""
+    """(m,) bound of the difference of two correct runs. An engine's samples need not be the state that it goes on from:
+    rates are read half a step aside, or from impulses that are noise"""
 
     @property
     def last(self) -> int:
-        """Last sample compared; `first` where not even the next one can be predicted."""
-        return self.first + len(next(iter(self.found.values()))) - 1
+        """Last sample compared; equal to `first` where not even the next sample can be predicted."""
+        return self.first + len(next(iter(self.difference.values()))) - 1
 
     @property
     def empty(self) -> bool:
-        """Whether nothing after its start could be predicted."""
+        """Whether no sample after the first could be predicted."""
         return self.last == self.first
 
     @property
     def everywhere(self) -> NDArray[np.bool_]:
-        """All of its samples, (m,)."""
+        """Mask of all samples of the segment, (m,)."""
         return np.ones(self.last - self.first + 1, bool)
 
     @property
     def right(self) -> bool:
         """Whether all differences are inside their bounds."""
-        return all(np.all(self.found[name] <= self.allowed[name]) for name in self.found)
+        return all(np.all(self.difference[name] <= self.allowed[name]) for name in self.difference)
 
 
 def can_restart(trajectory: Trajectory) -> bool:
@@ -85,12 +94,12 @@ def can_restart(trajectory: Trajectory) -> bool:
     return trajectory.angle_rad is not None and trajectory.rate_rad_s is not None
 
 
-def stretches(errors: ErrorModel, trajectory: Trajectory, first: int) -> list[Stretch]:
-    """Stretches of a run from sample `first` on, until one of them is wrong or the run ends.
+def restart_segments(errors: ErrorModel, trajectory: Trajectory, first: int) -> list[RestartSegment]:
+    """Segments of a run from sample `first` on, until a segment is outside its bound or the run ends.
 
-    Each starts from the engine's own state, so that they need not follow on each other: where the run is longer than
-    :data:`IN_A_ROW` of them, some more are spread over the rest. What goes on being wrong is met by one of them,
-    wherever it began; a single sample that is wrong may fall in between.
+    Each starts from the engine's own state, so that segments need not follow on each other. Where the run is longer
+    than :data:`CONSECUTIVE` of them, :data:`SCATTERED` more are spread over the rest. A persistent error is met by a
+    segment, wherever it began. A single wrong sample may fall in between.
 
     Parameters
     ----------
@@ -106,104 +115,119 @@ def stretches(errors: ErrorModel, trajectory: Trajectory, first: int) -> list[St
     EngineError
         If the reference can't go on from one of the engine's states.
     """
-    found = in_a_row(errors, trajectory, first)
+    found = consecutive_segments(errors, trajectory, first)
     reached, end = found[-1].last if found else first, len(trajectory.t_s) - 1
     if reached >= end or not all(s.right for s in found):
         return found
     length = max(1, round(np.mean([s.last - s.first for s in found])))
     latest = max(end - length, reached)
-    for planned in scattered(errors.scene, reached, latest):
+    for planned in scattered_starts(errors.scene, reached, latest):
         start = max(planned, found[-1].last)
         if start >= end or not found[-1].right:
             break
-        if planned in (start, latest):  # what an earlier one covers needs no other, but for the run's end
-            found.append(compared(errors, trajectory, start, min(end, start + tried(length))))
+        if planned in (start, latest):  # covered samples need no other segment, except the run's end
+            found.append(compare_segment(errors, trajectory, start, min(end, start + samples_tried(length))))
     return found
 
 
-def scattered(scene: Scene, reached: int, latest: int) -> list[int]:
-    """Samples that stretches start from: one at random in each equal part of the rest, the last at its end.
+def scattered_starts(scene: Scene, reached: int, latest: int) -> list[int]:
+    """First samples of scattered segments: one at random in each equal part of the rest, the last at its end.
 
-    The scene seeds them, so that they are the same in every run, and no fault that recurs can fall between them.
+    The scene seeds them: they are the same in every run, and no recurring fault can fall between all of them.
     """
-    edges = np.linspace(reached, latest, SPREAD_OUT)
-    shift = np.random.default_rng(list(scene.digest.encode())).uniform(0.0, 1.0, SPREAD_OUT - 1)
+    edges = np.linspace(reached, latest, SCATTERED)
+    shift = np.random.default_rng(list(scene.digest.encode())).uniform(0.0, 1.0, SCATTERED - 1)
     starts = edges[:-1] + shift * np.diff(edges)
     return [*starts.astype(int).tolist(), latest]
 
 
-def in_a_row(errors: ErrorModel, trajectory: Trajectory, first: int) -> list[Stretch]:
-    """Stretches of a run from sample `first` on, each from the end of the one before, at most :data:`IN_A_ROW`."""
+def consecutive_segments(errors: ErrorModel, trajectory: Trajectory, first: int) -> list[RestartSegment]:
+    """Segments of a run from sample `first` on, each from the end of the one before, at most :data:`CONSECUTIVE`."""
     end = len(trajectory.t_s) - 1
-    found: list[Stretch] = []
-    ahead = max(SHORTER * first, 1.0)
-    while first < end and len(found) < IN_A_ROW:
-        stretch = compared(errors, trajectory, first, min(end, first + tried(ahead)))
-        found.append(stretch)
-        if not stretch.right:
+    found: list[RestartSegment] = []
+    ahead = max(FIRST_SEGMENT_SHARE * first, 1.0)
+    while first < end and len(found) < CONSECUTIVE:
+        segment = compare_segment(errors, trajectory, first, min(end, first + samples_tried(ahead)))
+        found.append(segment)
+        if not segment.right:
             break
-        ahead = max(stretch.last - first, 1.0)
-        first = max(stretch.last, first + 1)
+        ahead = max(segment.last - first, 1.0)
+        first = max(segment.last, first + 1)
     return found
 
 
-def tried(samples: float) -> int:
-    """Samples that the reference walks where about so many are expected to be predictable."""
-    return max(2, math.ceil(FIRST_TRY * samples))
+def samples_tried(samples: float) -> int:
+    """Samples that the reference computes where about `samples` are expected to be predictable."""
+    return max(2, math.ceil(LOOK_AHEAD * samples))
 
 
-def compared(errors: ErrorModel, trajectory: Trajectory, first: int, last: int) -> Stretch:
-    """Compare samples `first` to `last` of a run, as far as they can be predicted from the first.
-
-    What is read off a step may belong to what was before the first sample, such as the end of a manoeuvre, and its
-    ringing lasts where the method damps nothing: where there are such instants, the errors of reading that the scene
-    has shown until then are allowed besides. In a manoeuvre and just after it they are errors of the state, too.
-    """
-    engine, setting = errors.engine, errors.setting
+def compare_segment(errors: ErrorModel, trajectory: Trajectory, first: int, last: int) -> RestartSegment:
+    """Compare samples `first` to `last` of a run, as far as they can be predicted from the first."""
+    setting = errors.setting
     rtol = min(RTOL, TIGHTER * setting.value) if setting.parameter is AccuracyParameter.RTOL else RTOL
     restarted = restarted_solution(errors.solution, trajectory, first, last, rtol)
-    shown = errors.local.immediate if errors.scene.effects.breaks_s else {}
-    before = {name: float(values[min(first, errors.n - 1)]) for name, values in shown.items()}
-    model = ErrorModel(engine, setting, restarted, trajectory)
-    read_off = float(model.local.immediate["rate"][0])
-    if in_a_manoeuvre(errors.scene, trajectory.t_s, first):
-        read_off = max(read_off, before.get("rate", 0.0))
-    model.start_rad = read_off / own_rate(errors.scene) + declared_rad(errors, first)
+    model = RestartErrorModel(errors, restarted, trajectory, first)
     n = int(np.count_nonzero(model.t_s <= model.limit_s))
-    rows = part(trajectory, first, last)
-    if rows.impulse_N_s is not None:  # the restarted reference counts its blows from its own start
+    rows = samples_between(trajectory, first, last)
+    if rows.impulse_N_s is not None:  # the restarted reference counts its impulses from its own start
         rows = rows.replace(impulse_N_s=rows.impulse_N_s - rows.impulse_N_s[0])
     apart = differences(rows, restarted.trajectory)
     quantities = [name for name in JUDGED if name in apart]
-    return Stretch(
-        first,
-        {name: apart[name][:n] for name in quantities},
-        {
-            name: (model.bound[name] + restarted.error[name])[:n] + NORM_SLACK * before.get(name, 0.0)
-            for name in quantities
-        },
+    return RestartSegment(
+        first, {name: apart[name][:n] for name in quantities}, {name: model.allowed(name)[:n] for name in quantities}
     )
 
 
-def in_a_manoeuvre(scene: Scene, t_s: Array, first: int) -> bool:
+class RestartErrorModel(ErrorModel):
+    """Error model of a segment: its initial state is an engine's sample, which errors of reading are in.
+
+    A value read from a step may belong to the motion before the first sample, such as the end of a manoeuvre, and its
+    ringing lasts where the method damps nothing. In scenes with such instants, the errors of reading of the whole run
+    up to the first sample are allowed besides. In a manoeuvre and just after it they are errors of the state, too.
+    """
+
+    def __init__(self, whole: ErrorModel, restarted: ReferenceSolution, run: Trajectory, first: int) -> None:
+        """Keep the model of the `whole` run, the `restarted` solution, the engine's `run` and the `first` sample."""
+        super().__init__(whole.engine, whole.setting, restarted, run)
+        self.whole, self.first = whole, first
+
+    @cached_property
+    def before(self) -> dict[str, float]:
+        """Errors of reading of the whole run up to the first sample, by quantity; empty in scenes without events."""
+        shown = self.whole.local.immediate if self.scene.effects.breaks_s else {}
+        return {name: float(values[min(self.first, self.whole.n - 1)]) for name, values in shown.items()}
+
+    @cached_property
+    def start_rad(self) -> float:
+        """Error of the initial state as an angle, rad: error of reading and declared noise of the rates."""
+        reading = float(self.local.immediate["rate"][0])
+        if during_manoeuvre(self.scene, self.run.t_s, self.first):
+            reading = max(reading, self.before.get("rate", 0.0))
+        return reading / own_rate(self.scene) + declared_noise_rad(self.whole, self.first)
+
+    def allowed(self, quantity: str) -> Array:
+        """Bound of a difference from the restarted reference, (m,), in the quantity's unit."""
+        return self.bound[quantity] + self.solution.error[quantity] + NORM_SLACK * self.before.get(quantity, 0.0)
+
+
+def during_manoeuvre(scene: Scene, t_s: Array, first: int) -> bool:
     """Whether a bar is being turned at a sample, or equations of motion changed within two sample intervals before."""
     earliest, now = t_s[max(first - 2, 0)], t_s[first]
     turned = any(p.breaks_s[0] <= now and earliest <= p.breaks_s[1] for p in scene.effects.prescribed_rotation)
     return turned or any(earliest <= at <= now for at in scene.effects.breaks_s)
 
 
-def declared_rad(errors: ErrorModel, first: int) -> float:
+def declared_noise_rad(errors: ErrorModel, first: int) -> float:
     """Declared noise of the rates of a sample, as an angle, rad: as far as noise of the attitude would be believed.
 
-    The floor of the run counts for nothing here: what round-off has grown to since the start is part of the state that
-    the engine goes on from.
+    The floor of the run does not count: round-off since the start is part of the state that the engine goes on from.
     """
     noise = errors.noise.get("rate")
     said = 0.0 if noise is None else float(noise[min(first, errors.n - 1)]) / own_rate(errors.scene)
-    return min(said, MOST_ATTITUDE_NOISE_RAD)
+    return min(said, MAX_ATTITUDE_NOISE_RAD)
 
 
-def part(trajectory: Trajectory, first: int, last: int) -> Trajectory:
+def samples_between(trajectory: Trajectory, first: int, last: int) -> Trajectory:
     """Samples `first` to `last` of a run, as a run."""
     return dataclasses.replace(
         trajectory, **{k: v[first : last + 1] for k, v in vars(trajectory).items() if is_rows(v)}
@@ -218,14 +242,14 @@ def is_rows(value: object) -> bool:
 def restarted_solution(
     solution: ReferenceSolution, trajectory: Trajectory, first: int, last: int, rtol: float
 ) -> ReferenceSolution:
-    """Reference solution from a sample of a run on: growth, derivatives and its own error as the scene's truth has."""
+    """Reference solution from a sample of a run on, with error amplification, derivatives and its own error."""
     scene = solution.scene
     between = max(1, (densely_sampled(scene).run.samples - 1) // (scene.run.samples - 1))
     times = trajectory.t_s[first : last + 1]
     closely = np.interp(np.arange((len(times) - 1) * between + 1) / between, np.arange(len(times)), times)
     closely[::between] = times
-    fine = walked(scene, trajectory, first, closely, rtol, 0.0)
-    aside = walked(scene, trajectory, first, times, max(rtol, ASIDE_RTOL), ASIDE_RAD)
+    fine = restarted_run(scene, trajectory, first, closely, rtol, 0.0)
+    aside = restarted_run(scene, trajectory, first, times, max(rtol, PERTURBED_RTOL), RESTART_PERTURBATION_RAD)
     arrays = {k: v[::between] for k, v in vars(fine).items() if is_rows(v)}
     main = dataclasses.replace(fine, **arrays)
     parted = differences(main, aside)
@@ -237,8 +261,10 @@ def restarted_solution(
     return dataclasses.replace(made, error=own.bound)
 
 
-def walked(scene: Scene, trajectory: Trajectory, first: int, t_s: Array, rtol: float, aside_rad: float) -> Trajectory:
-    """Run of the reference from sample `first` of `trajectory`, at instants (m,) s; its start moved aside by an angle.
+def restarted_run(
+    scene: Scene, trajectory: Trajectory, first: int, t_s: Array, rtol: float, aside_rad: float
+) -> Trajectory:
+    """Run of the reference from sample `first` of `trajectory`, at instants (m,) s; its start perturbed by `aside_rad`.
 
     Raises
     ------
@@ -255,19 +281,21 @@ def walked(scene: Scene, trajectory: Trajectory, first: int, t_s: Array, rtol: f
     )  # fmt: skip
     model = chain_model(scene)
     model = dataclasses.replace(model, impulses=tuple(b for b in model.impulses if b.at_s >= t_s[0]))
-    run = form(scene)
+    run = reference_form(scene)
     run.times_s, run.prepared = t_s, run.prepare(model, start, rtol)
     run.simulate()
     seen_again = run.read()
-    if trajectory.impulse_N_s is not None and seen_again.impulse_N_s is None:  # no blow is left: what it adds up stays
+    if (
+        trajectory.impulse_N_s is not None and seen_again.impulse_N_s is None
+    ):  # no impulse is left: their sum stays zero
         return seen_again.replace(impulse_N_s=np.zeros((len(t_s), scene.bars - 1, 2)))
     return seen_again
 
 
-def form(scene: Scene) -> ReferenceEngine:
-    """Return the compiled reference where its code for the scene's effects is there, else NumPy's.
+def reference_form(scene: Scene) -> ReferenceEngine:
+    """Return the compiled reference where its code for the scene's effects is cached, else NumPy's.
 
-    Compiling takes longer than any stretch does in NumPy.
+    Compiling takes longer than any segment does in NumPy.
     """
     compiled = ENGINES[COMPILED]
     if compiled.missing or not mark(scene).is_file():

@@ -15,15 +15,16 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from barchain.solutions.reference import ReferenceSolution
 
-EITHER_WAY = 2.0  # two bodies' attitudes that have parted may drive them in opposite directions
+EITHER_WAY = 2.0
+"""Factor of two parted attitudes, which may accelerate the track in opposite directions"""
 
 
-def beyond_limit(solution: ReferenceSolution, t_s: Array, limit_s: float) -> dict[str, Array]:
-    """What attitudes that have parted at the limit may do to the track, (n,): ``com`` (m), ``com_velocity`` (m/s).
+def parted_track_bound(solution: ReferenceSolution, t_s: Array, limit_s: float) -> dict[str, Array]:
+    """Largest effect on the track of attitudes that part at the limit, (n,): ``com`` (m), ``com_velocity`` (m/s).
 
-    The pull on a chain differs from that on a particle by mu I/(M r⁴) at most, and what pushes the chain itself (air,
-    light, thrusters) by its whole strength. A constant acceleration a moves the track by 3/2 a t² along the orbit, and
-    swings by 8 a/n² beside it.
+    The pull on a chain differs from that on a particle by mu I/(M r⁴) at most, and forces on the chain itself (drag,
+    sunlight, thrusts) differ by their whole strength. A constant acceleration a moves the track by 3/2 a t² along the
+    orbit, and swings by 8 a/n² beside it.
     """
     scene = solution.scene
     since = np.maximum(t_s - limit_s, 0.0)
@@ -36,10 +37,10 @@ def beyond_limit(solution: ReferenceSolution, t_s: Array, limit_s: float) -> dic
             found[name] = np.where(since > 0.0, moved, 0.0)
     model = chain_model(scene)
     push = sum(effect.largest_acceleration_m_s2(model) for effect in model.effects)
-    blow = sum(abs(b.impulse_N_s) for b in scene.effects.impulse) / scene.mass_kg
+    impulse = sum(abs(b.impulse_N_s) for b in scene.effects.impulse) / scene.mass_kg
     grown = kepler_growth(scene, since)
-    found["com"] += EITHER_WAY * (0.5 * push * since + blow) * since * grown
-    found["com_velocity"] += EITHER_WAY * (push * since + blow * (since > 0.0)) * grown
+    found["com"] += EITHER_WAY * (0.5 * push * since + impulse) * since * grown
+    found["com_velocity"] += EITHER_WAY * (push * since + impulse * (since > 0.0)) * grown
     rate = orbit_rate_bound(scene, solution.trajectory)
-    found["com_velocity"] += rate * EITHER_WAY * (0.5 * push * since + blow) * since * grown
+    found["com_velocity"] += rate * EITHER_WAY * (0.5 * push * since + impulse) * since * grown
     return found

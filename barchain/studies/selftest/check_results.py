@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 CHECKS = {
     "normalised_error": "normalised_error",
-    "bound_used": "bound",
-    "finer_bound_used": "bound",
-    "restarted": "restarted",
+    "bound_ratio": "bound",
+    "finer_bound_ratio": "bound",
+    "restart_ratio": "restarted",
     "drift": "drift",
 }
-"""Metrics that judge, and what their checks are called; `max` is judged as `band_used` is"""
+"""Metrics that judge, and what their checks are called; `max` is judged as `bound_ratio` is"""
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,7 @@ def against_solution(trajectory: Trajectory, solution: ReferenceSolution) -> dic
 def judged_numbers(rows: list[Row]) -> dict[str, Any]:
     """Worst ratio of each kind of check, the quantity it is of, and the horizon."""
     found: dict[str, Any] = {}
-    for metric, name in (("normalised_error", "normalised_error_of"), ("bound_used", "bound_of")):
+    for metric, name in (("normalised_error", "normalised_error_of"), ("bound_ratio", "bound_of")):
         own = [r for r in rows if r["metric"] == metric]
         if own:
             row = max(own, key=lambda r: float(r["value"]))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.tolerances import NORM_SLACK
+from barchain.judge.error_units import NORM_SLACK
 from barchain.metrics.quantities import differences
 from barchain.solutions.reference import PARTED_RAD, PERTURBATION_RAD
 from barchain.timing.orders import slope

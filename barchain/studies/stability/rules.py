@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from barchain.judge.checks.relative_energy import BLOWN_UP, kinetic_ratio
-from barchain.judge.comparison import LEAST_JUDGED, OF_TWO_SETTINGS
-from barchain.judge.tolerances import NORM_SLACK
+from barchain.judge.checks.relative_energy import MAX_KINETIC_RATIO, kinetic_ratio
+from barchain.judge.comparison import MIN_JUDGED_SHARE, TWO_SETTING_METRICS
+from barchain.judge.error_units import NORM_SLACK
 from barchain.metrics.quantities import drifts
 from barchain.run.job import Role
 from barchain.solutions.reference import PARTED_RAD, RICHARDSON, predictability_limit
@@ -91,7 +91,7 @@ def unstable(engine_runs: EngineRuns) -> Finding | None:
 def blown_up(trajectory: Trajectory, solution: ReferenceSolution) -> str:
     """Kinetic energy about the centre of mass beyond all that there can be, after the attitude has left the truth's."""
     ratio = kinetic_ratio(trajectory, solution)
-    if ratio is None or ratio <= BLOWN_UP:
+    if ratio is None or ratio <= MAX_KINETIC_RATIO:
         return ""
     end = float(solution.trajectory.t_s[-1])
     left = predictability_limit(trajectory, solution.trajectory)
@@ -128,7 +128,7 @@ def inaccurate(engine_runs: EngineRuns) -> Finding | None:
         result = engine_runs.runs[role]
         if result.outcome is Outcome.JOINTS_IGNORED:
             return Finding(Stability.INACCURATE, result.reason + at(role))
-        rows = [r for r in engine_runs.rows(role) if r["metric"] != DRIFT and r["metric"] not in OF_TWO_SETTINGS]
+        rows = [r for r in engine_runs.rows(role) if r["metric"] != DRIFT and r["metric"] not in TWO_SETTING_METRICS]
         wrong = [r for r in rows if refuses(r, engine_runs)]
         if wrong:
             return Finding(Stability.INACCURATE, worst(wrong) + at(role))
@@ -142,7 +142,7 @@ def refuses(row: Row, engine_runs: EngineRuns) -> bool:
     """
     outcome = Outcome(row["outcome"])
     if outcome is Outcome.NOTHING_COMPARED:
-        return engine_runs.solution is not None and row["limit_s"] <= LEAST_JUDGED * engine_runs.solution.limit_s
+        return engine_runs.solution is not None and row["limit_s"] <= MIN_JUDGED_SHARE * engine_runs.solution.limit_s
     return not outcome.ok
 
 

@@ -25,7 +25,7 @@ DIFFERENCES = {
 }
 DRIFTS = {
     "gap": "Joint gap",
-    "identity": "Identity (6)",
+    "com_residual": "Centre-of-mass residual",
     "energy": "Energy",
     "angular_momentum": "Angular momentum",
 }
@@ -60,7 +60,7 @@ class DifferenceCharts:
         for engine, table in self.data.differences.items():
             y = column(table, f"{quantity}_drift")
             if y is not None:
-                bound = column(table, f"{quantity}_band")
+                bound = column(table, f"{quantity}_bound")
                 t = table["t_s"].to_numpy(float) / self.data.unit_s
                 lines.append(Line(t, np.abs(y), self.data.pens[engine], bound))
                 engines.append(engine)

@@ -23,14 +23,14 @@ ONE_DERIVATION = "What agrees here is one derivation in several forms"
 def carrier_words(summary: Summary, scene: SceneRecord) -> tuple[str, str] | None:
     """Headline, empty where an engine of somebody else's was run, and what follows it; None where nothing does."""
     outside = [c for c in summary.of_scene(scene.name) if summary.external(c.engine)]
-    known = mapping(scene.data.get("carriers"))
+    known = mapping(scene.data.get("external_coverage"))
     instants = mapping(known.get("instants"))
     lack = mapping(known.get("lack"))
     if not outside or any(c.outcome is not Outcome.UNSUPPORTED for c in outside):
         return ("", instant_words(instants)) if instants else None
     lacking = bool(known) and all(c.engine in lack for c in outside)
     headline = STOPPED if instants else LACKING if lacking else UNABLE
-    said = [instant_words(instants), not_asked_words(known.get("not_asked")), solution_words(known)]
+    said = [instant_words(instants), not_asked_words(known.get("not_requested")), solution_words(known)]
     return headline, " ".join(s for s in said if s)
 
 

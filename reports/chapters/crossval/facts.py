@@ -40,8 +40,8 @@ def facts(scene: SceneRecord, *, of_track: bool = True) -> list[tuple[str, Fact]
         ("Truth", ", ".join(filter(None, [scene.text("solution_engine"), scene.text("solution_setting")]))),
         ("Truth holds", solution_valid(scene)),
         ("The truth's error", (scene.value("solution_error_rad"), "rad")),
-        ("Growth per orbit", (scene.value("growth_per_orbit") if scene.closed else None, "times")),
-        ("Growth in all", (scene.value("growth_total"), "times")),
+        ("Growth per orbit", (scene.value("amplification_per_orbit") if scene.closed else None, "times")),
+        ("Growth in all", (scene.value("amplification_total"), "times")),
         ("Model difference", model_difference(scene) if of_track else ""),
     ]
     kept: list[tuple[str, Fact]] = []

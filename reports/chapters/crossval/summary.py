@@ -57,7 +57,7 @@ QUANTITY_NAMES = {
     "com": "CM track",
     "com_velocity": "CM velocity",
     "gap": "joint gap",
-    "identity": "identity (6)",
+    "com_residual": "centre-of-mass residual",
 }
 
 
@@ -256,7 +256,7 @@ def make_row(quantity: str, group: pd.DataFrame) -> QuantityRow:
         final=stored(by_metric.get("final", {}), "value"),
         bound=finite(stored(largest, "tolerance")),
         ratio=stored(by_metric.get("normalised_error", {}), "value"),
-        first_orbit=stored(by_metric.get("first_orbit", {}), "value"),
+        first_orbit=stored(by_metric.get("first_orbit_max", {}), "value"),
         detection_limit=stored(by_metric.get("detection_limit", {}), "value"),
         limit_s=None if limits.empty else float(limits.min()),
         outcome=worst,

@@ -93,9 +93,9 @@ class Bench:
         """Cells of trials; where the first runs do not decide a verdict, after those that it asks for besides."""
         self.runs.make(job for trial in trials for job in trial.jobs())
         found = self.court([self.case(trial) for trial in trials])
-        asking = [k for k, one in enumerate(found) if one.asks]
-        self.runs.make(job for k in asking for job in trials[k].jobs(found[k].asks))
-        again = self.court([self.case(trials[k], found[k].asks) for k in asking])
+        asking = [k for k, one in enumerate(found) if one.further_runs]
+        self.runs.make(job for k in asking for job in trials[k].jobs(found[k].further_runs))
+        again = self.court([self.case(trials[k], found[k].further_runs) for k in asking])
         for k, one in zip(asking, again, strict=True):
             found[k] = one
         for trial, one in zip(trials, found, strict=True):

@@ -29,7 +29,7 @@ class Judged(NamedTuple):
     cell: Cell
     limits: dict[str, Limit]
     """What the verdict says that it would detect"""
-    asks: tuple[Role, ...]
+    further_runs: tuple[Role, ...]
     """Further runs that would settle it"""
 
 
@@ -42,7 +42,7 @@ def judged(case: Case) -> Judged:
             return Judged(nothing, {}, ())
     verdict = verdict_of(case, results)
     cell = fault_cell(case, results, verdict) if case.trial.fault else sound_cell(case, verdict)
-    return Judged(cell, limits_of(verdict), verdict.asks)
+    return Judged(cell, limits_of(verdict), verdict.further_runs)
 
 
 def limits_of(verdict: Verdict) -> dict[str, Limit]:

@@ -25,12 +25,12 @@ CHANNELS = {
     "rate": "rate_rad_s",
     "reaction": "reaction_N",
     "gap": "gap_m",
-    "identity": "identity_m",
+    "com_residual": "identity_m",
     "torque": "torque_N_m",
     "impulse": "impulse_N_s",
 }
 ALWAYS = ("com", "com-velocity")
-MEASURED = ("gap", "identity")
+MEASURED = ("gap", "com_residual")
 OUTPUT, ACCURACY, START = Group.OUTPUT, Group.ACCURACY, Group.START
 
 
@@ -201,7 +201,7 @@ def opened(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
 def off_centre(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """Bars' weighted centre beside the centre of mass."""
     del scene
-    return changed(trajectory, "identity", values(trajectory, "identity") + size)
+    return changed(trajectory, "com_residual", values(trajectory, "com_residual") + size)
 
 
 def from_start(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
@@ -284,7 +284,7 @@ FAULTS = (
     Fault("opened-gap", "joints that open by this much in the course of the run", "drift of constraints", OUTPUT,
           output=opened, size=Size(1e-6, "m", most=1e3), nothing=there("gap")),
     Fault("off-identity", "bars' weighted centre beside the centre of mass", "places of two instants", OUTPUT,
-          output=off_centre, size=Size(1e-6, "m"), nothing=there("identity")),
+          output=off_centre, size=Size(1e-6, "m"), nothing=there("com_residual")),
     *each(tuple(c for c in ALL if c not in ALWAYS), "dropped", "left out", "a channel that is declared and not there",
           dropped, OUTPUT),
     *each(ALL, "nan", "with one NaN", "a division by zero in one sample", one_nan, OUTPUT),

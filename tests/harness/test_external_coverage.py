@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 from adapters.registry import ENGINES
-from barchain.crossval.external_coverage import MOST_SAMPLES, carriers, fitting, lasting
+from barchain.crossval.external_coverage import MAX_SUGGESTED_SAMPLES, external_coverage, fitting_run, with_run
 from barchain.metrics.quantities import conserved
 from barchain.record.scene_description import effect_words, invariant_words, losses
 from scenarios import Scene, load_scene, scene_names
@@ -45,24 +45,24 @@ def scene(effects: str, run: str = "orbits = 1.0") -> Scene:
 )
 def test_a_run_that_is_proposed_is_carried(effects: str, run: str) -> None:
     own = scene(effects, run)
-    found = carriers(own, HERE)["instants"]
+    found = external_coverage(own, HERE)["instants"]
     assert found["engines"]
     assert set(found["at_s"]) <= set(own.effects.breaks_s)
-    wanted = fitting(own)
+    wanted = fitting_run(own)
     assert wanted
     assert found["run"] == dataclasses.asdict(wanted)
-    assert wanted.samples <= MOST_SAMPLES
+    assert wanted.samples <= MAX_SUGGESTED_SAMPLES
     assert 0.0 <= wanted.duration_s - own.run.duration_s < 0.1 * own.run.duration_s
-    again = carriers(lasting(own, wanted), HERE)
+    again = external_coverage(with_run(own, wanted), HERE)
     assert again["instants"] == {}
     for name in found["engines"]:
         assert HERE[name].load().unsupported(own)
-        assert HERE[name].load().unsupported(lasting(own, wanted)) is None
+        assert HERE[name].load().unsupported(with_run(own, wanted)) is None
 
 
 def test_a_run_keeps_its_duration_where_samples_alone_will_do() -> None:
     own = scene(THRUST + "start_s = 100.0\nduration_s = 700.0", "duration_s = 5130.0")
-    wanted = fitting(own)
+    wanted = fitting_run(own)
     assert wanted
     assert wanted.duration_s == 5130.0
     assert wanted.samples == 514  # every 10 s, and midway between two
@@ -70,18 +70,18 @@ def test_a_run_keeps_its_duration_where_samples_alone_will_do() -> None:
 
 def test_instants_that_share_nothing_have_no_run_proposed() -> None:
     own = scene(THRUST + "start_s = 100.000017\nduration_s = 700.1")
-    found = carriers(own, HERE)["instants"]
+    found = external_coverage(own, HERE)["instants"]
     assert found["run"] is None
     assert found["engines"]
 
 
 def test_what_lacks_an_effect_is_told_and_no_instant_blamed() -> None:
-    found = carriers(load_scene("effects/everything"), HERE)
+    found = external_coverage(load_scene("effects/everything"), HERE)
     assert set(found["lack"]) == {name for name, r in HERE.items() if r.external}
     assert found["instants"] == {}
-    assert "heyoka" in found["not_asked"]
+    assert "heyoka" in found["not_requested"]
     assert found["solution"].startswith("real128")
-    assert carriers(scene(""), HERE)["solution"] == ""
+    assert external_coverage(scene(""), HERE)["solution"] == ""
 
 
 @pytest.mark.parametrize("name", scene_names())

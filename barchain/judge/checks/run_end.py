@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     from barchain.solutions.reference import ReferenceSolution
 
 
-def ended_differently(trajectory: Trajectory, solution: ReferenceSolution) -> str | None:
-    """Say why, if a run and the reference solution do not end at the same event, to one sample."""
+def end_event_fault(trajectory: Trajectory, solution: ReferenceSolution) -> str | None:
+    """Reason if a run and the reference solution do not end at the same event, to one sample; None if they do."""
     run, right = solution.scene.run, solution.trajectory
     spacing = run.duration_s / (run.samples - 1)
     apart = abs(len(trajectory.t_s) - len(right.t_s))

@@ -1,0 +1,57 @@
+"""Markdown tables of the register of tolerances.
+
+``python -m barchain.judge.tolerance_tables FILE...`` rewrites the tables in Markdown files.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from barchain.judge.tolerances import SAFEGUARDS, TOLERANCES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+
+def tolerance_table() -> list[tuple[str, ...]]:
+    """Rows of :data:`TOLERANCES` for Markdown, its header first."""
+    head = ("quantity", "tolerance", "value", "derivation", "tested by")
+    return [head, *((t.quantity, t.name, t.value, t.derivation, f"`{t.tested_by}`") for t in TOLERANCES)]
+
+
+def safeguard_table() -> list[tuple[str, ...]]:
+    """Rows of :data:`SAFEGUARDS` for Markdown, its header first."""
+    head = ("an engine's means to widen a tolerance", "its bound", "a fault that tries the bound", "tested by")
+    return [head, *((s.widened_by, s.bound, s.fault, f"`{s.tested_by}`") for s in SAFEGUARDS)]
+
+
+TABLES = {"tolerances": tolerance_table, "safeguards": safeguard_table}
+"""Generated tables by the name in their markers"""
+
+
+def markdown(rows: Iterable[tuple[str, ...]]) -> str:
+    """Markdown table of rows of text, the first of them its header."""
+    head, *body = ("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows)
+    return "\n".join([head, "|" + "---|" * (head.replace("\\|", "").count("|") - 1), *body])
+
+
+def with_tables(text: str) -> str:
+    """Markdown text with each table rewritten, from ``<!-- NAME: generated -->`` to ``<!-- end of NAME -->``."""
+    for name, rows in TABLES.items():
+        start, end = f"<!-- {name}: generated -->", f"<!-- end of {name} -->"
+        before, marker, rest = text.partition(start)
+        if marker:
+            text = f"{before}{start}\n{markdown(rows())}\n{end}{rest.partition(end)[2]}"
+    return text
+
+
+def rewrite(paths: Iterable[str]) -> None:
+    """Rewrite the generated tables in Markdown files."""
+    for path in map(Path, paths):
+        path.write_text(with_tables(path.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    rewrite(sys.argv[1:])

@@ -1,0 +1,84 @@
+"""An error model is built once for a verdict, and each of its expensive members is computed once."""
+
+from __future__ import annotations
+
+import collections
+import dataclasses
+import pickle
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from adapters.engine import AccuracyParameter, Setting
+from adapters.reference.numpy_engines import Reference
+from barchain.judge import comparison, error_model, residuals
+from barchain.judge.comparison import judge
+from barchain.judge.error_model import ErrorModel
+from barchain.judge.evidence import Evidence
+from barchain.run.job import RunResult
+from barchain.solutions.reference import ReferenceSolution, establish, twin
+from reports.tables.outcome import Outcome
+from scenarios import load_scene
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from adapters.trajectory import Trajectory
+
+SETTING = Setting(AccuracyParameter.RTOL, 1e-8)
+ONCE = {
+    error_model: ("largest_place_m", "scales", "event_errors"),
+    residuals: ("parted_track_bound", "extrapolation_residual"),
+    comparison: ("drift_bounds",),
+}
+
+
+def run(scene: Any, rtol: float) -> Trajectory:
+    return Reference().run(scene, Setting(AccuracyParameter.RTOL, rtol))
+
+
+@pytest.fixture(scope="module")
+def solution() -> ReferenceSolution:
+    scene = load_scene("paper/fig15")
+    scene = dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=0.1 * scene.period_s, samples=21))
+    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(twin(scene), 1e-13))
+
+
+def counted(counts: collections.Counter[str], name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+    def call(*given: Any, **named: Any) -> Any:
+        counts[name] += 1
+        return function(*given, **named)
+
+    return call
+
+
+def test_floors_bounds_and_explained_errors_are_computed_once_for_a_verdict(
+    solution: ReferenceSolution, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counts = collections.Counter[str]()
+    for module, names in ONCE.items():
+        for name in names:
+            monkeypatch.setattr(module, name, counted(counts, name, getattr(module, name)))
+    for name in ("local_errors",):
+        monkeypatch.setattr(error_model, name, counted(counts, name, getattr(error_model, name)))
+    for name in ("floor_of", "explained", "__init__"):
+        monkeypatch.setattr(ErrorModel, name, counted(counts, name, getattr(ErrorModel, name)))
+    for name in ("bound", "attitude_rad", "noise", "limit_s"):
+        member = vars(ErrorModel)[name]
+        monkeypatch.setattr(member, "func", counted(counts, name, member.func))
+    main, finer = (RunResult(Outcome.PASS, trajectory=run(solution.scene, rtol)) for rtol in (1e-8, 1e-9))
+    assert main.trajectory is not None
+    errors = ErrorModel(Reference, SETTING, solution, main.trajectory)
+    assert errors.limit_s > 0.0  # asked for before the verdict, to choose its process
+    assert judge("x", Reference, SETTING, Evidence(main, finer), solution, errors).outcome is Outcome.PASS
+    at_finer_setting = {"__init__", "floor_of", "noise", "largest_place_m", "scales"}  # has a floor of its own
+    assert all(n == 1 for name, n in counts.items() if name not in at_finer_setting), counts
+    assert all(counts[name] <= 2 for name in at_finer_setting), counts
+
+
+def test_a_model_goes_to_another_process_without_its_class_and_keeps_its_numbers(solution: ReferenceSolution) -> None:
+    errors = ErrorModel(Reference, SETTING, solution, run(solution.scene, 1e-8))
+    floor = errors.floor["attitude"]
+    there = pickle.loads(pickle.dumps(errors))
+    assert not hasattr(there, "engine")
+    assert (there.of_engine(Reference).floor["attitude"] == floor).all()

@@ -1,0 +1,34 @@
+"""The register of tolerances is what the docs show, and every test that it names exists."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from barchain.crossval.methodology import tolerance_rows
+from barchain.judge.tolerance_tables import markdown, with_tables
+from barchain.judge.tolerances import SAFEGUARDS, TOLERANCES
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize("path", ["docs/verdicts.md", "design/comparison.md"])
+def test_the_tables_in_the_docs_are_those_of_the_register(path: str) -> None:
+    text = (ROOT / path).read_text(encoding="utf-8")
+    assert ": generated -->" in text
+    assert with_tables(text) == text, f"rewrite it: python -m barchain.judge.tolerance_tables {path}"
+
+
+@pytest.mark.parametrize("name", sorted({entry.tested_by for entry in (*TOLERANCES, *SAFEGUARDS)}))
+def test_every_test_that_the_register_names_exists(name: str) -> None:
+    files = [*ROOT.glob("tests/judge/*.py"), *ROOT.glob("tests/harness/*.py")]
+    assert any(f"def {name}(" in path.read_text(encoding="utf-8") for path in files)
+
+
+def test_the_report_shows_every_tolerance() -> None:
+    assert [row["derivation"] for row in tolerance_rows()] == [t.derivation for t in TOLERANCES]
+
+
+def test_a_bar_in_a_cell_ends_no_column() -> None:
+    assert markdown([("a", "b"), ("|x|", "1")]).splitlines() == ["| a | b |", "|---|---|", "| \\|x\\| | 1 |"]
