@@ -12,6 +12,7 @@ from adapters.registry import Registration, find_engine
 from barchain.crossval.record import new_record
 from barchain.crossval.suite import ANY_EXTERNAL, Plan, Suite
 from barchain.run.job import Job, Role
+from barchain.run.limits import TIME_LIMIT_S
 from barchain.run.pool import run_jobs
 from barchain.run.selection import chosen_engines, unique_names
 from barchain.run.store import Store
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from adapters.trajectory import Trajectory
-
-TIME_LIMIT_S = 120.0  # the slowest run of the core suite takes a tenth of it on two cores
 
 
 class SettingError(ValueError):

@@ -20,6 +20,8 @@ from barchain.solutions.certified_table import (
 )
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from adapters.trajectory import Array
     from scenarios import Scene
 
@@ -31,15 +33,20 @@ def make(scene: Scene) -> CertifiedTable:
     full = fresh(scene, every)
     row = np.searchsorted(full.trajectory.t_s, wanted[wanted <= full.trajectory.t_s[-1]])
     error = {name: values[row] for name, values in full.error.items()}
-    command = f"barchain truths {scene.name}"
+    command = maker(scene.name)
     return CertifiedTable(full.scene, full.physics, full.precision, command, taken(full.trajectory, row), error)
 
 
-def commit(scene: Scene) -> CertifiedTable:
-    """Make a truth and write it where it is committed."""
+def maker(name: str) -> str:
+    """Command that makes the certified solution of a shipped scene."""
+    return f"barchain certified {name} --out DIR"
+
+
+def commit(scene: Scene, folder: Path) -> CertifiedTable:
+    """Make a certified solution, and write its table into `folder` by the scene's name."""
     table = make(scene)
-    write_table(table_path(scene), table)
-    committed_tables.cache_clear()
+    write_table(folder / f"{scene.name}.csv", table)
+    committed_tables.cache_clear()  # the folder may be that of the committed tables
     return table
 
 
@@ -70,7 +77,7 @@ def check(scene: Scene) -> Check:
     """Compare a fresh truth with the committed one, inside both error bars."""
     path = table_path(scene)
     if not path.is_file():
-        return Check(scene.name, {}, f"has no committed truth; make it: barchain truths {scene.name}")
+        return Check(scene.name, {}, f"has no committed truth; make it: {maker(scene.name)}")
     try:
         kept = read_table(path)
     except DamagedTableError as error:

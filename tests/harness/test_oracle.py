@@ -12,7 +12,7 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.heyoka.adapter import HeyokaLong
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import Registration
-from barchain.cli.certified import certified_solutions
+from barchain.cli.maintain.certified import certified_solutions
 from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
 from barchain.solutions import certified as certified_module
@@ -200,8 +200,8 @@ def test_without_heyoka_tables_are_served_and_all_else_says_how_to_install_it(qu
     assert certified(over(QUICK), cache=tmp_path).source == "committed"
     with pytest.raises(CertifiedSolutionError, match=r"no committed truth .* pip install '\.\[oracle\]'"):
         certified(quick, cache=tmp_path)
-    made = CliRunner().invoke(certified_solutions, [QUICK])
-    assert made.exit_code == 2
+    made = CliRunner().invoke(certified_solutions, [QUICK, "--out", str(tmp_path)])
+    assert made.exit_code == 3
     assert "pip install" in made.output
 
 
@@ -229,7 +229,7 @@ def test_the_command_makes_tables_checks_them_and_fails_where_they_differ(tmp_pa
     run = CliRunner().invoke
     try:
         assert run(certified_solutions, [QUICK, "--check"]).exit_code == 1
-        made = run(certified_solutions, [QUICK])
+        made = run(certified_solutions, [QUICK, "--out", str(tmp_path)])
         assert (made.exit_code, len(list(tmp_path.rglob("*.csv")))) == (0, 1)
         fine = run(certified_solutions, [QUICK, "--check"])
         assert (fine.exit_code, "agrees" in fine.output) == (0, True)
@@ -241,6 +241,6 @@ def test_the_command_makes_tables_checks_them_and_fails_where_they_differ(tmp_pa
         assert (off.exit_code, "DIFFERS" in off.output) == (1, True)
         path.write_text("nothing")
         assert run(certified_solutions, [QUICK, "--check"]).exit_code == 1
-        assert run(certified_solutions, ["paper/none"]).exit_code == 2
+        assert run(certified_solutions, ["paper/none", "--check"]).exit_code == 2
     finally:
         certified_module.committed_tables.cache_clear()

@@ -161,7 +161,7 @@ def test_the_lead_names_the_threshold_and_the_page_how_prices_get_better(tmp_pat
     record = tmp_path / "effects" / "record.json"
     record.write_text(json.dumps(json.loads(record.read_text()) | {"rounds": 3, "timed_s": 5000.0}))
     html = render_study("effects", tmp_path).page.read_text()
-    assert "Timed in 3 rounds over the first 1 orbit; a longer --budget, and more --repeats, narrow" in html
+    assert "Timed in 3 rounds over the first 1 orbit; more --minutes, and more --repeats, narrow" in html
 
 
 def test_names_in_a_chart_stand_on_nothing() -> None:

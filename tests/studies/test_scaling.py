@@ -16,9 +16,10 @@ from adapters.common.initial_state import initial_state
 from adapters.registry import ENGINES, Registration
 from barchain.run.job import Job, Role
 from barchain.studies.scaling.fit import FAST, LEAST_MEMORY_B, exponent, fits_table, targets
+from barchain.studies.scaling.limits import BARS
 from barchain.studies.scaling.measure import make_plan, measure
 from barchain.studies.scaling.memory import Peak, mark
-from barchain.studies.scaling.plan import BARS, SHARES, affordable, predicted
+from barchain.studies.scaling.plan import SHARES, affordable, predicted
 from barchain.studies.scaling.point import Task, measure_point
 from barchain.studies.scaling.store import ScalingStore
 from barchain.studies.scaling.study import ScalingStudy

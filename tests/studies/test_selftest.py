@@ -280,7 +280,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("selftest")
     named = ("nan-com", "mass", "gravity-torque-sign", "scale-rate")
     asked = [word for name in named for word in ("--fault", name)]
-    assert command(["selftest", "--scene", "basics/libration", *asked, "--smallest", "--out", str(out)]) == 0
+    assert command(["selftest", "basics/libration", *asked, "--smallest", "--out", str(out)]) == 0
     return out
 
 
@@ -319,7 +319,7 @@ def test_a_fault_killed_by_nothing_ends_with_exit_code_1(
     monkeypatch.setattr(
         "barchain.studies.selftest.study.grounds", lambda scenes, *_, **__: [ground(s.name) for s in scenes]
     )
-    assert command(["selftest", "--scene", "basics/libration", "--fault", "scale-rate"]) == 1
+    assert command(["selftest", "basics/libration", "--fault", "scale-rate"]) == 1
     said = capsys.readouterr().out
     assert "killed by nothing: scale-rate" in said
 

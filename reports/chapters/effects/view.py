@@ -88,7 +88,7 @@ class EffectsView:
             return ""
         over = "" if whole.timed_s >= whole.duration_s else f" over the first {times(whole.timed_s, whole)}"
         rounds = "round" if whole.rounds == 1 else "rounds"
-        return f"Timed in {whole.rounds} {rounds}{over}; a longer --budget, and more --repeats, narrow the intervals."
+        return f"Timed in {whole.rounds} {rounds}{over}; more --minutes, and more --repeats, narrow the intervals."
 
 
 def view_effects(folder: Path) -> EffectsView:
