@@ -12,7 +12,7 @@ from barchain import api
 from barchain.crossval.record import new_record
 from barchain.crossval.suite import Plan, Suite
 from barchain.run.job import SOLUTION_ROLES, Job, Role, failure
-from barchain.run.pool import Room, room
+from barchain.run.pool import PoolGroup, pool_group
 from barchain.run.store import Store
 from barchain.solutions.reference_runs import solution_jobs
 from reports.chapters.crossval.summary import summarise
@@ -93,9 +93,9 @@ def test_the_truth_is_run_where_no_engine_was():
     scene = load_scene(SCENE)
     ours = Job(scene, "exudyn", ENGINES["exudyn"], Setting(AccuracyParameter.STEPS_PER_ORBIT, 100.0), Role.MAIN)
     theirs = dataclasses.replace(ours, engine="Sound", registration=registered(["Sound"])["Sound"])
-    assert {room(job) for job in solution_jobs(scene)} == {Room.SOLUTION}
-    assert (room(ours), room(theirs)) == (Room.OURS, Room.THIRD_PARTY)
-    assert Room.THIRD_PARTY.runs_per_worker == 1
+    assert {pool_group(job) for job in solution_jobs(scene)} == {PoolGroup.SOLUTION}
+    assert (pool_group(ours), pool_group(theirs)) == (PoolGroup.REGISTERED, PoolGroup.THIRD_PARTY)
+    assert PoolGroup.THIRD_PARTY.runs_per_worker == 1
 
 
 def test_why_a_reference_solution_failed_is_said_once(tmp_path):

@@ -20,7 +20,7 @@ from adapters.trajectory import ENDED
 from barchain.cli.main import run as command
 from barchain.run.job import Role
 from barchain.run.worker import run_job
-from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, twin
+from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, with_perturbed_start
 from barchain.studies.selftest import matrix as matrix_module
 from barchain.studies.selftest.check_results import cell, nothing
 from barchain.studies.selftest.detection_limit import OCTAVES, Bracket, brackets, settled
@@ -81,7 +81,12 @@ def ground(name: str) -> Ground:
     def seen(of: Scene, rtol: float):  # type: ignore[no-untyped-def]
         return Reference().run(of, Setting(AccuracyParameter.RTOL, rtol))
 
-    runs = seen(scene, 1e-13), seen(scene, 1e-12), seen(twin(scene), 1e-13), seen(densely_sampled(scene), FINE_RTOL)
+    runs = (
+        seen(scene, 1e-13),
+        seen(scene, 1e-12),
+        seen(with_perturbed_start(scene), 1e-13),
+        seen(densely_sampled(scene), FINE_RTOL),
+    )
     setting = engine.sweep.setting()
     finer = finer_setting(scene, engine.sweep, setting)
     found = Ground(establish(scene, *runs), HOST, engine, {Role.MAIN: setting, Role.FINER: finer})
