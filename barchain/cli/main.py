@@ -26,6 +26,7 @@ from barchain.record.command import typed
 from barchain.run.selection import chosen_engines
 from barchain.solutions.certified_table import DamagedTableError
 from reports.tables.crossval import DamagedResultsError
+from reports.tables.schema import SchemaVersionError
 from scenarios import SceneError, SceneFile, load_scene, nearest, scene_names
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ def run(arguments: list[str]) -> int:
         return cli.main(arguments, prog_name="barchain", standalone_mode=False) or 0
     except click.ClickException as error:
         return complain(error.format_message(), BAD_INPUT)
-    except (SceneError, UnknownEngineError, api.SettingError) as error:
+    except (SceneError, UnknownEngineError, api.SettingError, SchemaVersionError) as error:
         return complain(str(error), BAD_INPUT)
     except OSError as error:  # a file or folder that is not there, not a folder, not to be written
         return complain(f"{error.filename}: {error.strerror}" if error.filename else str(error), BAD_INPUT)

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import read_csv, read_record
+from reports.tables.files import read_csv
+from reports.tables.schema import read_record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -64,6 +65,8 @@ def read_effects(folder: Path) -> EffectsTables:
     ------
     FileNotFoundError
         If a table is missing.
+    SchemaVersionError
+        If the record has another schema version.
     """
     inside = folder / FOLDER
     table = read_csv(inside / "effects.csv", WORDS).reindex(columns=COLUMNS)

@@ -13,7 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import read_csv, read_record
+from reports.tables.files import read_csv
+from reports.tables.schema import read_record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -39,6 +40,8 @@ def read_ensemble(folder: Path) -> EnsembleTables:
     ------
     FileNotFoundError
         If a file is missing.
+    SchemaVersionError
+        If the record has another schema version.
     """
     inside = folder / FOLDER
     return EnsembleTables(read_csv(inside / "quantiles.csv", WORDS), read_record(inside / "record.json"))

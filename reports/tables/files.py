@@ -1,9 +1,8 @@
-"""Reading of the files that every study's folder has: tables as CSV, a record as JSON."""
+"""Reading of the tables that every study's folder has."""
 
 from __future__ import annotations
 
-import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -35,15 +34,3 @@ def read_csv(path: Path, words: Sequence[str], columns: Sequence[str] | None = N
         if name in table:
             table[name] = table[name].astype(object).fillna("").astype(str)
     return table
-
-
-def read_record(path: Path) -> dict[str, Any]:
-    """Read a record.
-
-    Raises
-    ------
-    FileNotFoundError
-        If the file is missing.
-    """
-    record: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    return record

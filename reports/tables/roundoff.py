@@ -29,7 +29,8 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import read_csv, read_record
+from reports.tables.files import read_csv
+from reports.tables.schema import read_record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -101,6 +102,8 @@ def read_roundoff(folder: Path) -> RoundoffTables:
     ------
     FileNotFoundError
         If it holds none.
+    SchemaVersionError
+        If the record has another schema version.
     """
     inside = folder / FOLDER
     record = read_record(inside / "record.json")

@@ -14,6 +14,7 @@ from barchain.studies.cost.findings import front_of, orders_table, price_table, 
 from reports.chapters.cost.charts import CostCurve, Setup, by_family, overview
 from reports.plotting.families import families
 from reports.render import render, render_study
+from reports.tables.schema import KEY, SCHEMA_VERSION
 from reports.text.ratios import decade, ratio_text, span_text
 from tests.studies.cost_points import engine_points, point, table, times_of
 from tests.support.report_fixture import build
@@ -50,7 +51,7 @@ def write(folder: Path, points: pd.DataFrame, *, finished: bool = True) -> Path:
         },
         "left_out": [{"scene": "s", "engine": "gone", "outcome": "missing", "reason": "it is <not> installed"}],
     }
-    (inside / "run.json").write_text(json.dumps(record))
+    (inside / "run.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | record))
     return folder
 
 

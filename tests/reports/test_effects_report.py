@@ -19,6 +19,7 @@ from reports.chapters.effects.view import view_effects
 from reports.chapters.effects.words import NOT_RESOLVED, length_text, share_text
 from reports.render import render_study
 from reports.tables.effects import COLUMNS, read_effects
+from reports.tables.schema import KEY, SCHEMA_VERSION
 from reports.text.numerals import powers_in
 from tests.support.report_fixture import build
 
@@ -76,7 +77,7 @@ def write(folder: Path, rows: list[dict[str, Any]], **changes: Any) -> Path:
         "environment": {"cpu": "Example CPU"}, "packages": {"numpy": "2"}, "scene": SCENE | changes,
         "rtol": 1e-12, "looser": 10.0, "parted_rad": 0.01, "matters": 1e-3,
     }  # fmt: skip
-    (inside / "record.json").write_text(json.dumps(record))
+    (inside / "record.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | record))
     return folder
 
 

@@ -19,6 +19,7 @@ from reports.chapters.roundoff.view import view_roundoff
 from reports.chapters.roundoff.words import length, listed, spelled
 from reports.render import render, render_study
 from reports.tables.roundoff import COLUMNS, read_roundoff
+from reports.tables.schema import KEY, SCHEMA_VERSION
 from tests.support.report_fixture import build
 
 U = {"float32": 2.0**-24, "float64": 2.0**-53, "long double": 2.0**-64}
@@ -147,7 +148,7 @@ def write(folder, rows=None, without=(), **record):
     for name, own in (tables() if rows is None else rows).items():
         if name not in without:
             pd.DataFrame(own).reindex(columns=list(COLUMNS[name])).to_csv(inside / f"{name}.csv", index=False)
-    (inside / "record.json").write_text(json.dumps(RECORD | record), encoding="utf-8")
+    (inside / "record.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | RECORD | record), encoding="utf-8")
     return folder
 
 
