@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from adapters.registry import Registration
-    from barchain.api import ComparisonResult
+    from barchain.crossval.run import ComparisonResult
     from scenarios import Scene
 
 TABLE_WRITERS: dict[str, Callable[[pd.DataFrame, Path], None]] = {

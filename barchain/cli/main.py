@@ -22,8 +22,11 @@ from barchain.cli.roundoff import roundoff
 from barchain.cli.scaling import scaling
 from barchain.cli.selftest import selftest
 from barchain.cli.stability import stability
+from barchain.crossval.run import run_comparison
 from barchain.record.command import typed
+from barchain.run.limits import TIME_LIMIT_S
 from barchain.run.selection import chosen_engines
+from barchain.run.settings import SettingError
 from barchain.solutions.certified_table import DamagedTableError
 from reports.tables.crossval import DamagedResultsError
 from reports.tables.schema import SchemaVersionError
@@ -50,7 +53,7 @@ def run(arguments: list[str]) -> int:
         return cli.main(arguments, prog_name="barchain", standalone_mode=False) or 0
     except click.ClickException as error:
         return complain(error.format_message(), BAD_INPUT)
-    except (SceneError, UnknownEngineError, api.SettingError, SchemaVersionError) as error:
+    except (SceneError, UnknownEngineError, SettingError, SchemaVersionError) as error:
         return complain(str(error), BAD_INPUT)
     except OSError as error:  # a file or folder that is not there, not a folder, not to be written
         return complain(f"{error.filename}: {error.strerror}" if error.filename else str(error), BAD_INPUT)
@@ -100,7 +103,7 @@ def schema() -> None:
 @click.option("--engine", default="reference", show_default=True, help="Engine to run.")
 @click.option("--set", "setting", metavar="KNOB=VALUE", help="Accuracy, e.g. rtol=1e-12 or steps_per_orbit=4000.")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Table to write: .parquet or .csv.")
-@click.option("--time-limit", type=click.FloatRange(min=0, min_open=True), default=api.TIME_LIMIT_S, show_default=True,
+@click.option("--time-limit", type=click.FloatRange(min=0, min_open=True), default=TIME_LIMIT_S, show_default=True,
               help="Wall time allowed, s.")  # fmt: skip
 @click.option("--condition", is_flag=True, help="Add the joint system's condition number (reference).")
 def simulate(scene: str, engine: str, setting: str | None, out: Path, time_limit: float, condition: bool) -> None:
@@ -111,7 +114,7 @@ def simulate(scene: str, engine: str, setting: str | None, out: Path, time_limit
         raise click.UsageError(f"--out {out}: there is no folder {out.parent}")
     try:
         seen = api.simulate(scene, engine, time_limit_s=time_limit, condition=condition, **parse_setting(setting))
-    except (SceneError, api.SettingError):
+    except (SceneError, SettingError):
         raise
     except ValueError as error:  # the engine can't carry this scene
         raise click.UsageError(str(error)) from error
@@ -157,7 +160,7 @@ def run_options(command: Callable[..., None]) -> Callable[..., None]:
         click.option(
             "--time-limit",
             type=click.FloatRange(min=0, min_open=True),
-            default=api.TIME_LIMIT_S,
+            default=TIME_LIMIT_S,
             show_default=True,
             help="Wall time allowed to one run, s.",
         ),
@@ -229,7 +232,7 @@ def compare_and_render(
     chosen = parse_settings(settings)
     total = len(scenes) * len(chosen_engines(names))
     with verdicts_shown(total) as show:
-        result = api.compare(
+        result = run_comparison(
             scenes, names, out, time_limit_s=time_limit, workers=workers, settings=chosen, resume=resume,
             need_external=need_external, command=typed(), progress=show,
             notes=show.note,
