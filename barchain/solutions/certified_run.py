@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 CERTIFIED_RTOL, CERTIFIED_CHECK_RTOL = 1e-30, 1e-28
 PRECISION = f"real128, tolerance {CERTIFIED_RTOL:g}, against real128, tolerance {CERTIFIED_CHECK_RTOL:g}"
-UNIT_ROUNDOFF = 2.0**-53
+UNIT_ROUNDOFF = 2.0**-53  # of double precision: largest relative error of rounding to nearest
 ROUNDED = 3.0  # the result's own rounding, and that of the two results whose difference is taken
 
 
