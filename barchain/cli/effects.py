@@ -22,7 +22,7 @@ from barchain.studies.effects.limits import FAST, MATTERS, REPEATS, RTOL, RTOLS,
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from reports.chapters.effects.view import EffectsTable, EffectsView
+    from reports.chapters.effects.view import BudgetTable, EffectsView
 
 SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a cell of words or of numbers
 
@@ -91,7 +91,7 @@ def show_view(view: EffectsView) -> None:
         click.echo(view.timing)
 
 
-def printed(table: EffectsTable) -> Table:
+def printed(table: BudgetTable) -> Table:
     """Table for the terminal: it fits 120 columns, its longest words folded."""
     from rich.markup import escape  # noqa: PLC0415
     from rich.table import Table  # noqa: PLC0415

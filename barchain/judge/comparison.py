@@ -22,7 +22,7 @@ from barchain.judge.roundoff_limit import coarsest_roundoff
 from barchain.judge.run_end import ended_differently
 from barchain.judge.tolerances import NORM_SLACK
 from barchain.metrics.quantities import drifts
-from barchain.run.job import PERTURBED_ROLES, Role
+from barchain.run.job import ROUNDOFF_ROLES, Role
 from barchain.solutions.reference import PARTED_RAD, TRACK
 from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome, gravest
@@ -213,7 +213,7 @@ class Comparison(Residuals):
         if self.evidence.finest is None and (near or absolute):
             asked.append(Role.FINEST)
         if not self.evidence.perturbed and all(self.may_be_roundoff(r["quantity"]) for r in doubted):
-            asked += PERTURBED_ROLES
+            asked += ROUNDOFF_ROLES
         return tuple(asked)
 
     def compared_too_little(self) -> Row | None:

@@ -57,7 +57,14 @@ def test_a_users_own_scene_is_compared_and_its_report_rendered_again_from_tables
     }
     record = json.loads((out / "run.json").read_text())
     assert record["finished"]
-    assert {r["role"] for r in record["runs"]} == {"solution", "truth-check", "truth-fine", "twin", "main", "finer"}
+    assert {r["role"] for r in record["runs"]} == {
+        "solution",
+        "solution-check",
+        "solution-dense",
+        "perturbed-start",
+        "main",
+        "finer",
+    }
     first = (out / "report.md").read_bytes()
     for made in ("index.html", "report.md"):
         (out / made).unlink()

@@ -19,7 +19,7 @@ from barchain.solutions import certified as certified_module
 from barchain.solutions.certified import CertifiedSolutionError, certified, committed, table_path, table_times
 from barchain.solutions.certified_commit import check
 from barchain.solutions.certified_table import DamagedTableError, physics_digest, read_table, write_table
-from barchain.solutions.reference import SOLUTION_CHECK_RTOL, SOLUTION_RTOL, establish, twin
+from barchain.solutions.reference import SOLUTION_CHECK_RTOL, SOLUTION_RTOL, establish, with_perturbed_start
 from scenarios import load_scene
 from tests.support.scene_lists import HARD, TAME, TOLD
 
@@ -71,7 +71,7 @@ MANY_STEPS = ("effects/slews", "effects/everything")  # of the NumPy reference: 
 def reference_runs(scene):
     settings = [Setting(AccuracyParameter.RTOL, rtol) for rtol in (SOLUTION_RTOL, SOLUTION_CHECK_RTOL)]
     tight, looser = (Reference().run(scene, s) for s in settings)
-    return establish(scene, tight, looser, Reference().run(twin(scene), settings[0])), settings[0]
+    return establish(scene, tight, looser, Reference().run(with_perturbed_start(scene), settings[0])), settings[0]
 
 
 @pytest.mark.parametrize(

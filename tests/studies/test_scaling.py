@@ -29,6 +29,7 @@ from reports.chapters.scaling.view import memory_text
 from reports.render import render, render_study
 from reports.tables.outcome import Outcome
 from reports.tables.scaling import FIT_COLUMNS, POINT_COLUMNS, read_scaling
+from reports.tables.schema import KEY, SCHEMA_VERSION
 from scenarios import load_scene
 from tests.support.faulty_engines import Faulty
 from tests.support.report_fixture import build
@@ -207,7 +208,7 @@ def write(folder: Path, *, finished: bool = True) -> Path:
         "targets": targets(points, fits),
         "limits": {"time_limit_s": 10.0},
     }
-    (inside / "record.json").write_text(json.dumps(record))
+    (inside / "record.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | record))
     return folder
 
 

@@ -62,7 +62,7 @@ def settings_by_engine(given: Iterable[GivenSetting], chosen: Iterable[str]) -> 
     SettingError
         If its engine has another accuracy parameter, or the value is out of range.
     """
-    from barchain.api import choose_setting  # noqa: PLC0415
+    from barchain.run.settings import choose_setting  # noqa: PLC0415
 
     names = list(chosen)
     found: dict[str, dict[str, float]] = {}

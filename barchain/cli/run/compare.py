@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from barchain.api import ComparisonResult
     from barchain.cli.common.settings import GivenSetting
+    from barchain.crossval.run import ComparisonResult
     from scenarios import Scene
 
 CORE = ("paper/", "basics/")
@@ -79,10 +79,10 @@ def compare_and_render(
     settings: tuple[GivenSetting, ...], time_limit: float, workers: int | None, resume: bool, overwrite: bool,
 ) -> None:  # fmt: skip
     """Run the comparison with progress, render the report, and exit by its outcome."""
-    from barchain import api  # noqa: PLC0415
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
     from barchain.cli.common.result_folder import claim_comparison  # noqa: PLC0415
     from barchain.cli.common.settings import settings_by_engine  # noqa: PLC0415
+    from barchain.crossval.run import run_comparison  # noqa: PLC0415
     from barchain.run.selection import chosen_engines  # noqa: PLC0415
     from reports.render import render  # noqa: PLC0415
 
@@ -90,7 +90,7 @@ def compare_and_render(
     chosen = settings_by_engine(settings, engines)
     claim_comparison(out, resume=resume, overwrite=overwrite)
     with verdicts_shown(len(scenes) * len(engines)) as show:
-        result = api.compare(
+        result = run_comparison(
             scenes, names, out, time_limit_s=time_limit, workers=workers, settings=chosen, resume=resume,
             need_external=need_external, command=typed(), progress=show, notes=show.note,
         )  # fmt: skip

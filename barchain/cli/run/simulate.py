@@ -51,12 +51,13 @@ def run(
     """Trajectory of a run; a scene that the engine does not support is bad usage."""
     from barchain import api  # noqa: PLC0415
     from barchain.cli.common.settings import settings_by_engine  # noqa: PLC0415
+    from barchain.run.settings import SettingError  # noqa: PLC0415
     from scenarios import SceneError  # noqa: PLC0415
 
     chosen = settings_by_engine(settings, [engine]).get(engine, {})
     try:
         return api.simulate(scene, engine, time_limit_s=time_limit_s, condition=condition, **chosen)
-    except (SceneError, api.SettingError):
+    except (SceneError, SettingError):
         raise
     except ValueError as error:  # the engine does not support the scene
         raise click.UsageError(str(error)) from error
