@@ -46,7 +46,8 @@ def ensemble(
     from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
 
     need_engine(ENGINE)
-    claim_study(out, "ensemble", overwrite=overwrite)
+    if not overwrite:  # otherwise the earlier tables stay until the runs are done
+        claim_study(out, "ensemble", overwrite=False)
     from barchain.cli.common.progress import counted  # noqa: PLC0415
     from barchain.studies.ensemble.ensemble import ensemble as run  # noqa: PLC0415  # compiled code that no other command needs
     from barchain.studies.ensemble.store import write  # noqa: PLC0415

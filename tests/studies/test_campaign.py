@@ -592,7 +592,7 @@ def test_a_campaign_passes(tmp_path: Path) -> None:
     ("--seed 3", "--seed goes with --random"), ("--host pymunk", "--host goes with --random"),
     ("--shrink-seconds 3", "--shrink-seconds goes with --random"), ("--random 1 --smallest", "leave out SCENE"),
     ("--random 1 --host pymnk", "did you mean pymunk"), ("--random 1 --fault maas", "did you mean mass"),
-    ("--random 0", "--random"), ("--engine exudyn --engine pymunk", "one engine is spoilt"),
+    ("--random 0", "--random"), ("--engine exudyn --engine pymunk", "faults are put into one engine"),
 ])  # fmt: skip
 def test_bad_usage(line: str, word: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert command(["selftest", *line.split()]) == 2
