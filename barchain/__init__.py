@@ -1,13 +1,87 @@
-"""barchain: a chain of rigid bars in orbit, simulated by many engines and compared honestly."""
+"""barchain: a chain of rigid bars in orbit, simulated by many engines and compared honestly.
 
-from adapters.engine import Engine as Engine
-from adapters.engine import EngineError as EngineError
-from adapters.engine import Setting as Setting
-from adapters.trajectory import Trajectory as Trajectory
-from barchain.api import ComparisonResult as ComparisonResult
-from barchain.api import SettingError as SettingError
-from barchain.api import compare as compare
-from barchain.api import simulate as simulate
-from scenarios import Scene as Scene
-from scenarios import SceneError as SceneError
-from scenarios import load_scene as load_scene
+Names are imported when they are first used, so that ``import barchain`` costs nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from adapters.engine import Engine as Engine
+    from adapters.engine import EngineError as EngineError
+    from adapters.engine import Setting as Setting
+    from adapters.registry import Registration as Registration
+    from adapters.registry import UnknownEngineError as UnknownEngineError
+    from adapters.trajectory import Trajectory as Trajectory
+    from barchain.api import compare as compare
+    from barchain.api import engines as engines
+    from barchain.api import render as render
+    from barchain.api import scenes as scenes
+    from barchain.api import simulate as simulate
+    from barchain.crossval.run import ComparisonResult as ComparisonResult
+    from barchain.run.settings import SettingError as SettingError
+    from reports.tables.schema import SchemaVersionError as SchemaVersionError
+    from scenarios.load import SceneError as SceneError
+    from scenarios.load import load_scene as load_scene
+    from scenarios.scene import Scene as Scene
+
+    __version__: str
+
+MODULES = {
+    "Engine": "adapters.engine",
+    "EngineError": "adapters.engine",
+    "Setting": "adapters.engine",
+    "Registration": "adapters.registry",
+    "UnknownEngineError": "adapters.registry",
+    "Trajectory": "adapters.trajectory",
+    "compare": "barchain.api",
+    "engines": "barchain.api",
+    "render": "barchain.api",
+    "scenes": "barchain.api",
+    "simulate": "barchain.api",
+    "ComparisonResult": "barchain.crossval.run",
+    "SettingError": "barchain.run.settings",
+    "SchemaVersionError": "reports.tables.schema",
+    "SceneError": "scenarios.load",
+    "load_scene": "scenarios.load",
+    "Scene": "scenarios.scene",
+}
+"""Module that each public name is imported from"""
+
+__all__ = [
+    "ComparisonResult",
+    "Engine",
+    "EngineError",
+    "Registration",
+    "Scene",
+    "SceneError",
+    "SchemaVersionError",
+    "Setting",
+    "SettingError",
+    "Trajectory",
+    "UnknownEngineError",
+    "__version__",
+    "compare",
+    "engines",
+    "load_scene",
+    "render",
+    "scenes",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> object:
+    """Import a public name on its first use, and keep it (PEP 562)."""
+    if name == "__version__":
+        found: object = import_module("importlib.metadata").version("barchain")
+    elif name in MODULES:
+        found = getattr(import_module(MODULES[name]), name)
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    """All public names, imported or not."""
+    return sorted({*globals(), *__all__})

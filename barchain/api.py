@@ -1,55 +1,58 @@
-"""What notebooks and scripts use: load a scene, simulate it, compare engines on it."""
+"""Functions for notebooks and scripts: list scenes and engines, simulate, compare, render."""
 
 from __future__ import annotations
 
-import tempfile
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from adapters.engine import AccuracyParameter, EngineError, Setting
-from adapters.registry import Registration, find_engine
-from barchain.crossval.record import new_record
-from barchain.crossval.suite import ANY_EXTERNAL, ComparisonPlan, Suite
+from adapters.engine import EngineError
+from adapters.registry import engines as registered_engines
+from adapters.registry import find_engine
+from barchain.crossval.run import run_comparison
 from barchain.run.job import Job, Role
+from barchain.run.limits import TIME_LIMIT_S
 from barchain.run.pool import run_jobs
-from barchain.run.selection import chosen_engines, unique_names
-from barchain.run.store import Store
-from reports.tables.crossval import REFERENCE_SOLUTION
+from barchain.run.settings import SettingError, choose_setting
 from reports.tables.outcome import Outcome
-from scenarios import Scene, load_scene, nearest
+from scenarios import Scene, load_scene, scene_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
-    import pandas as pd
-
+    from adapters.registry import Registration
     from adapters.trajectory import Trajectory
+    from barchain.crossval.run import ComparisonResult
 
-TIME_LIMIT_S = 120.0  # the slowest run of the core suite takes a tenth of it on two cores
-
-
-class SettingError(ValueError):
-    """A setting that the engine does not have."""
+__all__ = ["SettingError", "choose_setting", "compare", "engines", "render", "scenes", "simulate"]
 
 
-@dataclass(frozen=True)
-class ComparisonResult:
-    """What :func:`compare` found."""
+def scenes(tag: str | None = None) -> list[str]:
+    """Names of the scenes that come with barchain, sorted; :func:`barchain.load_scene` takes each.
 
-    metrics: pd.DataFrame
-    """Tidy: scene, engine, setting, quantity, metric, value, unit, tolerance, outcome, reason, horizon_s"""
-    outcomes: dict[tuple[str, str], Outcome]
-    """By (scene, engine); an engine or a scene in parentheses is none, see :mod:`reports.tables.crossval`"""
+    Parameters
+    ----------
+    tag : str, optional
+        Keep only scenes with this tag, e.g. ``"paper"``; all scenes by default.
 
-    @property
-    def passed(self) -> bool:
-        """Whether every comparison passed or was declared unsupported, and at least one passed.
+    Returns
+    -------
+    list of str
+        E.g. ``paper/fig05``.
+    """
+    names = scene_names()
+    return names if tag is None else [name for name in names if tag in load_scene(name).tags]
 
-        An engine that was named, or had several scenes to do, must have been compared on one of them.
-        """
-        found = self.outcomes.values()
-        return all(o.ok for o in found) and Outcome.PASS in found
+
+def engines() -> dict[str, Registration]:
+    """Registered engines by name, barchain's own first, then those of other installed packages.
+
+    Returns
+    -------
+    dict
+        ``missing`` of a registration is None if the engine can run here, else the reason and the remedy;
+        ``version`` is the installed version; ``by_default`` tells whether :func:`compare` takes the engine unasked.
+    """
+    return registered_engines()
 
 
 def simulate(
@@ -67,136 +70,135 @@ def simulate(
     scene : Scene, str or Path
         A scene, its name, or the path of its file.
     engine : str
-        A registered name.
+        A registered name, see :func:`engines`.
     time_limit_s : float
-        Wall time after which the worker is ended; an engine that compiles has ten minutes more for that.
+        Wall time after which the worker is ended, s; an engine that compiles has ten minutes more for compiling.
     condition : bool
-        Ask for the joint system's condition number at every sample (the reference has it).
+        Add the condition number of the joint system at every sample; only the reference supports it.
     **setting : float
-        The engine's knob, e.g. ``rtol=1e-12`` or ``steps_per_orbit=4000``; its default otherwise.
+        The engine's accuracy parameter, e.g. ``rtol=1e-12`` or ``steps_per_orbit=4000``; its default otherwise.
 
     Returns
     -------
     Trajectory
+        n samples in SI units and inertial axes, e.g. ``com_m`` (n, 2), ``angle_rad`` (n, N), ``reaction_N``
+        (n, N-1, 2); a quantity that the engine does not give is None.
 
     Raises
     ------
     SceneError, UnknownEngineError, SettingError
-        For a scene, an engine or a setting that does not exist.
+        If the scene, the engine or the setting does not exist.
     ValueError
-        If the engine can't do this scene or has no condition number, with the reason.
+        If the engine does not support the scene or has no condition number; the message gives the reason.
     EngineError
-        If the run fails, hangs, or returns what can't be a trajectory.
+        If the engine is not installed, or its run fails, times out, or returns a malformed trajectory.
 
     Notes
     -----
     In a script, call it below ``if __name__ == "__main__":``: workers import the script.
     """
-    found = scene if isinstance(scene, Scene) else load_scene(scene)
+    loaded = scene if isinstance(scene, Scene) else load_scene(scene)
     registration = find_engine(engine)
     if registration.missing:
         raise EngineError(f"{engine}: {registration.missing}")
-    loaded = registration.load()
-    reason = loaded.unsupported(found)
+    engine_class = registration.load()
+    reason = engine_class.unsupported(loaded)
     if reason:
-        raise ValueError(f"{engine} can't do {found.name}: {reason}")
-    if condition and "condition" not in loaded.options:
-        raise ValueError(f"{engine} has no condition number to show; the reference has")
+        raise ValueError(f"{engine} does not support {loaded.name}: {reason}")
+    if condition and "condition" not in engine_class.options:
+        raise ValueError(f"{engine} has no condition number; the reference has one")
     options = frozenset({"condition"} if condition else ())
-    job = Job(found, engine, registration, choose_setting(engine, setting), Role.MAIN, options)
+    job = Job(loaded, engine, registration, choose_setting(engine, setting), Role.MAIN, options)
     _, result = next(iter(run_jobs([job], time_limit_s=time_limit_s, workers=1)))
     if result.outcome is not Outcome.PASS or result.trajectory is None:
-        raise EngineError(f"{engine} on {found.name}: {result.reason or result.outcome.advice}")
+        raise EngineError(f"{engine} on {loaded.name}: {result.reason or result.outcome.advice}")
     return result.trajectory
-
-
-def choose_setting(engine: str, given: Mapping[str, float]) -> Setting:
-    """Setting of `engine` from what a user gave; the default one from nothing.
-
-    Raises
-    ------
-    SettingError
-        If the engine has another knob, or the value is out of its range.
-    """
-    sweep = find_engine(engine).load().sweep
-    for name, value in given.items():
-        if name != sweep.parameter:
-            raise SettingError(
-                f"{engine} has no setting {name}{nearest(name, [sweep.parameter])}; allowed: {sweep.parameter}"
-            )
-        least, most = (min(1e-15, *sweep.values), 1.0) if sweep.parameter is AccuracyParameter.RTOL else (1.0, 1e9)
-        if not least <= value <= most:
-            raise SettingError(f"{engine}: {name}={value:g} given, allowed: {least:g} to {most:g}")
-        return Setting(sweep.parameter, float(value))
-    return sweep.setting()
 
 
 def compare(
     scenes: Iterable[Scene | str | Path],
-    engine_names: Iterable[str] | None = None,
+    engines: Iterable[str] | None = None,
     out: Path | str | None = None,
     *,
+    settings: Mapping[str, Mapping[str, float]] | None = None,
     time_limit_s: float = TIME_LIMIT_S,
     workers: int | None = None,
-    settings: Mapping[str, Mapping[str, float]] | None = None,
     resume: bool = False,
-    need_external: bool = False,
-    command: str = "",
     progress: Callable[[str, str, str], None] | None = None,
-    notes: Callable[[str], None] | None = None,
-    registered: Mapping[str, Registration] | None = None,
 ) -> ComparisonResult:
-    """Run scenes in engines, compare each with the truth, and write tables as results come.
+    """Run scenes in engines, and compare every run with the reference solution of its scene.
 
     Parameters
     ----------
     scenes : iterable of Scene, str or Path
-    engine_names : iterable of str, optional
-        All registered engines by default. One that is named, and can do none of the scenes, is a failure.
+        Scenes, their names, or the paths of their files.
+    engines : iterable of str, optional
+        Registered names; by default the engines whose registration says ``by_default``. A named engine that supports
+        none of the scenes is a failure.
     out : Path or str, optional
-        Folder for tables and trajectories (see :mod:`reports.tables.crossval`); none are kept by default.
-    time_limit_s : float
-        Wall time after which one run is ended; an engine that compiles has ten minutes more for that.
-    workers : int, optional
-        Processes side by side; all cores by default.
+        Folder for tables and trajectories, written as results come (see :mod:`reports.tables.crossval`);
+        nothing is kept by default.
     settings : mapping, optional
-        ``{"exudyn": {"steps_per_orbit": 2000}}``
+        Accuracy other than an engine's default, e.g. ``{"exudyn": {"steps_per_orbit": 2000}}``.
+    time_limit_s : float
+        Wall time after which one run is ended, s; an engine that compiles has ten minutes more for compiling.
+    workers : int, optional
+        Number of processes side by side; all cores by default.
     resume : bool
         Take over the runs that an earlier comparison left in `out`.
-    need_external : bool
-        Count a scene that no external engine passes as a failure.
-    command : str
-        What was typed, for the record.
     progress : callable, optional
-        Told (scene, engine, outcome) after each verdict.
-    notes : callable, optional
-        Told what goes on before the first of them, in words.
-    registered : mapping, optional
-        Engines by name, instead of the registry's.
+        Called with (scene, engine, outcome) after each verdict.
 
     Returns
     -------
     ComparisonResult
+        The table of metrics, and the outcome of each scene and engine.
 
     Raises
     ------
     SceneError, UnknownEngineError, SettingError
-        Before anything is run.
+        If a scene, an engine or a setting does not exist; nothing has been run.
+    SchemaVersionError
+        If `resume` finds results of another schema version in `out`.
+
+    Notes
+    -----
+    In a script, call it below ``if __name__ == "__main__":``: workers import the script.
     """
-    loaded = [s if isinstance(s, Scene) else load_scene(s) for s in scenes]
-    chosen = dict(registered) if registered is not None else chosen_engines(engine_names)
-    plan = ComparisonPlan(
-        unique_names(loaded),
-        chosen,
-        time_limit_s,
-        workers,
-        {name: choose_setting(name, values) for name, values in (settings or {}).items()},
-        resume,
-        need_external,
-        named=engine_names is not None,
+    return run_comparison(
+        scenes,
+        engines,
+        out,
+        time_limit_s=time_limit_s,
+        workers=workers,
+        settings=settings,
+        resume=resume,
+        progress=progress,
     )
-    with tempfile.TemporaryDirectory() as scratch:
-        order = [(s.name, e) for s in plan.scenes for e in [REFERENCE_SOLUTION, *chosen, ANY_EXTERNAL]]
-        store = Store(Path(out) if out is not None else Path(scratch), new_record(plan, command), order)
-        verdicts = Suite(plan, store, progress or (lambda *_: None), notes or (lambda _: None)).run()
-        return ComparisonResult(store.metrics(), {pair: v.outcome for pair, v in verdicts.items()})
+
+
+def render(folder: Path | str) -> list[Path]:
+    """Write the pages and texts of all results in a folder, from its stored tables alone.
+
+    Parameters
+    ----------
+    folder : Path or str
+        Result folder of a comparison, of studies, or of both.
+
+    Returns
+    -------
+    list of Path
+        Files written: HTML pages, and the Markdown report of a comparison.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder holds neither a comparison nor a study.
+    DamagedResultsError
+        If a table can't be read.
+    SchemaVersionError
+        If the results have another schema version than this barchain reads.
+    """
+    from reports.render import render_all  # noqa: PLC0415  # charts take a second to import
+
+    return render_all(Path(folder))

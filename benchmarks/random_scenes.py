@@ -21,7 +21,7 @@ import pandas as pd
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import find_engine
-from barchain.cli.progress import verdicts_shown
+from barchain.cli.common.progress import verdicts_shown
 from barchain.fuzzing.random_scenes import draw
 from barchain.fuzzing.reference_checks import broken
 from barchain.run.job import Job, Role, RunResult

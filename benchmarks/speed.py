@@ -21,7 +21,7 @@ from barchain.studies.cost.measure import make_plan, measure
 from barchain.studies.cost.reach import curve_of
 from barchain.studies.ensemble.ensemble import ensemble
 from barchain.studies.scaling.fit import FAST, FAST_BARS, exponent
-from barchain.studies.scaling.plan import BARS
+from barchain.studies.scaling.limits import BARS
 from barchain.timing.bench import pin, quietest_core
 from barchain.timing.divided_chain import SCENE, divided
 from barchain.timing.evaluation import evaluation_times, loop_of

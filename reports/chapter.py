@@ -1,4 +1,4 @@
-"""A chapter of the report: where a study's tables are, and how a view is made of them."""
+"""Chapter of a report: the tables of a study, and how they become a view."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-class View(Protocol):
-    """All that a chapter's templates show, in words, numbers and charts."""
+class ChapterView(Protocol):
+    """Everything that a chapter's templates show: words, numbers and charts."""
 
     @property
     def record(self) -> Mapping[str, Any]:
@@ -22,28 +22,32 @@ class View(Protocol):
 class Chapter:
     """One study's chapter.
 
-    Its templates are ``templates/<name>/chapter.html.j2`` and, where `text` is given, ``chapter.md.j2``. They see the
-    view under the study's name.
+    The templates are ``templates/<name>/chapter.html.j2`` and, where `text` is given, ``chapter.md.j2``. They see the
+    chapter as ``chapter``, the view under the study's name, and the page's ``glossary``.
     """
 
     name: str
-    """Of the study, of its folder of tables, and of its page"""
+    """Name of the study, of its folder of tables, of its page, and id of its heading"""
     title: str
-    """Of its own page"""
+    """Heading, entry in the report's navigation, and title of the study's own page"""
     tables: tuple[str, ...]
-    """Files in the study's folder that have to be there"""
-    view: Callable[[Path], View]
-    """View of a result folder that has these files"""
+    """Required files in the study's folder"""
+    view: Callable[[Path], ChapterView]
+    """Makes the view of a result folder that holds these files"""
     text: str = ""
     """Markdown file beside the tables; empty: none"""
     in_report: bool = True
-    """Whether a comparison in the same folder takes the chapter into its report"""
+    """Whether the report of a comparison in the same folder includes the chapter"""
 
     def is_in(self, folder: Path) -> bool:
         """Whether a result folder holds the study."""
-        return all((folder / self.name / table).is_file() for table in self.tables)
+        return not self.missing_from(folder)
 
-    def view_of(self, folder: Path) -> View:
+    def missing_from(self, folder: Path) -> list[str]:
+        """Required files that a result folder lacks, relative to it."""
+        return [f"{self.name}/{table}" for table in self.tables if not (folder / self.name / table).is_file()]
+
+    def view_of(self, folder: Path) -> ChapterView:
         """View of a result folder.
 
         Raises
@@ -51,9 +55,7 @@ class Chapter:
         FileNotFoundError
             If the folder does not hold the study.
         """
-        if not self.is_in(folder):
-            missing = next(t for t in self.tables if not (folder / self.name / t).is_file())
-            raise FileNotFoundError(
-                f"{folder}: no {self.name}/{missing} there; give a folder that barchain {self.name} wrote"
-            )
+        missing = self.missing_from(folder)
+        if missing:
+            raise FileNotFoundError(f"{folder}: no {missing[0]} there; give a folder that barchain {self.name} wrote")
         return self.view(folder)

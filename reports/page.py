@@ -1,4 +1,4 @@
-"""Templates with their filters, and a study's own page and text."""
+"""Templates with their filters, and a study's own page and Markdown."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescap
 from markupsafe import Markup, escape
 
 from reports.plotting.palette import variables
+from reports.text.glossary import Glossary
 from reports.text.markdown import escape_text, table_row
 from reports.text.mathematics import effect
 from reports.text.numerals import as_given, given_markup, number, powers_in, significant, span, typeset
@@ -19,11 +20,11 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from reports.chapter import Chapter, View
+    from reports.chapter import Chapter, ChapterView
 
 
 def templates() -> Environment:
-    """Templates with escaping on for HTML, and the filters they use."""
+    """Jinja environment of all templates: HTML is escaped, an undefined name is an error."""
     made = Environment(
         loader=PackageLoader("reports"),
         autoescape=select_autoescape(("html.j2",)),
@@ -52,13 +53,13 @@ def templates() -> Environment:
 
 
 def effect_markup(value: object) -> Markup:
-    """Effect of a misprint for HTML."""
+    """Relative effect of a misprint, as HTML."""
     found = effect(value)
     return escape(found) if isinstance(found, str) else typeset(found)
 
 
-def frame(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Colours of both themes and the environment of a run, which every page shows around its subject."""
+def surroundings(record: Mapping[str, Any]) -> dict[str, Any]:
+    """What every page shows around its subject: colours of both themes, and the environment of the run."""
     return {
         "light": Markup(variables(0)),
         "dark": Markup(variables(1)),
@@ -67,17 +68,23 @@ def frame(record: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def write_text(folder: Path, chapter: Chapter, view: View) -> Path:
+def subject(chapter: Chapter, view: ChapterView) -> dict[str, Any]:
+    """What the templates of a study's own page and Markdown see of it."""
+    return {"chapter": chapter, chapter.name: view, "glossary": Glossary()}
+
+
+def write_text(folder: Path, chapter: Chapter, view: ChapterView) -> Path:
     """Write a study's chapter as Markdown beside its tables, and return the file."""
     text = folder / chapter.name / chapter.text
-    made = templates().get_template(f"{chapter.name}/chapter.md.j2").render({chapter.name: view})
+    shown = subject(chapter, view)
+    made = templates().get_template(f"{chapter.name}/chapter.md.j2").render(shown)
     text.write_text(made.strip() + "\n", encoding="utf-8")
     return text
 
 
-def write_page(folder: Path, chapter: Chapter, view: View) -> Path:
+def write_page(folder: Path, chapter: Chapter, view: ChapterView) -> Path:
     """Write a study's own page, ``<study>.html``, and return it."""
     page = folder / f"{chapter.name}.html"
-    shown = {"chapter": chapter, chapter.name: view} | frame(view.record)
+    shown = subject(chapter, view) | surroundings(view.record)
     page.write_text(templates().get_template("study_page.html.j2").render(shown), encoding="utf-8")
     return page

@@ -1,4 +1,4 @@
-"""From a result folder to its pages: each view is made once, and each page is written once."""
+"""Rendering of a result folder: each view is made once, and each page is written once."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from reports.chapter import Chapter, View
+    from reports.chapter import Chapter, ChapterView
 
 
 class Rendered(NamedTuple):
     """Files of one study."""
 
     page: Path
-    """The comparison's report, where the chapter is in it, or the study's own page"""
+    """Report of the comparison that includes the chapter, or else the study's own page"""
     text: Path | None
-    """Markdown; None of a study without"""
+    """Markdown; None for a study without"""
 
 
 def holds_comparison(folder: Path) -> bool:
@@ -29,14 +29,14 @@ def holds_comparison(folder: Path) -> bool:
     return (folder / "metrics.csv").is_file() and (folder / "run.json").is_file()
 
 
-def views_in(folder: Path) -> dict[str, View]:
-    """Views of all studies that a result folder holds, by their names."""
-    return {chapter.name: chapter.view_of(folder) for chapter in CHAPTERS if chapter.is_in(folder)}
+def views_in(folder: Path) -> dict[Chapter, ChapterView]:
+    """Views of all studies that a result folder holds, in the registry's order."""
+    return {chapter: chapter.view_of(folder) for chapter in CHAPTERS if chapter.is_in(folder)}
 
 
-def reported(views: Mapping[str, View]) -> dict[str, View]:
-    """Those of some views that a comparison's report takes in."""
-    return {chapter.name: views[chapter.name] for chapter in CHAPTERS if chapter.in_report and chapter.name in views}
+def reported(views: Mapping[Chapter, ChapterView]) -> dict[Chapter, ChapterView]:
+    """Views that a comparison's report includes."""
+    return {chapter: view for chapter, view in views.items() if chapter.in_report}
 
 
 def render(folder: Path) -> tuple[Path, Path]:
@@ -56,7 +56,7 @@ def render(folder: Path) -> tuple[Path, Path]:
 
 
 def render_study(name: str, folder: Path) -> Rendered:
-    """Write a study's text, and its page or the comparison's report that its chapter is in.
+    """Write a study's Markdown, and its page or the comparison's report that includes its chapter.
 
     Raises
     ------
@@ -64,15 +64,16 @@ def render_study(name: str, folder: Path) -> Rendered:
         If the folder does not hold the study.
     """
     chapter = next(c for c in CHAPTERS if c.name == name)
-    view = chapter.view_of(folder)
+    compared = chapter.in_report and holds_comparison(folder)
+    views = views_in(folder) if compared else {}
+    view = views.get(chapter) or chapter.view_of(folder)
     text = write_text(folder, chapter, view) if chapter.text else None
-    if chapter.in_report and holds_comparison(folder):
-        return Rendered(render(folder)[0], text)
-    return Rendered(write_page(folder, chapter, view), text)
+    page = write_report(folder, reported(views))[0] if compared else write_page(folder, chapter, view)
+    return Rendered(page, text)
 
 
 def render_all(folder: Path) -> list[Path]:
-    """Write all that a folder holds, and return the pages and texts.
+    """Write every page and text of a folder, and return the pages and the report's text.
 
     Raises
     ------
@@ -80,14 +81,9 @@ def render_all(folder: Path) -> list[Path]:
         If it holds neither a comparison nor a study.
     """
     views, compared = views_in(folder), holds_comparison(folder)
-    own = [c for c in CHAPTERS if c.name in views and not (compared and c.in_report)]
-    pages = [path for c in CHAPTERS if c.name in views for path in written(folder, c, views, page=c in own)]
+    for chapter, view in views.items():
+        if chapter.text:
+            write_text(folder, chapter, view)
+    own = [c for c in views if not (compared and c.in_report)]
+    pages = [write_page(folder, chapter, views[chapter]) for chapter in own]
     return pages if own and not compared else [*pages, *write_report(folder, reported(views))]
-
-
-def written(folder: Path, chapter: Chapter, views: Mapping[str, View], *, page: bool) -> list[Path]:
-    """Write a study's text and, where asked for, its own page; returns the page."""
-    view = views[chapter.name]
-    if chapter.text:
-        write_text(folder, chapter, view)
-    return [write_page(folder, chapter, view)] if page else []

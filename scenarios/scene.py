@@ -1,8 +1,7 @@
-"""The scene: what is simulated, in SI units and radians, the same for every engine.
+"""Scene: a complete problem in SI units and radians, the same for every engine.
 
-A :class:`Scene` holds physics only. It is made from a TOML file by
-:func:`scenarios.load.load_scene`, which validates it; here everything is already
-complete: one value per bar, defaults filled in, degrees turned into radians.
+A :class:`Scene` holds physics only. :func:`scenarios.load.load_scene` makes and validates it from a TOML file.
+Every scene is complete: one value per bar, defaults filled in, degrees turned into radians.
 """
 
 from __future__ import annotations
@@ -62,10 +61,32 @@ class Chain:
 
 @dataclass(frozen=True)
 class Run:
-    """How long, and at how many equally spaced instants (both ends included) the motion is seen."""
+    """Duration of a run, and its number of equally spaced samples, both ends included."""
 
     duration_s: float
     samples: int
+
+    @property
+    def times_s(self) -> Array:
+        """Sample instants, (samples,)."""
+        return np.linspace(0.0, self.duration_s, self.samples)
+
+
+def start_radius_m(body: CentralBody, orbit: Orbit) -> float:
+    """Initial distance r0 of the centre of mass from the centre of the body, m."""
+    return body.radius_m + orbit.altitude_m
+
+
+def is_bound(orbit: Orbit, gravity: Gravity) -> bool:
+    """Whether the osculating orbit at t = 0 is an ellipse."""
+    return gravity is not Gravity.NONE and orbit.speed_factor**2 < 2.0
+
+
+def period_s(body: CentralBody, orbit: Orbit, gravity: Gravity) -> float:
+    """Period of the osculating orbit at t = 0, s, by Kepler's third law; of the circular orbit at r0 if not bound."""
+    r0 = start_radius_m(body, orbit)
+    semi_major_m = r0 / (2.0 - orbit.speed_factor**2) if is_bound(orbit, gravity) else r0
+    return 2.0 * math.pi * math.sqrt(semi_major_m**3 / body.mu_m3_s2)
 
 
 @dataclass(frozen=True)
@@ -101,7 +122,7 @@ class Scene:
     @property
     def radius0_m(self) -> float:
         """Initial distance r0 of the centre of mass from the centre of the body."""
-        return self.central_body.radius_m + self.orbit.altitude_m
+        return start_radius_m(self.central_body, self.orbit)
 
     @property
     def speed0_m_s(self) -> float:
@@ -121,23 +142,21 @@ class Scene:
     @property
     def bound(self) -> bool:
         """Whether the osculating orbit at t = 0 is an ellipse."""
-        return self.effects.gravity is not Gravity.NONE and self.orbit.speed_factor**2 < 2.0
+        return is_bound(self.orbit, self.effects.gravity)
 
     @property
     def period_s(self) -> float:
-        """Period of the osculating orbit at t = 0; of the circular orbit at r0 where that is not bound.
+        """Period of the osculating orbit at t = 0, s; of the circular orbit at r0 if the osculating orbit is not bound.
 
-        It is the unit in which plots count time.
+        Plots count time in this unit.
         """
-        r0 = self.radius0_m
-        semi_major_m = r0 / (2.0 - self.orbit.speed_factor**2) if self.bound else r0
-        return 2.0 * math.pi * math.sqrt(semi_major_m**3 / self.central_body.mu_m3_s2)
+        return period_s(self.central_body, self.orbit, self.effects.gravity)
 
     @property
     def step_period_s(self) -> float:
-        """Unit in which `steps_per_orbit` counts: the period, or that of the circular orbit at r0 if shorter.
+        """Unit of time of `steps_per_orbit`, s: the period, or the period of the circular orbit at r0 if shorter.
 
-        On an eccentric orbit perigee needs the steps, and a nearly parabolic one has next to no period.
+        On an eccentric orbit the perigee needs the steps, and the period of a nearly parabolic orbit has no bound.
         """
         circular_s = 2.0 * math.pi * math.sqrt(self.radius0_m**3 / self.central_body.mu_m3_s2)
         return min(self.period_s, circular_s)
@@ -151,10 +170,10 @@ class Scene:
 
     @property
     def spring_rate_rad_s(self) -> float:
-        """Bound of the joint springs' own fastest oscillation, and of the dampers' decay; 0 where there are none.
+        """Bound of the joint springs' fastest oscillation and of the dampers' decay, rad/s; 0 without either.
 
-        The bars' turning alone, joints left out, is a chain of springs between inertias: its matrix has no eigenvalue
-        above twice the largest of sum k/J over a bar's joints. Joints only add inertia.
+        Without joint forces, the bars' rotations are a chain of springs between inertias. The eigenvalues of its matrix
+        are at most twice the largest of sum k/J over a bar's joints. Joints only add inertia.
         """
         springs = self.effects.joint_spring_damper
         if springs is None:
@@ -168,16 +187,16 @@ class Scene:
 
     @property
     def times_s(self) -> Array:
-        """Sample instants, shape (samples,)."""
-        return np.linspace(0.0, self.run.duration_s, self.run.samples)
+        """Sample instants, (samples,)."""
+        return self.run.times_s
 
     @property
     def digest(self) -> str:
-        """Hash of the physics (not of the name, title, tags): equal for scenes that must run equally."""
+        """Hash of the physics without name, title and tags: equal for scenes that must run equally."""
         return self.digest_of("central_body", "orbit", "chain", "effects", "run")
 
     def digest_of(self, *parts: str) -> str:
-        """Hash of some parts; effects that the scene does not call for are not in it, whatever effects there are."""
+        """Hash of some parts; effects that the scene does not have leave it as it is, so that new effects do, too."""
         physics = {k: dataclasses.asdict(getattr(self, k)) for k in parts}
         if "effects" in physics:
             called = physics["effects"]

@@ -33,11 +33,10 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
     """Errors beyond the method's own: ``reaction``, ``torque`` (n,), ``attitude``, ``rate``, and ``gap`` at index 3.
 
     *Index 2* needs (C_q q')_q, which Exudyn differences forward. The error is half the second derivative times the
-    increment: DIFFERENCING min(coordinate size) of l w² for the two bars of a joint, along them. A force of m l w² makes
-    up for the error, or of J w²/l where a bar's inertia resists its rotation. A straight chain needs N²/8 times as much,
-    the norm of the inverse of tridiag(-1, 2, -1) over the joints.
-    Newton stops at a residual, a velocity at index 2. Accelerations are then wrong by residual/h, a few times over, as
-    the trapezoidal rule has no damping.
+    increment: DIFFERENCING min(coordinate size) of l w² for the two bars of a joint, along them. A force of m l w²
+    makes up for the error, or of J w²/l where a bar's inertia resists its rotation. A straight chain needs N²/8 times
+    as much, the norm of the inverse of tridiag(-1, 2, -1) over the joints. Newton stops at a residual, a velocity at
+    index 2. Accelerations are then wrong by residual/h, a few times over, as the trapezoidal rule has no damping.
 
     *Index 3.* The residual is a position (and so a gap): over h for velocities, over h² for forces. Generalized-alpha
     damps it by rho per step only, so that 1/(1 - rho) of them add up. The first multipliers have an error of first

@@ -1,1 +1,4 @@
-"""The command line: one module for each command, imported when the command runs."""
+"""Command line: one module for each study, and the other commands in ``run`` and ``maintain``.
+
+Modules import only click and constants at their head, so that help is quick; a command imports its code when it runs.
+"""

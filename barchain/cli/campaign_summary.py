@@ -1,4 +1,4 @@
-"""What a campaign found, printed."""
+"""Cells, findings and rates of a campaign, printed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rich.markup import escape
 from rich.table import Table
 
-from barchain.cli.listing import show
+from barchain.cli.common.terminal import show
 from barchain.studies.selftest.campaign.cells import Kind
 from barchain.studies.selftest.campaign.rates import ALL
 
@@ -52,7 +52,7 @@ def finding_words(found: Found, *, kept: bool) -> str:
     cell = found.cell
     what = f"{cell.fault} in {cell.engine}" if cell.fault else cell.engine
     times = f" ({found.times} times)" if found.times > 1 else ""
-    size = "" if cell.size is None else f" {cell.size:.2g}, said to be seen from {cell.limit or 0.0:.2g} on"
+    size = "" if cell.size is None else f" {cell.size:.2g}, stated as detected from {cell.limit or 0.0:.2g} on"
     said = f"{cell.kind}: {what} on {cell.scene}{times}: {cell.outcome}, {cell.quantity}{size}"
     return " ".join(f"{said} {cell.reason}".split()) + (f"; {found.path}" if kept else "")
 

@@ -1,4 +1,4 @@
-"""`barchain effects`: what each effect is worth in a scene."""
+"""`barchain effects`: relevance and cost of each effect in a scene."""
 
 from __future__ import annotations
 
@@ -8,50 +8,64 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from barchain.cli.common.options import (
+    minutes_option,
+    out_option,
+    overwrite_option,
+    repeats_option,
+    scene_argument,
+    workers_option,
+)
 from barchain.record.command import typed
 from barchain.studies.effects.limits import FAST, MATTERS, REPEATS, RTOL, RTOLS, SECONDS, SLOW
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from reports.chapters.effects.view import EffectsTable, EffectsView
+    from reports.chapters.effects.view import BudgetTable, EffectsView
 
 SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a cell of words or of numbers
 
 
 @click.command()
-@click.argument("scene", metavar="SCENE")
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False),
-              help="Folder for table and page; that of a comparison gets the chapter into its report.")  # fmt: skip
-@click.option("--rtol", type=click.FloatRange(*RTOLS), default=RTOL, show_default=True,
-              help="Accuracy of a step; what the numerics leave is told by a run ten times looser.")  # fmt: skip
-@click.option("--matters", type=click.FloatRange(0.0, 1.0, min_open=True), default=MATTERS, show_default=True,
-              help="Change from which an effect matters: rad of attitude, share of the largest reaction, share of "
-                   "the initial distance from the centre.")  # fmt: skip
-@click.option("--engine", type=click.Choice([FAST, SLOW]),
-              help="Form of the reference that runs all; by default the compiled one where it can.")  # fmt: skip
-@click.option("--repeats", type=click.IntRange(min=1), default=REPEATS, show_default=True,
-              help="Times that each run is timed.")  # fmt: skip
-@click.option("--budget", "seconds", type=click.FloatRange(min=0), default=SECONDS, show_default=True,
-              help="Seconds after which no further round of timing is begun.")  # fmt: skip
-@click.option("--workers", type=click.IntRange(min=1), help="Processes side by side; all cores by default.")
+@scene_argument
+@out_option(None, help_text="Write table and page into this folder; default: print only.")
+@click.option("--rtol", metavar="R", type=click.FloatRange(*RTOLS), default=RTOL, show_default=True,
+              help="Request this relative accuracy of a step; a run at 10 R shows the numerical error.")  # fmt: skip
+@click.option("--matters", metavar="X", type=click.FloatRange(0.0, 1.0, min_open=True), default=MATTERS,
+              show_default=True,
+              help="Call an effect relevant from this change on: rad of attitude, or relative to the largest reaction "
+                   "or to the initial distance from the centre.")  # fmt: skip
+@click.option("--engine", metavar="NAME", type=click.Choice([FAST, SLOW]),
+              help=f"Run this form of the reference, {FAST} or {SLOW}; default: {FAST} where it is installed and "
+                   "supports the scene.")  # fmt: skip
+@repeats_option(REPEATS)
+@minutes_option(SECONDS / 60.0, shown="a third", more="; no further round of timing is begun after it")
+@workers_option
+@overwrite_option
 def effects(
-    scene: str, out: Path | None, rtol: float, matters: float, engine: str | None, repeats: int, seconds: float,
-    workers: int | None,
+    scene: str, out: Path | None, rtol: float, matters: float, engine: str | None, repeats: int, minutes: float,
+    workers: int | None, overwrite: bool,
 ) -> None:  # fmt: skip
-    """Measure what each effect is worth in SCENE, on or off there: its size, what it changes, what it costs.
+    """Measure relevance and run time of each effect in SCENE.
 
-    Effects that the scene does not have are switched on with stated defaults. SCENE is a name or a file.
+    SCENE is a name or a file. Each effect is switched off, or on with stated defaults where the scene does not
+    have it.
     """
-    from barchain.cli.progress import verdicts_shown  # noqa: PLC0415
+    from barchain.cli.common.names import need_engine  # noqa: PLC0415
+    from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
+    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
     from barchain.studies.effects.measure import make_plan, measure  # noqa: PLC0415  # statistics no other command needs
     from reports.chapters.effects.view import view_effects  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
     from scenarios import load_scene  # noqa: PLC0415
 
-    need(engine)
-    timing: dict[str, Any] = {"repeats": repeats, "seconds": seconds, "workers": workers}
+    if engine:
+        need_engine(engine)
+    timing: dict[str, Any] = {"repeats": repeats, "seconds": 60.0 * minutes, "workers": workers}
     plan = make_plan(load_scene(scene), rtol=rtol, matters=matters, engine=engine, **timing)
+    if out:
+        claim_study(out, "effects", overwrite=overwrite)
     with tempfile.TemporaryDirectory() as scratch:
         folder = out or Path(scratch)
         with verdicts_shown(plan.turns) as show:
@@ -64,17 +78,9 @@ def effects(
         click.echo(f"effects: {page}")
 
 
-def need(engine: str | None) -> None:
-    """Say how to get an engine that was asked for and is not there."""
-    from adapters.registry import ENGINES  # noqa: PLC0415
-
-    if engine and ENGINES[engine].missing:
-        raise click.UsageError(f"--engine {engine}: {ENGINES[engine].missing}")
-
-
 def show_view(view: EffectsView) -> None:
     """Print the tables and the advice."""
-    from barchain.cli.listing import show  # noqa: PLC0415
+    from barchain.cli.common.terminal import show  # noqa: PLC0415
 
     for table in view.tables:
         show(printed(table))
@@ -85,7 +91,7 @@ def show_view(view: EffectsView) -> None:
         click.echo(view.timing)
 
 
-def printed(table: EffectsTable) -> Table:
+def printed(table: BudgetTable) -> Table:
     """Table for the terminal: it fits 120 columns, its longest words folded."""
     from rich.markup import escape  # noqa: PLC0415
     from rich.table import Table  # noqa: PLC0415

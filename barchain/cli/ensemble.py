@@ -2,40 +2,53 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
+from barchain.cli.common.options import POSITIVE, out_option, overwrite_option, scene_argument, workers_option
 from barchain.record.command import typed
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+ENGINE = "reference-fast"
 
 
 @click.command()
-@click.argument("scene", metavar="SCENE")
+@scene_argument
 @click.option("--vary", multiple=True, required=True, metavar="KEY=DISTRIBUTION(...)",
-              help="What varies, e.g. 'angle_deg=normal(80, 1)' (all bars alike), 'mass_kg[2]=lognormal(100, 0.1)' "
-                   "(bar 2), 'rate_factor[*]=uniform(0.9, 1.1)' (each bar by itself). May be repeated.")  # fmt: skip
-@click.option("--runs", type=click.IntRange(min=1), default=1000, show_default=True, help="Number of copies.")
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path("ensemble"), show_default=True,
-              help="Folder for tables and page.")  # fmt: skip
-@click.option(
-    "--orbits", type=click.FloatRange(min=0, min_open=True), help="How much of the scene is run; all by default."
-)
-@click.option("--samples", type=click.IntRange(min=2), default=101, show_default=True, help="Instants seen.")
-@click.option("--rtol", type=click.FloatRange(1e-15, 1.0), default=1e-8, show_default=True, help="Accuracy of a step.")
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Equal seeds draw equal copies.")
-@click.option("--workers", type=click.IntRange(min=1), help="Threads; all cores by default.")
-@click.option("--dask", metavar="ADDRESS", help="Dask scheduler that gets the runs, e.g. tcp://10.0.0.1:8786.")
+              help="Draw a value of the scene, e.g. 'angle_deg=normal(80, 1)' (all bars alike), "
+                   "'mass_kg[2]=lognormal(100, 0.1)' (bar 2), 'rate_factor[*]=uniform(0.9, 1.1)' (each bar by itself). "
+                   "May be repeated.")  # fmt: skip
+@click.option("--runs", metavar="N", type=click.IntRange(min=1), default=1000, show_default=True,
+              help="Run N perturbed copies.")  # fmt: skip
+@out_option()
+@click.option("--orbits", metavar="N", type=POSITIVE, help="Run N orbits; default: the scene's whole run.")
+@click.option("--samples", metavar="N", type=click.IntRange(min=2), default=101, show_default=True,
+              help="Take quantiles at N instants.")  # fmt: skip
+@click.option("--rtol", metavar="R", type=click.FloatRange(1e-15, 1.0), default=1e-8, show_default=True,
+              help="Request this relative accuracy of a step.")  # fmt: skip
+@click.option("--seed", metavar="N", type=click.IntRange(min=0), default=1, show_default=True,
+              help="Draw with this seed; equal seeds draw equal copies.")  # fmt: skip
+@workers_option
+@click.option("--dask", metavar="ADDRESS", help="Send the runs to this Dask scheduler, e.g. tcp://10.0.0.1:8786.")
+@overwrite_option
 def ensemble(
     scene: str, vary: tuple[str, ...], runs: int, out: Path, orbits: float | None, samples: int, rtol: float,
-    seed: int, workers: int | None, dask: str | None,
+    seed: int, workers: int | None, dask: str | None, overwrite: bool,
 ) -> None:  # fmt: skip
-    """Run many perturbed copies of SCENE, compiled and on all cores: quantiles of attitude and reactions over time."""
-    from adapters.registry import find_engine  # noqa: PLC0415
+    """Run many perturbed copies of SCENE, and take quantiles of attitude and reactions over time.
 
-    missing = find_engine("reference-fast").missing
-    if missing:
-        raise click.ClickException(missing)
-    from barchain.cli.progress import counted  # noqa: PLC0415
+    SCENE is a name or a file. Runs are compiled: the engine reference-fast is needed.
+    """
+    from barchain.cli.common.names import need_engine  # noqa: PLC0415
+    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
+
+    need_engine(ENGINE)
+    if not overwrite:  # otherwise the earlier tables stay until the runs are done
+        claim_study(out, "ensemble", overwrite=False)
+    from barchain.cli.common.progress import counted  # noqa: PLC0415
     from barchain.studies.ensemble.ensemble import ensemble as run  # noqa: PLC0415  # compiled code that no other command needs
     from barchain.studies.ensemble.store import write  # noqa: PLC0415
     from barchain.studies.ensemble.tasks import ClusterError  # noqa: PLC0415

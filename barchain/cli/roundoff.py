@@ -1,31 +1,46 @@
-"""`barchain roundoff`: what absolute and relative coordinates leave of the reactions' digits."""
+"""`barchain roundoff`: digits of the reactions in absolute and in relative coordinates."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
+from barchain.cli.common.options import out_option, overwrite_option, workers_option
 from barchain.record.command import typed
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 PARTS = ("evaluation", "trajectories", "engines", "times")
 
 
 @click.command()
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path("report"), show_default=True,
-              help="Folder for tables and chapter; that of a comparison gets the chapter into its report.")  # fmt: skip
-@click.option("--part", "parts", multiple=True, type=click.Choice(PARTS), default=PARTS,
-              help="Part of the study; may be repeated; all by default.")  # fmt: skip
-@click.option("--full", is_flag=True, help="All sizes, arithmetics and numbers of bars, finer steps, longer runs.")
-@click.option("--workers", type=click.IntRange(min=1), help="Processes side by side; all cores by default.")
-def roundoff(out: Path, parts: tuple[str, ...], full: bool, workers: int | None) -> None:
-    """Measure how many digits of the reactions each kind of coordinates leaves, and at which size the last one goes."""
-    from barchain.cli.progress import verdicts_shown  # noqa: PLC0415
+@out_option()
+@click.option("--part", "parts", multiple=True, metavar="PART", type=click.Choice(PARTS), default=PARTS,
+              help=f"Run this part of the study: {', '.join(PARTS)}. May be repeated; default: all four.")  # fmt: skip
+@click.option("--full", is_flag=True, help="Take all sizes, arithmetics and numbers of bars, finer steps, longer runs.")
+@workers_option
+@overwrite_option
+def roundoff(out: Path, parts: tuple[str, ...], full: bool, workers: int | None, overwrite: bool) -> None:
+    """Measure the digits of the reactions that absolute and relative coordinates leave."""
+    from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
     from barchain.studies.roundoff.measure import measure  # noqa: PLC0415  # multiple precision no other command needs
     from barchain.studies.roundoff.plan import make_plan  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
     plan = make_plan(parts, full=full)
+    claim_parts(out, parts, overwrite=overwrite)
     with verdicts_shown(plan.turns) as show:
         measure(plan, out, command=typed(), workers=workers, progress=show)
     click.echo(f"round-off study: {render_study('roundoff', out).page}")
+
+
+def claim_parts(out: Path, parts: tuple[str, ...], *, overwrite: bool) -> None:
+    """Make sure that the tables of some parts may be written; those of other parts stay."""
+    from barchain.cli.common.result_folder import claim  # noqa: PLC0415
+    from barchain.studies.roundoff.store import OF_PARTS  # noqa: PLC0415
+
+    folder = out / "roundoff"
+    tables = [folder / f"{table}.csv" for part in parts for table in OF_PARTS[part]]
+    claim(tables, f"{folder} holds results of these parts", overwrite=overwrite)

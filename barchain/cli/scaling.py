@@ -1,48 +1,55 @@
-"""`barchain scaling`: what more bars cost."""
+"""`barchain scaling`: cost of a run and of an evaluation against the number of bars."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
+from barchain.cli.common.options import (
+    engine_option,
+    minutes_option,
+    out_option,
+    overwrite_option,
+    repeats_option,
+    resume_option,
+    time_limit_option,
+)
+from barchain.cli.cost import report_idle
 from barchain.record.command import typed
-from barchain.studies.scaling.plan import BARS, MINUTES, REPEATS, TIME_LIMIT_S
+from barchain.studies.scaling.limits import BARS, MINUTES, REPEATS, TIME_LIMIT_S
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 @click.command()
-@click.option(
-    "--engine", "names", multiple=True, metavar="NAME", help="Engine to measure; may be repeated; all by default."
-)
+@engine_option("all that are installed, also those that only studies need")
 @click.option("--bars", multiple=True, type=click.IntRange(min=2), metavar="N", default=BARS,
-              help=f"Number of bars; may be repeated; {BARS[0]} to {BARS[-1]} by default.")  # fmt: skip
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path("report"), show_default=True,
-              help="Folder for tables and chapter; that of a comparison gets the chapter into its report.")  # fmt: skip
-@click.option("--repeats", type=click.IntRange(min=1), default=REPEATS, show_default=True,
-              help="Times that each point is measured.")  # fmt: skip
-@click.option("--budget", "minutes", type=click.FloatRange(min=0), default=MINUTES, show_default=True,
-              help="Minutes after which nothing more is begun.")  # fmt: skip
-@click.option("--time-limit", type=click.FloatRange(min=0, min_open=True), default=TIME_LIMIT_S, show_default=True,
-              help="Orbits expected to take longer, s, are run in part, or not at all.")  # fmt: skip
-@click.option("--resume", is_flag=True, help="Go on from what an earlier, cut-off study of the same bars left.")
+              help=f"Cut the chain into N bars. May be repeated; default: 2 to {BARS[-1]}.")  # fmt: skip
+@out_option()
+@repeats_option(REPEATS)
+@minutes_option(MINUTES, more="; nothing more is begun after it")
+@time_limit_option(TIME_LIMIT_S, more=", and run an orbit that is expected to take longer in part, or not at all")
+@resume_option
+@overwrite_option
 def scaling(
     names: tuple[str, ...], bars: tuple[int, ...], out: Path, repeats: int, minutes: float, time_limit: float,
-    resume: bool,
+    resume: bool, overwrite: bool,
 ) -> None:  # fmt: skip
-    """Measure what more bars cost: time of an evaluation and of an orbit, and memory.
+    """Measure time and memory against the number of bars.
 
-    The chain is the paper's 80° one, cut into N bars.
+    The times are those of an evaluation and of an orbit. The chain is that of paper/fig05, cut into N bars. Exits with
+    1 if an engine that was named was not run at all.
     """
-    from barchain.cli.progress import verdicts_shown  # noqa: PLC0415
+    from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
+    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
     from barchain.studies.scaling.measure import make_plan, measure  # noqa: PLC0415  # statistics no other command needs
     from reports.render import render_study  # noqa: PLC0415
 
     plan = make_plan(names or None, bars, repeats=repeats, minutes=minutes, time_limit_s=time_limit)
+    claim_study(out, "scaling", resume=resume, overwrite=overwrite)
     with verdicts_shown(plan.turns) as show:
         study = measure(plan, out, resume=resume, command=typed(), progress=show)
     click.echo(f"scaling study: {render_study('scaling', out).page}")
-    idle = study.idle
-    for name, reason in idle.items():
-        click.echo(f"{name} is left out: {reason}", err=True)
-    if set(names) & set(idle):  # asked for by name, and not there
-        raise click.exceptions.Exit(1)
+    report_idle(study.idle, names)

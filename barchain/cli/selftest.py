@@ -1,4 +1,4 @@
-"""`barchain selftest`: whether the harness catches wrong physics."""
+"""`barchain selftest`: sensitivity of the harness to known faults."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from barchain.cli.common.exit_codes import findings
+from barchain.cli.common.options import engine_option, optional_scenes, out_option, overwrite_option, workers_option
 from barchain.cli.selftest_random import RandomOptions, random_options, run_random, show_faults
 from barchain.record.command import typed
 
@@ -15,45 +17,45 @@ if TYPE_CHECKING:
     from barchain.studies.selftest.study import Plan
     from reports.chapters.selftest.view import SelftestView
 
-FAILED = 1
-
 
 @click.command()
-@click.option("--scene", "scenes", multiple=True, metavar="SCENE",
-              help="Scene to put faults into; may be repeated; eight short ones by default.")  # fmt: skip
+@optional_scenes
+@click.option("--fault", "faults", multiple=True, metavar="NAME",
+              help="Put in this fault. May be repeated; default: every fault that `--list` shows.")  # fmt: skip
+@engine_option("reference, which faults in the code itself need; with --random: the engines marked as default in "
+               "`barchain engines`, judged unmodified", "engines")  # fmt: skip
 @click.option(
-    "--fault", "faults", multiple=True, metavar="NAME", help="Fault to put in; may be repeated; all by default."
+    "--smallest", is_flag=True, help="Find the smallest size of each continuous fault that is still detected."
 )
-@click.option("--engine", "engines", multiple=True, metavar="NAME",
-              help="Engine that is spoilt, the reference by default; faults in the code itself need that. With "
-                   "--random: engine that is judged as it is; may be repeated; all installed by default.")  # fmt: skip
-@click.option("--smallest", is_flag=True, help="Find the smallest size of each continuous fault that is still caught.")
 @click.option("--list", "listed", is_flag=True, help="List the faults, and run nothing.")
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Folder for tables and page.")
-@click.option("--workers", type=click.IntRange(min=1), help="Processes side by side; all cores by default.")
+@out_option(None, help_text="Write tables and page into this folder; default: print only.")
+@workers_option
+@overwrite_option
 @random_options
 def selftest(
     scenes: tuple[str, ...], faults: tuple[str, ...], engines: tuple[str, ...], smallest: bool, listed: bool,
-    out: Path | None, workers: int | None, asked: RandomOptions,
+    out: Path | None, workers: int | None, overwrite: bool, asked: RandomOptions,
 ) -> None:  # fmt: skip
-    """Put known faults into an engine, and show which check catches each.
+    """Put known faults into an engine, and show which check detects each.
 
-    Ends with exit code 1 if a fault is killed by nothing, or if a check refuses the sound engine.
+    SCENEs are names or files; default: eight short scenes. Exits with 1 if a fault is detected by no check, or if a
+    check rejects the unmodified engine.
 
-    With --random N it draws N scenes, judges all engines on them, and puts faults into some. It ends with exit code 1
-    if a fault is missed that is larger than the verdict says it would detect, or if more than 0.5 % of the verdicts on
-    sound engines are false alarms.
+    With --random N: draw N scenes, judge engines on them, and put faults into some. Exits with 1 if a fault is missed
+    that is larger than the verdict's own limit of detection, or if more than 0.5 % of the verdicts on unmodified
+    engines are false alarms.
     """
     if asked.number is not None:
         if scenes or smallest:
-            raise click.UsageError("--random draws its scenes: leave out --scene and --smallest")
-        run_random(asked, engines, faults, listed, out, workers)
+            raise click.UsageError("--random draws its scenes: leave out SCENE and --smallest")
+        run_random(asked, engines, faults, listed, out, workers, overwrite=overwrite)
         return
-    asked.refuse()
+    asked.reject()
     if len(engines) > 1:
-        raise click.UsageError("--engine: one engine is spoilt; several go with --random N")
+        raise click.UsageError("--engine: faults are put into one engine; several go with --random N")
     (engine,) = engines or ("reference",)
-    from barchain.cli.progress import counted  # noqa: PLC0415
+    from barchain.cli.common.progress import counted  # noqa: PLC0415
+    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
     from barchain.studies.selftest.faults.catalogue import FAULTS  # noqa: PLC0415
     from barchain.studies.selftest.study import selftest as run  # noqa: PLC0415  # what no other command needs
     from barchain.studies.selftest.trial import SelftestError  # noqa: PLC0415
@@ -64,6 +66,8 @@ def selftest(
         show_faults(FAULTS.values())
         return
     plan = plan_of(scenes, faults, engine, smallest, workers)
+    if out:
+        claim_study(out, "selftest", overwrite=overwrite)
     with tempfile.TemporaryDirectory() as scratch:
         folder = out or Path(scratch)
         try:
@@ -77,19 +81,19 @@ def selftest(
     if page:
         click.echo(f"selftest: {page}")
     if not tried.passed:
-        raise click.exceptions.Exit(FAILED)
+        raise findings()
 
 
 def plan_of(scenes: tuple[str, ...], faults: tuple[str, ...], engine: str, smallest: bool, workers: int | None) -> Plan:
-    """What is asked for; scenes that the engine can't do are left out, and said so."""
+    """Plan of a self-test; a note says which scenes the engine does not support."""
     from adapters.registry import find_engine  # noqa: PLC0415
+    from barchain.cli.common.names import need_engine  # noqa: PLC0415
     from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, UnknownFaultError, find  # noqa: PLC0415
     from barchain.studies.selftest.scenes import STAGES, find_scene  # noqa: PLC0415
     from barchain.studies.selftest.study import Plan  # noqa: PLC0415
 
     registration = find_engine(engine)
-    if registration.missing:
-        raise click.UsageError(f"--engine {engine}: {registration.missing}")
+    need_engine(engine)
     loaded, able = registration.load(), []
     try:
         chosen = tuple(f for f in map(find, dict.fromkeys(faults or FAULTS)) if f.name not in CONTROLS)
@@ -102,7 +106,7 @@ def plan_of(scenes: tuple[str, ...], faults: tuple[str, ...], engine: str, small
         else:
             able.append(scene)
     if not able:
-        raise click.UsageError(f"--engine {engine}: can do none of these scenes")
+        raise click.UsageError(f"--engine {engine}: supports none of these scenes")
     return Plan(tuple(able), chosen, engine, smallest, workers)
 
 
@@ -111,7 +115,7 @@ def show_view(view: SelftestView) -> None:
     from rich.markup import escape  # noqa: PLC0415
     from rich.table import Table  # noqa: PLC0415
 
-    from barchain.cli.listing import show  # noqa: PLC0415
+    from barchain.cli.common.terminal import show  # noqa: PLC0415
 
     table = Table("fault", *view.scenes, box=None, header_style="bold")
     for row in view.rows:
@@ -119,13 +123,13 @@ def show_view(view: SelftestView) -> None:
     show(table)
     click.echo("; ".join(f"{sign} {name.replace('_', ' ')}" for sign, name, _ in view.signs))
     if view.smallest:
-        sizes = Table("smallest caught", "natural", *view.scenes, box=None, header_style="bold")
+        sizes = Table("smallest detected", "natural", *view.scenes, box=None, header_style="bold")
         for small in view.smallest:
             sizes.add_row(small.name, f"{small.natural:g} {small.unit}".removesuffix(" 1"), *small.sizes)
         show(sizes)
     for fault, cell in view.survivors:
         click.echo(
-            f"{cell.fate} {fault.name} on {cell.scene} (killed in {fault.killed} of {fault.tried}): {cell.reason}"
+            f"{cell.fate} {fault.name} on {cell.scene} (detected in {fault.killed} of {fault.tried}): {cell.reason}"
         )
     for cell in view.wrong:
         click.echo(f"{cell.fate}: {cell.fault} on {cell.scene}: {cell.title}")

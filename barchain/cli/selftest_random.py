@@ -1,4 +1,4 @@
-"""`barchain selftest --random`: how often the judge is wrong, on scenes that nobody chose."""
+"""`barchain selftest --random`: rates of false and missed alarms on random scenes."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from barchain.cli.common.exit_codes import findings
+from barchain.cli.common.names import HOST, HostType
 from barchain.record.command import typed
 
 if TYPE_CHECKING:
@@ -18,9 +20,6 @@ if TYPE_CHECKING:
 
     from barchain.studies.selftest.campaign.study import Plan
     from barchain.studies.selftest.faults.fault import Fault
-
-FAILED = 1
-NO_HOST = "none"
 
 
 @dataclass(frozen=True)
@@ -34,8 +33,8 @@ class RandomOptions:
     reruns: int | None
     shrink_seconds: float | None
 
-    def refuse(self) -> None:
-        """Refuse them without --random."""
+    def reject(self) -> None:
+        """Reject them without --random."""
         given = [f.name for f in fields(self) if getattr(self, f.name) not in (None, ())]
         if given:
             name = {"hosts": "host"}.get(given[0], given[0].replace("_", "-"))
@@ -52,17 +51,18 @@ def random_options(command: Callable[..., None]) -> Callable[..., None]:
 
     found: Callable[..., None] = gathered
     for option in reversed((
-        click.option("--random", "number", type=click.IntRange(min=1), metavar="N", help="Try N random scenes."),
-        click.option("--seed", type=click.IntRange(min=0), metavar="S",
-                     help="With --random: number of the first scene, 0 by default; the others follow."),
-        click.option("--host", "hosts", multiple=True, metavar="NAME",
-                     help="With --random: engine that faults are put into; may be repeated; reference, exudyn, "
-                          "exudyn-tree and pymunk by default; none: engines as they are, and no faults."),
+        click.option("--random", "number", type=click.IntRange(min=1), metavar="N",
+                     help="Draw N random scenes instead."),
+        click.option("--seed", type=click.IntRange(min=0), metavar="N",
+                     help="With --random: begin with scene number N; default: 0."),
+        click.option("--host", "hosts", multiple=True, metavar="NAME", type=HOST,
+                     help="With --random: put faults into this engine, or none for no faults. May be repeated; "
+                          "default: reference, exudyn, exudyn-tree and pymunk."),
         click.option("--reruns", type=click.IntRange(min=0), metavar="K",
-                     help="With --random: faults in one host on one scene that need runs of their own, chosen by the "
-                          "scene; 3 by default."),
+                     help="With --random: run K faults that need an own run in each host and scene; default: 3."),
         click.option("--shrink-seconds", type=click.FloatRange(min=0), metavar="S",
-                     help="With --random: time to look for a simpler scene of one finding, 60 by default; 0: none."),
+                     help="With --random: look for a simpler scene of each finding for this time, in seconds; default: "
+                          "60; 0: not at all."),
     )):  # fmt: skip
         found = option(found)
     return found
@@ -70,11 +70,12 @@ def random_options(command: Callable[..., None]) -> Callable[..., None]:
 
 def run_random(
     asked: RandomOptions, engines: tuple[str, ...], faults: tuple[str, ...], listed: bool, out: Path | None,
-    workers: int | None,
+    workers: int | None, *, overwrite: bool = False,
 ) -> None:  # fmt: skip
-    """Run a campaign, print what it found, and exit by that; or list its faults."""
+    """Run a campaign, print its findings, and exit by them; or list its faults."""
     from barchain.cli.campaign_summary import show_campaign  # noqa: PLC0415
-    from barchain.cli.progress import counted  # noqa: PLC0415
+    from barchain.cli.common.progress import counted  # noqa: PLC0415
+    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
     from barchain.studies.selftest.campaign.faults.catalogue import FAULTS  # noqa: PLC0415
     from barchain.studies.selftest.campaign.judging import CourtRoom  # noqa: PLC0415  # what no other command needs
     from barchain.studies.selftest.campaign.runs import in_workers  # noqa: PLC0415
@@ -84,6 +85,8 @@ def run_random(
         show_faults(FAULTS.values())
         return
     plan = plan_of(asked, engines, faults, workers)
+    if out:
+        claim_study(out, "campaign", overwrite=overwrite)
     court = CourtRoom(workers or os.cpu_count() or 1)
     with tempfile.TemporaryDirectory() as scratch:
         folder = out or Path(scratch)
@@ -93,23 +96,21 @@ def run_random(
             court.close()
         show_campaign(found, kept=out is not None)
     if not found.passed:
-        raise click.exceptions.Exit(FAILED)
+        raise findings()
 
 
 def plan_of(asked: RandomOptions, engines: tuple[str, ...], faults: tuple[str, ...], workers: int | None) -> Plan:
-    """What is asked for; engines that are not installed are bad usage."""
-    from adapters.registry import find_engine  # noqa: PLC0415
+    """Plan of a campaign; a missing engine ends the command."""
+    from barchain.cli.common.names import need_engine  # noqa: PLC0415
     from barchain.run.selection import chosen_engines  # noqa: PLC0415
     from barchain.studies.selftest.campaign.faults.catalogue import FAULTS, find  # noqa: PLC0415
     from barchain.studies.selftest.campaign.study import HOSTS, MOST_RERUNS, SHRINK_S, Plan  # noqa: PLC0415
     from barchain.studies.selftest.faults.catalogue import UnknownFaultError  # noqa: PLC0415
 
-    hosts = () if asked.hosts == (NO_HOST,) else asked.hosts or HOSTS
+    hosts = () if asked.hosts == (HostType.NONE,) else asked.hosts or HOSTS
     in_default_set = {name: r for name, r in chosen_engines(None).items() if not r.missing}
     for name in dict.fromkeys((*engines, *hosts)):
-        missing = find_engine(name).missing
-        if missing:
-            raise click.UsageError(f"{name}: {missing}")
+        need_engine(name)
     try:
         chosen = tuple(find(name).name for name in dict.fromkeys(faults or FAULTS))
     except UnknownFaultError as error:
@@ -127,7 +128,7 @@ def show_faults(faults: Iterable[Fault]) -> None:
     from rich.markup import escape  # noqa: PLC0415
     from rich.table import Table  # noqa: PLC0415
 
-    from barchain.cli.listing import show  # noqa: PLC0415
+    from barchain.cli.common.terminal import show  # noqa: PLC0415
 
     table = Table(box=None, header_style="bold")
     for column in ("fault", "group", "size", "what is wrong"):

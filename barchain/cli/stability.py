@@ -1,4 +1,4 @@
-"""`barchain stability`: whether engines stay stable where scenes are hard."""
+"""`barchain stability`: stability of engines on hard scenes."""
 
 from __future__ import annotations
 
@@ -7,6 +7,16 @@ from typing import TYPE_CHECKING
 
 import click
 
+from barchain.cli.common.exit_codes import findings
+from barchain.cli.common.options import (
+    engine_option,
+    optional_scenes,
+    out_option,
+    overwrite_option,
+    resume_option,
+    time_limit_option,
+    workers_option,
+)
 from barchain.record.command import typed
 from barchain.studies.stability.limits import TIME_LIMIT_S
 
@@ -14,43 +24,42 @@ if TYPE_CHECKING:
     from barchain.studies.stability.plan import Plan
     from barchain.studies.stability.study import Result
 
-FAILED = 1
-
 
 @click.command()
-@click.argument("scenes", metavar="[SCENE]...", nargs=-1)
-@click.option("--engine", "names", multiple=True, metavar="NAME",
-              help="Engine to run; may be repeated; the everyday ones and SciPy's solvers by default.")  # fmt: skip
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path("report"), show_default=True,
-              help="Folder for tables and page.")  # fmt: skip
-@click.option("--time-limit", type=click.FloatRange(min=0, min_open=True), default=TIME_LIMIT_S, show_default=True,
-              help="Wall time allowed to one run, s; ten times that to a form of the reference.")  # fmt: skip
-@click.option("--workers", type=click.IntRange(min=1), help="Processes side by side; all cores by default.")
-@click.option("--resume", is_flag=True, help="Go on from what an earlier, cut-off study left in the folder.")
-@click.option("--accept", "accepted", is_flag=True, help="Record these outcomes as the expected ones.")
+@optional_scenes
+@engine_option("the engines marked so in `barchain engines`, and SciPy's solvers")
+@out_option()
+@time_limit_option(TIME_LIMIT_S, more="; a run of a form of the reference after ten times that")
+@workers_option
+@resume_option
+@overwrite_option
+@click.option("--accept", "accepted", metavar="FILE", type=click.Path(path_type=Path, dir_okay=False),
+              help="Record these outcomes as expected in this file, and keep those of other pairs there.")  # fmt: skip
 def stability(
     scenes: tuple[str, ...], names: tuple[str, ...], out: Path, time_limit: float, workers: int | None, resume: bool,
-    accepted: bool,
+    overwrite: bool, accepted: Path | None,
 ) -> None:  # fmt: skip
-    """Run every engine on every hard scene at three settings, and say how it fares there.
+    """Run every engine on every hard scene at three settings, and classify its stability.
 
-    SCENEs are names or files; all of hard/ by default but those tagged huge. Ends with exit code 1 if a form of the
-    reference is not stable in a well-posed scene, or if an outcome is not the one recorded.
+    SCENEs are names or files; default: all of hard/ but those tagged huge. Exits with 1 if a form of the reference is
+    not stable in a well-posed scene, or if an outcome differs from the recorded one.
     """
-    from barchain.cli.progress import verdicts_shown  # noqa: PLC0415
+    from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
+    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
     from barchain.studies.stability.study import stability as run  # noqa: PLC0415  # what no other command needs
     from reports.render import render_study  # noqa: PLC0415
 
     plan = plan_of(scenes, names, time_limit, workers, resume)
+    claim_study(out, "stability", resume=resume, overwrite=overwrite)
     with verdicts_shown(plan.total) as show:
         result = run(plan, out, command=typed(), report=show, note=show.note)
     page = render_study("stability", out).page
     show_result(result)
     if accepted:
-        accept(result)
+        accept(result, accepted)
     click.echo(f"stability: {page}")
     if result.ours or (result.changes and not accepted):
-        raise click.exceptions.Exit(FAILED)
+        raise findings()
 
 
 def plan_of(
@@ -62,15 +71,12 @@ def plan_of(
     from scenarios import load_scene  # noqa: PLC0415
 
     chosen = chosen_engines(names)
-    for name, registration in chosen.items():
-        if registration.missing:
-            raise click.UsageError(f"--engine {name}: {registration.missing}")
     found = unique_names([load_scene(s) for s in scenes or hard_scenes()])
     return Plan(tuple(found), chosen, time_limit, workers, resume)
 
 
 def show_result(result: Result) -> None:
-    """Print how many ended how, what changed, and where ours are not stable."""
+    """Print how many ended how, what changed, and where the reference is not stable."""
     from collections import Counter  # noqa: PLC0415
 
     counts = Counter(str(f.stability) for f in result.findings.values())
@@ -82,11 +88,11 @@ def show_result(result: Result) -> None:
         click.echo(f"{scene}  {engine} must be stable, and is {found.stability}: {found.reason}")
 
 
-def accept(result: Result) -> None:
-    """Record the outcomes of shipped scenes."""
+def accept(result: Result, file: Path) -> None:
+    """Record the outcomes of shipped scenes in a file."""
     from barchain.studies.stability import expected  # noqa: PLC0415
     from scenarios import scene_names  # noqa: PLC0415
 
     shipped = set(scene_names())
-    expected.accept({pair: f for pair, f in result.findings.items() if pair[0] in shipped})
-    click.echo(f"recorded in {expected.PATH}")
+    expected.accept({pair: f for pair, f in result.findings.items() if pair[0] in shipped}, file)
+    click.echo(f"recorded in {file}")

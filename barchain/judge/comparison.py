@@ -22,7 +22,7 @@ from barchain.judge.landing import end_instant_fault
 from barchain.judge.residuals import FINEST_NOISE, HALVED_STEP_NOISE, Residuals, worst
 from barchain.judge.roundoff_limit import max_roundoff
 from barchain.metrics.quantities import drifts
-from barchain.run.job import PERTURBED_ROLES, Role
+from barchain.run.job import ROUNDOFF_ROLES, Role
 from barchain.solutions.reference import PARTED_RAD, TRACK
 from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome, gravest
@@ -230,7 +230,7 @@ class Comparison(Residuals):
         if self.evidence.finest is None and (near or absolute):
             further.append(Role.FINEST)
         if not self.evidence.perturbed and roundoff:
-            further += PERTURBED_ROLES
+            further += ROUNDOFF_ROLES
         return tuple(further)
 
     def too_few_samples(self) -> Row | None:

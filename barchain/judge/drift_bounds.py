@@ -15,9 +15,9 @@ from adapters.engine import AccuracyParameter, Coordinates
 from barchain.judge.declared_noise import MAX_NOISE_SHARE
 from barchain.judge.error_units import NORM_SLACK
 from barchain.judge.local_errors import (
+    MACHINE_EPSILON,
     ROUNDINGS,
     SECOND_ORDER_CONSTANT,
-    UNIT_ROUNDOFF,
     end_derivatives,
     kepler_growth,
     orbit_scale,
@@ -46,7 +46,7 @@ def drift_bounds(model: ErrorModel, main: Drifts, finer: Drifts) -> dict[str, Ar
     main, finer : dict of ndarray, shape (n,)
         Drifts of the engine's two runs (`barchain.metrics.quantities.drifts`).
     """
-    place = UNIT_ROUNDOFF * ROUNDINGS * model.place_m
+    place = MACHINE_EPSILON * ROUNDINGS * model.place_m
     found = {
         "gap": gap_bound(model),
         # a sum over the bars of rounded places: nothing is integrated
@@ -84,7 +84,7 @@ def invariant_floor(model: ErrorModel) -> Array:
     scene, setting, solution = model.scene, model.setting, model.solution
     steps = np.sqrt(model.steps_taken(model.t_s))
     unit = model.roundoff_rad * orbit_scale(scene) * ROUNDINGS + model.noise.get("rate", 0.0)
-    walk = (inner_share(solution) * unit / fastest(solution) + ROUNDINGS * UNIT_ROUNDOFF) * steps
+    walk = (inner_share(solution) * unit / fastest(solution) + ROUNDINGS * MACHINE_EPSILON) * steps
     requested = NORM_SLACK * setting.value if setting.parameter is AccuracyParameter.RTOL else 0.0
     found: Array = QUADRATIC * scene.bars * (walk + requested)
     return found
@@ -120,7 +120,7 @@ def gap_bound(model: ErrorModel) -> Array:
     scene, engine, setting, t = model.scene, model.engine, model.setting, model.t_s
     length = max(scene.chain.length_m)
     steps = model.steps_taken(t)
-    unit = UNIT_ROUNDOFF * model.place_m * ROUNDINGS
+    unit = MACHINE_EPSILON * model.place_m * ROUNDINGS
     noise = model.noise.get("gap", np.zeros(model.n))
     if engine.joints_in_place:
         return unit * scene.bars + noise

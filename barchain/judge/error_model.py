@@ -28,8 +28,8 @@ from adapters.engine import AccuracyParameter
 from barchain.judge import declared_noise as declared
 from barchain.judge.error_units import NORM_SLACK, largest_place_m, rounded_sum, step_unit
 from barchain.judge.local_errors import (
+    MACHINE_EPSILON,
     ROUNDINGS,
-    UNIT_ROUNDOFF,
     event_errors,
     kepler_growth,
     local_errors,
@@ -109,7 +109,7 @@ class ErrorModel:
     @property
     def roundoff_rad(self) -> float:
         """Angle that one rounding of a place is worth, rad: u for lengths of a bar, u r/l for distances."""
-        return UNIT_ROUNDOFF * self.place_m / min(self.scene.chain.length_m)
+        return MACHINE_EPSILON * self.place_m / min(self.scene.chain.length_m)
 
     @cached_property
     def declared_noise(self) -> dict[str, Array]:
@@ -194,7 +194,7 @@ class ErrorModel:
         if "rate" in found:  # a place rounded once in a radian of the orbit
             found["rate"] += self.roundoff_rad * ROUNDINGS * orbit_scale(self.scene)
         walk = ROUNDINGS * np.sqrt(self.steps_taken(self.t_s))
-        carried = UNIT_ROUNDOFF * walk * kepler_growth(self.scene, self.t_s - self.t_s[0])
+        carried = MACHINE_EPSILON * walk * kepler_growth(self.scene, self.t_s - self.t_s[0])
         for name, values in (("com", seen.com_m), ("com_velocity", seen.com_velocity_m_s)):
             found[name] += np.maximum.accumulate(np.linalg.norm(values[:n], axis=1)) * carried
         return found

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.engine import Coordinates
-from barchain.judge.local_errors import ROUNDINGS, UNIT_ROUNDOFF, departure, orbit_scale, track_unit
+from barchain.judge.local_errors import MACHINE_EPSILON, ROUNDINGS, departure, orbit_scale, track_unit
 from barchain.metrics.rates import own_rate
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def rounded_sum(trajectory: Trajectory, quantity: str) -> Array:
     if found is None or not found.size:
         return np.zeros(len(trajectory.t_s))
     size = np.abs(found).reshape(len(trajectory.t_s), -1).max(axis=1)
-    largest: Array = UNIT_ROUNDOFF * ROUNDINGS * bars * np.maximum.accumulate(size)
+    largest: Array = MACHINE_EPSILON * ROUNDINGS * bars * np.maximum.accumulate(size)
     return largest
 
 

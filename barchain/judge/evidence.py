@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from adapters.common.equal_steps import finer_setting
-from barchain.run.job import PERTURBED_ROLES, Job, Role, RunResult
+from barchain.run.job import ROUNDOFF_ROLES, Job, Role, RunResult
 from reports.tables.outcome import Outcome
 from scenarios import Axes, Impulse, Thrust
 
@@ -54,7 +54,7 @@ def gathered(runs: dict[Role, RunResult]) -> Evidence | None:
     """Evidence of results by role, perturbed runs turned back; None without the main and the finer run."""
     if Role.MAIN not in runs or Role.FINER not in runs:
         return None
-    turned = [(runs[role], angle) for role, angle in zip(PERTURBED_ROLES, TURNED_RAD, strict=True) if role in runs]
+    turned = [(runs[role], angle) for role, angle in zip(ROUNDOFF_ROLES, TURNED_RAD, strict=True) if role in runs]
     complete = [(r.trajectory, angle) for r, angle in turned if r.outcome is Outcome.PASS and r.trajectory is not None]
     back = tuple(turned_back(trajectory, angle) for trajectory, angle in complete)
     return Evidence(runs[Role.MAIN], runs[Role.FINER], runs.get(Role.FINEST), back)
@@ -88,7 +88,7 @@ def follow_up_jobs(
         if role is Role.FINEST:
             jobs.append(Job(scene, name, registration, finer_setting(scene, engine.sweep, finer), role))
         else:
-            number = PERTURBED_ROLES.index(role)
+            number = ROUNDOFF_ROLES.index(role)
             jobs.append(Job(perturbed(scene, number), name, registration, setting, role))
     return jobs
 

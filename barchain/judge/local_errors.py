@@ -29,7 +29,7 @@ SECOND_ORDER = 2
 SECOND_ORDER_CONSTANT = 1.0 / 8.0
 """Largest constant here: trapezoidal rule 1/12, generalized-alpha with rho = 0.9 about 1/10, half a step aside 1/8"""
 
-UNIT_ROUNDOFF = float(np.finfo(float).eps)
+MACHINE_EPSILON = float(np.finfo(float).eps)  # twice the unit roundoff: distance from 1 to the next double
 MAX_STEP_CONSTANT = 10.0
 """Largest believed error of a step relative to its request: with more, the request means nothing"""
 ROUNDINGS = 16.0
@@ -144,7 +144,7 @@ def track_unit(engine: type[Engine], scene: Scene, rtol: float) -> float:
     if scene.effects.gravity is Gravity.NONE and not pushed(scene):
         return 0.0
     length = max(scene.chain.length_m) if engine.track_by_length else scene.radius0_m
-    return max(length, ROUNDINGS * UNIT_ROUNDOFF * scene.radius0_m / rtol)
+    return max(length, ROUNDINGS * MACHINE_EPSILON * scene.radius0_m / rtol)
 
 
 def pushed(scene: Scene) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 
 from adapters.engine import AccuracyParameter
 from barchain.judge.error_units import NORM_SLACK
-from barchain.judge.local_errors import ROUNDINGS, UNIT_ROUNDOFF, kepler_growth, orbit_scale, step_s
+from barchain.judge.local_errors import MACHINE_EPSILON, ROUNDINGS, kepler_growth, orbit_scale, step_s
 from barchain.metrics.quantities import differences, drifts
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def max_roundoff(model: ErrorModel, amplification: Array) -> dict[str, Array]:
     """
     scene, size, t = model.scene, model.scale, model.t_s - model.t_s[0]
     fixed_step = model.setting.parameter is AccuracyParameter.STEPS_PER_ORBIT
-    place = ROUNDINGS * UNIT_ROUNDOFF * model.place_m
+    place = ROUNDINGS * MACHINE_EPSILON * model.place_m
     step = step_s(scene, model.setting) if fixed_step else 1.0 / orbit_scale(scene)
     walk = np.sqrt(model.steps_taken(model.t_s))
     turn = place / min(scene.chain.length_m) * walk * (1.0 + t * orbit_scale(scene)) * amplification

@@ -93,7 +93,7 @@ def push_along(
 
 
 @dataclass(frozen=True)
-class Tide:
+class TidalGradient:
     """Change of an attraction k Y/|Y|^(p+1) towards a mass with the place."""
 
     strength: float
@@ -114,13 +114,13 @@ class Tide:
         return found
 
 
-def tides(scene: Scene) -> list[Tide]:
+def tides(scene: Scene) -> list[TidalGradient]:
     """Of all that a particle feels: the central body, its oblateness, third bodies."""
     mu, oblate = scene.central_body.mu_m3_s2, scene.effects.oblateness
-    found = [] if scene.effects.gravity is Gravity.NONE else [Tide(mu, 3)]
+    found = [] if scene.effects.gravity is Gravity.NONE else [TidalGradient(mu, 3)]
     if oblate is not None:
-        found.append(Tide(1.5 * mu * oblate.j2 * oblate.radius_m**2, 5))
-    return found + [Tide(body.mu_m3_s2, 3, body) for body in scene.effects.third_body]
+        found.append(TidalGradient(1.5 * mu * oblate.j2 * oblate.radius_m**2, 5))
+    return found + [TidalGradient(body.mu_m3_s2, 3, body) for body in scene.effects.third_body]
 
 
 def blows_along(scene: Scene, trajectory: Trajectory) -> list[tuple[float, Array]]:

@@ -30,7 +30,7 @@ from scenarios import Gravity
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
-    from barchain.metrics.mean_acceleration import Pull, Tide
+    from barchain.metrics.mean_acceleration import Pull, TidalGradient
     from scenarios import Scene
 
 RESPONSE_STEPS_PER_RADIAN = 60.0  # of the orbit: the chain's own oscillations are up to ten times as fast
@@ -168,7 +168,7 @@ def pulled_apart(scene: Scene, solution: Trajectory) -> bool:
     return scene.effects.gravity is not Gravity.NONE and solution.angle_rad is not None
 
 
-def moved(acting: list[Tide], t_s: float, place_m: Array, pull_m_s2: Array, y: Array) -> Array:
+def moved(acting: list[TidalGradient], t_s: float, place_m: Array, pull_m_s2: Array, y: Array) -> Array:
     """Time derivative of a displacement and its velocity, (4,)."""
     tide = sum((tide(t_s, place_m, y[:2]) for tide in acting), np.zeros(2))
     return np.concatenate([y[2:], tide + pull_m_s2])

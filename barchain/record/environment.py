@@ -1,4 +1,4 @@
-"""What a run happened on: versions, processor, date."""
+"""Environment of a run: versions, processor, date."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
+
+from reports.tables.schema import KEY, SCHEMA_VERSION
 
 PACKAGES = (
     "numpy", "scipy", "pandas", "pyarrow", "numba", "exudyn", "rebound", "pymunk", "heyoka", "mujoco", "pin",
@@ -54,11 +56,17 @@ def now() -> str:
 
 
 def provenance(command: str, extra: dict[str, str] | None = None) -> dict[str, Any]:
-    """How every study's record begins, before anything is run: what made it, when, where and with which packages.
+    """Beginning of every record, before the first run: schema version, command, date, environment and packages.
 
-    `extra` are versions of packages besides those that barchain always needs.
+    Parameters
+    ----------
+    command : str
+        Command line that started the study; empty from Python.
+    extra : dict of str, optional
+        Versions of further packages by name.
     """
     return {
+        KEY: SCHEMA_VERSION,
         "barchain": package_version("barchain"),
         "created": now(),
         "finished": False,

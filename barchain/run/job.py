@@ -26,19 +26,19 @@ class Role(StrEnum):
     """The same, one setting finer: their difference estimates the engine's own error."""
     FINEST = "finest"
     """Finer again, where the two others do not show how the error falls."""
-    PERTURBED_1 = "perturbed-1"
+    ROUNDOFF_1 = "roundoff-1"
     """The main setting again, the frame turned and the start moved in its last digits: the round-off of this run."""
-    PERTURBED_2 = "perturbed-2"
+    ROUNDOFF_2 = "roundoff-2"
     """As the first, by another angle."""
-    PERTURBED_3 = "perturbed-3"
+    ROUNDOFF_3 = "roundoff-3"
     """As the first, by a third angle."""
     SOLUTION = "solution"
     """The reference at its tightest."""
-    SOLUTION_CHECK = "truth-check"
+    SOLUTION_CHECK = "solution-check"
     """The reference ten times looser: the truth's error bar."""
-    FINE = "truth-fine"
+    FINE = "solution-dense"
     """The reference at close samples: what its derivatives are."""
-    TWIN = "twin"
+    PERTURBED_START = "perturbed-start"
     """The truth from a slightly perturbed start: how the scene amplifies errors."""
     COARSE = "coarse"
     """An engine far below the setting it is judged at: how its error falls with the setting."""
@@ -48,9 +48,9 @@ class Role(StrEnum):
     """The compiled reference at the accuracy at which its sums keep what rounding would lose."""
 
 
-PERTURBED_ROLES = (Role.PERTURBED_1, Role.PERTURBED_2, Role.PERTURBED_3)
+ROUNDOFF_ROLES = (Role.ROUNDOFF_1, Role.ROUNDOFF_2, Role.ROUNDOFF_3)
 """Runs that show a run's round-off: what one of them differs by may be small by chance, what three do hardly"""
-SOLUTION_ROLES = (Role.SOLUTION, Role.SOLUTION_CHECK, Role.TWIN, Role.FINE)
+SOLUTION_ROLES = (Role.SOLUTION, Role.SOLUTION_CHECK, Role.PERTURBED_START, Role.FINE)
 """Runs that a scene's truth is made of, as `barchain.solutions.reference.establish` takes them"""
 
 

@@ -37,12 +37,12 @@ RUNS_PER_WORKER = 40  # some engines leak a little with every model
 COMPILE_S = 600.0  # on top of the limit, for compiling: 40 s for a set of effects, 230 s seen on a busy machine
 
 
-class Room(IntEnum):
+class PoolGroup(IntEnum):
     """Who shares a process, in the order in which they are run."""
 
     SOLUTION = 0
     """The reference, for the truth"""
-    OURS = 1
+    REGISTERED = 1
     """Engines behind the project's own adapters"""
     THIRD_PARTY = 2
     """Everything else: one run, one process"""
@@ -50,7 +50,7 @@ class Room(IntEnum):
     @property
     def runs_per_worker(self) -> int:
         """After how many runs a process ends."""
-        return 1 if self is Room.THIRD_PARTY else RUNS_PER_WORKER
+        return 1 if self is PoolGroup.THIRD_PARTY else RUNS_PER_WORKER
 
     @property
     def start_method(self) -> str:
@@ -59,11 +59,11 @@ class Room(IntEnum):
         Where every run has its own, from a server that has loaded the harness and no engine: a start takes seconds.
         """
         known = multiprocessing.get_all_start_methods()
-        return "forkserver" if self is Room.THIRD_PARTY and "forkserver" in known else "spawn"
+        return "forkserver" if self is PoolGroup.THIRD_PARTY and "forkserver" in known else "spawn"
 
 
 @dataclass(frozen=True)
-class Limit:
+class TimeLimit:
     """How long a run may take."""
 
     time_s: float
@@ -87,11 +87,11 @@ class Limit:
         return result
 
 
-def room(job: Job) -> Room:
+def pool_group(job: Job) -> PoolGroup:
     """Where a run belongs."""
     if job.role in SOLUTION_ROLES:
-        return Room.SOLUTION
-    return Room.OURS if job.registration in ENGINES.values() else Room.THIRD_PARTY
+        return PoolGroup.SOLUTION
+    return PoolGroup.REGISTERED if job.registration in ENGINES.values() else PoolGroup.THIRD_PARTY
 
 
 def run_jobs(
@@ -111,21 +111,23 @@ def run_jobs(
         0 where all is known to be compiled.
     """
     waiting = list(jobs)
-    for place in Room:
-        own = [job for job in waiting if room(job) is place]
+    for group in PoolGroup:
+        own = [job for job in waiting if pool_group(job) is group]
         if own:
-            yield from run_together(own, place, Limit(time_limit_s, compile_s), workers)
+            yield from run_together(own, group, TimeLimit(time_limit_s, compile_s), workers)
 
 
-def run_together(jobs: list[Job], place: Room, limit: Limit, workers: int | None) -> Iterator[tuple[Job, RunResult]]:
+def run_together(
+    jobs: list[Job], group: PoolGroup, limit: TimeLimit, workers: int | None
+) -> Iterator[tuple[Job, RunResult]]:
     """Run jobs that may share processes, and yield each result as it comes."""
     done: queue.SimpleQueue[tuple[Job, Path, ProcessFuture]] = queue.SimpleQueue()
-    context = multiprocessing.get_context(place.start_method)
-    if place.start_method == "forkserver":
+    context = multiprocessing.get_context(group.start_method)
+    if group.start_method == "forkserver":
         context.set_forkserver_preload(["barchain.run.worker"])
     count = min(workers or os.cpu_count() or 1, len(jobs))
     with tempfile.TemporaryDirectory() as logs, one_thread_each():
-        pool = ProcessPool(count, max_tasks=place.runs_per_worker, context=context)
+        pool = ProcessPool(count, max_tasks=group.runs_per_worker, context=context)
         try:
             for number, job in enumerate(jobs, start=1):
                 log = Path(logs) / f"{number}.log"

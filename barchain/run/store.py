@@ -12,6 +12,7 @@ from barchain.record.files import write_atomically, write_parquet
 from barchain.run.job import Job, RunResult
 from reports.tables.crossval import METRIC_COLUMNS
 from reports.tables.outcome import Outcome
+from reports.tables.schema import read_record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -35,7 +36,7 @@ class Store:
         path = self.folder / "run.json"
         if not path.is_file():
             return {}
-        runs = json.loads(path.read_text(encoding="utf-8")).get("runs", [])
+        runs = read_record(path).get("runs", [])
         return {run["key"]: run for run in runs if run["outcome"] == Outcome.PASS}
 
     def recall(self, job: Job, earlier: dict[str, dict[str, Any]]) -> RunResult | None:

@@ -20,6 +20,8 @@ from barchain.solutions.certified_table import (
 )
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from adapters.trajectory import Array
     from scenarios import Scene
 
@@ -31,20 +33,25 @@ def make(scene: Scene) -> CertifiedTable:
     full = fresh(scene, every)
     row = np.searchsorted(full.trajectory.t_s, wanted[wanted <= full.trajectory.t_s[-1]])
     error = {name: values[row] for name, values in full.error.items()}
-    command = f"barchain truths {scene.name}"
+    command = maker(scene.name)
     return CertifiedTable(full.scene, full.physics, full.precision, command, taken(full.trajectory, row), error)
 
 
-def commit(scene: Scene) -> CertifiedTable:
-    """Make a truth and write it where it is committed."""
+def maker(name: str) -> str:
+    """Command that makes the certified solution of a shipped scene."""
+    return f"barchain certified {name} --out DIR"
+
+
+def commit(scene: Scene, folder: Path) -> CertifiedTable:
+    """Make a certified solution, and write its table into `folder` by the scene's name."""
     table = make(scene)
-    write_table(table_path(scene), table)
-    committed_tables.cache_clear()
+    write_table(folder / f"{scene.name}.csv", table)
+    committed_tables.cache_clear()  # the folder may be that of the committed tables
     return table
 
 
 @dataclass(frozen=True)
-class Check:
+class CommittedTableCheck:
     """How a fresh truth compares with the committed one."""
 
     scene: str
@@ -66,26 +73,26 @@ class Check:
         return f"{self.scene}: {self.fault or f'{verdict}, by {worst:.2f} of the error bars'}"
 
 
-def check(scene: Scene) -> Check:
+def check(scene: Scene) -> CommittedTableCheck:
     """Compare a fresh truth with the committed one, inside both error bars."""
     path = table_path(scene)
     if not path.is_file():
-        return Check(scene.name, {}, f"has no committed truth; make it: barchain truths {scene.name}")
+        return CommittedTableCheck(scene.name, {}, f"has no certified solution; make it: {maker(scene.name)}")
     try:
         kept = read_table(path)
     except DamagedTableError as error:
-        return Check(scene.name, {}, str(error))
+        return CommittedTableCheck(scene.name, {}, str(error))
     if kept.physics != physics_digest(scene):
-        return Check(scene.name, {}, f"has changed since; make it again: {kept.command}")
+        return CommittedTableCheck(scene.name, {}, f"has changed since; make it again: {kept.command}")
     return compare(scene.name, kept, make(scene))
 
 
-def compare(name: str, kept: CertifiedTable, again: CertifiedTable) -> Check:
+def compare(name: str, kept: CertifiedTable, again: CertifiedTable) -> CommittedTableCheck:
     """Differences of two truths at the same instants over their error bars."""
     if kept.trajectory.t_s.shape != again.trajectory.t_s.shape:
-        return Check(name, {}, f"has other instants than committed; make it again: {kept.command}")
+        return CommittedTableCheck(name, {}, f"has other instants than committed; make it again: {kept.command}")
     apart = differences(kept.trajectory, again.trajectory)
-    return Check(name, {k: share(d, kept.error[k] + again.error[k]) for k, d in apart.items()})
+    return CommittedTableCheck(name, {k: share(d, kept.error[k] + again.error[k]) for k, d in apart.items()})
 
 
 def share(apart: Array, allowed: Array) -> float:

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
-FINE_RTOL, CHECK_RTOL = 1e-30, 1e-28
-PRECISION = f"real128, tolerance {FINE_RTOL:g}, against real128, tolerance {CHECK_RTOL:g}"
-UNIT_ROUNDOFF = 2.0**-53
+CERTIFIED_RTOL, CERTIFIED_CHECK_RTOL = 1e-30, 1e-28
+PRECISION = f"real128, tolerance {CERTIFIED_RTOL:g}, against real128, tolerance {CERTIFIED_CHECK_RTOL:g}"
+UNIT_ROUNDOFF = 2.0**-53  # of double precision: largest relative error of rounding to nearest
 ROUNDED = 3.0  # the result's own rounding, and that of the two results whose difference is taken
 
 
@@ -32,7 +32,7 @@ def fresh(scene: Scene, times_s: Array) -> CertifiedTable:
     EngineError
         If either run fails.
     """
-    fine, check = (run(scene, times_s, rtol) for rtol in (FINE_RTOL, CHECK_RTOL))
+    fine, check = (run(scene, times_s, rtol) for rtol in (CERTIFIED_RTOL, CERTIFIED_CHECK_RTOL))
     return CertifiedTable(scene.name, physics_digest(scene), PRECISION, "", fine, error_bar(fine, check))
 
 

@@ -36,10 +36,10 @@ TRACK = ("com", "com_velocity")
 PARTED_RAD = 1e-2  # two runs whose attitudes differ by more have parted: nothing later is compared point by point
 
 
-def twin(scene: Scene) -> Scene:
+def with_perturbed_start(scene: Scene) -> Scene:
     """`scene` with every bar's angle and rate moved aside by :data:`TWIN_ASIDE`, in fixed arbitrary proportions."""
     chain = scene.chain
-    aside = PERTURBATION_RAD * moves_aside(chain.bars)
+    aside = PERTURBATION_RAD * perturbation_directions(chain.bars)
     unit = max(1.0, *(abs(a) for a in chain.rate_factor))
     moved = dataclasses.replace(
         chain,
@@ -49,7 +49,7 @@ def twin(scene: Scene) -> Scene:
     return dataclasses.replace(scene, chain=moved)
 
 
-def moves_aside(bars: int) -> Array:
+def perturbation_directions(bars: int) -> Array:
     """Fixed arbitrary proportions in which angles and rates are moved aside, (2, N), each 0.5 to 1 in size."""
     rng = np.random.default_rng(20020812)  # any fixed numbers do; the same in every run
     moves: Array = rng.choice([-1.0, 1.0], (2, bars)) * rng.uniform(0.5, 1.0, (2, bars))
@@ -101,8 +101,8 @@ def establish(
     amplification = attitude / attitude[0]
     looser = differences(solution, check)
     # the track's own error is no answer to an attitude 1e-10 rad aside: what the attitude does to it is integrated
-    response = answers(parted | track_response(scene, solution, aside), n, 0.0)
-    for name, other in answers({k: d for k, d in looser.items() if k not in TRACK}, n, PERTURBATION_RAD).items():
+    response = sensitivity(parted | track_response(scene, solution, aside), n, 0.0)
+    for name, other in sensitivity({k: d for k, d in looser.items() if k not in TRACK}, n, PERTURBATION_RAD).items():
         response[name] = np.maximum(response[name], other)  # another direction, once it stands out of round-off
     # between two runs that choose their steps a single sample says little: one step's request is allowed besides
     error = {name: np.maximum.accumulate(d)[:n] + SOLUTION_RTOL * response[name] for name, d in looser.items()}
@@ -115,7 +115,7 @@ def establish(
     )
 
 
-def answers(apart: dict[str, Array], n: int, least_rad: float) -> dict[str, Array]:
+def sensitivity(apart: dict[str, Array], n: int, least_rad: float) -> dict[str, Array]:
     """Change of each quantity per change of attitude between two runs, (n,), never falling; 0 below `least_rad`."""
     attitude = np.maximum.accumulate(apart["attitude"][:n])
     known = attitude > least_rad

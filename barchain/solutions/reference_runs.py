@@ -15,7 +15,7 @@ from barchain.solutions.reference import (
     ReferenceSolution,
     densely_sampled,
     establish,
-    twin,
+    with_perturbed_start,
 )
 from reports.tables.outcome import Outcome
 
@@ -53,7 +53,7 @@ def solution_jobs(scene: Scene, engine: str | None = None) -> list[Job]:
     return [
         job(scene, SOLUTION_RTOL, Role.SOLUTION),
         job(scene, SOLUTION_CHECK_RTOL, Role.SOLUTION_CHECK),
-        job(twin(scene), SOLUTION_RTOL, Role.TWIN),
+        job(with_perturbed_start(scene), SOLUTION_RTOL, Role.PERTURBED_START),
         job(densely_sampled(scene), FINE_RTOL, Role.FINE),
     ]
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 from pebble import ProcessPool
 
 from barchain.run.job import Job, RunResult
-from barchain.run.pool import Limit, collect
+from barchain.run.pool import TimeLimit, collect
 from barchain.run.threads import one_thread_each
 from barchain.run.worker import run_job
 from reports.tables.outcome import Outcome
@@ -102,7 +102,7 @@ def summed_up(found: list[RunResult]) -> RunResult:
     return RunResult(last.outcome, last.reason, last.trajectory, seconds)
 
 
-class Bench:
+class TimingBench:
     """One process for each engine, of which only one is at work."""
 
     def __init__(self, least_s: float = LEAST_S) -> None:
@@ -113,7 +113,7 @@ class Bench:
         self.logs = tempfile.TemporaryDirectory()
         self.threads = contextlib.ExitStack()
 
-    def __enter__(self) -> Bench:
+    def __enter__(self) -> TimingBench:
         """Pin the threads of all processes: a pool starts its own when it is first asked, and others after a crash."""
         self.threads.enter_context(one_thread_each())
         return self
@@ -135,7 +135,7 @@ class Bench:
     def run(self, job: Job, time_limit_s: float) -> RunResult:
         """One turn; the first on a scene, and the first after a crash, may import and compile besides."""
         log, pair = Path(self.logs.name) / f"{job.engine}.log", (job.engine, job.scene.digest)
-        allowed = time_limit_s if pair in self.started else Limit(time_limit_s).allowed_s(job) + STARTUP_S
+        allowed = time_limit_s if pair in self.started else TimeLimit(time_limit_s).allowed_s(job) + STARTUP_S
         future = self.pool(job.engine).schedule(turn, (job, log, self.least_s), timeout=allowed)
         result = collect(future, log, allowed)
         if "simulate" in result.seconds:

@@ -28,7 +28,7 @@ FEWEST = 3  # points of a fit: two always lie on a line
 
 
 @dataclass(frozen=True)
-class Fit:
+class OrderFit:
     """Straight line through a range of points in both logarithms."""
 
     order: Interval
@@ -53,7 +53,7 @@ def asymptotic(log_x: Array, log_error: Array, agree: tuple[float, float] = STRA
     return best
 
 
-def fit_order(x: Array, error: Array, agree: tuple[float, float] = STRAIGHT) -> Fit | None:
+def fit_order(x: Array, error: Array, agree: tuple[float, float] = STRAIGHT) -> OrderFit | None:
     """Order p of ``error = C x^p`` in the asymptotic range, with its interval; None if there is no such range.
 
     Parameters
@@ -75,7 +75,7 @@ def fit_order(x: Array, error: Array, agree: tuple[float, float] = STRAIGHT) -> 
     if n < FEWEST:
         return None
     spread = (float(np.exp(log_error[chosen].max())), float(np.exp(log_error[chosen].min())))
-    return Fit(slope(log_x[chosen], log_error[chosen]), n, spread)
+    return OrderFit(slope(log_x[chosen], log_error[chosen]), n, spread)
 
 
 def slope(x: Array, y: Array) -> Interval:

@@ -30,7 +30,7 @@ class Interval:
 
 
 @dataclass(frozen=True)
-class Curve:
+class WorkPrecisionCurve:
     """Points on the lower envelope, from the largest error to the least: costs rise along it."""
 
     error: Array
@@ -42,7 +42,7 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Place:
+class CurvePosition:
     """Where a target lies on a curve: between points `i` and `i + 1`, or on `i` if `weight` is 0."""
 
     i: int
@@ -52,7 +52,7 @@ class Place:
     """Whether even the coarsest point is better than the target"""
 
 
-def lower_envelope(error: Sequence[float], cost: Sequence[float], samples: Sequence[Array] = ()) -> Curve:
+def lower_envelope(error: Sequence[float], cost: Sequence[float], samples: Sequence[Array] = ()) -> WorkPrecisionCurve:
     """Keep the points that no other is both cheaper and more accurate than.
 
     Points whose error or cost is not a positive number are none.
@@ -63,7 +63,7 @@ def lower_envelope(error: Sequence[float], cost: Sequence[float], samples: Seque
         if not kept or error[k] < error[kept[-1]]:
             kept.append(k)
     taken = tuple(np.asarray(samples[k], float) for k in kept) if len(samples) else ()
-    return Curve(np.array([error[k] for k in kept]), np.array([cost[k] for k in kept]), taken)
+    return WorkPrecisionCurve(np.array([error[k] for k in kept]), np.array([cost[k] for k in kept]), taken)
 
 
 def positive(value: float) -> bool:
@@ -78,32 +78,32 @@ def on_front(error: Array, cost: Array) -> Array:
     return np.array([pair in pairs for pair in zip(error.tolist(), cost.tolist(), strict=True)], bool)
 
 
-def locate(curve: Curve, target: float) -> Place | None:
+def locate(curve: WorkPrecisionCurve, target: float) -> CurvePosition | None:
     """Where a curve reaches an error of `target`; None if it does not. Nothing is ever extrapolated."""
     if not len(curve.error) or curve.error[-1] > target:
         return None
     i = int(np.argmax(curve.error <= target))  # first point that is good enough
     if i == 0:
-        return Place(0, 0.0, at_most=bool(curve.error[0] < target))
+        return CurvePosition(0, 0.0, at_most=bool(curve.error[0] < target))
     high, low = np.log(curve.error[i - 1]), np.log(curve.error[i])
     weight = float((high - np.log(target)) / (high - low))
-    return Place(i, 0.0) if weight >= 1.0 else Place(i - 1, weight)
+    return CurvePosition(i, 0.0) if weight >= 1.0 else CurvePosition(i - 1, weight)
 
 
-def cost_at(curve: Curve, place: Place) -> float:
+def cost_at(curve: WorkPrecisionCurve, position: CurvePosition) -> float:
     """Cost interpolated in both logarithms."""
-    log_cost = np.log(curve.cost[place.i])
-    if place.weight:
-        log_cost += place.weight * (np.log(curve.cost[place.i + 1]) - log_cost)
+    log_cost = np.log(curve.cost[position.i])
+    if position.weight:
+        log_cost += position.weight * (np.log(curve.cost[position.i + 1]) - log_cost)
     return float(np.exp(log_cost))
 
 
-def parts(curve: Curve, place: Place, sign: float = 1.0) -> list[tuple[float, Array]]:
+def parts(curve: WorkPrecisionCurve, position: CurvePosition, sign: float = 1.0) -> list[tuple[float, Array]]:
     """Measured times that an interpolated cost is made of, each with its exponent."""
     if not curve.samples:
         return []
-    found = [(sign * (1.0 - place.weight), curve.samples[place.i])]
-    return [*found, (sign * place.weight, curve.samples[place.i + 1])] if place.weight else found
+    found = [(sign * (1.0 - position.weight), curve.samples[position.i])]
+    return [*found, (sign * position.weight, curve.samples[position.i + 1])] if position.weight else found
 
 
 def interval(value: float, made_of: list[tuple[float, Array]]) -> Interval:

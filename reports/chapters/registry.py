@@ -1,4 +1,4 @@
-"""The chapters of all studies, in the order in which the report shows them."""
+"""Chapters of all studies, in the order of the report."""
 
 from __future__ import annotations
 
@@ -12,17 +12,19 @@ from reports.chapters.selftest.view import view_selftest
 from reports.chapters.stability.view import view_stability
 
 CHAPTERS = (
-    Chapter("cost", "what accuracy costs", ("points.csv", "run.json"), view_cost, "ratios.md"),
-    Chapter("scaling", "what more bars cost", ("points.csv", "fits.csv", "record.json"), view_scaling, "scaling.md"),
-    Chapter("roundoff", "what round-off leaves", ("record.json",), view_roundoff, "roundoff.md"),
-    Chapter("effects", "what each effect is worth", ("effects.csv", "record.json"), view_effects, "effects.md"),
+    Chapter("cost", "Cost of accuracy", ("points.csv", "run.json"), view_cost, "ratios.md"),
     Chapter(
-        "selftest", "detection of planted faults", ("selftest.csv", "selftest.json"), view_selftest, "selftest.md",
+        "scaling", "Cost against the number of bars", ("points.csv", "fits.csv", "record.json"), view_scaling,
+        "scaling.md",
+    ), Chapter("roundoff", "Round-off in absolute and relative coordinates", ("record.json",), view_roundoff,
+    "roundoff.md"), Chapter("effects", "Relevance of each effect", ("effects.csv", "record.json"), view_effects,
+    "effects.md"), Chapter(
+        "selftest", "Detection of seeded faults", ("selftest.csv", "selftest.json"), view_selftest, "selftest.md",
         in_report=False,
     ),
     Chapter(
-        "stability", "numerical stability on hard scenes", ("outcomes.csv", "evidence.csv", "run.json"),
+        "stability", "Numerical stability on hard scenes", ("outcomes.csv", "evidence.csv", "run.json"),
         view_stability, "stability.md", in_report=False,
     ),
-    Chapter("ensemble", "ensemble of perturbed runs", ("quantiles.csv", "record.json"), view_ensemble, in_report=False),
+    Chapter("ensemble", "Ensemble of perturbed runs", ("quantiles.csv", "record.json"), view_ensemble, in_report=False),
 )  # fmt: skip

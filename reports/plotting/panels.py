@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 
 from reports.plotting.palette import COLOURS, Pen
-from reports.plotting.series import Array, Floor, floor_of, thin
+from reports.plotting.series import Array, DecadeRange, floor_of, thin
 from reports.plotting.svg import TEXT_SIZE, figure, inline
 from reports.text.numerals import power_of_ten
 
@@ -65,7 +65,7 @@ class Panel:
 
 
 @dataclass
-class Frame:
+class ChartFrame:
     """What a panel says on its axes."""
 
     name: str
@@ -79,7 +79,7 @@ class Frame:
     mark_label: str = ""
 
 
-def blank_axes(frame: Frame) -> Axes:
+def blank_axes(frame: ChartFrame) -> Axes:
     """Axes with the page's own look: no box, a light grid, the unit above the vertical axis."""
     made = figure(WIDTH, HEIGHT)
     ax = made.add_axes(
@@ -113,7 +113,7 @@ def dress(ax: Axes) -> None:
     ax.grid(axis="y", color=COLOURS["grid"].stand_in, linewidth=0.8)
 
 
-def linear_panel(frame: Frame) -> Panel | None:
+def linear_panel(frame: ChartFrame) -> Panel | None:
     """Panel on a linear axis; None if there is nothing finite to draw."""
     if not any(np.isfinite(line.y).any() for line in frame.lines):
         return None
@@ -128,7 +128,7 @@ def linear_panel(frame: Frame) -> Panel | None:
     return Panel(frame.title, finish(ax, frame))
 
 
-def draw_mark(ax: Axes, frame: Frame, at: float) -> None:
+def draw_mark(ax: Axes, frame: ChartFrame, at: float) -> None:
     """Thin vertical line, labelled above the plot on whichever side of it has more room."""
     left, right = frame.x_span
     late = at > 0.5 * (left + right)
@@ -145,7 +145,7 @@ def draw_mark(ax: Axes, frame: Frame, at: float) -> None:
     )
 
 
-def widen_flat(ax: Axes, frame: Frame) -> None:
+def widen_flat(ax: Axes, frame: ChartFrame) -> None:
     """Keep a curve that is constant but for round-off from filling its axis with the round-off."""
     values = np.concatenate([line.y[np.isfinite(line.y)] for line in frame.lines])
     size, spread = float(np.abs(values).max()), float(np.ptp(values))
@@ -154,7 +154,7 @@ def widen_flat(ax: Axes, frame: Frame) -> None:
         ax.set_ylim(middle - 0.5 * size, middle + 0.5 * size)
 
 
-def log_panel(frame: Frame) -> Panel | None:
+def log_panel(frame: ChartFrame) -> Panel | None:
     """Panel on a log axis; None if nothing is above zero.
 
     An exact zero has no place on it: it is left out, and counted in the note unless it is the first
@@ -187,7 +187,7 @@ def without_zeros(line: Line) -> Line:
     return replace(line, x=line.x[kept], y=line.y[kept], tolerance=tolerance)
 
 
-def log_axis(ax: Axes, floor: Floor) -> None:
+def log_axis(ax: Axes, floor: DecadeRange) -> None:
     """Log scale with at most :data:`MOST_TICKS` labelled decades."""
     ax.set_yscale("log", nonpositive="mask")
     first, last = round(np.log10(floor.low)), round(np.log10(floor.high))
@@ -198,7 +198,7 @@ def log_axis(ax: Axes, floor: Floor) -> None:
     ax.set_ylim(floor.low, floor.high)
 
 
-def draw_log(ax: Axes, line: Line, floor: Floor) -> int:
+def draw_log(ax: Axes, line: Line, floor: DecadeRange) -> int:
     """Draw a line and its tolerance; how many of its samples lie at the edge."""
     y, lifted = floor.lift(line.y)
     draw(ax, line, *thin(line.x, y))
@@ -234,7 +234,7 @@ def draw(ax: Axes, line: Line, x: Array, y: Array) -> None:
         ax.plot(x[end], y[end], "|", color=colour, markersize=15, markeredgewidth=1.8, clip_on=False)
 
 
-def finish(ax: Axes, frame: Frame) -> Markup:
+def finish(ax: Axes, frame: ChartFrame) -> Markup:
     """SVG of the axes' figure."""
     found = ax.get_figure(root=True)
     assert found is not None

@@ -55,7 +55,7 @@ def thin(x: Array, y: Array, most: int = MOST_POINTS) -> tuple[Array, Array]:
 
 
 @dataclass(frozen=True)
-class Floor:
+class DecadeRange:
     """Lower and upper edge of a log axis."""
 
     low: float
@@ -67,7 +67,7 @@ class Floor:
         return np.where(below, self.low, y), int(below.sum())
 
 
-def floor_of(curves: list[Array]) -> Floor | None:
+def floor_of(curves: list[Array]) -> DecadeRange | None:
     """Whole decades around all positive values of `curves`; None if there are none."""
     positive = [c[np.isfinite(c) & (c > 0.0)] for c in curves]
     values = np.concatenate(positive) if positive else np.empty(0)
@@ -77,4 +77,4 @@ def floor_of(curves: list[Array]) -> Floor | None:
     low = max(int(np.floor(np.log10(values.min()) + 1e-9)), high - MOST_DECADES)
     if high - low < 2:
         low -= 1
-    return Floor(10.0**low, 10.0**high)
+    return DecadeRange(10.0**low, 10.0**high)

@@ -15,14 +15,16 @@ A folder ``cost`` inside a result folder holds
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+from reports.tables.files import read_csv
+from reports.tables.schema import read_record
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    import pandas as pd
 
 FOLDER = "cost"
 BASELINE = "reference-fast"  # times are also given over this engine's
@@ -56,16 +58,9 @@ def read_cost(folder: Path) -> CostTables:
     ------
     FileNotFoundError
         If a table is missing.
+    SchemaVersionError
+        If the record has another schema version.
     """
     inside = folder / FOLDER
-    tables = {name: read_table(inside / f"{name}.csv") for name in ("points", "orders", "reach", "price")}
-    return CostTables(**tables, record=json.loads((inside / "run.json").read_text(encoding="utf-8")))
-
-
-def read_table(path: Path) -> pd.DataFrame:
-    """Read a table; words are words even where they are empty, other empty cells are NaN."""
-    table = pd.read_csv(path, keep_default_na=False, na_values=[""])
-    for name in WORDS:
-        if name in table:
-            table[name] = table[name].astype(object).fillna("").astype(str)
-    return table
+    tables = {name: read_csv(inside / f"{name}.csv", WORDS) for name in ("points", "orders", "reach", "price")}
+    return CostTables(**tables, record=read_record(inside / "run.json"))

@@ -20,11 +20,12 @@ A result folder holds
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
+
+from reports.tables.schema import SchemaVersionError, read_record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -105,14 +106,18 @@ def read_results(folder: Path) -> Results:
         If it holds no ``metrics.csv`` or no ``run.json``.
     DamagedResultsError
         If one of them can't be read, or ``metrics.csv`` lacks a column.
+    SchemaVersionError
+        If the record has another schema version.
     """
     for name in ("metrics.csv", "run.json"):
         if not (folder / name).is_file():
             raise FileNotFoundError(f"{folder}: no {name} there; give a folder that compare or crossval wrote")
     empty = {"value": [""], "tolerance": [""], "limit_s": [""]}
     try:
+        record = read_record(folder / "run.json")
         metrics = pd.read_csv(folder / "metrics.csv", keep_default_na=False, na_values=empty)
-        record = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    except SchemaVersionError:
+        raise
     except ValueError as error:  # pandas' and json's own are ValueErrors
         raise DamagedResultsError(f"{folder}: metrics.csv or run.json is damaged: {error}") from None
     lacking = [name for name in METRIC_COLUMNS if name not in metrics]

@@ -10,15 +10,17 @@ A folder ``effects`` inside a result folder holds
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+from reports.tables.files import read_csv
+from reports.tables.schema import read_record
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    import pandas as pd
 
 FOLDER = "effects"
 SIZES = ("between", "torque", "common")
@@ -37,7 +39,7 @@ WORDS = ("effect", "title", "kind", "said", "reason", "caveat", "engine", "ended
 UNITS = {"com": "m", "attitude": "rad", "reaction": "N"}
 
 
-class Kind(StrEnum):
+class EffectKind(StrEnum):
     """What an effect is to a scene."""
 
     GRAVITY = "gravity"
@@ -63,9 +65,9 @@ def read_effects(folder: Path) -> EffectsTables:
     ------
     FileNotFoundError
         If a table is missing.
+    SchemaVersionError
+        If the record has another schema version.
     """
     inside = folder / FOLDER
-    table = pd.read_csv(inside / "effects.csv", keep_default_na=False, na_values=[""]).reindex(columns=COLUMNS)
-    for name in WORDS:
-        table[name] = table[name].astype(object).fillna("").astype(str)
-    return EffectsTables(table, json.loads((inside / "record.json").read_text(encoding="utf-8")))
+    table = read_csv(inside / "effects.csv", WORDS).reindex(columns=COLUMNS)
+    return EffectsTables(table, read_record(inside / "record.json"))

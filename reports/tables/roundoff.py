@@ -26,14 +26,16 @@ A folder ``roundoff`` inside a result folder holds, each error as quantiles over
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+from reports.tables.files import read_csv
+from reports.tables.schema import read_record
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    import pandas as pd
 
 FOLDER = "roundoff"
 SPREAD = ("q05", "median", "q95", "largest", "members")
@@ -100,19 +102,10 @@ def read_roundoff(folder: Path) -> RoundoffTables:
     ------
     FileNotFoundError
         If it holds none.
+    SchemaVersionError
+        If the record has another schema version.
     """
     inside = folder / FOLDER
-    record = json.loads((inside / "record.json").read_text(encoding="utf-8"))
+    record = read_record(inside / "record.json")
     names = [f.name for f in fields(RoundoffTables) if f.name != "record"]
-    return RoundoffTables(**{n: read_table(inside / f"{n}.csv", n) for n in names}, record=record)
-
-
-def read_table(path: Path, name: str) -> pd.DataFrame:
-    """Read a table, empty if it is not there; words are words even where they are empty, other empty cells NaN."""
-    if not path.is_file():
-        return pd.DataFrame(columns=list(COLUMNS[name]))
-    table = pd.read_csv(path, keep_default_na=False, na_values=[""])
-    for word in WORDS:
-        if word in table:
-            table[word] = table[word].astype(object).fillna("").astype(str)
-    return table
+    return RoundoffTables(**{n: read_csv(inside / f"{n}.csv", WORDS, COLUMNS[n]) for n in names}, record=record)

@@ -12,15 +12,17 @@ A folder ``selftest`` inside a result folder holds
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+from reports.tables.files import read_csv
+from reports.tables.schema import read_record
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    import pandas as pd
 
 FOLDER = "selftest"
 COLUMNS = ("fault", "scene", "fate", "why", "quantity", "check", "ratio", "killed", "reason")
@@ -31,7 +33,7 @@ SMALLEST = ("fault", "scene", "caught", "missed", "quantity", "check")
 WORDS = ("fault", "scene", "fate", "why", "quantity", "check", "reason")
 
 
-class Fate(StrEnum):
+class FaultOutcome(StrEnum):
     """What became of a fault in a scene."""
 
     KILLED = "killed"
@@ -49,13 +51,13 @@ class Fate(StrEnum):
 
 
 ADVICE = {
-    Fate.KILLED: "A check refuses the spoilt engine.",
-    Fate.SURVIVES: "It shows in no check of this scene: all it changes is within what is allowed.",
-    Fate.INVISIBLE: "It changes no observable beyond rounding, as was proven and measured.",
-    Fate.NOTHING: "The scene has nothing that the fault could spoil.",
-    Fate.CLEAN: "A control: nothing is wrong, and no check says so.",
-    Fate.FALSE_ALARM: "A control that a check refuses: the check is wrong.",
-    Fate.BROKEN: "The spoilt engine fails where it should run: the fault is not put in as it is meant.",
+    FaultOutcome.KILLED: "A check refuses the spoilt engine.",
+    FaultOutcome.SURVIVES: "It shows in no check of this scene: all it changes is within what is allowed.",
+    FaultOutcome.INVISIBLE: "It changes no observable beyond rounding, as was proven and measured.",
+    FaultOutcome.NOTHING: "The scene has nothing that the fault could spoil.",
+    FaultOutcome.CLEAN: "A control: nothing is wrong, and no check says so.",
+    FaultOutcome.FALSE_ALARM: "A control that a check refuses: the check is wrong.",
+    FaultOutcome.BROKEN: "The spoilt engine fails where it should run: the fault is not put in as it is meant.",
 }
 
 
@@ -75,18 +77,10 @@ def read_selftest(folder: Path) -> SelftestTables:
     ------
     FileNotFoundError
         If a table is missing.
+    SchemaVersionError
+        If the record has another schema version.
     """
     inside = folder / FOLDER
-    cells = read_words(inside / "selftest.csv")
-    path = inside / "smallest.csv"
-    smallest = read_words(path) if path.is_file() else pd.DataFrame(columns=list(SMALLEST))
-    return SelftestTables(cells, smallest, json.loads((inside / "selftest.json").read_text(encoding="utf-8")))
-
-
-def read_words(path: Path) -> pd.DataFrame:
-    """Table whose words are never missing."""
-    table = pd.read_csv(path, keep_default_na=False, na_values=[""])
-    for name in WORDS:
-        if name in table:
-            table[name] = table[name].astype(object).fillna("").astype(str)
-    return table
+    cells = read_csv(inside / "selftest.csv", WORDS)
+    smallest = read_csv(inside / "smallest.csv", WORDS, SMALLEST)
+    return SelftestTables(cells, smallest, read_record(inside / "selftest.json"))

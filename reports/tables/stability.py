@@ -20,12 +20,14 @@ A folder ``stability`` inside a result folder holds
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
+
+from reports.tables.files import read_csv
+from reports.tables.schema import read_record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -111,24 +113,15 @@ def read_stability(folder: Path) -> StabilityTables:
     ------
     FileNotFoundError
         If a table is missing.
+    SchemaVersionError
+        If the record has another schema version.
     """
     inside = folder / FOLDER
     tables = {
-        "outcomes": read_words(inside / "outcomes.csv", OUTCOMES),
-        "evidence": read_words(inside / "evidence.csv", EVIDENCE),
-        "laws": read_words(inside / "laws.csv", LAWS),
-        "long": read_words(inside / "long.csv", SERIES),
-        "plain": read_words(inside / "plain.csv", PLAIN),
+        "outcomes": read_csv(inside / "outcomes.csv", WORDS, OUTCOMES),
+        "evidence": read_csv(inside / "evidence.csv", WORDS, EVIDENCE),
+        "laws": read_csv(inside / "laws.csv", WORDS, LAWS),
+        "long": read_csv(inside / "long.csv", WORDS, SERIES),
+        "plain": read_csv(inside / "plain.csv", WORDS, PLAIN),
     }
-    return StabilityTables(inside, **tables, record=json.loads((inside / "run.json").read_text(encoding="utf-8")))
-
-
-def read_words(path: Path, columns: tuple[str, ...]) -> pd.DataFrame:
-    """Table whose words are never missing; an empty one where there is none."""
-    if not path.is_file():
-        return pd.DataFrame(columns=list(columns))
-    table = pd.read_csv(path, keep_default_na=False, na_values=[""])
-    for name in WORDS:
-        if name in table:
-            table[name] = table[name].astype(object).fillna("").astype(str)
-    return table
+    return StabilityTables(inside, **tables, record=read_record(inside / "run.json"))

@@ -1,24 +1,23 @@
-"""Checks that concern several tables of a scene file."""
+"""Checks that concern several tables of a scene file. Each is made here only."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING
 
-from scenarios.toml.tables import each
+from scenarios.toml.tables import each, slender_inertia
 
 if TYPE_CHECKING:
     from scenarios.toml.schema import SceneTables
-    from scenarios.toml.tables import EffectsTable
 
 SLENDER_SLACK = 1e-9  # of m l²/12: a moment of inertia written with nine digits is that of a slender bar
 MOST_SCALE_HEIGHTS = 30.0  # between the density's height and the chain: e^30 times the density is a mistaken unit
 
 
 def check_effects(scene: SceneTables) -> None:
-    """Refuse effects that the chain, the gravity or another effect leaves no room for."""
+    """Reject effects that contradict the chain, the gravity or another effect."""
+    check_bars(scene)
     check_prescriptions(scene)
-    check_ends(scene)
     check_lists(scene)
     check_widths(scene)
     check_air(scene)
@@ -27,12 +26,10 @@ def check_effects(scene: SceneTables) -> None:
 
 
 def check_prescriptions(scene: SceneTables) -> None:
-    """Each bar has at most one law, exists, and has a neighbour if a joint drives it."""
+    """Check that each bar has at most one law, and a neighbour if a motor in a joint drives it."""
     seen: set[int] = set()
     for i, p in enumerate(scene.effects.prescribed_rotation):
         where = f"effects.prescribed_rotation[{i}].bar"
-        if p.bar > scene.chain.bars:
-            raise ValueError(f"{where}: {p.bar} given, allowed: 1 to {scene.chain.bars}")
         if p.bar in seen:
             raise ValueError(f"{where}: bar {p.bar} already has a prescribed rotation; allowed: one for each bar")
         if p.actuator == "joint" and scene.chain.bars == 1:
@@ -52,16 +49,16 @@ def joint_of_motor(bar: int) -> int:
     return max(bar - 1, 1)
 
 
-def check_ends(scene: SceneTables) -> None:
-    """Thrusts and impulses are on bars that there are."""
-    for name in ("thrust", "impulse"):
+def check_bars(scene: SceneTables) -> None:
+    """Check that prescribed rotations, thrusts and impulses are on bars of the chain."""
+    for name in ("prescribed_rotation", "thrust", "impulse"):
         for i, p in enumerate(getattr(scene.effects, name)):
             if p.bar > scene.chain.bars:
                 raise ValueError(f"effects.{name}[{i}].bar: {p.bar} given, allowed: 1 to {scene.chain.bars}")
 
 
 def check_lists(scene: SceneTables) -> None:
-    """Lists have one value per bar, or per joint."""
+    """Check that lists have one value per bar, or per joint."""
     effects, bars = scene.effects, scene.chain.bars
     for name in ("drag", "solar_pressure"):
         table = getattr(effects, name)
@@ -85,7 +82,7 @@ def check_lists(scene: SceneTables) -> None:
 
 
 def check_widths(scene: SceneTables) -> None:
-    """A bar is no wider than it is long."""
+    """Check that no bar is wider than long."""
     chain = scene.chain
     length = each(chain.length_m, chain.bars)
     for name in ("drag", "solar_pressure"):
@@ -101,7 +98,7 @@ def check_widths(scene: SceneTables) -> None:
 
 
 def check_air(scene: SceneTables) -> None:
-    """The density is told near enough to the chain for its exponential to mean anything there."""
+    """Check that the chain starts within :data:`MOST_SCALE_HEIGHTS` of the height of the given density."""
     air, start_m = scene.effects.drag, scene.orbit.altitude_m
     if air is None:
         return
@@ -115,31 +112,23 @@ def check_air(scene: SceneTables) -> None:
 
 
 def check_fields(scene: SceneTables) -> None:
-    """Fields besides the central one need that; a third body is beyond the chain."""
-    effects: EffectsTable = scene.effects
+    """Check that oblateness and third bodies come with a central body that attracts."""
+    effects = scene.effects
     for name in ("oblateness", "third_body"):
         if getattr(effects, name) and effects.gravity == "none":
             raise ValueError(
                 f'effects.{name}: the central body does not pull (gravity = "none"); allowed: with gravity'
             )
-    beyond = scene.central_body.radius_m + scene.orbit.altitude_m
-    for i, body in enumerate(effects.third_body):
-        if body.distance_m is not None and body.distance_m <= beyond:
-            raise ValueError(
-                f"effects.third_body[{i}].distance_m: {body.distance_m:g} given, "
-                f"allowed: more than the chain's own distance, {beyond:g}"
-            )
 
 
 def check_slender(scene: SceneTables) -> None:
-    """The exact slender bar is uniform: it has its own moment of inertia."""
+    """Check that a bar under the exact gravity of slender bars has a uniform bar's moment of inertia."""
     chain = scene.chain
     if scene.effects.gravity != "slender" or chain.inertia_kg_m2 is None:
         return
-    columns = (chain.mass_kg, chain.length_m, chain.inertia_kg_m2)
-    rows = zip(*(c if isinstance(c, list) else [c] * chain.bars for c in columns), strict=True)
-    for j, (mass, length, inertia) in enumerate(rows, start=1):
-        slender = mass * length * length / 12.0
+    columns = (each(c, chain.bars) for c in (chain.mass_kg, chain.length_m, chain.inertia_kg_m2))
+    for j, (mass, length, inertia) in enumerate(zip(*columns, strict=True), start=1):
+        slender = slender_inertia(mass, length)
         if abs(inertia - slender) > SLENDER_SLACK * slender:
             raise ValueError(
                 f'chain.inertia_kg_m2: {inertia:g} given for bar {j}, allowed with gravity = "slender": {slender:.10g} '
@@ -148,11 +137,11 @@ def check_slender(scene: SceneTables) -> None:
 
 
 def check_run_is_bound(scene: SceneTables) -> None:
-    """`orbits` counts periods, so it needs an orbit that has one."""
+    """Check that a duration in orbits comes with a bound orbit, which has a period."""
     if scene.run.orbits is None:
         return
     if scene.effects.gravity == "none":
-        raise ValueError("run.orbits: without gravity there is no period to count in; give duration_s")
+        raise ValueError("run.orbits: without gravity the orbit has no period; give duration_s")
     if scene.orbit.speed_factor**2 >= 2.0:
         raise ValueError(
             f"run.orbits: the orbit is not bound (speed_factor = {scene.orbit.speed_factor:g}, allowed below sqrt(2)); "
@@ -161,7 +150,7 @@ def check_run_is_bound(scene: SceneTables) -> None:
 
 
 def check_above_surface(scene: SceneTables) -> None:
-    """The whole chain, stretched towards the centre, must start above the surface."""
+    """Check that the whole chain, stretched towards the centre, starts above the surface."""
     length = scene.chain.length_m
     size_m = math.fsum(length) if isinstance(length, list) else scene.chain.bars * length
     if size_m >= scene.orbit.altitude_m:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from scenarios.forces import (
@@ -22,15 +22,17 @@ from scenarios.forces import (
     ThirdBody,
     Thrust,
 )
-from scenarios.scene import CentralBody, Chain, Orbit, Run, Scene
+from scenarios.scene import CentralBody, Chain, Orbit, Run, Scene, period_s, start_radius_m
 from scenarios.toml.alignment import NEAR, on_sample, table_on_samples, turn_on_samples
 from scenarios.toml.start import start_note
-from scenarios.toml.tables import THIRD_BODIES, each
+from scenarios.toml.tables import THIRD_BODIES, each, slender_inertia
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from scenarios.scene import Array
     from scenarios.toml.file import SceneFile
-    from scenarios.toml.schema import ChainTable
+    from scenarios.toml.schema import ChainTable, RunTable
     from scenarios.toml.tables import (
         DragTable,
         EffectsTable,
@@ -44,7 +46,16 @@ if TYPE_CHECKING:
 
 
 class IncompleteError(ValueError):
-    """Tables that are valid by themselves don't make a scene together."""
+    """Tables that are valid by themselves, but make no scene together."""
+
+
+@contextmanager
+def located(key: str) -> Iterator[None]:
+    """Name the key of a fault that is found inside."""
+    try:
+        yield
+    except ValueError as error:
+        raise IncompleteError(f"{key}: {error}") from None
 
 
 def resolve(file: SceneFile, name: str) -> Scene:
@@ -53,29 +64,38 @@ def resolve(file: SceneFile, name: str) -> Scene:
     Raises
     ------
     IncompleteError
-        If a thrust or an impulse is not within the run, or two of an effect's instants are next to one sample.
+        If a third body is inside the chain's orbit, a thrust or an impulse is not within the run, or two instants of an
+        effect are next to one sample.
     """
-    scene = Scene(
+    body = CentralBody(file.central_body.mu_m3_s2, file.central_body.radius_m)
+    orbit = Orbit(file.orbit.altitude_m, file.orbit.speed_factor, math.radians(file.orbit.longitude_deg))
+    run = resolve_run(file.run, body, orbit, Gravity(file.effects.gravity))
+    return Scene(
         name=name,
         title=file.title,
         source=file.source,
         description=" ".join(f"{file.description} {start_note(file.chain)}".split()),
         tags=tuple(file.tags),
-        central_body=CentralBody(file.central_body.mu_m3_s2, file.central_body.radius_m),
-        orbit=Orbit(file.orbit.altitude_m, file.orbit.speed_factor, math.radians(file.orbit.longitude_deg)),
+        central_body=body,
+        orbit=orbit,
         chain=resolve_chain(file.chain),
-        effects=Effects(Gravity(file.effects.gravity)),
-        run=Run(file.run.duration_s or 0.0, file.run.samples),
+        effects=resolve_effects(file.effects, body, start_radius_m(body, orbit), file.chain.bars, run.times_s),
+        run=run,
     )
-    if file.run.orbits is not None:
-        scene = dataclasses.replace(scene, run=Run(file.run.orbits * scene.period_s, file.run.samples))
-    return dataclasses.replace(scene, effects=resolve_effects(file.effects, scene))
+
+
+def resolve_run(table: RunTable, body: CentralBody, orbit: Orbit, gravity: Gravity) -> Run:
+    """Run whose duration is in seconds; the table gives either seconds or periods of the orbit."""
+    if table.duration_s is not None:
+        return Run(table.duration_s, table.samples)
+    assert table.orbits is not None
+    return Run(table.orbits * period_s(body, orbit, gravity), table.samples)
 
 
 def resolve_chain(table: ChainTable) -> Chain:
     """Chain with one value per bar."""
     mass, length = each(table.mass_kg, table.bars), each(table.length_m, table.bars)
-    slender = tuple(m * size * size / 12.0 for m, size in zip(mass, length, strict=True))
+    slender = tuple(map(slender_inertia, mass, length))
     return Chain(
         mass_kg=mass,
         length_m=length,
@@ -86,15 +106,14 @@ def resolve_chain(table: ChainTable) -> Chain:
     )
 
 
-def resolve_effects(table: EffectsTable, scene: Scene) -> Effects:
-    """Effects of a scene that has everything else."""
-    bars, times_s = scene.bars, scene.times_s
+def resolve_effects(table: EffectsTable, body: CentralBody, radius0_m: float, bars: int, times_s: Array) -> Effects:
+    """Effects on a chain of some bars that starts `radius0_m` from the centre and is sampled at `times_s`, (n,)."""
     oblate, light, springs = table.oblateness, table.solar_pressure, table.joint_spring_damper
     return Effects(
         gravity=Gravity(table.gravity),
         prescribed_rotation=tuple(resolve_rotation(i, p, times_s) for i, p in enumerate(table.prescribed_rotation)),
-        oblateness=None if oblate is None else Oblateness(oblate.j2, oblate.radius_m or scene.central_body.radius_m),
-        third_body=tuple(resolve_third_body(b, scene) for b in table.third_body),
+        oblateness=None if oblate is None else Oblateness(oblate.j2, oblate.radius_m or body.radius_m),
+        third_body=resolve_third_bodies(table.third_body, body, radius0_m),
         drag=None if table.drag is None else resolve_drag(table.drag, bars),
         solar_pressure=None if light is None else resolve_solar_pressure(light, bars),
         joint_spring_damper=None if springs is None else resolve_springs(springs, bars - 1),
@@ -104,38 +123,49 @@ def resolve_effects(table: EffectsTable, scene: Scene) -> Effects:
 
 
 def resolve_rotation(index: int, p: PrescribedRotationTable, times_s: Array) -> PrescribedRotation:
-    """Prescribed rotation in radians, its ends on the samples that they are next to.
+    """Prescribed rotation in radians; its ends are moved to samples next to them.
 
     Raises
     ------
     IncompleteError
-        If both are next to one sample.
+        If both ends are next to one sample.
     """
-    try:
+    with located(f"effects.prescribed_rotation[{index}]"):
         start_s, duration_s = turn_on_samples(p.start_s, p.duration_s, times_s)
-    except ValueError as error:
-        raise IncompleteError(f"effects.prescribed_rotation[{index}]: {error}") from None
     return PrescribedRotation(
         p.bar, math.radians(p.amplitude_deg), duration_s, start_s, Frame(p.frame), Actuator(p.actuator)
     )
 
 
-def resolve_third_body(table: ThirdBodyTable, scene: Scene) -> ThirdBody:
-    """Third body with the rate of its circular orbit about the centre, by Kepler's third law of two bodies.
+def resolve_third_bodies(tables: list[ThirdBodyTable], central: CentralBody, radius0_m: float) -> tuple[ThirdBody, ...]:
+    """Third bodies in the order of their tables.
 
     Raises
     ------
     IncompleteError
-        If the chain is not inside its orbit.
+        If the chain starts outside the orbit of one of them.
+    """
+    bodies = []
+    for i, table in enumerate(tables):
+        with located(f"effects.third_body[{i}].distance_m"):
+            bodies.append(resolve_third_body(table, central, radius0_m))
+    return tuple(bodies)
+
+
+def resolve_third_body(table: ThirdBodyTable, central: CentralBody, radius0_m: float) -> ThirdBody:
+    """Third body with the rate of its circular orbit about the centre, by Kepler's third law of two bodies.
+
+    Raises
+    ------
+    ValueError
+        If the chain, which starts `radius0_m` from the centre, is not inside that orbit.
     """
     known = THIRD_BODIES.get(table.body, (0.0, 0.0))
     mu, distance = table.mu_m3_s2 or known[0], table.distance_m or known[1]
-    if distance <= scene.radius0_m:
-        raise IncompleteError(
-            f"effects.third_body: the chain starts {scene.radius0_m:g} m from the centre, "
-            f"allowed: less than the distance of the {table.body}, {distance:g} m"
-        )
-    rate = math.sqrt((scene.central_body.mu_m3_s2 + mu) / distance**3)
+    if distance <= radius0_m:
+        own = f"{distance:g} given" if table.distance_m else f"the {table.body} is {distance:g} m from the centre"
+        raise ValueError(f"{own}, allowed: more than the chain's own initial distance, {radius0_m:g} m")
+    rate = math.sqrt((central.mu_m3_s2 + mu) / distance**3)
     return ThirdBody(table.body, mu, distance, math.radians(table.longitude_deg), rate)
 
 
@@ -174,12 +204,12 @@ def resolve_springs(table: JointSpringDamperTable, joints: int) -> JointSpringDa
 
 
 def resolve_thrust(index: int, table: ThrustTable, times_s: Array) -> Thrust:
-    """Thrust as a table in time, its instants on the samples that they are next to.
+    """Thrust as a table in time; its instants are moved to samples next to them.
 
     Raises
     ------
     IncompleteError
-        If it does not begin before the end of the run, or two instants are next to one sample.
+        If the thrust does not begin before the end of the run, or two instants are next to one sample.
     """
     where, run_s = f"effects.thrust[{index}]", float(times_s[-1])
     given, force = thrust_table(table, run_s)
@@ -187,15 +217,13 @@ def resolve_thrust(index: int, table: ThrustTable, times_s: Array) -> Thrust:
     if begins >= run_s:
         key = "start_s" if table.times_s is None else "times_s"
         raise IncompleteError(f"{where}.{key}: begins at {begins:g} s, allowed: before the end of the run, {run_s:g} s")
-    try:
+    with located(where):
         instants_s = table_on_samples(given, times_s)
-    except ValueError as error:
-        raise IncompleteError(f"{where}: {error}") from None
     return Thrust(table.bar, End(table.end), Axes(table.axes), math.radians(table.direction_deg), instants_s, force)
 
 
 def thrust_table(table: ThrustTable, run_s: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Instants (s) and sizes (N) of a thrust; a constant one has two equal entries."""
+    """Instants (s) and sizes (N) of a thrust; a constant thrust has two equal sizes."""
     if table.times_s is not None:
         return tuple(map(float, table.times_s)), each(table.force_N, len(table.times_s))
     start = table.start_s or 0.0
@@ -204,12 +232,12 @@ def thrust_table(table: ThrustTable, run_s: float) -> tuple[tuple[float, ...], t
 
 
 def resolve_impulse(index: int, table: ImpulseTable, times_s: Array) -> Impulse:
-    """Impulse in radians, on the sample that it is next to.
+    """Impulse in radians; its instant is moved to a sample next to it.
 
     Raises
     ------
     IncompleteError
-        If it is not between the start and the end of the run: a blow at the start is another initial state.
+        If the impulse is not between the start and the end of the run: at the start it is another initial state.
     """
     at_s, run_s = on_sample(table.at_s, times_s), float(times_s[-1])
     if not 0.0 < at_s < run_s:

@@ -34,6 +34,11 @@ def each(value: float | list[float], count: int) -> tuple[float, ...]:
     return tuple(map(float, value)) if isinstance(value, list) else (float(value),) * count
 
 
+def slender_inertia(mass_kg: float, length_m: float) -> float:
+    """Moment of inertia of a uniform slender bar about its centre of mass, m l²/12, kg m²."""
+    return mass_kg * length_m * length_m / 12.0
+
+
 class Table(BaseModel):
     """A table of a scene file: unknown keys are errors, numbers are not guessed from strings."""
 

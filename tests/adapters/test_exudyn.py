@@ -116,9 +116,7 @@ def test_the_slews_torque_and_reactions_agree_to_1e_4_of_their_maxima(name: str)
 @pytest.mark.parametrize("frame", list(Frame))
 @pytest.mark.parametrize("actuator", list(Actuator))
 @pytest.mark.parametrize("bar", [1, 3])
-def test_every_way_of_prescribing_a_rotation(
-    engine: type[Engine], frame: Frame, actuator: Actuator, bar: int
-) -> None:
+def test_every_way_of_prescribing_a_rotation(engine: type[Engine], frame: Frame, actuator: Actuator, bar: int) -> None:
     scene = shortened("paper/fig17", 1 / 80, 4)
     law = dataclasses.replace(scene.effects.prescribed_rotation[0], bar=bar, frame=frame, actuator=actuator)
     scene = dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, prescribed_rotation=(law,)))

@@ -15,8 +15,8 @@ from adapters.heyoka.run import HeyokaRun
 from adapters.heyoka.structure import structure_of
 from adapters.heyoka.units import units_of
 from adapters.reference.numpy_engines import Reference
-from barchain.api import SettingError, choose_setting
 from barchain.metrics.quantities import differences
+from barchain.run.settings import SettingError, choose_setting
 from reference_impl.model import relative
 from reference_impl.model.state import Accelerations
 from scenarios import load_scene

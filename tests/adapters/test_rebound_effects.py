@@ -18,7 +18,7 @@ from adapters.rebound.adapter import Rebound
 from adapters.rebound.forces import companion
 from adapters.reference.numpy_engines import Reference
 from barchain.metrics.model_difference import com_displacement, track_response
-from barchain.solutions.reference import twin
+from barchain.solutions.reference import with_perturbed_start
 from scenarios import Actuator, Axes, Drag, Frame, Gravity, Impulse, PrescribedRotation, Thrust, load_scene
 
 EPS = np.finfo(float).eps
@@ -417,7 +417,7 @@ def sails():
 def test_a_tracks_answer_to_the_attitude_counts_what_pushes_by_it(name):
     """A twin a million times further aside than usual: what its track does stands out of the tracks' own errors."""
     scene = sails() if name == "sails" else load_scene(f"effects/{name}")
-    aside = twin(scene)
+    aside = with_perturbed_start(scene)
     moved = dataclasses.replace(
         scene.chain,
         angle_rad=tuple(a + 1e6 * (b - a) for a, b in zip(scene.chain.angle_rad, aside.chain.angle_rad, strict=True)),

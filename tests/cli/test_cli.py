@@ -6,8 +6,8 @@ import pandas as pd
 import pytest
 
 from adapters.registry import ENGINES, Registration
-from barchain.cli.listing import show_engines
 from barchain.cli.main import run
+from barchain.cli.run.engines import show_engines
 from scenarios import load_scene
 
 QUICK = "basics/libration"
@@ -57,7 +57,14 @@ def test_a_users_own_scene_is_compared_and_its_report_rendered_again_from_tables
     }
     record = json.loads((out / "run.json").read_text())
     assert record["finished"]
-    assert {r["role"] for r in record["runs"]} == {"solution", "truth-check", "truth-fine", "twin", "main", "finer"}
+    assert {r["role"] for r in record["runs"]} == {
+        "solution",
+        "solution-check",
+        "solution-dense",
+        "perturbed-start",
+        "main",
+        "finer",
+    }
     first = (out / "report.md").read_bytes()
     for made in ("index.html", "report.md"):
         (out / made).unlink()
@@ -108,7 +115,7 @@ def test_damaged_results_are_one_readable_line(tmp_path, capsys):
         whole = (tmp_path / name).read_text()
         (tmp_path / name).write_text(text)
         capsys.readouterr()
-        assert run(["report", str(tmp_path)]) == 1
+        assert run(["report", str(tmp_path)]) == 2
         error = capsys.readouterr().err
         assert error.count("\n") == 1
         assert name in error
@@ -119,14 +126,3 @@ def test_the_remedy_for_a_missing_engine_names_its_extra(capsys):
     registration = Registration("nowhere:Nothing", "nowhere", install="pip install '.[oracle]'")
     show_engines({"nothing": registration})
     assert "pip install '.[oracle]'" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize("command", ["cost", "scaling"])
-def test_an_engine_asked_for_by_name_that_does_not_run_is_told_of_and_exits_with_1(
-    command, tmp_path, capsys, monkeypatch
-):
-    missing = Registration("nowhere:Nothing", "nowhere", install="pip install nowhere")
-    monkeypatch.setitem(ENGINES, "nothing", missing)
-    scene = ["basics/libration"] if command == "cost" else ["--bars", "2"]
-    assert run([command, *scene, "--engine", "nothing", "--out", str(tmp_path)]) == 1
-    assert "nothing is left out: nowhere is not installed; try: pip install nowhere" in capsys.readouterr().err

@@ -14,7 +14,7 @@ from barchain.api import compare
 from barchain.crossval.suite import beforehand
 from barchain.run.compilation import announcement, compiled
 from barchain.run.job import Job, Role, RunResult, failure
-from barchain.run.pool import COMPILE_S, Limit
+from barchain.run.pool import COMPILE_S, TimeLimit
 from barchain.solutions.reference_runs import solution_engine, solution_jobs
 from reports.render import render
 from reports.tables.outcome import Outcome
@@ -38,19 +38,23 @@ def job(engine: str, scene: str = "effects/drag") -> Job:
 
 
 def test_only_an_engine_that_compiles_has_time_for_it() -> None:
-    assert Limit(120.0).allowed_s(job("reference")) == 120.0
-    assert Limit(120.0).allowed_s(job("reference-fast")) == Limit(120.0).allowed_s(job("heyoka")) == 120.0 + COMPILE_S
+    assert TimeLimit(120.0).allowed_s(job("reference")) == 120.0
+    assert (
+        TimeLimit(120.0).allowed_s(job("reference-fast"))
+        == TimeLimit(120.0).allowed_s(job("heyoka"))
+        == 120.0 + COMPILE_S
+    )
 
 
 def test_the_limit_still_holds_for_the_run_of_an_engine_that_compiles() -> None:
     slow = RunResult(Outcome.PASS, seconds={"build": 200.0, "simulate": 130.0, "read": 1.0})
-    assert Limit(120.0).judged(job("reference"), slow) is slow  # its process was ended, or the clock was
-    late = Limit(120.0).judged(job("reference-fast"), slow)
+    assert TimeLimit(120.0).judged(job("reference"), slow) is slow  # its process was ended, or the clock was
+    late = TimeLimit(120.0).judged(job("reference-fast"), slow)
     assert late.outcome is Outcome.TIMED_OUT
     assert "simulate took 130 s, allowed: 120 s" in late.reason
     built = dataclasses.replace(slow, seconds={"build": 200.0, "simulate": 1.0, "read": 1.0})
-    assert Limit(120.0).judged(job("reference-fast"), built) is built
-    ended = Limit(120.0).judged(job("reference-fast"), failure(Outcome.TIMED_OUT, "no result within 720 s"))
+    assert TimeLimit(120.0).judged(job("reference-fast"), built) is built
+    ended = TimeLimit(120.0).judged(job("reference-fast"), failure(Outcome.TIMED_OUT, "no result within 720 s"))
     assert "600 s of them for compiling" in ended.reason
 
 

@@ -8,11 +8,11 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
-from barchain import api
 from barchain.crossval.record import new_record
+from barchain.crossval.run import run_comparison
 from barchain.crossval.suite import ComparisonPlan, Suite
 from barchain.run.job import SOLUTION_ROLES, Job, Role, failure
-from barchain.run.pool import Room, room
+from barchain.run.pool import PoolGroup, pool_group
 from barchain.run.store import Store
 from barchain.solutions.reference_runs import solution_jobs
 from reports.chapters.crossval.summary import summarise
@@ -58,7 +58,7 @@ def spoiled(tmp_path_factory):
     folder = tmp_path_factory.mktemp("spoiled")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        result = api.compare([SCENE], out=folder / "out", time_limit_s=8.0, registered=registered(FAULTS))
+        result = run_comparison([SCENE], out=folder / "out", time_limit_s=8.0, registered=registered(FAULTS))
     return folder, result
 
 
@@ -79,13 +79,13 @@ def test_faults_make_the_comparison_fail(spoiled):
 def test_what_an_engine_prints_or_leaves_behind_does_not_come_through(spoiled, capfd):
     folder, _ = spoiled
     assert not (folder / "stray.txt").exists()
-    api.compare([SCENE], registered=registered(["Chatters"]))
+    run_comparison([SCENE], registered=registered(["Chatters"]))
     printed = capfd.readouterr()
     assert "hello" not in printed.out + printed.err
 
 
 def test_what_an_engine_changes_in_its_process_is_gone_for_the_next():
-    found = api.compare([SCENE], registered=registered(["LeavesTraces", "SeesTraces"]), workers=1)
+    found = run_comparison([SCENE], registered=registered(["LeavesTraces", "SeesTraces"]), workers=1)
     assert found.outcomes[SCENE, "SeesTraces"] is Outcome.PASS
 
 
@@ -93,9 +93,9 @@ def test_the_truth_is_run_where_no_engine_was():
     scene = load_scene(SCENE)
     ours = Job(scene, "exudyn", ENGINES["exudyn"], Setting(AccuracyParameter.STEPS_PER_ORBIT, 100.0), Role.MAIN)
     theirs = dataclasses.replace(ours, engine="Sound", registration=registered(["Sound"])["Sound"])
-    assert {room(job) for job in solution_jobs(scene)} == {Room.SOLUTION}
-    assert (room(ours), room(theirs)) == (Room.OURS, Room.THIRD_PARTY)
-    assert Room.THIRD_PARTY.runs_per_worker == 1
+    assert {pool_group(job) for job in solution_jobs(scene)} == {PoolGroup.SOLUTION}
+    assert (pool_group(ours), pool_group(theirs)) == (PoolGroup.REGISTERED, PoolGroup.THIRD_PARTY)
+    assert PoolGroup.THIRD_PARTY.runs_per_worker == 1
 
 
 def test_why_a_reference_solution_failed_is_said_once(tmp_path):
@@ -116,7 +116,7 @@ def unsolved(tmp_path_factory):
         patch.setitem(ENGINES, "planted", registered(["LosesItsGrip"])["LosesItsGrip"])
         patch.setattr("barchain.solutions.reference_runs.solution_engine", lambda: "planted")
         both = {name: Registration(target) for name, target in names.items()}
-        result = api.compare([SCENE, UNSOLVABLE], out=folder, registered=both, need_external=True)
+        result = run_comparison([SCENE, UNSOLVABLE], out=folder, registered=both, need_external=True)
     return folder, result
 
 
@@ -152,7 +152,7 @@ def test_the_report_tells_of_a_scene_without_a_reference_solution_once(unsolved)
 @pytest.mark.parametrize("names", [["Sound", "CanNot"], None])
 def test_an_engine_compared_on_no_scene_is_a_failure_if_it_was_named(names, tmp_path):
     both = registered(["Sound"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
-    result = api.compare([SCENE], names, tmp_path, registered=both)
+    result = run_comparison([SCENE], names, tmp_path, registered=both)
     assert result.passed is (names is None)
     verdict = judge(summarise(read_results(tmp_path)))
     assert verdict.good is result.passed
@@ -166,19 +166,19 @@ def test_an_engine_compared_on_no_scene_is_a_failure_if_it_was_named(names, tmp_
 
 def test_an_engine_that_can_do_none_of_several_scenes_is_a_failure_though_nobody_named_it(tmp_path):
     both = registered(["Sound"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
-    result = api.compare([SCENE, "basics/free_rotation"], out=tmp_path, registered=both)
+    result = run_comparison([SCENE, "basics/free_rotation"], out=tmp_path, registered=both)
     assert not result.passed
     assert {pair for pair, o in result.outcomes.items() if not o.ok} == {("(all scenes)", "CanNot")}
     assert not judge(summarise(read_results(tmp_path))).good
 
 
 def test_results_so_far_are_kept_and_resumed(tmp_path, monkeypatch):
-    first = api.compare([SCENE], out=tmp_path, registered=registered(["Sound", "GivesUp"]))
+    first = run_comparison([SCENE], out=tmp_path, registered=registered(["Sound", "GivesUp"]))
     record = json.loads((tmp_path / "run.json").read_text())
     assert record["finished"]
     made = []
     monkeypatch.setattr("barchain.crossval.suite.run_jobs", lambda jobs, **_: made.extend(jobs) or iter(()))
-    second = api.compare([SCENE], out=tmp_path, resume=True, registered=registered(["Sound", "GivesUp"]))
+    second = run_comparison([SCENE], out=tmp_path, resume=True, registered=registered(["Sound", "GivesUp"]))
     assert [job.engine for job in made] == ["GivesUp", "GivesUp"]  # only what failed is tried again
     kept = first.metrics.query("engine == 'Sound'")
     pd.testing.assert_frame_equal(second.metrics.query("engine == 'Sound'"), kept)
@@ -189,12 +189,12 @@ def test_a_comparison_cut_off_leaves_the_tables_it_had(tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        api.compare([SCENE], out=tmp_path, registered=registered(["Sound"]), progress=stop)
+        run_comparison([SCENE], out=tmp_path, registered=registered(["Sound"]), progress=stop)
     record = json.loads((tmp_path / "run.json").read_text())
     assert not record["finished"]
     assert set(pd.read_csv(tmp_path / "metrics.csv").engine) == {"Sound"}
 
 
 def test_a_scene_that_no_external_engine_passes_is_a_failure():
-    result = api.compare([SCENE], registered=registered(["GivesUp"]), need_external=True)
+    result = run_comparison([SCENE], registered=registered(["GivesUp"]), need_external=True)
     assert result.outcomes[SCENE, "(any external)"] is Outcome.NOTHING_COMPARED

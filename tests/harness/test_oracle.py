@@ -12,14 +12,14 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.heyoka.adapter import HeyokaLong
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import Registration
-from barchain.cli.certified import certified_solutions
+from barchain.cli.maintain.certified import certified_solutions
 from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
 from barchain.solutions import certified as certified_module
 from barchain.solutions.certified import CertifiedSolutionError, certified, committed, table_path, table_times
 from barchain.solutions.certified_commit import check
 from barchain.solutions.certified_table import DamagedTableError, physics_digest, read_table, write_table
-from barchain.solutions.reference import SOLUTION_CHECK_RTOL, SOLUTION_RTOL, establish, twin
+from barchain.solutions.reference import SOLUTION_CHECK_RTOL, SOLUTION_RTOL, establish, with_perturbed_start
 from scenarios import load_scene
 from tests.support.scene_lists import HARD, TAME, TOLD
 
@@ -71,7 +71,7 @@ MANY_STEPS = ("effects/slews", "effects/everything")  # of the NumPy reference: 
 def reference_runs(scene):
     settings = [Setting(AccuracyParameter.RTOL, rtol) for rtol in (SOLUTION_RTOL, SOLUTION_CHECK_RTOL)]
     tight, looser = (Reference().run(scene, s) for s in settings)
-    return establish(scene, tight, looser, Reference().run(twin(scene), settings[0])), settings[0]
+    return establish(scene, tight, looser, Reference().run(with_perturbed_start(scene), settings[0])), settings[0]
 
 
 @pytest.mark.parametrize(
@@ -200,8 +200,8 @@ def test_without_heyoka_tables_are_served_and_all_else_says_how_to_install_it(qu
     assert certified(over(QUICK), cache=tmp_path).source == "committed"
     with pytest.raises(CertifiedSolutionError, match=r"no committed truth .* pip install '\.\[oracle\]'"):
         certified(quick, cache=tmp_path)
-    made = CliRunner().invoke(certified_solutions, [QUICK])
-    assert made.exit_code == 2
+    made = CliRunner().invoke(certified_solutions, [QUICK, "--out", str(tmp_path)])
+    assert made.exit_code == 3
     assert "pip install" in made.output
 
 
@@ -229,7 +229,7 @@ def test_the_command_makes_tables_checks_them_and_fails_where_they_differ(tmp_pa
     run = CliRunner().invoke
     try:
         assert run(certified_solutions, [QUICK, "--check"]).exit_code == 1
-        made = run(certified_solutions, [QUICK])
+        made = run(certified_solutions, [QUICK, "--out", str(tmp_path)])
         assert (made.exit_code, len(list(tmp_path.rglob("*.csv")))) == (0, 1)
         fine = run(certified_solutions, [QUICK, "--check"])
         assert (fine.exit_code, "agrees" in fine.output) == (0, True)
@@ -241,6 +241,6 @@ def test_the_command_makes_tables_checks_them_and_fails_where_they_differ(tmp_pa
         assert (off.exit_code, "DIFFERS" in off.output) == (1, True)
         path.write_text("nothing")
         assert run(certified_solutions, [QUICK, "--check"]).exit_code == 1
-        assert run(certified_solutions, ["paper/none"]).exit_code == 2
+        assert run(certified_solutions, ["paper/none", "--check"]).exit_code == 2
     finally:
         certified_module.committed_tables.cache_clear()

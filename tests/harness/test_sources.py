@@ -10,7 +10,7 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
-from barchain import api
+from barchain.crossval.run import run_comparison
 from barchain.record.sources import digest_of, source_digest
 from barchain.run.job import Job, Role
 from reports.tables.outcome import Outcome
@@ -55,13 +55,13 @@ def test_a_changed_byte_of_a_plug_in_makes_a_comparison_run_it_anew(
 
     registered = {"plugged": Registration("plugged_in:Plugged")}
     out = tmp_path / "out"
-    assert api.compare([SCENE], out=out, registered=registered).outcomes[SCENE, "plugged"] is Outcome.PASS
+    assert run_comparison([SCENE], out=out, registered=registered).outcomes[SCENE, "plugged"] is Outcome.PASS
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("barchain.crossval.suite.run_jobs", noted)
-        assert api.compare([SCENE], out=out, registered=registered, resume=True).passed
+        assert run_comparison([SCENE], out=out, registered=registered, resume=True).passed
     assert not made
     plug_in.write_text(PLUG_IN.replace("+seen", "-seen"))
-    again = api.compare([SCENE], out=out, registered=registered, resume=True)
+    again = run_comparison([SCENE], out=out, registered=registered, resume=True)
     assert again.outcomes[SCENE, "plugged"] is Outcome.INCONSISTENT
 
 

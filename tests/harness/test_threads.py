@@ -11,9 +11,9 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
 from barchain.run import pool
 from barchain.run.job import Job, Role
-from barchain.run.pool import Room, room, run_jobs
+from barchain.run.pool import PoolGroup, pool_group, run_jobs
 from barchain.run.threads import THREADS, one_thread_each
-from barchain.timing.bench import Bench
+from barchain.timing.bench import TimingBench
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 
@@ -37,12 +37,12 @@ def environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     assert {name: os.environ.get(name) for name in THREADS} == dict.fromkeys(THREADS) | {"OMP_NUM_THREADS": "3"}
 
 
-@pytest.mark.parametrize("place", Room)
-def test_a_worker_computes_in_one_thread(place: Room, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = job(Role.SOLUTION if place is Room.SOLUTION else Role.MAIN)
-    if place is Room.OURS:
+@pytest.mark.parametrize("place", PoolGroup)
+def test_a_worker_computes_in_one_thread(group: PoolGroup, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = job(Role.SOLUTION if group is PoolGroup.SOLUTION else Role.MAIN)
+    if group is PoolGroup.REGISTERED:
         monkeypatch.setitem(ENGINES, "planted", PLANTED)
-    assert room(asked) is place
+    assert pool_group(asked) is group
     [(_, result)] = run_jobs([asked], time_limit_s=60.0)
     assert result.outcome is Outcome.PASS, result.reason
 
@@ -55,7 +55,7 @@ def test_a_worker_that_replaces_another_computes_in_one_thread_too(monkeypatch: 
 
 
 def test_runs_that_are_timed_compute_in_one_thread() -> None:
-    with Bench() as bench:
+    with TimingBench() as bench:
         result = bench.run(job(), 60.0)
     assert result.outcome is Outcome.PASS, result.reason
 

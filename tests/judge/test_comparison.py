@@ -13,7 +13,13 @@ from barchain.judge.evidence import Evidence
 from barchain.metrics.model_difference import com_displacement
 from barchain.metrics.quantities import conserved, differences, drifts
 from barchain.run.job import RunResult
-from barchain.solutions.reference import PARTED_RAD, PERTURBATION_RAD, establish, predictability_limit, twin
+from barchain.solutions.reference import (
+    PARTED_RAD,
+    PERTURBATION_RAD,
+    establish,
+    predictability_limit,
+    with_perturbed_start,
+)
 from reports.tables.outcome import Outcome
 from scenarios import Actuator, load_scene
 
@@ -35,7 +41,7 @@ def scene():
 
 @pytest.fixture(scope="module")
 def solution(scene):
-    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(twin(scene), 1e-13))
+    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(with_perturbed_start(scene), 1e-13))
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +131,7 @@ def test_a_finer_run_that_parts_from_the_main_one_is_a_fault_and_no_limit(soluti
 
 def test_a_perturbed_run_starts_at_its_distance_and_shows_the_amplification_of_the_horizontal_chain():
     scene = lasting(load_scene("paper/fig05"), 1.0)
-    apart = differences(run(scene, 1e-12), run(twin(scene), 1e-12))["attitude"]
+    apart = differences(run(scene, 1e-12), run(with_perturbed_start(scene), 1e-12))["attitude"]
     assert 0.5 * PERTURBATION_RAD <= apart[0] <= PERTURBATION_RAD
     # the slowest unstable mode of a horizontal chain, the rigid one, grows as exp(sqrt(3) n t): 5.3e4 an orbit
     assert apart[-1] / apart[0] > np.exp(np.sqrt(3) * 2 * np.pi) / 10

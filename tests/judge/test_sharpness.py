@@ -18,7 +18,7 @@ from barchain.judge.comparison import judge
 from barchain.judge.evidence import Evidence
 from barchain.metrics.quantities import differences, drifts
 from barchain.run.job import RunResult
-from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, twin
+from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, with_perturbed_start
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 
@@ -81,7 +81,7 @@ def short(name, share, samples):
 @functools.cache
 def solution_of(scene, *, fine=True):
     closely = run(densely_sampled(scene), FINE_RTOL) if fine else None
-    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(twin(scene), 1e-13), closely)
+    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(with_perturbed_start(scene), 1e-13), closely)
 
 
 @functools.cache
@@ -231,7 +231,7 @@ def test_the_tracks_response_to_attitude_is_that_of_a_run_perturbed_far_enough_t
     monkeypatch.setattr(
         barchain.solutions.reference, "PERTURBATION_RAD", 1e-3
     )  # a thousandth of a metre: above the track's own error
-    apart = differences(solution.trajectory, run(twin(steep), 1e-13))
+    apart = differences(solution.trajectory, run(with_perturbed_start(steep), 1e-13))
     seen = apart["com"][-1] / np.maximum.accumulate(apart["attitude"])[-1]
     assert solution.response["com"][-1] == pytest.approx(seen, rel=0.2)
 

@@ -22,9 +22,9 @@ from barchain.judge.evidence import TURNED_RAD, Evidence, perturbed, turned_back
 from barchain.judge.local_errors import step_constant
 from barchain.judge.scales import scales
 from barchain.metrics.quantities import differences
-from barchain.run.job import PERTURBED_ROLES, Role, RunResult
+from barchain.run.job import ROUNDOFF_ROLES, Role, RunResult
 from barchain.run.trajectory_checks import fault
-from barchain.solutions.reference import establish, twin
+from barchain.solutions.reference import establish, with_perturbed_start
 from barchain.solutions.sampling import MOST_TURNED_RAD, closely_sampled
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
@@ -45,7 +45,7 @@ def lasting(name, orbits, samples):
 
 @functools.cache
 def solution_of(scene):
-    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(twin(scene), 1e-13))
+    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(with_perturbed_start(scene), 1e-13))
 
 
 @pytest.fixture(scope="module")
@@ -376,7 +376,7 @@ def test_an_engine_in_absolute_coordinates_that_round_off_ruins_is_limited_and_n
     solution, (setting, runs) = solution_of(scene), three_settings(ExudynAbsolute, scene)
     first = judged(solution, runs[0], runs[1], ExudynAbsolute, setting)
     assert not first.outcome.ok
-    assert set(first.further_runs) >= set(PERTURBED_ROLES)
+    assert set(first.further_runs) >= set(ROUNDOFF_ROLES)
     others = tuple(turned_back(ExudynAbsolute().run(perturbed(scene, k), setting), a) for k, a in enumerate(TURNED_RAD))
     final = judged(
         solution, runs[0], runs[1], ExudynAbsolute, setting,

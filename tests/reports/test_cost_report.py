@@ -11,9 +11,10 @@ import pytest
 
 from adapters.registry import Registration
 from barchain.studies.cost.findings import front_of, orders_table, price_table, reach_table
-from reports.chapters.cost.charts import Setup, Track, by_family, overview
+from reports.chapters.cost.charts import CostCurve, Setup, by_family, overview
 from reports.plotting.families import families
 from reports.render import render, render_study
+from reports.tables.schema import KEY, SCHEMA_VERSION
 from reports.text.ratios import decade, ratio_text, span_text
 from tests.studies.cost_points import engine_points, point, table, times_of
 from tests.support.report_fixture import build
@@ -50,7 +51,7 @@ def write(folder: Path, points: pd.DataFrame, *, finished: bool = True) -> Path:
         },
         "left_out": [{"scene": "s", "engine": "gone", "outcome": "missing", "reason": "it is <not> installed"}],
     }
-    (inside / "run.json").write_text(json.dumps(record))
+    (inside / "run.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | record))
     return folder
 
 
@@ -114,7 +115,7 @@ def test_many_engines_are_drawn_family_by_family() -> None:
     names = [*(f"exudyn-{k}" for k in range(4)), *(f"scipy-{k}" for k in range(4)), "cvode", "mujoco", "rebound"]
     assert set(families(names).values()) == {"exudyn", "scipy", "others"}
     x, no = np.array([1e-3, 1e-6]), np.zeros(2, bool)
-    setup = Setup("n", "x", "y", 1e-14, tuple(Track(e, x, (k + 1) / x, no, no) for k, e in enumerate(names)))
+    setup = Setup("n", "x", "y", 1e-14, tuple(CostCurve(e, x, (k + 1) / x, no, no) for k, e in enumerate(names)))
     panels = by_family(setup)
     assert [p.title for p in panels] == ["Exudyn", "Scipy", "Others"]
     assert [len(p.legend) for p in panels] == [4, 4, 3]
@@ -124,7 +125,7 @@ def test_many_engines_are_drawn_family_by_family() -> None:
 
 
 def test_nothing_to_draw_draws_nothing() -> None:
-    lost = Track("a", np.array([np.nan]), np.array([np.nan]), np.ones(1, bool), np.zeros(1, bool))
+    lost = CostCurve("a", np.array([np.nan]), np.array([np.nan]), np.ones(1, bool), np.zeros(1, bool))
     assert overview(Setup("n", "x", "y", 0.0, (lost,)), "t") is None
     assert by_family(Setup("n", "x", "y", 0.0, ())) == []
 

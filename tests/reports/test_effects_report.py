@@ -11,7 +11,7 @@ import pytest
 
 from barchain.cli.effects import show_view
 from barchain.cli.main import run
-from reports.chapters.effects.advice import Worth, advise, worth_of
+from reports.chapters.effects.advice import Relevance, advise, worth_of
 from reports.chapters.effects.charts import ticks
 from reports.chapters.effects.labels import Anchor, placed
 from reports.chapters.effects.rows import rows_of, whole_of
@@ -19,6 +19,7 @@ from reports.chapters.effects.view import view_effects
 from reports.chapters.effects.words import NOT_RESOLVED, length_text, share_text
 from reports.render import render_study
 from reports.tables.effects import COLUMNS, read_effects
+from reports.tables.schema import KEY, SCHEMA_VERSION
 from reports.text.numerals import powers_in
 from tests.support.report_fixture import build
 
@@ -76,7 +77,7 @@ def write(folder: Path, rows: list[dict[str, Any]], **changes: Any) -> Path:
         "environment": {"cpu": "Example CPU"}, "packages": {"numpy": "2"}, "scene": SCENE | changes,
         "rtol": 1e-12, "looser": 10.0, "parted_rad": 0.01, "matters": 1e-3,
     }  # fmt: skip
-    (inside / "record.json").write_text(json.dumps(record))
+    (inside / "record.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | record))
     return folder
 
 
@@ -89,24 +90,25 @@ def advice(folder: Path, rows: list[dict[str, Any]], **changes: Any) -> list[Adv
 
 def test_each_effect_is_judged_by_one_rule(tmp_path: Path) -> None:
     assert [a.worth for a in advice(tmp_path, ROWS)] == [
-        Worth.MATTERS, Worth.SMALL, Worth.MATTERS, Worth.UNRESOLVED, Worth.SMALL, Worth.NOT_SWITCHED,
+        Relevance.MATTERS, Relevance.SMALL, Relevance.MATTERS, Relevance.UNRESOLVED, Relevance.SMALL,
+        Relevance.NOT_SWITCHED,
     ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
     ("changes", "worth"),
     [
-        ({"com_m": 7.1e3}, Worth.MATTERS),
-        ({"com_m": 6.9e3}, Worth.SMALL),
-        ({"attitude": 1.01e-3}, Worth.MATTERS),
-        ({"reaction": 2.02e-3}, Worth.MATTERS),
-        ({"reaction": 1.98e-3}, Worth.SMALL),
-        ({"attitude": 1e-5, "attitude_noise_rad": 0.02}, Worth.UNTOLD),
-        ({"attitude": 0.1, "reaction_noise_N": 1.0}, Worth.MATTERS),
+        ({"com_m": 7.1e3}, Relevance.MATTERS),
+        ({"com_m": 6.9e3}, Relevance.SMALL),
+        ({"attitude": 1.01e-3}, Relevance.MATTERS),
+        ({"reaction": 2.02e-3}, Relevance.MATTERS),
+        ({"reaction": 1.98e-3}, Relevance.SMALL),
+        ({"attitude": 1e-5, "attitude_noise_rad": 0.02}, Relevance.UNTOLD),
+        ({"attitude": 0.1, "reaction_noise_N": 1.0}, Relevance.MATTERS),
     ],
 )
 def test_the_rule_counts_in_radians_the_largest_reaction_and_the_distance(
-    changes: dict[str, float], worth: Worth, tmp_path: Path
+    changes: dict[str, float], worth: Relevance, tmp_path: Path
 ) -> None:
     assert advice(tmp_path, [row("drag", **changes)])[0].worth is worth
 
@@ -161,7 +163,7 @@ def test_the_lead_names_the_threshold_and_the_page_how_prices_get_better(tmp_pat
     record = tmp_path / "effects" / "record.json"
     record.write_text(json.dumps(json.loads(record.read_text()) | {"rounds": 3, "timed_s": 5000.0}))
     html = render_study("effects", tmp_path).page.read_text()
-    assert "Timed in 3 rounds over the first 1 orbit; a longer --budget, and more --repeats, narrow" in html
+    assert "Timed in 3 rounds over the first 1 orbit; more --minutes, and more --repeats, narrow" in html
 
 
 def test_names_in_a_chart_stand_on_nothing() -> None:
@@ -271,8 +273,8 @@ def test_a_folder_without_a_budget_is_named(tmp_path: Path) -> None:
 def test_unknown_scales_make_nothing_matter_that_is_not_there(tmp_path: Path) -> None:
     """A single bar has no reactions; the other two quantities judge it."""
     alone = advice(tmp_path, [row("drag", reaction=None, reaction_noise_N=None)], largest_reaction_N=None)[0]
-    assert alone.worth is Worth.SMALL
-    assert worth_of(alone.row, 1e-9) is Worth.MATTERS
+    assert alone.worth is Relevance.SMALL
+    assert worth_of(alone.row, 1e-9) is Relevance.MATTERS
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from reports.chapters.crossval.orbit import Geometry, joints
 from reports.chapters.crossval.reactions import Reactions, nearest, spread
 from reports.chapters.crossval.report import breakable
 from reports.plotting.palette import PAPER, SERIES, engine_pen
-from reports.plotting.panels import Frame, Line, log_panel
+from reports.plotting.panels import ChartFrame, Line, log_panel
 from reports.plotting.series import floor_of, thin
 from reports.text.numerals import as_given, powers, prefixed, significant, typeset
 
@@ -26,7 +26,7 @@ def test_nan_breaks_a_line_and_is_never_drawn_as_zero() -> None:
     assert np.nanmin(thinned) == 1.0
     assert floor_of([np.array([np.nan, 0.0, -1.0])]) is None
     line = Line(x, np.full_like(x, np.nan), engine_pen(0))
-    assert log_panel(Frame("n", "t", "x", "y", (0.0, 1.0), [line])) is None
+    assert log_panel(ChartFrame("n", "t", "x", "y", (0.0, 1.0), [line])) is None
 
 
 def test_thinning_keeps_every_spike() -> None:
@@ -42,7 +42,7 @@ def test_thinning_keeps_every_spike() -> None:
 
 def test_a_log_panel_says_what_it_leaves_out() -> None:
     y = np.array([0.0, 1e-3, 0.0, 1e-2, 1e-30, 1.0])
-    panel = log_panel(Frame("n", "t", "x", "y", (0.0, 5.0), [Line(np.arange(6.0), y, engine_pen(0))]))
+    panel = log_panel(ChartFrame("n", "t", "x", "y", (0.0, 5.0), [Line(np.arange(6.0), y, engine_pen(0))]))
     assert panel is not None
     assert "1 sample that is exactly zero is left out" in panel.note
     assert "1 sample below" in panel.note

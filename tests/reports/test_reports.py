@@ -17,6 +17,7 @@ from reports.chapters.crossval.summary import WORDS, summarise
 from reports.chapters.crossval.verdict import judge, spoilt_words
 from reports.tables.crossval import METRIC_COLUMNS, read_results
 from reports.tables.outcome import SEVERITY, Outcome
+from reports.tables.schema import KEY, SCHEMA_VERSION
 from reports.text.numerals import significant
 from tests.support.report_fixture import ENGINES, build
 
@@ -53,7 +54,7 @@ def one_row(outcome: str, **changes: object) -> dict[str, object]:
 
 def write_tables(folder: Path, rows: list[dict[str, object]], record: dict[str, object] | None = None) -> Path:
     pd.DataFrame(rows, columns=list(METRIC_COLUMNS)).to_csv(folder / "metrics.csv", index=False)
-    (folder / "run.json").write_text(json.dumps(record or {}))
+    (folder / "run.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | (record or {})))
     return folder
 
 

@@ -13,12 +13,13 @@ from reports.chapters.roundoff.axes import box, free, place, staggered, width
 from reports.chapters.roundoff.charts import evaluation_panels
 from reports.chapters.roundoff.rows import growth_words
 from reports.chapters.roundoff.run_charts import run_panels
-from reports.chapters.roundoff.series import Fit, Key, Spread, Study
+from reports.chapters.roundoff.series import FittedExponent, Key, RoundoffStudy, Spread
 from reports.chapters.roundoff.verdict import verdict
 from reports.chapters.roundoff.view import view_roundoff
 from reports.chapters.roundoff.words import length, listed, spelled
 from reports.render import render, render_study
 from reports.tables.roundoff import COLUMNS, read_roundoff
+from reports.tables.schema import KEY, SCHEMA_VERSION
 from tests.support.report_fixture import build
 
 U = {"float32": 2.0**-24, "float64": 2.0**-53, "long double": 2.0**-64}
@@ -147,12 +148,12 @@ def write(folder, rows=None, without=(), **record):
     for name, own in (tables() if rows is None else rows).items():
         if name not in without:
             pd.DataFrame(own).reindex(columns=list(COLUMNS[name])).to_csv(inside / f"{name}.csv", index=False)
-    (inside / "record.json").write_text(json.dumps(RECORD | record), encoding="utf-8")
+    (inside / "record.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | RECORD | record), encoding="utf-8")
     return folder
 
 
 def study(folder, rows=None, **more):
-    return Study(read_roundoff(write(folder, rows, **more)))
+    return RoundoffStudy(read_roundoff(write(folder, rows, **more)))
 
 
 def said(folder, rows=None, **more):
@@ -273,8 +274,8 @@ def test_a_slope_that_is_off_is_said_and_marked(tmp_path):
     page, twin = both(tmp_path / "b", rows)
     assert "not as expected" in page
     assert "≠ not as expected" in twin
-    assert not Fit(-0.9, -0.96, -0.84, -1.0, 5, "").off  # 0.04 beside the interval: no fit tells so little
-    assert not Fit(-0.9, -0.96, -0.84, np.nan, 5, "").off  # nothing is expected
+    assert not FittedExponent(-0.9, -0.96, -0.84, -1.0, 5, "").off  # 0.04 beside the interval: no fit tells so little
+    assert not FittedExponent(-0.9, -0.96, -0.84, np.nan, 5, "").off  # nothing is expected
 
 
 def test_no_digits_lost_is_another_verdict(tmp_path):
@@ -388,7 +389,7 @@ def test_numbers_read_well():
      (1.2, 1.5, "slower than a random walk"), (0.2, 0.0, "steady noise")],
 )  # fmt: skip
 def test_growth_that_is_not_as_expected_is_placed(exponent, expected, words):
-    found = growth_words(Fit(exponent, exponent - 0.02, exponent + 0.02, expected, 9, ""))
+    found = growth_words(FittedExponent(exponent, exponent - 0.02, exponent + 0.02, expected, 9, ""))
     assert words in found
     assert bool(found) == bool(words)
 

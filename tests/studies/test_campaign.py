@@ -160,7 +160,7 @@ def test_garbage_begins_where_it_says(begins: str, scene: Scene, sound: Trajecto
 def test_garbage_is_put_into_the_runs_that_it_says_and_differs_from_run_to_run(scene: Scene, sound: Trajectory) -> None:
     assert FAULTS["garbage-sudden-25-main"].spoils(Role.MAIN)
     assert not FAULTS["garbage-sudden-25-main"].spoils(Role.FINER)
-    assert not FAULTS["garbage-sudden-25-finer"].spoils(Role.PERTURBED_1)
+    assert not FAULTS["garbage-sudden-25-finer"].spoils(Role.ROUNDOFF_1)
     assert all(FAULTS["garbage-sudden-25-all"].spoils(role) for role in Role)
     amounts = [with_fault("garbage-com", sound, scene, s).com_m[-1] - sound.com_m[-1] for s in (MAIN, FINER, MAIN)]
     assert np.array_equal(amounts[0], amounts[2])
@@ -590,9 +590,9 @@ def test_a_campaign_passes(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("line", "word"), [
     ("--seed 3", "--seed goes with --random"), ("--host pymunk", "--host goes with --random"),
-    ("--shrink-seconds 3", "--shrink-seconds goes with --random"), ("--random 1 --smallest", "leave out --scene"),
+    ("--shrink-seconds 3", "--shrink-seconds goes with --random"), ("--random 1 --smallest", "leave out SCENE"),
     ("--random 1 --host pymnk", "did you mean pymunk"), ("--random 1 --fault maas", "did you mean mass"),
-    ("--random 0", "--random"), ("--engine exudyn --engine pymunk", "one engine is spoilt"),
+    ("--random 0", "--random"), ("--engine exudyn --engine pymunk", "faults are put into one engine"),
 ])  # fmt: skip
 def test_bad_usage(line: str, word: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert command(["selftest", *line.split()]) == 2

@@ -29,7 +29,7 @@ from barchain.studies.effects.measure import make_plan, measure
 from barchain.studies.effects.plan import Plan, compiled_can
 from barchain.studies.effects.sensitivity import Runs, change
 from barchain.studies.effects.sizes import situation, sizes_over
-from reports.tables.effects import COLUMNS, Kind, read_effects
+from reports.tables.effects import COLUMNS, EffectKind, read_effects
 from scenarios import Gravity, Scene, load_scene
 from tests.support.scene_lists import TAME
 
@@ -82,7 +82,7 @@ def test_nature_is_offered_by_default_and_the_design_only_where_it_is() -> None:
     assert plain == nature | {"gravity.point", "gravity.quadrupole", "gravity.slender"}
     full = {s.effect: s for s in switches(load_scene("effects/everything"))}
     design = {"prescribed_rotation", "joint_spring_damper", "thrust", "impulse"}
-    assert design <= {e for e, s in full.items() if s.on and s.kind is Kind.DESIGN}
+    assert design <= {e for e, s in full.items() if s.on and s.kind is EffectKind.DESIGN}
     assert all(full[e].on for e in nature | {"solar_pressure.shadow"})
 
 
@@ -108,7 +108,7 @@ def test_what_can_not_be_switched_says_why(name: str, effect: str, words: str) -
 def test_another_planet_gets_none_of_the_earths_defaults() -> None:
     scene = load_scene("paper/fig13")
     body = dataclasses.replace(scene.central_body, mu_m3_s2=4.28e13, radius_m=3396e3)
-    found = [s for s in switches(dataclasses.replace(scene, central_body=body)) if s.kind is Kind.NATURE]
+    found = [s for s in switches(dataclasses.replace(scene, central_body=body)) if s.kind is EffectKind.NATURE]
     assert len(found) == 5
     assert all("another body" in s.reason for s in found)
 
@@ -384,5 +384,5 @@ def test_j2_moves_the_centre_of_mass_as_its_closed_form_says(budget: Any) -> Non
 
 
 def test_gravity_models_are_told_apart_from_the_scenes_own() -> None:
-    found = [s for s in switches(load_scene("effects/slender")) if s.kind is Kind.GRAVITY]
+    found = [s for s in switches(load_scene("effects/slender")) if s.kind is EffectKind.GRAVITY]
     assert [s.scene.effects.gravity for s in found if s.scene] == [Gravity.POINT, Gravity.GRADIENT, Gravity.QUADRUPOLE]

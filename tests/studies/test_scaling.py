@@ -16,9 +16,10 @@ from adapters.common.initial_state import initial_state
 from adapters.registry import ENGINES, Registration
 from barchain.run.job import Job, Role
 from barchain.studies.scaling.fit import FAST, LEAST_MEMORY_B, exponent, fits_table, targets
+from barchain.studies.scaling.limits import BARS
 from barchain.studies.scaling.measure import make_plan, measure
 from barchain.studies.scaling.memory import Peak, mark
-from barchain.studies.scaling.plan import BARS, SHARES, affordable, predicted
+from barchain.studies.scaling.plan import SHARES, affordable, predicted
 from barchain.studies.scaling.point import Task, measure_point
 from barchain.studies.scaling.store import ScalingStore
 from barchain.studies.scaling.study import ScalingStudy
@@ -28,6 +29,7 @@ from reports.chapters.scaling.view import memory_text
 from reports.render import render, render_study
 from reports.tables.outcome import Outcome
 from reports.tables.scaling import FIT_COLUMNS, POINT_COLUMNS, read_scaling
+from reports.tables.schema import KEY, SCHEMA_VERSION
 from scenarios import load_scene
 from tests.support.faulty_engines import Faulty
 from tests.support.report_fixture import build
@@ -206,7 +208,7 @@ def write(folder: Path, *, finished: bool = True) -> Path:
         "targets": targets(points, fits),
         "limits": {"time_limit_s": 10.0},
     }
-    (inside / "record.json").write_text(json.dumps(record))
+    (inside / "record.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | record))
     return folder
 
 

@@ -14,7 +14,7 @@ from adapters.reference.numpy_engines import Reference
 from barchain.metrics.model_difference import com_displacement, track_response
 from barchain.run.job import Job, Role, RunResult, failure
 from barchain.run.worker import run_job
-from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, twin
+from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, with_perturbed_start
 from barchain.studies.stability.engine_runs import EngineRuns
 from barchain.studies.stability.evidence import evidence
 from barchain.studies.stability.growth import linear_rate
@@ -63,7 +63,7 @@ def solution(name: str):  # type: ignore[no-untyped-def]
         of,
         engine_runs(of, 1e-13),
         engine_runs(of, 1e-12),
-        engine_runs(twin(of), 1e-13),
+        engine_runs(with_perturbed_start(of), 1e-13),
         engine_runs(densely_sampled(of), FINE_RTOL),
     )
 
@@ -158,7 +158,7 @@ def test_a_track_seen_less_than_once_a_radian_is_bounded_and_not_interpolated() 
         run = dataclasses.replace(long.run, duration_s=3.0 * long.period_s, samples=samples)
         of = dataclasses.replace(long, run=run)
         engine_runs = Reference().run(of, Setting(AccuracyParameter.RTOL, 1e-10))
-        aside = Reference().run(twin(of), Setting(AccuracyParameter.RTOL, 1e-10))
+        aside = Reference().run(with_perturbed_start(of), Setting(AccuracyParameter.RTOL, 1e-10))
         return com_displacement(of, engine_runs), track_response(of, engine_runs, aside)["com"]
 
     (close, moved), (far, most) = displaced(301), displaced(4)

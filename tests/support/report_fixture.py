@@ -13,6 +13,7 @@ import pandas as pd
 from adapters.engine import Setting
 from adapters.reference.numpy_engines import Reference
 from reports.tables.crossval import METRIC_COLUMNS, QUANTITY_UNITS
+from reports.tables.schema import KEY, SCHEMA_VERSION
 from scenarios import Scene, load_scene
 from tests.support.scene_lists import TAME
 
@@ -59,6 +60,7 @@ def build(
         write_scene(folder, scene, metrics, runs, rng=rng, faults=FAULTS if faults else {})
     pd.DataFrame(metrics, columns=list(METRIC_COLUMNS)).to_csv(folder / "metrics.csv", index=False)
     record = {
+        KEY: SCHEMA_VERSION,
         **RECORD,
         "finished": finished,
         "runs": runs,

@@ -26,7 +26,7 @@ from barchain.judge.error_units import NORM_SLACK
 from barchain.metrics.quantities import differences
 from barchain.metrics.rates import own_rate
 from barchain.run.compilation import COMPILED, mark
-from barchain.solutions.reference import TRACK, ReferenceSolution, answers, densely_sampled, moves_aside
+from barchain.solutions.reference import TRACK, ReferenceSolution, densely_sampled, perturbation_directions, sensitivity
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -255,7 +255,7 @@ def restarted_solution(
     parted = differences(main, aside)
     n = min(len(main.t_s), len(aside.t_s))
     attitude = np.maximum.accumulate(parted["attitude"])[:n]
-    response = answers(parted, n, 0.0) | {name: np.zeros(n) for name in TRACK}
+    response = sensitivity(parted, n, 0.0) | {name: np.zeros(n) for name in TRACK}
     made = ReferenceSolution(scene, main, fine, {}, attitude / attitude[0], response, float(main.t_s[n - 1]))
     own = ErrorModel(Reference, Setting(AccuracyParameter.RTOL, rtol), made, main)
     return dataclasses.replace(made, error=own.bound)
@@ -273,7 +273,7 @@ def restarted_run(
     """
     assert trajectory.angle_rad is not None
     assert trajectory.rate_rad_s is not None
-    unit, moved = own_rate(scene), aside_rad * moves_aside(scene.bars)
+    unit, moved = own_rate(scene), aside_rad * perturbation_directions(scene.bars)
     nothing = np.zeros((scene.bars, 2))
     start = InitialState(
         trajectory.com_m[first], trajectory.com_velocity_m_s[first], trajectory.angle_rad[first] + moved[0],

@@ -11,7 +11,7 @@ import pandas as pd
 from adapters.engine import AccuracyParameter
 from barchain.studies.cost.points import TELLS
 from barchain.studies.cost.reach import MEASURES, QUANTITIES, curves_of, least_error, reach_rows
-from barchain.timing.orders import SCATTERED, STRAIGHT, Fit, fit_order, price_of_a_digit
+from barchain.timing.orders import SCATTERED, STRAIGHT, OrderFit, fit_order, price_of_a_digit
 from barchain.timing.statistics import Interval, on_front
 from reports.tables.outcome import Outcome
 
@@ -54,7 +54,7 @@ def order_row(rows: pd.DataFrame, quantity: str, theory: float | None) -> dict[s
     return found | fit_columns(fit) | {"theory": theory, "least_error": least_error(rows, quantity)}
 
 
-def fit_columns(fit: Fit | None) -> dict[str, Any]:
+def fit_columns(fit: OrderFit | None) -> dict[str, Any]:
     """Columns of a fitted order; none of them without one."""
     if fit is None:
         return {}

@@ -8,7 +8,8 @@ from adapters.registry import engines
 from barchain.record.environment import provenance
 from barchain.record.facts import engine_facts, external_versions, scene_words
 from barchain.run.selection import chosen_engines, unique_names
-from barchain.studies.cost.plan import MINUTES, REPEATS, TIME_LIMIT_S, Plan, shortened
+from barchain.studies.cost.limits import MINUTES, REPEATS, TIME_LIMIT_S
+from barchain.studies.cost.plan import Plan, shortened
 from barchain.studies.cost.store import CostStore
 from barchain.studies.cost.study import CostStudy
 from reports.tables.cost import FOLDER

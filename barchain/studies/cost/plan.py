@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
 from barchain.run.job import Job, Role
+from barchain.studies.cost.limits import MINUTES, REPEATS, TIME_LIMIT_S
 from barchain.timing.left_out import LeftOut, cannot
 
 if TYPE_CHECKING:
@@ -17,9 +18,6 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 SAMPLES = 21  # few, so that no engine is timed at bringing samples out; the oracle's tables have these instants
-TIME_LIMIT_S = 2.0  # of one run: some ten thousand times what the fastest engine needs for 1e-10 rad
-REPEATS = 7  # of short runs; with less the median's interval is the range
-MINUTES = 8.0  # for the paper's scenes in all engines, so that start-up and report end inside 15
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from barchain.studies.cost.points import TELLS
-from barchain.timing.statistics import Curve, Interval, Place, cost_at, interval, locate, lower_envelope, parts
+from barchain.timing.statistics import (
+    CurvePosition,
+    Interval,
+    WorkPrecisionCurve,
+    cost_at,
+    interval,
+    locate,
+    lower_envelope,
+    parts,
+)
 from reports.tables.cost import BASELINE
 from reports.tables.outcome import Outcome
 
@@ -34,28 +43,30 @@ class Reached:
     """One engine at one target."""
 
     engine: str
-    curve: Curve
-    place: Place
+    curve: WorkPrecisionCurve
+    position: CurvePosition
 
     @property
     def cost(self) -> float:
         """Interpolated cost."""
-        return cost_at(self.curve, self.place)
+        return cost_at(self.curve, self.position)
 
     @property
     def spread(self) -> Interval:
         """Cost with its interval."""
-        return interval(self.cost, parts(self.curve, self.place))
+        return interval(self.cost, parts(self.curve, self.position))
 
     def over(self, other: Reached) -> Interval:
         """How many times the other's cost it takes, with the interval of the ratio."""
         if other.engine == self.engine:
             return Interval(1.0, 1.0, 1.0)
-        made_of = [*parts(self.curve, self.place), *parts(other.curve, other.place, -1.0)]
+        made_of = [*parts(self.curve, self.position), *parts(other.curve, other.position, -1.0)]
         return interval(self.cost / other.cost, made_of)
 
 
-def curve_of(rows: pd.DataFrame, quantity: str, measure: str, times: Mapping[tuple[str, str, str], Array]) -> Curve:
+def curve_of(
+    rows: pd.DataFrame, quantity: str, measure: str, times: Mapping[tuple[str, str, str], Array]
+) -> WorkPrecisionCurve:
     """Envelope of one engine's points on one scene.
 
     Failed points are none. An error that the oracle can't tell from its own counts as the least that it can tell:
@@ -74,7 +85,7 @@ def curve_of(rows: pd.DataFrame, quantity: str, measure: str, times: Mapping[tup
 
 def curves_of(
     points: pd.DataFrame, scene: str, quantity: str, measure: str, times: Mapping[tuple[str, str, str], Array]
-) -> dict[str, Curve]:
+) -> dict[str, WorkPrecisionCurve]:
     """Curves of all engines that have any point on a scene."""
     rows = points[points.scene == scene]
     found = {e: curve_of(rows[rows.engine == e], quantity, measure, times) for e in dict.fromkeys(rows.engine)}
@@ -105,7 +116,7 @@ def reached_columns(mine: Reached | None, fastest: Reached | None, baseline: Rea
         return {}
     cost = mine.spread
     found: dict[str, Any] = {
-        "status": "at most" if mine.place.at_most else "reached",
+        "status": "at most" if mine.position.at_most else "reached",
         "cost": cost.value,
         "cost_low": cost.low,
         "cost_high": cost.high,

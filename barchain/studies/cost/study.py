@@ -15,7 +15,7 @@ from barchain.studies.cost.findings import equal_steps_row, front_of, orders_tab
 from barchain.studies.cost.fixed_steps import ORDER, errors_at_equal_steps
 from barchain.studies.cost.plan import sweeps
 from barchain.studies.cost.points import UNITS, errors_of, under_floor
-from barchain.timing.bench import LONG_S, Bench
+from barchain.timing.bench import LONG_S, TimingBench
 from barchain.timing.left_out import NOT_RUN, LeftOut
 from barchain.timing.statistics import median_time
 from reports.tables.outcome import Outcome
@@ -59,7 +59,7 @@ class CostStudy:
         start = time.perf_counter()
         self.store.write_record()
         try:
-            with Bench() as bench:
+            with TimingBench() as bench:
                 bench.start(self.usable())
                 for k, scene in enumerate(self.plan.scenes):
                     left_s = 60.0 * self.plan.minutes - (time.perf_counter() - start)
@@ -79,7 +79,7 @@ class CostStudy:
         found = [sweeps(scene, self.plan.engines)[0] for scene in self.plan.scenes]
         return [name for name in self.plan.engines if any(name in runs for runs in found)]
 
-    def scene(self, bench: Bench, scene: Scene, deadline: float) -> None:
+    def scene(self, bench: TimingBench, scene: Scene, deadline: float) -> None:
         """First pass and rounds on one scene."""
         runs, left_out = sweeps(scene, self.plan.engines)
         for out in left_out:
@@ -104,7 +104,7 @@ class CostStudy:
         words = {name: str(getattr(solution, name, "")) for name in ("precision", "source")}
         self.store.record["certified_solutions"][solution.scene.name] = words | {"error": error}
 
-    def first_pass(self, bench: Bench, solution: SolutionSource, runs: dict[str, list[Job]]) -> None:
+    def first_pass(self, bench: TimingBench, solution: SolutionSource, runs: dict[str, list[Job]]) -> None:
         """One turn of every point, rung by rung over the engines; rungs past the time limit are not run."""
         for rung in by_rung(runs):
             for job in rung:
@@ -118,7 +118,7 @@ class CostStudy:
         late = time.perf_counter() > self.haste_at
         return min(LONG_S, self.plan.time_limit_s) if late else self.plan.time_limit_s
 
-    def first_turn(self, bench: Bench, solution: SolutionSource, job: Job, sweep: list[Job]) -> None:
+    def first_turn(self, bench: TimingBench, solution: SolutionSource, job: Job, sweep: list[Job]) -> None:
         """Errors of a point, and a first idea of its time."""
         coarser = [(c, self.store.rows[c.key]) for c in sweep[: sweep.index(job)]]
         reason = too_long(coarser, job, self.limit_s) or too_fine([row for _, row in coarser])
@@ -133,7 +133,7 @@ class CostStudy:
             self.store.keep_time(job, result.seconds["simulate"])
         self.report(job.scene.name, f"{job.engine} {job.setting}", str(result.outcome))
 
-    def rounds(self, bench: Bench, jobs: list[Job], deadline: float) -> None:
+    def rounds(self, bench: TimingBench, jobs: list[Job], deadline: float) -> None:
         """Time all good points in turn, again and again, until each is measured often enough or time is up."""
         good = [j for j in jobs if self.store.rows[j.key]["outcome"] == Outcome.PASS.value]
         for turn in range(self.plan.repeats):
@@ -143,7 +143,7 @@ class CostStudy:
             if jobs:
                 self.report(jobs[0].scene.name, f"round {turn + 1} of {self.plan.repeats}", str(Outcome.PASS))
 
-    def timed_turn(self, bench: Bench, job: Job) -> None:
+    def timed_turn(self, bench: TimingBench, job: Job) -> None:
         """One more time of a point; one that can't be repeated even once is a failure."""
         result = bench.run(job, 10.0 * self.plan.time_limit_s)
         if result.outcome is Outcome.PASS:

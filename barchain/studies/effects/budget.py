@@ -99,7 +99,7 @@ class EffectsBudget:
         if rounds < self.plan.repeats:
             self.note(
                 f"{rounds} of {self.plan.repeats} rounds of timing: the budget of {self.plan.seconds:g} s is used up, "
-                "--budget allows more"
+                "--minutes allows more"
             )
         self.note(f"timing one evaluation of {len(good)} right-hand sides by itself")
         self.write()

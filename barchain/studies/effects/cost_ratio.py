@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.timing.bench import Bench
+from barchain.timing.bench import TimingBench
 from barchain.timing.evaluation import DIRECT, batch_s, calibrated, loop_of
 from barchain.timing.statistics import Interval, median_time
 from reports.tables.outcome import Outcome
@@ -113,7 +113,7 @@ def timed_rounds(
         One for each job.
     """
     found = [Timed() for _ in jobs]
-    with Bench(LEAST_S) as bench:
+    with TimingBench(LEAST_S) as bench:
         for job in jobs:
             bench.run(job, time_limit_s)
         end = time.perf_counter() + seconds
@@ -126,7 +126,7 @@ def timed_rounds(
     return found
 
 
-def one_turn(bench: Bench, job: Job, kept: Timed, time_limit_s: float) -> None:
+def one_turn(bench: TimingBench, job: Job, kept: Timed, time_limit_s: float) -> None:
     """One more time of a run."""
     result = bench.run(job, time_limit_s)
     good = result.outcome is Outcome.PASS and result.trajectory is not None

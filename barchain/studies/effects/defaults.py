@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from barchain.studies.effects.atmosphere import HIGHEST_M, SOURCE, caveat, layer_at, standard_drag
 from scenarios import Gravity, Oblateness
-from scenarios.toml.resolve import IncompleteError, resolve_drag, resolve_solar_pressure, resolve_third_body
+from scenarios.toml.resolve import resolve_drag, resolve_solar_pressure, resolve_third_body
 from scenarios.toml.schema import EARTH_MU_M3_S2, EARTH_RADIUS_M
 from scenarios.toml.tables import EARTH_J2, SUNLIGHT_PA, SolarPressureTable, ThirdBodyTable
 
@@ -68,9 +68,11 @@ def default_third_body(scene: Scene, body: Literal["moon", "sun"]) -> Default:
     need_earth(scene)
     need_pull(scene)
     try:
-        return Default(resolve_third_body(ThirdBodyTable(body=body), scene), "at longitude 0")
-    except IncompleteError as error:
-        raise NoDefaultError(str(error).removeprefix("effects.third_body: ")) from None
+        return Default(
+            resolve_third_body(ThirdBodyTable(body=body), scene.central_body, scene.radius0_m), "at longitude 0"
+        )
+    except ValueError as error:
+        raise NoDefaultError(str(error)) from None
 
 
 def default_drag(scene: Scene, heights: Heights) -> Default:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from barchain.record.environment import environment, now, packages
 from barchain.record.facts import scene_facts
+from reports.tables.schema import KEY, SCHEMA_VERSION
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -25,6 +26,7 @@ def write(
     result.quantiles.to_csv(folder / "quantiles.csv", index=False)
     result.runs.to_csv(folder / "runs.csv", index=False)
     record = {
+        KEY: SCHEMA_VERSION,
         "created": now(),
         "command": command,
         "scene": {"name": result.scene.name} | scene_facts(result.scene),

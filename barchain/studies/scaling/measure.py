@@ -8,7 +8,8 @@ from adapters.registry import engines
 from barchain.record.environment import provenance
 from barchain.record.facts import engine_facts, external_versions, scene_words
 from barchain.run.selection import chosen_engines
-from barchain.studies.scaling.plan import BARS, MINUTES, REPEATS, TIME_LIMIT_S, Plan
+from barchain.studies.scaling.limits import BARS, MINUTES, REPEATS, TIME_LIMIT_S
+from barchain.studies.scaling.plan import Plan
 from barchain.studies.scaling.store import ScalingStore
 from barchain.studies.scaling.study import ScalingStudy
 from barchain.timing.divided_chain import SCENE

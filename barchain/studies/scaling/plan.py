@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.run.job import Job, Role
+from barchain.studies.scaling.limits import BARS, MINUTES, REPEATS, TIME_LIMIT_S
 from barchain.timing.divided_chain import divided
 
 if TYPE_CHECKING:
@@ -17,11 +18,7 @@ if TYPE_CHECKING:
     from adapters.registry import Registration
     from scenarios import Scene
 
-BARS = (2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000, 50_000, 100_000)
 SHARES = (1.0, 0.5, 0.2, 0.1, 0.05)  # of an orbit; the last is two steps between samples for the fewest steps taken
-TIME_LIMIT_S = 10.0  # of one simulation
-MINUTES = 25.0
-REPEATS = 5  # of short runs and of evaluations
 BUILDS = 3.0  # a model may take this many times as long to build, or compile, as to run
 MEMORY_SHARE = 0.5  # of the machine's memory that a model may take
 LAST = 3  # points that tell how costs grow

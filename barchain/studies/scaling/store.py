@@ -10,7 +10,8 @@ import pandas as pd
 from barchain.record.files import write_atomically
 from barchain.studies.scaling.fit import fits_table, targets
 from barchain.timing.left_out import NOT_RUN
-from reports.tables.scaling import POINT_COLUMNS, read_table
+from reports.tables.files import read_csv
+from reports.tables.scaling import POINT_COLUMNS, WORDS
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -65,6 +66,6 @@ class ScalingStore:
 
 def recalled(path: Path) -> list[dict[str, Any]]:
     """Rows of an earlier study, without the cells that are empty and the points that were not run."""
-    rows = read_table(path).to_dict("records")
+    rows = read_csv(path, WORDS).to_dict("records")
     full = [{str(k): v for k, v in row.items() if v != "" and pd.notna(v)} for row in rows]
     return [row for row in full if not str(row.get("reason", "")).startswith(NOT_RUN)]

@@ -10,7 +10,7 @@ import numpy as np
 from barchain.studies.selftest.faults.fault import Group
 from barchain.studies.selftest.invisible import moved_beyond_rounding
 from reports.tables.outcome import Outcome
-from reports.tables.selftest import Fate
+from reports.tables.selftest import FaultOutcome
 
 if TYPE_CHECKING:
     from barchain.judge.comparison import Row, Verdict
@@ -45,7 +45,7 @@ class Cell:
 
     fault: Fault
     scene: str
-    fate: Fate
+    fate: FaultOutcome
     reason: str
     """Why it survives, is invisible or has nothing to spoil"""
     readings: tuple[Reading, ...] = ()
@@ -85,7 +85,7 @@ def reading(row: Row) -> Reading | None:
 def nothing(ground: Ground, fault: Fault, foreign: str = "") -> Cell | None:
     """Cell of a fault that has nothing to spoil in a scene, or is `foreign` to the host; None if it has."""
     reason = foreign or fault.nothing(ground.solution)
-    return Cell(fault, ground.scene.name, Fate.NOTHING, reason) if reason else None
+    return Cell(fault, ground.scene.name, FaultOutcome.NOTHING, reason) if reason else None
 
 
 def cell(result: Result) -> Cell:
@@ -95,26 +95,29 @@ def cell(result: Result) -> Cell:
     return Cell(result.trial.fault, result.trial.ground.scene.name, fate, reason, found)
 
 
-def fate_of(result: Result, found: tuple[Reading, ...]) -> tuple[Fate, str]:
+def fate_of(result: Result, found: tuple[Reading, ...]) -> tuple[FaultOutcome, str]:
     """Fate of a trial, and why where nothing kills it."""
     trial, outcome = result.trial, result.verdict.outcome
     killed = any(r.killed for r in found)
     if outcome is Outcome.FAILED and not trial.fault.refuses:
-        return Fate.BROKEN, next(r.reason for r in found)
+        return FaultOutcome.BROKEN, next(r.reason for r in found)
     if trial.fault.group is Group.CONTROL:
-        return (Fate.FALSE_ALARM if killed else Fate.CLEAN), ""
+        return (FaultOutcome.FALSE_ALARM if killed else FaultOutcome.CLEAN), ""
     if killed:
-        return Fate.KILLED, ""
+        return FaultOutcome.KILLED, ""
     return unseen(trial, found)
 
 
-def unseen(trial: Trial, found: tuple[Reading, ...]) -> tuple[Fate, str]:
+def unseen(trial: Trial, found: tuple[Reading, ...]) -> tuple[FaultOutcome, str]:
     """Whether a fault that nothing kills changes anything."""
     near = max(found, key=lambda r: r.ratio)
     said = f"uses at most {near.ratio:.2g} of what is allowed ({near.quantity.replace('_', ' ')}, {near.check})"
     if not trial.fault.invisible:
-        return Fate.SURVIVES, said
+        return FaultOutcome.SURVIVES, said
     moved = moved_beyond_rounding(trial)
     if moved > 1.0:
-        return Fate.SURVIVES, f"{said}; not invisible: changes the equations by {moved:.2g} of their rounding"
-    return Fate.INVISIBLE, f"{trial.fault.invisible}; measured: at most {moved:.2g} of the equations' own rounding"
+        return FaultOutcome.SURVIVES, f"{said}; not invisible: changes the equations by {moved:.2g} of their rounding"
+    return (
+        FaultOutcome.INVISIBLE,
+        f"{trial.fault.invisible}; measured: at most {moved:.2g} of the equations' own rounding",
+    )

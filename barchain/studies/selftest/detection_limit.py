@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from barchain.studies.selftest.check_results import cell
 from barchain.studies.selftest.trial import Trial, run_trials
-from reports.tables.selftest import Fate
+from reports.tables.selftest import FaultOutcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -79,7 +79,9 @@ def brackets(cells: Iterable[Cell], found: list[Ground]) -> list[Bracket]:
     """Pairs of a continuous fault and a scene in which it was put in, with what its natural size came to."""
     grounds = {g.scene.name: g for g in found}
     tried = [c for c in cells if c.fault.size and c.readings]
-    return [Bracket(grounds[c.scene], c.fault).told(0, c.worst if c.fate is Fate.KILLED else None) for c in tried]
+    return [
+        Bracket(grounds[c.scene], c.fault).told(0, c.worst if c.fate is FaultOutcome.KILLED else None) for c in tried
+    ]
 
 
 def most_trials(pairs: list[Bracket]) -> int:
@@ -100,6 +102,6 @@ def settled(
         for result in run_trials(trials, workers=workers):
             one = cell(result)
             name = one.fault.name, one.scene
-            by = one.worst if one.fate is Fate.KILLED else None
+            by = one.worst if one.fate is FaultOutcome.KILLED else None
             open_pairs[name] = open_pairs[name].told(asked[name], by)
             done(1)

@@ -10,7 +10,7 @@ from barchain.run.job import Role
 from barchain.studies.selftest.check_results import Cell, cell, nothing
 from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, SOUND
 from barchain.studies.selftest.trial import SelftestError, Trial, run_trials
-from reports.tables.selftest import Fate
+from reports.tables.selftest import FaultOutcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -47,7 +47,7 @@ class Matrix:
     @property
     def wrong(self) -> tuple[Cell, ...]:
         """False alarms, and faults that are not put in as they are meant."""
-        return tuple(c for c in self.cells if c.fate in (Fate.FALSE_ALARM, Fate.BROKEN))
+        return tuple(c for c in self.cells if c.fate in (FaultOutcome.FALSE_ALARM, FaultOutcome.BROKEN))
 
     @property
     def passed(self) -> bool:
@@ -55,9 +55,9 @@ class Matrix:
         return not self.unkilled and not self.wrong
 
 
-def survives(fates: set[Fate]) -> bool:
+def survives(fates: set[FaultOutcome]) -> bool:
     """Whether a fault with these fates was put in and never killed, nor proven invisible."""
-    return Fate.SURVIVES in fates and Fate.KILLED not in fates
+    return FaultOutcome.SURVIVES in fates and FaultOutcome.KILLED not in fates
 
 
 def applies(fault: Fault, host: str) -> str:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from barchain.studies.stability.rules import Finding
 
 PATH = Path(__file__).with_name("expected.toml")
-HEADER = "# How each engine fares in each hard scene; written by `barchain stability --accept`.\n"
+HEADER = "# How each engine fares in each hard scene; written by `barchain stability --accept FILE`.\n"
 SLOW = "failed: time"  # a time-out, which another machine may not see
 HARM = (
     Stability.STABLE, Stability.DRIFTING, Stability.UNSUPPORTED, Stability.REJECTED, Stability.INACCURATE,

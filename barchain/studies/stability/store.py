@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +12,7 @@ from barchain.run.job import Job, RunResult
 from barchain.run.store import Store
 from barchain.studies.stability.evidence import evidence, plain_row
 from reports.tables.outcome import Outcome
+from reports.tables.schema import read_record
 from reports.tables.stability import EVIDENCE, LAWS, OUTCOMES, PLAIN, SERIES
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ class StabilityStore(Store):
         path = self.folder / "run.json"
         if not path.is_file():
             return {}
-        record = json.loads(path.read_text(encoding="utf-8"))
+        record = read_record(path)
         short = float(record.get("time_limit_s", 0.0)) < self.record["time_limit_s"]
         runs = [run for run in record.get("runs", []) if "rejected" in run]
         return {run["key"]: run for run in runs if not (short and run["outcome"] == Outcome.TIMED_OUT)}

@@ -10,8 +10,8 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from reports.plotting.families import CROSS_SIZE, MARKER_SIZE, OTHERS, SHARED, Flags, families, family_pens, group_of
 from reports.plotting.palette import COLOURS, Pen, engine_pen
-from reports.plotting.panels import MOST_TICKS, Frame, Legend, Panel, blank_axes, finish, log_axis
-from reports.plotting.series import Array, Floor, floor_of
+from reports.plotting.panels import MOST_TICKS, ChartFrame, Legend, Panel, blank_axes, finish, log_axis
+from reports.plotting.series import Array, DecadeRange, floor_of
 from reports.text.numerals import power_of_ten
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ FAILED = Pen(COLOURS["ink"], "x")
 
 
 @dataclass(frozen=True)
-class Track:
+class CostCurve:
     """One engine's points, coarse to fine."""
 
     engine: str
@@ -53,16 +53,16 @@ class Setup:
     y_label: str
     floor: float
     """Error that the oracle may have itself; 0 if there is none to speak of"""
-    tracks: tuple[Track, ...]
+    tracks: tuple[CostCurve, ...]
 
     @property
-    def x_span(self) -> Floor | None:
+    def x_span(self) -> DecadeRange | None:
         """Whole decades around all errors; smaller ones than the oracle's own say nothing and lie on the edge."""
         shown = [np.clip(t.error[t.drawn], self.floor, LARGEST) for t in self.tracks]
         return floor_of([*shown, np.array([FLOOR_MARGIN * self.floor])] if self.floor else shown)
 
     @property
-    def y_span(self) -> Floor | None:
+    def y_span(self) -> DecadeRange | None:
         """Whole decades around all costs."""
         return floor_of([t.cost[t.drawn] for t in self.tracks])
 
@@ -93,7 +93,7 @@ def by_family(setup: Setup) -> list[Panel]:
     return [p for p in found if p]
 
 
-def family(setup: Setup, name: str, own: list[Track]) -> Panel | None:
+def family(setup: Setup, name: str, own: list[CostCurve]) -> Panel | None:
     """One family's chart."""
     title = name.capitalize()
     ax = axes(setup, title, name)
@@ -109,9 +109,9 @@ def family(setup: Setup, name: str, own: list[Track]) -> Panel | None:
     return Panel(title, svg, note(replace(setup, tracks=tuple(own))), tuple(Legend(e, p) for e, p in pens.items()))
 
 
-def frame(setup: Setup, title: str, name: str) -> Frame:
+def frame(setup: Setup, title: str, name: str) -> ChartFrame:
     """What a chart says on its axes."""
-    return Frame(f"{setup.name}-{name}", title, setup.x_label, setup.y_label, (0.0, 1.0))
+    return ChartFrame(f"{setup.name}-{name}", title, setup.x_label, setup.y_label, (0.0, 1.0))
 
 
 def axes(setup: Setup, title: str, name: str) -> Axes | None:
@@ -134,7 +134,7 @@ def axes(setup: Setup, title: str, name: str) -> Axes | None:
     return ax
 
 
-def draw(ax: Axes, track: Track, pen: Pen) -> None:
+def draw(ax: Axes, track: CostCurve, pen: Pen) -> None:
     """Draw one engine's curve: filled points, hollow ones under the floor, crosses for failures."""
     good, colour = track.drawn, pen.colour.stand_in
     left, right = ax.get_xlim()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from reports.chapters.cost.charts import FLOOR_MARGIN, Setup, Track, by_family, overview
+from reports.chapters.cost.charts import FLOOR_MARGIN, CostCurve, Setup, by_family, overview
 from reports.tables.cost import BASELINE, CostTables, read_cost
 from reports.tables.outcome import Outcome
 from reports.text.numerals import is_nan, number
@@ -150,11 +150,11 @@ def setup(points: pd.DataFrame, quantity: str, cost: str, name: str) -> Setup:
     return Setup(name, label, unit, float(least) if np.isfinite(least) else 0.0, tuple(kept))
 
 
-def track(own: pd.DataFrame, error: str, floor: str, cost: str) -> Track:
+def track(own: pd.DataFrame, error: str, floor: str, cost: str) -> CostCurve:
     """One engine's points; runs that were left out for their length are none."""
     run = own[~own.reason.str.startswith("not run")]
     off = run[error].to_numpy(float)
-    return Track(
+    return CostCurve(
         str(own.engine.iloc[0]),
         off,
         run[cost].to_numpy(float),

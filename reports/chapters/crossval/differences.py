@@ -14,7 +14,7 @@ from reports.plotting.series import column
 from reports.tables.crossval import AMPLIFICATION, QUANTITY_UNITS
 
 if TYPE_CHECKING:
-    from reports.chapters.crossval.scene_data import Group, SceneData
+    from reports.chapters.crossval.scene_data import ChartGroup, SceneData
     from reports.plotting.panels import Panel
 
 DIFFERENCES = {
@@ -67,13 +67,13 @@ class DifferenceCharts:
         unit = QUANTITY_UNITS[quantity]
         return log_panel(self.data.frame(quantity, title, "relative" if unit == "1" else unit, lines)), engines
 
-    def difference_group(self) -> Group | None:
+    def difference_group(self) -> ChartGroup | None:
         """All differences."""
         found = [self.difference_panel(q, title) for q, title in DIFFERENCES.items()]
         text = "Dashed: what the errors of both sides explain. A tick ends a line at its horizon."
         return group("Differences from the truth", text, self.legend(found), [p for p, _ in found])
 
-    def drift_group(self) -> Group | None:
+    def drift_group(self) -> ChartGroup | None:
         """All drifts, and the growth of a small perturbation."""
         found = [self.drift_panel(q, title) for q, title in DRIFTS.items()]
         text = "Over the whole run, whatever the horizon; bands dashed." if any(p for p, _ in found) else ""

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from reports.text.numerals import significant
 
 if TYPE_CHECKING:
-    from reports.chapters.crossval.summary import Cell
+    from reports.chapters.crossval.summary import RunCell
 
 
-def cell_text(cell: Cell | None, predictability_limit: str = "") -> str:
+def cell_text(cell: RunCell | None, predictability_limit: str = "") -> str:
     """One cell of the matrix: outcome, errors, horizon."""
     if cell is None:
         return "not run"

@@ -41,7 +41,7 @@ class Geometry:
 
 
 @dataclass(frozen=True)
-class Motion:
+class DrawnMotion:
     """The trajectory to draw."""
 
     t_s: Array
@@ -80,7 +80,7 @@ def joints(geometry: Geometry, angle_rad: Array) -> Array:
     return around
 
 
-def orbit_panels(name: str, geometry: Geometry, motion: Motion) -> list[Panel]:
+def orbit_panels(name: str, geometry: Geometry, motion: DrawnMotion) -> list[Panel]:
     """One panel for each of the first two revolutions; one for the whole run of an open orbit."""
     if not motion.drawable:
         return []
@@ -98,7 +98,7 @@ def orbit_panels(name: str, geometry: Geometry, motion: Motion) -> list[Panel]:
     return panels
 
 
-def orbit_panel(name: str, title: str, geometry: Geometry, motion: Motion, window_s: tuple[float, float]) -> Panel:
+def orbit_panel(name: str, title: str, geometry: Geometry, motion: DrawnMotion, window_s: tuple[float, float]) -> Panel:
     """Draw one window of time."""
     start, end = window_s
     instants = np.linspace(start, end, INSTANTS + 1)
@@ -121,7 +121,7 @@ def orbit_panel(name: str, title: str, geometry: Geometry, motion: Motion, windo
     return Panel(title, finish(ax, name, title), note)
 
 
-def beyond(geometry: Geometry, motion: Motion, end_s: float) -> str:
+def beyond(geometry: Geometry, motion: DrawnMotion, end_s: float) -> str:
     """Say which configurations of a panel that ends at `end_s` are only some of many possible ones."""
     if motion.limit_s >= end_s:
         return ""

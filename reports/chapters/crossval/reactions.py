@@ -9,7 +9,7 @@ import numpy as np
 
 from reports.chapters.crossval.scene_data import group
 from reports.plotting.palette import COLOURS, Pen, hollow, joint_pen
-from reports.plotting.panels import Frame, Legend, Line, linear_panel
+from reports.plotting.panels import ChartFrame, Legend, Line, linear_panel
 from reports.plotting.series import Array, numbered
 from reports.text.numerals import prefixed
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
 
-    from reports.chapters.crossval.scene_data import Group, SceneData
+    from reports.chapters.crossval.scene_data import ChartGroup, SceneData
     from reports.plotting.panels import Panel
 
 MOST_JOINTS = 4  # as many as the paper's chain has
@@ -46,7 +46,7 @@ class ReactionCharts:
         count = self.solution.of["x"].shape[1] if self.solution else 0
         self.shown = np.unique(np.linspace(0, count - 1, min(count, MOST_JOINTS)).round().astype(int))
 
-    def group(self) -> Group | None:
+    def group(self) -> ChartGroup | None:
         """Both components over the whole run and at the first manoeuvre; one of them as the engines have it."""
         if self.solution is None:
             return None
@@ -132,13 +132,13 @@ class ReactionCharts:
         """Unit of a panel's time: a manoeuvre is told in seconds."""
         return self.data.unit_s if window_s is None else 1.0
 
-    def frame(self, name: str, title: str, window_s: tuple[float, float] | None) -> Frame:
+    def frame(self, name: str, title: str, window_s: tuple[float, float] | None) -> ChartFrame:
         """Empty frame over the whole run or over a stretch of it."""
         start, end = window_s or (0.0, self.data.end_s)
         label, unit_s = self.data.x_label if window_s is None else "time, s", self.unit_s(window_s)
-        return Frame(f"{self.data.id}-reaction-{name}", title, label, "N", (start / unit_s, end / unit_s))
+        return ChartFrame(f"{self.data.id}-reaction-{name}", title, label, "N", (start / unit_s, end / unit_s))
 
-    def scaled(self, frame: Frame, lines: list[Line], window_s: tuple[float, float] | None) -> Frame:
+    def scaled(self, frame: ChartFrame, lines: list[Line], window_s: tuple[float, float] | None) -> ChartFrame:
         """Put `lines`, in s and N, into a frame with its own units."""
         factor, frame.y_label = prefixed(
             max((float(np.nanmax(np.abs(x.y), initial=0.0)) for x in lines), default=0.0), "N"

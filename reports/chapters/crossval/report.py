@@ -11,12 +11,13 @@ from reports.chapters.crossval.external_coverage import carrier_words
 from reports.chapters.crossval.facts import facts
 from reports.chapters.crossval.matrix_cell import cell_text
 from reports.chapters.crossval.scene_view import view_scene
-from reports.chapters.crossval.summary import SHORT_OF_THE_RUN, WORDS, Cell, Summary, summarise
+from reports.chapters.crossval.summary import SHORT_OF_THE_RUN, WORDS, RunCell, Summary, summarise
 from reports.chapters.crossval.verdict import failure_words, judge
-from reports.page import templates
-from reports.plotting.palette import PAPER, engine_pen, variables
+from reports.page import surroundings, templates
+from reports.plotting.palette import engine_pen
 from reports.tables.crossval import Results, read_results
 from reports.tables.outcome import Outcome
+from reports.text.glossary import Glossary
 from reports.text.mathematics import written, written_row
 from reports.text.numerals import number
 from reports.text.record import mapping, rows
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from reports.chapter import View
+    from reports.chapter import Chapter, ChapterView
 
 SYMBOLS = {
     Outcome.PASS: "✓",
@@ -45,15 +46,15 @@ SYMBOLS = {
 }
 
 
-def write_report(folder: Path, chapters: Mapping[str, View]) -> tuple[Path, Path]:
+def write_report(folder: Path, chapters: Mapping[Chapter, ChapterView]) -> tuple[Path, Path]:
     """Write ``index.html`` and ``report.md`` into a result folder, from its stored tables alone.
 
     Parameters
     ----------
     folder : Path
         As described in :mod:`reports.tables.crossval`.
-    chapters : mapping of str to View
-        Of studies, by their names.
+    chapters : mapping of Chapter to ChapterView
+        Chapters of studies that the report includes, in this order.
 
     Returns
     -------
@@ -67,7 +68,7 @@ def write_report(folder: Path, chapters: Mapping[str, View]) -> tuple[Path, Path
     """
     results = read_results(folder)
     summary = summarise(results)
-    shared = context(results, summary) | {"chapters": list(chapters)} | dict(chapters)
+    shared = context(results, summary) | {"chapters": list(chapters)} | {c.name: v for c, v in chapters.items()}
     views = [view_scene(results, summary, s) for s in summary.scenes]
     environment = templates()
     environment.filters |= {
@@ -78,22 +79,20 @@ def write_report(folder: Path, chapters: Mapping[str, View]) -> tuple[Path, Path
     }
     page, text = folder / "index.html", folder / "report.md"
     html, markdown = (environment.get_template(f"crossval/report.{kind}.j2") for kind in ("html", "md"))
-    page.write_text(html.render(shared, views=views), encoding="utf-8")
-    text.write_text(markdown.render(shared), encoding="utf-8")
+    page.write_text(html.render(shared, views=views, glossary=Glossary()), encoding="utf-8")
+    text.write_text(markdown.render(shared, glossary=Glossary()), encoding="utf-8")
     return page, text
 
 
 def context(results: Results, summary: Summary) -> dict[str, Any]:
     """Gather what both templates see."""
     record = results.record
-    return {
+    return surroundings(record) | {
         "summary": summary,
         "verdict": judge(summary),
         "hint": str(record.get("verdict_hint") or ""),
         "record": {k: str(record.get(k) or "") for k in ("barchain", "created", "command")},
         "seconds": number(record.get("seconds")),
-        "environment": mapping(record.get("environment")),
-        "packages": dict(sorted(mapping(record.get("packages")).items())),
         "engines": {e: mapping(mapping(record.get("engines")).get(e)) for e in summary.engines},
         "runs": in_order(rows(record.get("runs"))),
         "misprints": [written_row(r) for r in rows(record.get("misprints"))],
@@ -107,9 +106,6 @@ def context(results: Results, summary: Summary) -> dict[str, Any]:
         "engine_pen": engine_pen,
         "orbits": orbits,
         "carrier_words": carrier_words,
-        "light": Markup(variables(0)),
-        "dark": Markup(variables(1)),
-        "paper": PAPER,
     }
 
 
@@ -138,7 +134,7 @@ def breakable(name: str) -> Markup:
     return Markup("").join(Markup("{}<wbr>").format(part) for part in re.findall(r"[^/_]*[/_]|[^/_]+", name))
 
 
-def orbits(summary: Summary, cell: Cell) -> str:
+def orbits(summary: Summary, cell: RunCell) -> str:
     """What a cell's errors are of, in words; empty where it is the whole run."""
     scene = next((s for s in summary.scenes if s.name == cell.scene), None)
     if scene is None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from reports.chapters.crossval.summary import SHORT_OF_THE_RUN
 from reports.plotting.palette import engine_pen
-from reports.plotting.panels import Frame
+from reports.plotting.panels import ChartFrame
 from reports.tables.crossval import SOLUTION
 from reports.text.numerals import number
 from reports.text.words import anchor
@@ -24,7 +24,7 @@ MANOEUVRES = 4.0  # durations of a prescribed rotation that is looked at closely
 
 
 @dataclass(frozen=True)
-class Group:
+class ChartGroup:
     """Charts that share a legend."""
 
     heading: str
@@ -33,10 +33,10 @@ class Group:
     panels: tuple[Panel, ...]
 
 
-def group(heading: str, text: str, legend: tuple[Legend, ...], panels: list[Panel | None]) -> Group | None:
+def group(heading: str, text: str, legend: tuple[Legend, ...], panels: list[Panel | None]) -> ChartGroup | None:
     """Group of the panels that exist; None if none does."""
     found = tuple(p for p in panels if p)
-    return Group(heading, text, legend, found) if found else None
+    return ChartGroup(heading, text, legend, found) if found else None
 
 
 class SceneData:
@@ -81,6 +81,6 @@ class SceneData:
         start, length = number(law.get("start_s")) or 0.0, number(law.get("duration_s")) or 0.0
         return start, min(start + MANOEUVRES * length, self.end_s) if length > 0.0 else self.end_s
 
-    def frame(self, name: str, title: str, y_label: str, lines: list[Line]) -> Frame:
+    def frame(self, name: str, title: str, y_label: str, lines: list[Line]) -> ChartFrame:
         """Frame over the whole run."""
-        return Frame(f"{self.id}-{name}", title, self.x_label, y_label, (0.0, self.end_s / self.unit_s), lines)
+        return ChartFrame(f"{self.id}-{name}", title, self.x_label, y_label, (0.0, self.end_s / self.unit_s), lines)

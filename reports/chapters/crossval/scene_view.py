@@ -10,15 +10,15 @@ import numpy as np
 from reports.chapters.crossval.differences import DifferenceCharts
 from reports.chapters.crossval.external_coverage import carrier_words
 from reports.chapters.crossval.facts import Fact, facts
-from reports.chapters.crossval.orbit import Geometry, Motion, orbit_panels
+from reports.chapters.crossval.orbit import DrawnMotion, Geometry, orbit_panels
 from reports.chapters.crossval.reactions import ReactionCharts
 from reports.chapters.crossval.scene_data import SceneData
 from reports.chapters.crossval.torques import torques
 from reports.plotting.series import numbered
 
 if TYPE_CHECKING:
-    from reports.chapters.crossval.scene_data import Group
-    from reports.chapters.crossval.summary import Cell, Summary
+    from reports.chapters.crossval.scene_data import ChartGroup
+    from reports.chapters.crossval.summary import RunCell, Summary
     from reports.plotting.panels import Panel
     from reports.tables.crossval import Results
     from reports.text.record import SceneRecord
@@ -32,8 +32,8 @@ class SceneView:
     anchor: str
     facts: tuple[tuple[str, Fact], ...]
     orbits: tuple[Panel, ...]
-    groups: tuple[Group, ...]
-    cells: tuple[Cell, ...]
+    groups: tuple[ChartGroup, ...]
+    cells: tuple[RunCell, ...]
     carriers: tuple[str, str] | None
     """Why engines of somebody else's were not run: a headline where none was, and more; None where nothing is to say"""
 
@@ -69,5 +69,5 @@ def orbits(data: SceneData) -> list[Panel]:
     geometry = Geometry(np.array(length), np.array(mass), radius, s.period_s or 1.0, s.closed)
     com = data.solution[["com_x_m", "com_y_m"]].to_numpy(float)
     return orbit_panels(
-        data.id, geometry, Motion(data.solution["t_s"].to_numpy(float), com, angle, data.solution_end_s)
+        data.id, geometry, DrawnMotion(data.solution["t_s"].to_numpy(float), com, angle, data.solution_end_s)
     )

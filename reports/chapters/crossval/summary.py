@@ -62,7 +62,7 @@ QUANTITY_NAMES = {
 
 
 @dataclass(frozen=True)
-class Cell:
+class RunCell:
     """One engine's run of one scene."""
 
     scene: str
@@ -130,7 +130,7 @@ class Summary:
 
     scenes: tuple[SceneRecord, ...]
     engines: tuple[str, ...]
-    cells: dict[tuple[str, str], Cell]
+    cells: dict[tuple[str, str], RunCell]
     finished: bool
     outside: frozenset[str] = frozenset()
     """Engines that are somebody else's work"""
@@ -141,29 +141,29 @@ class Summary:
         """Whether an engine is somebody else's work."""
         return engine in self.outside
 
-    def cell(self, scene: str, engine: str) -> Cell | None:
+    def cell(self, scene: str, engine: str) -> RunCell | None:
         """Cell of a run; None if there was none."""
         return self.cells.get((scene, engine))
 
-    def of_scene(self, scene: str) -> list[Cell]:
+    def of_scene(self, scene: str) -> list[RunCell]:
         """Cells of a scene, in the engines' order."""
         return [c for e in self.engines if (c := self.cell(scene, e))]
 
-    def of_several(self, scene: str) -> list[Cell]:
+    def of_several(self, scene: str) -> list[RunCell]:
         """Cells about several engines of a scene together."""
         return [c for (name, engine), c in self.cells.items() if name == scene and not is_engine(engine)]
 
     @property
-    def unsolved(self) -> list[Cell]:
+    def unsolved(self) -> list[RunCell]:
         """Why scenes have no reference solution, of those that have none."""
         return [c for s in self.scenes if (c := self.cell(s.name, REFERENCE_SOLUTION))]
 
     @property
-    def idle(self) -> list[Cell]:
+    def idle(self) -> list[RunCell]:
         """Why engines were compared on no scene, of those that should have been."""
         return [c for (scene, _), c in self.cells.items() if scene == ALL_SCENES]
 
-    def shown_in(self, scene: str) -> list[Cell]:
+    def shown_in(self, scene: str) -> list[RunCell]:
         """Cells of a scene's own table: why it has no reference solution, if so, and its engines'."""
         return [*(c for c in self.unsolved if c.scene == scene), *self.of_scene(scene)]
 
@@ -172,11 +172,11 @@ class Summary:
         return any(c.row("com") and not c.row("attitude") for c in self.of_scene(scene))
 
     @cached_property
-    def all(self) -> list[Cell]:
+    def all(self) -> list[RunCell]:
         """All cells, scene by scene."""
         return [c for s in self.scenes for c in self.of_scene(s.name)]
 
-    def with_outcome(self, *outcomes: Outcome) -> list[Cell]:
+    def with_outcome(self, *outcomes: Outcome) -> list[RunCell]:
         """Cells that ended so."""
         return [c for c in self.all if c.outcome in outcomes]
 
@@ -206,7 +206,7 @@ def summarise(results: Results) -> Summary:
     )
 
 
-def show_first_orbit(cells: dict[tuple[str, str], Cell], scene: SceneRecord) -> None:
+def show_first_orbit(cells: dict[tuple[str, str], RunCell], scene: SceneRecord) -> None:
     """Have all engines of a scene show the errors of its first orbit, if any comparison stops before the run does.
 
     One that stops inside the first orbit has no such error and shows its largest.
@@ -225,7 +225,7 @@ def paper_first(scene: SceneRecord) -> tuple[bool, str]:
     return "paper" not in scene.tags and not scene.name.startswith("paper/"), scene.name
 
 
-def make_cell(scene: str, engine: str, group: pd.DataFrame, duration_s: float | None) -> Cell:
+def make_cell(scene: str, engine: str, group: pd.DataFrame, duration_s: float | None) -> RunCell:
     """Cell from all metric rows of one run."""
     found = [make_row(str(q), g) for q, g in group.groupby("quantity", sort=False)]
     order = list(QUANTITY_UNITS)
@@ -236,7 +236,7 @@ def make_cell(scene: str, engine: str, group: pd.DataFrame, duration_s: float | 
     )
     shares = pd.to_numeric(group.loc[group["metric"] == "judged_share", "value"], errors="coerce").dropna()
     share = None if shares.empty else float(shares.iloc[0])
-    return Cell(scene, engine, str(group["setting"].iloc[0]), worst, reason, tuple(found), duration_s, share)
+    return RunCell(scene, engine, str(group["setting"].iloc[0]), worst, reason, tuple(found), duration_s, share)
 
 
 def make_row(quantity: str, group: pd.DataFrame) -> QuantityRow:

@@ -8,19 +8,19 @@ import numpy as np
 
 from reports.chapters.crossval.scene_data import group
 from reports.plotting.palette import COLOURS, DASHES, Pen
-from reports.plotting.panels import Frame, Legend, Line, linear_panel
+from reports.plotting.panels import ChartFrame, Legend, Line, linear_panel
 from reports.plotting.series import column
 from reports.tables.crossval import SOLUTION
 from reports.text.numerals import prefixed
 
 if TYPE_CHECKING:
     from reports.chapters.crossval.differences import DifferenceCharts
-    from reports.chapters.crossval.scene_data import Group, SceneData
+    from reports.chapters.crossval.scene_data import ChartGroup, SceneData
 
 SOLUTION_PEN = Pen(COLOURS["ink"], "", DASHES[1])
 
 
-def torques(data: SceneData, differences: DifferenceCharts) -> Group | None:
+def torques(data: SceneData, differences: DifferenceCharts) -> ChartGroup | None:
     """Torque of each prescribed rotation in its first few durations, truth and engines."""
     panels, used = [], []
     for p, law in enumerate(data.scene.prescribed):
@@ -30,7 +30,7 @@ def torques(data: SceneData, differences: DifferenceCharts) -> Group | None:
         factor, unit = prefixed(largest, "N m")
         scaled = [Line(li.x, factor * li.y, li.pen, width=li.width) for li in lines]
         name = f"Torque on bar {law.get('bar', '?')}"
-        panels.append(linear_panel(Frame(f"{data.id}-torque-{p}", name, "time, s", unit, (start, end), scaled)))
+        panels.append(linear_panel(ChartFrame(f"{data.id}-torque-{p}", name, "time, s", unit, (start, end), scaled)))
         used += [e for e in engines if e not in used]
     panels.append(differences.difference_panel("torque", "Difference from the truth")[0])
     legend = (*(Legend(e, data.pens[e]) for e in used), Legend("solution", SOLUTION_PEN))

@@ -10,7 +10,7 @@ from reports.text.numerals import significant
 from reports.text.words import joined
 
 if TYPE_CHECKING:
-    from reports.chapters.crossval.summary import Cell, QuantityRow, Summary
+    from reports.chapters.crossval.summary import QuantityRow, RunCell, Summary
     from reports.text.record import SceneRecord
 
 MOST_NAMED = 3  # scenes in the headline; the sentences below it name all
@@ -18,16 +18,16 @@ ALLOWED = (Outcome.PASS, Outcome.REPORTED, Outcome.UNSUPPORTED)
 
 
 @dataclass(frozen=True)
-class Verdict:
+class CrossvalVerdict:
     """What stands at the top of a report."""
 
     good: bool
     headline: str
     sentences: tuple[str, ...]
-    failures: tuple[Cell, ...]
+    failures: tuple[RunCell, ...]
 
 
-def judge(summary: Summary) -> Verdict:
+def judge(summary: Summary) -> CrossvalVerdict:
     """Put the summary into words."""
     failed = tuple(c for c in summary.all if not c.outcome.ok)
     failures = (*summary.unsolved, *failed)
@@ -43,7 +43,7 @@ def judge(summary: Summary) -> Verdict:
         f"No engine was compared on {', '.join(holes)}." if holes else "",
         f"No external engine passed on {named(unchecked, len(summary.scenes))}." if unchecked else "",
     ]
-    return Verdict(good, headline(summary, failed, spoilt), tuple(s for s in sentences if s), failures)
+    return CrossvalVerdict(good, headline(summary, failed, spoilt), tuple(s for s in sentences if s), failures)
 
 
 def unsolved_words(summary: Summary) -> str:
@@ -75,7 +75,7 @@ def listed(scenes: list[str]) -> str:
     return f"{len(scenes)} scenes ({', '.join(scenes[:MOST_NAMED])}{f' and {more} more' if more > 0 else ''})"
 
 
-def headline(summary: Summary, failed: tuple[Cell, ...], spoilt: list[str]) -> str:
+def headline(summary: Summary, failed: tuple[RunCell, ...], spoilt: list[str]) -> str:
     """One line that can be read alone; `failed` are comparisons, `spoilt` what else is no success, in words."""
     judged = [c for c in summary.all if c.outcome not in (Outcome.REPORTED, Outcome.UNSUPPORTED)]
     unsolved = unsolved_words(summary)
@@ -91,7 +91,7 @@ def headline(summary: Summary, failed: tuple[Cell, ...], spoilt: list[str]) -> s
     return f"All {count(len(judged), 'comparison')} passed{so_far}{but}."
 
 
-def counts(summary: Summary, failures: tuple[Cell, ...]) -> str:
+def counts(summary: Summary, failures: tuple[RunCell, ...]) -> str:
     """How many runs there were, and how they ended."""
     passed, left_out = summary.with_outcome(Outcome.PASS), summary.with_outcome(Outcome.UNSUPPORTED)
     reported = summary.with_outcome(Outcome.REPORTED)
@@ -121,7 +121,7 @@ def worst(summary: Summary) -> str:
     return f"The largest difference is {ratio_words(cell, row)}."
 
 
-def ratio_words(cell: Cell, row: QuantityRow) -> str:
+def ratio_words(cell: RunCell, row: QuantityRow) -> str:
     """``0.83 of what the errors ... explain (attitude, exudyn on paper/fig05)``."""
     times = significant(row.ratio)
     return f"{times} times what the errors of both sides explain ({row.name}, {cell.engine} on {cell.scene})"
@@ -161,7 +161,7 @@ def named(scenes: list[str], of: int) -> str:
     return "any scene" if len(scenes) == of > 1 else ", ".join(scenes)
 
 
-def failure_words(cell: Cell) -> str:
+def failure_words(cell: RunCell) -> str:
     """Why a run failed, from its rows: the reason stored, or the numbers."""
     if cell.reason:
         return cell.reason
@@ -180,6 +180,6 @@ def count(n: int, noun: str) -> str:
     return f"{n} {noun}{'' if n == 1 else 's'}"
 
 
-def be(cells: list[Cell]) -> str:
+def be(cells: list[RunCell]) -> str:
     """``is`` or ``are``."""
     return "is" if len(cells) == 1 else "are"

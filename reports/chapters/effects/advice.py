@@ -24,14 +24,14 @@ from reports.chapters.effects.words import (
     span_words,
     spoken,
 )
-from reports.tables.effects import Kind
+from reports.tables.effects import EffectKind
 from reports.text.words import joined
 
 if TYPE_CHECKING:
-    from reports.chapters.effects.rows import EffectRow, Whole
+    from reports.chapters.effects.rows import BudgetScope, EffectRow
 
 
-class Worth(StrEnum):
+class Relevance(StrEnum):
     """What an effect is worth in a scene."""
 
     MATTERS = "matters"
@@ -45,7 +45,7 @@ class Worth(StrEnum):
     @property
     def needless(self) -> bool:
         """Whether one may do without it."""
-        return self in (Worth.SMALL, Worth.UNRESOLVED)
+        return self in (Relevance.SMALL, Relevance.UNRESOLVED)
 
 
 @dataclass(frozen=True)
@@ -53,62 +53,62 @@ class Advice:
     """What follows for one effect."""
 
     row: EffectRow
-    worth: Worth
+    worth: Relevance
     text: str
 
 
-def advise(row: EffectRow, whole: Whole) -> Advice:
+def advise(row: EffectRow, whole: BudgetScope) -> Advice:
     """Advice on one effect."""
     worth = worth_of(row, whole.matters)
     return Advice(row, worth, sentence(row, worth, whole))
 
 
-def worth_of(row: EffectRow, matters: float) -> Worth:
+def worth_of(row: EffectRow, matters: float) -> Relevance:
     """The rule."""
     if row.reason or not row.changes:
-        return Worth.NOT_SWITCHED
+        return Relevance.NOT_SWITCHED
     large = [c for c in row.changes if c.share > matters]
     if any(c.resolved for c in large):
-        return Worth.MATTERS
+        return Relevance.MATTERS
     if large:
-        return Worth.UNTOLD
-    return Worth.SMALL if any(c.resolved for c in row.changes) else Worth.UNRESOLVED
+        return Relevance.UNTOLD
+    return Relevance.SMALL if any(c.resolved for c in row.changes) else Relevance.UNRESOLVED
 
 
-def sentence(row: EffectRow, worth: Worth, whole: Whole) -> str:
+def sentence(row: EffectRow, worth: Relevance, whole: BudgetScope) -> str:
     """One effect's advice with its numbers."""
-    if worth is Worth.NOT_SWITCHED:
+    if worth is Relevance.NOT_SWITCHED:
         return f"{spoken(row)} is not switched: {row.reason or 'not run'}."
     found = f"{spoken(row)} {what_it_does(row, worth, whole)}"
     caveat = f" {row.caveat}" if row.caveat else ""
     return f"{found}: {verdict(row, worth, whole)}{cost_words(row)}.{limit_words(row, whole)}{caveat}"
 
 
-def what_it_does(row: EffectRow, worth: Worth, whole: Whole) -> str:
+def what_it_does(row: EffectRow, worth: Relevance, whole: BudgetScope) -> str:
     """Changes in words, those that matter in whole clauses."""
     span, all_of_it = span_words(row, whole), ", ".join(map(named, row.changes))
-    if worth is Worth.UNRESOLVED:
+    if worth is Relevance.UNRESOLVED:
         bounds = ", ".join(f"{NAMES[c.name]} {amount(c, c.bound)}" for c in row.changes)
         return f"stays {NOT_RESOLVED} in {span} ({bounds})"
-    if worth is Worth.SMALL:
+    if worth is Relevance.SMALL:
         return f"changes next to nothing in {span} ({all_of_it})"
     known, hidden = [done(c) for c in row.changes if c.resolved], [named(c) for c in row.changes if not c.resolved]
     aside = f" ({', '.join(hidden)})" if hidden else ""
     return f"{joined(known) or f'may change what is {NOT_RESOLVED}'}{aside} in {span}"
 
 
-def verdict(row: EffectRow, worth: Worth, whole: Whole) -> str:
+def verdict(row: EffectRow, worth: Relevance, whole: BudgetScope) -> str:
     """What to do."""
-    if worth is Worth.UNTOLD:
+    if worth is Relevance.UNTOLD:
         return f"whether that matters can't be told at rtol = {whole.rtol:g}, ask for a smaller --rtol"
-    if row.kind is Kind.GRAVITY:
+    if row.kind is EffectKind.GRAVITY:
         return gravity_verdict(row, worth, whole.gravity)
     if row.on:
-        return "keep it" if worth is Worth.MATTERS else "it can be left out"
-    return "put it in" if worth is Worth.MATTERS else "leave it out"
+        return "keep it" if worth is Relevance.MATTERS else "it can be left out"
+    return "put it in" if worth is Relevance.MATTERS else "leave it out"
 
 
-def gravity_verdict(row: EffectRow, worth: Worth, own: str) -> str:
+def gravity_verdict(row: EffectRow, worth: Relevance, own: str) -> str:
     """Which of two models of gravity to use."""
     richer = MODELS.index(row.model) > MODELS.index(own)
     if richer:
@@ -116,12 +116,12 @@ def gravity_verdict(row: EffectRow, worth: Worth, own: str) -> str:
     return f"{row.model} would do" if worth.needless else f"keep {own}"
 
 
-def headline(advice: tuple[Advice, ...], whole: Whole) -> str:
+def headline(advice: tuple[Advice, ...], whole: BudgetScope) -> str:
     """One sentence for each kind of worth, and one for gravity."""
     rest = [a for a in advice if not a.row.model]
-    matter = [a.row.title for a in rest if a.worth is Worth.MATTERS]
+    matter = [a.row.title for a in rest if a.worth is Relevance.MATTERS]
     needless = [a.row.title for a in rest if a.worth.needless]
-    untold = [a.row.title for a in rest if a.worth is Worth.UNTOLD]
+    untold = [a.row.title for a in rest if a.worth is Relevance.UNTOLD]
     said = [
         f"What matters: {joined(matter) or 'nothing that was switched'}.",
         f"What changes next to nothing, {threshold(whole.matters)}: {joined(needless)}." if needless else "",
@@ -138,7 +138,7 @@ def threshold(matters: float) -> str:
 
 def gravity_headline(advice: list[Advice], own: str) -> str:
     """What other models of gravity would do, in one sentence."""
-    other = [a.row.model for a in advice if a.worth is Worth.MATTERS]
+    other = [a.row.model for a in advice if a.worth is Relevance.MATTERS]
     same = [a.row.model for a in advice if a.worth.needless]
     parts = [f"{joined(other)} {plural(other, 'differ')} from {own}"] if other else []
     parts += [f"{joined(same)} {plural(same, 'give')} next to what {own} gives"] if same else []

@@ -18,7 +18,7 @@ from reports.plotting.panels import (
     RIGHT,
     TOP,
     WIDTH,
-    Frame,
+    ChartFrame,
     Legend,
     Panel,
     blank_axes,
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from reports.chapters.effects.rows import Change, EffectRow, Whole
-    from reports.plotting.series import Floor
+    from reports.chapters.effects.rows import BudgetScope, EffectChange, EffectRow
+    from reports.plotting.series import DecadeRange
 
 TITLES = {
     "reaction": ("Change of the reactions", "relative to the largest reaction"),
@@ -56,7 +56,7 @@ class Point:
     """One effect in one chart."""
 
     row: EffectRow
-    change: Change
+    change: EffectChange
     pen: Pen
     ratio: float
 
@@ -67,7 +67,7 @@ class Point:
         return (self.ratio if low is None else low, self.ratio if high is None else high)
 
 
-def effect_charts(rows: Sequence[EffectRow], whole: Whole) -> tuple[tuple[Panel, ...], tuple[Legend, ...]]:
+def effect_charts(rows: Sequence[EffectRow], whole: BudgetScope) -> tuple[tuple[Panel, ...], tuple[Legend, ...]]:
     """One chart for each quantity that there is, and the legend of all."""
     switched = [row for row in rows if row.changes and row.time.value]
     found = (chart(name, points_of(switched, name), whole) for name in TITLES)
@@ -85,14 +85,14 @@ def points_of(rows: Sequence[EffectRow], name: str) -> list[Point]:
     return found
 
 
-def chart(name: str, points: list[Point], whole: Whole) -> Panel | None:
+def chart(name: str, points: list[Point], whole: BudgetScope) -> Panel | None:
     """Size against price; None if there is nothing to draw."""
     low = [p.change.share / (1.0 if p.change.resolved else ROOM) for p in points]
     up = floor_of([np.array([*low, *(p.change.share for p in points), whole.matters])]) if points else None
     if up is None:
         return None
     title, unit = TITLES[name]
-    frame = Frame(f"effects-{name}", title, X_LABEL, unit, (0.0, 1.0))
+    frame = ChartFrame(f"effects-{name}", title, X_LABEL, unit, (0.0, 1.0))
     ax = axes(frame, points, up)
     ax.axhline(whole.matters, color=COLOURS["muted"].stand_in, linewidth=0.9, linestyle=(0.0, (3.0, 2.5)), zorder=1)
     for point in points:
@@ -101,7 +101,7 @@ def chart(name: str, points: list[Point], whole: Whole) -> Panel | None:
     return Panel(title, finish(ax, frame))
 
 
-def name_points(ax: Axes, points: list[Point], up: Floor) -> None:
+def name_points(ax: Axes, points: list[Point], up: DecadeRange) -> None:
     """Name of each effect beside its point, with a line to it where it had to be moved away."""
     anchors = [anchor(ax, p, up) for p in points]
     for point, at, box in zip(points, anchors, placed(anchors, *PLOT), strict=True):
@@ -119,7 +119,7 @@ def name_points(ax: Axes, points: list[Point], up: Floor) -> None:
         )  # fmt: skip
 
 
-def anchor(ax: Axes, point: Point, up: Floor) -> Anchor:
+def anchor(ax: Axes, point: Point, up: DecadeRange) -> Anchor:
     """Where a point stands in the plot, px."""
     (left, right), y = ax.get_xlim(), float(up.lift(np.array([point.change.share]))[0][0])
 
@@ -136,7 +136,7 @@ def label(row: EffectRow) -> str:
     return row.title if row.model else f"{row.title} ({row.state})"
 
 
-def axes(frame: Frame, points: list[Point], up: Floor) -> Axes:
+def axes(frame: ChartFrame, points: list[Point], up: DecadeRange) -> Axes:
     """Empty axes, both logarithmic, with a line where an effect costs nothing."""
     ax = blank_axes(frame)
     low, high = min(1.0 / NARROWEST, *(p.reach[0] for p in points)), max(NARROWEST, *(p.reach[1] for p in points))
@@ -159,7 +159,7 @@ def ticks(low: float, high: float) -> list[float]:
     return fine if len(fine) <= MOST_TICKS else [10.0**k for k in decades]
 
 
-def draw(ax: Axes, point: Point, up: Floor) -> None:
+def draw(ax: Axes, point: Point, up: DecadeRange) -> None:
     """One effect: filled where it is resolved, outlined with an arrow down where only a bound is known."""
     colour, y = point.pen.colour.stand_in, float(up.lift(np.array([point.change.share]))[0][0])
     ax.plot(point.reach, (y, y), color=colour, linewidth=1.1, zorder=2)

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.effects import QUANTITIES, SIZES, UNITS, Kind
+from reports.tables.effects import QUANTITIES, SIZES, UNITS, EffectKind
 from reports.text.numerals import number
 from reports.text.record import mapping
 
@@ -19,7 +19,7 @@ FEWEST_ROUNDS = 3  # whose range tells anything: it holds the median with 1 - 2^
 
 
 @dataclass(frozen=True)
-class Change:
+class EffectChange:
     """What switching an effect changed in one quantity, as a share of that quantity's scale."""
 
     name: str
@@ -67,7 +67,7 @@ class EffectRow:
 
     effect: str
     title: str
-    kind: Kind
+    kind: EffectKind
     on: bool
     said: str
     reason: str
@@ -77,7 +77,7 @@ class EffectRow:
     engine: str
     sizes: dict[str, tuple[float | None, float | None]]
     """At the start, and the largest over the run"""
-    changes: tuple[Change, ...]
+    changes: tuple[EffectChange, ...]
     compared_s: float | None
     ended: str
     time: Ratio
@@ -85,19 +85,19 @@ class EffectRow:
     evaluations_ratio: float | None
     evaluation_s: float | None
 
-    def change(self, name: str) -> Change | None:
+    def change(self, name: str) -> EffectChange | None:
         """Change of one quantity."""
         return next((c for c in self.changes if c.name == name), None)
 
     @property
     def model(self) -> str:
         """Model of gravity that it stands for."""
-        return self.effect.removeprefix("gravity.") if self.kind is Kind.GRAVITY else ""
+        return self.effect.removeprefix("gravity.") if self.kind is EffectKind.GRAVITY else ""
 
     @property
     def state(self) -> str:
         """Whether the scene has it: ``on``, ``off``, or what it would be instead of."""
-        return self.said if self.kind is Kind.GRAVITY else "on" if self.on else "off"
+        return self.said if self.kind is EffectKind.GRAVITY else "on" if self.on else "off"
 
     @property
     def rest(self) -> float | None:
@@ -113,7 +113,7 @@ class EffectRow:
 
 
 @dataclass(frozen=True)
-class Whole:
+class BudgetScope:
     """The scene as it is."""
 
     name: str
@@ -135,7 +135,7 @@ class Whole:
     """Part of the run that was timed"""
 
 
-def whole_of(record: dict[str, Any]) -> Whole:
+def whole_of(record: dict[str, Any]) -> BudgetScope:
     """What the record says of the scene as it is."""
     scene = mapping(record.get("scene"))
 
@@ -145,7 +145,7 @@ def whole_of(record: dict[str, Any]) -> Whole:
     def limit(key: str) -> float:
         return number(record.get(key)) or 0.0
 
-    return Whole(
+    return BudgetScope(
         str(scene.get("name") or ""), str(scene.get("gravity") or ""), bool(scene.get("bound")), value("period_s"),
         value("duration_s"), value("limit_s"), value("end_s"), str(scene.get("ended") or ""),
         {"com": value("radius0_m"), "attitude": 1.0, "reaction": value("largest_reaction_N")},
@@ -154,12 +154,12 @@ def whole_of(record: dict[str, Any]) -> Whole:
     )  # fmt: skip
 
 
-def rows_of(tables: EffectsTables, whole: Whole) -> list[EffectRow]:
+def rows_of(tables: EffectsTables, whole: BudgetScope) -> list[EffectRow]:
     """All effects of a budget."""
     return [row_of(r, whole) for r in tables.effects.to_dict("records")]
 
 
-def row_of(found: dict[Any, Any], whole: Whole) -> EffectRow:
+def row_of(found: dict[Any, Any], whole: BudgetScope) -> EffectRow:
     """One row of effects.csv."""
 
     def value(key: str) -> float | None:
@@ -172,10 +172,10 @@ def row_of(found: dict[Any, Any], whole: Whole) -> EffectRow:
 
     changes = [(q, value(f"{q}_{UNITS[q]}"), value(f"{q}_noise_{UNITS[q]}")) for q in QUANTITIES]
     return EffectRow(
-        str(found["effect"]), str(found["title"]), Kind(found["kind"]), bool(found["on"]), str(found["said"]),
+        str(found["effect"]), str(found["title"]), EffectKind(found["kind"]), bool(found["on"]), str(found["said"]),
         str(found["reason"]), str(found["caveat"]), str(found["engine"]),
         {name: (value(f"{name}_start"), value(f"{name}_largest")) for name in SIZES},
-        tuple(Change(q, v, n, whole.scales[q]) for q, v, n in changes if v is not None and n is not None),
+        tuple(EffectChange(q, v, n, whole.scales[q]) for q, v, n in changes if v is not None and n is not None),
         value("compared_s"), str(found["ended"]),
         ratio("time_ratio", value("rounds") or 0.0), ratio("evaluation_ratio", math.inf), value("evaluations_ratio"),
         value("evaluation_s"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from reports.chapters.effects.advice import Advice, Worth, advise, headline
+from reports.chapters.effects.advice import Advice, Relevance, advise, headline
 from reports.chapters.effects.charts import effect_charts
 from reports.chapters.effects.rows import rows_of, whole_of
 from reports.chapters.effects.words import brief, times
@@ -16,14 +16,14 @@ from reports.text.record import mapping
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from reports.chapters.effects.rows import EffectRow, Ratio, Whole
+    from reports.chapters.effects.rows import BudgetScope, EffectRow, Ratio
     from reports.plotting.panels import Legend, Panel
 
 WORDY = 3  # columns of words, at the left of the consequences; one elsewhere
 
 
 @dataclass(frozen=True)
-class EffectsTable:
+class BudgetTable:
     """One of the chapter's tables: a row for each effect."""
 
     title: str
@@ -38,18 +38,18 @@ class EffectsView:
     """The chapter."""
 
     record: dict[str, Any]
-    whole: Whole
+    whole: BudgetScope
     advice: tuple[Advice, ...]
     """One for each effect, what matters first"""
-    consequences: EffectsTable
-    price: EffectsTable
-    size: EffectsTable
+    consequences: BudgetTable
+    price: BudgetTable
+    size: BudgetTable
     charts: tuple[Panel, ...]
     legend: tuple[Legend, ...]
     """Of all charts"""
 
     @property
-    def tables(self) -> tuple[EffectsTable, ...]:
+    def tables(self) -> tuple[BudgetTable, ...]:
         """All of them."""
         return self.consequences, self.price, self.size
 
@@ -88,7 +88,7 @@ class EffectsView:
             return ""
         over = "" if whole.timed_s >= whole.duration_s else f" over the first {times(whole.timed_s, whole)}"
         rounds = "round" if whole.rounds == 1 else "rounds"
-        return f"Timed in {whole.rounds} {rounds}{over}; a longer --budget, and more --repeats, narrow the intervals."
+        return f"Timed in {whole.rounds} {rounds}{over}; more --minutes, and more --repeats, narrow the intervals."
 
 
 def view_effects(folder: Path) -> EffectsView:
@@ -97,23 +97,23 @@ def view_effects(folder: Path) -> EffectsView:
     whole = whole_of(tables.record)
     rows = rows_of(tables, whole)
     advice = [advise(row, whole) for row in rows]
-    order, switched = list(Worth), [a.row for a in advice if a.worth is not Worth.NOT_SWITCHED]
+    order, switched = list(Relevance), [a.row for a in advice if a.worth is not Relevance.NOT_SWITCHED]
     return EffectsView(
         tables.record,
         whole,
         tuple(sorted(advice, key=lambda a: order.index(a.worth))),
-        EffectsTable(
+        BudgetTable(
             "What each changes",
             ("effect", "in the scene", "worth", "moves CM", "turns bars", "changes reactions"),
             tuple(map(consequence_cells, advice)),
             WORDY,
         ),
-        EffectsTable(
+        BudgetTable(
             "What each costs, times as much",
             ("effect", "run", "one evaluation", "evaluations", "the rest"),
             tuple(map(price_cells, switched)),
         ),
-        EffectsTable(
+        BudgetTable(
             "How large each is",
             ("effect", "between bars / tide", "torque / 3n²J", "common / g"),
             tuple(map(size_cells, switched)),
@@ -125,7 +125,7 @@ def view_effects(folder: Path) -> EffectsView:
 def consequence_cells(advice: Advice) -> tuple[str, ...]:
     """Row of what an effect changes."""
     row = advice.row
-    if advice.worth is Worth.NOT_SWITCHED:
+    if advice.worth is Relevance.NOT_SWITCHED:
         return (row.title, row.state, f"{advice.worth}: {row.reason}", *[""] * len(QUANTITIES))
     changed = (row.change(q) for q in QUANTITIES)
     return (row.title, row.state, str(advice.worth), *("" if c is None else brief(c) for c in changed))

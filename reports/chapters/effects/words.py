@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from reports.tables.effects import Kind
+from reports.tables.effects import EffectKind
 from reports.text.numerals import prefixed, significant
 from reports.text.ratios import short
 from reports.text.words import joined
 
 if TYPE_CHECKING:
-    from reports.chapters.effects.rows import Change, EffectRow, Whole
+    from reports.chapters.effects.rows import BudgetScope, EffectChange, EffectRow
 
 NAMES = {"com": "centre of mass", "attitude": "attitude", "reaction": "reactions"}
 OF_LARGEST = " of the largest"
@@ -40,7 +40,7 @@ def share_text(share: float) -> str:
     return f"{short(100.0 * share)} %" if share >= LEAST_PERCENT else f"{significant(share, 2)}{OF_LARGEST}"
 
 
-def amount(change: Change, value: float) -> str:
+def amount(change: EffectChange, value: float) -> str:
     """Size of a change in its own unit, reactions as a share of the largest."""
     if change.name == "com":
         return length_text(value)
@@ -49,24 +49,24 @@ def amount(change: Change, value: float) -> str:
     return share_text(value / change.scale) if change.scale else f"{significant(value, 2)} N"
 
 
-def shown(change: Change) -> str:
+def shown(change: EffectChange) -> str:
     """``612 km``, or ``below what the numerics resolve (3.1e-09 rad)``; never zero."""
     text = amount(change, change.bound)
     return text if change.resolved else f"{NOT_RESOLVED} ({text})"
 
 
-def brief(change: Change) -> str:
+def brief(change: EffectChange) -> str:
     """Return the same for a table: ``612 km``, or ``not resolved, < 70 mm``; reactions in shares of the largest."""
     text = amount(change, change.bound).removesuffix(OF_LARGEST)
     return text if change.resolved else f"not resolved, < {text}"
 
 
-def named(change: Change) -> str:
+def named(change: EffectChange) -> str:
     """``reactions 0.13 %``."""
     return f"{NAMES[change.name]} {shown(change)}"
 
 
-def done(change: Change) -> str:
+def done(change: EffectChange) -> str:
     """What a resolved change does."""
     text = amount(change, change.value)
     verbs = {"com": f"moves the centre of mass by {text}", "attitude": f"turns bars by {text}"}
@@ -75,10 +75,10 @@ def done(change: Change) -> str:
 
 def spoken(row: EffectRow) -> str:
     """Effect as a sentence begins with it."""
-    return f"{row.title} {row.said}" if row.kind is Kind.GRAVITY else row.title
+    return f"{row.title} {row.said}" if row.kind is EffectKind.GRAVITY else row.title
 
 
-def times(seconds: float, whole: Whole) -> str:
+def times(seconds: float, whole: BudgetScope) -> str:
     """``2.76 orbits``, or seconds where nothing is orbited."""
     if whole.bound and whole.period_s:
         count = f"{seconds / whole.period_s:.3g}"
@@ -86,18 +86,18 @@ def times(seconds: float, whole: Whole) -> str:
     return f"{seconds:.4g} s"
 
 
-def cut_short(row: EffectRow, whole: Whole) -> bool:
+def cut_short(row: EffectRow, whole: BudgetScope) -> bool:
     """Whether less than the run was compared."""
     return row.compared_s is not None and row.compared_s < (1.0 - WHOLE_RUN) * whole.duration_s
 
 
-def span_words(row: EffectRow, whole: Whole) -> str:
+def span_words(row: EffectRow, whole: BudgetScope) -> str:
     """Over what a row's runs were compared."""
     until = times(row.compared_s or 0.0, whole)
     return f"the first {until} of {times(whole.duration_s, whole)}" if cut_short(row, whole) else until
 
 
-def limit_words(row: EffectRow, whole: Whole) -> str:
+def limit_words(row: EffectRow, whole: BudgetScope) -> str:
     """Why no more of the run was compared; empty where all of it was."""
     if not cut_short(row, whole):
         return ""

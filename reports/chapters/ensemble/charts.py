@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from reports.plotting.palette import COLOURS
-from reports.plotting.panels import MOST_TICKS, Frame, Panel, blank_axes, finish
+from reports.plotting.panels import MOST_TICKS, ChartFrame, Panel, blank_axes, finish
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -40,7 +40,7 @@ def fan(part: pd.DataFrame, name: str, title: str, label: str, period_s: float) 
     """Panel of one bar or joint."""
     wide = part.pivot_table(index="t_s", columns="quantile", values="value").sort_index(axis=1)
     x = wide.index.to_numpy(dtype=float) / (period_s or 1.0)
-    frame = Frame(f"fan-{name}", title.capitalize(), "orbits" if period_s else "s", label, (0.0, float(x[-1])))
+    frame = ChartFrame(f"fan-{name}", title.capitalize(), "orbits" if period_s else "s", label, (0.0, float(x[-1])))
     ax = blank_axes(frame)
     ax.yaxis.set_major_locator(MaxNLocator(MOST_TICKS, steps=[1, 2, 2.5, 5, 10]))
     bounds(ax, x, wide)

@@ -21,14 +21,14 @@ from reports.chapters.roundoff.series import (
 from reports.chapters.roundoff.words import between, exponent_words, listed, size, unit_text
 
 if TYPE_CHECKING:
-    from reports.chapters.roundoff.series import Law, Study
+    from reports.chapters.roundoff.series import ErrorLaw, RoundoffStudy
 
 ALIKE = 3.0  # constants within this factor of each other are the same
 VANISHING = "Reactions of the exactly horizontal chain nearly vanish; their last digit goes"
 PRECISIONS = {DOUBLE: "double", SINGLE: "single"}
 
 
-def single_says(study: Study) -> tuple[str, ...]:
+def single_says(study: RoundoffStudy) -> tuple[str, ...]:
     """Single precision, ordinary state."""
     law, beside = study.law(Key(ABSOLUTE, SINGLE)), study.steady(Key(RELATIVE, SINGLE))
     if law is None or law.last_digit_ratio is None:
@@ -40,7 +40,7 @@ def single_says(study: Study) -> tuple[str, ...]:
     return (f"{said}.",)
 
 
-def read_off_says(study: Study) -> tuple[str, ...]:
+def read_off_says(study: RoundoffStudy) -> tuple[str, ...]:
     """Reactions read off from known motion instead of solved for."""
     key = Key(POSITIONS, state=STRAIGHT)
     laws = {f"in {word} precision": study.law(other(key, arithmetic=a)) for a, word in PRECISIONS.items()}
@@ -55,7 +55,7 @@ def read_off_says(study: Study) -> tuple[str, ...]:
     return (f"{said}.", *accelerations_say(study))
 
 
-def last_digits(study: Study, laws: dict[str, Law | None]) -> list[str]:
+def last_digits(study: RoundoffStudy, laws: dict[str, ErrorLaw | None]) -> list[str]:
     """Sizes at which the last digit goes, each with its words and with what is to be said of its law."""
     return [
         f"{size(study, law.last_digit_ratio)} {words} ({exponent_words(law)})".replace("  ", " ")
@@ -64,7 +64,7 @@ def last_digits(study: Study, laws: dict[str, Law | None]) -> list[str]:
     ]
 
 
-def accelerations_say(study: Study) -> list[str]:
+def accelerations_say(study: RoundoffStudy) -> list[str]:
     """Whether it is the differencing, or the absolute coordinates themselves."""
     key = Key(ACCELERATIONS, state=STRAIGHT)
     law, solved = study.law(key), study.law(other(key, formulation=ABSOLUTE))
@@ -74,7 +74,7 @@ def accelerations_say(study: Study) -> list[str]:
     return [f"{said[0].upper()}{said[1:]}."]
 
 
-def horizontal_says(study: Study) -> tuple[str, ...]:
+def horizontal_says(study: RoundoffStudy) -> tuple[str, ...]:
     """The chain whose reactions vanish, against both yardsticks."""
     said: list[str] = []
     for arithmetic, word in PRECISIONS.items():
@@ -87,7 +87,7 @@ def horizontal_says(study: Study) -> tuple[str, ...]:
     return (*said, *ordinary_yardstick_says(study))
 
 
-def ordinary_yardstick_says(study: Study) -> list[str]:
+def ordinary_yardstick_says(study: RoundoffStudy) -> list[str]:
     """The same errors against the size of an ordinary state's reactions."""
     key = Key(ABSOLUTE, state=HORIZONTAL, yardstick=ORDINARY)
     theirs, ours = study.law(key), study.law(other(key, formulation=RELATIVE))

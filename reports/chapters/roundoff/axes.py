@@ -19,14 +19,14 @@ from reports.plotting.panels import (
     RIGHT,
     TOP,
     WIDTH,
-    Frame,
+    ChartFrame,
     Legend,
     Panel,
     dress,
     finish,
     log_axis,
 )
-from reports.plotting.series import Floor
+from reports.plotting.series import DecadeRange
 from reports.plotting.svg import TEXT_SIZE, figure
 from reports.text.numerals import as_given, power_of_ten
 
@@ -49,7 +49,7 @@ MARGIN = 0.22  # decades beyond the first and the last point
 
 
 @dataclass(frozen=True)
-class Curve:
+class ErrorCurve:
     """Medians of errors and what surrounds them."""
 
     x: Array
@@ -84,7 +84,7 @@ class Sheet:
     """Whether the vertical axis counts digits, evenly"""
 
 
-def panel(sheet: Sheet, curves: list[Curve], legend: tuple[Legend, ...], note: str = "") -> Panel | None:
+def panel(sheet: Sheet, curves: list[ErrorCurve], legend: tuple[Legend, ...], note: str = "") -> Panel | None:
     """Chart; None if there is nothing to draw."""
     shown = [c for c in curves if (np.isfinite(c.y) & (c.y > 0.0)).any()]
     if not shown:
@@ -100,7 +100,7 @@ def panel(sheet: Sheet, curves: list[Curve], legend: tuple[Legend, ...], note: s
         write_name(ax, thing, row, ends)
     for curve in shown:
         draw(ax, curve)
-    frame = Frame(sheet.name, sheet.title, sheet.x_label, sheet.y_label, (0.0, 1.0))
+    frame = ChartFrame(sheet.name, sheet.title, sheet.x_label, sheet.y_label, (0.0, 1.0))
     return Panel(sheet.title, finish(ax, frame), note, legend)
 
 
@@ -134,7 +134,7 @@ def across(ax: Axes, sheet: Sheet, ends: tuple[float, float]) -> None:
     ax.xaxis.set_major_formatter(FuncFormatter(lambda v, _: power_of_ten(round(np.log10(v)))))
 
 
-def up(ax: Axes, sheet: Sheet, curves: list[Curve]) -> None:
+def up(ax: Axes, sheet: Sheet, curves: list[ErrorCurve]) -> None:
     """Vertical axis, and the stretch of it where no digit is left."""
     if sheet.in_digits:
         ax.yaxis.set_major_locator(MaxNLocator(MOST_TICKS, integer=True))
@@ -148,16 +148,16 @@ def up(ax: Axes, sheet: Sheet, curves: list[Curve]) -> None:
         ax.axhline(1.0, color=COLOURS["rule"].stand_in, linewidth=0.8, zorder=0.5)
 
 
-def heights(curves: list[Curve]) -> Floor:
+def heights(curves: list[ErrorCurve]) -> DecadeRange:
     """Whole decades around the errors, but none beyond :data:`LARGEST`."""
     edges = [edge for c in curves for edge in (c.y, *(c.bound or ()))]
     values = np.concatenate([e[np.isfinite(e) & (e > 0.0)] for e in edges])
     high = min(int(np.ceil(np.log10(values.max()))), LARGEST)
     low = min(int(np.floor(np.log10(values.min()))), high - 2)
-    return Floor(10.0**low, 10.0**high)
+    return DecadeRange(10.0**low, 10.0**high)
 
 
-def draw(ax: Axes, curve: Curve) -> None:
+def draw(ax: Axes, curve: ErrorCurve) -> None:
     """One curve over its band, with its fit and its marks."""
     colour, pen = curve.pen.colour.stand_in, curve.pen
     y = np.where(np.isinf(curve.y), EVEN_FARTHER, curve.y)

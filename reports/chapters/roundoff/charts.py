@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reports.chapters.roundoff.axes import Curve, Sheet, panel
+from reports.chapters.roundoff.axes import ErrorCurve, Sheet, panel
 from reports.chapters.roundoff.series import (
     ABSOLUTE,
     ACCELERATIONS,
@@ -35,7 +35,7 @@ from reports.text.ratios import decade
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reports.chapters.roundoff.series import Study
+    from reports.chapters.roundoff.series import RoundoffStudy
     from reports.plotting.series import Array
 
 HUES = {
@@ -57,40 +57,40 @@ def pen(formulation: str, dash: tuple[float, ...] = ()) -> Pen:
     return Pen(COLOURS[hue], marker, dash)
 
 
-def evaluation_panels(study: Study) -> tuple[Panel, ...]:
+def evaluation_panels(study: RoundoffStudy) -> tuple[Panel, ...]:
     """What one evaluation leaves, chart after chart."""
     found = (generic(study), horizontal(study, REACTION), horizontal(study, ORDINARY), differenced(study, DOUBLE),
              sources(study), against_bars(study))  # fmt: skip
     return tuple(p for p in found if p)
 
 
-def further_panels(study: Study) -> tuple[Panel, ...]:
+def further_panels(study: RoundoffStudy) -> tuple[Panel, ...]:
     """The same in other states and arithmetics."""
     found = (several(study, f"roundoff-{k}", f"One evaluation: {state}", state, REACTION)
              for k, state in enumerate((STRAIGHT, "fast spin", "unequal masses")))  # fmt: skip
     return tuple(p for p in (*found, differenced(study, SINGLE)) if p)
 
 
-def generic(study: Study) -> Panel | None:
+def generic(study: RoundoffStudy) -> Panel | None:
     """Both formulations in three arithmetics, in an ordinary state."""
     return several(study, "roundoff-generic", "One evaluation in a generic state", GENERIC, REACTION)
 
 
-def horizontal(study: Study, yardstick: str) -> Panel | None:
+def horizontal(study: RoundoffStudy, yardstick: str) -> Panel | None:
     """The same for the horizontal chain."""
     over, name = ("over its vanishing reaction", "own") if yardstick == REACTION else ("over m n² l", "ordinary")
     title = f"Horizontal chain: error {over}"
     return several(study, f"roundoff-horizontal-{name}", title, HORIZONTAL, yardstick)
 
 
-def several(study: Study, name: str, title: str, state: str, yardstick: str) -> Panel | None:
+def several(study: RoundoffStudy, name: str, title: str, state: str, yardstick: str) -> Panel | None:
     """Both formulations in three arithmetics."""
     keys = [Key(f, a, state, yardstick=yardstick) for f in (ABSOLUTE, RELATIVE) for a in (SINGLE, DOUBLE, LONG)]
     return by_size(study, name, title, keys, lambda k: pen(k.formulation, DASHES[k.arithmetic]),
                    lambda k: f"{k.formulation}, {k.arithmetic}")  # fmt: skip
 
 
-def differenced(study: Study, arithmetic: str) -> Panel | None:
+def differenced(study: RoundoffStudy, arithmetic: str) -> Panel | None:
     """Reactions read off from known motion, beside those solved for."""
     names = (POSITIONS, ACCELERATIONS, ABSOLUTE, RELATIVE_POSITIONS, RELATIVE)
     words = {POSITIONS: "from absolute positions", ACCELERATIONS: "from absolute accelerations",
@@ -102,7 +102,7 @@ def differenced(study: Study, arithmetic: str) -> Panel | None:
                    lambda k: words[k.formulation])  # fmt: skip
 
 
-def sources(study: Study) -> Panel | None:
+def sources(study: RoundoffStudy) -> Panel | None:
     """Error of the formula beside what rounding its input costs whatever the formula."""
     keys = [Key(f, source=s) for f in (ABSOLUTE, RELATIVE) for s in (FORMULA, INPUT)]
     words = {FORMULA: "the formula's", INPUT: "of rounding its input"}
@@ -112,7 +112,12 @@ def sources(study: Study) -> Panel | None:
 
 
 def by_size(
-    study: Study, name: str, title: str, keys: list[Key], drawn: Callable[[Key], Pen], words: Callable[[Key], str]
+    study: RoundoffStudy,
+    name: str,
+    title: str,
+    keys: list[Key],
+    drawn: Callable[[Key], Pen],
+    words: Callable[[Key], str],
 ) -> Panel | None:
     """Errors against size, with laws and real things."""
     found = [(k, curve) for k in keys if (curve := size_curve(study, k, drawn(k)))]
@@ -123,16 +128,16 @@ def by_size(
     return panel(sheet, [c for _, c in found], tuple(Legend(words(k), drawn(k)) for k, _ in found), note)
 
 
-def size_curve(study: Study, key: Key, drawn: Pen) -> Curve | None:
+def size_curve(study: RoundoffStudy, key: Key, drawn: Pen) -> ErrorCurve | None:
     """One series and its law; None if it was not measured."""
     own = key.of(study.tables.evaluation)
     if not len(own):
         return None
     x, y, low, high = (own[c].to_numpy(float) for c in ("ratio", "median", "q05", "q95"))
-    return Curve(x, y, drawn, (low, high), law_line(study, key, x))
+    return ErrorCurve(x, y, drawn, (low, high), law_line(study, key, x))
 
 
-def law_line(study: Study, key: Key, x: Array) -> tuple[Array, Array] | None:
+def law_line(study: RoundoffStudy, key: Key, x: Array) -> tuple[Array, Array] | None:
     """Fitted line over all sizes up to total loss; None where no line was fitted."""
     law, u = study.law(key), study.unit_roundoff(key.arithmetic)
     if law is None or u is None or law.exponent is None or law.constant is None:
@@ -142,7 +147,7 @@ def law_line(study: Study, key: Key, x: Array) -> tuple[Array, Array] | None:
     return across[y <= 1.0], y[y <= 1.0]
 
 
-def against_bars(study: Study) -> Panel | None:
+def against_bars(study: RoundoffStudy) -> Panel | None:
     """Digits against the number of bars."""
     ratio = COMPARED_AT
     keys = [Key(f, DOUBLE, s) for s in (GENERIC, STRAIGHT) for f in (ABSOLUTE, RELATIVE)]
@@ -158,7 +163,7 @@ def against_bars(study: Study) -> Panel | None:
     return panel(sheet, [c for _, c in found], legend, note)
 
 
-def bars_curve(study: Study, key: Key, drawn: Pen, ratio: float) -> Curve | None:
+def bars_curve(study: RoundoffStudy, key: Key, drawn: Pen, ratio: float) -> ErrorCurve | None:
     """Digits of one formulation at a size; None if fewer than two numbers of bars have them."""
     table = study.tables.evaluation
     counts = sorted({int(n) for n in table.bars[(table.state == key.state) & (table.source == BOTH)]})
@@ -166,4 +171,4 @@ def bars_curve(study: Study, key: Key, drawn: Pen, ratio: float) -> Curve | None
     if len(found) < 2:
         return None
     x, y = np.array([n for n, _ in found], float), np.array([d.median for _, d in found])
-    return Curve(x, y, drawn, (np.array([d.low for _, d in found]), np.array([d.high for _, d in found])))
+    return ErrorCurve(x, y, drawn, (np.array([d.low for _, d in found]), np.array([d.high for _, d in found])))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reports.chapters.roundoff.axes import Curve, Sheet, panel
+from reports.chapters.roundoff.axes import ErrorCurve, Sheet, panel
 from reports.chapters.roundoff.charts import SHADED, SIZE_LABEL, by_size
 from reports.chapters.roundoff.run_charts import (
     HOLLOW,
@@ -27,12 +27,12 @@ from reports.plotting.panels import Legend, Panel
 if TYPE_CHECKING:
     import pandas as pd
 
-    from reports.chapters.roundoff.series import Study
+    from reports.chapters.roundoff.series import RoundoffStudy
 
 INERTIAL = "inertial"
 
 
-def engine_panels(study: Study, quantity: str) -> tuple[Panel, ...]:
+def engine_panels(study: RoundoffStudy, quantity: str) -> tuple[Panel, ...]:
     """One chart for each engine, errors against step, and one of all against size."""
     own = good(study.tables.engines)
     own = own[own.quantity == quantity]
@@ -53,7 +53,7 @@ def frame_pen(frame: str, frames: list[str], marker: str = "") -> Pen:
     return Pen(COLOURS[("s2", "s4", "s7", "s5")[place % 4]], marker, DASHES[1 + place % 3])
 
 
-def engine_panel(study: Study, own: pd.DataFrame, engine: str, quantity: str) -> Panel | None:
+def engine_panel(study: RoundoffStudy, own: pd.DataFrame, engine: str, quantity: str) -> Panel | None:
     """One engine's errors against its step, or its tolerance where it chooses steps."""
     column = "rtol" if own.steps_per_orbit.isna().all() else "steps_per_orbit"
     own = own[own[column].notna()]
@@ -74,14 +74,14 @@ def engine_panel(study: Study, own: pd.DataFrame, engine: str, quantity: str) ->
     return panel(sheet, curves, tuple(legend), HOLLOW if blurred(curves) else "")
 
 
-def step_curve(own: pd.DataFrame, column: str, drawn: Pen) -> Curve:
+def step_curve(own: pd.DataFrame, column: str, drawn: Pen) -> ErrorCurve:
     """One frame's errors at one size."""
     part = own.sort_values(column)
     x, y, low, high = (part[c].to_numpy(float) for c in (column, "median", "q05", "q95"))
-    return Curve(x, y, drawn, (low, high), blurred=~true(part.known))
+    return ErrorCurve(x, y, drawn, (low, high), blurred=~true(part.known))
 
 
-def all_against_size(study: Study, own: pd.DataFrame, quantity: str) -> Panel | None:
+def all_against_size(study: RoundoffStudy, own: pd.DataFrame, quantity: str) -> Panel | None:
     """The least error of each engine and frame against size."""
     least = least_errors(own)
     names = list(dict.fromkeys(map(str, least.engine)))
@@ -92,7 +92,7 @@ def all_against_size(study: Study, own: pd.DataFrame, quantity: str) -> Panel | 
         line = part.sort_values("ratio")
         if len(line) > 1:
             x, y, low, high = (line[c].to_numpy(float) for c in ("ratio", "median", "q05", "q95"))
-            curves.append(Curve(x, y, drawn, (low, high)))
+            curves.append(ErrorCurve(x, y, drawn, (low, high)))
             legend.append(Legend(f"{engine}, {frame}", drawn))
     word, y_label = QUANTITIES.get(quantity, (quantity.capitalize(), "error"))
     title = f"{word}: least error of each engine"
@@ -109,13 +109,13 @@ def least_errors(own: pd.DataFrame) -> pd.DataFrame:
     return found
 
 
-def libraries(study: Study) -> list[tuple[str, str]]:
+def libraries(study: RoundoffStudy) -> list[tuple[str, str]]:
     """Library and frame of formulations that are named ``library (frame)``."""
     names = dict.fromkeys(map(str, study.tables.evaluation.formulation))
     return [(m[1], m[2]) for name in names if (m := re.fullmatch(r"(\S+) \((.+)\)", name))]
 
 
-def library_panels(study: Study) -> tuple[Panel, ...]:
+def library_panels(study: RoundoffStudy) -> tuple[Panel, ...]:
     """Errors of libraries' evaluations against size, in each of their frames."""
     pairs = libraries(study)
     names, frames = list(dict.fromkeys(n for n, _ in pairs)), list(dict.fromkeys(f for _, f in pairs))

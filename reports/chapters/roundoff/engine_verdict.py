@@ -13,19 +13,19 @@ from reports.chapters.roundoff.words import exponent_words, listed, size, spelle
 if TYPE_CHECKING:
     import pandas as pd
 
-    from reports.chapters.roundoff.series import Fit, Study
+    from reports.chapters.roundoff.series import FittedExponent, RoundoffStudy
 
 REACTION = "reaction"
 TYPICAL = 1e-5  # size ratio of which engines are compared: the paper's bars, roughly
 COSTLY = 10.0  # times: a digit
 
 
-def engines_say(study: Study) -> tuple[str, ...]:
+def engines_say(study: RoundoffStudy) -> tuple[str, ...]:
     """All of it."""
     return (*frames_say(study), *noise_says(study), *libraries_say(study))
 
 
-def frames_say(study: Study) -> list[str]:
+def frames_say(study: RoundoffStudy) -> list[str]:
     """Least errors of reactions in both frames."""
     table = good(study.tables.engines)
     own = least_errors(table[(table.quantity == REACTION) & ~table.engine.isin(PRODUCTION)])
@@ -52,11 +52,11 @@ def frame_pairs(own: pd.DataFrame) -> list[tuple[str, float, float]]:
     return found
 
 
-def noise_says(study: Study) -> list[str]:
+def noise_says(study: RoundoffStudy) -> list[str]:
     """Engines whose reactions get worse as steps get finer."""
     laws = study.tables.engine_laws
     own = laws[(laws.quantity == REACTION) & laws.against.str.startswith("step")]
-    found: dict[str, dict[str, list[Fit]]] = {}
+    found: dict[str, dict[str, list[FittedExponent]]] = {}
     for r in own.to_dict("records"):
         fit = fit_of(r)
         if fit.low is not None and fit.low > 0.0:
@@ -67,12 +67,12 @@ def noise_says(study: Study) -> list[str]:
     return [f"Steps finer than the best make them worse, by these powers of their number: {each}."]
 
 
-def by_frame(frames: dict[str, list[Fit]]) -> str:
+def by_frame(frames: dict[str, list[FittedExponent]]) -> str:
     """``2.04 to 2.22 in the inertial frame and 1.78 to 2.01 in the moving frame``."""
     return listed([f"{exponents_text(fits)} in the {frame} frame" for frame, fits in frames.items()])
 
 
-def libraries_say(study: Study) -> list[str]:
+def libraries_say(study: RoundoffStudy) -> list[str]:
     """Libraries' evaluations in coordinates of the orbit."""
     found = []
     for library, frame in libraries(study):

@@ -11,7 +11,7 @@ from reports.chapters.roundoff.words import between, listed, size, spelled
 if TYPE_CHECKING:
     import pandas as pd
 
-    from reports.chapters.roundoff.series import Study
+    from reports.chapters.roundoff.series import RoundoffStudy
 
 PARTED = 0.05  # a chance below which sectors are said to differ
 COLUMNS = ("state", "formulation", "arithmetic", "source", "ratio")
@@ -41,7 +41,7 @@ class LongitudeRow:
         return self.p is not None and self.p < PARTED
 
 
-def longitude_rows(study: Study) -> tuple[LongitudeRow, ...]:
+def longitude_rows(study: RoundoffStudy) -> tuple[LongitudeRow, ...]:
     """One row for each test."""
     table = study.tables.longitudes
     by = [c for c in COLUMNS if c in table]
@@ -49,7 +49,7 @@ def longitude_rows(study: Study) -> tuple[LongitudeRow, ...]:
     return tuple(longitude_row(study, dict(zip(by, key, strict=True)), own) for key, own in parts)
 
 
-def longitude_row(study: Study, key: dict[str, Any], own: pd.DataFrame) -> LongitudeRow:
+def longitude_row(study: RoundoffStudy, key: dict[str, Any], own: pd.DataFrame) -> LongitudeRow:
     """Sectors' medians beside the band of a typical sector."""
     low, high = float(own.q05.median()), float(own.q95.median())
     medians = [float(v) for v in own["median"]]

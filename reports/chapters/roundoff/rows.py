@@ -24,9 +24,9 @@ from reports.chapters.roundoff.series import (
     STRAIGHT,
     UNEQUAL,
     Digits,
-    Fit,
+    ErrorLaw,
+    FittedExponent,
     Key,
-    Law,
     fit_of,
     law_of,
     number_or_none,
@@ -37,7 +37,7 @@ from reports.text.numerals import as_given
 from reports.text.ratios import span_text
 
 if TYPE_CHECKING:
-    from reports.chapters.roundoff.series import Named, Study
+    from reports.chapters.roundoff.series import Named, RoundoffStudy
 
 STATES = (GENERIC, STRAIGHT, SPIN, UNEQUAL, HORIZONTAL)
 DIGIT_COLUMNS: tuple[tuple[str, Key], ...] = (
@@ -70,7 +70,7 @@ class LawRow:
     """One law: of what, and what it says."""
 
     of: tuple[str, ...]
-    fit: Fit
+    fit: FittedExponent
     constant: str = ""
     last_digit: str = ""
     span: str = ""
@@ -86,18 +86,18 @@ class LawRow:
         return self.fit.remark or ("not as expected" if self.fit.off else "")
 
 
-def digit_columns(study: Study) -> tuple[tuple[str, Key], ...]:
+def digit_columns(study: RoundoffStudy) -> tuple[tuple[str, Key], ...]:
     """Those that were measured."""
     return tuple((words, key) for words, key in DIGIT_COLUMNS if len(key.of(study.tables.evaluation)))
 
 
-def digit_rows(study: Study) -> tuple[DigitRow, ...]:
+def digit_rows(study: RoundoffStudy) -> tuple[DigitRow, ...]:
     """One row for each real thing."""
     keys = [key for _, key in digit_columns(study)]
     return tuple(DigitRow(o, tuple(study.digits(k, o.ratio) for k in keys)) for o in study.named) if keys else ()
 
 
-def law_rows(study: Study) -> tuple[tuple[LawRow, ...], tuple[LawRow, ...]]:
+def law_rows(study: RoundoffStudy) -> tuple[tuple[LawRow, ...], tuple[LawRow, ...]]:
     """Laws of one evaluation: those shown first, and all others."""
     order = {state: k for k, state in enumerate(STATES)}
     found = sorted(study.tables.laws.to_dict("records"), key=lambda r: order.get(r["state"], len(order)))
@@ -114,31 +114,31 @@ def first(row: dict[Any, Any]) -> bool:
     )  # fmt: skip
 
 
-def law_row(study: Study, row: dict[Any, Any], names: tuple[str, ...]) -> LawRow:
+def law_row(study: RoundoffStudy, row: dict[Any, Any], names: tuple[str, ...]) -> LawRow:
     """One law of laws.csv."""
     law = law_of(row)
     last = last_digit(study, law.last_digit_ratio)
     return LawRow(tuple(str(row[k]) for k in names), law, constant_of(law), last, span_of(study, row))
 
 
-def constant_of(law: Law) -> str:
+def constant_of(law: ErrorLaw) -> str:
     """Error in units of u."""
     return unit_text(law) if law.constant is not None else ""
 
 
-def span_of(study: Study, row: dict[Any, Any]) -> str:
+def span_of(study: RoundoffStudy, row: dict[Any, Any]) -> str:
     """``0.64 m … 64 km``."""
     ends = [number_or_none(row.get(k)) for k in ("first", "last")]
     return " … ".join(size(study, e) for e in ends if e is not None)
 
 
-def best_law_rows(study: Study) -> tuple[LawRow, ...]:
+def best_law_rows(study: RoundoffStudy) -> tuple[LawRow, ...]:
     """Laws of the least errors of runs, those with a line first."""
     found = (best_law_row(study, r) for r in study.tables.best_laws.to_dict("records"))
     return tuple(sorted(found, key=lambda r: r.fit.exponent is None))
 
 
-def best_law_row(study: Study, row: dict[Any, Any]) -> LawRow:
+def best_law_row(study: RoundoffStudy, row: dict[Any, Any]) -> LawRow:
     """One of them."""
     law = law_of(row)
     last = last_digit_ratio(law, study.unit_roundoff(str(row["arithmetic"])))
@@ -146,14 +146,14 @@ def best_law_row(study: Study, row: dict[Any, Any]) -> LawRow:
     return LawRow(named, law, constant_of(law), last_digit(study, last), span_of(study, row))
 
 
-def last_digit_ratio(law: Law, unit_roundoff: float | None) -> float | None:
+def last_digit_ratio(law: ErrorLaw, unit_roundoff: float | None) -> float | None:
     """Size ratio at which an error that falls with the size leaves no digit."""
     if not law.constant or not unit_roundoff or not law.expected < 0.0:
         return None
     return float((LOST / (law.constant * unit_roundoff)) ** (1.0 / law.expected))
 
 
-def last_digit(study: Study, ratio: float | None) -> str:
+def last_digit(study: RoundoffStudy, ratio: float | None) -> str:
     """Bar's length at which the last digit goes, marked where nothing was measured there."""
     return size(study, ratio) + BEYOND * (ratio is not None and not study.measured(ratio))
 
@@ -163,7 +163,7 @@ def word_of(quantity: str) -> str:
     return QUANTITIES.get(quantity, (quantity, ""))[0].lower()
 
 
-def growth_rows(study: Study) -> tuple[LawRow, ...]:
+def growth_rows(study: RoundoffStudy) -> tuple[LawRow, ...]:
     """Exponents in time."""
     found = []
     for r in study.tables.growth_laws.to_dict("records"):
@@ -173,7 +173,7 @@ def growth_rows(study: Study) -> tuple[LawRow, ...]:
     return tuple(found)
 
 
-def growth_words(fit: Fit) -> str:
+def growth_words(fit: FittedExponent) -> str:
     """Where an exponent lies that is not what is expected: between which kinds of growth."""
     if not fit.off or fit.exponent is None:
         return ""
@@ -184,7 +184,7 @@ def growth_words(fit: Fit) -> str:
     return "faster than a random walk of the rates" + ", slower than their drift" * (fit.exponent < DRIFT)
 
 
-def engine_rows(study: Study) -> tuple[LawRow, ...]:
+def engine_rows(study: RoundoffStudy) -> tuple[LawRow, ...]:
     """Exponents of other engines' errors."""
     found = []
     for r in study.tables.engine_laws.to_dict("records"):
@@ -194,7 +194,7 @@ def engine_rows(study: Study) -> tuple[LawRow, ...]:
     return tuple(found)
 
 
-def stops(study: Study) -> tuple[tuple[str, str, str, str], ...]:
+def stops(study: RoundoffStudy) -> tuple[tuple[str, str, str, str], ...]:
     """Engine, frame, outcome and reason of what did not run, each once."""
     table = study.tables.engines
     bad = table[table.reason.astype(str) != ""] if len(table) else table
@@ -203,7 +203,7 @@ def stops(study: Study) -> tuple[tuple[str, str, str, str], ...]:
     return tuple(dict.fromkeys(found))
 
 
-def time_rows(study: Study) -> tuple[tuple[str, ...], ...]:
+def time_rows(study: RoundoffStudy) -> tuple[tuple[str, ...], ...]:
     """What relative coordinates cost over absolute ones."""
     return tuple(
         (

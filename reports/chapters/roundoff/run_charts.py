@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reports.chapters.roundoff.axes import Curve, Sheet, panel
+from reports.chapters.roundoff.axes import ErrorCurve, Sheet, panel
 from reports.chapters.roundoff.charts import DASHES, HUES, SHADED, SIZE_LABEL
 from reports.chapters.roundoff.series import ABSOLUTE, DOUBLE, LOST, MINIMAL, RELATIVE, SINGLE
 from reports.chapters.roundoff.words import size
@@ -16,7 +16,7 @@ from reports.plotting.panels import Legend, Panel
 if TYPE_CHECKING:
     import pandas as pd
 
-    from reports.chapters.roundoff.series import Study
+    from reports.chapters.roundoff.series import RoundoffStudy
     from reports.plotting.families import Flags
     from reports.plotting.series import Array
 
@@ -34,7 +34,7 @@ RINGED = "Ring: the least error; finer steps only add round-off."
 HOLLOW = "Hollow: the truth can't tell."
 
 
-def run_panels(study: Study, arithmetic: str, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
+def run_panels(study: RoundoffStudy, arithmetic: str, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
     """Errors against step or tolerance, one chart for each quantity and method."""
     table = study.tables.trajectories
     methods = [m for m in METHODS if m in set(table.method)]
@@ -42,7 +42,7 @@ def run_panels(study: Study, arithmetic: str, quantities: tuple[str, ...]) -> tu
     return tuple(p for p in found if p)
 
 
-def against_step(study: Study, arithmetic: str, quantity: str, method: str) -> Panel | None:
+def against_step(study: RoundoffStudy, arithmetic: str, quantity: str, method: str) -> Panel | None:
     """One of them: every set of coordinates at every size."""
     table = study.tables.trajectories
     own = table[(table.arithmetic == arithmetic) & (table.quantity == quantity) & (table.method == method)]
@@ -74,7 +74,7 @@ def marks(ringed: bool, hollow: bool) -> str:
     return " ".join([RINGED] * ringed + [HOLLOW] * hollow)
 
 
-def blurred(curves: list[Curve]) -> bool:
+def blurred(curves: list[ErrorCurve]) -> bool:
     """Whether any point is hollow."""
     return any(c.blurred is not None and c.blurred.any() for c in curves)
 
@@ -91,7 +91,7 @@ def sizes_of(table: pd.DataFrame) -> list[float]:
     return sorted({float(r) for r in table.ratio}, reverse=True)
 
 
-def run_legend(study: Study, own: pd.DataFrame, sizes: list[float]) -> tuple[Legend, ...]:
+def run_legend(study: RoundoffStudy, own: pd.DataFrame, sizes: list[float]) -> tuple[Legend, ...]:
     """Colours of coordinates, then markers of sizes."""
     shown = [c for c in COORDINATES if c in set(own.coordinates)]
     coloured = tuple(Legend(c, Pen(COLOURS[HUES[c][0]], "", SIGNS[c])) for c in shown)
@@ -100,14 +100,14 @@ def run_legend(study: Study, own: pd.DataFrame, sizes: list[float]) -> tuple[Leg
     return (*coloured, *sized)
 
 
-def run_curve(study: Study, own: pd.DataFrame, column: str, drawn: Pen) -> Curve:
+def run_curve(study: RoundoffStudy, own: pd.DataFrame, column: str, drawn: Pen) -> ErrorCurve:
     """One run's errors, ringed where round-off takes over."""
     part = own.sort_values(column)
     x, y, low, high = (part[c].to_numpy(float) for c in (column, "median", "q05", "q95"))
-    return Curve(x, y, drawn, (low, high), None, ring(study, part, x, column), ~true(part.known))
+    return ErrorCurve(x, y, drawn, (low, high), None, ring(study, part, x, column), ~true(part.known))
 
 
-def ring(study: Study, own: pd.DataFrame, x: Array, column: str) -> Flags:
+def ring(study: RoundoffStudy, own: pd.DataFrame, x: Array, column: str) -> Flags:
     """Where best.csv has the least error, if that leaves a digit and is not at the finest setting, (n,)."""
     best, first = study.tables.best, own.iloc[0]
     kept = np.ones(len(best), bool)
@@ -124,12 +124,12 @@ def true(column: pd.Series) -> Flags:
     return flags
 
 
-def best_panels(study: Study, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
+def best_panels(study: RoundoffStudy, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
     """Least errors against size."""
     return tuple(p for q in quantities if (p := best_panel(study, q)))
 
 
-def best_panel(study: Study, quantity: str) -> Panel | None:
+def best_panel(study: RoundoffStudy, quantity: str) -> Panel | None:
     """The least error of any method, step and tolerance."""
     own = study.tables.best[study.tables.best.quantity == quantity]
     if not len(own):
@@ -142,7 +142,7 @@ def best_panel(study: Study, quantity: str) -> Panel | None:
             if len(part):
                 drawn = Pen(COLOURS[HUES[c][0]], HUES[c][1], DASHES[a])
                 x, y, low, high = (part[k].to_numpy(float) for k in ("ratio", "median", "q05", "q95"))
-                curves.append(Curve(x, y, drawn, (low, high), blurred=~true(part.settled)))
+                curves.append(ErrorCurve(x, y, drawn, (low, high), blurred=~true(part.settled)))
                 legend.append(Legend(f"{c}, {a}", drawn))
     word, y_label = QUANTITIES[quantity]
     sheet = Sheet(f"roundoff-best-{quantity}", f"{word}: least error of an orbit", SIZE_LABEL, y_label, study.named)
@@ -150,12 +150,12 @@ def best_panel(study: Study, quantity: str) -> Panel | None:
     return panel(sheet, curves, tuple(legend), f"Of any method, step and tolerance. {hollow}{SHADED}")
 
 
-def growth_panels(study: Study, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
+def growth_panels(study: RoundoffStudy, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
     """Errors against time."""
     return tuple(p for q in quantities if (p := growth_panel(study, q)))
 
 
-def growth_panel(study: Study, quantity: str) -> Panel | None:
+def growth_panel(study: RoundoffStudy, quantity: str) -> Panel | None:
     """One quantity's."""
     own = study.tables.growth[study.tables.growth.quantity == quantity]
     if not len(own):
@@ -171,8 +171,8 @@ def growth_panel(study: Study, quantity: str) -> Panel | None:
     return panel(sheet, curves, run_legend(study, own, sizes), marks(False, blurred(curves)))
 
 
-def growth_curve(own: pd.DataFrame, drawn: Pen) -> Curve:
+def growth_curve(own: pd.DataFrame, drawn: Pen) -> ErrorCurve:
     """One run's errors."""
     part = own.sort_values("orbits")
     x, y, low, high = (part[c].to_numpy(float) for c in ("orbits", "median", "q05", "q95"))
-    return Curve(x, y, drawn, (low, high), blurred=~true(part.known))
+    return ErrorCurve(x, y, drawn, (low, high), blurred=~true(part.known))

@@ -13,12 +13,12 @@ from reports.chapters.roundoff.words import between, counted, exponent_words, li
 if TYPE_CHECKING:
     import pandas as pd
 
-    from reports.chapters.roundoff.series import Law, Study
+    from reports.chapters.roundoff.series import ErrorLaw, RoundoffStudy
 
 ATTITUDE = "attitude"
 
 
-def orbit_says(study: Study) -> tuple[str, ...]:
+def orbit_says(study: RoundoffStudy) -> tuple[str, ...]:
     """Least error of the attitude in an orbit, and where the optimum lies."""
     theirs, ours = (least(study, c, DOUBLE) for c in (ABSOLUTE, RELATIVE))
     if not len(theirs) or not len(ours):
@@ -38,7 +38,7 @@ def bounded(own: pd.DataFrame) -> str:
     return between([float(v) for v in own["median"]]) + " rad" + " or less" * (not true(own.settled).all())
 
 
-def least(study: Study, coordinates: str, arithmetic: str) -> pd.DataFrame:
+def least(study: RoundoffStudy, coordinates: str, arithmetic: str) -> pd.DataFrame:
     """Least median errors of the attitude over all methods, from the longest bars."""
     best = study.tables.best
     own = best[(best.quantity == ATTITUDE) & (best.coordinates == coordinates) & (best.arithmetic == arithmetic)]
@@ -49,14 +49,14 @@ def least(study: Study, coordinates: str, arithmetic: str) -> pd.DataFrame:
     return found
 
 
-def at_ends(study: Study, own: pd.DataFrame) -> str:
+def at_ends(study: RoundoffStudy, own: pd.DataFrame) -> str:
     """``9×10⁻¹³ rad for bars of 6.4 km and 8×10⁻⁷ rad for bars of 6.4 mm``."""
     ends = own if len(own) < 2 else own.iloc[[0, -1]]
     shown = zip(ends["median"].astype(float), ends.ratio.astype(float), strict=True)
     return listed([f"{spelled(error)} rad for bars of {size(study, ratio)}" for error, ratio in shown])
 
 
-def attitude_law(study: Study) -> tuple[Law | None, str]:
+def attitude_law(study: RoundoffStudy) -> tuple[ErrorLaw | None, str]:
     """Law of the least error in absolute coordinates, of the method whose line has the most points."""
     laws = study.tables.best_laws
     own = laws[(laws.quantity == ATTITUDE) & (laws.coordinates == ABSOLUTE) & (laws.arithmetic == DOUBLE)]
@@ -67,7 +67,7 @@ def attitude_law(study: Study) -> tuple[Law | None, str]:
     return law_of(row), str(row["method"])
 
 
-def optimum_says(study: Study) -> list[str]:
+def optimum_says(study: RoundoffStudy) -> list[str]:
     """Where the best step lies, and how it moves with the size."""
     best = study.tables.best
     own = best[(best.quantity == ATTITUDE) & (best.coordinates == ABSOLUTE) & (best.arithmetic == DOUBLE)]
@@ -81,7 +81,7 @@ def optimum_says(study: Study) -> list[str]:
     return [f"More steps than the best only add round-off; RK4’s best number falls from {ends[0]} to {ends[1]}."]
 
 
-def single_orbit_says(study: Study) -> list[str]:
+def single_orbit_says(study: RoundoffStudy) -> list[str]:
     """The same in single precision."""
     theirs, ours = (least(study, c, SINGLE) for c in (ABSOLUTE, RELATIVE))
     if not len(theirs) or not len(ours):
@@ -96,7 +96,7 @@ def single_orbit_says(study: Study) -> list[str]:
     return [f"In single precision absolute coordinates {listed(said)}; relative ones reach {bounded(ours)}."]
 
 
-def growth_says(study: Study) -> tuple[str, ...]:
+def growth_says(study: RoundoffStudy) -> tuple[str, ...]:
     """Exponents of the attitude's error in time."""
     laws = study.tables.growth_laws
     own = laws[(laws.quantity == ATTITUDE) & laws.coordinates.isin((ABSOLUTE, RELATIVE)) & (laws.arithmetic == DOUBLE)]

@@ -91,7 +91,7 @@ class Digits:
 
 
 @dataclass(frozen=True)
-class Fit:
+class FittedExponent:
     """An exponent with its interval, and what it should be."""
 
     exponent: float | None
@@ -119,7 +119,7 @@ class Fit:
 
 
 @dataclass(frozen=True)
-class Law(Fit):
+class ErrorLaw(FittedExponent):
     """A power law of an error: ``constant`` u ratio^``expected``."""
 
     constant: float | None
@@ -140,25 +140,25 @@ def signed(value: float, digits: int = 2) -> str:
     return f"{value:z.{digits}f}".replace("-", "\N{MINUS SIGN}")
 
 
-def exponents_text(fits: Sequence[Fit]) -> str:
+def exponents_text(fits: Sequence[FittedExponent]) -> str:
     """``1.77 to 1.86``: exponents from the least to the largest."""
     found = sorted(fit.exponent for fit in fits if fit.exponent is not None)
     return " to ".join(dict.fromkeys(signed(v) for v in (*found[:1], *found[-1:])))
 
 
-def fit_of(row: dict[Any, Any]) -> Fit:
+def fit_of(row: dict[Any, Any]) -> FittedExponent:
     """Exponent of a table's row."""
     exponent, low, high = (number_or_none(row.get(k)) for k in ("exponent", "low", "high"))
     expected, points = number_or_none(row.get("expected")), number_or_none(row.get("points"))
     wanted = math.nan if expected is None else expected
-    return Fit(exponent, low, high, wanted, int(points or 0), str(row.get("remark") or ""))
+    return FittedExponent(exponent, low, high, wanted, int(points or 0), str(row.get("remark") or ""))
 
 
-def law_of(row: dict[Any, Any]) -> Law:
+def law_of(row: dict[Any, Any]) -> ErrorLaw:
     """Law of a row of laws.csv or best_laws.csv."""
     fit = fit_of(row)
     constant, last = (number_or_none(row.get(k)) for k in ("constant", "last_digit_ratio"))
-    return Law(fit.exponent, fit.low, fit.high, fit.expected, fit.points, fit.remark, constant, last)
+    return ErrorLaw(fit.exponent, fit.low, fit.high, fit.expected, fit.points, fit.remark, constant, last)
 
 
 def number_or_none(value: object) -> float | None:
@@ -177,7 +177,7 @@ class Named:
 
 
 @dataclass(frozen=True)
-class Study:
+class RoundoffStudy:
     """The tables, and what is asked of them again and again."""
 
     tables: RoundoffTables
@@ -199,7 +199,7 @@ class Study:
         """U of an arithmetic."""
         return number_or_none(mapping(self.tables.record.get("unit_roundoff")).get(arithmetic))
 
-    def law(self, key: Key) -> Law | None:
+    def law(self, key: Key) -> ErrorLaw | None:
         """Law of a series; None if it has none or no constant."""
         own = key.of(self.tables.laws)
         found = law_of(own.iloc[0].to_dict()) if len(own) else None

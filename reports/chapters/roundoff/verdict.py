@@ -40,7 +40,7 @@ from reports.chapters.roundoff.words import (
 if TYPE_CHECKING:
     from collections.abc import Hashable
 
-    from reports.chapters.roundoff.series import Digits, Named, Study
+    from reports.chapters.roundoff.series import Digits, Named, RoundoffStudy
 
 CLAIM = "could be impossible"
 LONGEST_M = 100.0  # real things named in the text are of that length or less
@@ -59,14 +59,14 @@ class Paragraph:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class RoundoffVerdict:
     """The whole."""
 
     headline: str
     paragraphs: tuple[Paragraph, ...]
 
 
-def verdict(study: Study) -> Verdict:
+def verdict(study: RoundoffStudy) -> RoundoffVerdict:
     """Judge the claim by a study's numbers."""
     found = (
         Paragraph("In ordinary states.", ordinary_says(study)),
@@ -78,16 +78,16 @@ def verdict(study: Study) -> Verdict:
         Paragraph("What the cure costs.", cost_says(study)),
         Paragraph("Limits.", limits(study)),
     )
-    return Verdict(headline(study), tuple(p for p in found if p.sentences))
+    return RoundoffVerdict(headline(study), tuple(p for p in found if p.sentences))
 
 
-def kept(study: Study, longest_m: float = math.inf) -> list[tuple[Named, Digits]]:
+def kept(study: RoundoffStudy, longest_m: float = math.inf) -> list[tuple[Named, Digits]]:
     """Digits that double precision leaves of real things' reactions in absolute coordinates, ordinary state."""
     things = (o for o in study.named if o.length_m <= longest_m)
     return [(o, d) for o in things if (d := study.digits(Key(ABSOLUTE), o.ratio))]
 
 
-def headline(study: Study) -> str:
+def headline(study: RoundoffStudy) -> str:
     """Verdict in one sentence."""
     found = kept(study)
     if not found:
@@ -101,7 +101,7 @@ def headline(study: Study) -> str:
     return f"In double precision absolute coordinates cost digits of ordinary reactions, but not all{in_single(study)}"
 
 
-def in_single(study: Study) -> str:
+def in_single(study: RoundoffStudy) -> str:
     """What a headline adds of single precision."""
     law = study.law(Key(ABSOLUTE, SINGLE))
     if law is None or law.last_digit_ratio is None or not study.measured(law.last_digit_ratio):
@@ -114,7 +114,7 @@ def things_text(names: list[str]) -> str:
     return listed([f"a {name}" for name in names])
 
 
-def ordinary_says(study: Study) -> tuple[str, ...]:
+def ordinary_says(study: RoundoffStudy) -> tuple[str, ...]:
     """The claim, and the laws of both formulations."""
     theirs, ours = study.law(Key(ABSOLUTE)), study.law(Key(RELATIVE))
     said = [f"The paper says that getting internal forces from inertial coordinates “{CLAIM}”."]
@@ -130,14 +130,14 @@ def ordinary_says(study: Study) -> tuple[str, ...]:
     return (*said, *production_says(study)) if len(said) > 1 else ()
 
 
-def production_says(study: Study) -> list[str]:
+def production_says(study: RoundoffStudy) -> list[str]:
     """The engines' own code, in the same states."""
     found = [(name, law) for name in PRODUCTION if (law := study.law(Key(name)))]
     each = listed([f"{unit_text(law)} for {name}{f' ({exponent_words(law)})' * law.off}" for name, law in found])
     return [f"The project’s own engines, as they run: {each}."] if found else []
 
 
-def right_says(study: Study) -> tuple[str, ...]:
+def right_says(study: RoundoffStudy) -> tuple[str, ...]:
     """Where forces are lost: a point for each case."""
     lost = [o.name for o, d in kept(study) if d.lost]
     double = [f"In double precision absolute coordinates leave no digit of the reactions of {things_text(lost)}."]
@@ -145,7 +145,7 @@ def right_says(study: Study) -> tuple[str, ...]:
     return tuple(" ".join(case) for case in cases if case)
 
 
-def overstated_says(study: Study) -> tuple[str, ...]:
+def overstated_says(study: RoundoffStudy) -> tuple[str, ...]:
     """What double precision leaves in ordinary states."""
     left = [(o, d) for o, d in kept(study, LONGEST_M) if not d.lost]
     if not left:
@@ -161,7 +161,7 @@ def overstated_says(study: Study) -> tuple[str, ...]:
     return (*said, *read_off_left(study))
 
 
-def read_off_left(study: Study) -> list[str]:
+def read_off_left(study: RoundoffStudy) -> list[str]:
     """What even differenced positions leave in double precision."""
     key = Key(POSITIONS, state=STRAIGHT)
     left = [(o, d) for o in study.named if o.length_m <= LONGEST_M and (d := study.digits(key, o.ratio)) and not d.lost]
@@ -174,12 +174,12 @@ def read_off_left(study: Study) -> list[str]:
     return [f"Even read off from positions at three instants, reactions keep {each}{slope}{than}."]
 
 
-def unequal_says(study: Study) -> tuple[str, ...]:
+def unequal_says(study: RoundoffStudy) -> tuple[str, ...]:
     """Masses of 1 : 1e6."""
     return shared_loss(study, Key(RELATIVE, state=UNEQUAL), "Masses that alternate as 1 : 10⁶")
 
 
-def long_chain_says(study: Study) -> tuple[str, ...]:
+def long_chain_says(study: RoundoffStudy) -> tuple[str, ...]:
     """A straight chain of as many bars as there were."""
     laws = study.tables.laws
     counts = sorted({int(n) for n in laws.bars[laws.state == STRAIGHT]})
@@ -188,7 +188,7 @@ def long_chain_says(study: Study) -> tuple[str, ...]:
     return shared_loss(study, Key(RELATIVE, state=STRAIGHT, bars=counts[-1]), f"{counts[-1]} bars in a straight line")
 
 
-def shared_loss(study: Study, key: Key, what: str) -> tuple[str, ...]:
+def shared_loss(study: RoundoffStudy, key: Key, what: str) -> tuple[str, ...]:
     """Digits that a state costs in both sets of coordinates, by its longest bars."""
     law, plain = study.law(key), study.law(Key(RELATIVE))
     sizes = key.of(study.tables.evaluation).ratio
@@ -210,7 +210,7 @@ def shared_loss(study: Study, key: Key, what: str) -> tuple[str, ...]:
             f"{spelled(theirs.median)} in absolute coordinates.{cause}",)  # fmt: skip
 
 
-def cost_says(study: Study) -> tuple[str, ...]:
+def cost_says(study: RoundoffStudy) -> tuple[str, ...]:
     """Time of an evaluation."""
     table = [r for r in study.tables.times.to_dict("records") if times(r)]
     if not table:
@@ -229,7 +229,7 @@ def slowdown(row: dict[Hashable, Any]) -> str:
     return f"{times(row)} times as long with {int(row['bars'])} bars"
 
 
-def limits(study: Study) -> tuple[str, ...]:
+def limits(study: RoundoffStudy) -> tuple[str, ...]:
     """What the verdict does not cover."""
     record, sizes = study.tables.record, study.tables.evaluation.ratio
     metres, span = study.metres, ""

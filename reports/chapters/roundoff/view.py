@@ -20,7 +20,7 @@ from reports.chapters.roundoff.rows import (
     time_rows,
 )  # fmt: skip
 from reports.chapters.roundoff.run_charts import best_panels, growth_panels, run_panels
-from reports.chapters.roundoff.series import DOUBLE, SINGLE, Study
+from reports.chapters.roundoff.series import DOUBLE, SINGLE, RoundoffStudy
 from reports.chapters.roundoff.verdict import verdict
 from reports.tables.roundoff import read_roundoff
 from reports.text.record import rows
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from reports.chapters.roundoff.longitudes import LongitudeRow
     from reports.chapters.roundoff.rows import DigitRow, LawRow
-    from reports.chapters.roundoff.verdict import Verdict
+    from reports.chapters.roundoff.verdict import RoundoffVerdict
     from reports.plotting.panels import Panel
 
 FIRST, FURTHER = ("attitude", "reaction"), ("gap", "com")
@@ -52,7 +52,7 @@ class RoundoffView:
     """The chapter."""
 
     record: dict[str, Any]
-    verdict: Verdict
+    verdict: RoundoffVerdict
     digit_columns: tuple[str, ...]
     digits: tuple[DigitRow, ...]
     sections: tuple[Section, ...]
@@ -98,7 +98,7 @@ class RoundoffView:
 
 def view_roundoff(folder: Path) -> RoundoffView:
     """View of the study in a result folder."""
-    study = Study(read_roundoff(folder))
+    study = RoundoffStudy(read_roundoff(folder))
     laws, further = law_rows(study)
     return RoundoffView(
         study.tables.record,
@@ -117,7 +117,7 @@ def view_roundoff(folder: Path) -> RoundoffView:
     )
 
 
-def sections(study: Study) -> tuple[Section, ...]:
+def sections(study: RoundoffStudy) -> tuple[Section, ...]:
     """All charts."""
     return (
         Section("One evaluation", "", evaluation_panels(study), further_panels(study), STATES),

@@ -10,7 +10,7 @@ from reports.text.ratios import short
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from reports.chapters.roundoff.series import Law, Study
+    from reports.chapters.roundoff.series import ErrorLaw, RoundoffStudy
 
 POWERS = {-3.0: "/ε³", -2.0: "/ε²", -1.0: "/ε", 0.0: ""}
 LARGEST_PLAIN = 1e4
@@ -36,7 +36,7 @@ def length(metres: float) -> str:
     return f"{short(metres * factor)}{NBSP}{unit}"
 
 
-def size(study: Study, ratio: float | None) -> str:
+def size(study: RoundoffStudy, ratio: float | None) -> str:
     """Bar's length of a size ratio: ``64 m``; the ratio itself where no real thing says how long that is."""
     if ratio is None:
         return ""
@@ -44,7 +44,7 @@ def size(study: Study, ratio: float | None) -> str:
     return f"ε = {spelled(ratio)}" if metres is None else length(ratio * metres)
 
 
-def unit_text(law: Law) -> str:
+def unit_text(law: ErrorLaw) -> str:
     """``0.57 u/ε``."""
     return f"{spelled(law.constant)}{NBSP}u{POWERS.get(law.expected, f' ε^{law.expected:g}')}"
 
@@ -62,7 +62,7 @@ def between(values: Sequence[float], digits: int = 2) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def exponent_words(law: Law) -> str:
+def exponent_words(law: ErrorLaw) -> str:
     """Whether the fitted exponent is what theory gives."""
     if law.exponent is None:
         return f"from {counted(law.points, 'size')}, too few for a slope"

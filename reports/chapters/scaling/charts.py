@@ -10,7 +10,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from reports.plotting.families import MARKER_SIZE, OTHERS, SHARED, Flags, families, family_pens, group_of
 from reports.plotting.palette import COLOURS, Pen, engine_pen
-from reports.plotting.panels import Frame, Legend, Panel, blank_axes, finish, log_axis
+from reports.plotting.panels import ChartFrame, Legend, Panel, blank_axes, finish, log_axis
 from reports.plotting.series import Array, floor_of
 from reports.plotting.svg import TEXT_SIZE
 from reports.text.numerals import power_of_ten
@@ -83,7 +83,7 @@ def one_family(chart: GrowthChart, family: str, own: list[Growth]) -> Panel | No
 
 def panel(chart: GrowthChart, coloured: list[tuple[Growth, Pen]], legend: tuple[Legend, ...]) -> Panel | None:
     """Chart with some of the tracks in colour; None if there is nothing to draw."""
-    frame = Frame(chart.name, chart.title, BARS_LABEL, chart.y_label, (0.0, 1.0))
+    frame = ChartFrame(chart.name, chart.title, BARS_LABEL, chart.y_label, (0.0, 1.0))
     ax = axes(chart, frame)
     if ax is None:
         return None
@@ -97,7 +97,7 @@ def panel(chart: GrowthChart, coloured: list[tuple[Growth, Pen]], legend: tuple[
     return Panel(chart.title, finish(ax, frame), chart.hollow_words if hollow else "", legend)
 
 
-def axes(chart: GrowthChart, frame: Frame) -> Axes | None:
+def axes(chart: GrowthChart, frame: ChartFrame) -> Axes | None:
     """Empty log-log axes with their guides."""
     up = floor_of([t.cost for t in chart.tracks])
     if up is None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.outcome import Outcome
-from reports.tables.selftest import Fate
+from reports.tables.selftest import FaultOutcome
 from reports.text.numerals import significant
 
 if TYPE_CHECKING:
@@ -38,21 +38,21 @@ CHECK_WORDS = {
     Outcome.TIMED_OUT: "the engine does not come to an end",
 }
 FATES = {
-    Fate.SURVIVES: "survives",
-    Fate.INVISIBLE: "invisible",
-    Fate.NOTHING: "–",
-    Fate.CLEAN: "✓ clean",
-    Fate.FALSE_ALARM: "false alarm",
-    Fate.BROKEN: "broken",
+    FaultOutcome.SURVIVES: "survives",
+    FaultOutcome.INVISIBLE: "invisible",
+    FaultOutcome.NOTHING: "–",
+    FaultOutcome.CLEAN: "✓ clean",
+    FaultOutcome.FALSE_ALARM: "false alarm",
+    FaultOutcome.BROKEN: "broken",
 }
 KINDS = {
-    Fate.KILLED: "pass",
-    Fate.CLEAN: "pass",
-    Fate.SURVIVES: "fail",
-    Fate.FALSE_ALARM: "fail",
-    Fate.BROKEN: "fail",
-    Fate.INVISIBLE: "gone",
-    Fate.NOTHING: "aside",
+    FaultOutcome.KILLED: "pass",
+    FaultOutcome.CLEAN: "pass",
+    FaultOutcome.SURVIVES: "fail",
+    FaultOutcome.FALSE_ALARM: "fail",
+    FaultOutcome.BROKEN: "fail",
+    FaultOutcome.INVISIBLE: "gone",
+    FaultOutcome.NOTHING: "aside",
 }
 WHOLE = "run"
 LANDING = "landing"
@@ -85,7 +85,7 @@ class MatrixCell:
 
     fault: str
     scene: str
-    fate: Fate
+    fate: FaultOutcome
     kills: tuple[Kill, ...]
     """Worst first"""
     reason: str
@@ -93,7 +93,7 @@ class MatrixCell:
     @property
     def text(self) -> str:
         """What the cell says."""
-        if self.fate is not Fate.KILLED:
+        if self.fate is not FaultOutcome.KILLED:
             return FATES[self.fate]
         return self.kills[0].text
 
@@ -131,7 +131,7 @@ def cells(table: pd.DataFrame) -> dict[tuple[str, str], MatrixCell]:
 
 def matrix_cell(key: tuple[str, str], rows: list[dict[str, Any]]) -> MatrixCell:
     """Cell from its rows: refusals of the whole run first, then by how far outside."""
-    fate = Fate(rows[0]["fate"])
+    fate = FaultOutcome(rows[0]["fate"])
     kills = [Kill(r["quantity"], r["check"], float(r["ratio"]), r["reason"]) for r in rows if bool(r["killed"])]
     kills.sort(key=lambda k: (k.quantity != WHOLE, -k.ratio))
     return MatrixCell(*key, fate, tuple(kills), rows[0]["why"])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from reports.chapters.selftest.rows import CHECK_WORDS, CHECKS, LANDING, MatrixCell, cells
 from reports.tables.outcome import Outcome
-from reports.tables.selftest import Fate, read_selftest
+from reports.tables.selftest import FaultOutcome, read_selftest
 from reports.text.numerals import number, significant
 from reports.text.record import mapping
 
@@ -33,17 +33,17 @@ class FaultRow:
     @property
     def killed(self) -> int:
         """In how many scenes it is killed."""
-        return sum(c.fate is Fate.KILLED for c in self.cells)
+        return sum(c.fate is FaultOutcome.KILLED for c in self.cells)
 
     @property
     def tried(self) -> int:
         """In how many scenes it is put in."""
-        return sum(c.fate is not Fate.NOTHING for c in self.cells)
+        return sum(c.fate is not FaultOutcome.NOTHING for c in self.cells)
 
     @property
     def survivors(self) -> tuple[MatrixCell, ...]:
         """Cells in which nothing kills it."""
-        return tuple(c for c in self.cells if c.fate in (Fate.SURVIVES, Fate.INVISIBLE))
+        return tuple(c for c in self.cells if c.fate in (FaultOutcome.SURVIVES, FaultOutcome.INVISIBLE))
 
 
 @dataclass(frozen=True)
@@ -124,19 +124,21 @@ class SelftestView:
     @property
     def unkilled(self) -> tuple[FaultRow, ...]:
         """Faults put in, killed nowhere and not proven invisible."""
-        return tuple(r for r in self.faults if not r.killed and any(c.fate is Fate.SURVIVES for c in r.cells))
+        return tuple(r for r in self.faults if not r.killed and any(c.fate is FaultOutcome.SURVIVES for c in r.cells))
 
     @property
     def wrong(self) -> tuple[MatrixCell, ...]:
         """False alarms and faults that are not put in as they are meant."""
-        return tuple(c for r in self.rows for c in r.cells if c.fate in (Fate.FALSE_ALARM, Fate.BROKEN))
+        return tuple(c for r in self.rows for c in r.cells if c.fate in (FaultOutcome.FALSE_ALARM, FaultOutcome.BROKEN))
 
     @property
     def headline(self) -> str:
         """The result in a sentence."""
         killed = sum(r.killed > 0 for r in self.faults)
         tried = sum(r.tried > 0 for r in self.faults)
-        invisible = [r.name for r in self.faults if not r.killed and any(c.fate is Fate.INVISIBLE for c in r.cells)]
+        invisible = [
+            r.name for r in self.faults if not r.killed and any(c.fate is FaultOutcome.INVISIBLE for c in r.cells)
+        ]
         said = f"{killed} of {tried} seeded faults are caught"
         if invisible and not self.unkilled:
             return f"{said}; the other, {', '.join(invisible)}, is proven invisible." if len(invisible) == 1 else (
@@ -149,11 +151,11 @@ class SelftestView:
     @property
     def sentences(self) -> tuple[str, ...]:
         """What stands below it."""
-        put_in = [c for r in self.faults for c in r.cells if c.fate is not Fate.NOTHING]
-        dead = sum(c.fate is Fate.KILLED for c in put_in)
-        clean = sum(c.fate is Fate.CLEAN for r in self.controls for c in r.cells)
+        put_in = [c for r in self.faults for c in r.cells if c.fate is not FaultOutcome.NOTHING]
+        dead = sum(c.fate is FaultOutcome.KILLED for c in put_in)
+        clean = sum(c.fate is FaultOutcome.CLEAN for r in self.controls for c in r.cells)
         forms = sum(r.tried > 0 for r in self.controls)
-        ran = sum(c.fate is not Fate.NOTHING for r in self.controls for c in r.cells)
+        ran = sum(c.fate is not FaultOutcome.NOTHING for r in self.controls for c in r.cells)
         return (
             f"Of {len(put_in)} pairs of a fault and a scene in which it can show, a check kills {dead}.",
             f"The sound engine, run {ran} times in {forms} form{'s' * (forms != 1)}, is refused by "

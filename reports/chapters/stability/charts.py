@@ -10,7 +10,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from reports.plotting.palette import COLOURS, Pen
 from reports.plotting.panels import (
-    Frame,
+    ChartFrame,
     Legend,
     Line,
     Panel,
@@ -36,7 +36,7 @@ OUTSIDE_RAD = 2.0 * np.pi  # beyond the truth's own range: from there on a lost 
 
 
 @dataclass(frozen=True)
-class Track:
+class DriftCurve:
     """One run's drift over time."""
 
     label: str
@@ -45,13 +45,13 @@ class Track:
     pen: Pen
 
 
-def long_panel(name: str, title: str, x_label: str, y_label: str, tracks: list[Track]) -> Panel | None:
+def long_panel(name: str, title: str, x_label: str, y_label: str, tracks: list[DriftCurve]) -> Panel | None:
     """Drifts against time, both in logarithms, with thin lines of known powers; None if there is nothing to draw."""
     shown = [t for t in tracks if (t.size > 0.0).any()]
     up = floor_of([t.size for t in shown])
     if up is None:
         return None
-    frame = Frame(name, title, x_label, y_label, (0.0, 1.0))
+    frame = ChartFrame(name, title, x_label, y_label, (0.0, 1.0))
     ax = blank_axes(frame)
     log_axis(ax, up)
     log_time(ax, min(float(t.t[t.t > 0.0].min()) for t in shown), max(float(t.t.max()) for t in shown))
@@ -100,9 +100,9 @@ def worst_panels(
     bar = worst_bar(angles, right)
     lines = [Line(t, right[:, bar], SOLUTION_PEN)]
     lines += [Line(times[k], near(a[:, bar], right[:, bar]), level_pen(k)) for k, a in angles.items()]
-    followed = linear_panel(Frame("worst-angle", f"Bar {bar + 1}, beside the truth", x_label, "rad", span, lines))
+    followed = linear_panel(ChartFrame("worst-angle", f"Bar {bar + 1}, beside the truth", x_label, "rad", span, lines))
     off = [Line(times[k][: len(e)], e, level_pen(k)) for k, a in angles.items() if len(e := error(a, right))]
-    lost = log_panel(Frame("worst-error", "Largest error of an angle", x_label, "rad", span, off))
+    lost = log_panel(ChartFrame("worst-error", "Largest error of an angle", x_label, "rad", span, off))
     legend = tuple(Legend(f"{engine}, {k} setting", level_pen(k)) for k in angles)
     found = [(followed, (Legend("solution", SOLUTION_PEN), *legend)), (lost, legend)]
     return [Panel(p.title, p.svg, p.note, words) for p, words in found if p is not None]

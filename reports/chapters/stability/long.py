@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from reports.chapters.stability.charts import Track, long_panel
+from reports.chapters.stability.charts import DriftCurve, long_panel
 from reports.chapters.stability.rows import known, raised, records
 from reports.plotting.palette import COLOURS, Pen, engine_pen
 from reports.text.numerals import number, significant
@@ -62,7 +62,7 @@ def long_chart(
     for (engine, level), rows in own.groupby(["engine", "level"], sort=False):
         pen = PENS.get(str(level)) or engine_pen(engines.index(engine) if engine in engines else 0)
         label = f"{engine}, {label_of(str(level))}" if level in PENS else str(engine)
-        tracks.append(Track(label, rows.t_s.to_numpy(float) / period_s, rows.value.to_numpy(float), pen))
+        tracks.append(DriftCurve(label, rows.t_s.to_numpy(float) / period_s, rows.value.to_numpy(float), pen))
     title, y_label = QUANTITIES[quantity]
     found = long_panel(f"long-{scene}-{quantity}", title, "orbits", y_label, tracks)
     return found and replace(found, title=f"{title}, {scene}")

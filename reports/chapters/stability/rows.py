@@ -35,7 +35,7 @@ CHANGES = {"better": "↑ better", "worse": "↓ worse"}
 
 
 @dataclass(frozen=True)
-class Outcome:
+class EngineStability:
     """One engine in one scene."""
 
     scene: str
@@ -79,7 +79,7 @@ class SceneRows:
 
     name: str
     about: dict[str, Any]
-    outcomes: dict[str, Outcome]
+    outcomes: dict[str, EngineStability]
     evidence: tuple[dict[str, Any], ...]
 
     @property
@@ -88,17 +88,17 @@ class SceneRows:
         return {k: v for k, v in scene_facts(self.about).items() if v}
 
 
-def outcomes(table: pd.DataFrame) -> dict[tuple[str, str], Outcome]:
+def outcomes(table: pd.DataFrame) -> dict[tuple[str, str], EngineStability]:
     """Outcomes by scene and engine."""
     return {(str(r["scene"]), str(r["engine"])): outcome({str(k): v for k, v in r.items()}) for r in records(table)}
 
 
-def outcome(row: dict[str, Any]) -> Outcome:
+def outcome(row: dict[str, Any]) -> EngineStability:
     """One of them."""
     found = Stability(row["stability"])
     names = ("scene", "engine", "reason", "expected", "change")
     scene, engine, reason, expected, change = (str(row[n]) for n in names)
-    return Outcome(scene, engine, found, bool(row["slow"]), reason, expected, change, known(row["exponent"]))
+    return EngineStability(scene, engine, found, bool(row["slow"]), reason, expected, change, known(row["exponent"]))
 
 
 def records(table: pd.DataFrame) -> list[dict[str, Any]]:

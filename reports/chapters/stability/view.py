@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from reports.chapters.stability.charts import worst_panels
 from reports.chapters.stability.long import LongScene, long_scenes, rounding_sentence
-from reports.chapters.stability.rows import KINDS, LATE, SIGNS, Outcome, SceneRows, known, outcomes, records
+from reports.chapters.stability.rows import KINDS, LATE, SIGNS, EngineStability, SceneRows, known, outcomes, records
 from reports.tables.stability import Stability, read_stability
 from reports.text.numerals import number
 from reports.text.record import mapping
@@ -26,7 +26,7 @@ FILES = {"coarse": "{}.coarse", "default": "{}", "finer": "{}.finer"}
 class Worst:
     """The run that went farthest wrong."""
 
-    outcome: Outcome
+    outcome: EngineStability
     title: str
     panels: tuple[Panel, ...]
 
@@ -49,24 +49,24 @@ class StabilityView:
         return bool(self.record.get("finished"))
 
     @property
-    def outcomes(self) -> tuple[Outcome, ...]:
+    def outcomes(self) -> tuple[EngineStability, ...]:
         """All outcomes."""
         return tuple(o for s in self.scenes for o in s.outcomes.values())
 
     @property
-    def changes(self) -> tuple[Outcome, ...]:
+    def changes(self) -> tuple[EngineStability, ...]:
         """Those that are not as recorded."""
         return tuple(o for o in self.outcomes if o.change)
 
     @property
-    def ours(self) -> tuple[Outcome, ...]:
+    def ours(self) -> tuple[EngineStability, ...]:
         """Where a form of the reference came in time, and is not stable."""
         mine = self.record.get("ours") or ()
         found = (o for o in self.outcomes if o.engine in mine and not o.slow)
         return tuple(o for o in found if o.stability is not Stability.STABLE)
 
     @property
-    def late(self) -> tuple[Outcome, ...]:
+    def late(self) -> tuple[EngineStability, ...]:
         """Where a form of the reference did not come in time."""
         mine = self.record.get("ours") or ()
         return tuple(o for o in self.outcomes if o.engine in mine and o.slow)
@@ -148,7 +148,7 @@ def view_stability(folder: Path) -> StabilityView:
 
 
 def scene_rows(
-    tables: StabilityTables, found: dict[tuple[str, str], Outcome], engines: tuple[str, ...]
+    tables: StabilityTables, found: dict[tuple[str, str], EngineStability], engines: tuple[str, ...]
 ) -> tuple[SceneRows, ...]:
     """Scenes in the order in which they were asked for."""
     evidence: dict[str, list[dict[str, Any]]] = {}
@@ -166,7 +166,7 @@ def scene_rows(
     )
 
 
-def find_worst(tables: StabilityTables, found: dict[tuple[str, str], Outcome]) -> Worst | None:
+def find_worst(tables: StabilityTables, found: dict[tuple[str, str], EngineStability]) -> Worst | None:
     """The run that went farthest wrong: of unstable ones that with the most energy, of inaccurate ones the least right.
 
     Only runs that left their attitude can be drawn.

@@ -8,16 +8,20 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from barchain.cli.common.verbosity import quiet, verbose
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from rich.console import Console
+    from rich.progress import Progress
+
+MILD = ("pass", "unsupported")  # outcomes that a terminal shows in the bar only
+
 
 @dataclass(frozen=True)
 class Shown:
-    """Callback that shows each verdict as it comes, and what is to be said between them."""
+    """Callback that shows each verdict as it comes, and notes between verdicts."""
 
     verdict: Callable[[str, str, str], None]
     note: Callable[[str], None]
@@ -27,20 +31,37 @@ class Shown:
         self.verdict(scene, engine, outcome)
 
 
+def error_console() -> Console:
+    """Terminal, or file, that standard error goes to."""
+    from rich.console import Console  # noqa: PLC0415
+
+    return Console(stderr=True)
+
+
+def progress_bar(console: Console) -> Progress:
+    """Bar with a description, a count and the time so far."""
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: PLC0415
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    return Progress(*columns, console=console, transient=True)
+
+
 @contextlib.contextmanager
 def verdicts_shown(total: int) -> Iterator[Shown]:
     """Callback that shows each verdict as it comes, of `total` expected."""
-    console = Console(stderr=True)
+    console = error_console()
+    if quiet():
+        yield Shown(lambda *_: None, lambda _: None)
+        return
     if not console.is_terminal:
         yield Shown(plain_lines(total), plain_note)
         return
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
+    with progress_bar(console) as bar:
         task = bar.add_task("comparing", total=total)
 
         def show(scene: str, engine: str, outcome: str) -> None:
             bar.update(task, advance=1, description=f"{scene} · {engine}")
-            if outcome not in {"pass", "unsupported"}:
+            if verbose() or outcome not in MILD:
                 bar.console.print(f"{scene}  {engine}  [bold]{outcome}[/bold]")
 
         yield Shown(show, lambda text: bar.console.print(text, markup=False, highlight=False))
@@ -67,12 +88,14 @@ def plain_lines(total: int) -> Callable[[str, str, str], None]:
 @contextlib.contextmanager
 def counted(what: str, total: int) -> Iterator[Callable[[int], None]]:
     """Callback that counts what is done, of `total` expected; off a terminal a line for every tenth."""
-    console = Console(stderr=True)
+    console = error_console()
+    if quiet():
+        yield lambda _: None
+        return
     if not console.is_terminal:
         yield tenths(what, total)
         return
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
+    with progress_bar(console) as bar:
         task = bar.add_task(what, total=total)
         yield lambda more: bar.update(task, advance=more)
 

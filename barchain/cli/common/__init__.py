@@ -1,0 +1,1 @@
+"""Options, exit codes, result folders and output that all commands share."""

@@ -1,0 +1,70 @@
+"""Exit codes of every command, and the errors that end a command with each."""
+
+from __future__ import annotations
+
+import json
+from enum import IntEnum
+
+import click
+
+
+class ExitCode(IntEnum):
+    """How a command ended; docs/command_line.md holds the same table."""
+
+    OK = 0
+    FINDINGS = 1
+    BAD_INPUT = 2
+    MISSING_ENGINE = 3
+    INTERNAL_ERROR = 70
+    INTERRUPTED = 130
+
+
+MEANINGS = {
+    ExitCode.OK: "The command did its work, and every check passed.",
+    ExitCode.FINDINGS: "A run, a comparison or a check failed.",
+    ExitCode.BAD_INPUT: "An option, a scene, a file or a folder is not usable; nothing was run.",
+    ExitCode.MISSING_ENGINE: "An engine that was named, or that the command needs, is not installed; nothing was run.",
+    ExitCode.INTERNAL_ERROR: "barchain itself failed; a traceback was printed.",
+    ExitCode.INTERRUPTED: "The command was interrupted, e.g. by Ctrl-C; results so far are kept.",
+}
+
+
+class MissingEngineError(click.ClickException):
+    """An engine that was named, or that the command needs, is not installed."""
+
+    exit_code = ExitCode.MISSING_ENGINE
+
+
+def findings() -> click.exceptions.Exit:
+    """Exception that ends a command whose checks did not all pass."""
+    return click.exceptions.Exit(ExitCode.FINDINGS)
+
+
+def failure(error: Exception) -> tuple[str, ExitCode] | None:
+    """Message and exit code of an error that a user can act on; None of a fault of barchain's own."""
+    if isinstance(error, MissingEngineError):
+        return error.format_message(), ExitCode.MISSING_ENGINE
+    if isinstance(error, click.ClickException):
+        return error.format_message(), ExitCode.BAD_INPUT
+    if isinstance(error, json.JSONDecodeError):
+        return f"a file of these results is damaged: {error}", ExitCode.BAD_INPUT
+    if isinstance(error, OSError):  # a file or folder that is not there, not a folder, or not writable
+        return f"{error.filename}: {error.strerror}" if error.filename else str(error), ExitCode.BAD_INPUT
+    return domain_failure(error)
+
+
+def domain_failure(error: Exception) -> tuple[str, ExitCode] | None:
+    """Message and exit code of an error that barchain raises on purpose, as :func:`failure`."""
+    # ruff: noqa: PLC0415  # an error's class is looked up only after an error
+    from adapters.engine import EngineError
+    from adapters.registry import UnknownEngineError
+    from barchain.run.settings import SettingError
+    from barchain.solutions.certified_table import DamagedTableError
+    from reports.tables.crossval import DamagedResultsError
+    from reports.tables.schema import SchemaVersionError
+    from scenarios import SceneError
+
+    bad_tables = DamagedTableError, DamagedResultsError, SchemaVersionError
+    if isinstance(error, (SceneError, UnknownEngineError, SettingError, *bad_tables)):
+        return str(error), ExitCode.BAD_INPUT
+    return (str(error), ExitCode.FINDINGS) if isinstance(error, EngineError) else None

@@ -1,0 +1,77 @@
+"""`barchain certified`: the certified solutions of the scenes that come with barchain."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import click
+
+from barchain.cli.common.exit_codes import findings
+from barchain.cli.common.names import need_engine
+from barchain.cli.common.options import optional_scenes, overwrite_option
+from barchain.cli.common.result_folder import claim
+
+MAKER = "heyoka-quad"
+
+
+@click.command("certified")
+@optional_scenes
+@click.option("--out", metavar="DIR", type=click.Path(path_type=Path, file_okay=False),
+              help="Write a table for each scene into this folder.")  # fmt: skip
+@click.option("--check", "only_check", is_flag=True,
+              help="Compare a fresh run with the solution that comes with barchain; write nothing.")  # fmt: skip
+@overwrite_option
+def certified_solutions(scenes: tuple[str, ...], out: Path | None, only_check: bool, overwrite: bool) -> None:
+    """Make or check certified solutions of SCENEs that come with barchain; default: all of these.
+
+    A certified solution is a run in quadruple precision with error bars. Needs the engine heyoka-quad. A check exits
+    with 1 where a fresh run is not inside the error bars.
+    """
+    names = shipped(scenes)
+    if only_check is (out is not None):
+        raise click.UsageError("give either --out DIR or --check")
+    need_engine(MAKER)
+    if out is not None:
+        tables = [out / f"{name}.csv" for name in names]
+        there = [path for path in tables if path.exists()]
+        claim(there, f"{', '.join(map(str, there))}: there already", overwrite=overwrite)
+    agree = [check_one(name) if out is None else make_one(name, out) for name in names]
+    if not all(agree):
+        raise findings()
+
+
+def shipped(scenes: tuple[str, ...]) -> list[str]:
+    """Names asked for, all by default; only scenes that come with barchain have certified solutions."""
+    from scenarios import nearest, scene_names  # noqa: PLC0415
+
+    known = scene_names()
+    unknown = [name for name in scenes if name not in known]
+    if unknown:
+        raise click.UsageError(
+            f"{unknown[0]}: only scenes that come with barchain have certified solutions"
+            f"{nearest(unknown[0], known)}; there are: {', '.join(known)}"
+        )
+    return list(scenes or known)
+
+
+def make_one(name: str, folder: Path) -> bool:
+    """Make a certified solution, and print its error and the time taken."""
+    from barchain.solutions.certified_commit import commit  # noqa: PLC0415  # asks for heyoka
+    from scenarios import load_scene  # noqa: PLC0415
+
+    begun = time.perf_counter()
+    table = commit(load_scene(name), folder)
+    worst = table.error["attitude"][-1]
+    click.echo(f"{name}: attitude to {worst:.1e} rad at the end, in {time.perf_counter() - begun:.1f} s")
+    return True
+
+
+def check_one(name: str) -> bool:
+    """Check a certified solution against a fresh run, and print the result."""
+    from barchain.solutions.certified_commit import check  # noqa: PLC0415  # asks for heyoka
+    from scenarios import load_scene  # noqa: PLC0415
+
+    found = check(load_scene(name))
+    click.echo(found.said)
+    return found.agrees

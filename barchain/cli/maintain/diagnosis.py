@@ -1,0 +1,88 @@
+"""State of an installation: versions, engines, machine, compiler cache, tables of certified solutions."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import platform
+import sys
+from typing import TYPE_CHECKING, Any
+
+from adapters.registry import ENGINES, engines
+from barchain.cli.run.engines import facts
+from barchain.record.environment import environment, package_version, packages
+from barchain.run.compilation import COMPILED
+from barchain.solutions import certified
+from barchain.solutions.certified_table import DamagedTableError, physics_digest, read_table
+from scenarios import load_scene, scene_names
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+GIGA, MEGA = 1e9, 1e6
+
+
+def diagnosis() -> dict[str, Any]:
+    """Everything that `barchain doctor` tells, as JSON can hold it."""
+    return {
+        "barchain": package_version("barchain"),
+        "python": platform.python_version(),
+        "executable": sys.executable,
+        "machine": environment() | memory(),
+        "packages": packages(),
+        "engines": list(facts(engines())),
+        "compiler_cache": compiler_cache(),
+        "certified_solutions": solution_tables(),
+    }
+
+
+def memory() -> dict[str, float | None]:
+    """Memory of the machine and its available part, GB; None where the system does not tell."""
+    try:
+        page = os.sysconf("SC_PAGE_SIZE")
+        total, free = (page * os.sysconf(name) / GIGA for name in ("SC_PHYS_PAGES", "SC_AVPHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):  # Windows has no sysconf, macOS not all names
+        return {"memory_GB": None, "available_GB": None}
+    return {"memory_GB": total, "available_GB": free}
+
+
+def compiler_cache() -> dict[str, Any]:
+    """Folder of the code that the compiled reference keeps, its number of sets of effects, and its size in MB."""
+    missing = ENGINES[COMPILED].missing
+    if missing:
+        return {"missing": f"{COMPILED}: {missing}", "folder": None, "sets": 0, "size_MB": 0.0}
+    folder = importlib.import_module("reference_impl.fast.jit").cache_folder()
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    sets = sum(path.parent.name == "sets" for path in files)
+    size_MB = sum(path.stat().st_size for path in files) / MEGA
+    return {"missing": None, "folder": str(folder), "sets": sets, "size_MB": size_MB}
+
+
+def solution_tables() -> dict[str, Any]:
+    """Where certified solutions are, how many scenes have one, and the fault of each table that has one."""
+    folder, names = certified.CERTIFIED_SOLUTIONS, scene_names()
+    tables = {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob("*.csv"))}
+    found = {name: table_fault(name, path) for name, path in tables.items() if name in names}
+    return {
+        "folder": str(folder),
+        "cache": str(certified.cache_folder()),
+        "scenes": len(names),
+        "tables": len(found),
+        "faults": {name: fault for name, fault in found.items() if fault},
+    }
+
+
+def table_fault(name: str, path: Path) -> str:
+    """Why the table of a scene can't be used; empty if it can."""
+    try:
+        kept = read_table(path)
+    except DamagedTableError as error:
+        return str(error)
+    return "" if kept.physics == physics_digest(load_scene(name)) else "made for other values of the scene"
+
+
+def faults(found: Mapping[str, Any]) -> list[str]:
+    """What is wrong with an installation, one line each; an engine that is not installed is no fault."""
+    loaded = [f"{e['name']}: {e['fault']}" for e in found["engines"] if "fault" in e]
+    return loaded + [f"table of {name}: {fault}" for name, fault in found["certified_solutions"]["faults"].items()]

@@ -1,0 +1,15 @@
+"""`barchain schema`: the JSON Schema of a scene file."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+
+@click.command()
+def schema() -> None:
+    """Print the JSON Schema of a scene file, for editors."""
+    from scenarios import SceneFile  # noqa: PLC0415
+
+    click.echo(json.dumps(SceneFile.model_json_schema(), indent=2))

@@ -1,0 +1,1 @@
+"""Commands that list scenes and engines, run them, compare them and render reports."""

@@ -1,0 +1,112 @@
+"""`barchain compare` and `barchain crossval`: engines against the reference solution, scene by scene."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from barchain.cli.common.exit_codes import findings
+from barchain.cli.common.options import (
+    engine_option,
+    out_option,
+    overwrite_option,
+    required_scenes,
+    resume_option,
+    set_option,
+    time_limit_option,
+    workers_option,
+)
+from barchain.record.command import typed
+from barchain.run.limits import TIME_LIMIT_S
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from barchain.cli.common.settings import GivenSetting
+    from barchain.crossval.run import ComparisonResult
+    from scenarios import Scene
+
+CORE = ("paper/", "basics/")
+OUT = "Write report and tables into this folder."
+
+
+def run_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Options that compare and crossval share."""
+    for option in (overwrite_option, resume_option, workers_option, time_limit_option(TIME_LIMIT_S), set_option):
+        command = option(command)
+    return command
+
+
+@click.command()
+@required_scenes
+@engine_option("the engines marked so in `barchain engines`")
+@out_option(required=True, help_text=OUT)
+@run_options
+def compare(scenes: tuple[str, ...], names: tuple[str, ...], out: Path, **options: Any) -> None:
+    """Compare engines on the SCENEs that you name, and write a report.
+
+    SCENEs are names or files. Exits with 1 if a comparison fails, if a scene's reference solution could not be run, or
+    if an engine that was named, or had several scenes to do, was compared on none. `barchain crossval` does the same
+    for a fixed set of scenes and engines, and asks for more.
+    """
+    from scenarios import load_scene  # noqa: PLC0415
+
+    compare_and_render([load_scene(s) for s in scenes], names or None, out, need_external=False, **options)
+
+
+@click.command()
+@click.option("--tag", metavar="T", help="Take only scenes of the core suite with this tag.")
+@out_option(help_text=OUT)
+@run_options
+def crossval(tag: str | None, out: Path, **options: Any) -> None:
+    """Compare all default engines on the core suite, and write a report.
+
+    The core suite is the scenes of paper/ and basics/; the engines are those marked as default in `barchain engines`.
+    Exits with 1 where `barchain compare` does, and also for each scene that no engine with independent physics passes.
+    """
+    from barchain.cli.run.scenes import tagged  # noqa: PLC0415
+    from scenarios import load_scene, scene_names  # noqa: PLC0415
+
+    core = [load_scene(name) for name in scene_names() if name.startswith(CORE)]
+    compare_and_render(core if tag is None else tagged(core, tag), None, out, need_external=True, **options)
+
+
+def compare_and_render(
+    scenes: list[Scene], names: tuple[str, ...] | None, out: Path, *, need_external: bool,
+    settings: tuple[GivenSetting, ...], time_limit: float, workers: int | None, resume: bool, overwrite: bool,
+) -> None:  # fmt: skip
+    """Run the comparison with progress, render the report, and exit by its outcome."""
+    from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
+    from barchain.cli.common.result_folder import claim_comparison  # noqa: PLC0415
+    from barchain.cli.common.settings import settings_by_engine  # noqa: PLC0415
+    from barchain.crossval.run import run_comparison  # noqa: PLC0415
+    from barchain.run.selection import chosen_engines  # noqa: PLC0415
+    from reports.render import render  # noqa: PLC0415
+
+    engines = chosen_engines(names)
+    chosen = settings_by_engine(settings, engines)
+    claim_comparison(out, resume=resume, overwrite=overwrite)
+    with verdicts_shown(len(scenes) * len(engines)) as show:
+        result = run_comparison(
+            scenes, names, out, time_limit_s=time_limit, workers=workers, settings=chosen, resume=resume,
+            need_external=need_external, command=typed(), progress=show, notes=show.note,
+        )  # fmt: skip
+    html, _ = render(out)
+    show_verdict(result, html)
+    if not result.passed:
+        raise findings()
+
+
+def show_verdict(result: ComparisonResult, html: Path) -> None:
+    """Print how many comparisons ended with each outcome, the failed ones, and where the report is."""
+    counts = Counter(str(o) for o in result.outcomes.values())
+    click.echo(", ".join(f"{count} {outcome}" for outcome, count in counts.most_common()))
+    for (scene, engine), outcome in result.outcomes.items():
+        if not outcome.ok:
+            rows = result.metrics.query("scene == @scene and engine == @engine and outcome == @outcome.value")
+            reasons = "; ".join(f"{r.quantity}: {r.reason}" for r in rows.itertuples())
+            click.echo(f"  {scene}  {engine}  {outcome}: {reasons}")
+    click.echo(f"report: {html}")

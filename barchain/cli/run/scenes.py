@@ -1,0 +1,153 @@
+"""`barchain scenes`: the scenes that come with barchain."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from barchain.cli.common.options import json_option, scene_argument
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from scenarios import Scene
+
+HEADINGS = ("scene", "bars", "orbits", "tags", "title")
+
+
+@click.group(invoke_without_command=True)
+@click.option("--tag", metavar="T", help="List only scenes with this tag.")
+@click.option("--folder", metavar="F", help="List only scenes of this folder, e.g. paper or hard.")
+@click.option("--effect", metavar="E", help="List only scenes with this effect, e.g. drag or prescribed_rotation.")
+@json_option
+@click.pass_context
+def scenes(ctx: click.Context, tag: str | None, folder: str | None, effect: str | None, as_json: bool) -> None:
+    """List the scenes that come with barchain, or show one of them."""
+    if ctx.invoked_subcommand is not None:
+        return
+    found = all_scenes()
+    for option, wanted, of in (("tag", tag, tags), ("folder", folder, folders), ("effect", effect, effects_of)):
+        if wanted is not None:
+            found = having(found, option, wanted, {s.name: of(s) for s in found})
+    if as_json:
+        click.echo(json.dumps([summary(s) for s in found], indent=2))
+    else:
+        show_scenes(found)
+
+
+@scenes.command("show")
+@scene_argument
+@json_option
+def show_scene(scene: str, as_json: bool) -> None:
+    """Show SCENE (a name or a file): values in SI units and radians, invariants, and engines that support it."""
+    from scenarios import load_scene  # noqa: PLC0415
+
+    found = load_scene(scene)
+    if as_json:
+        click.echo(json.dumps(complete(found), indent=2))
+        return
+    for key, value in lines(complete(found)):
+        click.echo(f"{key:<36} {value}")
+
+
+def all_scenes() -> list[Scene]:
+    """Scenes that come with barchain."""
+    from scenarios import load_scene, scene_names  # noqa: PLC0415
+
+    return [load_scene(name) for name in scene_names()]
+
+
+def tags(scene: Scene) -> tuple[str, ...]:
+    """Tags of a scene."""
+    return scene.tags
+
+
+def folders(scene: Scene) -> tuple[str, ...]:
+    """Folder that a scene's name begins with."""
+    return (scene.name.partition("/")[0],)
+
+
+def effects_of(scene: Scene) -> tuple[str, ...]:
+    """Names of the effects that a scene has."""
+    return tuple(sorted(scene.effects.names))
+
+
+def having(found: list[Scene], option: str, wanted: str, labels: Mapping[str, Iterable[str]]) -> list[Scene]:
+    """Those of some scenes that have a label.
+
+    Raises
+    ------
+    UsageError
+        If none has it; the message names the nearest label and all there are.
+    """
+    from scenarios import nearest  # noqa: PLC0415
+
+    known = sorted({label for own in labels.values() for label in own})
+    if wanted not in known:
+        there = f"there are: {', '.join(known)}" if known else "there are none"
+        raise click.UsageError(f"--{option} {wanted}: no such scene has it{nearest(wanted, known)}; {there}")
+    return [s for s in found if wanted in labels[s.name]]
+
+
+def tagged(found: list[Scene], tag: str) -> list[Scene]:
+    """Those of some scenes that carry `tag`; none is bad usage."""
+    return having(found, "tag", tag, {s.name: s.tags for s in found})
+
+
+def summary(scene: Scene) -> dict[str, Any]:
+    """What the list shows of a scene."""
+    return {
+        "name": scene.name,
+        "bars": scene.bars,
+        "orbits": scene.run.duration_s / scene.period_s,
+        "tags": list(scene.tags),
+        "effects": list(effects_of(scene)),
+        "title": scene.title,
+    }
+
+
+def show_scenes(found: Iterable[Scene]) -> None:
+    """Print name, bars, orbits, tags and title of each scene."""
+    from barchain.cli.common.terminal import show_rows  # noqa: PLC0415
+
+    show_rows(HEADINGS, map(row, map(summary, found)), right=("bars", "orbits"))
+
+
+def row(known: Mapping[str, Any]) -> tuple[str, ...]:
+    """Cells of a scene."""
+    return known["name"], str(known["bars"]), f"{known['orbits']:.3g}", ", ".join(known["tags"]), known["title"]
+
+
+def complete(scene: Scene) -> dict[str, Any]:
+    """All values of a scene, what it conserves, and which engines support it."""
+    from barchain.record.scene_description import invariant_words  # noqa: PLC0415
+
+    values: dict[str, Any] = json.loads(json.dumps(dataclasses.asdict(scene), default=str))
+    derived = {"orbit_period_s": scene.period_s, "duration_orbits": scene.run.duration_s / scene.period_s}
+    return values | derived | {"conserves": invariant_words(scene), "engines": support(scene)}
+
+
+def support(scene: Scene) -> dict[str, str]:
+    """For each engine "supports the scene", or the reason why the engine does not or is missing."""
+    from adapters.registry import engines  # noqa: PLC0415
+
+    return {name: r.missing or r.load().unsupported(scene) or "supports the scene" for name, r in engines().items()}
+
+
+def lines(values: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, str]]:
+    """Keys with dots and values as text; effects that the scene does not have are left out."""
+    for key, value in values.items():
+        if isinstance(value, dict):
+            yield from lines(value, f"{prefix}{key}.")
+        elif value not in (None, [], ""):
+            yield prefix + key, in_words(value)
+
+
+def in_words(value: Any) -> str:
+    """Text of a value; of a list of equal values the value and their number."""
+    if isinstance(value, list) and len(value) > 1 and all(v == value[0] for v in value):
+        return f"{value[0]} ({len(value)} times)"
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)

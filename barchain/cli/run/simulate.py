@@ -1,0 +1,71 @@
+"""`barchain simulate`: one run as a table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from barchain.cli.common.names import ENGINE
+from barchain.cli.common.options import overwrite_option, scene_argument, set_option, time_limit_option
+from barchain.cli.common.result_folder import claim
+from barchain.run.limits import TIME_LIMIT_S
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from adapters.trajectory import Trajectory
+    from barchain.cli.common.settings import GivenSetting
+
+ENDINGS = (".parquet", ".csv")
+
+
+@click.command()
+@scene_argument
+@click.option("--engine", metavar="NAME", type=ENGINE, default="reference", show_default=True, help="Run this engine.")
+@set_option
+@click.option("--out", metavar="FILE", type=click.Path(path_type=Path, dir_okay=False), required=True,
+              help="Write the samples into this table, .parquet or .csv.")  # fmt: skip
+@time_limit_option(TIME_LIMIT_S)
+@click.option("--condition", is_flag=True, help="Add the condition number of the joint system (reference only).")
+@overwrite_option
+def simulate(
+    scene: str, engine: str, settings: tuple[GivenSetting, ...], out: Path, time_limit: float, condition: bool,
+    overwrite: bool,
+) -> None:  # fmt: skip
+    """Run SCENE (a name or a file) in one engine and write its samples."""
+    if out.suffix not in ENDINGS:
+        raise click.UsageError(f"--out {out}: ending {out.suffix!r} given, allowed: {', '.join(ENDINGS)}")
+    if not out.parent.is_dir():
+        raise click.UsageError(f"--out {out}: there is no folder {out.parent}")
+    claim([out], f"{out} is there", overwrite=overwrite)
+    trajectory = run(scene, engine, settings, time_limit, condition)
+    write(trajectory.to_frame(), out)
+    click.echo(f"wrote {out}: {len(trajectory.t_s)} samples" + (f"; {trajectory.ended}" if trajectory.ended else ""))
+
+
+def run(
+    scene: str, engine: str, settings: tuple[GivenSetting, ...], time_limit_s: float, condition: bool
+) -> Trajectory:
+    """Trajectory of a run; a scene that the engine does not support is bad usage."""
+    from barchain import api  # noqa: PLC0415
+    from barchain.cli.common.settings import settings_by_engine  # noqa: PLC0415
+    from barchain.run.settings import SettingError  # noqa: PLC0415
+    from scenarios import SceneError  # noqa: PLC0415
+
+    chosen = settings_by_engine(settings, [engine]).get(engine, {})
+    try:
+        return api.simulate(scene, engine, time_limit_s=time_limit_s, condition=condition, **chosen)
+    except (SceneError, SettingError):
+        raise
+    except ValueError as error:  # the engine does not support the scene
+        raise click.UsageError(str(error)) from error
+
+
+def write(frame: pd.DataFrame, path: Path) -> None:
+    """Write a table by the ending of its file; numbers in CSV read back in every digit."""
+    if path.suffix == ".parquet":
+        frame.to_parquet(path, index=False)
+    else:
+        frame.to_csv(path, index=False)

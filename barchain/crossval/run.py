@@ -1,0 +1,92 @@
+"""One comparison from its plan to its result: :func:`barchain.compare` and the command line run it."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from barchain.crossval.record import new_record
+from barchain.crossval.suite import ANY_EXTERNAL, ComparisonPlan, Suite
+from barchain.run.limits import TIME_LIMIT_S
+from barchain.run.selection import chosen_engines, unique_names
+from barchain.run.settings import choose_setting
+from barchain.run.store import Store
+from reports.tables.crossval import REFERENCE_SOLUTION
+from reports.tables.outcome import Outcome
+from scenarios import Scene, load_scene
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+    import pandas as pd
+
+    from adapters.registry import Registration
+
+
+@dataclass(frozen=True)
+class ComparisonResult:
+    """Result of a comparison of engines with the reference solution."""
+
+    metrics: pd.DataFrame
+    """One value a row; columns :data:`reports.tables.crossval.METRIC_COLUMNS`"""
+    outcomes: dict[tuple[str, str], Outcome]
+    """By (scene, engine); a name in parentheses stands for several engines or scenes, see
+    :mod:`reports.tables.crossval`"""
+
+    @property
+    def passed(self) -> bool:
+        """Whether every comparison passed or was declared unsupported, and at least one passed.
+
+        An engine that was named, or had several scenes to do, must have been compared on at least one scene.
+        """
+        found = self.outcomes.values()
+        return all(o.ok for o in found) and Outcome.PASS in found
+
+
+def run_comparison(
+    scenes: Iterable[Scene | str | Path],
+    engine_names: Iterable[str] | None = None,
+    out: Path | str | None = None,
+    *,
+    time_limit_s: float = TIME_LIMIT_S,
+    workers: int | None = None,
+    settings: Mapping[str, Mapping[str, float]] | None = None,
+    resume: bool = False,
+    need_external: bool = False,
+    command: str = "",
+    progress: Callable[[str, str, str], None] | None = None,
+    notes: Callable[[str], None] | None = None,
+    registered: Mapping[str, Registration] | None = None,
+) -> ComparisonResult:
+    """Run a comparison; :func:`barchain.compare` describes what all callers may choose.
+
+    Parameters
+    ----------
+    need_external : bool
+        Count a scene that no engine with independent physics passes as a failure.
+    command : str
+        Command line, for the record.
+    notes : callable, optional
+        Called with one line of text for each preparation before the first verdict.
+    registered : mapping, optional
+        Engines by name, instead of the registry's.
+    """
+    loaded = [s if isinstance(s, Scene) else load_scene(s) for s in scenes]
+    chosen = dict(registered) if registered is not None else chosen_engines(engine_names)
+    plan = ComparisonPlan(
+        unique_names(loaded),
+        chosen,
+        time_limit_s,
+        workers,
+        {name: choose_setting(name, values) for name, values in (settings or {}).items()},
+        resume,
+        need_external,
+        named=engine_names is not None,
+    )
+    with tempfile.TemporaryDirectory() as scratch:
+        order = [(s.name, e) for s in plan.scenes for e in [REFERENCE_SOLUTION, *chosen, ANY_EXTERNAL]]
+        store = Store(Path(out) if out is not None else Path(scratch), new_record(plan, command), order)
+        verdicts = Suite(plan, store, progress or (lambda *_: None), notes or (lambda _: None)).run()
+        return ComparisonResult(store.metrics(), {pair: v.outcome for pair, v in verdicts.items()})

@@ -1,0 +1,57 @@
+"""Settings of engines' accuracy parameters, as users give them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from adapters.engine import AccuracyParameter, Setting
+from adapters.registry import find_engine
+from scenarios import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adapters.engine import AccuracySweep
+
+LEAST_RTOL, MOST_STEPS = 1e-15, 1e9
+
+
+class SettingError(ValueError):
+    """A setting that the engine does not have."""
+
+
+def choose_setting(engine: str, given: Mapping[str, float]) -> Setting:
+    """Setting of an engine from the values that a user gave.
+
+    Parameters
+    ----------
+    engine : str
+        A registered name.
+    given : mapping
+        Value by the name of the accuracy parameter: ``rtol`` (1) or ``steps_per_orbit`` (1). Empty for the default.
+
+    Raises
+    ------
+    UnknownEngineError
+        If no engine has that name.
+    SettingError
+        If the engine has another accuracy parameter, or the value is out of its range.
+    """
+    sweep = find_engine(engine).load().sweep
+    for name, value in given.items():
+        if name != sweep.parameter:
+            raise SettingError(
+                f"{engine} has no setting {name}{nearest(name, [sweep.parameter])}; allowed: {sweep.parameter}"
+            )
+        least, most = allowed_range(sweep)
+        if not least <= value <= most:
+            raise SettingError(f"{engine}: {name}={value:g} given, allowed: {least:g} to {most:g}")
+        return Setting(sweep.parameter, float(value))
+    return sweep.setting()
+
+
+def allowed_range(sweep: AccuracySweep) -> tuple[float, float]:
+    """Least and largest value of an accuracy parameter."""
+    if sweep.parameter is AccuracyParameter.RTOL:
+        return min(LEAST_RTOL, *sweep.values), 1.0
+    return 1.0, MOST_STEPS

@@ -1,0 +1,56 @@
+"""Terms of the reports, each explained where it first stands on a page."""
+
+from __future__ import annotations
+
+TERMS = {
+    "reference solution": "Run of the reference equations at tight tolerances, with which every engine's run is "
+    "compared. Its own error is estimated and enters every tolerance.",
+    "certified solution": "Solution in quadruple precision with an error bound for each quantity. Errors in this study "
+    "are differences from the certified solution.",
+    "independent engine": "Engine whose equations of motion are not barchain's own. The other engines are built on "
+    "barchain's equations.",
+    "normalised error": "Difference from the reference solution, divided by its explained part: both error estimates, "
+    "round-off and the declared model difference. Up to 1 the difference is explained.",
+    "expected-error bound": "Largest error that the engine's method may make at its setting in this scene. The bound "
+    "follows from the order of the method and from the error amplification.",
+    "error amplification": "Factor by which a small perturbation of the initial angles has grown, measured with a "
+    "perturbed run of the reference.",
+    "predictability limit": "Last instant at which two correct runs at this setting agree to 0.01 rad. Later "
+    "attitudes are not compared point by point.",
+    "detection limit": "Smallest relative error that the comparison would have reported as a failure.",
+    "centre-of-mass residual": "Distance between the centre of mass and the mass-weighted mean of the bars' centres: "
+    "the residual of the paper's equation (6).",
+    "accuracy parameter": "Setting that controls an engine's error: a number of equal steps, or a tolerance.",
+    "accuracy sweep": "Runs of one engine at several values of its accuracy parameter, from coarse to fine.",
+    "work-precision front": "Runs that no other run beats in both time and error.",
+    "evaluation": "One evaluation of the right-hand side: all accelerations and reactions of one state.",
+    "size ratio ε": "Length of a bar, divided by the Earth's radius.",
+    "unit round-off u": "Largest relative error of rounding a number: 1.1×10⁻¹⁶ in double precision (float64), "
+    "6.0×10⁻⁸ in single precision (float32).",
+    "absolute coordinates": "Positions measured from the centre of the body; relative ones are measured from the "
+    "chain's centre of mass.",
+    "seeded fault": "Known error put into an engine on purpose, to test whether the checks detect it.",
+    "control": "Engine without a fault; every check must accept its runs.",
+    "resolved": "Larger than the numerical error of both runs.",
+    "perturbed run": "Run of the same scene with slightly different initial values or parameters.",
+}
+"""Definition of each term"""
+
+
+class Glossary:
+    """Terms explained so far on one page."""
+
+    def __init__(self) -> None:
+        self.explained: set[str] = set()
+
+    def first(self, *terms: str) -> list[tuple[str, str]]:
+        """Terms that the page has not explained yet, with their definitions.
+
+        Raises
+        ------
+        KeyError
+            If a term has no definition.
+        """
+        found = [(term, TERMS[term]) for term in terms if term not in self.explained]
+        self.explained.update(terms)
+        return found

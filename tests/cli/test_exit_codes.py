@@ -1,0 +1,114 @@
+"""Exit codes: the same table for every command, and known before anything runs."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+
+from adapters.engine import EngineError
+from adapters.registry import ENGINES, Registration
+from barchain.cli import main as command_line
+from barchain.cli.common.exit_codes import MEANINGS, ExitCode
+from barchain.cli.main import cli, main, run
+
+QUICK = "basics/libration"
+PAGE = Path(__file__).parents[2] / "docs" / "command_line.md"
+MISSING = Registration("nowhere:Nothing", "nowhere", install="pip install nowhere")
+
+
+@pytest.fixture
+def nothing(monkeypatch):
+    monkeypatch.setitem(ENGINES, "nothing", MISSING)
+
+
+@pytest.mark.parametrize("command", [
+    f"simulate {QUICK} --engine nothing --out x.csv",
+    f"compare {QUICK} --engine reference --engine nothing --out x",
+    f"compare {QUICK} --engine reference --set nothing:rtol=1e-8 --out x",
+    f"cost {QUICK} --engine nothing --out x",
+    "scaling --bars 2 --engine nothing --out x",
+    "stability hard/whip --engine nothing --out x",
+    "selftest --engine nothing --out x",
+    "selftest --random 1 --host nothing --out x",
+])  # fmt: skip
+def test_a_missing_engine_asked_for_by_name_is_known_before_anything_runs_and_exits_with_3(
+    command, nothing, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    assert run(command.split()) == 3
+    assert capsys.readouterr().err == "barchain: nothing: nowhere is not installed; try: pip install nowhere\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("command", "engine"), [
+    (f"ensemble {QUICK} --vary angle_deg=normal(0,1) --out x", "reference-fast"),
+    (f"effects {QUICK} --engine reference-fast --out x", "reference-fast"),
+    (f"certified {QUICK} --check", "heyoka-quad"),
+])  # fmt: skip
+def test_a_missing_engine_that_a_command_needs_exits_with_3(command, engine, monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(ENGINES, engine, MISSING)
+    assert run(command.split()) == 3
+    assert f"{engine}: nowhere is not installed" in capsys.readouterr().err
+
+
+@pytest.fixture
+def failing(monkeypatch):
+    """Give a command that raises what it is told to."""
+
+    def install(error):
+        @click.command("fails")
+        @click.option("--resume", is_flag=True)
+        def fails(resume):
+            raise error
+
+        monkeypatch.setitem(cli.commands, "fails", fails)
+
+    return install
+
+
+def test_an_interrupt_exits_with_130_and_says_how_to_go_on(failing, capsys):
+    failing(KeyboardInterrupt())
+    assert run(["fails"]) == 130
+    assert "interrupted; results so far are kept, and --resume goes on from them" in capsys.readouterr().err
+
+
+def test_a_failed_run_is_a_finding_and_its_traceback_is_printed_on_request(failing, capsys):
+    failing(EngineError("exudyn on x: diverged"))
+    assert run(["fails"]) == 1
+    assert capsys.readouterr().err == "barchain: exudyn on x: diverged\n"
+    assert run(["-v", "fails"]) == 1
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_a_fault_of_barchain_itself_exits_with_70_and_a_traceback(failing, monkeypatch, capsys):
+    failing(ZeroDivisionError("inside"))
+    monkeypatch.setattr(sys, "argv", ["barchain", "fails"])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 70
+    assert "ZeroDivisionError: inside" in capsys.readouterr().err
+
+
+def test_the_page_on_the_command_line_holds_the_table_of_exit_codes():
+    rows = re.findall(r"^\| (\d+) \| (.+?) \|$", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert {int(code): meaning for code, meaning in rows} == {int(c): m for c, m in MEANINGS.items()}
+    assert set(MEANINGS) == set(ExitCode)
+
+
+def test_the_page_on_the_command_line_names_every_command_and_every_option():
+    text = PAGE.read_text(encoding="utf-8")
+    for name, command in command_line.cli.commands.items():
+        assert f"`barchain {name}" in text, name
+        for option in (o for p in command.params if isinstance(p, click.Option) for o in p.opts):
+            assert option in text, (name, option)
+
+
+def test_python_m_barchain_is_the_command_line():
+    made = subprocess.run([sys.executable, "-m", "barchain", "nonsense"], capture_output=True, text=True, check=False)
+    assert (made.returncode, made.stderr) == (2, "barchain: No such command 'nonsense'.\n")

@@ -1,0 +1,88 @@
+"""Help: printed by `barchain` alone, in sections, quick, and with one meaning of each option."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections import defaultdict
+
+import click
+import pytest
+
+from barchain.cli.main import SECTIONS, cli, run
+
+HEAVY = (
+    "numpy",
+    "scipy",
+    "pandas",
+    "pydantic",
+    "matplotlib",
+    "numba",
+    "rich",
+    "exudyn",
+    "adapters",
+    "scenarios",
+    "reports",
+)
+COMMANDS = sorted(cli.commands)
+OWN_MEANING = {"--out", "--engine", "--time-limit", "--minutes", "--repeats"}  # more is said of these where it differs
+
+
+def test_barchain_alone_prints_help_without_a_prefix_and_exits_with_0(capsys):
+    assert run([]) == 0
+    shown = capsys.readouterr()
+    assert shown.out.startswith("Usage: barchain")
+    assert "barchain: " not in shown.out
+    assert shown.err == ""
+
+
+def test_commands_stand_in_sections(capsys):
+    run(["--help"])
+    text = capsys.readouterr().out
+    assert list(SECTIONS) == ["Run and compare", "Studies", "Maintain"]
+    places = [text.index(f"{title}:") for title in SECTIONS]
+    assert places == sorted(places)
+    assert (
+        places[0] < text.index("  crossval") < places[1] < text.index("  ensemble") < places[2] < text.index("  doctor")
+    )
+
+
+def test_help_says_how_compare_and_crossval_differ(capsys):
+    run(["--help"])
+    text = " ".join(capsys.readouterr().out.split())
+    assert "`compare` takes the scenes and engines that you name. `crossval` takes a fixed set of scenes" in text
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_begins_its_help_with_an_imperative_and_explains_each_option(name, capsys):
+    command = cli.commands[name]
+    assert run([name, "--help"]) == 0
+    assert f"Usage: barchain {name}" in capsys.readouterr().out
+    first = str(command.help).split()[0]
+    assert first[0].isupper()
+    assert not first.endswith(("s", "ing"))
+    options = [p for p in command.params if isinstance(p, click.Option)]
+    assert all(p.help and p.help[0].isupper() and p.help.endswith(".") for p in options)
+
+
+def test_an_option_means_the_same_in_every_command():
+    texts = defaultdict(set)
+    for command in cli.commands.values():
+        for option in (p for p in command.params if isinstance(p, click.Option)):
+            texts[option.opts[-1]].add(str(option.help))
+    several = {name for name, found in texts.items() if len(found) > 1}
+    assert several <= OWN_MEANING | {"--rtol", "--orbits", "--seed", "--tag"}
+    assert all(t.startswith("End a run after this wall time, in seconds") for t in texts["--time-limit"])
+    assert all(t.startswith("Give the study a budget of this wall time, in minutes") for t in texts["--minutes"])
+    assert "--budget" not in texts
+    assert "--scene" not in texts
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], *([name, "--help"] for name in COMMANDS)])
+def test_help_imports_nothing_that_is_slow_to_import(arguments):
+    code = (
+        "import sys; from barchain.cli.main import run; run(sys.argv[1:]); "
+        f"print('|'.join(m for m in {HEAVY!r} if m in sys.modules), file=sys.stderr)"
+    )
+    made = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True)
+    assert made.stderr.strip() == ""

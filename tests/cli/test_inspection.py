@@ -1,0 +1,149 @@
+"""What barchain tells of scenes, engines, files and the installation, and what the shell completes."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+from click.shell_completion import ShellComplete
+
+from adapters.registry import ENGINES, Registration
+from barchain.cli.common import verbosity
+from barchain.cli.common.names import shipped_scene_names
+from barchain.cli.common.progress import counted, verdicts_shown
+from barchain.cli.common.settings import SETTING, settings_by_engine
+from barchain.cli.main import cli, run
+from barchain.solutions import certified
+from scenarios import load_scene, scene_names
+
+BAD_SCENE = """
+title = "t"
+source = "s"
+[orbit]
+altitude_km = 500.0
+[chain]
+bars = 2
+mass_kg = [100.0, -5.0]
+length_m = 20.0
+angle_deg = 80.0
+[run]
+orbits = 1.0
+"""
+
+
+def printed_json(capsys, command):
+    assert run(command.split()) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_scenes_are_filtered_by_tag_folder_and_effect(capsys):
+    found = printed_json(capsys, "scenes --folder effects --effect drag --json")
+    assert found
+    assert all(s["name"].startswith("effects/") and "drag" in s["effects"] for s in found)
+    assert {s["name"] for s in printed_json(capsys, "scenes --tag chaotic --json")} >= {"paper/fig05"}
+
+
+def test_a_scene_is_shown_with_its_values_and_the_engines_that_support_it(capsys):
+    assert run(["scenes", "show", "paper/fig17"]) == 0
+    text = capsys.readouterr().out
+    assert "100.0 (5 times)" in text
+    assert "engines.reference " in text
+    shown = printed_json(capsys, "scenes show paper/fig17 --json")
+    assert shown["chain"]["mass_kg"] == list(load_scene("paper/fig17").chain.mass_kg)
+    assert shown["engines"]["reference"] == "supports the scene"
+    assert "supports" not in shown["engines"]["pymunk"]
+
+
+def test_engines_are_listed_as_json_and_missing_ones_by_themselves(capsys, monkeypatch):
+    monkeypatch.setitem(ENGINES, "nothing", Registration("nowhere:Nothing", "nowhere", install="pip install nowhere"))
+    monkeypatch.setitem(ENGINES, "broken", Registration("nowhere:Nothing"))
+    known = {e["name"]: e for e in printed_json(capsys, "engines --json")}
+    assert known["reference"]["default"]
+    assert not known["reference"]["independent_physics"]
+    assert known["exudyn"]["setting"] == "steps_per_orbit=5000"
+    assert "does not load" in known["broken"]["fault"]
+    missing = {e["name"]: e for e in printed_json(capsys, "engines --missing --json")}
+    assert missing["nothing"]["install"] == "pip install nowhere"
+    assert "reference" not in missing
+
+
+def test_validate_prints_one_line_for_each_fault_of_each_file_and_exits_with_2(tmp_path, capsys):
+    bad, good = tmp_path / "bad.toml", tmp_path / "good.toml"
+    bad.write_text(BAD_SCENE)
+    good.write_text(BAD_SCENE.replace("altitude_km = 500.0", "altitude_m = 5e5").replace("-5.0", "5.0"))
+    assert run(["validate", str(bad), str(good), str(tmp_path / "none.toml")]) == 2
+    shown = capsys.readouterr()
+    assert shown.out == f"{good}: valid: 2 bars, 1 orbits, {load_scene(good).run.samples} samples\n"
+    lines = shown.err.splitlines()
+    assert len(lines) == 3
+    assert f"{bad}: orbit.altitude_km: unknown key (did you mean altitude_m?); allowed here: altitude_m" in shown.err
+    assert f"{bad}: chain.mass_kg[1]: -5.0 given, allowed: greater than 0" in shown.err
+    assert run(["validate", "paper/fig05"]) == 0
+
+
+def test_doctor_tells_versions_engines_cache_machine_and_tables(capsys, monkeypatch):
+    monkeypatch.setitem(ENGINES, "nothing", Registration("nowhere:Nothing", "nowhere", install="pip install nowhere"))
+    assert run(["doctor"]) == 0
+    text = capsys.readouterr().out
+    for word in ("barchain ", "Python ", "cores", "GB", "compiler cache", "solutions", "exudyn", "pip install nowhere"):
+        assert word in text
+    found = printed_json(capsys, "doctor --json")
+    assert found["faults"] == []
+    assert found["machine"]["cores"] >= 1
+    assert found["certified_solutions"]["tables"] >= 50
+
+
+def test_doctor_exits_with_1_where_a_table_is_damaged_or_an_adapter_does_not_load(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(certified, "CERTIFIED_SOLUTIONS", tmp_path)
+    monkeypatch.setitem(ENGINES, "broken", Registration("nowhere:Nothing"))
+    (tmp_path / "paper").mkdir()
+    (tmp_path / "paper" / "fig05.csv").write_text("nothing")
+    assert run(["doctor"]) == 1
+    text = capsys.readouterr().out
+    assert "fault: table of paper/fig05" in text
+    assert "fault: broken: its adapter does not load" in text
+
+
+def completions(*arguments):
+    *before, incomplete = arguments
+    return {c.value for c in ShellComplete(cli, {}, "barchain", "_X").get_completions(list(before), incomplete)}
+
+
+def test_the_shell_completes_commands_scenes_and_engines():
+    assert completions("cross") == {"crossval"}
+    assert completions("compare", "paper/fig17") == {"paper/fig17", "paper/fig17_inertial"}
+    assert completions("simulate", "paper/fig05", "--engine", "heyoka-") == {"heyoka-long", "heyoka-quad"}
+    assert shipped_scene_names() == scene_names()
+
+
+def test_the_shells_script_is_printed():
+    env = os.environ | {"_BARCHAIN_COMPLETE": "zsh_source"}
+    code = "import sys; sys.argv = ['barchain']; from barchain.cli.main import main; main()"
+    made = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True)
+    assert "#compdef barchain" in made.stdout
+
+
+@pytest.mark.parametrize(("given", "chosen", "found"), [
+    (["rtol=1e-8"], ["reference", "exudyn", "rebound"], {"reference": {"rtol": 1e-8}, "rebound": {"rtol": 1e-8}}),
+    (["exudyn:steps_per_orbit=100"], ["reference", "exudyn"], {"exudyn": {"steps_per_orbit": 100.0}}),
+    (["rtol=1e-8", "reference:rtol=1e-6"], ["reference"], {"reference": {"rtol": 1e-6}}),
+    ([], ["reference"], {}),
+])  # fmt: skip
+def test_a_setting_goes_to_the_engine_named_or_to_all_that_have_it(given, chosen, found):
+    assert settings_by_engine([SETTING.convert(text, None, None) for text in given], chosen) == found
+
+
+@pytest.mark.parametrize(("quiet", "lines"), [(True, 0), (False, 3)])
+def test_quiet_commands_print_no_progress(quiet, lines, capsys):
+    verbosity.choose(quiet=quiet, verbose=False)
+    try:
+        with verdicts_shown(1) as show, counted("runs", 1) as done:
+            show("scene", "engine", "pass")
+            show.note("a note")
+            done(1)
+    finally:
+        verbosity.choose(quiet=False, verbose=False)
+    assert len(capsys.readouterr().err.splitlines()) == lines

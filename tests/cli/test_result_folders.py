@@ -1,0 +1,83 @@
+"""Folders that hold results: never overwritten in silence."""
+
+from __future__ import annotations
+
+import click
+import pytest
+
+from barchain.cli.common.result_folder import claim, claim_comparison, claim_study
+from barchain.cli.main import cli, run
+
+QUICK = "basics/libration"
+HELD = {
+    f"compare {QUICK} --engine reference --out OUT": "run.json",
+    "crossval --out OUT": "metrics.csv",
+    f"cost {QUICK} --out OUT": "cost/points.csv",
+    "scaling --bars 2 --out OUT": "scaling/points.csv",
+    "roundoff --part times --out OUT": "roundoff/times.csv",
+    "stability hard/whip --engine reference --out OUT": "stability/outcomes.csv",
+    f"effects {QUICK} --engine reference --out OUT": "effects/effects.csv",
+    f"selftest {QUICK} --fault scale-rate --out OUT": "selftest/selftest.csv",
+    "selftest --random 1 --out OUT": "campaign/campaign.csv",
+    f"ensemble {QUICK} --vary angle_deg=normal(0,1) --runs 2 --out OUT": "ensemble/runs.csv",
+    f"simulate {QUICK} --out OUT/run.csv": "run.csv",
+    f"certified {QUICK} --out OUT": f"{QUICK}.csv",
+}
+RESUMABLE = {"compare", "crossval", "cost", "scaling", "stability"}
+
+
+@pytest.mark.parametrize(("command", "held"), HELD.items(), ids=lambda text: text.partition(" ")[0])
+def test_results_that_are_there_are_kept_and_the_command_exits_with_2(command, held, tmp_path, capsys):
+    if command.startswith("ensemble"):
+        pytest.importorskip("numba")
+    if command.startswith("certified"):
+        pytest.importorskip("heyoka")
+    kept = tmp_path / held
+    kept.parent.mkdir(parents=True, exist_ok=True)
+    kept.write_text("earlier results")
+    assert run(command.replace("OUT", str(tmp_path)).split()) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1, error
+    assert "--overwrite replaces" in error
+    assert ("--resume goes on" in error) is (command.split()[0] in RESUMABLE)
+    assert kept.read_text() == "earlier results"
+
+
+def test_every_command_that_writes_results_can_replace_them():
+    writers = {name for name, c in cli.commands.items() if any("--out" in p.opts for p in c.params)}
+    replacers = {name for name, c in cli.commands.items() if any("--overwrite" in p.opts for p in c.params)}
+    assert writers == replacers == {command.split()[0] for command in HELD}
+
+
+def test_overwrite_deletes_what_a_comparison_wrote_and_nothing_else(tmp_path):
+    written = ("run.json", "metrics.csv", "trajectories/paper/x.parquet", "differences/y.parquet")
+    others = ("cost/points.csv", "note")
+    for path in (tmp_path / name for name in written + others):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("")
+    claim_comparison(tmp_path, resume=False, overwrite=True)
+    assert {p.relative_to(tmp_path).as_posix() for p in tmp_path.rglob("*") if p.is_file()} == set(others)
+
+
+def test_resume_leaves_everything_in_place(tmp_path):
+    (tmp_path / "run.json").write_text("{}")
+    claim_comparison(tmp_path, resume=True, overwrite=False)
+    assert (tmp_path / "run.json").read_text() == "{}"
+
+
+def test_a_study_joins_a_comparison_without_being_asked_twice(tmp_path):
+    (tmp_path / "run.json").write_text("{}")
+    (tmp_path / "cost").mkdir()  # empty
+    claim_study(tmp_path, "cost", overwrite=False)
+
+
+def test_resume_and_overwrite_exclude_each_other_even_in_an_empty_folder(tmp_path):
+    with pytest.raises(click.UsageError, match="exclude"):
+        claim([tmp_path / "x"], "x", resume=True, overwrite=True)
+
+
+def test_simulate_replaces_its_table_where_it_is_told_to(tmp_path):
+    out = tmp_path / "run.csv"
+    out.write_text("earlier")
+    assert run(["simulate", "basics/kepler_circular", "--out", str(out), "--overwrite"]) == 0
+    assert out.read_text().startswith("t_s")

@@ -1,0 +1,65 @@
+"""The package's own names: complete, quick to import, and what they say they are."""
+
+import inspect
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+import barchain
+from tests.support.report_fixture import build
+
+HEAVY = ("numpy", "pandas", "scipy", "matplotlib", "pydantic", "exudyn")
+
+
+def test_importing_barchain_imports_nothing_heavy() -> None:
+    code = f"import sys, barchain; print([m for m in {HEAVY} if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("name", barchain.__all__)
+def test_every_public_name_is_there(name: str) -> None:
+    assert getattr(barchain, name) is not None
+    assert name in dir(barchain)
+
+
+def test_every_public_name_but_the_version_has_a_module() -> None:
+    assert {*barchain.MODULES, "__version__"} == set(barchain.__all__)
+    assert list(barchain.__all__) == sorted(barchain.__all__)
+
+
+def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        barchain.nonsense  # noqa: B018
+
+
+def test_the_version_is_that_of_the_distribution() -> None:
+    assert barchain.__version__ == version("barchain")
+
+
+def test_scenes_are_named_and_chosen_by_tag() -> None:
+    assert "paper/fig05" in barchain.scenes()
+    assert set(barchain.scenes("basics")) < set(barchain.scenes())
+    assert barchain.scenes("no such tag") == []
+
+
+def test_engines_say_what_is_missing() -> None:
+    assert barchain.engines()["reference"].missing is None
+    assert barchain.engines()["reference"].by_default
+
+
+def test_a_folder_is_rendered_again(tmp_path: Path) -> None:
+    build(tmp_path, ["basics/radial_equilibrium"], faults=False, samples=11)
+    assert tmp_path / "index.html" in barchain.render(str(tmp_path))
+
+
+@pytest.mark.parametrize("name", ["scenes", "engines", "simulate", "compare", "render"])
+def test_public_functions_document_every_parameter_and_result(name: str) -> None:
+    function = getattr(barchain, name)
+    text = inspect.getdoc(function) or ""
+    for parameter in inspect.signature(function).parameters:
+        assert f"\n{parameter} :" in text or f"\n**{parameter} :" in text
+    assert "Returns\n" in text
