@@ -1,4 +1,4 @@
-"""Committed truths made, and made again to be compared with what is committed."""
+"""Making of committed certified solutions, and their check against fresh runs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def make(scene: Scene) -> CertifiedTable:
-    """Truth of a shipped scene at the instants of its table, its errors seen at all samples of the run."""
+    """Certified solution of a shipped scene at the instants of its table; error bars cover all samples of the run."""
     wanted = table_times(scene)
     every = np.unique(np.concatenate([wanted, scene.times_s]))
     full = fresh(scene, every)
@@ -36,7 +36,7 @@ def make(scene: Scene) -> CertifiedTable:
 
 
 def commit(scene: Scene) -> CertifiedTable:
-    """Make a truth and write it where it is committed."""
+    """Make a certified solution and write its committed table."""
     table = make(scene)
     write_table(table_path(scene), table)
     committed_tables.cache_clear()
@@ -45,32 +45,34 @@ def commit(scene: Scene) -> CertifiedTable:
 
 @dataclass(frozen=True)
 class CommittedTableCheck:
-    """How a fresh truth compares with the committed one."""
+    """Comparison of a fresh certified solution with the committed table."""
 
     scene: str
     share: dict[str, float]
-    """For each quantity, the largest difference over what both error bars allow"""
+    """For each quantity, the largest difference relative to the sum of both error bars"""
     fault: str = ""
-    """Why they can't be compared; empty if they can"""
+    """Reason why the two can't be compared; empty if they can"""
 
     @property
     def agrees(self) -> bool:
-        """Whether all of it lies inside the error bars."""
+        """Whether every difference is inside the error bars."""
         return not self.fault and all(s <= 1.0 for s in self.share.values())
 
     @property
     def said(self) -> str:
-        """One line."""
+        """Result in one line."""
         worst = max(self.share.values(), default=0.0)
         verdict = "agrees" if self.agrees else "DIFFERS"
         return f"{self.scene}: {self.fault or f'{verdict}, by {worst:.2f} of the error bars'}"
 
 
 def check(scene: Scene) -> CommittedTableCheck:
-    """Compare a fresh truth with the committed one, inside both error bars."""
+    """Compare a fresh certified solution with the committed table, inside both error bars."""
     path = table_path(scene)
     if not path.is_file():
-        return CommittedTableCheck(scene.name, {}, f"has no committed truth; make it: barchain truths {scene.name}")
+        return CommittedTableCheck(
+            scene.name, {}, f"has no committed certified solution; make it: barchain truths {scene.name}"
+        )
     try:
         kept = read_table(path)
     except DamagedTableError as error:
@@ -81,7 +83,7 @@ def check(scene: Scene) -> CommittedTableCheck:
 
 
 def compare(name: str, kept: CertifiedTable, again: CertifiedTable) -> CommittedTableCheck:
-    """Differences of two truths at the same instants over their error bars."""
+    """Differences of two certified solutions at the same instants relative to their error bars."""
     if kept.trajectory.t_s.shape != again.trajectory.t_s.shape:
         return CommittedTableCheck(name, {}, f"has other instants than committed; make it again: {kept.command}")
     apart = differences(kept.trajectory, again.trajectory)
@@ -89,5 +91,5 @@ def compare(name: str, kept: CertifiedTable, again: CertifiedTable) -> Committed
 
 
 def share(apart: Array, allowed: Array) -> float:
-    """Largest share of what is allowed; nothing is allowed where both are zero."""
+    """Largest ratio of a difference to its bound; infinite for a difference with a bound of zero."""
     return float(np.divide(apart, allowed, out=np.where(apart > 0.0, np.inf, 0.0), where=allowed > 0.0).max())
