@@ -81,7 +81,7 @@ def reference_runs(scene):
     + [pytest.param(name, None, marks=pytest.mark.slow) for name in HARD if name in TOLD]
     + [(name, 1.0) for name in LONG_RUNS],
 )  # fmt: skip
-def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_predictability_limit(
+def test_the_reference_agrees_inside_the_error_bars_up_to_its_predictability_limit(
     name, orbits, record_property
 ):
     """|reference - certified| <= 2 E_reference + E_certified + floor.
