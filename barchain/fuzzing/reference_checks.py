@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.common.initial_state import chain_model
-from barchain.judge.local_errors import MACHINE_EPSILON, ROUNDINGS
+from barchain.judge.local_errors import ROUNDINGS, UNIT_ROUNDOFF
 from barchain.metrics.quantities import conserved
 from reference_impl.model import invariants
 from reference_impl.model.joints import ASTRAY
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 FEW = 10.0  # largest component of a step's error relative to its norm, which is controlled
 SHAKES = 4  # number of perturbations of all angles in their last digits
-ROUNDED = 64.0 * MACHINE_EPSILON  # of the terms that an invariant is summed from
+ROUNDED = 64.0 * UNIT_ROUNDOFF  # of the terms that an invariant is summed from
 
 
 def broken(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
@@ -62,7 +62,7 @@ def open_joints(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
     del rtol
     if trajectory.gap_m is None or trajectory.identity_m is None:
         return ""
-    allowed = ROUNDINGS * MACHINE_EPSILON * scene.size_m * scene.bars
+    allowed = ROUNDINGS * UNIT_ROUNDOFF * scene.size_m * scene.bars
     gap, identity = trajectory.gap_m.max(initial=0.0), trajectory.identity_m.max()
     return (
         "" if max(gap, identity) <= allowed else f"gap {gap:.3g} m, identity {identity:.3g} m, allowed {allowed:.3g} m"

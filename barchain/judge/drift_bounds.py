@@ -14,9 +14,9 @@ from scipy.integrate import cumulative_trapezoid
 from adapters.engine import AccuracyParameter, Coordinates
 from barchain.judge.declared_noise import MOST_NOISE
 from barchain.judge.local_errors import (
-    MACHINE_EPSILON,
     ROUNDINGS,
     SECOND_ORDER_CONSTANT,
+    UNIT_ROUNDOFF,
     end_derivatives,
     kepler_growth,
     orbit_scale,
@@ -37,7 +37,7 @@ QUADRATIC = 4.0  # energy and angular momentum are of second degree in two kinds
 
 def drift_bounds(model: ErrorModel, main: Trajectory, finer: Trajectory) -> dict[str, Array]:
     """Band of each drift, shape (n,): ``gap``, ``identity`` (m), ``energy``, ``angular_momentum`` (1)."""
-    place = MACHINE_EPSILON * ROUNDINGS * rounded_place(model.engine, model.solution)
+    place = UNIT_ROUNDOFF * ROUNDINGS * rounded_place(model.engine, model.solution)
     found = {
         "gap": gap_bound(model),
         # a sum over the bars of places that are as good as rounding leaves them: nothing is integrated
@@ -79,7 +79,7 @@ def invariant_floor(model: ErrorModel) -> Array:
     scene, setting, solution = model.scene, model.setting, model.solution
     steps = np.sqrt(model.steps_taken(model.t_s))
     unit = roundoff_unit(model.engine, solution) * orbit_scale(scene) * ROUNDINGS + model.noise.get("rate", 0.0)
-    walk = (inner_share(solution) * unit / fastest(solution) + ROUNDINGS * MACHINE_EPSILON) * steps
+    walk = (inner_share(solution) * unit / fastest(solution) + ROUNDINGS * UNIT_ROUNDOFF) * steps
     requested = NORM_SLACK * setting.value if setting.parameter is AccuracyParameter.RTOL else 0.0
     found: Array = QUADRATIC * scene.bars * (walk + requested)
     return found
@@ -122,7 +122,7 @@ def gap_bound(model: ErrorModel) -> Array:
     scene, engine, setting, t = model.scene, model.engine, model.setting, model.t_s
     length = max(scene.chain.length_m)
     steps = model.steps_taken(t)
-    unit = MACHINE_EPSILON * rounded_place(engine, model.solution) * ROUNDINGS
+    unit = UNIT_ROUNDOFF * rounded_place(engine, model.solution) * ROUNDINGS
     noise = model.noise.get("gap", np.zeros(model.n))
     if engine.joints_in_place:
         return unit * scene.bars + noise

@@ -15,8 +15,8 @@ import numpy as np
 from adapters.engine import AccuracyParameter
 from barchain.judge import declared_noise as declared
 from barchain.judge.local_errors import (
-    MACHINE_EPSILON,
     ROUNDINGS,
+    UNIT_ROUNDOFF,
     kepler_growth,
     kinks,
     local_errors,
@@ -148,7 +148,7 @@ class ErrorModel:
         if "rate" in found:  # a place rounded once in a radian of the orbit
             found["rate"] += roundoff_unit(self.engine, solution) * ROUNDINGS * orbit_scale(self.scene)
         walk = ROUNDINGS * np.sqrt(self.steps_taken(self.t_s))
-        carried = MACHINE_EPSILON * walk * kepler_growth(self.scene, self.t_s - self.t_s[0])
+        carried = UNIT_ROUNDOFF * walk * kepler_growth(self.scene, self.t_s - self.t_s[0])
         for name, values in (("com", seen.com_m), ("com_velocity", seen.com_velocity_m_s)):
             found[name] += np.maximum.accumulate(np.linalg.norm(values[:n], axis=1)) * carried
         return found

@@ -29,7 +29,7 @@ SECOND_ORDER = 2
 SECOND_ORDER_CONSTANT = 1.0 / 8.0
 """Largest here: trapezoidal rule 1/12, generalized-alpha with rho = 0.9 about 1/10, half a step aside 1/8."""
 
-MACHINE_EPSILON = float(np.finfo(float).eps)  # twice the unit roundoff: distance from 1 to the next double
+UNIT_ROUNDOFF = float(np.finfo(float).eps)
 MOST_STEP_CONSTANT = 10.0  # requests that a step may leave: with more, the request means nothing
 ROUNDINGS = 16.0  # rounding errors that enter a state in one step: a handful of operations, one for each stage
 READ_OFF = 10.0
@@ -139,7 +139,7 @@ def track_unit(engine: type[Engine], scene: Scene, rtol: float) -> float:
     if scene.effects.gravity is Gravity.NONE and not pushed(scene):
         return 0.0
     length = max(scene.chain.length_m) if engine.track_by_length else scene.radius0_m
-    return max(length, ROUNDINGS * MACHINE_EPSILON * scene.radius0_m / rtol)
+    return max(length, ROUNDINGS * UNIT_ROUNDOFF * scene.radius0_m / rtol)
 
 
 def pushed(scene: Scene) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 
 from adapters.engine import AccuracyParameter
 from barchain.judge.drift_bounds import rounded_place
-from barchain.judge.local_errors import MACHINE_EPSILON, ROUNDINGS, kepler_growth, orbit_scale, step_s
+from barchain.judge.local_errors import ROUNDINGS, UNIT_ROUNDOFF, kepler_growth, orbit_scale, step_s
 from barchain.judge.scales import scales
 from barchain.judge.tolerances import NORM_SLACK
 from barchain.metrics.quantities import differences, drifts
@@ -63,7 +63,7 @@ def coarsest_roundoff(model: ErrorModel, quantity: str, amplification: Array | N
     """
     amplification = model.amplification if amplification is None else amplification
     scene, solution, t = model.scene, model.solution, model.t_s - model.t_s[0]
-    place = ROUNDINGS * MACHINE_EPSILON * rounded_place(model.engine, solution)
+    place = ROUNDINGS * UNIT_ROUNDOFF * rounded_place(model.engine, solution)
     step = (
         step_s(scene, model.setting)
         if model.setting.parameter is AccuracyParameter.STEPS_PER_ORBIT

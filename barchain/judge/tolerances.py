@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.engine import Coordinates
-from barchain.judge.local_errors import MACHINE_EPSILON, ROUNDINGS, departure, orbit_scale, track_unit
+from barchain.judge.local_errors import ROUNDINGS, UNIT_ROUNDOFF, departure, orbit_scale, track_unit
 from barchain.metrics.rates import own_rate
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def roundoff_unit(engine: type[Engine], solution: ReferenceSolution) -> float:
         away = scene.radius0_m
     elif engine.coordinates is Coordinates.RELATIVE:
         away = scene.size_m
-    return MACHINE_EPSILON * away / min(scene.chain.length_m)
+    return UNIT_ROUNDOFF * away / min(scene.chain.length_m)
 
 
 def reach_m(engine: type[Engine], solution: ReferenceSolution) -> float:
@@ -63,7 +63,7 @@ def rounded(trajectory: Trajectory, quantity: str) -> Array:
     if found is None or not found.size:
         return np.zeros(len(trajectory.t_s))
     size = np.abs(found).reshape(len(trajectory.t_s), -1).max(axis=1)
-    largest: Array = MACHINE_EPSILON * ROUNDINGS * bars * np.maximum.accumulate(size)
+    largest: Array = UNIT_ROUNDOFF * ROUNDINGS * bars * np.maximum.accumulate(size)
     return largest
 
 

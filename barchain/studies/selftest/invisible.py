@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.common.initial_state import chain_model
-from barchain.judge.local_errors import MACHINE_EPSILON, ROUNDINGS
+from barchain.judge.local_errors import ROUNDINGS, UNIT_ROUNDOFF
 from barchain.studies.selftest.faults.catalogue import CONTROLS, SOUND
 from reference_impl.model import relative
 from reference_impl.model.kinematics import joined_state
@@ -36,7 +36,7 @@ def moved_beyond_rounding(trial: Trial) -> float:
     sound = evaluated(ground, CONTROLS[SOUND], 0.0)
     shares = [0.0]
     for name, right in control.items():
-        allowed = ROUNDINGS * MACHINE_EPSILON * largest(right) + largest(right - sound[name])
+        allowed = ROUNDINGS * UNIT_ROUNDOFF * largest(right) + largest(right - sound[name])
         apart = largest(spoilt[name] - right)
         shares.append(0.0 if apart == 0.0 else apart / allowed)
     return max(shares)
