@@ -1,4 +1,4 @@
-"""Scenes: physics only, as TOML files, validated into frozen dataclasses."""
+"""Scenes: physics only, from TOML files to validated frozen dataclasses."""
 
 from scenarios.forces import Actuator as Actuator
 from scenarios.forces import Axes as Axes

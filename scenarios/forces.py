@@ -1,4 +1,4 @@
-"""What acts on a chain besides its joints: one frozen dataclass for each effect, in SI units and radians."""
+"""Physical effects on a chain: one frozen dataclass for each effect, in SI units and radians."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from enum import StrEnum
 
 
 class Gravity(StrEnum):
-    """How the central body pulls on a bar."""
+    """Model of the central body's gravity on a bar."""
 
     NONE = "none"
     """No gravity: the centre of mass moves uniformly."""
     POINT = "point"
     """A point mass at the bar's centre of mass, no torque."""
     GRADIENT = "gradient"
-    """The paper's: the point-mass force, and the gravity-gradient torque of eq. (17)."""
+    """The paper's model: the point-mass force, and the gravity-gradient torque of eq. (17)."""
     QUADRUPOLE = "quadrupole"
-    """The potential to the bar's second moment: force and torque belong together."""
+    """Force and torque from one potential, expanded to the bar's second moment."""
     SLENDER = "slender"
-    """The exact pull on a uniform slender bar."""
+    """Exact force and torque on a uniform slender bar."""
 
     @property
     def turns(self) -> bool:
@@ -34,7 +34,7 @@ class Gravity(StrEnum):
 
 
 class Frame(StrEnum):
-    """Against what a prescribed angle is measured."""
+    """Reference direction of a prescribed angle."""
 
     INERTIAL = "inertial"
     LOCAL_HORIZONTAL = "local_horizontal"
@@ -42,10 +42,10 @@ class Frame(StrEnum):
 
 
 class Actuator(StrEnum):
-    """What exerts the torque of a prescribed rotation."""
+    """Source of the torque of a prescribed rotation."""
 
     EXTERNAL = "external"
-    """From outside, on the bar alone (the paper's Fig. 18)."""
+    """External torque on the bar alone (the paper's Fig. 18)."""
     JOINT = "joint"
     """A motor in the joint to the bar before it (for bar 1, to bar 2): equal and opposite on that neighbour."""
 
@@ -54,9 +54,9 @@ class End(StrEnum):
     """An end of a bar."""
 
     LEFT = "left"
-    """Where the bar before it is tied."""
+    """End with the joint to the bar before."""
     RIGHT = "right"
-    """Where the next bar is tied."""
+    """End with the joint to the next bar."""
 
     @property
     def sign(self) -> float:
@@ -65,17 +65,17 @@ class End(StrEnum):
 
 
 class Axes(StrEnum):
-    """Axes in which the direction of a thrust is given."""
+    """Axes of a given direction of a thrust or an impulse."""
 
     BODY = "body"
-    """From the bar's own direction: it turns with the bar."""
+    """From the bar's own direction: the thrust turns with the bar."""
     INERTIAL = "inertial"
     """From the z1 axis."""
 
 
 @dataclass(frozen=True)
 class PrescribedRotation:
-    """Bar `bar` follows the law of eq. (28): held, turned by `amplitude_rad` in `duration_s`, held."""
+    """Rotation of one bar by the law of eq. (28): held, turned by `amplitude_rad` in `duration_s`, held."""
 
     bar: int
     """Counted from 1, as in the paper."""
@@ -87,7 +87,7 @@ class PrescribedRotation:
 
     @property
     def breaks_s(self) -> tuple[float, float]:
-        """Start and end: a high derivative jumps there."""
+        """Start and end, s, where a high derivative of the law jumps."""
         return self.start_s, self.start_s + self.duration_s
 
     def law(self, t_s: float) -> tuple[float, float, float]:
@@ -111,7 +111,7 @@ class Oblateness:
 
     j2: float
     radius_m: float
-    """To which `j2` belongs"""
+    """Reference radius of `j2`"""
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class ThirdBody:
     longitude_rad: float
     """At t = 0, from the z1 axis"""
     rate_rad_s: float
-    """Counter-clockwise, of its longitude"""
+    """Rate of the longitude, counter-clockwise"""
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ class Drag:
     """Above the surface of the central body"""
     scale_height_m: float
     rotation_rad_s: float
-    """Of the atmosphere, counter-clockwise"""
+    """Rate of the atmosphere, counter-clockwise"""
     width_m: tuple[float, ...]
     """(N,)"""
     normal_coefficient: float
@@ -146,18 +146,18 @@ class Drag:
 
 @dataclass(frozen=True)
 class SolarPressure:
-    """Sunlight on flat bars, each turned about its own line to face the Sun as well as it can."""
+    """Sunlight on flat bars, each rotated about its own line towards the Sun."""
 
     pressure_Pa: float
-    """On a black surface that faces the Sun"""
+    """Pressure on a black surface that faces the Sun"""
     sun_longitude_rad: float
     """Direction to the Sun at t = 0, from the z1 axis"""
     sun_rate_rad_s: float
-    """Counter-clockwise, of that direction"""
+    """Rate of that direction, counter-clockwise"""
     width_m: tuple[float, ...]
     """(N,)"""
     reflectivity: float
-    """Share of the light that is reflected as by a mirror; the rest is absorbed"""
+    """Share of specularly reflected light, 0 to 1; the rest is absorbed"""
     shadow: bool
     """Whether the central body's cylindrical shadow darkens the chain while its centre of mass is in it"""
 
@@ -174,7 +174,7 @@ class JointSpringDamper:
 
 @dataclass(frozen=True)
 class Thrust:
-    """A force on one end of a bar, its size piecewise linear in time and zero outside."""
+    """Force on one end of a bar; its size is piecewise linear in time, and zero outside the table."""
 
     bar: int
     """Counted from 1"""
@@ -189,11 +189,11 @@ class Thrust:
 
     @property
     def breaks_s(self) -> tuple[float, ...]:
-        """Where it jumps, or its slope does."""
+        """Instants at which the force or its slope jumps, s."""
         return self.times_s
 
     def size_N(self, t_s: float) -> float:
-        """Size at an instant; at the very first and last instants what it is inside."""
+        """Size at an instant, N; at the first and the last instant of the table the one-sided limit from inside."""
         for (t0, f0), (t1, f1) in itertools.pairwise(zip(self.times_s, self.force_N, strict=True)):
             if t0 <= t_s <= t1:
                 return f0 + (f1 - f0) * ((t_s - t0) / (t1 - t0))
@@ -202,7 +202,7 @@ class Thrust:
 
 @dataclass(frozen=True)
 class Impulse:
-    """A blow on one end of a bar at an instant."""
+    """Impulse on one end of a bar at an instant."""
 
     bar: int
     """Counted from 1"""
@@ -215,7 +215,7 @@ class Impulse:
 
 @dataclass(frozen=True)
 class Effects:
-    """The physical effects this scene calls for; nothing else acts."""
+    """All physical effects of a scene."""
 
     gravity: Gravity
     prescribed_rotation: tuple[PrescribedRotation, ...] = ()
@@ -229,7 +229,7 @@ class Effects:
 
     @property
     def names(self) -> frozenset[str]:
-        """Names by which an engine declares what it can carry, e.g. ``gravity.gradient``."""
+        """Names by which an engine declares the effects that it supports, e.g. ``gravity.gradient``."""
         found = {f"gravity.{self.gravity}"}
         for p in self.prescribed_rotation:
             found |= {f"prescribed_rotation.{p.frame}", f"prescribed_rotation.{p.actuator}"}
@@ -241,14 +241,14 @@ class Effects:
 
     @property
     def breaks_s(self) -> tuple[float, ...]:
-        """Instants at which what acts is not smooth in time: no step may straddle them; increasing."""
+        """Instants at which an effect is not smooth in time, s, increasing: no step may contain them."""
         found = {t for law in self.prescribed_rotation for t in law.breaks_s}
         found |= {t for thrust in self.thrust for t in thrust.breaks_s}
         return tuple(sorted(found | {p.at_s for p in self.impulse}))
 
     @property
     def more(self) -> bool:
-        """Whether anything acts besides point or gradient gravity and prescribed rotations."""
+        """Whether the scene has effects besides point or gradient gravity and prescribed rotations."""
         return any(getattr(self, name) for name in (*SIMPLE, "thrust")) or self.gravity in NEWER
 
 

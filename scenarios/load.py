@@ -1,4 +1,4 @@
-"""From a scene's name or file to a :class:`~scenarios.scene.Scene`, with errors people can act on."""
+"""Loading of a :class:`~scenarios.scene.Scene` by name or file, with errors that name the remedy."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from scenarios.scene import Scene
 
 SHIPPED = Path(__file__).parent
-LIKE_ENOUGH = 0.6  # difflib's own default: below it a suggestion is a guess
+LIKE_ENOUGH = 0.6  # difflib's default: a less similar suggestion would be a guess
 
 
 class SceneError(ValueError):
-    """A scene that can't be used: names the file, the key, what was given and what is allowed."""
+    """Invalid or missing scene; the message names the file, the key, the given and the allowed values."""
 
 
 def scene_names(folders: Sequence[Path] = (SHIPPED,)) -> list[str]:
@@ -43,7 +43,7 @@ def load_scene(scene: str | Path, folders: Sequence[Path] = (SHIPPED,)) -> Scene
     scene : str or Path
         The name of a scene below `folders` (``paper/fig05``), or the path of a TOML file.
     folders : sequence of Path, optional
-        Where names are looked up, first match wins; the shipped scenes by default.
+        Folders that names are looked up in, first match wins; the shipped scenes by default.
 
     Returns
     -------
@@ -53,7 +53,7 @@ def load_scene(scene: str | Path, folders: Sequence[Path] = (SHIPPED,)) -> Scene
     Raises
     ------
     SceneError
-        If there is no such scene, or its file is not valid; the message is one line for each fault.
+        If there is no such scene, or its file is not valid; the message has one line for each fault.
     """
     for folder in folders:
         named = folder / f"{scene}.toml"
@@ -67,11 +67,17 @@ def load_scene(scene: str | Path, folders: Sequence[Path] = (SHIPPED,)) -> Scene
         raise SceneError(f"{scene}: no such file")
     match = nearest_scene(str(scene), names)
     meant = f" (did you mean {match}?)" if match else ""
-    raise SceneError(f"{scene}: no such scene{meant}; `barchain scenes` lists those there are, or give a file's path")
+    raise SceneError(f"{scene}: no such scene{meant}; `barchain scenes` lists all scenes, or give a file's path")
 
 
 def read_text(path: Path) -> str:
-    """Text of a scene file; a file that can't be read is a :class:`SceneError`."""
+    """Text of a scene file.
+
+    Raises
+    ------
+    SceneError
+        If the file can't be read.
+    """
     try:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -79,7 +85,7 @@ def read_text(path: Path) -> str:
 
 
 def parse_scene(text: str, *, name: str, file: str) -> Scene:
-    """Validate the TOML `text` of a scene; `file` is how errors call it.
+    """Validate the TOML `text` of a scene; error messages begin with `file`.
 
     Raises
     ------
@@ -105,7 +111,7 @@ def nearest(given: str, allowed: Iterable[str]) -> str:
 
 
 def nearest_scene(given: str, names: Iterable[str]) -> str | None:
-    """Scene nearest to `given` without its folder, which many share; among equals the one whose folder is nearest."""
+    """Scene whose name without folder is nearest to `given`; among equals the scene with the nearest folder."""
 
     def base(name: str) -> str:
         return name.rpartition("/")[2]
@@ -116,7 +122,7 @@ def nearest_scene(given: str, names: Iterable[str]) -> str | None:
 
 
 def nearest_name(given: str, allowed: Iterable[str]) -> str | None:
-    """Allowed name nearest to `given`, the first of equals, or None if none is near."""
+    """Allowed name nearest to `given`, the first of equals; None if no name is similar."""
     best = nearest_of(given, allowed)
     return best if best is not None and likeness(given, best) >= LIKE_ENOUGH else None
 
@@ -127,12 +133,12 @@ def nearest_of(given: str, allowed: Iterable[str]) -> str | None:
 
 
 def likeness(a: str, b: str) -> float:
-    """How alike two names are, 0 to 1, whatever their case."""
+    """Similarity of two names, 0 to 1, ignoring case."""
     return difflib.SequenceMatcher(None, a.lower(), b.lower()).ratio()
 
 
 def without_echoes(errors: list[ErrorDetails]) -> list[ErrorDetails]:
-    """Faults without the "missing" that a misspelt key brings along: it is the same fault."""
+    """Faults without the "missing" of a key that was misspelt: the two are the same fault."""
     meant = {
         (*e["loc"][:-1], nearest_name(str(e["loc"][-1]), keys_of_table(keys_only(e["loc"][:-1]))))
         for e in errors
@@ -142,7 +148,7 @@ def without_echoes(errors: list[ErrorDetails]) -> list[ErrorDetails]:
 
 
 def explain(error: ErrorDetails) -> str:
-    """One line for one fault: the key, what was given, what is allowed, the nearest match."""
+    """One line for one fault: key, given value, allowed values, nearest match."""
     loc = keys_only(error["loc"])
     key, given, kind = key_path(loc), error["input"], error["type"]
     if kind == "extra_forbidden":
@@ -165,14 +171,14 @@ def explain(error: ErrorDetails) -> str:
 
 
 def kind_of(value: object) -> str:
-    """What was given in TOML's words, or its value."""
+    """Given value in TOML's terms."""
     if isinstance(value, bool):
         return str(value).lower()
     return "one table" if isinstance(value, dict) else shorten(value)
 
 
 def header(loc: Sequence[int | str]) -> str:
-    """How the table at `loc` is written, ``a table, write [effects.drag]``; empty of what is no table."""
+    """Syntax of the table at `loc`, ``a table, write [effects.drag]``; empty if the key holds no table."""
     names = [part for part in loc if isinstance(part, str)]
     path, annotation = ".".join(names), table_at(names[:-1]).model_fields[names[-1]].annotation
     if not tables_in(annotation):
@@ -183,12 +189,12 @@ def header(loc: Sequence[int | str]) -> str:
 
 
 def is_table(value: object) -> bool:
-    """Whether a table was given, or a list of them."""
+    """Whether a value is a table or a list of tables."""
     return isinstance(value[0] if isinstance(value, list) and value else value, dict)
 
 
 def elsewhere(name: str, *, table: bool) -> str | None:
-    """Path of a key, or `table`, that another table has: ``effects.drag`` for ``drag``; None if none has it."""
+    """Path of a key, or of a table, of that name in another table: ``effects.drag`` for ``drag``; None without."""
     waiting: list[list[str]] = [[]]
     while waiting:  # from the outermost tables on
         path = waiting.pop(0)
@@ -200,7 +206,7 @@ def elsewhere(name: str, *, table: bool) -> str | None:
 
 
 def keys_only(loc: Sequence[int | str]) -> list[int | str]:
-    """Pydantic's location without the tag that says whether a number or a list was given."""
+    """Pydantic's location without the tag of a number or a list."""
     return [part for i, part in enumerate(loc) if i == 0 or part not in (NUMBER, LIST)]
 
 
@@ -233,6 +239,6 @@ def tables_in(annotation: Any) -> list[type[BaseModel]]:
 
 
 def shorten(value: object, most: int = 60) -> str:
-    """Text of a given value, cut where it would fill the screen."""
+    """Text of a given value, cut to `most` characters."""
     text = repr(value)
     return text if len(text) <= most else text[: most - 3] + "..."

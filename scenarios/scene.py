@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class CentralBody:
-    """The body orbited."""
+    """Central body."""
 
     mu_m3_s2: float
     radius_m: float
@@ -47,7 +47,7 @@ class Chain:
     inertia_kg_m2: tuple[float, ...]
     """About the bar's own centre of mass."""
     angle_rad: tuple[float, ...]
-    """From the horizontal that `angle_from` names."""
+    """From the horizontal that `angle_from` names, rad"""
     angle_from: str
     """"chain": the horizontal through the chain's centre of mass; "bar": through each bar's own."""
     rate_factor: tuple[float, ...]
@@ -196,7 +196,7 @@ class Scene:
         return self.digest_of("central_body", "orbit", "chain", "effects", "run")
 
     def digest_of(self, *parts: str) -> str:
-        """Hash of some parts; effects that the scene does not have leave it as it is, so that new effects do, too."""
+        """Hash of some parts; absent effects are left out, so that a new kind of effect changes no digest."""
         physics = {k: dataclasses.asdict(getattr(self, k)) for k in parts}
         if "effects" in physics:
             called = physics["effects"]

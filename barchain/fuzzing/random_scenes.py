@@ -1,4 +1,4 @@
-"""Scenes drawn at random, far beyond what anybody would fly: to look for what the reference does not survive."""
+"""Random scenes far beyond any mission, which search for failures of the reference."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 EARTH = CentralBody(3.986004418e14, 6378e3)
 MOST_BARS = 12
-TURNS_RAD = 60.0  # of the fastest motion that a scene may hold: some hundreds of steps, whatever it is
+TURNS_RAD = 60.0  # of the fastest motion of a scene: some hundreds of steps for every scene
 SAMPLES = 21
 LEAST_ALTITUDE_SIZES = 1.1  # heights over the chain's length
 SLEW_TURNS = (1e-3, 1.0)  # duration of a slew over that of the run
 
 
 def draw(seed: int) -> Scene:
-    """Scene number `seed`: the same for ever.
+    """Scene number `seed`, the same for every version.
 
     Bars of 1e-6 to 1e4 m, masses up to 1e8 apart, bars up to 1e8 times as compact as uniform ones, spins up to 1e4
     times the orbit's rate, starts from rest to twice the escape speed, straight, folded and any other chains, all
@@ -47,7 +47,7 @@ def draw(seed: int) -> Scene:
 
 
 def draw_speed(random: Generator) -> float:
-    """Speed over the circular one: now and then exactly at rest, circular or parabolic."""
+    """Speed over the circular speed: now and then exactly at rest, circular or parabolic."""
     return float(random.choice([0.0, 1.0, math.sqrt(2.0), random.uniform(0.0, 3.0), random.uniform(0.9, 1.1)]))
 
 
@@ -104,7 +104,7 @@ def draw_rates(random: Generator, bars: int) -> Array:
 
 
 def draw_springs(random: Generator, scene: Scene) -> JointSpringDamper | None:
-    """In one scene of four, springs and dampers about as strong as what else turns the bars, give or take 1e3."""
+    """Springs and dampers in one scene of four, within a factor of 1e3 of the other torques on the bars."""
     joints = scene.bars - 1
     if joints == 0 or random.random() > 0.25:
         return None
@@ -117,7 +117,7 @@ def draw_springs(random: Generator, scene: Scene) -> JointSpringDamper | None:
 
 
 def draw_laws(random: Generator, scene: Scene, duration_s: float) -> tuple[PrescribedRotation, ...]:
-    """In one scene of four, one bar or several turned from outside, so slowly that no joint whips a bar on and on."""
+    """External prescribed rotations in one scene of four, slow enough that no joint accelerates a bar without end."""
     if random.random() > 0.25:
         return ()
     count = int(random.integers(1, min(scene.bars, 3) + 1))
@@ -126,7 +126,7 @@ def draw_laws(random: Generator, scene: Scene, duration_s: float) -> tuple[Presc
 
 
 def draw_law(random: Generator, bar: int, duration_s: float, *, most_rad: float) -> PrescribedRotation:
-    """A slew of a share of the run, at a rate that in the whole run would turn a bar by `most_rad`, or slower."""
+    """Slew over a share of the run, at most at the rate that would turn a bar by `most_rad` in the whole run."""
     low, high = np.log10(SLEW_TURNS)
     share = 10.0 ** random.uniform(low, high)
     amplitude = random.uniform(-2.0, 2.0) * min(1.0, 0.25 * share * most_rad)
@@ -141,7 +141,7 @@ def draw_law(random: Generator, bar: int, duration_s: float, *, most_rad: float)
 
 
 def fastest_rad_s(scene: Scene, effects: Effects) -> float:
-    """About how fast anything may move: the orbit, the bars, compact or unequal bars in their joints, springs."""
+    """Estimate of the fastest rate in a scene, rad/s: orbit, bars, compact or unequal bars in their joints, springs."""
     orbit = math.sqrt(scene.central_body.mu_m3_s2 / scene.radius0_m**3)
     spin = max(abs(a) for a in scene.chain.rate_factor) * scene.orbital_rate_rad_s
     springs = 0.0
@@ -151,7 +151,7 @@ def fastest_rad_s(scene: Scene, effects: Effects) -> float:
 
 
 def leverage(scene: Scene) -> float:
-    """How much faster than the chain its bar that is easiest to turn may be, with all of the chain's energy."""
+    """Largest rate of a single bar, with all of the chain's energy, relative to the chain's rate."""
     if scene.bars == 1:
         return 1.0
     chain = scene.chain

@@ -1,7 +1,8 @@
-"""What a run of ours must keep whatever the scene, and how well: derived from what each step was asked for.
+"""Invariants that every run of the reference must keep, with bounds from the requested accuracy of each step.
 
-It tells crashes, nonsense and lost digits of any scene. Wrong physics it may miss: where gravity acts, what each step
-may lose of the centre of mass's energy is more than all that the bars have. The comparison and the self-test see it.
+The checks detect crashes, nonsense and lost digits in any scene. They may miss wrong physics: under gravity, a step may
+change the energy of the centre of mass by more than the whole energy of the bars' relative motion. The comparison and
+the self-test detect wrong physics.
 """
 
 from __future__ import annotations
@@ -24,21 +25,21 @@ if TYPE_CHECKING:
     from reference_impl.model.chain import ChainModel
     from scenarios import Scene
 
-FEW = 10.0  # largest component of a step's error against the norm that it is held by
-SHAKES = 4  # of all angles by their last digits
+FEW = 10.0  # largest component of a step's error relative to its norm, which is controlled
+SHAKES = 4  # number of perturbations of all angles in their last digits
 ROUNDED = 64.0 * MACHINE_EPSILON  # of the terms that an invariant is summed from
 
 
 def broken(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
-    """What of a finished run of the reference is not as it must be, in one line; empty if all is.
+    """First violated check of a finished run of the reference, in one line; empty if there is none.
 
     Parameters
     ----------
     scene : Scene
     trajectory : Trajectory
-        With attitude and rates, by an engine whose steps are asked for as `reference`'s are.
+        With attitude and rates, from an engine with the step control of `reference`.
     rtol : float
-        What each step was asked for.
+        Requested accuracy of each step, relative.
     """
     for check in (not_numbers, open_joints, lost_energy, lost_momentum, left_law, other_reactions):
         found = check(scene, trajectory, rtol)
@@ -48,7 +49,7 @@ def broken(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
 
 
 def not_numbers(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
-    """Every number must be one."""
+    """Find values that are not finite."""
     del scene, rtol
     for name, value in vars(trajectory).items():
         if isinstance(value, np.ndarray) and not np.all(np.isfinite(value)):
@@ -57,7 +58,7 @@ def not_numbers(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
 
 
 def open_joints(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
-    """Relative places follow from the angles: gaps and eq. (6) are roundings of sums over the bars."""
+    """Find open joints: places follow from the angles, so gaps and eq. (6) are round-off of sums over the bars."""
     del rtol
     if trajectory.gap_m is None or trajectory.identity_m is None:
         return ""
@@ -69,10 +70,10 @@ def open_joints(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
 
 
 def other_reactions(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
-    """Reactions must be those that the NumPy form finds at the states told, but for what refinement and rounding leave.
+    """Find reactions that differ from the NumPy form at the same states by more than refinement and round-off explain.
 
-    Rounding leaves what the forces' last digits are, and what the angles' make of the reactions. Where bars are turned
-    from outside, torques and reactions are differences of larger numbers, and it is not asked.
+    Round-off is that of the forces, and the response of the reactions to the last digits of the angles. Scenes with
+    prescribed rotations are skipped: their torques and reactions are differences of larger numbers.
     """
     del rtol
     if trajectory.reaction_N is None or scene.bars == 1 or scene.effects.prescribed_rotation:
@@ -82,13 +83,13 @@ def other_reactions(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
     for k, t in enumerate(trajectory.t_s):
         try:
             own = reactions_at(model, trajectory, k, angle[k])
-        except np.linalg.LinAlgError:  # at the edge of double precision one form may still tell, the other not
+        except np.linalg.LinAlgError:  # at the limit of double precision one form may fail and the other not
             return ""
         tide = scene.central_body.mu_m3_s2 / float(np.linalg.norm(trajectory.com_m[k])) ** 3
         forces = scene.mass_kg * scene.size_m * (tide + float(np.abs(rate[k]).max()) ** 2) + wound
         off = float(np.abs(own - trajectory.reaction_N[k]).max())
         allowed = 2.0 * DIVERGED * np.abs(own).max() + ROUNDED * forces
-        if not off <= allowed:  # rarely: so the angles are shaken only here
+        if not off <= allowed:  # rarely: therefore the angles are perturbed only here
             allowed += FEW * moved_by_last_digits(model, trajectory, k, own)
         if not off <= allowed:
             return f"reactions off by {off:.3g} N at t = {t:.6g} s, allowed {allowed:.3g} N"
@@ -96,7 +97,7 @@ def other_reactions(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
 
 
 def reactions_at(model: ChainModel, trajectory: Trajectory, k: int, angle_rad: Array) -> Array:
-    """Reactions of the NumPy form at sample k, but for the angles, (N-1, 2), N."""
+    """Reactions of the NumPy form at sample k with other angles, (N-1, 2), N."""
     state = joined_state(
         model, trajectory.com_m[k], trajectory.com_velocity_m_s[k], angle_rad, attitude(trajectory)[1][k]
     )
@@ -104,10 +105,10 @@ def reactions_at(model: ChainModel, trajectory: Trajectory, k: int, angle_rad: A
 
 
 def moved_by_last_digits(model: ChainModel, trajectory: Trajectory, k: int, own: Array) -> float:
-    """How far the last digit of each angle, its signs drawn at random, moves the reactions at sample k, N.
+    """Largest change of the reactions at sample k by the last digits of the angles with random signs, N.
 
-    Springs turn light bars so hard that rounding their directions pulls at heavy neighbours. Infinite where it loses a
-    joint.
+    Stiff springs turn light bars so fast that round-off of their directions loads heavy neighbours. The change is
+    infinite if the joint system becomes singular.
     """
     angle = attitude(trajectory)[0][k]
     drawn = np.random.default_rng(k).choice([-1.0, 1.0], (SHAKES, len(angle)))
@@ -119,7 +120,7 @@ def moved_by_last_digits(model: ChainModel, trajectory: Trajectory, k: int, own:
 
 
 def lost_energy(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
-    """Energy changes in a step by its gradient times what the step was asked for."""
+    """Find a change of energy beyond its gradient times the requested accuracy of each step."""
     if not conserved(scene).energy:
         return ""
     model, (angle, rate) = chain_model(scene), attitude(trajectory)
@@ -144,7 +145,7 @@ def lost_energy(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
 
 
 def lost_momentum(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
-    """Angular momentum changes in a step by its gradient times what the step was asked for."""
+    """Find a change of angular momentum beyond its gradient times the requested accuracy of each step."""
     if not conserved(scene).angular_momentum:
         return ""
     model, (angle, rate) = chain_model(scene), attitude(trajectory)
@@ -164,7 +165,7 @@ def lost_momentum(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
 
 
 def left_law(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
-    """A bar prescribed in inertial axes is where its law says: errors of its rate run on with time."""
+    """Find bars off a law in inertial axes; errors of a rate grow linearly with time."""
     angle, _ = attitude(trajectory)
     for p in scene.effects.prescribed_rotation:
         if p.frame is not Frame.INERTIAL or p.actuator is not Actuator.EXTERNAL:
@@ -185,17 +186,17 @@ def attitude(trajectory: Trajectory) -> tuple[Array, Array]:
 
 
 def steps(trajectory: Trajectory) -> float:
-    """Steps taken."""
+    """Number of steps."""
     return 1.0 + float(trajectory.info["steps"])
 
 
 def walk(trajectory: Trajectory) -> float:
-    """Roundings of so many steps that go either way."""
+    """Sum of round-off over the steps relative to one step, as a random walk."""
     return float(np.sqrt(steps(trajectory)))
 
 
 def scene_rate(scene: Scene) -> float:
-    """Rate in which errors of rates are asked for: the larger of the circular orbit's and the bars' own, rad/s."""
+    """Rate that scales the requested accuracy of rates, rad/s: the largest of the circular orbit's and the bars'."""
     circular = np.sqrt(scene.central_body.mu_m3_s2 / scene.radius0_m**3)
     own = [abs(a) * scene.orbital_rate_rad_s for a in scene.chain.rate_factor]
     laws = [abs(p.law(0.0)[1]) for p in scene.effects.prescribed_rotation]
@@ -203,20 +204,20 @@ def scene_rate(scene: Scene) -> float:
 
 
 def com_gradient(scene: Scene, trajectory: Trajectory) -> float:
-    """Change of the centre of mass's energy, by kg, for a unit of its request: a radius, and that times the rate."""
+    """Change of the centre of mass's energy for errors of one radius and of one radius times the rate, J/kg."""
     pull = scene.central_body.mu_m3_s2 / squared(trajectory.com_m).min()
     speed = np.sqrt(squared(trajectory.com_velocity_m_s).max())
     return float(scene.radius0_m * (pull + speed * scene_rate(scene)))
 
 
 def weight_J(scene: Scene, trajectory: Trajectory) -> Array:
-    """Size of the potential energy, (n,)."""
+    """Absolute potential energy, (n,) J."""
     found: Array = scene.mass_kg * scene.central_body.mu_m3_s2 / np.sqrt(squared(trajectory.com_m))
     return found
 
 
 def tide_J(scene: Scene, trajectory: Trajectory) -> float:
-    """Bound of the tide's energy, and of its change by a radian."""
+    """Bound of the tidal energy, and of its change per radian, J."""
     if conserved(scene).relative:
         return 0.0
     nearest = np.sqrt(squared(trajectory.com_m).min())
@@ -224,7 +225,7 @@ def tide_J(scene: Scene, trajectory: Trajectory) -> float:
 
 
 def bent_J(scene: Scene) -> float:
-    """Change of the springs' energy by a radian, at a radian."""
+    """Change of the springs' energy per radian, at one radian, J."""
     springs = scene.effects.joint_spring_damper
     return 0.0 if springs is None else 2.0 * sum(springs.stiffness_N_m_rad)
 

@@ -1,7 +1,7 @@
-"""Joint gaps and the residual of eq. (6), computed from the places that an engine gives of its bars.
+"""Joint gaps and the centre-of-mass residual of eq. (6), computed from the places of the bars.
 
-What an engine says of them itself may be wrong, or left at zero. An engine whose places follow from the angles gives
-none, and nothing is computed: its joints are closed by construction.
+The values that an engine reports may be wrong, or left at zero. An engine whose places follow from the angles gives no
+places: its joints are closed by construction, and nothing is computed.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 ROUNDING = 16.0 * float(np.finfo(float).eps)
-"""Of the largest number that a place is made of: a handful of sums and a turn of axes, in the engine and here."""
+"""Relative to the largest term of a place: a handful of sums and a rotation of axes, in the engine and here."""
 
 
 def gaps(scene: Scene, trajectory: Trajectory) -> Array | None:
@@ -45,9 +45,9 @@ def centre_of_mass_residual(scene: Scene, trajectory: Trajectory) -> Array | Non
 
 
 def measured(scene: Scene, trajectory: Trajectory) -> Trajectory:
-    """Trajectory with gaps and residual as its places have them, where it gives places.
+    """Trajectory whose gaps and residual follow from its places, if it has places.
 
-    A reported number that agrees to rounding stays: an engine may know its angles to more digits than it tells.
+    A reported number that agrees within round-off stays: an engine may know its angles to more digits than it returns.
     """
     if trajectory.position_m is None:
         return trajectory
@@ -59,14 +59,14 @@ def measured(scene: Scene, trajectory: Trajectory) -> Trajectory:
 
 
 def kept_or_computed(reported: Array | None, computed: Array | None, allowed: Array) -> Array | None:
-    """Reported numbers where they are within `allowed` of the computed ones, else those."""
+    """Reported numbers where they are within `allowed` of the computed numbers, else the computed numbers."""
     if reported is None or computed is None:
         return reported if computed is None else computed
     return np.where(np.abs(reported - computed) <= allowed, reported, computed)
 
 
 def disagreement(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> str:
-    """First reported gap or residual that the bars' places contradict, in one line; empty if there is none."""
+    """First reported gap or residual that contradicts the bars' places, in one line; empty if there is none."""
     if trajectory.position_m is None:
         return ""
     place = ROUNDING * (largest_m(scene, trajectory) + origin_m(scene, engine, trajectory))
@@ -74,7 +74,7 @@ def disagreement(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> 
 
 
 def wrong_gap(scene: Scene, trajectory: Trajectory, place_m: Array) -> str:
-    """First reported gap that differs from the computed one by more than rounding explains; empty if none does."""
+    """First reported gap that differs from the computed gap by more than round-off; empty if none does."""
     computed = gaps(scene, trajectory)
     if trajectory.gap_m is None or computed is None:
         return ""
@@ -90,7 +90,7 @@ def wrong_gap(scene: Scene, trajectory: Trajectory, place_m: Array) -> str:
 
 
 def wrong_residual(scene: Scene, trajectory: Trajectory, place_m: Array) -> str:
-    """First reported residual that differs from the computed one by more than rounding explains; empty if none does."""
+    """First reported residual that differs from the computed residual by more than round-off; empty if none does."""
     computed = centre_of_mass_residual(scene, trajectory)
     if trajectory.identity_m is None or computed is None:
         return ""
@@ -105,7 +105,7 @@ def wrong_residual(scene: Scene, trajectory: Trajectory, place_m: Array) -> str:
 
 
 def largest_m(scene: Scene, trajectory: Trajectory) -> Array:
-    """Largest number that places about the centre of mass are made of, (n,), m; bars that nothing holds go far."""
+    """Largest term of places about the centre of mass, (n,), m; loose bars go far."""
     assert trajectory.position_m is not None
     farthest: Array = np.abs(trajectory.position_m).max(axis=(1, 2))
     return scene.size_m + farthest
@@ -114,8 +114,8 @@ def largest_m(scene: Scene, trajectory: Trajectory) -> Array:
 def origin_m(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> Array:
     """Distance of the centre of mass from the origin of the engine's coordinates, (n,), m.
 
-    The engine may have found a gap there, between ends of bars that are as far away. Of a frame on an orbit of its own
-    it is a bound: what effects drive the chain off it by.
+    The engine may have computed gaps from ends of bars at this distance. For a frame on an orbit of its own it
+    is a bound of the chain's departure by effects.
     """
     if engine.coordinates is Coordinates.ABSOLUTE:
         distance: Array = np.linalg.norm(trajectory.com_m, axis=1)
@@ -125,7 +125,7 @@ def origin_m(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> Arra
 
 
 def gap_rounding(scene: Scene, trajectory: Trajectory, place_m: Array) -> Array:
-    """Rounding of a gap, (n, N-1), m: of the places, and of the angles, by which the bars may have turned often."""
+    """Round-off of a gap, (n, N-1), m: of the places, and of the angles, which may count many turns."""
     if trajectory.angle_rad is None:
         return np.zeros((len(trajectory.t_s), scene.bars - 1))
     moved = ROUNDING * half_m(scene) * np.abs(trajectory.angle_rad)

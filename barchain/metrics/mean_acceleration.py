@@ -1,6 +1,6 @@
-"""What moves the centre of mass of a chain and not a particle in its place: the bars' mean pull, and the field's tide.
+"""Acceleration of a chain's centre of mass beyond that of a particle in its place, and the tidal gradient of the field.
 
-Composed of what a scene calls for: with point or gradient gravity alone, nothing of an effect is evaluated.
+Only effects of the scene contribute: with point or gradient gravity alone, no effect is evaluated.
 """
 
 from __future__ import annotations
@@ -27,16 +27,18 @@ if TYPE_CHECKING:
     from reference_impl.model.effect import ChainEffect
     from scenarios import Scene, ThirdBody
 
-    Pull = Callable[[float, Array], Array]
+    AccelerationField = Callable[[float, Array], Array]
 
 FIELDS = frozenset({"quadrupole", "slender", "oblateness", "third_body"})
-"""Effects that pull on a bar by where it is"""
-PUSHES = frozenset({"drag", "solar_pressure", "thrust"})
-"""Effects that push it by how it is turned, or along a fixed direction; what is left acts inside the chain"""
+"""Effects whose force on a bar depends on its place"""
+NON_FIELD_EFFECTS = frozenset({"drag", "solar_pressure", "thrust"})
+"""Effects whose force on a bar depends on its attitude, or has a fixed direction; all others act inside the chain"""
 
 
-def pull_along(scene: Scene, trajectory: Trajectory, every: int, *, pushed: bool = False) -> Pull:
-    """Mean pull less that at the centre of mass (m/s²), along the attitude through every `every`-th sample.
+def excess_acceleration(
+    scene: Scene, trajectory: Trajectory, every: int, *, include_non_fields: bool = False
+) -> AccelerationField:
+    """Mean acceleration of the bars less that at the centre of mass, m/s², along a run's attitude.
 
     Parameters
     ----------
@@ -44,13 +46,14 @@ def pull_along(scene: Scene, trajectory: Trajectory, every: int, *, pushed: bool
     trajectory : Trajectory
         With attitude and rates.
     every : int
-    pushed : bool
-        Whether what is no field (drag, light, thrust) counts too: all of it, as a centre of mass feels it.
+        Interpolate the attitude through every `every`-th sample.
+    include_non_fields : bool
+        Add drag, solar pressure and thrust with their full acceleration of the centre of mass.
 
     Returns
     -------
     callable
-        Of an instant and the place (2,) of the centre of mass.
+        Function of an instant, s, and of the place of the centre of mass, (2,) m; returns (2,) m/s².
     """
     assert trajectory.angle_rad is not None
     assert trajectory.rate_rad_s is not None
@@ -58,64 +61,66 @@ def pull_along(scene: Scene, trajectory: Trajectory, every: int, *, pushed: bool
     knots = every_nth(len(t), every)
     angle = CubicHermiteSpline(t[knots], trajectory.angle_rad[knots], trajectory.rate_rad_s[knots])
 
-    def pull(time: float, z: Array) -> Array:
+    def acceleration(time: float, z: Array) -> Array:
         found: Array = model.weight @ field_differences(mu, z, relative_positions(model, angle(time)))
         return found
 
-    acting = [e for e in model.effects if e.name in FIELDS or (pushed and e.name in PUSHES)]
+    acting = [e for e in model.effects if e.name in FIELDS or (include_non_fields and e.name in NON_FIELD_EFFECTS)]
     if not acting:
-        return pull
-    more = push_along(model, acting, CubicHermiteSpline(t, trajectory.com_m, trajectory.com_velocity_m_s), angle)
-    return more if model.gravity == "none" else lambda time, z: pull(time, z) + more(time, z)
+        return acceleration
+    more = effect_acceleration(
+        model, acting, CubicHermiteSpline(t, trajectory.com_m, trajectory.com_velocity_m_s), angle
+    )
+    return more if model.gravity == "none" else lambda time, z: acceleration(time, z) + more(time, z)
 
 
 def every_nth(count: int, every: int) -> NDArray[np.intp]:
-    """Every `every`-th of so many samples, and the last one."""
+    """Indices of every `every`-th of `count` samples, and of the last sample."""
     return np.unique(np.append(np.arange(0, count, every), count - 1))
 
 
-def push_along(
+def effect_acceleration(
     model: ChainModel, acting: list[ChainEffect], com: CubicHermiteSpline, angle: CubicHermiteSpline
-) -> Pull:
-    """Mean of what some effects do to the bars, less what they do to all alike, along a motion, m/s²."""
+) -> AccelerationField:
+    """Mean acceleration of the bars by some effects, less the part common to all bars, along a motion, m/s²."""
     from reference_impl.model.complex_vectors import unit_along  # noqa: PLC0415
     from reference_impl.model.effect import EffectState  # noqa: PLC0415 - only where an effect acts
 
     velocity, rate = com.derivative(), angle.derivative()
 
-    def push(time: float, z: Array) -> Array:
+    def mean_effect(time: float, z: Array) -> Array:
         state = joined_state(model, z, velocity(time), angle(time), rate(time))
         at = EffectState(model, time, state, unit_along(state.angle_rad))
         mean = sum((effect.accelerations(at, None).difference @ model.weight for effect in acting), 0j)
         return np.array([mean.real, mean.imag])
 
-    return push
+    return mean_effect
 
 
 @dataclass(frozen=True)
 class TidalGradient:
-    """Change of an attraction k Y/|Y|^(p+1) towards a mass with the place."""
+    """Gradient of an attraction k Y/|Y|^(p+1) towards a mass."""
 
     strength: float
     """k, m^(p+1)/s²"""
     power: int
     """p + 1"""
     body: ThirdBody | None = None
-    """Where the mass is; None: at the centre"""
+    """Third body that attracts; None for the central body"""
 
-    def __call__(self, t_s: float, place_m: Array, aside_m: Array) -> Array:
-        """How much more is pulled what is a little aside of a place, (2,) m/s², to first order."""
+    def __call__(self, t_s: float, place_m: Array, displacement_m: Array) -> Array:
+        """Change of the acceleration by a small displacement from a place, (2,) m/s², to first order."""
         y = place_m
         if self.body is not None:
             x = cmath.rect(self.body.distance_m, self.body.longitude_rad + self.body.rate_rad_s * t_s)
             y = place_m - np.array([x.real, x.imag])
         r = np.linalg.norm(y)
-        found: Array = self.strength / r**self.power * (self.power * y * (y @ aside_m) / r**2 - aside_m)
+        found: Array = self.strength / r**self.power * (self.power * y * (y @ displacement_m) / r**2 - displacement_m)
         return found
 
 
 def tides(scene: Scene) -> list[TidalGradient]:
-    """Of all that a particle feels: the central body, its oblateness, third bodies."""
+    """Tidal gradients of all fields on a particle: central body, oblateness, third bodies."""
     mu, oblate = scene.central_body.mu_m3_s2, scene.effects.oblateness
     found = [] if scene.effects.gravity is Gravity.NONE else [TidalGradient(mu, 3)]
     if oblate is not None:
@@ -123,16 +128,18 @@ def tides(scene: Scene) -> list[TidalGradient]:
     return found + [TidalGradient(body.mu_m3_s2, 3, body) for body in scene.effects.third_body]
 
 
-def blows_along(scene: Scene, trajectory: Trajectory) -> list[tuple[float, Array]]:
-    """Instants of blows along a bar's own axes, and the velocities (2,) they give to the centre of mass, m/s."""
-    turning = [blow for blow in scene.effects.impulse if blow.axes is Axes.BODY]
+def impulse_velocities(scene: Scene, trajectory: Trajectory) -> list[tuple[float, Array]]:
+    """Instants of impulses in a bar's own axes, s, and the velocities that they add to the centre of mass, (2,) m/s."""
+    turning = [impulse for impulse in scene.effects.impulse if impulse.axes is Axes.BODY]
     if not turning:
         return []
     assert trajectory.angle_rad is not None
     assert trajectory.rate_rad_s is not None
     angle = CubicHermiteSpline(trajectory.t_s, trajectory.angle_rad, trajectory.rate_rad_s)
     found = []
-    for blow in turning:
-        jump = cmath.rect(blow.impulse_N_s / scene.mass_kg, blow.direction_rad + angle(blow.at_s)[blow.bar - 1])
-        found.append((blow.at_s, np.array([jump.real, jump.imag])))
+    for impulse in turning:
+        velocity_step = cmath.rect(
+            impulse.impulse_N_s / scene.mass_kg, impulse.direction_rad + angle(impulse.at_s)[impulse.bar - 1]
+        )
+        found.append((impulse.at_s, np.array([velocity_step.real, velocity_step.imag])))
     return found

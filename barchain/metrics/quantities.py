@@ -1,4 +1,4 @@
-"""What is compared: differences of two trajectories, quantity by quantity, and drifts of one."""
+"""Compared quantities: differences of two trajectories, and drifts of one trajectory."""
 
 from __future__ import annotations
 
@@ -51,19 +51,19 @@ def scalars(values: Array | None) -> Array | None:
 
 @dataclass(frozen=True)
 class Conserved:
-    """Which invariants a scene has."""
+    """Invariants of a scene."""
 
     energy: bool
     angular_momentum: bool
     relative: bool
-    """Whether the relative motion conserves them by itself (no gravity)."""
+    """Whether the relative motion alone conserves them (no gravity)."""
 
 
 def conserved(scene: Scene) -> Conserved:
-    """Invariants that the scene's effects leave: each says whether it has a potential, and a direction of its own.
+    """Invariants under the scene's effects; each effect declares whether it has a potential and is isotropic.
 
     The paper's gravity gradient conserves neither: its torque has no counterpart in the force. A
-    prescribed rotation does work; its torque changes the angular momentum unless it acts inside.
+    prescribed rotation does work. Its torque changes the angular momentum, except for a motor in a joint.
     """
     called = scene.effects
     laws, effects = called.prescribed_rotation, chain_model(scene).effects
@@ -77,11 +77,11 @@ def conserved(scene: Scene) -> Conserved:
 
 
 def drifts(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
-    """Drift of what should stay, at each sample: ``gap``, ``com_residual`` (m), ``energy``, ``angular_momentum`` (1).
+    """Drifts of constraints and invariants, (n,): ``gap``, ``com_residual`` (m), ``energy``, ``angular_momentum`` (1).
 
-    Energy and angular momentum are rebuilt from the centre of mass and the attitude in the same way for
-    every engine, and divided by the largest size of their kinetic parts: of a fall from rest there is none at first.
-    Gaps and the identity come from the bars' places where an engine gives them, else they are as reported.
+    Energy and angular momentum are computed from the centre of mass and the attitude, alike for every engine. Their
+    changes are divided by the largest kinetic part of the run: a fall from rest has none at first.
+    Gaps and the centre-of-mass residual ``identity`` follow from the bars' places; without places they are as reported.
     """
     found: dict[str, Array] = {}
     trajectory = measured(scene, trajectory)
@@ -100,14 +100,14 @@ def drifts(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
 
 
 def energy_drift(scene: Scene, trajectory: Trajectory, relative: bool) -> Array:
-    """Change of energy over its kinetic part, (n,)."""
+    """Change of energy relative to its largest kinetic part, (n,)."""
     assert trajectory.angle_rad is not None
     assert trajectory.rate_rad_s is not None
     model = chain_model(scene)
     energy = kinetic = invariants.relative_kinetic_energy(model, trajectory.angle_rad, trajectory.rate_rad_s)
     if not relative:
         kinetic = energy + 0.5 * scene.mass_kg * np.sum(trajectory.com_velocity_m_s**2, axis=-1)
-        with np.errstate(divide="ignore", invalid="ignore"):  # a place at the body's centre: no number is in a band
+        with np.errstate(divide="ignore", invalid="ignore"):  # at the body's centre: NaN is within no bound
             energy = energy + invariants.com_energy(model, trajectory.com_m, trajectory.com_velocity_m_s)
             energy = energy + invariants.tidal_energy(model, trajectory.com_m, trajectory.angle_rad)
     for effect in model.effects:
@@ -117,18 +117,18 @@ def energy_drift(scene: Scene, trajectory: Trajectory, relative: bool) -> Array:
 
 
 def from_first(values: Array, size: Array, least: float) -> Array:
-    """Change since the first one, (n,), in units of the largest size, or of the `least` where hardly anything moves."""
+    """Change from the first value, (n,), over the largest `size`, or over `least` if that is larger."""
     drift: Array = np.abs(values - values[0]) / max(float(np.max(size)), least)
     return drift
 
 
 def slowest_rate(scene: Scene) -> float:
-    """Rate in which motion counts that is none, rad/s: v0/r0, or the orbit's own where the chain starts at rest."""
+    """Rate that scales the invariants of a chain at rest, rad/s: v0/r0, or the orbit's mean motion if v0 is zero."""
     return scene.orbital_rate_rad_s or 2.0 * np.pi / scene.step_period_s
 
 
 def angular_momentum_drift(scene: Scene, trajectory: Trajectory, relative: bool) -> Array:
-    """Change of angular momentum over its size, (n,)."""
+    """Change of angular momentum relative to its largest size, (n,)."""
     assert trajectory.angle_rad is not None
     assert trajectory.rate_rad_s is not None
     model = chain_model(scene)

@@ -1,4 +1,4 @@
-"""Fastest rates of a scene: what steps and samples have to resolve."""
+"""Fastest rates of a scene, which steps and samples must resolve."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What is recorded with results: environment, sources, scenes in words."""
+"""Records of results: environment, sources, engines and scenes."""

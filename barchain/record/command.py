@@ -1,4 +1,4 @@
-"""The command as it was typed."""
+"""Command line of this process."""
 
 import shlex
 import sys

@@ -28,7 +28,7 @@ def environment() -> dict[str, object]:
 
 
 def processor() -> str:
-    """Model name of the processor, as far as the system tells."""
+    """Model name of the processor, or its architecture."""
     info = Path("/proc/cpuinfo")
     if info.is_file():
         for line in info.read_text().splitlines():
@@ -38,7 +38,7 @@ def processor() -> str:
 
 
 def packages() -> dict[str, str]:
-    """Versions of the packages that decide the numbers."""
+    """Versions of the packages that results depend on."""
     return {name: package_version(name) for name in PACKAGES}
 
 

@@ -1,4 +1,4 @@
-"""What is recorded of engines and scenes."""
+"""Entries of engines and scenes in a record."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def engine_facts(registration: Registration) -> dict[str, Any]:
-    """What run.json says of an engine."""
+    """Entry of an engine in run.json."""
     facts: dict[str, Any] = {
         "external": registration.external,
         "version": registration.version,
@@ -35,7 +35,7 @@ def engine_facts(registration: Registration) -> dict[str, Any]:
 
 
 def scene_facts(scene: Scene) -> dict[str, Any]:
-    """What run.json says of a scene."""
+    """Entry of a scene in run.json; lengths in m, times in s."""
     return {
         "title": scene.title,
         "source": scene.source,
@@ -70,12 +70,12 @@ def scene_facts(scene: Scene) -> dict[str, Any]:
 
 
 def external_versions(engines: Mapping[str, Registration]) -> dict[str, str]:
-    """Versions of the distributions that bring the engines."""
+    """Versions of the distributions that the engines require."""
     return {r.requires: r.version for r in engines.values() if r.requires}
 
 
 def scene_words(scene: Scene) -> dict[str, Any]:
-    """What the chapter says of a scene."""
+    """Entry of a scene in a study's record."""
     return {
         "title": scene.title,
         "source": scene.source,

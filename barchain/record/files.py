@@ -1,4 +1,4 @@
-"""Files written whole or not at all."""
+"""Atomic writing of files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def write_parquet(frame: pd.DataFrame, path: Path) -> None:
-    """Write a table, making its folder; never leaves half a file."""
+    """Write a table and make its folder; an interruption leaves no partial file."""
     path.parent.mkdir(parents=True, exist_ok=True)
     half = path.with_name(path.name + ".part")
     frame.to_parquet(half, index=False)
@@ -20,7 +20,7 @@ def write_parquet(frame: pd.DataFrame, path: Path) -> None:
 
 
 def write_atomically(path: Path, text: str) -> None:
-    """Write a text file; never leaves half of it."""
+    """Write a text file; an interruption leaves no partial file."""
     half = path.with_name(path.name + ".part")
     half.write_text(text, encoding="utf-8")
     os.replace(half, path)  # noqa: PTH105

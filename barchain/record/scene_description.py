@@ -1,4 +1,4 @@
-"""A scene's effects and invariants in words and numbers, for the record of a run."""
+"""Effects and invariants of a scene in words and numbers, for a record."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BODIES = {"moon": "the Moon", "sun": "the Sun"}
 
 
 class Loss(NamedTuple):
-    """Why an invariant is none."""
+    """Reason why energy or angular momentum is not conserved."""
 
     words: str
     energy: bool = True
@@ -27,7 +27,7 @@ class Loss(NamedTuple):
 
 
 def effect_words(scene: Scene) -> list[str]:
-    """What acts besides gravity and prescribed rotations, one line each."""
+    """Effects besides gravity and prescribed rotations, one line each."""
     called = scene.effects
     found = []
     if called.oblateness:
@@ -46,12 +46,12 @@ def effect_words(scene: Scene) -> list[str]:
         stiffest, strongest = max(springs.stiffness_N_m_rad), max(springs.damping_N_m_s_rad)
         found.append(f"joint springs up to {stiffest:g} N m/rad, dampers up to {strongest:g} N m s/rad")
     found += [f"thrust of up to {max(map(abs, t.force_N)):g} N on bar {t.bar}" for t in called.thrust]
-    found += [f"blow of {p.impulse_N_s:g} N s on bar {p.bar} at {p.at_s:g} s" for p in called.impulse]
+    found += [f"impulse of {p.impulse_N_s:g} N s on bar {p.bar} at {p.at_s:g} s" for p in called.impulse]
     return found
 
 
 def invariant_words(scene: Scene) -> str:
-    """Which invariants the scene has, and every reason why it has not the others."""
+    """Invariants of the scene, and every reason why another is not conserved."""
     keeps, lost = conserved(scene), losses(scene)
     if keeps.energy and keeps.angular_momentum:
         return "energy and angular momentum"
@@ -63,26 +63,29 @@ def invariant_words(scene: Scene) -> str:
 
 
 def losses(scene: Scene) -> list[Loss]:
-    """Reasons why invariants are none: effects without a potential first, then the gravity model."""
+    """Reasons why invariants are not conserved: effects without a potential first, then the gravity model."""
     called = scene.effects
     springs, laws = called.joint_spring_damper, called.prescribed_rotation
     outside = any(p.actuator is Actuator.EXTERNAL for p in laws)
     found = [
         (called.drag, Loss("drag has no potential")),
-        (called.solar_pressure, Loss("sunlight has no potential")),
+        (called.solar_pressure, Loss("solar pressure has no potential")),
         (called.thrust, Loss("a thrust has no potential")),
-        (called.impulse, Loss("a blow has no potential")),
-        (springs and any(springs.damping_N_m_s_rad), Loss("dampers take energy", angular_momentum=False)),
+        (called.impulse, Loss("an impulse has no potential")),
+        (springs and any(springs.damping_N_m_s_rad), Loss("dampers dissipate energy", angular_momentum=False)),
         (laws, Loss("prescribed rotations do work", angular_momentum=False)),
-        (outside, Loss("their torques come from outside", energy=False)),
-        (called.third_body, Loss("a third body's potential turns with it")),
-        (called.gravity is Gravity.GRADIENT, Loss("the gradient's torque has no counterpart in its force")),
+        (outside, Loss("their torques are external", energy=False)),
+        (called.third_body, Loss("a third body's potential rotates with it")),
+        (called.gravity is Gravity.GRADIENT, Loss("the gravity-gradient torque has no counterpart in the force")),
     ]
     return [loss for acts, loss in found if acts]
 
 
 def gradient_defect(scene: Scene, solution: Trajectory, limit_s: float) -> dict[str, Any]:
-    """How far the truth's energy and angular momentum go, relative, where only the gravity model lets them."""
+    """Relative drift of the reference solution's energy and angular momentum by the gravity model alone.
+
+    Empty for a scene with another reason for a drift.
+    """
     plain = scene.effects.gravity is Gravity.GRADIENT and not scene.effects.prescribed_rotation
     if not plain or scene.effects.more or solution.angle_rad is None:
         return {}

@@ -1,4 +1,4 @@
-"""Digests of the sources that decide a run: a result may be taken over only from the same code."""
+"""Digests of the sources that decide a run: a stored result is reused only for the same code."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 OURS = ("adapters", "reference_impl", "scenarios")
-"""Packages that decide a run of any engine behind the contract"""
+"""Packages that decide a run of any engine"""
 COMPILED = {".so", ".pyd", ".dylib", ".dll"}
 DIGITS = 16
 
 
 def source_digest(target: str) -> str:
-    """Digest of the sources behind an engine: ours, and those of a third party's own package or file.
+    """Digest of the sources behind an engine: barchain's, and those of a third party's package or file.
 
     Parameters
     ----------
@@ -31,14 +31,14 @@ def source_digest(target: str) -> str:
 
 @cache
 def our_digest() -> str:
-    """Digest of our own sources, worked out once in a process."""
+    """Digest of barchain's own sources, computed once in a process."""
     return digest_of(*OURS)
 
 
 def digest_of(*names: str) -> str:
-    """Digest of top-level packages or modules as they are now: text of Python sources, size and date of compiled files.
+    """Digest of top-level packages or modules: text of Python sources, size and date of compiled files.
 
-    Of what is not there it is that of nothing.
+    A missing package has the digest of no files.
     """
     found = hashlib.sha256()
     for name in names:
@@ -48,9 +48,9 @@ def digest_of(*names: str) -> str:
 
 
 def files_of(name: str) -> Iterator[tuple[Path, str]]:
-    """Files of a top-level package or module that decide what it does, with their names in it; none if it is not there.
+    """Sources and compiled files of a top-level package or module, with their names inside; none if it is missing.
 
-    A name without dots is found without being imported.
+    A name without dots is found without an import.
     """
     try:
         spec = importlib.util.find_spec(name)

@@ -1,7 +1,7 @@
-"""What the compiled reference has still to compile on this machine, so that it can be told beforehand.
+"""Announcement of the code that the compiled reference has still to compile on this machine.
 
-Its code is specialised on a scene's set of effects and kept on disk. A file beside it, written when a run of the set
-has come back, says that the set is there; without the file nothing is known, and compiling is announced.
+The code is specialised on a scene's set of effects and cached on disk. A marker file beside the cache is written when a
+run with that set has returned. Without the marker file compiling is announced.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ COMPILED = "reference-fast"
 
 
 def ours(job: Job) -> bool:
-    """Whether a job runs the compiled reference, which alone keeps what it compiled."""
+    """Whether a job runs the compiled reference, the only engine that caches its compiled code."""
     return job.registration == ENGINES[COMPILED]
 
 
 def mark(scene: Scene) -> Path:
-    """File that says that the code of a scene's effects is there: named by the types that code is specialised on."""
+    """Marker file of a scene's set of effects, named by the types that the code is specialised on."""
     import numba  # noqa: PLC0415  # an extra
 
     from reference_impl.fast.jit import cache_folder  # noqa: PLC0415
@@ -39,7 +39,7 @@ def mark(scene: Scene) -> Path:
 
 
 def compiled(job: Job) -> None:
-    """Note that a run of a job has come back."""
+    """Write the marker file of a job whose run has returned."""
     if not ours(job):
         return
     path = mark(job.scene)
@@ -48,7 +48,7 @@ def compiled(job: Job) -> None:
 
 
 def announcement(jobs: Iterable[Job]) -> str:
-    """What is to be compiled first, in words; empty if nothing is."""
+    """Sentence on the code to compile before the runs; empty if there is none."""
     found = {path for job in jobs if ours(job) and not (path := mark(job.scene)).is_file()}
     if not found:
         return ""

@@ -1,4 +1,4 @@
-"""One run of one engine: what is asked, and what came back."""
+"""One run of one engine: the job and its result."""
 
 from __future__ import annotations
 
@@ -18,45 +18,45 @@ if TYPE_CHECKING:
 
 
 class Role(StrEnum):
-    """What a run is for."""
+    """Purpose of a run."""
 
     MAIN = "main"
-    """An engine at the setting it is judged at."""
+    """An engine at the setting at which it is judged."""
     FINER = "finer"
-    """The same, one setting finer: their difference estimates the engine's own error."""
+    """The engine one setting finer: the difference from the main run estimates its error."""
     FINEST = "finest"
-    """Finer again, where the two others do not show how the error falls."""
+    """The engine two settings finer, where two runs do not show how the error falls."""
     ROUNDOFF_1 = "roundoff-1"
-    """The main setting again, the frame turned and the start moved in its last digits: the round-off of this run."""
+    """The main setting in a turned frame, from a start that differs in its last digits: shows the run's round-off."""
     ROUNDOFF_2 = "roundoff-2"
-    """As the first, by another angle."""
+    """As the first, with another angle of the frame."""
     ROUNDOFF_3 = "roundoff-3"
-    """As the first, by a third angle."""
+    """As the first, with a third angle of the frame."""
     SOLUTION = "solution"
-    """The reference at its tightest."""
+    """The reference at its tightest tolerance."""
     SOLUTION_CHECK = "solution-check"
-    """The reference ten times looser: the truth's error bar."""
+    """The reference at a ten times looser tolerance: error bar of the reference solution."""
     FINE = "solution-dense"
-    """The reference at close samples: what its derivatives are."""
+    """The reference at dense samples, for derivatives of the motion."""
     PERTURBED_START = "perturbed-start"
-    """The truth from a slightly perturbed start: how the scene amplifies errors."""
+    """The reference from a slightly perturbed start: shows the scene's error amplification."""
     COARSE = "coarse"
-    """An engine far below the setting it is judged at: how its error falls with the setting."""
+    """An engine at a much coarser setting: shows how its error falls with the setting."""
     PLAIN = "plain"
-    """A library's solver as it comes, at its own default tolerances."""
+    """A library's solver at its own default tolerances."""
     EXACT = "exact"
-    """The compiled reference at the accuracy at which its sums keep what rounding would lose."""
+    """The compiled reference at the accuracy at which it sums with compensation of round-off."""
 
 
 ROUNDOFF_ROLES = (Role.ROUNDOFF_1, Role.ROUNDOFF_2, Role.ROUNDOFF_3)
-"""Runs that show a run's round-off: what one of them differs by may be small by chance, what three do hardly"""
+"""Runs that show a run's round-off: one difference may be small by chance, three hardly"""
 SOLUTION_ROLES = (Role.SOLUTION, Role.SOLUTION_CHECK, Role.PERTURBED_START, Role.FINE)
-"""Runs that a scene's truth is made of, as `barchain.solutions.reference.establish` takes them"""
+"""Runs of a scene's reference solution, in the order that `barchain.solutions.reference.establish` takes them"""
 
 
 @dataclass(frozen=True)
 class Job:
-    """One run to be made."""
+    """One run that is asked for."""
 
     scene: Scene
     engine: str
@@ -64,7 +64,7 @@ class Job:
     setting: Setting
     role: Role
     options: frozenset[str] = frozenset()
-    """Extras asked of the engine, see `Engine.options`"""
+    """Extra outputs of the engine, see `Engine.options`"""
 
     @property
     def file_stem(self) -> str:
@@ -75,7 +75,7 @@ class Job:
 
     @cached_property
     def key(self) -> str:
-        """Equal for runs that must give the same trajectory on the same machine: of the same code, too."""
+        """Key that is equal for runs of the same code that must give the same trajectory on the same machine."""
         return "|".join(
             [
                 self.scene.digest,
@@ -90,17 +90,17 @@ class Job:
 
 @dataclass(frozen=True)
 class RunResult:
-    """What a run gave. Its outcome is PASS for a complete, finite trajectory, whatever its accuracy."""
+    """Result of a run. The outcome is PASS for a complete, finite trajectory, whatever its accuracy."""
 
     outcome: Outcome
     reason: str = ""
     trajectory: Trajectory | None = None
     seconds: dict[str, float] = field(default_factory=dict)
-    """Wall time of `build`, `simulate`, `read`"""
+    """Wall time of `build`, `simulate` and `read`, s"""
     rejected: bool = False
-    """Whether the engine said, before its first step, that it will not"""
+    """Whether the engine rejected the scene before its first step"""
 
 
 def failure(outcome: Outcome, reason: str, *, rejected: bool = False) -> RunResult:
-    """Result of a run that gave nothing; the reason is kept to one line."""
+    """Result of a run without a trajectory; the reason is cut to one line."""
     return RunResult(outcome, " ".join(reason.split())[:500], rejected=rejected)

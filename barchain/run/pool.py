@@ -1,8 +1,8 @@
 """Runs in worker processes with a time limit: a crash or a hang costs one run.
 
-A process is used again for the next run, and what an engine changes in it (a module, a rounding mode, an
-environment variable) is there for that one too. So the truth is run in processes that no engine was in, and an
-engine that is not our adapter has every process for itself. Each computes in one thread.
+A process is used again for further runs, and keeps the changes of an engine: a module, a rounding mode, an environment
+variable. Therefore the reference solution is run in processes without any other engine, and each run of a third-party
+adapter has a process of its own. Every process computes in one thread.
 """
 
 from __future__ import annotations
@@ -33,30 +33,31 @@ if TYPE_CHECKING:
 
     from pebble import ProcessFuture
 
-RUNS_PER_WORKER = 40  # some engines leak a little with every model
-COMPILE_S = 600.0  # on top of the limit, for compiling: 40 s for a set of effects, 230 s seen on a busy machine
+RUNS_PER_WORKER = 40  # some engines leak memory with every model
+COMPILE_S = 600.0  # in addition to the limit: compiling takes 40 s for a set of effects, up to 230 s on a busy machine
 
 
 class PoolGroup(IntEnum):
-    """Who shares a process, in the order in which they are run."""
+    """Runs that may share a process, in the order of running."""
 
     SOLUTION = 0
-    """The reference, for the truth"""
+    """The reference, for reference solutions"""
     REGISTERED = 1
-    """Engines behind the project's own adapters"""
+    """Engines behind barchain's own adapters"""
     THIRD_PARTY = 2
-    """Everything else: one run, one process"""
+    """Engines that other packages register: one run, one process"""
 
     @property
     def runs_per_worker(self) -> int:
-        """After how many runs a process ends."""
+        """Number of runs after which a process ends."""
         return 1 if self is PoolGroup.THIRD_PARTY else RUNS_PER_WORKER
 
     @property
     def start_method(self) -> str:
-        """How its processes start: anew, as engines are not safe to fork once loaded.
+        """Start method of the processes: spawned, as loaded engines are not safe to fork.
 
-        Where every run has its own, from a server that has loaded the harness and no engine: a start takes seconds.
+        Processes for one run are forked from a server that has loaded the harness and no engine: spawning takes
+        seconds.
         """
         known = multiprocessing.get_all_start_methods()
         return "forkserver" if self is PoolGroup.THIRD_PARTY and "forkserver" in known else "spawn"
@@ -64,18 +65,18 @@ class PoolGroup(IntEnum):
 
 @dataclass(frozen=True)
 class TimeLimit:
-    """How long a run may take."""
+    """Wall time allowed to a run."""
 
     time_s: float
     compile_s: float = COMPILE_S
-    """On top of it, for an engine that compiles"""
+    """Additional time for an engine that compiles"""
 
     def allowed_s(self, job: Job) -> float:
         """Wall time after which a run's process is ended."""
         return self.time_s + (self.compile_s if job.registration.compiles else 0.0)
 
     def judged(self, job: Job, result: RunResult) -> RunResult:
-        """Result of a run; a time-out where the engine compiles and was not in time without that, or not with it."""
+        """Result of a run; for an engine that compiles, timed out also if `simulate` alone exceeds its limit."""
         if not job.registration.compiles:
             return result
         taken = result.seconds.get("simulate", 0.0)
@@ -88,7 +89,7 @@ class TimeLimit:
 
 
 def pool_group(job: Job) -> PoolGroup:
-    """Where a run belongs."""
+    """Group of processes that a run belongs to."""
     if job.role in SOLUTION_ROLES:
         return PoolGroup.SOLUTION
     return PoolGroup.REGISTERED if job.registration in ENGINES.values() else PoolGroup.THIRD_PARTY
@@ -103,12 +104,12 @@ def run_jobs(
     ----------
     jobs : iterable of Job
     time_limit_s : float
-        Wall time after which a run's process is ended; an engine that compiles has `compile_s` more, and the limit
-        for its `simulate` alone.
+        Wall time after which a run's process is ended, s. An engine that compiles has `compile_s` more, and the limit
+        holds for its `simulate` alone.
     workers : int, optional
-        Processes side by side; all cores by default.
+        Number of processes side by side; all cores by default.
     compile_s : float
-        0 where all is known to be compiled.
+        Additional wall time for compiling, s; 0 if everything is known to be compiled.
     """
     waiting = list(jobs)
     for group in PoolGroup:
@@ -120,7 +121,7 @@ def run_jobs(
 def run_together(
     jobs: list[Job], group: PoolGroup, limit: TimeLimit, workers: int | None
 ) -> Iterator[tuple[Job, RunResult]]:
-    """Run jobs that may share processes, and yield each result as it comes."""
+    """Run the jobs of one group of processes, and yield each result as it comes."""
     done: queue.SimpleQueue[tuple[Job, Path, ProcessFuture]] = queue.SimpleQueue()
     context = multiprocessing.get_context(group.start_method)
     if group.start_method == "forkserver":
@@ -145,7 +146,7 @@ def run_together(
 
 
 def collect(future: ProcessFuture, log: Path, time_limit_s: float) -> RunResult:
-    """Result of a run, or the readable end of its process."""
+    """Result of a run, or a failure that describes the end of its process."""
     try:
         result: RunResult = future.result()
     except (FutureTimeoutError, CancelledError):
@@ -165,7 +166,7 @@ def describe_exit(code: int | None) -> str:
 
 
 def last_words(log: Path) -> str:
-    """Last line that a dead process printed, if any."""
+    """Last line in the log of a dead process; empty without one."""
     lines = log.read_text(errors="replace").split("\n") if log.is_file() else []
     said = [line.strip() for line in lines if line.strip()]
-    return f"; it last said: {said[-1][:200]}" if said else ""
+    return f"; last output: {said[-1][:200]}" if said else ""

@@ -1,4 +1,4 @@
-"""Engines and scenes that are asked for by name."""
+"""Selection of engines and scenes by name."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 
 
 def chosen_engines(names: Iterable[str] | None) -> dict[str, Registration]:
-    """Registrations by name, in the order given; without names all that take part by default."""
+    """Registrations by name, in the order given; without names all default engines."""
     if names is None:
         return {name: r for name, r in engines().items() if r.by_default}
     return {name: find_engine(name) for name in dict.fromkeys(names)}
 
 
 def unique_names(scenes: list[Scene]) -> list[Scene]:
-    """Scenes with different names, so that none overwrites another's files; the same scene twice is one."""
+    """Scenes with different names, so that no scene overwrites files of another; duplicates are dropped."""
     kept: dict[str, Scene] = {}
     for scene in scenes:
         name, count = scene.name, 1

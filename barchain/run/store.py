@@ -1,4 +1,4 @@
-"""The result folder: everything is written as it comes, so that a run cut off leaves what it had."""
+"""Writer of the result folder: every result is written as it comes, so that an interrupted run loses nothing."""
 
 from __future__ import annotations
 
@@ -22,17 +22,23 @@ Row = dict[str, Any]
 
 
 class Store:
-    """A result folder being written; see :mod:`reports.tables.crossval` for what is in it."""
+    """Result folder that is being written; :mod:`reports.tables.crossval` describes its files."""
 
     def __init__(self, folder: Path, record: dict[str, Any], order: list[tuple[str, str]]) -> None:
-        """Open `folder`; `order` lists (scene, engine) as rows are to be sorted."""
+        """Open `folder`; `order` lists (scene, engine) in the order of the rows."""
         self.folder, self.record = folder, record
         self.place = {pair: i for i, pair in enumerate(order)}
         self.rows: dict[tuple[str, str], list[Row]] = {}
         folder.mkdir(parents=True, exist_ok=True)
 
     def earlier_runs(self) -> dict[str, dict[str, Any]]:
-        """Runs that an earlier, cut-off comparison in the same folder recorded, by key."""
+        """Complete runs in the record of an earlier, interrupted comparison in the same folder, by key.
+
+        Raises
+        ------
+        SchemaVersionError
+            If the record has another schema version.
+        """
         path = self.folder / "run.json"
         if not path.is_file():
             return {}
@@ -40,7 +46,7 @@ class Store:
         return {run["key"]: run for run in runs if run["outcome"] == Outcome.PASS}
 
     def recall(self, job: Job, earlier: dict[str, dict[str, Any]]) -> RunResult | None:
-        """Result of `job` as an earlier comparison stored it, or None."""
+        """Stored result of `job` from an earlier comparison, or None."""
         run, path = earlier.get(job.key), self.path(job)
         if run is None or not path.is_file():
             return None
@@ -79,11 +85,11 @@ class Store:
         write_atomically(self.folder / "metrics.csv", self.metrics().to_csv(index=False))
 
     def keep_amplification(self, scene: str, frame: pd.DataFrame) -> None:
-        """Write how a small perturbation of a scene grew."""
+        """Write the error amplification of a scene over time."""
         write_parquet(frame, self.folder / "differences" / scene / "amplification.parquet")
 
     def metrics(self) -> pd.DataFrame:
-        """All rows so far, in the order of scenes and engines asked for."""
+        """All rows so far, in the given order of scenes and engines."""
         pairs = sorted(self.rows, key=lambda pair: self.place.get(pair, len(self.place)))
         return pd.DataFrame([row for pair in pairs for row in self.rows[pair]], columns=list(METRIC_COLUMNS))
 

@@ -1,8 +1,8 @@
-"""Worker processes that compute in one thread each.
+"""Limit of one thread in each worker process.
 
-Side by side, threads of several workers only wait for each other; and a library that sums in another order with another
-number of threads gives other bits. Libraries read the number when they are loaded, so that it has to be in the
-environment that a process is started with, also one that replaces another during a run.
+Threads of several workers would wait for each other, and a library whose order of summation depends on the number of
+threads would change the last bits. Libraries read the number when they are loaded. The environment must therefore hold
+it when a process starts, also when a process replaces another during a run.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ THREADS = (
 
 
 class Pinned:
-    """How many contexts want one thread each, and what the environment was before the first of them."""
+    """Count of active contexts, and the environment before the first of them."""
 
     def __init__(self) -> None:
         self.lock, self.users = threading.Lock(), 0
         self.before: dict[str, str | None] = {}
 
     def enter(self) -> None:
-        """Set the environment for the first."""
+        """Set the environment if this context is the first."""
         with self.lock:
             if not self.users:
                 self.before = {name: os.environ.get(name) for name in THREADS}
@@ -42,7 +42,7 @@ class Pinned:
             self.users += 1
 
     def leave(self) -> None:
-        """Put the environment back after the last."""
+        """Restore the environment if this context is the last."""
         with self.lock:
             self.users -= 1
             if self.users:
@@ -59,7 +59,7 @@ PINNED = Pinned()
 
 @contextlib.contextmanager
 def one_thread_each() -> Iterator[None]:
-    """Processes started meanwhile compute in one thread; contexts may overlap, and end in any order."""
+    """Start processes with one thread each inside this context; contexts may overlap and end in any order."""
     PINNED.enter()
     try:
         yield

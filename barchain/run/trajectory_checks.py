@@ -1,4 +1,4 @@
-"""Whether a trajectory is what its engine promised: complete, finite, joined."""
+"""Checks that a trajectory is as its engine declares: complete, finite, with closed joints."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
-TIME_SLACK = 1e-9  # of the run: sample instants may differ from those asked for by the round-off of an engine's clock
-LOOSE_JOINT = 0.1  # of the shorter bar: two ends farther apart than this are not joined by any standard
+TIME_SLACK = 1e-9  # of the run: round-off of an engine's clock in the sample instants
+LOOSE_JOINT = 0.1  # of the shorter bar: ends farther apart are not joined by any standard
 
 
 def fault(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
-    """First fault of a trajectory and its reason, or None if it may be compared."""
+    """Outcome and reason of the first fault of a trajectory, or None if it can be compared."""
     for check in (
         missing_channel,
         wrong_shape,
@@ -43,7 +43,7 @@ def arrays(trajectory: Trajectory) -> dict[str, Array]:
 
 
 def missing_channel(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
-    """A quantity that the engine declares must be there."""
+    """Find quantities that the engine declares and does not return."""
     effects = scene.effects
     called = {Observable.TORQUE: effects.prescribed_rotation, Observable.IMPULSE: effects.impulse}
     wanted = engine.observables - {what for what, by in called.items() if not by}
@@ -52,14 +52,14 @@ def missing_channel(scene: Scene, engine: type[Engine], trajectory: Trajectory) 
 
 
 def undeclared_channel(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
-    """What the engine does not declare must not be there: a verdict goes by what is declared."""
+    """Find quantities that the engine returns without declaring them: a verdict covers declared quantities only."""
     del scene
     more = sorted(trajectory.observables - engine.observables - {Observable.TORQUE, Observable.IMPULSE})
     return (Outcome.MALFORMED, f"returns but does not declare: {', '.join(more)}") if more else None
 
 
 def wrong_shape(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
-    """Every array has one row per sample and the right number of columns."""
+    """Find arrays without one row per sample or with a wrong number of columns."""
     del engine
     n, bars = len(trajectory.t_s), scene.bars
     shapes = {
@@ -87,7 +87,7 @@ def wrong_shape(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> t
 
 
 def not_finite(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
-    """NaN and infinity are never compared."""
+    """Find NaN and infinity."""
     del scene, engine
     for name, value in arrays(trajectory).items():
         bad = ~np.isfinite(value.reshape(len(value), -1)).all(axis=1)
@@ -101,7 +101,7 @@ def not_finite(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tu
 
 
 def cut_short(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
-    """A run reaches its last sample, or says why it ended."""
+    """Find runs that stop before the last sample without a reason."""
     del engine
     if len(trajectory.t_s) == scene.run.samples or trajectory.ended:
         return None
@@ -114,7 +114,7 @@ def cut_short(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tup
 
 
 def off_the_clock(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
-    """Samples are at the instants asked for."""
+    """Find samples at other instants than the scene's."""
     del engine
     late = np.abs(trajectory.t_s - scene.times_s[: len(trajectory.t_s)]).max(initial=0.0)
     if late <= TIME_SLACK * scene.run.duration_s:
@@ -123,13 +123,13 @@ def off_the_clock(scene: Scene, engine: type[Engine], trajectory: Trajectory) ->
 
 
 def places_contradict(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
-    """What an engine says of its joints must follow from the places that it gives of its bars."""
+    """Find reported gaps and residuals that contradict the places of the bars."""
     found = disagreement(scene, engine, trajectory)
     return (Outcome.INCOMPLETE, found) if found else None
 
 
 def joints_ignored(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
-    """Bars that a joint ties stay together: by their places where an engine gives them, else as it reports."""
+    """Find open joints: by the places of the bars if the engine returns them, else by reported gaps."""
     del engine
     computed = gaps(scene, trajectory)
     gap = trajectory.gap_m if computed is None else computed

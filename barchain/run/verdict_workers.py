@@ -1,7 +1,8 @@
-"""Verdicts in worker processes: beyond the predictability limit one takes as long as the engine's own runs.
+"""Verdicts in worker processes.
 
-There the reference is restarted from the engine's own states, again and again (`barchain.judge.checks.restart`). A
-verdict that dies or does not come in time costs its own row, like a run.
+Beyond the predictability limit a verdict takes as long as the engine's own runs: the reference is restarted from the
+engine's states again and again (`barchain.judge.checks.restart`). A verdict whose process dies or times out costs its
+own row, like a run.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ Key = TypeVar("Key", bound="Hashable")
 
 
 class Judges(Generic[Key]):
-    """Worker processes that judge; they are started with the first verdict that they are given."""
+    """Worker processes for verdicts; the first submitted verdict starts them."""
 
     def __init__(self, workers: int | None = None, time_limit_s: float = JUDGING_S) -> None:
         """Prepare.
@@ -34,19 +35,19 @@ class Judges(Generic[Key]):
         Parameters
         ----------
         workers : int, optional
-            Processes side by side; all cores by default.
+            Number of processes side by side; all cores by default.
         time_limit_s : float
-            Wall time after which a verdict's process is ended.
+            Wall time after which a verdict's process is ended, s.
         """
         self.workers, self.time_limit_s = workers or os.cpu_count() or 1, time_limit_s
         self.pool: ProcessPool | None = None
         self.threads = ExitStack()
         self.done: queue.SimpleQueue[tuple[Key, ProcessFuture]] = queue.SimpleQueue()
         self.waiting: set[Key] = set()
-        """Keys whose answers are still to come"""
+        """Keys of verdicts that are still to come"""
 
     def submit(self, key: Key, function: Callable[..., Any], *given: Any) -> None:
-        """Have `function` called with what is given; the answer comes from :meth:`collected` under `key`."""
+        """Call `function` with the given arguments in a worker; :meth:`collected` yields its result with `key`."""
         if self.pool is None:
             self.threads.enter_context(one_thread_each())
             self.pool = ProcessPool(self.workers, context=multiprocessing.get_context("spawn"))
@@ -55,7 +56,7 @@ class Judges(Generic[Key]):
         future.add_done_callback(lambda f: self.done.put((key, f)))
 
     def collected(self, *, wait: bool) -> Iterator[tuple[Key, Any]]:
-        """Answers by their keys, an exception where there is none: those that are there, or all that are to come."""
+        """Results by their keys, an exception for a failure: the finished results, or with `wait` all."""
         while self.waiting and (wait or not self.done.empty()):
             key, future = self.done.get()
             self.waiting.discard(key)

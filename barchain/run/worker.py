@@ -1,4 +1,4 @@
-"""What a worker process does: one run, quietly, in a folder of its own."""
+"""One run in a worker process: output redirected, in a temporary folder."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ BUILD = "build"
 
 
 def run_job(job: Job, log: Path) -> RunResult:
-    """Run `job`; whatever the engine prints goes to `log`, and no exception leaves.
+    """Run `job`; the engine's output goes to `log`, and every exception becomes a failure.
 
     Parameters
     ----------
@@ -47,13 +47,13 @@ def run_job(job: Job, log: Path) -> RunResult:
 
 
 def rejection(error: Exception) -> bool:
-    """Whether an exception is an engine's word, while it builds, that it will not; its arithmetic failing is none."""
+    """Whether an engine rejects the scene by an exception in `build`; failing arithmetic is no rejection."""
     said = isinstance(error, (EngineError, ValueError)) and not isinstance(error, np.linalg.LinAlgError)
     return said and BUILD in getattr(error, "__notes__", ())
 
 
 def run_phases(job: Job, engine_class: type[Engine]) -> RunResult:
-    """Build, simulate and read, each timed, then check what came out."""
+    """Build, simulate and read, each timed, and check the trajectory."""
     engine = engine_class(**dict.fromkeys(job.options, True))
     seconds: dict[str, float] = {}
     timed(seconds, BUILD, lambda: engine.build(job.scene, job.setting))
@@ -66,7 +66,7 @@ def run_phases(job: Job, engine_class: type[Engine]) -> RunResult:
 
 
 def timed(seconds: dict[str, float], phase: str, call: Callable[[], T]) -> T:
-    """Result of `call`, its wall time noted; an exception that leaves it carries the phase as its note."""
+    """Result of `call`; its wall time is noted, and an exception carries the phase as a note."""
     start = time.perf_counter()
     try:
         result = call()
@@ -79,7 +79,7 @@ def timed(seconds: dict[str, float], phase: str, call: Callable[[], T]) -> T:
 
 @contextlib.contextmanager
 def quietly(log: Path) -> Iterator[None]:
-    """Send what this process and its libraries print, C code included, to `log`."""
+    """Redirect the output of this process and its libraries, C code included, to `log`."""
     sys.stdout.flush()
     sys.stderr.flush()
     kept = os.dup(1), os.dup(2)

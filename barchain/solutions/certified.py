@@ -1,4 +1,4 @@
-"""The oracle: the truth of a scene with its own error bar, from a table, a cache or a run."""
+"""Certified solutions: quadruple precision with error bars, from a committed table, a cache or a run."""
 
 from __future__ import annotations
 
@@ -36,32 +36,32 @@ if TYPE_CHECKING:
 
 CERTIFIED_SOLUTIONS = Path(__file__).parent / "tables"
 CACHE_VARIABLE = "BARCHAIN_CACHE"
-MARGIN = 10.0  # a judge must be this many times better than what it judges
+MARGIN = 10.0  # a certified solution must be this many times more accurate than the judged run
 INSTANTS = 21  # of a committed table, over the run and over the first orbit each
 VERSIONS = ("heyoka", "numpy")
 Source = Literal["committed", "cache", "computed"]
 
 
 class CertifiedSolutionError(EngineError):
-    """No truth is to be had; the message says how to get one."""
+    """A scene has no certified solution; the message gives the remedy."""
 
 
 @dataclass(frozen=True)
 class CertifiedSolution:
-    """The truth of one scene at its samples, and how far off it may be; n samples."""
+    """Certified solution of one scene at its samples, with error bars; n samples."""
 
     scene: Scene
     trajectory: Trajectory
-    """At `scene.times_s`; no gaps, its joints can't open"""
+    """At `scene.times_s`; without gaps, as the joints are closed by construction"""
     error: dict[str, Array]
     """Bound for each quantity of `quantities.differences`, (n,), never falling"""
     precision: str
-    """What was run, in words"""
+    """Precision and tolerances of the runs, in words"""
     source: Source
 
 
 def certified(scene: Scene, *, cache: Path | None = None) -> CertifiedSolution:
-    """Truth of `scene`: from a committed table, else from the cache, else from a run that is then cached.
+    """Certified solution of `scene`: from a committed table, else from the cache, else from a run, which is cached.
 
     Parameters
     ----------
@@ -71,12 +71,12 @@ def certified(scene: Scene, *, cache: Path | None = None) -> CertifiedSolution:
 
     Returns
     -------
-    Oracle
+    CertifiedSolution
 
     Raises
     ------
-    OracleError
-        If it must be run and heyoka is not installed.
+    CertifiedSolutionError
+        If the solution must be run and heyoka is not installed.
     EngineError
         If the run fails.
     """
@@ -87,18 +87,18 @@ def certified(scene: Scene, *, cache: Path | None = None) -> CertifiedSolution:
 
 
 def served(scene: Scene, table: CertifiedTable, source: Source) -> CertifiedSolution | None:
-    """Truth from a table, or None if it lacks an instant."""
+    """Certified solution from a table, or None if the table lacks an instant."""
     rows = rows_at(scene, table)
     return None if rows is None else CertifiedSolution(scene, *rows, table.precision, source)
 
 
 def committed(physics: str) -> CertifiedTable | None:
-    """Table that comes with barchain for a scene of these physics, if there is one.
+    """Committed table for a scene of these physics, or None.
 
     Raises
     ------
     DamagedTableError
-        If it is not as it was committed.
+        If the file differs from its checksum.
     """
     path = committed_tables().get(physics)
     return None if path is None else read_table(path)
@@ -111,7 +111,7 @@ def committed_tables() -> dict[str, Path]:
 
 
 def cached(scene: Scene, path: Path) -> CertifiedSolution | None:
-    """Truth from a file of the cache; None if there is none, or it is damaged or of other physics."""
+    """Certified solution from a file of the cache; None if it is missing, damaged, or of other physics."""
     try:
         table = read_table(path)
         return served(scene, table, "cache") if table.physics == physics_digest(scene) else None
@@ -120,10 +120,10 @@ def cached(scene: Scene, path: Path) -> CertifiedSolution | None:
 
 
 def computed(scene: Scene, path: Path) -> CertifiedSolution:
-    """Truth from a run, which is then kept in the cache."""
+    """Certified solution from a run, which is then cached."""
     missing = find_engine("heyoka-quad").missing
     if missing:
-        raise CertifiedSolutionError(f"{scene.name} has no committed truth at these instants, and {missing}")
+        raise CertifiedSolutionError(f"{scene.name} has no committed certified solution at its instants, and {missing}")
     from barchain.solutions.certified_run import fresh  # noqa: PLC0415  # only here is heyoka needed
 
     table = fresh(scene, scene.times_s)
@@ -132,20 +132,20 @@ def computed(scene: Scene, path: Path) -> CertifiedSolution:
 
 
 def cache_folder() -> Path:
-    """Where truths are kept between runs."""
+    """Folder of the cache."""
     given = os.environ.get(CACHE_VARIABLE)
     return Path(given) if given else user_cache_path("barchain")
 
 
 def cache_key(scene: Scene) -> str:
-    """Hash of all that decides a truth: the scene, the code, and the versions of what it calls."""
+    """Hash of everything that decides a certified solution: scene, code, and versions of its packages."""
     made_of = [scene.digest, code_digest(), {name: package_version(name) for name in VERSIONS}]
     return hashlib.sha256(json.dumps(made_of).encode()).hexdigest()[:32]
 
 
 @remembered
 def code_digest() -> str:
-    """Hash of the sources that make a truth."""
+    """Hash of the sources that compute a certified solution."""
     ours, theirs = Path(str(adapters.__file__)).parent, Path(reference_impl.__path__[0])
     files = [*sorted((ours / "heyoka").glob("*.py")), ours / "common" / "initial_state.py", ours / "trajectory.py"]
     files += sorted(Path(str(scenarios.__file__)).parent.rglob("*.py"))

@@ -1,6 +1,6 @@
-"""A fresh truth: two runs in quadruple precision, and what stands between them.
+"""Certified solution from two runs in quadruple precision, whose difference bounds the error.
 
-See design/oracle.md for why two tolerances in one precision, and not two precisions.
+The runs differ in tolerance and not in precision; design/oracle.md gives the reasons.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 CERTIFIED_RTOL, CERTIFIED_CHECK_RTOL = 1e-30, 1e-28
 PRECISION = f"real128, tolerance {CERTIFIED_RTOL:g}, against real128, tolerance {CERTIFIED_CHECK_RTOL:g}"
 UNIT_ROUNDOFF = 2.0**-53  # of double precision: largest relative error of rounding to nearest
-ROUNDED = 3.0  # the result's own rounding, and that of the two results whose difference is taken
+ROUNDED = 3.0  # roundings: of the result, and of the two results that are subtracted
 
 
 def fresh(scene: Scene, times_s: Array) -> CertifiedTable:
-    """Truth of `scene` at `times_s`, (n,) s, increasing from 0.
+    """Certified solution of `scene` at `times_s`, (n,) s, increasing from 0.
 
     Raises
     ------
@@ -46,8 +46,8 @@ def run(scene: Scene, times_s: Array, rtol: float) -> Trajectory:
 def error_bar(fine: Trajectory, check: Trajectory) -> dict[str, Array]:
     """Bound of the error of `fine`, (n,) for each quantity, never falling.
 
-    The looser run's error is at least their difference less the finer run's own, which is far smaller; so the
-    difference bounds the finer run's error, with both runs' roundings to double on top.
+    The looser run's error is at least the difference of the runs less the finer run's error, which is far smaller.
+    The difference therefore bounds the finer run's error. Rounding of both runs to double is added.
     """
     apart = differences(fine, check)
     rounding = {name: ROUNDED * UNIT_ROUNDOFF * size for name, size in largest(fine).items()}

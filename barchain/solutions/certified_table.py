@@ -1,8 +1,7 @@
-"""Truths as tables: the motion of a scene at chosen instants, and how far off it may be, in a text file.
+"""Certified solutions as text files: the motion of a scene at chosen instants, with error bars.
 
-Header lines say what it is of and how it was made; columns are a trajectory's (`adapters.trajectory`) and one
-``..._error_...`` for each quantity. Numbers are written so that they read back bit for bit, and a checksum
-tells a damaged file.
+Header lines give the scene and the runs. The columns are those of a trajectory (`adapters.trajectory`) and one
+``..._error_...`` for each quantity. Numbers read back bit for bit, and a checksum detects a damaged file.
 """
 
 from __future__ import annotations
@@ -37,40 +36,40 @@ ERROR_COLUMNS = {
     "torque": "torque_error_N_m",
     "impulse": "impulse_error_N_s",
 }
-TITLE = "barchain truth"
+TITLE = "barchain certified solution"
 PHYSICS = ("central_body", "orbit", "chain", "effects")
 SAME_INSTANT = 8.0 * float(np.finfo(float).eps)
-"""Of the instant: instants nearer than this were meant to be one, computed in another order."""
+"""Relative to the instant: nearer instants are the same instant, computed in another order."""
 
 
 class DamagedTableError(ValueError):
-    """A file that is not a whole table of truth."""
+    """A file that is no complete table of a certified solution."""
 
 
 @dataclass(frozen=True)
 class CertifiedTable:
-    """A truth and where it is from; n instants."""
+    """Certified solution and its origin; n instants."""
 
     scene: str
     """Name"""
     physics: str
-    """Digest of what decides the motion"""
+    """Digest of the parts of the scene that decide the motion"""
     precision: str
-    """What was run, in words"""
+    """Precision and tolerances of the runs, in words"""
     command: str
-    """What makes it again; empty of one that is only cached"""
+    """Command that makes the table again; empty for a cached table"""
     trajectory: Trajectory
     error: dict[str, Array]
     """(n,) for each quantity of `quantities.differences`, never falling"""
 
 
 def physics_digest(scene: Scene) -> str:
-    """Hash of what decides the motion: equal for scenes that differ in name, length of run or instants only."""
+    """Hash of the motion: equal for scenes that differ in name, duration or sample instants only."""
     return scene.digest_of(*PHYSICS)
 
 
 def write_table(path: Path, table: CertifiedTable) -> None:
-    """Write a table, making its folder; never leaves half of it."""
+    """Write a table and make its folder; an interruption leaves no partial file."""
     frame = to_frame(table.trajectory)
     for name, column in ERROR_COLUMNS.items():
         if name in table.error:
@@ -109,23 +108,23 @@ def read_head(path: Path) -> dict[str, str]:
                 break
             lines.append(line[2:].rstrip("\n"))
     if not lines or lines[0] != TITLE:
-        raise DamagedTableError(f"{path}: not a table of truth")
+        raise DamagedTableError(f"{path}: not a table of a certified solution")
     return {key: value.strip() for key, _, value in (line.partition(":") for line in lines[1:])}
 
 
 def read_table(path: Path) -> CertifiedTable:
-    """Table of a file.
+    """Read a table.
 
     Raises
     ------
     DamagedTableError
-        If the file is not what was written.
+        If the file has another title or checksum.
     """
     head = read_head(path)
     text = path.read_text(encoding="utf-8", errors="replace")
     body = "".join(line for line in text.splitlines(keepends=True) if not line.startswith("#"))
     if head.get("checksum") != checksum(body):
-        raise DamagedTableError(f"{path}: its numbers are not those that were written")
+        raise DamagedTableError(f"{path}: its numbers differ from their checksum")
     words = pd.read_csv(io.StringIO(body), dtype=str, keep_default_na=False)
     frame = words.map(float)  # exact; pandas' own conversion is not in every version
     seen = dataclasses.replace(from_frame(frame, ended=head["ended"]), gap_m=None)
@@ -134,10 +133,10 @@ def read_table(path: Path) -> CertifiedTable:
 
 
 def rows_at(scene: Scene, table: CertifiedTable) -> tuple[Trajectory, dict[str, Array]] | None:
-    """Rows of a table at the instants of `scene`, and their errors; None if it has not got all of them.
+    """Rows of a table at the instants of `scene`, and their errors; None if the table lacks an instant.
 
-    Instants that differ in their last bits are the same one: place and angles are moved along for the difference,
-    and what else would change by it is added to the errors.
+    Instants that differ in their last bits are the same instant. Place and angles are then extrapolated over the
+    difference, and the possible change of the other quantities is added to the errors.
     """
     wanted, have = scene.times_s, table.trajectory.t_s
     if table.trajectory.ended and wanted[-1] > have[-1]:
@@ -159,7 +158,7 @@ def taken(trajectory: Trajectory, row: NDArray[np.intp]) -> Trajectory:
 def moved(
     scene: Scene, trajectory: Trajectory, error: dict[str, Array], t_s: Array, late_s: Array
 ) -> tuple[Trajectory, dict[str, Array]]:
-    """Trajectory a few roundings of time later, to first order, and its errors."""
+    """Trajectory extrapolated to first order over a few roundings of time, and its errors."""
     if not late_s.any():
         return dataclasses.replace(trajectory, t_s=t_s), error
     assert trajectory.angle_rad is not None
@@ -170,13 +169,13 @@ def moved(
         com_m=trajectory.com_m + late_s[:, None] * trajectory.com_velocity_m_s,
         angle_rad=trajectory.angle_rad + late_s[:, None] * trajectory.rate_rad_s,
     )
-    share = float(np.abs(late_s).max()) * rate_scale(scene, trajectory)  # by which what oscillates fastest may change
+    share = float(np.abs(late_s).max()) * rate_scale(scene, trajectory)  # relative change of the fastest oscillation
     sizes = largest(trajectory)
     return later, {k: e + share * sizes[k] if k not in ("com", "attitude") else e for k, e in error.items()}
 
 
 def largest(trajectory: Trajectory) -> dict[str, Array]:
-    """Largest value of each quantity so far, (n,): what its rounding counts in."""
+    """Largest value of each quantity so far, (n,), which scales its round-off."""
     values = {
         "com": trajectory.com_m[:, None, :],
         "com_velocity": trajectory.com_velocity_m_s[:, None, :],

@@ -1,8 +1,8 @@
-"""The truth of a scene, its error bar, and how the scene amplifies a small error.
+"""Reference solution of a scene, its error bar, and the scene's error amplification.
 
-Truth: the reference at its tightest. Error bar: its difference from a run ten times looser, which
-bounds it. Amplification: a twin of the truth started a little aside. What its derivatives are is seen
-in a run at samples close enough for that, whatever a scene's own are.
+The reference solution is the reference at its tightest tolerance. Its difference from a run at a ten times looser
+tolerance bounds its error. A second run with perturbed initial angles and rates shows the error amplification.
+Derivatives of the motion come from a run with dense samples.
 """
 
 from __future__ import annotations
@@ -25,39 +25,39 @@ if TYPE_CHECKING:
 
 SOLUTION_RTOL = 1e-13
 SOLUTION_CHECK_RTOL = 1e-12
-PERTURBATION_RAD = 1e-10  # rad: a thousand times the truth's own error, yet linear until it has grown 1e8 times
+PERTURBATION_RAD = 1e-10  # a thousand times the error of the reference solution, and linear until amplified 1e8 times
 RICHARDSON = 2.0
-"""Half the step of a method of order p >= 1: it was off by at most 1/(1 - 2^-p) <= 2 times what that changes."""
+"""Halving the step of a method of order p >= 1: the error was at most 1/(1 - 2^-p) <= 2 times the change."""
 FINE_RTOL = 1e-10  # four differences over a tenth of a radian cost four digits: six are left
 FINE_PER_RADIAN = 4.0  # of the fastest rate: a sine's second difference is then 2 % short
 FINE_PER_SLEW = 20.0  # three half waves: half a radian between samples
-MOST_FINE = 20_000  # samples: a slew of a thousandth of the run is still seen
+MOST_FINE = 20_000  # samples: they resolve a slew of a thousandth of the run
 TRACK = ("com", "com_velocity")
-PARTED_RAD = 1e-2  # two runs whose attitudes differ by more have parted: nothing later is compared point by point
+PARTED_RAD = 1e-2  # two runs whose attitudes differ by more have parted: later samples are not compared
 
 
 def with_perturbed_start(scene: Scene) -> Scene:
-    """`scene` with every bar's angle and rate moved aside by :data:`TWIN_ASIDE`, in fixed arbitrary proportions."""
+    """`scene` with every bar's angle and rate perturbed by :data:`PERTURBATION_RAD`, in fixed arbitrary proportions."""
     chain = scene.chain
-    aside = PERTURBATION_RAD * perturbation_directions(chain.bars)
+    perturbed = PERTURBATION_RAD * perturbation_directions(chain.bars)
     unit = max(1.0, *(abs(a) for a in chain.rate_factor))
     moved = dataclasses.replace(
         chain,
-        angle_rad=tuple(a + float(d) for a, d in zip(chain.angle_rad, aside[0], strict=True)),
-        rate_factor=tuple(a + unit * float(d) for a, d in zip(chain.rate_factor, aside[1], strict=True)),
+        angle_rad=tuple(a + float(d) for a, d in zip(chain.angle_rad, perturbed[0], strict=True)),
+        rate_factor=tuple(a + unit * float(d) for a, d in zip(chain.rate_factor, perturbed[1], strict=True)),
     )
     return dataclasses.replace(scene, chain=moved)
 
 
 def perturbation_directions(bars: int) -> Array:
-    """Fixed arbitrary proportions in which angles and rates are moved aside, (2, N), each 0.5 to 1 in size."""
+    """Fixed arbitrary proportions of the perturbation of angles and rates, (2, N), each 0.5 to 1 in size."""
     rng = np.random.default_rng(20020812)  # any fixed numbers do; the same in every run
     moves: Array = rng.choice([-1.0, 1.0], (2, bars)) * rng.uniform(0.5, 1.0, (2, bars))
     return moves
 
 
 def densely_sampled(scene: Scene) -> Scene:
-    """`scene` sampled closely enough for derivatives of its motion: its own samples, and equally many in between."""
+    """`scene` with samples dense enough for derivatives of its motion: its own samples, and equally many in between."""
     intervals = scene.run.samples - 1
     spacing = 1.0 / (FINE_PER_RADIAN * MODES_PER_BAR * scene.bars * own_rate(scene))
     slews = [p.duration_s / FINE_PER_SLEW for p in scene.effects.prescribed_rotation]
@@ -68,45 +68,60 @@ def densely_sampled(scene: Scene) -> Scene:
 
 @dataclass(frozen=True)
 class ReferenceSolution:
-    """The truth of one scene and what limits it; n samples."""
+    """Reference solution of one scene and its limits; n samples."""
 
     scene: Scene
     trajectory: Trajectory
     fine: Trajectory
-    """The motion at close samples (:func:`densely_sampled`), for its derivatives only"""
+    """The motion at dense samples (:func:`densely_sampled`), for its derivatives only"""
     error: dict[str, Array]
-    """Estimate for each quantity, (n,), never falling"""
+    """Error estimate for each quantity, (n,), never falling"""
     amplification: Array
-    """(n,) how many times a small perturbation of the attitude has grown by then, never falling"""
+    """(n,) largest perturbation of the attitude so far, relative to the first sample's"""
     response: dict[str, Array]
-    """Change of each quantity per change of attitude, (n,), never falling, SI units per rad: the larger of what
-    the twin and the looser run show"""
+    """Change of each quantity per change of attitude, (n,), never falling, SI units per rad: the larger of
+    the perturbed run's and the looser run's"""
     limit_s: float
-    """Until when the truth itself is one"""
+    """Predictability limit of the reference solution, s"""
 
     @property
     def growth_per_orbit(self) -> float:
-        """Growth of a perturbation over the first orbit (or the run, if shorter)."""
+        """Amplification of a perturbation over the first orbit, or over the run if it is shorter."""
         t = self.trajectory.t_s
         return float(self.amplification[np.searchsorted(t, min(self.scene.period_s, t[-1]) * (1 - 1e-12))])
 
 
 def establish(
-    scene: Scene, solution: Trajectory, check: Trajectory, aside: Trajectory, fine: Trajectory | None = None
+    scene: Scene, solution: Trajectory, check: Trajectory, perturbed: Trajectory, fine: Trajectory | None = None
 ) -> ReferenceSolution:
-    """Truth of a scene from its runs of the reference; without a `fine` one, derivatives come from its own samples."""
-    parted = differences(solution, aside)
-    n = min(len(solution.t_s), len(check.t_s), len(aside.t_s))
+    """Reference solution of a scene from its runs of the reference.
+
+    Parameters
+    ----------
+    scene : Scene
+    solution : Trajectory
+        At the tightest tolerance.
+    check : Trajectory
+        At a ten times looser tolerance.
+    perturbed : Trajectory
+        From the start of :func:`with_perturbed_start`.
+    fine : Trajectory, optional
+        At dense samples; derivatives come from the samples of `solution` without it.
+    """
+    parted = differences(solution, perturbed)
+    n = min(len(solution.t_s), len(check.t_s), len(perturbed.t_s))
     attitude = np.maximum.accumulate(parted["attitude"])[:n]
     amplification = attitude / attitude[0]
     looser = differences(solution, check)
-    # the track's own error is no answer to an attitude 1e-10 rad aside: what the attitude does to it is integrated
-    response = sensitivity(parted | track_response(scene, solution, aside), n, 0.0)
+    # errors of the track exceed its response to an attitude perturbed by 1e-10 rad: integrate it
+    response = sensitivity(parted | track_response(scene, solution, perturbed), n, 0.0)
     for name, other in sensitivity({k: d for k, d in looser.items() if k not in TRACK}, n, PERTURBATION_RAD).items():
-        response[name] = np.maximum(response[name], other)  # another direction, once it stands out of round-off
-    # between two runs that choose their steps a single sample says little: one step's request is allowed besides
+        response[name] = np.maximum(
+            response[name], other
+        )  # a perturbation in another direction, once it exceeds round-off
+    # runs with step control may agree at a sample by chance: the tolerance of one step is added
     error = {name: np.maximum.accumulate(d)[:n] + SOLUTION_RTOL * response[name] for name, d in looser.items()}
-    if scene.effects.gravity is not Gravity.NONE:  # a straight track has no error but its rounding
+    if scene.effects.gravity is not Gravity.NONE:  # a straight track has no error but round-off
         error["com"] += SOLUTION_RTOL * scene.radius0_m
         error["com_velocity"] += SOLUTION_RTOL * scene.speed0_m_s
     error["rate"] += SOLUTION_RTOL * scene.fastest_rate_rad_s
@@ -126,9 +141,9 @@ def sensitivity(apart: dict[str, Array], n: int, least_rad: float) -> dict[str, 
 
 
 def predictability_limit(a: Trajectory, b: Trajectory) -> float:
-    """Last common instant before two runs part by :data:`PARTED_RAD` in attitude, s.
+    """Last common instant before the attitudes of two runs differ by more than :data:`PARTED_RAD`, s.
 
-    Runs without attitude (centre of mass only) part when they end: orbits are not chaotic.
+    Without attitude (centre of mass only) it is the last common sample: orbits are not chaotic.
     """
     n = min(len(a.t_s), len(b.t_s))
     apart = differences(a, b).get("attitude", np.zeros(n))

@@ -1,4 +1,4 @@
-"""The runs of the reference that a scene's truth is made of, and the truth from them."""
+"""Runs of the reference for a scene's reference solution, and the reference solution from their results."""
 
 from __future__ import annotations
 
@@ -28,22 +28,22 @@ NUMPY = "reference"
 
 
 class SolutionFailedError(RuntimeError):
-    """A scene has no truth, as one of its runs failed; the message says why, in one line."""
+    """A run for a scene's reference solution failed; the message gives the reason in one line."""
 
 
 def solution_engine() -> str:
-    """Form of the reference that truths are made by: the compiled one where it is installed, for its speed."""
+    """Engine of reference solutions: the compiled reference if it is installed, for its speed, else the NumPy form."""
     return NUMPY if ENGINES[COMPILED].missing else COMPILED
 
 
 def solution_jobs(scene: Scene, engine: str | None = None) -> list[Job]:
-    """The runs of the reference that a scene's truth is made of, in the form that :func:`truth_engine` says or another.
+    """Runs of the reference for a scene's reference solution.
 
     Parameters
     ----------
     scene : Scene
     engine : str, optional
-        Name of the form.
+        Form of the reference; that of :func:`solution_engine` by default.
     """
     name = engine or solution_engine()
 
@@ -59,17 +59,17 @@ def solution_jobs(scene: Scene, engine: str | None = None) -> list[Job]:
 
 
 def solution_of(scene: Scene, runs: Mapping[Role, RunResult]) -> ReferenceSolution | None:
-    """Truth of a scene, or None while runs of it are still to come.
+    """Reference solution of a scene, or None before all its runs have returned.
 
     Raises
     ------
-    TruthFailedError
-        If all are there and one failed.
+    SolutionFailedError
+        If all runs have returned and one failed.
     """
     if any(role not in runs for role in SOLUTION_ROLES):
         return None
     failed = [r.reason for r in runs.values() if r.outcome is not Outcome.PASS]
-    if failed:  # for the same reason, as a rule, which once is enough to say
+    if failed:  # usually for the same reason, which is then given once
         raise SolutionFailedError("; ".join(dict.fromkeys(failed)))
     seen = [runs[role].trajectory for role in SOLUTION_ROLES]
     return establish(scene, *(t for t in seen if t is not None))

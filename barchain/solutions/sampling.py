@@ -1,4 +1,4 @@
-"""Samples close enough for a comparison: a scene's own instants, and more in between where they lie far apart."""
+"""Samples dense enough for a comparison: a scene's own instants, and more between distant instants."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 MOST_TURNED_RAD = 0.3
-"""Largest turn of the orbit, or of the fastest bar at the start, between two samples. The fastest growth of an error
-in an orbit, sqrt(3) n, makes it 1.7 times larger in that time: the next sample can always be predicted."""
-MOST_SAMPLES = 2001  # a run of ten thousand orbits is not looked at closely
+"""Largest rotation of the orbit, or of the fastest bar at the start, between two samples. In that time an error grows
+at most 1.7 times, at the rate sqrt(3) n: the next sample can always be predicted."""
+MOST_SAMPLES = 2001  # a run of ten thousand orbits is sampled sparsely
 
 
 def closely_sampled(scene: Scene) -> Scene:
-    """`scene` with its own samples, and equally many between any two where they are too far apart to be compared.
+    """`scene` with its own samples, and equally many between any two if they are too far apart for a comparison.
 
-    Two samples an orbit apart say next to nothing about a chaotic run: the second one is beyond prediction.
+    Of two samples an orbit apart, the second sample of a chaotic run can't be predicted.
     """
     intervals = scene.run.samples - 1
     turning = scene.orbital_rate_rad_s * max(1.0, *map(abs, scene.chain.rate_factor))

@@ -1,1 +1,1 @@
-"""Times of runs and of single evaluations, their statistics, and measured orders and exponents."""
+"""Times of runs and of single evaluations, their statistics, and measured orders of convergence."""

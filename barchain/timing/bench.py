@@ -1,9 +1,8 @@
-"""Timing of `simulate` alone: one process an engine, one thread each, one core, one at work at a time.
+"""Timing of `simulate` alone: one process for each engine, one thread, one core, one process at work at a time.
 
-What disturbs a run only adds to its time, so the time of a turn is the least of its runs; the median over the
-turns, which lie apart, is the point's. An engine's process lives through the whole study, so that what it
-imported and compiled is warm; a crash or a run past its limit costs its own point, and the next process is
-warmed again before it is timed.
+Disturbances only add to a run's time. The time of a turn is therefore the least of its runs, and the time of a point
+the median over turns that lie apart. An engine's process lives through the whole study: imports and compiled code stay
+warm. A crash or a timed-out run costs its own point; the next process runs untimed once before it is timed.
 """
 
 from __future__ import annotations
@@ -27,27 +26,27 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-LEAST_S = 0.02  # of simulate in one turn: thousands of ticks of the clock, and longer than a switch of processes
+LEAST_S = 0.02  # of simulate in one turn: thousands of clock ticks, and longer than a process switch
 MOST_RUNS = 100  # in one turn
-LONG_S = 0.5  # runs from here on are timed by their first pass too, and seldom repeated
-STARTUP_S = 120.0  # allowed on top of the limit to a process that has yet to import; `Limit` adds for compiling
+LONG_S = 0.5  # longer runs are timed from the first pass on, and seldom repeated
+STARTUP_S = 120.0  # in addition to the limit of a process that has yet to import; `TimeLimit` adds time for compiling
 PHASES = ("build", "simulate", "read")
 
-warmed: set[str] = set()  # digests of the scenes that this process has run: the first run of each is never timed
+warmed: set[str] = set()  # digests of scenes that this process has run: the first run of a scene is never timed
 
 
 def pin(core: int | None) -> None:
-    """Keep this process on one core, where the system can."""
+    """Pin this process to one core, if the system can."""
     if core is not None and hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {core})
 
 
 def awake() -> None:
-    """Nothing to do: a process that gets here has imported what it needs."""
+    """Return at once: a process that runs this function has imported its modules."""
 
 
 def quietest_core() -> int | None:
-    """Core to be timed on: the last one allowed, as interrupts and other work settle on the first."""
+    """Core for timing: the last allowed core, as interrupts and other work prefer the first."""
     return max(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None
 
 
@@ -57,8 +56,8 @@ def turn(job: Job, log: Path, least_s: float) -> RunResult:
     Returns
     -------
     RunResult
-        Of the last run; its `seconds` are the least of the turn, with ``runs``, their number, and ``cold``, what
-        the first run took longer to build and simulate: imports and compiling, if it had to.
+        Result of the last run; its `seconds` are the least of the turn. ``runs`` is the number of runs, ``cold`` the
+        additional time of the first run to build and simulate, for imports and compiling.
     """
     cold: list[RunResult] = []
     if job.scene.digest not in warmed:
@@ -67,7 +66,7 @@ def turn(job: Job, log: Path, least_s: float) -> RunResult:
             return cold[0]
         warmed.add(job.scene.digest)
     gc.collect()
-    gc.freeze()  # what lives now lives on: the next turn's collection need not look at it again, for 60 ms
+    gc.freeze()  # the next collection skips objects of now, which saves 60 ms
     gc.disable()
     try:
         found = repeated(job, log, least_s)
@@ -77,7 +76,7 @@ def turn(job: Job, log: Path, least_s: float) -> RunResult:
 
 
 def repeated(job: Job, log: Path, least_s: float) -> list[RunResult]:
-    """Run until `least_s` of `simulate` are measured, or five times that have gone in all; a failure ends it."""
+    """Run until `simulate` has taken `least_s`, or all phases five times that; a failure ends the turn."""
     found: list[RunResult] = []
     while len(found) < MOST_RUNS:
         found.append(run_job(job, log))
@@ -91,7 +90,7 @@ def repeated(job: Job, log: Path, least_s: float) -> list[RunResult]:
 
 
 def summed_up(found: list[RunResult]) -> RunResult:
-    """Last run of a turn, with the turn's least times."""
+    """Result of the last run of a turn, with the least times of the turn."""
     last = found[-1]
     if last.outcome is not Outcome.PASS:
         return last
@@ -103,10 +102,10 @@ def summed_up(found: list[RunResult]) -> RunResult:
 
 
 class TimingBench:
-    """One process for each engine, of which only one is at work."""
+    """One process for each engine; only one of them works at a time."""
 
     def __init__(self, least_s: float = LEAST_S) -> None:
-        """Start nothing yet: an engine's process starts with :meth:`start`, or its first turn."""
+        """Prepare; an engine's process starts with :meth:`start` or with its first turn."""
         self.least_s, self.core = least_s, quietest_core()
         self.pools: dict[str, ProcessPool] = {}
         self.started: set[tuple[str, str]] = set()
@@ -114,7 +113,7 @@ class TimingBench:
         self.threads = contextlib.ExitStack()
 
     def __enter__(self) -> TimingBench:
-        """Pin the threads of all processes: a pool starts its own when it is first asked, and others after a crash."""
+        """Limit all processes to one thread, also processes that replace a crashed one."""
         self.threads.enter_context(one_thread_each())
         return self
 
@@ -128,19 +127,19 @@ class TimingBench:
         self.logs.cleanup()
 
     def start(self, engines: Iterable[str]) -> None:
-        """Start the processes side by side: importing is most of a short study, and nothing is timed yet."""
+        """Start the processes side by side, before anything is timed: imports are most of a short study."""
         for future in [self.pool(name).schedule(awake) for name in engines]:
             future.exception()
 
     def run(self, job: Job, time_limit_s: float) -> RunResult:
-        """One turn; the first on a scene, and the first after a crash, may import and compile besides."""
+        """Run one turn; the first turn of a scene or after a crash has more time for imports and compiling."""
         log, pair = Path(self.logs.name) / f"{job.engine}.log", (job.engine, job.scene.digest)
         allowed = time_limit_s if pair in self.started else TimeLimit(time_limit_s).allowed_s(job) + STARTUP_S
         future = self.pool(job.engine).schedule(turn, (job, log, self.least_s), timeout=allowed)
         result = collect(future, log, allowed)
         if "simulate" in result.seconds:
             self.started.add(pair)
-        else:  # its process may be gone
+        else:  # its process may have died
             self.started = {p for p in self.started if p[0] != job.engine}
         return result
 

@@ -1,4 +1,4 @@
-"""Evaluations of the compiled reference in a compiled loop: Python's own call takes as long as five bars do."""
+"""Evaluations of the compiled reference in a compiled loop: a call from Python takes as long as five bars."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ if TYPE_CHECKING:
     from reference_impl.fast.layout import CompiledChain, Workspace
     from reference_impl.model.arrays import Array
 
-BARELY = 1e-30  # of a rate: added to an angle, it changes nothing and keeps the compiler from calling only once
+BARELY = 1e-30  # of a rate: it leaves an angle unchanged, and keeps the compiler from evaluating only once
 
 
 @compiled
 def repeat(times: int, y: Array, rates: Array, chain: CompiledChain, work: Workspace) -> None:
-    """Evaluate `times` times, each on what the one before left."""
+    """Evaluate `times` times; each evaluation depends on the one before."""
     n = chain.bars.shape[1]
     for _ in range(times):
         evaluate(0.0, y, rates, chain, work)

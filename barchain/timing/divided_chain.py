@@ -1,4 +1,4 @@
-"""One chain cut into more and more bars."""
+"""One chain divided into any number of equal bars."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from scenarios import Scene
 
-SCENE = "paper/fig13"  # the 80° chain, which stays regular; a horizontal one of many bars buckles at once
-SAMPLES = 11  # few, so that no engine is timed at bringing samples out
+SCENE = "paper/fig13"  # the 80° chain stays regular; a horizontal chain of many bars buckles at once
+SAMPLES = 11  # few, so that no engine is timed at its output
 
 
 def divided(scene: Scene, bars: int, share: float = 1.0) -> Scene:
-    """`scene` with its chain cut into equal slender bars, over a share of its first orbit.
+    """`scene` with its chain divided into equal slender bars, over a share of its first orbit.
 
-    Length, mass, and the first bar's angle and rate are kept.
+    The length, the mass, and the angle and rate of the first bar are kept.
     """
     mass, length = scene.mass_kg / bars, scene.size_m / bars
     chain = dataclasses.replace(

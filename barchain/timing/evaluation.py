@@ -1,4 +1,4 @@
-"""Time of one evaluation of the right-hand side, for the engines whose own that is: no solver around it."""
+"""Time of one evaluation of the right-hand side without a solver, for the forms of the reference."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from reference_impl.integrate.coordinate_sets import CoordinateSet
     from scenarios import Scene
 
-LEAST_S = 0.002  # of one batch: thousands of ticks of the clock
-BATCHES = 7  # in a turn, whose time is the least of them: what disturbs only adds
+LEAST_S = 0.002  # of one batch: thousands of clock ticks
+BATCHES = 7  # in a turn, whose time is the least of them: disturbances only add
 DIRECT: dict[str, CoordinateSet | None] = {  # None: compiled
     "reference": "minimal",
     "reference-fast": None,
@@ -28,13 +28,13 @@ DIRECT: dict[str, CoordinateSet | None] = {  # None: compiled
 
 
 def loop_of(engine: str, scene: Scene) -> Callable[[int], None]:
-    """Return what evaluates an engine's right-hand side at the scene's start a number of times."""
+    """Function that evaluates an engine's right-hand side at the scene's start a number of times."""
     coordinates = DIRECT[engine]
     return compiled_loop(scene) if coordinates is None else numpy_loop(scene, coordinates)
 
 
 def numpy_loop(scene: Scene, coordinates: CoordinateSet) -> Callable[[int], None]:
-    """Loop over NumPy's right-hand side."""
+    """Loop over the right-hand side in NumPy."""
     start = initial_state(scene)
     state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
     simulation = Simulation(chain_model(scene), *state, rtol=1.0, coordinates=coordinates)
@@ -56,14 +56,14 @@ def compiled_loop(scene: Scene) -> Callable[[int], None]:
     start, model = initial_state(scene), chain_model(scene)
     state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
     y, chain = layout.pack(*state), layout.compiled_chain(model)
-    reference = Simulation(model, *state, rtol=1.0)
-    set_modes(chain, modes_at(reference.coordinates, 0.0, reference.y0))
+    at_start = Simulation(model, *state, rtol=1.0)
+    set_modes(chain, modes_at(at_start.coordinates, 0.0, at_start.y0))
     work, rates = layout.workspace_of(chain), np.zeros_like(y)
     return lambda times: repeat(times, y, rates, chain, work)
 
 
 def evaluation_times(loop: Callable[[int], None], turns: int, least_s: float = LEAST_S) -> Array:
-    """Time of one call in each turn, (turns,) s: the least of its batches."""
+    """Time of one evaluation in each turn, (turns,) s: the least of its batches."""
     times = calibrated(loop, least_s)
     gc.collect()
     gc.disable()
@@ -75,7 +75,7 @@ def evaluation_times(loop: Callable[[int], None], turns: int, least_s: float = L
 
 
 def calibrated(loop: Callable[[int], None], least_s: float) -> int:
-    """Count the calls that fill a batch; the first call of all, which may compile, is not counted."""
+    """Number of evaluations that fill a batch; the very first evaluation may compile and is not timed."""
     loop(1)
     times = 1
     while batch_s(loop, times) < least_s:

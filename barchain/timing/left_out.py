@@ -1,4 +1,4 @@
-"""Engines and points that a study of times leaves out, and why."""
+"""Engines and points that a study of times skips, with reasons."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from adapters.registry import Registration
     from scenarios import Scene
 
-NOT_RUN = "not run"  # how the reason of a point that was not tried begins
+NOT_RUN = "not run"  # beginning of the reason of a skipped point
 
 
 @dataclass(frozen=True)
 class LeftOut:
-    """An engine that is not run on a scene, and why."""
+    """An engine that is skipped on a scene, with the reason."""
 
     scene: str
     engine: str
@@ -26,7 +26,7 @@ class LeftOut:
 
 
 def cannot(scene: Scene, engine: str, registration: Registration) -> LeftOut | None:
-    """Why an engine is not run on a scene, or None if it is."""
+    """Reason why an engine is skipped on a scene, or None if it runs."""
     if registration.missing:
         return LeftOut(scene.name, engine, Outcome.MISSING, registration.missing)
     try:

@@ -1,8 +1,8 @@
-"""Measured order of convergence, and the price of one more digit.
+"""Measured order of convergence, and cost of one more digit.
 
-The asymptotic range is chosen without looking at the theoretical order: the longest run of neighbouring points
-whose local slopes agree with their own median, above the floors of the oracle and of round-off, where errors
-are still small. Only that range is fitted.
+The asymptotic range does not depend on the theoretical order. It is the longest run of neighbouring points whose local
+slopes agree with their median, with small errors above the error bar of the certified solution and above round-off.
+Only that range is fitted.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from barchain.timing.statistics import CONFIDENCE, Interval
 if TYPE_CHECKING:
     from adapters.trajectory import Array
 
-SMALL = 0.1  # of a radian, or of the largest reaction: errors from here on are no longer proportional to anything
-STRAIGHT = 0.1, 0.08  # local slopes agree to this and this part of their median
-SCATTERED = 0.1, 0.3  # the same where a step control rounds the count: a step more or less in twenty
-LEAST_SLOPE = 0.5  # below it a curve lies on a floor
-FEWEST = 3  # points of a fit: two always lie on a line
+SMALL = 0.1  # of a radian, or of the largest reaction: larger errors are outside the asymptotic range
+STRAIGHT = 0.1, 0.08  # local slopes agree within the first number plus the second times their median
+SCATTERED = 0.1, 0.3  # alike with step control, which rounds the number of steps: one step in twenty
+LEAST_SLOPE = 0.5  # below it an error is at a floor
+FEWEST = 3  # points of a fit: two points always lie on a line
 
 
 @dataclass(frozen=True)
 class OrderFit:
-    """Straight line through a range of points in both logarithms."""
+    """Straight line through a range of points in logarithms of both axes."""
 
     order: Interval
     points: int
@@ -37,9 +37,9 @@ class OrderFit:
 
 
 def asymptotic(log_x: Array, log_error: Array, agree: tuple[float, float] = STRAIGHT) -> slice:
-    """Longest run of points, sorted by falling `log_x`, that lie on one rising line; empty if none is long enough.
+    """Longest run of points on one rising line, for falling `log_x`; empty if no run is long enough.
 
-    Of equally long runs the finest.
+    Of equally long runs it is the finest.
     """
     slopes = np.diff(log_error) / np.diff(log_x)
     best = slice(0, 0)
@@ -62,7 +62,8 @@ def fit_order(x: Array, error: Array, agree: tuple[float, float] = STRAIGHT) -> 
         Step, or the reciprocal of a count of evaluations; distinct.
     error : ndarray, shape (n,)
     agree : tuple of float
-        How far a local slope may be from the median of its range: this, and this part of it.
+        Largest distance of a local slope from the median of its range: the first number, plus the second times the
+        median.
     """
     usable = np.isfinite(error) & (error > 0.0) & (error < SMALL) & np.isfinite(x) & (x > 0.0)
     falling = np.argsort(-x[usable], kind="stable")
@@ -88,9 +89,9 @@ def slope(x: Array, y: Array) -> Interval:
 
 
 def price_of_a_digit(error: Array, cost: Array) -> Interval | None:
-    """Factor by which the cost rises for each tenfold smaller error, fitted along a curve's envelope.
+    """Factor of the cost for each tenfold smaller error, fitted along a lower envelope.
 
-    The envelope ends where an engine's floor begins, so the floor itself is not in the fit.
+    The envelope ends at an engine's floor, which is therefore not in the fit.
     """
     small = error < SMALL
     if small.sum() < FEWEST or np.ptp(np.log(error[small])) == 0.0:

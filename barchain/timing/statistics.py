@@ -1,4 +1,4 @@
-"""An engine's work-precision curve: what an error cost, along the points that nothing of its own beats."""
+"""Work-precision curve of an engine: cost over error along its lower envelope."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
 
 CONFIDENCE = 0.95
-RESAMPLES = 999  # the interval's ends are then the 25th and the 975th of them
-SEED = 20020812  # the same intervals from the same times
-FEWEST = 6  # times from which an interval is drawn by resampling; of fewer their range is shown, which holds the
-# median with 1 - 2^(1-n): 75 % for three times, 97 % for six
+RESAMPLES = 999  # the ends of the interval are the 25th and the 975th of them
+SEED = 20020812  # fixed, so that equal times give equal intervals
+FEWEST = 6  # times for an interval by resampling; fewer times give their range, which holds the
+# median with probability 1 - 2^(1-n): 75 % for three times, 97 % for six
 
 
 @dataclass(frozen=True)
 class Interval:
-    """A number and where it lies with :data:`CONFIDENCE`; NaN where that can't be told."""
+    """A number and its interval at :data:`CONFIDENCE`; NaN for an unknown end."""
 
     value: float
     low: float = float("nan")
@@ -31,31 +31,31 @@ class Interval:
 
 @dataclass(frozen=True)
 class WorkPrecisionCurve:
-    """Points on the lower envelope, from the largest error to the least: costs rise along it."""
+    """Points on the lower envelope, from the largest error to the least; the cost rises along it."""
 
     error: Array
     """(k,)"""
     cost: Array
     """(k,)"""
     samples: tuple[Array, ...]
-    """Measured times of each point; empty where the cost is a count"""
+    """Measured times of each point, s; empty if the cost is a count"""
 
 
 @dataclass(frozen=True)
 class CurvePosition:
-    """Where a target lies on a curve: between points `i` and `i + 1`, or on `i` if `weight` is 0."""
+    """Position of a target on a curve: between points `i` and `i + 1`, or at `i` if `weight` is 0."""
 
     i: int
     weight: float
-    """Of point i + 1 in the logarithm"""
+    """Weight of point i + 1 in the logarithm, 0 to 1"""
     at_most: bool = False
-    """Whether even the coarsest point is better than the target"""
+    """Whether the error of the coarsest point is already below the target"""
 
 
 def lower_envelope(error: Sequence[float], cost: Sequence[float], samples: Sequence[Array] = ()) -> WorkPrecisionCurve:
-    """Keep the points that no other is both cheaper and more accurate than.
+    """Keep each point unless another point is both cheaper and more accurate.
 
-    Points whose error or cost is not a positive number are none.
+    Points whose error or cost is not a positive number are dropped.
     """
     order = [int(k) for k in np.lexsort((error, cost)) if positive(error[k]) and positive(cost[k])]
     kept: list[int] = []
@@ -72,14 +72,14 @@ def positive(value: float) -> bool:
 
 
 def on_front(error: Array, cost: Array) -> Array:
-    """Which points no other beats, (n,) bool; NaN never is one."""
+    """Whether each point is on the lower envelope, (n,) bool; False for NaN."""
     front = lower_envelope(list(error), list(cost))
     pairs = set(zip(front.error.tolist(), front.cost.tolist(), strict=True))
     return np.array([pair in pairs for pair in zip(error.tolist(), cost.tolist(), strict=True)], bool)
 
 
 def locate(curve: WorkPrecisionCurve, target: float) -> CurvePosition | None:
-    """Where a curve reaches an error of `target`; None if it does not. Nothing is ever extrapolated."""
+    """Position at which a curve reaches an error of `target`; None if it does not. Nothing is extrapolated."""
     if not len(curve.error) or curve.error[-1] > target:
         return None
     i = int(np.argmax(curve.error <= target))  # first point that is good enough
@@ -91,7 +91,7 @@ def locate(curve: WorkPrecisionCurve, target: float) -> CurvePosition | None:
 
 
 def cost_at(curve: WorkPrecisionCurve, position: CurvePosition) -> float:
-    """Cost interpolated in both logarithms."""
+    """Cost, interpolated in logarithms of both axes."""
     log_cost = np.log(curve.cost[position.i])
     if position.weight:
         log_cost += position.weight * (np.log(curve.cost[position.i + 1]) - log_cost)
@@ -99,7 +99,7 @@ def cost_at(curve: WorkPrecisionCurve, position: CurvePosition) -> float:
 
 
 def parts(curve: WorkPrecisionCurve, position: CurvePosition, sign: float = 1.0) -> list[tuple[float, Array]]:
-    """Measured times that an interpolated cost is made of, each with its exponent."""
+    """Measured times behind an interpolated cost, each with its exponent."""
     if not curve.samples:
         return []
     found = [(sign * (1.0 - position.weight), curve.samples[position.i])]
@@ -109,9 +109,8 @@ def parts(curve: WorkPrecisionCurve, position: CurvePosition, sign: float = 1.0)
 def interval(value: float, made_of: list[tuple[float, Array]]) -> Interval:
     """Bootstrap interval of a product of powers of medians.
 
-    Rounds are independent measurements, so each point's times are resampled by themselves. A point measured
-    fewer than :data:`FEWEST` times is taken at the ends of its range instead; one that has a single time
-    leaves the interval open.
+    Rounds are independent measurements, so the times of each point are resampled separately. A point with fewer than
+    :data:`FEWEST` times contributes the ends of its range. A point with a single time leaves the interval open.
     """
     if not made_of or min(len(t) for _, t in made_of) < 2:
         return Interval(value)
@@ -126,7 +125,7 @@ def interval(value: float, made_of: list[tuple[float, Array]]) -> Interval:
 
 
 def resampled(made_of: list[tuple[float, Array]]) -> tuple[float, float]:
-    """Interval of a product of powers of medians over the product itself."""
+    """Interval of a product of powers of medians, relative to the product."""
     varied = [(p, t / np.median(t)) for p, t in made_of if np.ptp(t) > 0.0]
     if not varied:
         return 1.0, 1.0

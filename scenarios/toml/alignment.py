@@ -1,7 +1,7 @@
-"""Instants that a file gives next to a sample are on it: on which side of it something jumps is nobody's intent.
+"""Alignment of given instants with samples.
 
-An engine shows at a sample what is just before a jump there. Of an instant that was written with ten digits, and lies
-just before or just after its sample by rounding, every engine would have to guess that; so it is settled here, once.
+At a sample with a jump, an engine shows the values just before the jump. An instant written with ten digits may lie
+just before or just after its sample by rounding. Such an instant is moved to the sample here, once for all engines.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
     from scenarios.scene import Array
 
-NEAR = 1e-9  # of the run: what ten digits of an instant leave
+NEAR = 1e-9  # of the run: rounding of an instant to ten digits
 ROUNDED = 4.0 * float(np.finfo(float).eps)  # of the run: a sum, and an instant of the samples' own grid
 
 
 def on_sample(t_s: float, times_s: Array, *, beyond: float = 0.0) -> float:
-    """Instant, or the sample (bit for bit) that it is next to.
+    """Instant, or the sample next to it, bit for bit.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def on_sample(t_s: float, times_s: Array, *, beyond: float = 0.0) -> float:
     times_s : ndarray, shape (n,)
         Samples of the run.
     beyond : float
-        Share of the run up to which it may stay beside a sample.
+        Share of the run up to which an instant stays beside a sample.
     """
     sample = float(times_s[np.abs(times_s - t_s).argmin()])
     end = float(times_s[-1])
@@ -38,7 +38,7 @@ def on_sample(t_s: float, times_s: Array, *, beyond: float = 0.0) -> float:
 
 
 def table_on_samples(instants_s: Iterable[float], times_s: Array) -> tuple[float, ...]:
-    """Instants of a thrust's table, each on the sample that it is next to.
+    """Instants of a thrust's table, moved to samples next to them.
 
     Raises
     ------
@@ -53,10 +53,10 @@ def table_on_samples(instants_s: Iterable[float], times_s: Array) -> tuple[float
 
 
 def turn_on_samples(start_s: float, duration_s: float, times_s: Array) -> tuple[float, float]:
-    """Start and duration of a prescribed rotation whose ends are on the samples that they are next to.
+    """Start and duration of a prescribed rotation whose ends are moved to samples next to them.
 
-    An end that is beside its sample by rounding alone stays: its law is smooth to the third derivative there, so that
-    nothing seen jumps, and the sum of start and duration is rounded anyway.
+    An end beside its sample by rounding alone stays. The law is smooth to the third derivative there, so that no
+    quantity jumps, and the sum of start and duration is rounded anyway.
 
     Raises
     ------
@@ -73,14 +73,14 @@ def turn_on_samples(start_s: float, duration_s: float, times_s: Array) -> tuple[
 
 
 def span(start: float, end: float) -> float:
-    """Difference of two floats which added to the first gives the second, bit for bit where any does."""
+    """Difference that gives `end` when added to `start`, bit for bit if any double does."""
     plain = end - start
     near = (plain, math.nextafter(plain, math.inf), math.nextafter(plain, 0.0))
     return next((d for d in near if start + d == end), plain)
 
 
 def too_near(t_s: float, times_s: Array) -> str:
-    """Two instants next to one sample, in words."""
+    """Message on two instants next to one sample."""
     return (
         f"two instants at the sample at {t_s:g} s, allowed: one within {NEAR:g} of the run "
         f"({NEAR * float(times_s[-1]):.3g} s)"

@@ -15,7 +15,7 @@ EARTH_RADIUS_M = 6378e3  # the paper's R_eq
 
 
 class CentralBodyTable(Table):
-    """The body orbited; Earth by default."""
+    """Central body; the Earth by default."""
 
     mu_m3_s2: Positive = Field(EARTH_MU_M3_S2, description="gravitational parameter, m^3/s^2")
     radius_m: Positive = Field(
@@ -52,7 +52,7 @@ class ChainTable(Table):
     centre_m: list[Place] | None = Field(
         None,
         description="places of the bars' centres at t = 0 from any one point, [along the horizontal, up], m; the "
-        "angles decide, and where places contradict them the start is put right or refused",
+        "angles decide; a start with contradicting places is corrected or rejected",
     )
     rate_factor: FiniteEach = Field(
         1.0,
@@ -62,7 +62,7 @@ class ChainTable(Table):
     @field_validator("mass_kg", "length_m", "inertia_kg_m2", "angle_deg", "rate_factor")
     @classmethod
     def one_value_per_bar(cls, value: Any, info: ValidationInfo) -> Any:
-        """Refuse a list whose length is not the number of bars."""
+        """Reject a list whose length is not the number of bars."""
         bars = info.data.get("bars")
         if isinstance(value, list) and bars is not None and len(value) != bars:
             raise ValueError(f"a list needs one value per bar: {bars} of them (or give one number for all)")
@@ -70,7 +70,7 @@ class ChainTable(Table):
 
 
 class RunTable(Table):
-    """How long and how often the motion is seen."""
+    """Duration and samples of a run."""
 
     orbits: Positive | None = Field(
         None, description="duration in periods of the initial osculating orbit (bound ones only)"
@@ -80,7 +80,7 @@ class RunTable(Table):
 
     @model_validator(mode="after")
     def one_duration(self) -> RunTable:
-        """Refuse both durations, or none."""
+        """Reject two durations, or none."""
         if (self.orbits is None) == (self.duration_s is None):
             raise ValueError("give exactly one of orbits, duration_s")
         return self
@@ -91,8 +91,8 @@ class SceneTables(Table):
 
     title: str = Field(min_length=1, description="one line, for people")
     source: str = Field(min_length=1, description="where the scene or its expected answer comes from")
-    description: str = Field("", description="what is to be seen, for people")
-    tags: list[str] = Field(default_factory=list, description="for choosing scenes: paper, basics, chaotic, ...")
+    description: str = Field("", description="expected motion, for people")
+    tags: list[str] = Field(default_factory=list, description="words to choose scenes by: paper, basics, chaotic, ...")
     central_body: CentralBodyTable = Field(
         default_factory=lambda: CentralBodyTable(mu_m3_s2=EARTH_MU_M3_S2, radius_m=EARTH_RADIUS_M)
     )

@@ -1,12 +1,12 @@
-"""Where a scene's bars are said to be, against where their joints put them: a stated rule for starts that disagree.
+"""Rule for initial places of bars that contradict the angles and the joints.
 
-The angles are what counts: they and the joints say where every bar is. A file may give the bars' centres besides, as
-another program wrote them. Then the largest gap that these would leave in a joint, over its shorter bar, decides:
+The angles and the joints define the place of every bar. A file may also give the bars' centres, e.g. as another program
+wrote them. The largest joint gap of these places, relative to the shorter bar, then decides:
 
 ====================  ==========================================================================
-up to 1e-9            rounding of what was written: taken as closed, nothing said
-above, up to 1e-6     projected: closed by the angles, and the scene says so
-above                 refused: angles and places are of two different chains
+up to 1e-9            rounding of written numbers: taken as closed, without a note
+above, up to 1e-6     projected: closed by the angles, with a note in the description
+above                 rejected: angles and places are of two different chains
 ====================  ==========================================================================
 """
 
@@ -21,12 +21,12 @@ from scenarios.toml.tables import each
 if TYPE_CHECKING:
     from scenarios.toml.schema import ChainTable
 
-ROUNDED = 1e-9  # of the shorter bar: what nine digits of a place leave
-PROJECTED = 1e-6  # of the shorter bar: a loose solver's joints; its gaps are nobody's intent
+ROUNDED = 1e-9  # of the shorter bar: rounding of a place to nine digits
+PROJECTED = 1e-6  # of the shorter bar: joint gaps of a loose solver
 
 
 def check_start(chain: ChainTable) -> None:
-    """Refuse centres that the joints can't be closed from.
+    """Reject centres that leave a joint open.
 
     Raises
     ------
@@ -48,13 +48,13 @@ def check_start(chain: ChainTable) -> None:
 
 
 def start_note(chain: ChainTable) -> str:
-    """What is said of a start whose joints had to be closed; empty if none had."""
+    """Note on a start whose joints were closed by the angles; empty if they were closed as given."""
     if chain.centre_m is None:
         return ""
     joint, share = widest(chain)
     if share <= ROUNDED:
         return ""
-    return f"Joint {joint} was given {share:.2g} of its shorter bar open; the places were set right by the angles."
+    return f"Joint {joint} was given {share:.2g} of its shorter bar open; the angles decide the places."
 
 
 def widest(chain: ChainTable) -> tuple[int, float]:

@@ -15,7 +15,7 @@ Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 NUMBER, LIST = "number", "list"
 NUMBER_OR_LIST = Discriminator(
     lambda value: LIST if isinstance(value, list) else NUMBER
-)  # so that an error speaks of one of them
+)  # so that an error message is on one of the two
 FiniteEach = Annotated[Annotated[Finite, Tag(NUMBER)] | Annotated[list[Finite], Tag(LIST)], NUMBER_OR_LIST]
 PositiveEach = Annotated[Annotated[Positive, Tag(NUMBER)] | Annotated[list[Positive], Tag(LIST)], NUMBER_OR_LIST]
 NotNegativeEach = Annotated[
@@ -85,7 +85,7 @@ class ThirdBodyTable(Table):
 
     @model_validator(mode="after")
     def complete(self) -> ThirdBodyTable:
-        """Another body than the Moon and the Sun needs both numbers."""
+        """Check that a body other than the Moon and the Sun has both numbers."""
         if self.body == "other" and (self.mu_m3_s2 is None or self.distance_m is None):
             raise ValueError('body = "other" needs both mu_m3_s2 and distance_m')
         return self
@@ -108,7 +108,7 @@ class DragTable(Table):
 
 
 class SolarPressureTable(Table):
-    """Sunlight on flat bars, each turned about its own line to face the Sun as well as it can."""
+    """Sunlight on flat bars, each rotated about its own line towards the Sun."""
 
     pressure_Pa: Positive = Field(SUNLIGHT_PA, description="pressure on a black surface that faces the Sun, Pa")
     width_m: PositiveEach = Field(description="width of each bar across its line, m")
@@ -132,14 +132,14 @@ class JointSpringDamperTable(Table):
 
     @model_validator(mode="after")
     def something(self) -> JointSpringDamperTable:
-        """A table that gives neither says nothing; a zero that is written does."""
+        """Reject a table without stiffness and damping; a written zero is allowed."""
         if not self.model_fields_set & {"stiffness_N_m_rad", "damping_N_m_s_rad"}:
             raise ValueError("give stiffness_N_m_rad, damping_N_m_s_rad, or both")
         return self
 
 
 class AtEnd(Table):
-    """Where something pushes, and which way."""
+    """Place and direction of a thrust or an impulse."""
 
     bar: int = Field(ge=1, description="which bar, counted from 1")
     end: Literal["left", "right"] = Field("right", description="which end of it; right is towards the next bar")
@@ -148,7 +148,7 @@ class AtEnd(Table):
 
 
 class ThrustTable(AtEnd):
-    """A force on one end of a bar: constant for a while, or a table of sizes with straight lines in between."""
+    """Force on one end of a bar: constant over an interval, or a table of sizes with linear interpolation."""
 
     force_N: FiniteEach = Field(description="size, N: a number, or one for each of times_s")
     start_s: NotNegative | None = Field(None, description="when a constant force starts, s; 0 by default")
@@ -157,34 +157,34 @@ class ThrustTable(AtEnd):
 
     @model_validator(mode="after")
     def constant_or_table(self) -> ThrustTable:
-        """A table has as many sizes as instants, which increase, and no start or duration besides."""
+        """Check that a table has as many sizes as increasing instants, and neither start nor duration."""
         if isinstance(self.force_N, list) != (self.times_s is not None):
             raise ValueError("give a number as force_N, or lists as both force_N and times_s")
         if self.times_s is None:
             return self
         if self.start_s is not None or self.duration_s is not None:
-            raise ValueError("times_s says when the force starts and ends; leave out start_s and duration_s")
+            raise ValueError("times_s gives the start and the end of the force; leave out start_s and duration_s")
         check_table(self.times_s, self.force_N)
         return self
 
 
 class ImpulseTable(AtEnd):
-    """A blow on one end of a bar at an instant: velocities jump, joints hold."""
+    """Impulse on one end of a bar at an instant: velocities jump, joints stay closed."""
 
     impulse_N_s: Finite = Field(description="size, N s")
     at_s: Positive = Field(description="when, s; after the start and before the end of the run")
 
 
 class EffectsTable(Table):
-    """The physical effects that act; nothing else does."""
+    """All physical effects of a scene."""
 
     gravity: Literal["none", "point", "gradient", "quadrupole", "slender"] = Field(
         "gradient",
         description="none; point mass at each bar's centre; or that with the gravity-gradient torque (the paper's); "
-        "or the potential to the bar's second moment; or the exact pull on a uniform slender bar",
+        "or the potential to the bar's second moment; or the exact gravity of a uniform slender bar",
     )
     prescribed_rotation: list[PrescribedRotationTable] = Field(
-        default_factory=list, description="bars whose rotation is given, and the torque wanted"
+        default_factory=list, description="bars whose rotation is given; their torque is computed"
     )
     oblateness: OblatenessTable | None = None
     third_body: list[ThirdBodyTable] = Field(default_factory=list, description="the Moon, the Sun, others")
@@ -192,11 +192,11 @@ class EffectsTable(Table):
     solar_pressure: SolarPressureTable | None = None
     joint_spring_damper: JointSpringDamperTable | None = None
     thrust: list[ThrustTable] = Field(default_factory=list, description="forces on ends of bars")
-    impulse: list[ImpulseTable] = Field(default_factory=list, description="blows on ends of bars")
+    impulse: list[ImpulseTable] = Field(default_factory=list, description="impulses on ends of bars")
 
 
 def check_table(times_s: list[float], force_N: Any) -> None:
-    """A table of a thrust: as many sizes as instants, at least two, the instants increasing."""
+    """Check a thrust's table: as many sizes as instants, at least two, the instants increasing."""
     if len(times_s) != len(force_N) or len(times_s) < 2:
         raise ValueError(
             f"times_s and force_N have {len(times_s)} and {len(force_N)} values; allowed: equally many, two or more"

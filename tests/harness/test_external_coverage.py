@@ -1,4 +1,4 @@
-"""Who else can carry a scene: lacking an effect is told from instants in the way, and the run proposed is one."""
+"""External engines that support a scene: unsupported effects are told from unsupported instants."""
 
 from __future__ import annotations
 
@@ -95,9 +95,10 @@ def test_every_invariant_that_is_none_has_its_reasons(name: str) -> None:
 def test_all_reasons_are_given_effects_first() -> None:
     assert invariant_words(load_scene("effects/drag")) == (
         "neither energy nor angular momentum: drag has no potential; "
-        "the gradient's torque has no counterpart in its force"
+        "the gravity-gradient torque has no counterpart in the force"
     )
-    assert invariant_words(load_scene("effects/joint_springs")) == "angular momentum; not energy: dampers take energy"
+    words = invariant_words(load_scene("effects/joint_springs"))
+    assert words == "angular momentum; not energy: dampers dissipate energy"
     assert invariant_words(load_scene("effects/slender")) == "energy and angular momentum"
     words = effect_words(load_scene("effects/third_body"))
     assert [w.partition(",")[0] for w in words] == ["tide of the Moon", "tide of the Sun"]

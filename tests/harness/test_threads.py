@@ -37,7 +37,7 @@ def environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     assert {name: os.environ.get(name) for name in THREADS} == dict.fromkeys(THREADS) | {"OMP_NUM_THREADS": "3"}
 
 
-@pytest.mark.parametrize("place", PoolGroup)
+@pytest.mark.parametrize("group", PoolGroup)
 def test_a_worker_computes_in_one_thread(group: PoolGroup, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = job(Role.SOLUTION if group is PoolGroup.SOLUTION else Role.MAIN)
     if group is PoolGroup.REGISTERED:

@@ -31,7 +31,7 @@ duration_s = 1000.0
 samples = 8
 """
 THRUST = "[[effects.thrust]]\nbar = 1\ndirection_deg = 90.0\n"
-BLOW = "[[effects.impulse]]\nbar = 1\ndirection_deg = 90.0\nimpulse_N_s = 1.0\n"
+IMPULSE = "[[effects.impulse]]\nbar = 1\ndirection_deg = 90.0\nimpulse_N_s = 1.0\n"
 TURN = "[[effects.prescribed_rotation]]\nbar = 1\namplitude_deg = 30.0\n"
 
 
@@ -47,7 +47,7 @@ def on_samples(scene: Scene) -> list[bool]:
 
 @pytest.mark.parametrize("name", ALL)
 def test_no_shipped_scene_is_moved(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Truths are kept by digest; so no instant of theirs may move."""
+    """Certified solutions are kept by digest: none of their instants may move."""
     digest = load_scene(name).digest
     monkeypatch.setattr(instants, "NEAR", -1.0)
     assert load_scene(name).digest == digest
@@ -58,7 +58,7 @@ def test_no_shipped_scene_is_moved(name: str, monkeypatch: pytest.MonkeyPatch) -
     [
         THRUST + "force_N = 1.0\nstart_s = 285.714285714\nduration_s = 285.714285714",
         THRUST + "force_N = [1.0, 2.0, 0.5]\ntimes_s = [1e-8, 428.5714285, 999.9999999]",
-        BLOW + "at_s = 428.5714285",
+        IMPULSE + "at_s = 428.5714285",
         TURN + "start_s = 142.8571428\nduration_s = 571.42857150",
     ],
 )
@@ -67,7 +67,7 @@ def test_instants_next_to_a_sample_are_on_it(effects: str) -> None:
 
 
 def test_only_what_is_next_to_a_sample_moves() -> None:
-    scene = scene_of(THRUST + "force_N = 1.0\nstart_s = 285.714283\nduration_s = 100.0\n" + BLOW + "at_s = 999.99")
+    scene = scene_of(THRUST + "force_N = 1.0\nstart_s = 285.714283\nduration_s = 100.0\n" + IMPULSE + "at_s = 999.99")
     assert scene.effects.breaks_s == (285.714283, 285.714283 + 100.0, 999.99)
     turn = scene_of(TURN + "start_s = 100.0\nduration_s = 185.714285714").effects.prescribed_rotation[0]
     assert turn.start_s == 100.0
@@ -92,8 +92,8 @@ def test_a_span_added_to_its_start_gives_its_end_bit_for_bit() -> None:
 @pytest.mark.parametrize(
     ("effects", "words"),
     [
-        (BLOW + "at_s = 1e-7", ["effects.impulse[0].at_s: 1e-07 given", "after the start", "1e-09 of it"]),
-        (BLOW + "at_s = 999.9999999", ["effects.impulse[0].at_s", "before the end of the run, 1000 s"]),
+        (IMPULSE + "at_s = 1e-7", ["effects.impulse[0].at_s: 1e-07 given", "after the start", "1e-09 of it"]),
+        (IMPULSE + "at_s = 999.9999999", ["effects.impulse[0].at_s", "before the end of the run, 1000 s"]),
         (THRUST + "force_N = 1.0\nstart_s = 999.9999999", ["effects.thrust[0].start_s", "before the end of the run"]),
         (
             THRUST + "force_N = [1.0, 2.0, 3.0]\ntimes_s = [1.0, 285.7142857, 285.7142858]",
@@ -102,7 +102,7 @@ def test_a_span_added_to_its_start_gives_its_end_bit_for_bit() -> None:
         (TURN + "start_s = 285.7142855\nduration_s = 5e-7", ["effects.prescribed_rotation[0]: two instants"]),
     ],
 )
-def test_what_a_sample_leaves_no_room_for_is_refused_in_one_line(effects: str, words: list[str]) -> None:
+def test_two_instants_next_to_one_sample_are_rejected_in_one_line(effects: str, words: list[str]) -> None:
     with pytest.raises(SceneError) as rejected:
         scene_of(effects)
     message = str(rejected.value)
@@ -114,7 +114,7 @@ def test_what_a_sample_leaves_no_room_for_is_refused_in_one_line(effects: str, w
 def test_engines_agree_at_samples_that_ten_digits_put_a_jump_next_to() -> None:
     """In units of the largest of each: an rtol of 1e-13 a step, some hundred steps, ten times as much for reactions."""
     scene = scene_of(
-        THRUST + "force_N = 1.0\nstart_s = 285.714285714\nduration_s = 285.714285714\n" + BLOW + "at_s = 428.5714285"
+        THRUST + "force_N = 1.0\nstart_s = 285.714285714\nduration_s = 285.714285714\n" + IMPULSE + "at_s = 428.5714285"
     )
     runs: list[Any] = [
         ENGINES[name].load()().run(scene, Setting(AccuracyParameter.RTOL, rtol))

@@ -1,4 +1,4 @@
-"""Scene files: what is shipped is valid, what is wrong is refused in one readable line."""
+"""Scene files: shipped scenes are valid, and a wrong scene is rejected in one readable line."""
 
 import json
 import math
@@ -24,7 +24,7 @@ orbits = 1.0
 """
 
 
-def refuse(text: str) -> str:
+def rejected(text: str) -> str:
     with pytest.raises(SceneError) as caught:
         parse_scene(text, name="x", file="x.toml")
     return str(caught.value)
@@ -114,8 +114,8 @@ def test_a_bar_held_to_its_local_horizontal_starts_at_the_rate_of_its_own_longit
         (("bars = 3", "bars ="), ["not valid TOML"]),
     ],
 )
-def test_a_wrong_scene_is_refused_with_the_key_what_was_given_and_what_is_allowed(change, words):
-    message = refuse(GOOD.replace(*change))
+def test_a_wrong_scene_is_rejected_with_the_key_what_was_given_and_what_is_allowed(change, words):
+    message = rejected(GOOD.replace(*change))
     assert all(word in message for word in words), message
     assert "\n" not in message
 
@@ -129,11 +129,11 @@ def test_a_wrong_scene_is_refused_with_the_key_what_was_given_and_what_is_allowe
         (['bar = 1\nframe = "local"'], ["frame", "'local' given", "local_horizontal"]),
     ],
 )
-def test_prescriptions_that_conflict_are_refused(rotations, words):
+def test_prescriptions_that_conflict_are_rejected(rotations, words):
     tables = "".join(
         f"[[effects.prescribed_rotation]]\namplitude_deg = 10.0\nduration_s = 60.0\n{r}\n" for r in rotations
     )
-    message = refuse(GOOD + tables)
+    message = rejected(GOOD + tables)
     assert all(word in message for word in words), message
 
 
@@ -200,10 +200,10 @@ WRONG_EFFECTS = {
 
 
 @pytest.mark.parametrize("effects", WRONG_EFFECTS)
-def test_a_wrong_effect_is_refused_in_one_readable_line(effects):
+def test_a_wrong_effect_is_rejected_in_one_readable_line(effects):
     text = GOOD.replace("[run]", "inertia_kg_m2 = 5.0\n[run]") if "slender" in effects else GOOD
     text = text.replace("orbits = 1.0", "duration_s = 100.0")
-    message = refuse(text + effects)
+    message = rejected(text + effects)
     assert all(word in message for word in WRONG_EFFECTS[effects]), message
     assert "\n" not in message
 
@@ -219,9 +219,7 @@ def test_a_misspelt_scene_name_suggests_the_nearest():
 def test_a_scene_name_that_is_near_none_is_told_how_to_see_them_all():
     with pytest.raises(SceneError) as error:
         load_scene("effects/foo")
-    assert str(error.value) == (
-        "effects/foo: no such scene; `barchain scenes` lists those there are, or give a file's path"
-    )
+    assert str(error.value) == ("effects/foo: no such scene; `barchain scenes` lists all scenes, or give a file's path")
 
 
 def test_zero_stiffness_that_is_written_is_a_joint_without_a_spring():
@@ -230,7 +228,7 @@ def test_zero_stiffness_that_is_written_is_a_joint_without_a_spring():
     assert springs.stiffness_N_m_rad == springs.damping_N_m_s_rad == (0.0, 0.0)
 
 
-def test_the_command_line_refuses_a_wrong_scene_in_one_line_with_exit_code_2(tmp_path, capsys):
+def test_the_command_line_rejects_a_wrong_scene_in_one_line_with_exit_code_2(tmp_path, capsys):
     path = tmp_path / "mine.toml"
     path.write_text(GOOD.replace("mass_kg = 100.0", "mass_kg = -1.0"))
     assert run(["simulate", str(path), "--out", str(tmp_path / "x.csv")]) == 2

@@ -1,4 +1,4 @@
-"""Starts whose bars' places and angles disagree: taken, put right or refused by the size of the gap."""
+"""Starts whose places and angles of bars disagree: accepted, corrected or rejected by the size of the gap."""
 
 import numpy as np
 import pytest
@@ -33,12 +33,12 @@ def test_a_gap_of_rounding_is_taken_as_closed(gap: float) -> None:
 
 @pytest.mark.parametrize("gap", [1e-8, 9e-7])
 def test_a_small_gap_is_closed_by_the_angles_and_told(gap: float) -> None:
-    assert "set right by the angles" in started(gap).description
+    assert "the angles decide the places" in started(gap).description
     assert f"{gap:.2g}" in started(gap).description
 
 
 @pytest.mark.parametrize("gap", [1e-5, 1e-3, 0.5])
-def test_a_large_gap_is_refused_in_one_line(gap: float) -> None:
+def test_a_large_gap_is_rejected_in_one_line(gap: float) -> None:
     with pytest.raises(SceneError) as told:
         started(gap)
     assert "\n" not in str(told.value)
@@ -59,6 +59,6 @@ def test_places_change_nothing_of_the_physics() -> None:
         ("angle_deg = [90.0, 0.0]", 'angle_deg = [90.0, 0.0]\nangle_from = "bar"', "same axes"),
     ],
 )
-def test_places_that_can_not_be_compared_are_refused(old: str, new: str, word: str) -> None:
+def test_places_that_can_not_be_compared_are_rejected(old: str, new: str, word: str) -> None:
     with pytest.raises(SceneError, match=word):
         parse_scene(TEXT.replace(old, new).replace("{height!r}", "5.0"), name="two", file="two.toml")

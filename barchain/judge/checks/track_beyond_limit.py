@@ -8,7 +8,7 @@ import numpy as np
 
 from adapters.common.initial_state import chain_model
 from barchain.judge.local_errors import kepler_growth, orbit_rate_bound
-from barchain.metrics.model_difference import PULLED, bounded
+from barchain.metrics.model_difference import SECOND_MOMENT_ACCELERATION, displacement_bound
 from scenarios import Gravity
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def parted_track_bound(solution: ReferenceSolution, t_s: Array, limit_s: float) 
     n = len(t_s)
     found = {"com": np.zeros(n), "com_velocity": np.zeros(n)}
     if scene.effects.gravity is not Gravity.NONE and scene.bound:
-        for name, moved in bounded(scene, since, EITHER_WAY * PULLED).items():
+        for name, moved in displacement_bound(scene, since, EITHER_WAY * SECOND_MOMENT_ACCELERATION).items():
             found[name] = np.where(since > 0.0, moved, 0.0)
     model = chain_model(scene)
     push = sum(effect.largest_acceleration_m_s2(model) for effect in model.effects)
