@@ -63,6 +63,7 @@ def surroundings(record: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "light": Markup(variables(0)),
         "dark": Markup(variables(1)),
+        "created": str(record.get("created") or ""),
         "environment": mapping(record.get("environment")),
         "packages": dict(sorted(mapping(record.get("packages")).items())),
     }

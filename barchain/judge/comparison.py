@@ -437,11 +437,11 @@ class Comparison(Residuals):
             shift = self.left_out(quantity).size
             columns[f"{quantity}_difference"] = padded(found, self.main)
             columns[f"{quantity}_tolerance"] = padded(self.tolerance(quantity) + shift, self.main)
-            columns[f"{quantity}_band"] = padded(self.margin(quantity) + shift, self.main)
+            columns[f"{quantity}_bound"] = padded(self.margin(quantity) + shift, self.main)
         allowed = self.drift_bound
         for quantity, drift in drifts(self.scene, self.main).items():
             columns[f"{quantity}_drift"] = drift
-            columns[f"{quantity}_band"] = padded(allowed[quantity], self.main)
+            columns[f"{quantity}_bound"] = padded(allowed[quantity], self.main)
         return pd.DataFrame(columns)
 
 

@@ -19,7 +19,7 @@ from tests.support.scene_lists import TAME
 if TYPE_CHECKING:
     from pathlib import Path
 
-# name: (knob, default, error of the attitude after one orbit without growth, has bars)
+# name: (accuracy parameter, default, error of the attitude after one orbit without growth, has bars)
 ENGINES: dict[str, tuple[str, float, float, bool]] = {
     "reference": ("rtol", 1e-10, 1e-10, True),
     "reference-absolute": ("rtol", 1e-10, 4e-9, True),
@@ -38,7 +38,7 @@ FAULTS = {
     ("paper/fig15", "exudyn-absolute"): ("incomplete", "stopped at t = 4000 s of 12 000 s"),
     ("paper/fig17", "pymunk-absolute"): ("joints_ignored", "joint 2 opened by 31 m, like free bodies"),
     ("basics/libration", "exudyn-index3"): ("missing", "exudyn does not import; try: pip install exudyn"),
-    ("basics/two_bars_free", "pymunk-absolute"): ("nothing_compared", "horizon of 0.02 orbits"),
+    ("basics/two_bars_free", "pymunk-absolute"): ("nothing_compared", "predictability limit of 0.02 orbits"),
 }
 
 
@@ -151,7 +151,7 @@ def differences(
         if bars or quantity.startswith("com"):
             table[f"{quantity}_difference"] = scale * curve
             table[f"{quantity}_tolerance"] = scale * (2.2 * np.maximum.accumulate(curve) + 1e-13)
-            table[f"{quantity}_band"] = np.full_like(t, scale * 4 * curve.max())
+            table[f"{quantity}_bound"] = np.full_like(t, scale * 4 * curve.max())
     if bars and scene.bars > 1 and engine != "exudyn-tree":
         table["gap_drift"] = np.where(rng.random(len(t)) < 0.05, 0.0, size * base * (t / t[-1]) ** 2 * 0.1 + 1e-16)
         table["identity_drift"] = size * 1e-15 * (1 + rng.random(len(t)))
@@ -180,7 +180,7 @@ def rows_of(scene: Scene, engine: str, table: pd.DataFrame) -> list[dict[str, An
     for column in [c for c in table if c.endswith("_difference")]:
         q, values = column.removesuffix("_difference"), seen[column]
         ratio = float((values / seen[f"{q}_tolerance"]).max()) * (3.7 if wrong else 1.0)
-        bound = float(seen[f"{q}_band"].max()) * (0.1 if engine == "pymunk" and scene.name == "paper/fig05" else 1.0)
+        bound = float(seen[f"{q}_bound"].max()) * (0.1 if engine == "pymunk" and scene.name == "paper/fig05" else 1.0)
         judged = "pass" if values.max() <= bound else "exceeds_bound"
         explained = "inconsistent" if ratio > 1 else "pass"
         rms = float(np.sqrt((values**2).mean()))

@@ -1,4 +1,4 @@
-"""Errors of one evaluation against the size of a bar and the number of bars."""
+"""Charts of errors of one evaluation against the size ratio and the number of bars."""
 
 from __future__ import annotations
 
@@ -58,55 +58,57 @@ def pen(formulation: str, dash: tuple[float, ...] = ()) -> Pen:
 
 
 def evaluation_panels(study: RoundoffStudy) -> tuple[Panel, ...]:
-    """What one evaluation leaves, chart after chart."""
+    """Charts of one evaluation shown at once."""
     found = (generic(study), horizontal(study, REACTION), horizontal(study, ORDINARY), differenced(study, DOUBLE),
              sources(study), against_bars(study))  # fmt: skip
     return tuple(p for p in found if p)
 
 
 def further_panels(study: RoundoffStudy) -> tuple[Panel, ...]:
-    """The same in other states and arithmetics."""
+    """Charts of one evaluation in further states and arithmetics."""
     found = (several(study, f"roundoff-{k}", f"One evaluation: {state}", state, REACTION)
              for k, state in enumerate((STRAIGHT, "fast spin", "unequal masses")))  # fmt: skip
     return tuple(p for p in (*found, differenced(study, SINGLE)) if p)
 
 
 def generic(study: RoundoffStudy) -> Panel | None:
-    """Both formulations in three arithmetics, in an ordinary state."""
+    """Chart of both formulations in three arithmetics, in a generic state."""
     return several(study, "roundoff-generic", "One evaluation in a generic state", GENERIC, REACTION)
 
 
 def horizontal(study: RoundoffStudy, yardstick: str) -> Panel | None:
-    """The same for the horizontal chain."""
-    over, name = ("over its vanishing reaction", "own") if yardstick == REACTION else ("over m n² l", "ordinary")
+    """Chart of both formulations for the horizontal chain."""
+    over, name = (
+        ("relative to its vanishing reaction", "own") if yardstick == REACTION else ("relative to m n² l", "ordinary")
+    )
     title = f"Horizontal chain: error {over}"
     return several(study, f"roundoff-horizontal-{name}", title, HORIZONTAL, yardstick)
 
 
 def several(study: RoundoffStudy, name: str, title: str, state: str, yardstick: str) -> Panel | None:
-    """Both formulations in three arithmetics."""
+    """Chart of both formulations in three arithmetics."""
     keys = [Key(f, a, state, yardstick=yardstick) for f in (ABSOLUTE, RELATIVE) for a in (SINGLE, DOUBLE, LONG)]
     return by_size(study, name, title, keys, lambda k: pen(k.formulation, DASHES[k.arithmetic]),
                    lambda k: f"{k.formulation}, {k.arithmetic}")  # fmt: skip
 
 
 def differenced(study: RoundoffStudy, arithmetic: str) -> Panel | None:
-    """Reactions read off from known motion, beside those solved for."""
+    """Chart of reactions computed from known motion, beside those solved for."""
     names = (POSITIONS, ACCELERATIONS, ABSOLUTE, RELATIVE_POSITIONS, RELATIVE)
     words = {POSITIONS: "from absolute positions", ACCELERATIONS: "from absolute accelerations",
              ABSOLUTE: "solved, absolute", RELATIVE_POSITIONS: "from relative positions",
              RELATIVE: "solved, relative"}  # fmt: skip
-    title = f"Read off from known motion: 80° chain, {arithmetic}"
+    title = f"Reactions from known motion: 80° chain, {arithmetic}"
     keys = [Key(n, arithmetic, STRAIGHT) for n in names]
     return by_size(study, f"roundoff-read-off-{arithmetic}", title, keys, lambda k: pen(k.formulation),
                    lambda k: words[k.formulation])  # fmt: skip
 
 
 def sources(study: RoundoffStudy) -> Panel | None:
-    """Error of the formula beside what rounding its input costs whatever the formula."""
+    """Chart of the formula's error beside the error from rounding its input."""
     keys = [Key(f, source=s) for f in (ABSOLUTE, RELATIVE) for s in (FORMULA, INPUT)]
-    words = {FORMULA: "the formula's", INPUT: "of rounding its input"}
-    title = "Whose error it is: generic state, float64"
+    words = {FORMULA: "formula", INPUT: "rounded input"}
+    title = "Sources of error: generic state, float64"
     return by_size(study, "roundoff-sources", title, keys, lambda k: pen(k.formulation, SOURCE_DASHES[k.source]),
                    lambda k: f"{k.formulation}, {words[k.source]}")  # fmt: skip
 
@@ -119,7 +121,7 @@ def by_size(
     drawn: Callable[[Key], Pen],
     words: Callable[[Key], str],
 ) -> Panel | None:
-    """Errors against size, with laws and real things."""
+    """Chart of errors against the size ratio, with laws and named objects."""
     found = [(k, curve) for k in keys if (curve := size_curve(study, k, drawn(k)))]
     y_label = OF_ORDINARY if keys[0].yardstick == ORDINARY else OF_REACTION
     sheet = Sheet(name, title, SIZE_LABEL, y_label, study.named)
@@ -129,7 +131,7 @@ def by_size(
 
 
 def size_curve(study: RoundoffStudy, key: Key, drawn: Pen) -> ErrorCurve | None:
-    """One series and its law; None if it was not measured."""
+    """Curve of one series with its law; None without measurements."""
     own = key.of(study.tables.evaluation)
     if not len(own):
         return None
@@ -138,7 +140,7 @@ def size_curve(study: RoundoffStudy, key: Key, drawn: Pen) -> ErrorCurve | None:
 
 
 def law_line(study: RoundoffStudy, key: Key, x: Array) -> tuple[Array, Array] | None:
-    """Fitted line over all sizes up to total loss; None where no line was fitted."""
+    """Fitted line over all sizes up to an error of 1; None without a fit."""
     law, u = study.law(key), study.unit_roundoff(key.arithmetic)
     if law is None or u is None or law.exponent is None or law.constant is None:
         return None
@@ -148,7 +150,7 @@ def law_line(study: RoundoffStudy, key: Key, x: Array) -> tuple[Array, Array] | 
 
 
 def against_bars(study: RoundoffStudy) -> Panel | None:
-    """Digits against the number of bars."""
+    """Chart of digits against the number of bars."""
     ratio = COMPARED_AT
     keys = [Key(f, DOUBLE, s) for s in (GENERIC, STRAIGHT) for f in (ABSOLUTE, RELATIVE)]
     dashes: dict[str, tuple[float, ...]] = {GENERIC: (), STRAIGHT: (6, 2)}
@@ -159,7 +161,7 @@ def against_bars(study: RoundoffStudy) -> Panel | None:
         in_digits=True,
     )  # fmt: skip
     legend = tuple(Legend(f"{k.formulation}, {k.state}", c.pen) for k, c in found)
-    note = f"At a size ratio of {decade(COMPARED_AT)}, between the measured sizes where that is none. {SHADED}"
+    note = f"At a size ratio of {decade(COMPARED_AT)}, interpolated between measured sizes. {SHADED}"
     return panel(sheet, [c for _, c in found], legend, note)
 
 

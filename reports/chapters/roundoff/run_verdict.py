@@ -1,4 +1,4 @@
-"""What the numbers say of whole runs: the best attitude within reach, and its growth."""
+"""Sentences on whole runs: smallest error of the attitude, and its growth in time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ATTITUDE = "attitude"
 
 
 def orbit_says(study: RoundoffStudy) -> tuple[str, ...]:
-    """Least error of the attitude in an orbit, and where the optimum lies."""
+    """Sentences on the smallest error of the attitude in an orbit and its optimal step."""
     theirs, ours = (least(study, c, DOUBLE) for c in (ABSOLUTE, RELATIVE))
     if not len(theirs) or not len(ours):
         return ()
@@ -27,19 +27,19 @@ def orbit_says(study: RoundoffStudy) -> tuple[str, ...]:
     on = f" of {scene}" if scene else ""
     law, method = attitude_law(study)
     words = f" ({unit_text(law)} by {METHODS.get(method, method)}; {exponent_words(law)})" if law else ""
-    said = (f"The best method, step and tolerance follow the attitude through an orbit{on}, in double precision, to "
-            f"{at_ends(study, theirs)} in absolute coordinates{words}, and to {bounded(ours)} in relative ones at "
+    said = (f"The smallest error of the attitude over an orbit{on} in double precision is "
+            f"{at_ends(study, theirs)} in absolute coordinates{words}, and {bounded(ours)} in relative ones at "
             f"each of {counted(len(ours), 'size')}.")  # fmt: skip
     return (said, *optimum_says(study), *single_orbit_says(study))
 
 
 def bounded(own: pd.DataFrame) -> str:
-    """Range of least errors; with ``or less`` where the finest setting was still the best."""
+    """Range of smallest errors, with ``or less`` if the finest setting was the best."""
     return between([float(v) for v in own["median"]]) + " rad" + " or less" * (not true(own.settled).all())
 
 
 def least(study: RoundoffStudy, coordinates: str, arithmetic: str) -> pd.DataFrame:
-    """Least median errors of the attitude over all methods, from the longest bars."""
+    """Smallest median errors of the attitude over all methods, from the longest bars."""
     best = study.tables.best
     own = best[(best.quantity == ATTITUDE) & (best.coordinates == coordinates) & (best.arithmetic == arithmetic)]
     own = own[np.isfinite(own["median"].astype(float))]
@@ -57,7 +57,7 @@ def at_ends(study: RoundoffStudy, own: pd.DataFrame) -> str:
 
 
 def attitude_law(study: RoundoffStudy) -> tuple[ErrorLaw | None, str]:
-    """Law of the least error in absolute coordinates, of the method whose line has the most points."""
+    """Law of the smallest error in absolute coordinates, of the method with the most fitted points."""
     laws = study.tables.best_laws
     own = laws[(laws.quantity == ATTITUDE) & (laws.coordinates == ABSOLUTE) & (laws.arithmetic == DOUBLE)]
     own = own[own.exponent.astype(float).notna()]
@@ -68,21 +68,24 @@ def attitude_law(study: RoundoffStudy) -> tuple[ErrorLaw | None, str]:
 
 
 def optimum_says(study: RoundoffStudy) -> list[str]:
-    """Where the best step lies, and how it moves with the size."""
+    """Sentence on the optimal step and its dependence on the size."""
     best = study.tables.best
     own = best[(best.quantity == ATTITUDE) & (best.coordinates == ABSOLUTE) & (best.arithmetic == DOUBLE)]
     own = own[true(own.settled) & own.steps_per_orbit.notna() & (own.method == "rk4")].sort_values("ratio")
     if len(own) < 2:
         return []
     few, many = own.iloc[0], own.iloc[-1]
-    ends = [f"{r['steps_per_orbit']:.0f} an orbit for bars of {size(study, float(r['ratio']))}" for r in (many, few)]
+    ends = [f"{r['steps_per_orbit']:.0f} per orbit for bars of {size(study, float(r['ratio']))}" for r in (many, few)]
     if few["steps_per_orbit"] >= many["steps_per_orbit"]:
-        return [f"RK4’s best number of steps does not fall with the size: {listed(ends)}."]
-    return [f"More steps than the best only add round-off; RK4’s best number falls from {ends[0]} to {ends[1]}."]
+        return [f"The optimal number of RK4 steps does not fall with the size: {listed(ends)}."]
+    return [
+        f"More steps than the optimum only add round-off. The optimal number of RK4 steps falls from "
+        f"{ends[0]} to {ends[1]}."
+    ]
 
 
 def single_orbit_says(study: RoundoffStudy) -> list[str]:
-    """The same in single precision."""
+    """Sentence on single precision."""
     theirs, ours = (least(study, c, SINGLE) for c in (ABSOLUTE, RELATIVE))
     if not len(theirs) or not len(ours):
         return []
@@ -97,7 +100,7 @@ def single_orbit_says(study: RoundoffStudy) -> list[str]:
 
 
 def growth_says(study: RoundoffStudy) -> tuple[str, ...]:
-    """Exponents of the attitude's error in time."""
+    """Sentence on the exponents of the attitude's error in time."""
     laws = study.tables.growth_laws
     own = laws[(laws.quantity == ATTITUDE) & laws.coordinates.isin((ABSOLUTE, RELATIVE)) & (laws.arithmetic == DOUBLE)]
     fits = [(str(r["coordinates"]), fit) for r in own.to_dict("records") if (fit := fit_of(r)).exponent is not None]
@@ -109,8 +112,8 @@ def growth_says(study: RoundoffStudy) -> tuple[str, ...]:
     said = f"Errors of the attitude grow as powers of time, {each} [{min(edges):.2f} to {max(edges):.2f}]"
     off = [fit for _, fit in fits if fit.off]
     if not off:
-        return (f"{said}, as roundings that know nothing of each other do, by the 3/2nd.",)
+        return (f"{said}, in agreement with the 3/2 of independent roundings.",)
     steeper = all(fit.exponent is not None and fit.exponent > fit.expected for fit in off)
     way = "above" if steeper else "apart from"
     some = "all intervals lie" if len(off) == len(fits) else f"{len(off)} of {len(fits)} intervals lie"
-    return (f"{said}: {some} {way} the 3/2 of roundings that know nothing of each other.",)
+    return (f"{said}: {some} {way} the 3/2 of independent roundings.",)

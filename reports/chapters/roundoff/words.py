@@ -37,7 +37,7 @@ def length(metres: float) -> str:
 
 
 def size(study: RoundoffStudy, ratio: float | None) -> str:
-    """Bar's length of a size ratio: ``64 m``; the ratio itself where no real thing says how long that is."""
+    """Length of a bar of a size ratio: ``64 m``; the ratio itself without named objects."""
     if ratio is None:
         return ""
     metres = study.metres
@@ -57,13 +57,13 @@ def listed(items: Sequence[str]) -> str:
 
 
 def between(values: Sequence[float], digits: int = 2) -> str:
-    """``3.4×10⁻¹⁴ to 4.3×10⁻¹⁴``, or the one number that both are."""
+    """``3.4×10⁻¹⁴ to 4.3×10⁻¹⁴``, or one number if both agree."""
     low, high = spelled(min(values), digits), spelled(max(values), digits)
     return low if low == high else f"{low} to {high}"
 
 
 def exponent_words(law: ErrorLaw) -> str:
-    """Whether the fitted exponent is what theory gives."""
+    """Fitted exponent beside the theoretical one."""
     if law.exponent is None:
         return f"from {counted(law.points, 'size')}, too few for a slope"
     expected = as_given(law.expected).replace("-", "\N{MINUS SIGN}")
