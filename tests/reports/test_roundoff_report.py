@@ -331,7 +331,7 @@ def test_other_engines_are_judged_by_what_they_lose(tmp_path):
 
 def test_longitudes_are_told_apart_by_source(tmp_path):
     view = view_roundoff(write(tmp_path))
-    formula, of_input = view.longitudes_say
+    formula, of_input = view.longitudes_sentences
     assert "0 of 1 tests have p below 0.05" in formula
     assert "inside the range of a typical sector" in formula
     assert "1 of 1 in relative coordinates" in of_input

@@ -11,7 +11,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 from reports.plotting.families import CROSS_SIZE, MARKER_SIZE, OTHERS, SHARED, Flags, families, family_pens, group_of
 from reports.plotting.palette import COLOURS, Pen, engine_pen
 from reports.plotting.panels import MOST_TICKS, ChartFrame, Legend, Panel, blank_axes, finish, log_axis
-from reports.plotting.series import Array, DecadeRange, floor_of
+from reports.plotting.series import Array, DecadeRange, decade_range
 from reports.text.numerals import power_of_ten
 
 if TYPE_CHECKING:
@@ -59,12 +59,12 @@ class Setup:
     def x_span(self) -> DecadeRange | None:
         """Whole decades around all errors; those below the certified solution's error are drawn on the edge."""
         shown = [np.clip(t.error[t.drawn], self.floor, LARGEST) for t in self.tracks]
-        return floor_of([*shown, np.array([FLOOR_MARGIN * self.floor])] if self.floor else shown)
+        return decade_range([*shown, np.array([FLOOR_MARGIN * self.floor])] if self.floor else shown)
 
     @property
     def y_span(self) -> DecadeRange | None:
         """Whole decades around all costs."""
-        return floor_of([t.cost[t.drawn] for t in self.tracks])
+        return decade_range([t.cost[t.drawn] for t in self.tracks])
 
 
 def overview(setup: Setup, title: str, front: tuple[Array, Array] | None = None) -> Panel | None:

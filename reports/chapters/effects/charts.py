@@ -25,7 +25,7 @@ from reports.plotting.panels import (
     finish,
     log_axis,
 )
-from reports.plotting.series import floor_of
+from reports.plotting.series import decade_range
 from reports.plotting.svg import TEXT_SIZE
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def points_of(rows: Sequence[EffectRow], name: str) -> list[Point]:
 def chart(name: str, points: list[Point], scope: BudgetScope) -> Panel | None:
     """Chart of change against cost; None if there is nothing to draw."""
     low = [p.change.share / (1.0 if p.change.resolved else ROOM) for p in points]
-    up = floor_of([np.array([*low, *(p.change.share for p in points), scope.matters])]) if points else None
+    up = decade_range([np.array([*low, *(p.change.share for p in points), scope.matters])]) if points else None
     if up is None:
         return None
     title, unit = TITLES[name]

@@ -31,7 +31,7 @@ VANISHING = "Reactions of the exactly horizontal chain nearly vanish; they lose 
 PRECISIONS = {DOUBLE: "double", SINGLE: "single"}
 
 
-def single_says(study: RoundoffStudy) -> tuple[str, ...]:
+def single_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     """Sentence on single precision in a generic state."""
     law, beside = study.law(Key(ABSOLUTE, SINGLE)), study.steady(Key(RELATIVE, SINGLE))
     if law is None or law.last_digit_ratio is None:
@@ -43,7 +43,7 @@ def single_says(study: RoundoffStudy) -> tuple[str, ...]:
     return (f"{said}.",)
 
 
-def read_off_says(study: RoundoffStudy) -> tuple[str, ...]:
+def read_off_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     """Sentences on reactions computed from known motion instead of solved for."""
     key = Key(POSITIONS, state=STRAIGHT)
     laws = {f"in {word} precision": study.law(other(key, arithmetic=a)) for a, word in PRECISIONS.items()}
@@ -59,7 +59,7 @@ def read_off_says(study: RoundoffStudy) -> tuple[str, ...]:
         if beside
         else ""
     )
-    return (f"{said}.", *accelerations_say(study))
+    return (f"{said}.", *accelerations_sentences(study))
 
 
 def last_digits(study: RoundoffStudy, laws: dict[str, ErrorLaw | None]) -> list[str]:
@@ -71,7 +71,7 @@ def last_digits(study: RoundoffStudy, laws: dict[str, ErrorLaw | None]) -> list[
     ]
 
 
-def accelerations_say(study: RoundoffStudy) -> list[str]:
+def accelerations_sentences(study: RoundoffStudy) -> list[str]:
     """Sentence that separates the loss by differencing from the loss by absolute coordinates."""
     key = Key(ACCELERATIONS, state=STRAIGHT)
     law, solved = study.law(key), study.law(other(key, formulation=ABSOLUTE))
@@ -81,7 +81,7 @@ def accelerations_say(study: RoundoffStudy) -> list[str]:
     return [f"{said[0].upper()}{said[1:]}."]
 
 
-def horizontal_says(study: RoundoffStudy) -> tuple[str, ...]:
+def horizontal_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     """Sentences on the chain with vanishing reactions, relative to both yardsticks."""
     said: list[str] = []
     for arithmetic, word in PRECISIONS.items():
@@ -91,17 +91,17 @@ def horizontal_says(study: RoundoffStudy) -> tuple[str, ...]:
         if goes:
             lead = "They lose it" if said else VANISHING
             said.append(f"{lead}, in {word} precision, at bars of {listed(goes)}.")
-    return (*said, *ordinary_yardstick_says(study))
+    return (*said, *ordinary_yardstick_sentences(study))
 
 
-def ordinary_yardstick_says(study: RoundoffStudy) -> list[str]:
+def ordinary_yardstick_sentences(study: RoundoffStudy) -> list[str]:
     """Sentence on the same errors relative to the reactions of a generic state."""
     key = Key(ABSOLUTE, state=HORIZONTAL, yardstick=ORDINARY)
-    theirs, ours = study.law(key), study.law(other(key, formulation=RELATIVE))
-    if theirs is None or ours is None:
+    in_absolute, in_relative = study.law(key), study.law(other(key, formulation=RELATIVE))
+    if in_absolute is None or in_relative is None:
         return []
-    said = (f"Relative to m n² l, the order of reactions in a generic state, the same errors are {unit_text(theirs)} "
-            f"in absolute and {unit_text(ours)} in relative coordinates")  # fmt: skip
-    if theirs.certain and ours.certain:
+    said = (f"Relative to m n² l, the order of reactions in a generic state, the same errors are "
+            f"{unit_text(in_absolute)} in absolute and {unit_text(in_relative)} in relative coordinates")  # fmt: skip
+    if in_absolute.certain and in_relative.certain:
         return [f"{said}, as in any state."]
-    return [f"{said}, but {listed([exponent_words(law) for law in (theirs, ours) if not law.certain])}."]
+    return [f"{said}, but {listed([exponent_words(law) for law in (in_absolute, in_relative) if not law.certain])}."]

@@ -20,12 +20,12 @@ TYPICAL = 1e-5  # size ratio of which engines are compared: the paper's bars, ro
 COSTLY = 10.0  # times: a digit
 
 
-def engines_say(study: RoundoffStudy) -> tuple[str, ...]:
+def engines_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     """All sentences on other engines."""
-    return (*frames_say(study), *noise_says(study), *libraries_say(study))
+    return (*frames_sentences(study), *noise_sentences(study), *libraries_sentences(study))
 
 
-def frames_say(study: RoundoffStudy) -> list[str]:
+def frames_sentences(study: RoundoffStudy) -> list[str]:
     """Sentence on the smallest errors of reactions in both frames."""
     table = good(study.tables.engines)
     own = least_errors(table[(table.quantity == REACTION) & ~table.engine.isin(PRODUCTION)])
@@ -33,8 +33,8 @@ def frames_say(study: RoundoffStudy) -> list[str]:
     pairs = frame_pairs(own[own.ratio == sizes[0]]) if sizes else []
     if not pairs:
         return []
-    each = listed([f"{spelled(theirs)} and {spelled(ours)} by {e}" for e, theirs, ours in pairs])
-    worse = sum(theirs >= COSTLY * ours for _, theirs, ours in pairs)
+    each = listed([f"{spelled(inertial)} and {spelled(moving)} by {e}" for e, inertial, moving in pairs])
+    worse = sum(inertial >= COSTLY * moving for _, inertial, moving in pairs)
     many = f"{worse} of {len(pairs)} engines that run in both"
     costs = f"costs a digit or more in {many}; barchain's code is not the cause" if worse else "costs no digit"
     return [f"The inertial frame {costs}: for bars of {size(study, sizes[0])}, the smallest errors of reactions in the "
@@ -52,7 +52,7 @@ def frame_pairs(own: pd.DataFrame) -> list[tuple[str, float, float]]:
     return found
 
 
-def noise_says(study: RoundoffStudy) -> list[str]:
+def noise_sentences(study: RoundoffStudy) -> list[str]:
     """Sentence on engines with less accurate reactions at finer steps."""
     laws = study.tables.engine_laws
     own = laws[(laws.quantity == REACTION) & laws.against.str.startswith("step")]
@@ -72,7 +72,7 @@ def by_frame(frames: dict[str, list[FittedExponent]]) -> str:
     return listed([f"{exponents_text(fits)} in the {frame} frame" for frame, fits in frames.items()])
 
 
-def libraries_say(study: RoundoffStudy) -> list[str]:
+def libraries_sentences(study: RoundoffStudy) -> list[str]:
     """Sentence on libraries' evaluations in coordinates of the orbit."""
     found = []
     for library, frame in libraries(study):

@@ -58,13 +58,13 @@ def longitude_row(study: RoundoffStudy, key: dict[str, Any], own: pd.DataFrame) 
     return LongitudeRow(named, between(medians), between((low, high)), inside, number_or_none(own.p_value.iloc[0]))
 
 
-def longitudes_say(rows: tuple[LongitudeRow, ...]) -> tuple[str, ...]:
+def longitudes_sentences(rows: tuple[LongitudeRow, ...]) -> tuple[str, ...]:
     """Sentences on the tests, of formulas and of their inputs."""
     formula = [r for r in rows if r.of.get("source", FORMULA) == FORMULA]
-    return (*formula_says(formula), *input_says([r for r in rows if r.of.get("source") == INPUT]))
+    return (*formula_sentences(formula), *input_sentences([r for r in rows if r.of.get("source") == INPUT]))
 
 
-def formula_says(rows: list[LongitudeRow]) -> tuple[str, ...]:
+def formula_sentences(rows: list[LongitudeRow]) -> tuple[str, ...]:
     """Sentence on the formulas: no dependence is expected."""
     if not rows:
         return ()
@@ -80,7 +80,7 @@ def formula_says(rows: list[LongitudeRow]) -> tuple[str, ...]:
     return (f"{said}. {where} the range of a typical sector.",)
 
 
-def input_says(rows: list[LongitudeRow]) -> tuple[str, ...]:
+def input_sentences(rows: list[LongitudeRow]) -> tuple[str, ...]:
     """Sentence on the input: a dependence is possible."""
     if not rows:
         return ()

@@ -18,19 +18,19 @@ if TYPE_CHECKING:
 ATTITUDE = "attitude"
 
 
-def orbit_says(study: RoundoffStudy) -> tuple[str, ...]:
+def orbit_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     """Sentences on the smallest error of the attitude in an orbit and its optimal step."""
-    theirs, ours = (least(study, c, DOUBLE) for c in (ABSOLUTE, RELATIVE))
-    if not len(theirs) or not len(ours):
+    in_absolute, in_relative = (least(study, c, DOUBLE) for c in (ABSOLUTE, RELATIVE))
+    if not len(in_absolute) or not len(in_relative):
         return ()
     scene = study.tables.record.get("scene")
     on = f" of {scene}" if scene else ""
     law, method = attitude_law(study)
     words = f" ({unit_text(law)} by {METHODS.get(method, method)}; {exponent_words(law)})" if law else ""
     said = (f"The smallest error of the attitude over an orbit{on} in double precision is "
-            f"{at_ends(study, theirs)} in absolute coordinates{words}, and {bounded(ours)} in relative ones at "
-            f"each of {counted(len(ours), 'size')}.")  # fmt: skip
-    return (said, *optimum_says(study), *single_orbit_says(study))
+            f"{at_ends(study, in_absolute)} in absolute coordinates{words}, and {bounded(in_relative)} in relative "
+            f"ones at each of {counted(len(in_relative), 'size')}.")  # fmt: skip
+    return (said, *optimum_sentences(study), *single_orbit_sentences(study))
 
 
 def bounded(own: pd.DataFrame) -> str:
@@ -67,7 +67,7 @@ def attitude_law(study: RoundoffStudy) -> tuple[ErrorLaw | None, str]:
     return law_of(row), str(row["method"])
 
 
-def optimum_says(study: RoundoffStudy) -> list[str]:
+def optimum_sentences(study: RoundoffStudy) -> list[str]:
     """Sentence on the optimal step and its dependence on the size."""
     best = study.tables.best
     own = best[(best.quantity == ATTITUDE) & (best.coordinates == ABSOLUTE) & (best.arithmetic == DOUBLE)]
@@ -84,22 +84,22 @@ def optimum_says(study: RoundoffStudy) -> list[str]:
     ]
 
 
-def single_orbit_says(study: RoundoffStudy) -> list[str]:
+def single_orbit_sentences(study: RoundoffStudy) -> list[str]:
     """Sentence on single precision."""
-    theirs, ours = (least(study, c, SINGLE) for c in (ABSOLUTE, RELATIVE))
-    if not len(theirs) or not len(ours):
+    in_absolute, in_relative = (least(study, c, SINGLE) for c in (ABSOLUTE, RELATIVE))
+    if not len(in_absolute) or not len(in_relative):
         return []
-    held, lost = theirs[theirs["median"] < LOST], theirs[theirs["median"] >= LOST]
+    held, lost = in_absolute[in_absolute["median"] < LOST], in_absolute[in_absolute["median"] >= LOST]
     said = []
     if len(held):
         last = held.iloc[-1]
         said.append(f"reach {spelled(float(last['median']))} rad for bars of {size(study, float(last['ratio']))}")
     if len(lost):
         said.append(f"lose the attitude of bars of {size(study, float(lost.iloc[0]['ratio']))}")
-    return [f"In single precision absolute coordinates {listed(said)}; relative ones reach {bounded(ours)}."]
+    return [f"In single precision absolute coordinates {listed(said)}; relative ones reach {bounded(in_relative)}."]
 
 
-def growth_says(study: RoundoffStudy) -> tuple[str, ...]:
+def growth_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     """Sentence on the exponents of the attitude's error in time."""
     laws = study.tables.growth_laws
     own = laws[(laws.quantity == ATTITUDE) & laws.coordinates.isin((ABSOLUTE, RELATIVE)) & (laws.arithmetic == DOUBLE)]

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from reports.chapters.roundoff.absolute_failures import horizontal_says, read_off_says, single_says
-from reports.chapters.roundoff.engine_verdict import engines_say
+from reports.chapters.roundoff.absolute_failures import horizontal_sentences, read_off_sentences, single_sentences
+from reports.chapters.roundoff.engine_verdict import engines_sentences
 from reports.chapters.roundoff.rows import times
-from reports.chapters.roundoff.run_verdict import growth_says, orbit_says
+from reports.chapters.roundoff.run_verdict import growth_sentences, orbit_sentences
 from reports.chapters.roundoff.series import (
     ABSOLUTE,
     BARS,
@@ -69,13 +69,13 @@ class RoundoffVerdict:
 def verdict(study: RoundoffStudy) -> RoundoffVerdict:
     """Verdict of a study."""
     found = (
-        Paragraph("Generic states.", ordinary_says(study)),
-        Paragraph("Losses that confirm the paper.", right_says(study), apart=True),
-        Paragraph("Losses that the paper overstates.", overstated_says(study)),
-        Paragraph("Runs of one orbit.", (*orbit_says(study), *growth_says(study))),
-        Paragraph("Other engines.", engines_say(study)),
-        Paragraph("Losses in both sets of coordinates.", (*unequal_says(study), *long_chain_says(study))),
-        Paragraph("Cost of relative coordinates.", cost_says(study)),
+        Paragraph("Generic states.", ordinary_sentences(study)),
+        Paragraph("Losses that confirm the paper.", right_sentences(study), apart=True),
+        Paragraph("Losses that the paper overstates.", overstated_sentences(study)),
+        Paragraph("Runs of one orbit.", (*orbit_sentences(study), *growth_sentences(study))),
+        Paragraph("Other engines.", engines_sentences(study)),
+        Paragraph("Losses in both sets of coordinates.", (*unequal_sentences(study), *long_chain_sentences(study))),
+        Paragraph("Cost of relative coordinates.", cost_sentences(study)),
         Paragraph("Limits of this verdict.", limits(study)),
     )
     return RoundoffVerdict(headline(study), tuple(p for p in found if p.sentences))
@@ -114,37 +114,39 @@ def things_text(names: list[str]) -> str:
     return listed([f"a {name}" for name in names])
 
 
-def ordinary_says(study: RoundoffStudy) -> tuple[str, ...]:
+def ordinary_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     """Sentences on the claim, and on the laws of both formulations."""
-    theirs, ours = study.law(Key(ABSOLUTE)), study.law(Key(RELATIVE))
+    in_absolute, in_relative = study.law(Key(ABSOLUTE)), study.law(Key(RELATIVE))
     said = [f"According to the paper, computing internal forces from inertial coordinates “{CLAIM}”."]
-    if theirs is not None:
+    if in_absolute is not None:
         said.append(
             f"Solved for in absolute coordinates, in a generic state of {BARS} bars, they have errors of "
-            f"{unit_text(theirs)} ({exponent_words(theirs)})."
+            f"{unit_text(in_absolute)} ({exponent_words(in_absolute)})."
         )
-    if ours is not None:
-        where = "at every size" if ours.certain else "on average over the sizes"
-        said.append(f"In relative coordinates the errors are {unit_text(ours)} {where} ({exponent_words(ours)}).")
-    return (*said, *production_says(study)) if len(said) > 1 else ()
+    if in_relative is not None:
+        where = "at every size" if in_relative.certain else "on average over the sizes"
+        said.append(
+            f"In relative coordinates the errors are {unit_text(in_relative)} {where} ({exponent_words(in_relative)})."
+        )
+    return (*said, *production_sentences(study)) if len(said) > 1 else ()
 
 
-def production_says(study: RoundoffStudy) -> list[str]:
+def production_sentences(study: RoundoffStudy) -> list[str]:
     """Sentence on the code of barchain's engines in the same states."""
     found = [(name, law) for name in PRODUCTION if (law := study.law(Key(name)))]
     each = listed([f"{unit_text(law)} for {name}{f' ({exponent_words(law)})' * law.off}" for name, law in found])
     return [f"Errors of barchain’s engines: {each}."] if found else []
 
 
-def right_says(study: RoundoffStudy) -> tuple[str, ...]:
+def right_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     """List items on losses of reactions: one for each case."""
     lost = [o.name for o, d in kept(study) if d.lost]
     double = [f"In double precision absolute coordinates leave no digit of the reactions of {things_text(lost)}."]
-    cases = (double if lost else (), single_says(study), read_off_says(study), horizontal_says(study))
+    cases = (double if lost else (), single_sentences(study), read_off_sentences(study), horizontal_sentences(study))
     return tuple(" ".join(case) for case in cases if case)
 
 
-def overstated_says(study: RoundoffStudy) -> tuple[str, ...]:
+def overstated_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     """Sentences on double precision in generic states."""
     left = [(o, d) for o, d in kept(study, LONGEST_M) if not d.lost]
     if not left:
@@ -173,12 +175,12 @@ def read_off_left(study: RoundoffStudy) -> list[str]:
     return [f"Even computed from positions at three instants, reactions keep {each}{slope}{than}."]
 
 
-def unequal_says(study: RoundoffStudy) -> tuple[str, ...]:
+def unequal_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     """Sentence on masses of 1 : 1e6."""
     return shared_loss(study, Key(RELATIVE, state=UNEQUAL), "Masses that alternate as 1 : 10⁶")
 
 
-def long_chain_says(study: RoundoffStudy) -> tuple[str, ...]:
+def long_chain_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     """Sentence on the straight chain with the most bars."""
     laws = study.tables.laws
     counts = sorted({int(n) for n in laws.bars[laws.state == STRAIGHT]})
@@ -194,22 +196,22 @@ def shared_loss(study: RoundoffStudy, key: Key, what: str) -> tuple[str, ...]:
     if law is None or plain is None or not law.constant or not plain.constant or not len(sizes):
         return ()
     longest = float(sizes.max())
-    ours, theirs = (study.error(k, longest) for k in (key, other(key, formulation=ABSOLUTE)))
-    if ours is None or theirs is None or law.constant < COSTLY * plain.constant:
+    in_relative, in_absolute = (study.error(k, longest) for k in (key, other(key, formulation=ABSOLUTE)))
+    if in_relative is None or in_absolute is None or law.constant < COSTLY * plain.constant:
         return ()
     lost = counted(round(math.log10(law.constant / plain.constant)), "digit")
     here = f"for bars of {size(study, longest)}"
-    if theirs.median > ALIKE * ours.median:
+    if in_absolute.median > ALIKE * in_relative.median:
         return (f"{what} cost {lost} in relative coordinates ({unit_text(law)}), and more in absolute ones: "
-                f"{spelled(theirs.median)} beside {spelled(ours.median)} {here}.",)  # fmt: skip
+                f"{spelled(in_absolute.median)} beside {spelled(in_relative.median)} {here}.",)  # fmt: skip
     given = study.error(other(key, source=INPUT), longest)
     cause = (f" Rounding the input costs {spelled(given.median)}: the digits are lost in solving the joint "
-             "system.") if given and given.median * COSTLY < ours.median else ""  # fmt: skip
-    return (f"{what} cost {lost} in either: {here} errors are {spelled(ours.median)} in relative and "
-            f"{spelled(theirs.median)} in absolute coordinates.{cause}",)  # fmt: skip
+             "system.") if given and given.median * COSTLY < in_relative.median else ""  # fmt: skip
+    return (f"{what} cost {lost} in either: {here} errors are {spelled(in_relative.median)} in relative and "
+            f"{spelled(in_absolute.median)} in absolute coordinates.{cause}",)  # fmt: skip
 
 
-def cost_says(study: RoundoffStudy) -> tuple[str, ...]:
+def cost_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     """Sentence on the time of an evaluation."""
     table = [r for r in study.tables.times.to_dict("records") if times(r)]
     if not table:

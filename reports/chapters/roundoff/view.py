@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from reports.chapters.roundoff.charts import evaluation_panels, further_panels
 from reports.chapters.roundoff.engine_charts import engine_panels, library_panels
-from reports.chapters.roundoff.longitudes import longitude_rows, longitudes_say
+from reports.chapters.roundoff.longitudes import longitude_rows, longitudes_sentences
 from reports.chapters.roundoff.notes import notes
 from reports.chapters.roundoff.rows import (
     best_law_rows,
@@ -81,9 +81,9 @@ class RoundoffView:
         return sum(r.fit.off for r in (*self.laws, *self.further_laws))
 
     @property
-    def longitudes_say(self) -> tuple[str, ...]:
+    def longitudes_sentences(self) -> tuple[str, ...]:
         """Sentences on the dependence on the longitude."""
-        return longitudes_say(self.longitudes)
+        return longitudes_sentences(self.longitudes)
 
     @property
     def failed(self) -> list[dict[str, Any]]:

@@ -11,7 +11,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 from reports.plotting.families import MARKER_SIZE, OTHERS, SHARED, Flags, families, family_pens, group_of
 from reports.plotting.palette import COLOURS, Pen, engine_pen
 from reports.plotting.panels import ChartFrame, Legend, Panel, blank_axes, finish, log_axis
-from reports.plotting.series import Array, floor_of
+from reports.plotting.series import Array, decade_range
 from reports.plotting.svg import TEXT_SIZE
 from reports.text.numerals import power_of_ten
 
@@ -99,7 +99,7 @@ def panel(chart: ScalingChart, coloured: list[tuple[ScalingCurve, Pen]], legend:
 
 def axes(chart: ScalingChart, frame: ChartFrame) -> Axes | None:
     """Empty log-log axes with guide lines."""
-    up = floor_of([t.cost for t in chart.tracks])
+    up = decade_range([t.cost for t in chart.tracks])
     if up is None:
         return None
     bars = np.concatenate([t.bars for t in chart.tracks])

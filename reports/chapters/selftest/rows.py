@@ -86,7 +86,7 @@ class MatrixCell:
     fault: str
     scene: str
     fate: FaultOutcome
-    kills: tuple[Detection, ...]
+    detections: tuple[Detection, ...]
     """Largest ratio first"""
     reason: str
 
@@ -95,12 +95,12 @@ class MatrixCell:
         """Text of the cell."""
         if self.fate is not FaultOutcome.KILLED:
             return FATES[self.fate]
-        return self.kills[0].text
+        return self.detections[0].text
 
     @property
     def further(self) -> int:
         """Number of further quantities whose checks detect the fault."""
-        return len({k.quantity for k in self.kills}) - 1
+        return len({k.quantity for k in self.detections}) - 1
 
     @property
     def kind(self) -> str:
@@ -110,15 +110,15 @@ class MatrixCell:
     @property
     def title(self) -> str:
         """All checks with their ratios, in words."""
-        said = [f"{k.name or 'run'}: {k.check}{amount(k)}" for k in self.kills]
+        said = [f"{k.name or 'run'}: {k.check}{amount(k)}" for k in self.detections]
         return "; ".join(said) or self.reason
 
 
-def amount(kill: Detection) -> str:
+def amount(detection: Detection) -> str:
     """Ratio to the allowed value, or the reason of a rejected run."""
-    if kill.quantity == WHOLE:
-        return f" ({kill.reason})" if kill.reason else ""
-    return f", {significant(kill.ratio, 2)} times the allowed value"
+    if detection.quantity == WHOLE:
+        return f" ({detection.reason})" if detection.reason else ""
+    return f", {significant(detection.ratio, 2)} times the allowed value"
 
 
 def cells(table: pd.DataFrame) -> dict[tuple[str, str], MatrixCell]:
@@ -132,6 +132,8 @@ def cells(table: pd.DataFrame) -> dict[tuple[str, str], MatrixCell]:
 def matrix_cell(key: tuple[str, str], rows: list[dict[str, Any]]) -> MatrixCell:
     """Cell from its rows: rejections of the whole run first, then by ratio."""
     fate = FaultOutcome(rows[0]["fate"])
-    kills = [Detection(r["quantity"], r["check"], float(r["ratio"]), r["reason"]) for r in rows if bool(r["killed"])]
-    kills.sort(key=lambda k: (k.quantity != WHOLE, -k.ratio))
-    return MatrixCell(*key, fate, tuple(kills), rows[0]["why"])
+    detections = [
+        Detection(r["quantity"], r["check"], float(r["ratio"]), r["reason"]) for r in rows if bool(r["killed"])
+    ]
+    detections.sort(key=lambda k: (k.quantity != WHOLE, -k.ratio))
+    return MatrixCell(*key, fate, tuple(detections), rows[0]["why"])

@@ -31,7 +31,7 @@ class FaultRow:
     cells: tuple[MatrixCell, ...]
 
     @property
-    def killed(self) -> int:
+    def detected(self) -> int:
         """Number of scenes that detect the fault."""
         return sum(c.fate is FaultOutcome.KILLED for c in self.cells)
 
@@ -119,12 +119,12 @@ class SelftestView:
     def survivors(self) -> tuple[tuple[FaultRow, MatrixCell], ...]:
         """Faults with the scenes that do not detect them, undetected faults first."""
         found = [(row, cell) for row in self.faults for cell in row.survivors]
-        return tuple(sorted(found, key=lambda pair: pair[0].killed > 0))
+        return tuple(sorted(found, key=lambda pair: pair[0].detected > 0))
 
     @property
     def undetected(self) -> tuple[FaultRow, ...]:
         """Faults that no scene detects and that are not proven invisible."""
-        return tuple(r for r in self.faults if not r.killed and any(c.fate is FaultOutcome.SURVIVES for c in r.cells))
+        return tuple(r for r in self.faults if not r.detected and any(c.fate is FaultOutcome.SURVIVES for c in r.cells))
 
     @property
     def wrong(self) -> tuple[MatrixCell, ...]:
@@ -134,12 +134,12 @@ class SelftestView:
     @property
     def headline(self) -> str:
         """Result in one sentence."""
-        killed = sum(r.killed > 0 for r in self.faults)
+        detected = sum(r.detected > 0 for r in self.faults)
         tried = sum(r.tried > 0 for r in self.faults)
         invisible = [
-            r.name for r in self.faults if not r.killed and any(c.fate is FaultOutcome.INVISIBLE for c in r.cells)
+            r.name for r in self.faults if not r.detected and any(c.fate is FaultOutcome.INVISIBLE for c in r.cells)
         ]
-        said = f"{killed} of {tried} seeded faults are detected"
+        said = f"{detected} of {tried} seeded faults are detected"
         if invisible and not self.undetected:
             return f"{said}; the other, {', '.join(invisible)}, is proven invisible." if len(invisible) == 1 else (
                 f"{said}; the others, {', '.join(invisible)}, are proven invisible."
@@ -184,16 +184,16 @@ def fault_row(
 
 def check_rows(found: dict[tuple[str, str], MatrixCell], faults: dict[str, Any]) -> tuple[CheckRow, ...]:
     """Rows of all checks, those with the most faults first."""
-    killers: dict[str, set[tuple[str, str]]] = {}
+    detecting: dict[str, set[tuple[str, str]]] = {}
     for (fault, _), cell in found.items():
         if mapping(faults[fault])["group"] != CONTROL:
-            killers.setdefault(fault, set()).update((k.quantity, k.check) for k in cell.kills)
-    pairs = sorted({p for by in killers.values() for p in by})
+            detecting.setdefault(fault, set()).update((k.quantity, k.check) for k in cell.detections)
+    pairs = sorted({p for by in detecting.values() for p in by})
     rows = [
         CheckRow(
             *pair,
-            sum(pair in by for by in killers.values()),
-            tuple(f for f, by in killers.items() if by == {pair}),
+            sum(pair in by for by in detecting.values()),
+            tuple(f for f, by in detecting.items() if by == {pair}),
         )
         for pair in pairs
     ]

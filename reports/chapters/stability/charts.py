@@ -21,7 +21,7 @@ from reports.plotting.panels import (
     log_axis,
     log_panel,
 )
-from reports.plotting.series import Array, floor_of, numbered, thin
+from reports.plotting.series import Array, decade_range, numbered, thin
 from reports.plotting.svg import TEXT_SIZE
 from reports.text.numerals import power_of_ten
 
@@ -48,7 +48,7 @@ class DriftCurve:
 def long_panel(name: str, title: str, x_label: str, y_label: str, tracks: list[DriftCurve]) -> Panel | None:
     """Log-log chart of drifts against time with guide lines of known powers; None if there is nothing to draw."""
     shown = [t for t in tracks if (t.size > 0.0).any()]
-    up = floor_of([t.size for t in shown])
+    up = decade_range([t.size for t in shown])
     if up is None:
         return None
     frame = ChartFrame(name, title, x_label, y_label, (0.0, 1.0))
