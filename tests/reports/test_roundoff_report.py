@@ -13,7 +13,7 @@ from reports.chapters.roundoff.axes import box, free, place, staggered, width
 from reports.chapters.roundoff.charts import evaluation_panels
 from reports.chapters.roundoff.rows import growth_words
 from reports.chapters.roundoff.run_charts import run_panels
-from reports.chapters.roundoff.series import FittedExponent, Key, RoundoffStudy, Spread
+from reports.chapters.roundoff.series import FittedExponent, Key, RoundoffData, Spread
 from reports.chapters.roundoff.verdict import verdict
 from reports.chapters.roundoff.view import view_roundoff
 from reports.chapters.roundoff.words import length, listed, spelled
@@ -152,7 +152,7 @@ def write(folder, rows=None, without=(), **record):
 
 
 def study(folder, rows=None, **more):
-    return RoundoffStudy(read_roundoff(write(folder, rows, **more)))
+    return RoundoffData(read_roundoff(write(folder, rows, **more)))
 
 
 def said(folder, rows=None, **more):

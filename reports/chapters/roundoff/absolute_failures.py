@@ -24,14 +24,14 @@ from reports.chapters.roundoff.series import (
 from reports.chapters.roundoff.words import between, exponent_words, listed, size, unit_text
 
 if TYPE_CHECKING:
-    from reports.chapters.roundoff.series import ErrorLaw, RoundoffStudy
+    from reports.chapters.roundoff.series import ErrorLaw, RoundoffData
 
 ALIKE = 3.0  # constants within this factor of each other are the same
 VANISHING = "Reactions of the exactly horizontal chain nearly vanish; they lose their last digit"
 PRECISIONS = {DOUBLE: "double", SINGLE: "single"}
 
 
-def single_sentences(study: RoundoffStudy) -> tuple[str, ...]:
+def single_sentences(study: RoundoffData) -> tuple[str, ...]:
     """Sentence on single precision in a generic state."""
     law, beside = study.law(Key(ABSOLUTE, SINGLE)), study.steady(Key(RELATIVE, SINGLE))
     if law is None or law.last_digit_ratio is None:
@@ -43,7 +43,7 @@ def single_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     return (f"{said}.",)
 
 
-def read_off_sentences(study: RoundoffStudy) -> tuple[str, ...]:
+def read_off_sentences(study: RoundoffData) -> tuple[str, ...]:
     """Sentences on reactions computed from known motion instead of solved for."""
     key = Key(POSITIONS, state=STRAIGHT)
     laws = {f"in {word} precision": study.law(other(key, arithmetic=a)) for a, word in PRECISIONS.items()}
@@ -62,7 +62,7 @@ def read_off_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     return (f"{said}.", *accelerations_sentences(study))
 
 
-def last_digits(study: RoundoffStudy, laws: dict[str, ErrorLaw | None]) -> list[str]:
+def last_digits(study: RoundoffData, laws: dict[str, ErrorLaw | None]) -> list[str]:
     """Lengths at which the last digit is lost, each with its words and its fitted exponent."""
     return [
         f"{size(study, law.last_digit_ratio)} {words} ({exponent_words(law)})".replace("  ", " ")
@@ -71,7 +71,7 @@ def last_digits(study: RoundoffStudy, laws: dict[str, ErrorLaw | None]) -> list[
     ]
 
 
-def accelerations_sentences(study: RoundoffStudy) -> list[str]:
+def accelerations_sentences(study: RoundoffData) -> list[str]:
     """Sentence that separates the loss by differencing from the loss by absolute coordinates."""
     key = Key(ACCELERATIONS, state=STRAIGHT)
     law, solved = study.law(key), study.law(other(key, formulation=ABSOLUTE))
@@ -81,7 +81,7 @@ def accelerations_sentences(study: RoundoffStudy) -> list[str]:
     return [f"{said[0].upper()}{said[1:]}."]
 
 
-def horizontal_sentences(study: RoundoffStudy) -> tuple[str, ...]:
+def horizontal_sentences(study: RoundoffData) -> tuple[str, ...]:
     """Sentences on the chain with vanishing reactions, relative to both yardsticks."""
     said: list[str] = []
     for arithmetic, word in PRECISIONS.items():
@@ -94,7 +94,7 @@ def horizontal_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     return (*said, *ordinary_yardstick_sentences(study))
 
 
-def ordinary_yardstick_sentences(study: RoundoffStudy) -> list[str]:
+def ordinary_yardstick_sentences(study: RoundoffData) -> list[str]:
     """Sentence on the same errors relative to the reactions of a generic state."""
     key = Key(ABSOLUTE, state=HORIZONTAL, yardstick=ORDINARY)
     in_absolute, in_relative = study.law(key), study.law(other(key, formulation=RELATIVE))

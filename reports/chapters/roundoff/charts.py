@@ -35,7 +35,7 @@ from reports.text.ratios import decade
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reports.chapters.roundoff.series import RoundoffStudy
+    from reports.chapters.roundoff.series import RoundoffData
     from reports.plotting.series import Array
 
 HUES = {
@@ -57,26 +57,26 @@ def pen(formulation: str, dash: tuple[float, ...] = ()) -> Pen:
     return Pen(COLOURS[hue], marker, dash)
 
 
-def evaluation_panels(study: RoundoffStudy) -> tuple[Panel, ...]:
+def evaluation_panels(study: RoundoffData) -> tuple[Panel, ...]:
     """Charts of one evaluation shown at once."""
     found = (generic(study), horizontal(study, REACTION), horizontal(study, ORDINARY), differenced(study, DOUBLE),
              sources(study), against_bars(study))  # fmt: skip
     return tuple(p for p in found if p)
 
 
-def further_panels(study: RoundoffStudy) -> tuple[Panel, ...]:
+def further_panels(study: RoundoffData) -> tuple[Panel, ...]:
     """Charts of one evaluation in further states and arithmetics."""
     found = (several(study, f"roundoff-{k}", f"One evaluation: {state}", state, REACTION)
              for k, state in enumerate((STRAIGHT, "fast spin", "unequal masses")))  # fmt: skip
     return tuple(p for p in (*found, differenced(study, SINGLE)) if p)
 
 
-def generic(study: RoundoffStudy) -> Panel | None:
+def generic(study: RoundoffData) -> Panel | None:
     """Chart of both formulations in three arithmetics, in a generic state."""
     return several(study, "roundoff-generic", "One evaluation in a generic state", GENERIC, REACTION)
 
 
-def horizontal(study: RoundoffStudy, yardstick: str) -> Panel | None:
+def horizontal(study: RoundoffData, yardstick: str) -> Panel | None:
     """Chart of both formulations for the horizontal chain."""
     over, name = (
         ("relative to its vanishing reaction", "own") if yardstick == REACTION else ("relative to m n² l", "ordinary")
@@ -85,14 +85,14 @@ def horizontal(study: RoundoffStudy, yardstick: str) -> Panel | None:
     return several(study, f"roundoff-horizontal-{name}", title, HORIZONTAL, yardstick)
 
 
-def several(study: RoundoffStudy, name: str, title: str, state: str, yardstick: str) -> Panel | None:
+def several(study: RoundoffData, name: str, title: str, state: str, yardstick: str) -> Panel | None:
     """Chart of both formulations in three arithmetics."""
     keys = [Key(f, a, state, yardstick=yardstick) for f in (ABSOLUTE, RELATIVE) for a in (SINGLE, DOUBLE, LONG)]
     return by_size(study, name, title, keys, lambda k: pen(k.formulation, DASHES[k.arithmetic]),
                    lambda k: f"{k.formulation}, {k.arithmetic}")  # fmt: skip
 
 
-def differenced(study: RoundoffStudy, arithmetic: str) -> Panel | None:
+def differenced(study: RoundoffData, arithmetic: str) -> Panel | None:
     """Chart of reactions computed from known motion, beside those solved for."""
     names = (POSITIONS, ACCELERATIONS, ABSOLUTE, RELATIVE_POSITIONS, RELATIVE)
     words = {POSITIONS: "from absolute positions", ACCELERATIONS: "from absolute accelerations",
@@ -104,7 +104,7 @@ def differenced(study: RoundoffStudy, arithmetic: str) -> Panel | None:
                    lambda k: words[k.formulation])  # fmt: skip
 
 
-def sources(study: RoundoffStudy) -> Panel | None:
+def sources(study: RoundoffData) -> Panel | None:
     """Chart of the formula's error beside the error from rounding its input."""
     keys = [Key(f, source=s) for f in (ABSOLUTE, RELATIVE) for s in (FORMULA, INPUT)]
     words = {FORMULA: "formula", INPUT: "rounded input"}
@@ -114,7 +114,7 @@ def sources(study: RoundoffStudy) -> Panel | None:
 
 
 def by_size(
-    study: RoundoffStudy,
+    study: RoundoffData,
     name: str,
     title: str,
     keys: list[Key],
@@ -130,7 +130,7 @@ def by_size(
     return panel(sheet, [c for _, c in found], tuple(Legend(words(k), drawn(k)) for k, _ in found), note)
 
 
-def size_curve(study: RoundoffStudy, key: Key, drawn: Pen) -> ErrorCurve | None:
+def size_curve(study: RoundoffData, key: Key, drawn: Pen) -> ErrorCurve | None:
     """Curve of one series with its law; None without measurements."""
     own = key.of(study.tables.evaluation)
     if not len(own):
@@ -139,7 +139,7 @@ def size_curve(study: RoundoffStudy, key: Key, drawn: Pen) -> ErrorCurve | None:
     return ErrorCurve(x, y, drawn, (low, high), law_line(study, key, x))
 
 
-def law_line(study: RoundoffStudy, key: Key, x: Array) -> tuple[Array, Array] | None:
+def law_line(study: RoundoffData, key: Key, x: Array) -> tuple[Array, Array] | None:
     """Fitted line over all sizes up to an error of 1; None without a fit."""
     law, u = study.law(key), study.unit_roundoff(key.arithmetic)
     if law is None or u is None or law.exponent is None or law.constant is None:
@@ -149,7 +149,7 @@ def law_line(study: RoundoffStudy, key: Key, x: Array) -> tuple[Array, Array] | 
     return across[y <= 1.0], y[y <= 1.0]
 
 
-def against_bars(study: RoundoffStudy) -> Panel | None:
+def against_bars(study: RoundoffData) -> Panel | None:
     """Chart of digits against the number of bars."""
     ratio = COMPARED_AT
     keys = [Key(f, DOUBLE, s) for s in (GENERIC, STRAIGHT) for f in (ABSOLUTE, RELATIVE)]
@@ -165,7 +165,7 @@ def against_bars(study: RoundoffStudy) -> Panel | None:
     return panel(sheet, [c for _, c in found], legend, note)
 
 
-def bars_curve(study: RoundoffStudy, key: Key, drawn: Pen, ratio: float) -> ErrorCurve | None:
+def bars_curve(study: RoundoffData, key: Key, drawn: Pen, ratio: float) -> ErrorCurve | None:
     """Digits of one formulation at a size; None if fewer than two numbers of bars have them."""
     table = study.tables.evaluation
     counts = sorted({int(n) for n in table.bars[(table.state == key.state) & (table.source == BOTH)]})

@@ -27,12 +27,12 @@ from reports.plotting.panels import Legend, Panel
 if TYPE_CHECKING:
     import pandas as pd
 
-    from reports.chapters.roundoff.series import RoundoffStudy
+    from reports.chapters.roundoff.series import RoundoffData
 
 INERTIAL = "inertial"
 
 
-def engine_panels(study: RoundoffStudy, quantity: str) -> tuple[Panel, ...]:
+def engine_panels(study: RoundoffData, quantity: str) -> tuple[Panel, ...]:
     """One chart of errors against step for each engine, and one of all engines against size."""
     own = good(study.tables.engines)
     own = own[own.quantity == quantity]
@@ -53,7 +53,7 @@ def frame_pen(frame: str, frames: list[str], marker: str = "") -> Pen:
     return Pen(COLOURS[("s2", "s4", "s7", "s5")[place % 4]], marker, DASHES[1 + place % 3])
 
 
-def engine_panel(study: RoundoffStudy, own: pd.DataFrame, engine: str, quantity: str) -> Panel | None:
+def engine_panel(study: RoundoffData, own: pd.DataFrame, engine: str, quantity: str) -> Panel | None:
     """Chart of one engine's errors against its step, or its tolerance with step control."""
     column = "rtol" if own.steps_per_orbit.isna().all() else "steps_per_orbit"
     own = own[own[column].notna()]
@@ -81,7 +81,7 @@ def step_curve(own: pd.DataFrame, column: str, drawn: Pen) -> ErrorCurve:
     return ErrorCurve(x, y, drawn, (low, high), blurred=~true(part.known))
 
 
-def all_against_size(study: RoundoffStudy, own: pd.DataFrame, quantity: str) -> Panel | None:
+def all_against_size(study: RoundoffData, own: pd.DataFrame, quantity: str) -> Panel | None:
     """Chart of the smallest error of each engine and frame against size."""
     least = least_errors(own)
     names = list(dict.fromkeys(map(str, least.engine)))
@@ -109,13 +109,13 @@ def least_errors(own: pd.DataFrame) -> pd.DataFrame:
     return found
 
 
-def libraries(study: RoundoffStudy) -> list[tuple[str, str]]:
+def libraries(study: RoundoffData) -> list[tuple[str, str]]:
     """Library and frame of formulations named ``library (frame)``."""
     names = dict.fromkeys(map(str, study.tables.evaluation.formulation))
     return [(m[1], m[2]) for name in names if (m := re.fullmatch(r"(\S+) \((.+)\)", name))]
 
 
-def library_panels(study: RoundoffStudy) -> tuple[Panel, ...]:
+def library_panels(study: RoundoffData) -> tuple[Panel, ...]:
     """Charts of errors of libraries' evaluations against size, in each frame."""
     pairs = libraries(study)
     names, frames = list(dict.fromkeys(n for n, _ in pairs)), list(dict.fromkeys(f for _, f in pairs))

@@ -13,19 +13,19 @@ from reports.chapters.roundoff.words import exponent_words, listed, size, spelle
 if TYPE_CHECKING:
     import pandas as pd
 
-    from reports.chapters.roundoff.series import FittedExponent, RoundoffStudy
+    from reports.chapters.roundoff.series import FittedExponent, RoundoffData
 
 REACTION = "reaction"
 TYPICAL = 1e-5  # size ratio of which engines are compared: the paper's bars, roughly
 COSTLY = 10.0  # times: a digit
 
 
-def engines_sentences(study: RoundoffStudy) -> tuple[str, ...]:
+def engines_sentences(study: RoundoffData) -> tuple[str, ...]:
     """All sentences on other engines."""
     return (*frames_sentences(study), *noise_sentences(study), *libraries_sentences(study))
 
 
-def frames_sentences(study: RoundoffStudy) -> list[str]:
+def frames_sentences(study: RoundoffData) -> list[str]:
     """Sentence on the smallest errors of reactions in both frames."""
     table = good(study.tables.engines)
     own = least_errors(table[(table.quantity == REACTION) & ~table.engine.isin(PRODUCTION)])
@@ -52,7 +52,7 @@ def frame_pairs(own: pd.DataFrame) -> list[tuple[str, float, float]]:
     return found
 
 
-def noise_sentences(study: RoundoffStudy) -> list[str]:
+def noise_sentences(study: RoundoffData) -> list[str]:
     """Sentence on engines with less accurate reactions at finer steps."""
     laws = study.tables.engine_laws
     own = laws[(laws.quantity == REACTION) & laws.against.str.startswith("step")]
@@ -72,7 +72,7 @@ def by_frame(frames: dict[str, list[FittedExponent]]) -> str:
     return listed([f"{exponents_text(fits)} in the {frame} frame" for frame, fits in frames.items()])
 
 
-def libraries_sentences(study: RoundoffStudy) -> list[str]:
+def libraries_sentences(study: RoundoffData) -> list[str]:
     """Sentence on libraries' evaluations in coordinates of the orbit."""
     found = []
     for library, frame in libraries(study):

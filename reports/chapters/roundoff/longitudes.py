@@ -11,7 +11,7 @@ from reports.chapters.roundoff.words import between, listed, size, spelled
 if TYPE_CHECKING:
     import pandas as pd
 
-    from reports.chapters.roundoff.series import RoundoffStudy
+    from reports.chapters.roundoff.series import RoundoffData
 
 SIGNIFICANT = 0.05  # p below which sectors are said to differ
 COLUMNS = ("state", "formulation", "arithmetic", "source", "ratio")
@@ -41,7 +41,7 @@ class LongitudeRow:
         return self.p is not None and self.p < SIGNIFICANT
 
 
-def longitude_rows(study: RoundoffStudy) -> tuple[LongitudeRow, ...]:
+def longitude_rows(study: RoundoffData) -> tuple[LongitudeRow, ...]:
     """One row for each test."""
     table = study.tables.longitudes
     by = [c for c in COLUMNS if c in table]
@@ -49,7 +49,7 @@ def longitude_rows(study: RoundoffStudy) -> tuple[LongitudeRow, ...]:
     return tuple(longitude_row(study, dict(zip(by, key, strict=True)), own) for key, own in parts)
 
 
-def longitude_row(study: RoundoffStudy, key: dict[str, Any], own: pd.DataFrame) -> LongitudeRow:
+def longitude_row(study: RoundoffData, key: dict[str, Any], own: pd.DataFrame) -> LongitudeRow:
     """Medians of the sectors beside the range of a typical sector."""
     low, high = float(own.q05.median()), float(own.q95.median())
     medians = [float(v) for v in own["median"]]

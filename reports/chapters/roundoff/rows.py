@@ -37,7 +37,7 @@ from reports.text.numerals import as_given
 from reports.text.ratios import span_text
 
 if TYPE_CHECKING:
-    from reports.chapters.roundoff.series import NamedObject, RoundoffStudy
+    from reports.chapters.roundoff.series import NamedObject, RoundoffData
 
 STATES = (GENERIC, STRAIGHT, SPIN, UNEQUAL, HORIZONTAL)
 DIGIT_COLUMNS: tuple[tuple[str, Key], ...] = (
@@ -86,18 +86,18 @@ class LawRow:
         return self.fit.remark or ("not as expected" if self.fit.off else "")
 
 
-def digit_columns(study: RoundoffStudy) -> tuple[tuple[str, Key], ...]:
+def digit_columns(study: RoundoffData) -> tuple[tuple[str, Key], ...]:
     """Measured columns of the table of digits."""
     return tuple((words, key) for words, key in DIGIT_COLUMNS if len(key.of(study.tables.evaluation)))
 
 
-def digit_rows(study: RoundoffStudy) -> tuple[DigitRow, ...]:
+def digit_rows(study: RoundoffData) -> tuple[DigitRow, ...]:
     """One row for each named object."""
     keys = [key for _, key in digit_columns(study)]
     return tuple(DigitRow(o, tuple(study.digits(k, o.ratio) for k in keys)) for o in study.named) if keys else ()
 
 
-def law_rows(study: RoundoffStudy) -> tuple[tuple[LawRow, ...], tuple[LawRow, ...]]:
+def law_rows(study: RoundoffData) -> tuple[tuple[LawRow, ...], tuple[LawRow, ...]]:
     """Laws of one evaluation: those shown first, and further ones."""
     order = {state: k for k, state in enumerate(STATES)}
     found = sorted(study.tables.laws.to_dict("records"), key=lambda r: order.get(r["state"], len(order)))
@@ -114,7 +114,7 @@ def first(row: dict[Any, Any]) -> bool:
     )  # fmt: skip
 
 
-def law_row(study: RoundoffStudy, row: dict[Any, Any], names: tuple[str, ...]) -> LawRow:
+def law_row(study: RoundoffData, row: dict[Any, Any], names: tuple[str, ...]) -> LawRow:
     """One law of laws.csv."""
     law = law_of(row)
     last = last_digit(study, law.last_digit_ratio)
@@ -126,19 +126,19 @@ def constant_of(law: ErrorLaw) -> str:
     return unit_text(law) if law.constant is not None else ""
 
 
-def span_of(study: RoundoffStudy, row: dict[Any, Any]) -> str:
+def span_of(study: RoundoffData, row: dict[Any, Any]) -> str:
     """``0.64 m … 64 km``."""
     ends = [number_or_none(row.get(k)) for k in ("first", "last")]
     return " … ".join(size(study, e) for e in ends if e is not None)
 
 
-def best_law_rows(study: RoundoffStudy) -> tuple[LawRow, ...]:
+def best_law_rows(study: RoundoffData) -> tuple[LawRow, ...]:
     """Laws of the smallest errors of runs, fitted ones first."""
     found = (best_law_row(study, r) for r in study.tables.best_laws.to_dict("records"))
     return tuple(sorted(found, key=lambda r: r.fit.exponent is None))
 
 
-def best_law_row(study: RoundoffStudy, row: dict[Any, Any]) -> LawRow:
+def best_law_row(study: RoundoffData, row: dict[Any, Any]) -> LawRow:
     """Law of one row of best_laws.csv."""
     law = law_of(row)
     last = last_digit_ratio(law, study.unit_roundoff(str(row["arithmetic"])))
@@ -153,7 +153,7 @@ def last_digit_ratio(law: ErrorLaw, unit_roundoff: float | None) -> float | None
     return float((LOST / (law.constant * unit_roundoff)) ** (1.0 / law.expected))
 
 
-def last_digit(study: RoundoffStudy, ratio: float | None) -> str:
+def last_digit(study: RoundoffData, ratio: float | None) -> str:
     """Length of a bar at which the last digit is lost, marked if extrapolated."""
     return size(study, ratio) + BEYOND * (ratio is not None and not study.measured(ratio))
 
@@ -163,7 +163,7 @@ def word_of(quantity: str) -> str:
     return QUANTITIES.get(quantity, (quantity, ""))[0].lower()
 
 
-def growth_rows(study: RoundoffStudy) -> tuple[LawRow, ...]:
+def growth_rows(study: RoundoffData) -> tuple[LawRow, ...]:
     """Exponents in time."""
     found = []
     for r in study.tables.growth_laws.to_dict("records"):
@@ -184,7 +184,7 @@ def growth_words(fit: FittedExponent) -> str:
     return "faster than a random walk of the rates" + ", slower than their drift" * (fit.exponent < DRIFT)
 
 
-def engine_rows(study: RoundoffStudy) -> tuple[LawRow, ...]:
+def engine_rows(study: RoundoffData) -> tuple[LawRow, ...]:
     """Exponents of other engines' errors."""
     found = []
     for r in study.tables.engine_laws.to_dict("records"):
@@ -194,7 +194,7 @@ def engine_rows(study: RoundoffStudy) -> tuple[LawRow, ...]:
     return tuple(found)
 
 
-def stops(study: RoundoffStudy) -> tuple[tuple[str, str, str, str], ...]:
+def stops(study: RoundoffData) -> tuple[tuple[str, str, str, str], ...]:
     """Engine, frame, outcome and reason of skipped and failed runs, each once."""
     table = study.tables.engines
     bad = table[table.reason.astype(str) != ""] if len(table) else table
@@ -203,7 +203,7 @@ def stops(study: RoundoffStudy) -> tuple[tuple[str, str, str, str], ...]:
     return tuple(dict.fromkeys(found))
 
 
-def time_rows(study: RoundoffStudy) -> tuple[tuple[str, ...], ...]:
+def time_rows(study: RoundoffData) -> tuple[tuple[str, ...], ...]:
     """Times of an evaluation in relative and absolute coordinates."""
     return tuple(
         (

@@ -16,7 +16,7 @@ from reports.plotting.panels import Legend, Panel
 if TYPE_CHECKING:
     import pandas as pd
 
-    from reports.chapters.roundoff.series import RoundoffStudy
+    from reports.chapters.roundoff.series import RoundoffData
     from reports.plotting.families import Flags
     from reports.plotting.series import Array
 
@@ -34,7 +34,7 @@ RINGED = "Ring: smallest error; finer steps only add round-off."
 HOLLOW = "Hollow: below the error of the reference solution."
 
 
-def run_panels(study: RoundoffStudy, arithmetic: str, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
+def run_panels(study: RoundoffData, arithmetic: str, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
     """Errors against step or tolerance, one chart for each quantity and method."""
     table = study.tables.trajectories
     methods = [m for m in METHODS if m in set(table.method)]
@@ -42,7 +42,7 @@ def run_panels(study: RoundoffStudy, arithmetic: str, quantities: tuple[str, ...
     return tuple(p for p in found if p)
 
 
-def against_step(study: RoundoffStudy, arithmetic: str, quantity: str, method: str) -> Panel | None:
+def against_step(study: RoundoffData, arithmetic: str, quantity: str, method: str) -> Panel | None:
     """Chart of one quantity and method: every set of coordinates at every size."""
     table = study.tables.trajectories
     own = table[(table.arithmetic == arithmetic) & (table.quantity == quantity) & (table.method == method)]
@@ -91,7 +91,7 @@ def sizes_of(table: pd.DataFrame) -> list[float]:
     return sorted({float(r) for r in table.ratio}, reverse=True)
 
 
-def run_legend(study: RoundoffStudy, own: pd.DataFrame, sizes: list[float]) -> tuple[Legend, ...]:
+def run_legend(study: RoundoffData, own: pd.DataFrame, sizes: list[float]) -> tuple[Legend, ...]:
     """Colours of coordinates, then markers of sizes."""
     shown = [c for c in COORDINATES if c in set(own.coordinates)]
     coloured = tuple(Legend(c, Pen(COLOURS[HUES[c][0]], "", SIGNS[c])) for c in shown)
@@ -100,14 +100,14 @@ def run_legend(study: RoundoffStudy, own: pd.DataFrame, sizes: list[float]) -> t
     return (*coloured, *sized)
 
 
-def run_curve(study: RoundoffStudy, own: pd.DataFrame, column: str, drawn: Pen) -> ErrorCurve:
+def run_curve(study: RoundoffData, own: pd.DataFrame, column: str, drawn: Pen) -> ErrorCurve:
     """One run's errors, ringed where round-off takes over."""
     part = own.sort_values(column)
     x, y, low, high = (part[c].to_numpy(float) for c in (column, "median", "q05", "q95"))
     return ErrorCurve(x, y, drawn, (low, high), None, ring(study, part, x, column), ~true(part.known))
 
 
-def ring(study: RoundoffStudy, own: pd.DataFrame, x: Array, column: str) -> Flags:
+def ring(study: RoundoffData, own: pd.DataFrame, x: Array, column: str) -> Flags:
     """Point of the smallest error in best.csv, if it leaves a digit and is not at the finest setting, (n,)."""
     best, first = study.tables.best, own.iloc[0]
     kept = np.ones(len(best), bool)
@@ -124,12 +124,12 @@ def true(column: pd.Series) -> Flags:
     return flags
 
 
-def best_panels(study: RoundoffStudy, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
+def best_panels(study: RoundoffData, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
     """Charts of the smallest error against size."""
     return tuple(p for q in quantities if (p := best_panel(study, q)))
 
 
-def best_panel(study: RoundoffStudy, quantity: str) -> Panel | None:
+def best_panel(study: RoundoffData, quantity: str) -> Panel | None:
     """Chart of the smallest error over all methods, steps and tolerances."""
     own = study.tables.best[study.tables.best.quantity == quantity]
     if not len(own):
@@ -150,12 +150,12 @@ def best_panel(study: RoundoffStudy, quantity: str) -> Panel | None:
     return panel(sheet, curves, tuple(legend), f"Over all methods, steps and tolerances. {hollow}{SHADED}")
 
 
-def growth_panels(study: RoundoffStudy, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
+def growth_panels(study: RoundoffData, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
     """Charts of errors against time."""
     return tuple(p for q in quantities if (p := growth_panel(study, q)))
 
 
-def growth_panel(study: RoundoffStudy, quantity: str) -> Panel | None:
+def growth_panel(study: RoundoffData, quantity: str) -> Panel | None:
     """Chart of one quantity's error against time."""
     own = study.tables.growth[study.tables.growth.quantity == quantity]
     if not len(own):

@@ -13,12 +13,12 @@ from reports.chapters.roundoff.words import between, counted, exponent_words, li
 if TYPE_CHECKING:
     import pandas as pd
 
-    from reports.chapters.roundoff.series import ErrorLaw, RoundoffStudy
+    from reports.chapters.roundoff.series import ErrorLaw, RoundoffData
 
 ATTITUDE = "attitude"
 
 
-def orbit_sentences(study: RoundoffStudy) -> tuple[str, ...]:
+def orbit_sentences(study: RoundoffData) -> tuple[str, ...]:
     """Sentences on the smallest error of the attitude in an orbit and its optimal step."""
     in_absolute, in_relative = (least(study, c, DOUBLE) for c in (ABSOLUTE, RELATIVE))
     if not len(in_absolute) or not len(in_relative):
@@ -38,7 +38,7 @@ def bounded(own: pd.DataFrame) -> str:
     return between([float(v) for v in own["median"]]) + " rad" + " or less" * (not true(own.settled).all())
 
 
-def least(study: RoundoffStudy, coordinates: str, arithmetic: str) -> pd.DataFrame:
+def least(study: RoundoffData, coordinates: str, arithmetic: str) -> pd.DataFrame:
     """Smallest median errors of the attitude over all methods, from the longest bars."""
     best = study.tables.best
     own = best[(best.quantity == ATTITUDE) & (best.coordinates == coordinates) & (best.arithmetic == arithmetic)]
@@ -49,14 +49,14 @@ def least(study: RoundoffStudy, coordinates: str, arithmetic: str) -> pd.DataFra
     return found
 
 
-def at_ends(study: RoundoffStudy, own: pd.DataFrame) -> str:
+def at_ends(study: RoundoffData, own: pd.DataFrame) -> str:
     """``9×10⁻¹³ rad for bars of 6.4 km and 8×10⁻⁷ rad for bars of 6.4 mm``."""
     ends = own if len(own) < 2 else own.iloc[[0, -1]]
     shown = zip(ends["median"].astype(float), ends.ratio.astype(float), strict=True)
     return listed([f"{spelled(error)} rad for bars of {size(study, ratio)}" for error, ratio in shown])
 
 
-def attitude_law(study: RoundoffStudy) -> tuple[ErrorLaw | None, str]:
+def attitude_law(study: RoundoffData) -> tuple[ErrorLaw | None, str]:
     """Law of the smallest error in absolute coordinates, of the method with the most fitted points."""
     laws = study.tables.best_laws
     own = laws[(laws.quantity == ATTITUDE) & (laws.coordinates == ABSOLUTE) & (laws.arithmetic == DOUBLE)]
@@ -67,7 +67,7 @@ def attitude_law(study: RoundoffStudy) -> tuple[ErrorLaw | None, str]:
     return law_of(row), str(row["method"])
 
 
-def optimum_sentences(study: RoundoffStudy) -> list[str]:
+def optimum_sentences(study: RoundoffData) -> list[str]:
     """Sentence on the optimal step and its dependence on the size."""
     best = study.tables.best
     own = best[(best.quantity == ATTITUDE) & (best.coordinates == ABSOLUTE) & (best.arithmetic == DOUBLE)]
@@ -84,7 +84,7 @@ def optimum_sentences(study: RoundoffStudy) -> list[str]:
     ]
 
 
-def single_orbit_sentences(study: RoundoffStudy) -> list[str]:
+def single_orbit_sentences(study: RoundoffData) -> list[str]:
     """Sentence on single precision."""
     in_absolute, in_relative = (least(study, c, SINGLE) for c in (ABSOLUTE, RELATIVE))
     if not len(in_absolute) or not len(in_relative):
@@ -99,7 +99,7 @@ def single_orbit_sentences(study: RoundoffStudy) -> list[str]:
     return [f"In single precision absolute coordinates {listed(said)}; relative ones reach {bounded(in_relative)}."]
 
 
-def growth_sentences(study: RoundoffStudy) -> tuple[str, ...]:
+def growth_sentences(study: RoundoffData) -> tuple[str, ...]:
     """Sentence on the exponents of the attitude's error in time."""
     laws = study.tables.growth_laws
     own = laws[(laws.quantity == ATTITUDE) & laws.coordinates.isin((ABSOLUTE, RELATIVE)) & (laws.arithmetic == DOUBLE)]

@@ -177,7 +177,7 @@ class NamedObject:
 
 
 @dataclass(frozen=True)
-class RoundoffStudy:
+class RoundoffData:
     """Tables of a round-off study, and queries of them."""
 
     tables: RoundoffTables

@@ -40,7 +40,7 @@ from reports.chapters.roundoff.words import (
 if TYPE_CHECKING:
     from collections.abc import Hashable
 
-    from reports.chapters.roundoff.series import Digits, NamedObject, RoundoffStudy
+    from reports.chapters.roundoff.series import Digits, NamedObject, RoundoffData
 
 CLAIM = "could be impossible"
 LONGEST_M = 100.0  # largest object named in the text
@@ -66,7 +66,7 @@ class RoundoffVerdict:
     paragraphs: tuple[Paragraph, ...]
 
 
-def verdict(study: RoundoffStudy) -> RoundoffVerdict:
+def verdict(study: RoundoffData) -> RoundoffVerdict:
     """Verdict of a study."""
     found = (
         Paragraph("Generic states.", ordinary_sentences(study)),
@@ -81,13 +81,13 @@ def verdict(study: RoundoffStudy) -> RoundoffVerdict:
     return RoundoffVerdict(headline(study), tuple(p for p in found if p.sentences))
 
 
-def kept(study: RoundoffStudy, longest_m: float = math.inf) -> list[tuple[NamedObject, Digits]]:
+def kept(study: RoundoffData, longest_m: float = math.inf) -> list[tuple[NamedObject, Digits]]:
     """Digits of the named objects' reactions in absolute coordinates, double precision, generic state."""
     things = (o for o in study.named if o.length_m <= longest_m)
     return [(o, d) for o in things if (d := study.digits(Key(ABSOLUTE), o.ratio))]
 
 
-def headline(study: RoundoffStudy) -> str:
+def headline(study: RoundoffData) -> str:
     """Verdict in one sentence."""
     found = kept(study)
     if not found:
@@ -101,7 +101,7 @@ def headline(study: RoundoffStudy) -> str:
     return f"In double precision absolute coordinates cost some digits of reactions in generic states{in_single(study)}"
 
 
-def in_single(study: RoundoffStudy) -> str:
+def in_single(study: RoundoffData) -> str:
     """Clause of the headline on single precision."""
     law = study.law(Key(ABSOLUTE, SINGLE))
     if law is None or law.last_digit_ratio is None or not study.measured(law.last_digit_ratio):
@@ -114,7 +114,7 @@ def things_text(names: list[str]) -> str:
     return listed([f"a {name}" for name in names])
 
 
-def ordinary_sentences(study: RoundoffStudy) -> tuple[str, ...]:
+def ordinary_sentences(study: RoundoffData) -> tuple[str, ...]:
     """Sentences on the claim, and on the laws of both formulations."""
     in_absolute, in_relative = study.law(Key(ABSOLUTE)), study.law(Key(RELATIVE))
     said = [f"According to the paper, computing internal forces from inertial coordinates “{CLAIM}”."]
@@ -131,14 +131,14 @@ def ordinary_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     return (*said, *production_sentences(study)) if len(said) > 1 else ()
 
 
-def production_sentences(study: RoundoffStudy) -> list[str]:
+def production_sentences(study: RoundoffData) -> list[str]:
     """Sentence on the code of barchain's engines in the same states."""
     found = [(name, law) for name in PRODUCTION if (law := study.law(Key(name)))]
     each = listed([f"{unit_text(law)} for {name}{f' ({exponent_words(law)})' * law.off}" for name, law in found])
     return [f"Errors of barchain’s engines: {each}."] if found else []
 
 
-def right_sentences(study: RoundoffStudy) -> tuple[str, ...]:
+def right_sentences(study: RoundoffData) -> tuple[str, ...]:
     """List items on losses of reactions: one for each case."""
     lost = [o.name for o, d in kept(study) if d.lost]
     double = [f"In double precision absolute coordinates leave no digit of the reactions of {things_text(lost)}."]
@@ -146,7 +146,7 @@ def right_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     return tuple(" ".join(case) for case in cases if case)
 
 
-def overstated_sentences(study: RoundoffStudy) -> tuple[str, ...]:
+def overstated_sentences(study: RoundoffData) -> tuple[str, ...]:
     """Sentences on double precision in generic states."""
     left = [(o, d) for o, d in kept(study, LONGEST_M) if not d.lost]
     if not left:
@@ -162,7 +162,7 @@ def overstated_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     return (*said, *read_off_left(study))
 
 
-def read_off_left(study: RoundoffStudy) -> list[str]:
+def read_off_left(study: RoundoffData) -> list[str]:
     """Sentence on differenced positions in double precision."""
     key = Key(POSITIONS, state=STRAIGHT)
     left = [(o, d) for o in study.named if o.length_m <= LONGEST_M and (d := study.digits(key, o.ratio)) and not d.lost]
@@ -175,12 +175,12 @@ def read_off_left(study: RoundoffStudy) -> list[str]:
     return [f"Even computed from positions at three instants, reactions keep {each}{slope}{than}."]
 
 
-def unequal_sentences(study: RoundoffStudy) -> tuple[str, ...]:
+def unequal_sentences(study: RoundoffData) -> tuple[str, ...]:
     """Sentence on masses of 1 : 1e6."""
     return shared_loss(study, Key(RELATIVE, state=UNEQUAL), "Masses that alternate as 1 : 10⁶")
 
 
-def long_chain_sentences(study: RoundoffStudy) -> tuple[str, ...]:
+def long_chain_sentences(study: RoundoffData) -> tuple[str, ...]:
     """Sentence on the straight chain with the most bars."""
     laws = study.tables.laws
     counts = sorted({int(n) for n in laws.bars[laws.state == STRAIGHT]})
@@ -189,7 +189,7 @@ def long_chain_sentences(study: RoundoffStudy) -> tuple[str, ...]:
     return shared_loss(study, Key(RELATIVE, state=STRAIGHT, bars=counts[-1]), f"{counts[-1]} bars in a straight line")
 
 
-def shared_loss(study: RoundoffStudy, key: Key, what: str) -> tuple[str, ...]:
+def shared_loss(study: RoundoffData, key: Key, what: str) -> tuple[str, ...]:
     """Sentence on the digits that a state costs in both sets of coordinates, for its longest bars."""
     law, plain = study.law(key), study.law(Key(RELATIVE))
     sizes = key.of(study.tables.evaluation).ratio
@@ -211,7 +211,7 @@ def shared_loss(study: RoundoffStudy, key: Key, what: str) -> tuple[str, ...]:
             f"{spelled(in_absolute.median)} in absolute coordinates.{cause}",)  # fmt: skip
 
 
-def cost_sentences(study: RoundoffStudy) -> tuple[str, ...]:
+def cost_sentences(study: RoundoffData) -> tuple[str, ...]:
     """Sentence on the time of an evaluation."""
     table = [r for r in study.tables.times.to_dict("records") if times(r)]
     if not table:
@@ -230,7 +230,7 @@ def slowdown(row: dict[Hashable, Any]) -> str:
     return f"{times(row)} times as long with {int(row['bars'])} bars"
 
 
-def limits(study: RoundoffStudy) -> tuple[str, ...]:
+def limits(study: RoundoffData) -> tuple[str, ...]:
     """Sentences on the scope of the verdict."""
     record, sizes = study.tables.record, study.tables.evaluation.ratio
     metres, span = study.metres, ""

@@ -20,7 +20,7 @@ from reports.chapters.roundoff.rows import (
     time_rows,
 )  # fmt: skip
 from reports.chapters.roundoff.run_charts import best_panels, growth_panels, run_panels
-from reports.chapters.roundoff.series import DOUBLE, SINGLE, RoundoffStudy
+from reports.chapters.roundoff.series import DOUBLE, SINGLE, RoundoffData
 from reports.chapters.roundoff.verdict import verdict
 from reports.tables.roundoff import read_roundoff
 from reports.text.record import rows
@@ -98,7 +98,7 @@ class RoundoffView:
 
 def view_roundoff(folder: Path) -> RoundoffView:
     """View of the study in a result folder."""
-    study = RoundoffStudy(read_roundoff(folder))
+    study = RoundoffData(read_roundoff(folder))
     laws, further = law_rows(study)
     return RoundoffView(
         study.tables.record,
@@ -117,7 +117,7 @@ def view_roundoff(folder: Path) -> RoundoffView:
     )
 
 
-def sections(study: RoundoffStudy) -> tuple[Section, ...]:
+def sections(study: RoundoffData) -> tuple[Section, ...]:
     """Sections of charts."""
     return (
         Section("One evaluation", "", evaluation_panels(study), further_panels(study), STATES),

@@ -10,7 +10,7 @@ from reports.text.ratios import short
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from reports.chapters.roundoff.series import ErrorLaw, RoundoffStudy
+    from reports.chapters.roundoff.series import ErrorLaw, RoundoffData
 
 POWERS = {-3.0: "/ε³", -2.0: "/ε²", -1.0: "/ε", 0.0: ""}
 LARGEST_PLAIN = 1e4
@@ -36,7 +36,7 @@ def length(metres: float) -> str:
     return f"{short(metres * factor)}{NBSP}{unit}"
 
 
-def size(study: RoundoffStudy, ratio: float | None) -> str:
+def size(study: RoundoffData, ratio: float | None) -> str:
     """Length of a bar of a size ratio: ``64 m``; the ratio itself without named objects."""
     if ratio is None:
         return ""
