@@ -28,9 +28,12 @@ def folder(tmp_path: Path) -> Path:
     """Folder of a comparison, an effect budget and an ensemble, all without rows."""
     pd.DataFrame(columns=list(METRIC_COLUMNS)).to_csv(tmp_path / "metrics.csv", index=False)
     (tmp_path / "run.json").write_text(json.dumps(MADE))
-    write(tmp_path / "effects", "effects.csv", COLUMNS, MADE)
+    scene = {"name": "some/scene", "title": "Some scene"}
+    write(tmp_path / "effects", "effects.csv", COLUMNS, MADE | {"scene": scene})
     spent = {"seconds": {"run": 1.0, "draw": 0.1, "reduce": 0.1}, "outcomes": {"finished": 4}}
-    ensemble = MADE | spent | {"runs": 4, "rtol": 1e-10, "vary": ["mass"], "seed": 1, "evaluations": 1000}
+    ensemble = (
+        MADE | spent | {"scene": scene} | {"runs": 4, "rtol": 1e-10, "vary": ["mass"], "seed": 1, "evaluations": 1000}
+    )
     write(tmp_path / "ensemble", "quantiles.csv", QUANTILES, ensemble)
     return tmp_path
 
