@@ -43,8 +43,8 @@ ADVICE = {
     Outcome.REPORTED: "A measured value without a criterion.",
     Outcome.UNSUPPORTED: "The engine does not support an effect or a setting of this scene; the pair is skipped and "
     "the reason shown.",
-    Outcome.ROUNDOFF_LIMITED: "Measured round-off of this run explains the difference. The physics is right, the "
-    "accuracy below that of the method; the reason gives the digits left.",
+    Outcome.ROUNDOFF_LIMITED: "Measured round-off of this run explains the difference: no error of the physics, but "
+    "less accuracy than the method has. The reason gives the digits left.",
     Outcome.MALFORMED: "The values have fewer digits than an integration gives.",
     Outcome.INCONSISTENT: "The difference exceeds both errors, round-off and the declared model difference. Check "
     "the physics, the signs and the error estimate.",

@@ -120,13 +120,13 @@ def ordinary_sentences(study: RoundoffData) -> tuple[str, ...]:
     said = [f"According to the paper, computing internal forces from inertial coordinates “{CLAIM}”."]
     if in_absolute is not None:
         said.append(
-            f"Solved for in absolute coordinates, in a generic state of {BARS} bars, they have errors of "
+            f"Solved for in absolute coordinates, in a generic state of {BARS} bars, reactions have errors of "
             f"{unit_text(in_absolute)} ({exponent_words(in_absolute)})."
         )
     if in_relative is not None:
         where = "at every size" if in_relative.certain else "on average over the sizes"
         said.append(
-            f"In relative coordinates the errors are {unit_text(in_relative)} {where} ({exponent_words(in_relative)})."
+            f"In relative coordinates their errors are {unit_text(in_relative)} {where} ({exponent_words(in_relative)})."
         )
     return (*said, *production_sentences(study)) if len(said) > 1 else ()
 
