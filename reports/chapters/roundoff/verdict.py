@@ -126,7 +126,8 @@ def ordinary_sentences(study: RoundoffData) -> tuple[str, ...]:
     if in_relative is not None:
         where = "at every size" if in_relative.certain else "on average over the sizes"
         said.append(
-            f"In relative coordinates their errors are {unit_text(in_relative)} {where} ({exponent_words(in_relative)})."
+            f"In relative coordinates their errors are {unit_text(in_relative)} {where} "
+            f"({exponent_words(in_relative)})."
         )
     return (*said, *production_sentences(study)) if len(said) > 1 else ()
 
