@@ -67,5 +67,6 @@ def read_effects(folder: Path) -> EffectsTables:
         If a table is missing.
     """
     inside = folder / FOLDER
-    table = read_csv(inside / "effects.csv", WORDS).reindex(columns=COLUMNS).fillna(dict.fromkeys(WORDS, ""))
+    table = read_csv(inside / "effects.csv", WORDS).reindex(columns=COLUMNS)
+    table = table.astype(dict.fromkeys(WORDS, object)).fillna(dict.fromkeys(WORDS, ""))
     return EffectsTables(table, read_record(inside / "record.json"))
