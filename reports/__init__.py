@@ -1,7 +1,7 @@
-"""Renders stored result tables into HTML and Markdown; knows tables, not engines or scenes.
+"""Rendering of stored result tables as HTML and Markdown, independent of engines and scenes.
 
-Pages are made by :mod:`reports.render`, which is not imported here: plots take a second to import, and every worker
-process imports this package for the words of an outcome.
+:mod:`reports.render` makes the pages. It is not imported here: plots take a second to import, and every worker process
+imports this package for the outcomes.
 """
 
 from reports.tables.outcome import Outcome as Outcome

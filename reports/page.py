@@ -59,17 +59,18 @@ def effect_markup(value: object) -> Markup:
 
 
 def surroundings(record: Mapping[str, Any]) -> dict[str, Any]:
-    """What every page shows around its subject: colours of both themes, and the environment of the run."""
+    """Names of the parts around a page's subject: colours of both themes, and the environment of the run."""
     return {
         "light": Markup(variables(0)),
         "dark": Markup(variables(1)),
+        "created": str(record.get("created") or ""),
         "environment": mapping(record.get("environment")),
         "packages": dict(sorted(mapping(record.get("packages")).items())),
     }
 
 
 def subject(chapter: Chapter, view: ChapterView) -> dict[str, Any]:
-    """What the templates of a study's own page and Markdown see of it."""
+    """Names that the templates of a study's own page and Markdown see."""
     return {"chapter": chapter, chapter.name: view, "glossary": Glossary()}
 
 

@@ -129,7 +129,7 @@ def show_view(view: SelftestView) -> None:
         show(sizes)
     for fault, cell in view.survivors:
         click.echo(
-            f"{cell.fate} {fault.name} on {cell.scene} (detected in {fault.killed} of {fault.tried}): {cell.reason}"
+            f"{cell.fate} {fault.name} on {cell.scene} (detected in {fault.detected} of {fault.tried}): {cell.reason}"
         )
     for cell in view.wrong:
         click.echo(f"{cell.fate}: {cell.fault} on {cell.scene}: {cell.title}")

@@ -1,1 +1,1 @@
-"""Chapters of the report: from a study's tables to a view, charts and a page. No chapter imports another."""
+"""Chapters of the report: views and charts of each study's tables. No chapter imports another."""

@@ -16,8 +16,10 @@ CHAPTERS = (
     Chapter(
         "scaling", "Cost against the number of bars", ("points.csv", "fits.csv", "record.json"), view_scaling,
         "scaling.md",
-    ), Chapter("roundoff", "Round-off in absolute and relative coordinates", ("record.json",), view_roundoff,
-    "roundoff.md"), Chapter("effects", "Relevance of each effect", ("effects.csv", "record.json"), view_effects,
+    ), Chapter(
+        "roundoff", "Round-off in absolute and relative coordinates", ("record.json",), view_roundoff,
+    "roundoff.md",
+    ), Chapter("effects", "Relevance of each effect", ("effects.csv", "record.json"), view_effects,
     "effects.md"), Chapter(
         "selftest", "Detection of seeded faults", ("selftest.csv", "selftest.json"), view_selftest, "selftest.md",
         in_report=False,

@@ -1,4 +1,4 @@
-"""Engines of one family share a colour where many are drawn together."""
+"""Colours of engines: those of one family share a colour where many are drawn together."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ if TYPE_CHECKING:
 
 Flags = NDArray[np.bool_]
 OTHERS = "others"
-SHARED = "Engines of one family share a colour here; by family they have their own."
+SHARED = "Engines of one family share a colour here; the charts by family tell them apart."
 MARKER_SIZE, CROSS_SIZE = 5.6, 6.0
 
 
 def families(engines: Sequence[str]) -> dict[str, str]:
-    """Family of each engine: the first word of its name; those alone in theirs are the others."""
+    """Family of each engine: the first word of its name, or ``others`` for single ones."""
     first = {e: e.partition("-")[0] for e in engines}
     words = list(first.values())
     return {e: word if words.count(word) > 1 else OTHERS for e, word in first.items()}
 
 
 def group_of(engines: Sequence[str]) -> dict[str, str]:
-    """What each engine shares its pen with: nothing while there are pens enough, else the first word of its name."""
+    """Group of each engine that shares a pen: itself if there are enough pens, else the first word of its name."""
     names = list(dict.fromkeys(engines))
     return {e: e if len(names) <= len(SERIES) else e.partition("-")[0] for e in names}
 

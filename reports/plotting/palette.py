@@ -1,4 +1,4 @@
-"""Colours: named, one value on white and one on near-black, and stand-ins that Matplotlib can carry.
+"""Colours: named, one value on white and one on near-black, and stand-ins for Matplotlib.
 
 Matplotlib knows no CSS variables, so a chart is drawn in stand-in colours that are exchanged for
 ``var(--name)`` afterwards: the same SVG then reads in both themes.
@@ -71,13 +71,13 @@ DASHES: tuple[tuple[float, ...], ...] = ((), (6, 2), (2, 1.6), (7, 2, 1.5, 2))
 
 @dataclass(frozen=True)
 class Pen:
-    """How one line is told from the others: by colour and by a second sign."""
+    """Distinction of a line from others: by colour and by a marker or dashes."""
 
     colour: Colour
     marker: str = ""
     dash: tuple[float, ...] = ()
     hollow: bool = False
-    """Whether it draws outlined markers alone, without a line"""
+    """Whether only outlined markers are drawn, without a line"""
 
     @property
     def marker_path(self) -> str:
@@ -91,12 +91,12 @@ class Pen:
 
 
 def engine_pen(k: int) -> Pen:
-    """Pen of the k-th engine: dashes are kept for tolerances, so markers tell engines apart."""
+    """Pen of the k-th engine: colour and marker; dashes are reserved for tolerances."""
     return Pen(SERIES[k % len(SERIES)], MARKERS[k % len(MARKERS)])
 
 
 def hollow(pen: Pen) -> Pen:
-    """Pen that only sets outlined markers of `pen`."""
+    """Pen for outlined markers of `pen` without a line."""
     return replace(pen, hollow=True)
 
 

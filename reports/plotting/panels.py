@@ -1,4 +1,4 @@
-"""Curves against time: linear and log panels of one size, legends left to the page."""
+"""Panels of curves against time, linear and logarithmic; legends are set by the page."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 
 from reports.plotting.palette import COLOURS, Pen
-from reports.plotting.series import Array, DecadeRange, floor_of, thin
+from reports.plotting.series import Array, DecadeRange, decade_range, thin
 from reports.plotting.svg import TEXT_SIZE, figure, inline
 from reports.text.numerals import power_of_ten
 
@@ -35,13 +35,13 @@ class Line:
     tolerance: Array | None = None
     """Same shape as `y`; drawn dashed in the same colour"""
     cut: bool = False
-    """Whether it ends before the run does: a tick stands at its end"""
+    """Whether it ends before the run: a tick marks its end"""
     width: float = 1.4
     faint: bool = False
-    """Whether it is drawn as something not to be relied on"""
+    """Whether it is drawn faint, as unreliable"""
 
     def scaled(self, x: float, y: float) -> Line:
-        """The same in other units; for lines without a tolerance."""
+        """Line in other units; for lines without a tolerance."""
         return replace(self, x=self.x * x, y=self.y * y)
 
 
@@ -55,7 +55,7 @@ class Legend:
 
 @dataclass(frozen=True)
 class Panel:
-    """One chart, and what must be said beside it."""
+    """One chart with its note and legend."""
 
     title: str
     svg: Markup
@@ -66,7 +66,7 @@ class Panel:
 
 @dataclass
 class ChartFrame:
-    """What a panel says on its axes."""
+    """Labels, ranges and curves of a panel."""
 
     name: str
     title: str
@@ -75,12 +75,12 @@ class ChartFrame:
     x_span: tuple[float, float]
     lines: list[Line] = field(default_factory=list)
     mark: float | None = None
-    """Where a thin vertical line stands"""
+    """Abscissa of a thin vertical line"""
     mark_label: str = ""
 
 
 def blank_axes(frame: ChartFrame) -> Axes:
-    """Axes with the page's own look: no box, a light grid, the unit above the vertical axis."""
+    """Axes in the style of the page: no box, a light grid, the unit above the vertical axis."""
     made = figure(WIDTH, HEIGHT)
     ax = made.add_axes(
         (LEFT / WIDTH, BOTTOM / HEIGHT, (WIDTH - LEFT - RIGHT) / WIDTH, (HEIGHT - TOP - BOTTOM) / HEIGHT)
@@ -102,7 +102,7 @@ def blank_axes(frame: ChartFrame) -> Axes:
 
 
 def dress(ax: Axes) -> None:
-    """Colours and spines."""
+    """Set colours and spines."""
     ax.patch.set_visible(False)
     ax.set_axisbelow(True)
     for side in ("top", "right", "left"):
@@ -129,7 +129,7 @@ def linear_panel(frame: ChartFrame) -> Panel | None:
 
 
 def draw_mark(ax: Axes, frame: ChartFrame, at: float) -> None:
-    """Thin vertical line, labelled above the plot on whichever side of it has more room."""
+    """Draw a thin vertical line, labelled above the plot on the side with more room."""
     left, right = frame.x_span
     late = at > 0.5 * (left + right)
     ax.axvline(at, color=COLOURS["muted"].stand_in, linewidth=0.9)
@@ -146,7 +146,7 @@ def draw_mark(ax: Axes, frame: ChartFrame, at: float) -> None:
 
 
 def widen_flat(ax: Axes, frame: ChartFrame) -> None:
-    """Keep a curve that is constant but for round-off from filling its axis with the round-off."""
+    """Widen the axis of a curve that is constant up to round-off."""
     values = np.concatenate([line.y[np.isfinite(line.y)] for line in frame.lines])
     size, spread = float(np.abs(values).max()), float(np.ptp(values))
     if spread < 1e-6 * size:
@@ -163,7 +163,7 @@ def log_panel(frame: ChartFrame) -> Panel | None:
     """
     zeros = sum(int((line.y[1:] == 0.0).sum()) for line in frame.lines)
     lines = [without_zeros(line) for line in frame.lines]
-    floor = floor_of([curve for line in lines for curve in (line.y, line.tolerance) if curve is not None])
+    floor = decade_range([curve for line in lines for curve in (line.y, line.tolerance) if curve is not None])
     if floor is None:
         return None
     ax = blank_axes(frame)
@@ -199,7 +199,7 @@ def log_axis(ax: Axes, floor: DecadeRange) -> None:
 
 
 def draw_log(ax: Axes, line: Line, floor: DecadeRange) -> int:
-    """Draw a line and its tolerance; how many of its samples lie at the edge."""
+    """Draw a line and its tolerance; return the number of samples at the edge."""
     y, lifted = floor.lift(line.y)
     draw(ax, line, *thin(line.x, y))
     if line.tolerance is not None:
@@ -209,7 +209,7 @@ def draw_log(ax: Axes, line: Line, floor: DecadeRange) -> int:
 
 
 def draw(ax: Axes, line: Line, x: Array, y: Array) -> None:
-    """One thinned curve with a few markers, and a tick where it is cut."""
+    """Draw one thinned curve with a few markers, and a tick at a cut end."""
     colour, finite = line.pen.colour.stand_in, np.flatnonzero(np.isfinite(y))
     if line.pen.hollow:
         ax.plot(x, y, line.pen.marker, color=colour, markersize=5.2, markeredgewidth=0.9, fillstyle="none")
@@ -235,7 +235,7 @@ def draw(ax: Axes, line: Line, x: Array, y: Array) -> None:
 
 
 def finish(ax: Axes, frame: ChartFrame) -> Markup:
-    """SVG of the axes' figure."""
+    """Render the axes' figure as SVG."""
     found = ax.get_figure(root=True)
     assert found is not None
     return inline(found, frame.name, f"{frame.title}; horizontal axis: {frame.x_label}; vertical axis: {frame.y_label}")

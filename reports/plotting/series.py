@@ -1,4 +1,4 @@
-"""From columns of a table to curves: thinning that keeps spikes, log axes that tell the truth."""
+"""Curves from columns of a table: thinning that keeps extrema, ranges of log axes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 MOST_POINTS = 400  # more than the pixels a panel is wide
-MOST_DECADES = 18  # of a log axis: below that lies double precision's noise about anything
+MOST_DECADES = 18  # of a log axis: more than double precision resolves
 
 
 def numbered(frame: pd.DataFrame, pattern: str) -> Array | None:
@@ -29,7 +29,7 @@ def numbered(frame: pd.DataFrame, pattern: str) -> Array | None:
 
 
 def column(frame: pd.DataFrame, name: str) -> Array | None:
-    """One column as floats; None if it is not there or holds no number at all."""
+    """One column as floats; None without a number."""
     if name not in frame:
         return None
     values = frame[name].to_numpy(float)
@@ -37,9 +37,9 @@ def column(frame: pd.DataFrame, name: str) -> Array | None:
 
 
 def thin(x: Array, y: Array, most: int = MOST_POINTS) -> tuple[Array, Array]:
-    """At most `most` points that keep the least and the largest of every stretch.
+    """Thin a curve to at most `most` points that keep the minimum and maximum of every interval.
 
-    A stretch without a single number becomes one NaN, so the line stays broken there.
+    An interval without a number becomes one NaN, which breaks the line.
     """
     if len(x) <= most:
         return x, y
@@ -62,12 +62,12 @@ class DecadeRange:
     high: float
 
     def lift(self, y: Array) -> tuple[Array, int]:
-        """Draw what is positive and below the edge on it, and count how many that were; NaN stays NaN."""
+        """Values with positive ones below the edge moved onto it, and the number of these; NaN stays NaN."""
         below = (y > 0.0) & (y < self.low * (1.0 - 1e-6))
         return np.where(below, self.low, y), int(below.sum())
 
 
-def floor_of(curves: list[Array]) -> DecadeRange | None:
+def decade_range(curves: list[Array]) -> DecadeRange | None:
     """Whole decades around all positive values of `curves`; None if there are none."""
     positive = [c[np.isfinite(c) & (c > 0.0)] for c in curves]
     values = np.concatenate(positive) if positive else np.empty(0)

@@ -1,4 +1,4 @@
-"""A Matplotlib figure as an SVG element that takes its colours and its font from the page around it."""
+"""Matplotlib figures as SVG elements with the colours and the font of the page."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def inline(drawn: Figure, name: str, label: str) -> Markup:
     name : str
         Unique in the page: every id inside is derived from it, so that equal tables give equal bytes.
     label : str
-        What the picture shows, for those who can't see it.
+        Description of the picture, for screen readers.
     """
     out = io.StringIO()
     style: Any = {**STYLE, "svg.hashsalt": name}
@@ -57,7 +57,7 @@ def inline(drawn: Figure, name: str, label: str) -> Markup:
 
 
 def bare(svg: str) -> str:
-    """Drop what an element inside HTML does not need: prologue, metadata, names of groups, far digits."""
+    """Remove prologue, metadata, names of groups and excess digits."""
     svg = svg[svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->", "", svg, flags=re.S)
     svg = re.sub(r'<g id="[^"]*"', "<g", svg)
@@ -72,13 +72,13 @@ def bare(svg: str) -> str:
 
 
 def short_path(path: str) -> str:
-    """Path data to a tenth of a pixel, without the letters and blanks it can do without."""
+    """Path data to a tenth of a pixel, without redundant blanks."""
     path = re.sub(r"-?\d+\.\d+", lambda m: f"{float(m[0]):.1f}".removesuffix(".0"), path)
     return re.sub(r"\s*([A-Za-z])\s*", r"\1", path.strip())
 
 
 def themed(svg: str, label: str) -> str:
-    """Exchange stand-in colours and Matplotlib's font for the page's own."""
+    """Replace stand-in colours and Matplotlib's font by those of the page."""
     for colour in COLOURS.values():
         svg = svg.replace(colour.stand_in, colour.css)
     svg = re.sub(r"font(?:-family)?: [^;\"]*'[^;\"]*;? ?", "", svg)

@@ -1,16 +1,16 @@
-"""The stored tables of a cost study: what its chapter is rendered from, and nothing else is needed.
+"""Stored tables of a cost study: everything that its chapter is rendered from.
 
 A folder ``cost`` inside a result folder holds
 
 ``points.csv``
-    one row for each run asked for, columns :data:`POINT_COLUMNS`; errors are the largest over the samples, an
-    empty cell is what the engine has not got or what was not measured;
+    one row for each planned run, columns :data:`POINT_COLUMNS`; errors are the largest over the samples; a cell is
+    empty if the engine lacks the quantity or it was not measured;
 ``times.csv``
     every measured time of `simulate`, s, by the point's key;
 ``orders.csv``, ``reach.csv``, ``price.csv``
-    measured orders of convergence; what it costs to reach an error; the price of one more digit;
+    measured orders of convergence; costs to reach an error; cost factors of one more digit;
 ``run.json``
-    what ran where, the engines, the truths, and what was left out with its reason.
+    environment, engines, certified solutions, and skipped pairs with their reasons.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 FOLDER = "cost"
-BASELINE = "reference-fast"  # times are also given over this engine's
+BASELINE = "reference-fast"  # times are also given relative to this engine's
 TIME_COLUMNS = ("key", "turn", "seconds")
 POINT_COLUMNS = (
     "scene", "engine", "setting", "parameter", "value", "step_s", "outcome", "reason",
@@ -42,7 +42,7 @@ WORDS = ("scene", "engine", "setting", "outcome", "reason", "under_floor", "stat
 
 @dataclass(frozen=True)
 class CostTables:
-    """A cost study's folder, read."""
+    """Contents of a cost study's folder."""
 
     points: pd.DataFrame
     orders: pd.DataFrame

@@ -1,21 +1,20 @@
-"""The stored tables of a comparison: what a report is rendered from, and nothing else is needed.
+"""Stored tables of a comparison: everything that a report is rendered from.
 
 A result folder holds
 
 ``metrics.csv``
-    tidy, one value a row, columns :data:`METRIC_COLUMNS`; an engine in parentheses stands for what was asked of
-    several together, which the report works out itself, or for the reference solution where a scene has none; the scene
-    :data:`ALL_SCENES` for what is said of an engine in all scenes together;
+    tidy, one value a row, columns :data:`METRIC_COLUMNS`. An engine in parentheses stands for several engines
+    together, or for a missing reference solution; the scene :data:`ALL_SCENES` for all scenes together;
 ``run.json``
     what ran where, see :class:`RunRecord`;
 ``trajectories/<scene>/<engine>.parquet``
-    one row per sample; ``solution.parquet`` is the reference at its tightest;
+    one row per sample; ``solution.parquet`` is the reference solution;
 ``differences/<scene>/<engine>.parquet``
-    ``t_s`` and, for each compared quantity q: ``q_difference``, ``q_tolerance`` (what both errors explain) and
-    ``q_bound`` (what the engine's setting should reach), each the largest over the quantity's components;
+    ``t_s`` and, for each compared quantity q: ``q_difference``, ``q_tolerance`` (the explained part) and
+    ``q_bound`` (the expected-error bound), each the largest over the quantity's components;
     for each drift d: ``d_drift``, ``d_bound``;
 ``differences/<scene>/amplification.parquet``
-    ``t_s, growth``: how many times a small perturbation of the attitude has grown.
+    ``t_s, amplification``: factor by which a small perturbation of the attitude has grown.
 """
 
 from __future__ import annotations
@@ -60,14 +59,14 @@ QUANTITY_UNITS = {
 }
 SOLUTION, AMPLIFICATION = "solution", "amplification"
 REFERENCE_SOLUTION = "(reference solution)"
-"""Stands in the engine column for a scene's reference solution, where that could not be run"""
+"""Stands in the engine column for a scene's reference solution that could not be run"""
 ALL_SCENES = "(all scenes)"
-"""Stands in the scene column of what is said of an engine in all scenes together"""
+"""Stands in the scene column of a row about an engine in all scenes together"""
 
 
 @dataclass(frozen=True)
 class Results:
-    """A result folder, read."""
+    """Contents of a result folder."""
 
     folder: Path
     metrics: pd.DataFrame
@@ -79,7 +78,7 @@ class Results:
         return read_parquet(self.folder / "trajectories" / scene / f"{engine}.parquet")
 
     def differences(self, scene: str, engine: str) -> pd.DataFrame | None:
-        """Differences from the truth over time, or None if there are none."""
+        """Differences from the reference solution over time, or None without any."""
         return read_parquet(self.folder / "differences" / scene / f"{engine}.parquet")
 
 
@@ -89,12 +88,12 @@ def is_engine(name: str) -> bool:
 
 
 def read_parquet(path: Path) -> pd.DataFrame | None:
-    """Table at `path`, or None if there is none."""
+    """Table at `path`, or None without a file."""
     return pd.read_parquet(path) if path.is_file() else None
 
 
 class DamagedResultsError(ValueError):
-    """A result folder whose files are not what a run writes."""
+    """Raised for a result folder with damaged files."""
 
 
 def read_results(folder: Path) -> Results:

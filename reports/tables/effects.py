@@ -1,11 +1,11 @@
-"""The stored tables of an effect budget: what its page is rendered from, and nothing else is needed.
+"""Stored tables of an effect budget: everything that its page is rendered from.
 
 A folder ``effects`` inside a result folder holds
 
 ``effects.csv``
-    one row for each effect, columns :data:`COLUMNS`, SI units; an empty cell is what there is not, or was not measured;
+    one row for each effect, columns :data:`COLUMNS`, SI units; a cell is empty without a measurement;
 ``record.json``
-    the scene, the rule of the advice, and what ran where.
+    scene, thresholds of relevance, and environment.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 FOLDER = "effects"
 SIZES = ("between", "torque", "common")
-"""Of an effect's push: differences between bars over the tide's, torque over 3 n² J, what is common over g"""
+"""Of an effect's accelerations: differences between bars relative to the tide's, torque relative to 3 n² J, mean
+relative to g"""
 QUANTITIES = ("com", "attitude", "reaction")
 COLUMNS = (
     "effect", "title", "kind", "on", "said", "reason", "caveat", "engine",
@@ -40,19 +41,19 @@ UNITS = {"com": "m", "attitude": "rad", "reaction": "N"}
 
 
 class EffectKind(StrEnum):
-    """What an effect is to a scene."""
+    """Kind of a switchable effect."""
 
     GRAVITY = "gravity"
-    """Another model of gravity, instead of the scene's"""
+    """Another gravity model in place of the scene's"""
     NATURE = "nature"
-    """There whether one calls for it or not"""
+    """Environmental effect, present in nature"""
     DESIGN = "design"
-    """Chosen by whoever builds and flies the chain"""
+    """Effect of the chain's design or control"""
 
 
 @dataclass(frozen=True)
 class EffectsTables:
-    """An effect budget's folder, read."""
+    """Contents of an effect budget's folder."""
 
     effects: pd.DataFrame
     record: dict[str, Any]
@@ -70,4 +71,5 @@ def read_effects(folder: Path) -> EffectsTables:
     """
     inside = folder / FOLDER
     table = read_csv(inside / "effects.csv", WORDS).reindex(columns=COLUMNS)
+    table = table.astype(dict.fromkeys(WORDS, object)).fillna(dict.fromkeys(WORDS, ""))
     return EffectsTables(table, read_record(inside / "record.json"))

@@ -1,4 +1,4 @@
-"""How a comparison can end: a closed set, each with a sentence of advice."""
+"""Outcomes of a comparison: a closed set, each with a sentence of advice."""
 
 from __future__ import annotations
 
@@ -34,28 +34,30 @@ class Outcome(StrEnum):
 
     @property
     def advice(self) -> str:
-        """What it means, and what to do about it."""
+        """Meaning of the outcome, and remedy."""
         return ADVICE[self]
 
 
 ADVICE = {
-    Outcome.PASS: "The difference is explained by the errors of both, and inside the engine's band.",
-    Outcome.REPORTED: "A measured value that is not judged.",
-    Outcome.UNSUPPORTED: "The engine can't carry this scene exactly, says why, and is left out.",
-    Outcome.ROUNDOFF_LIMITED: "The difference is the round-off of this run, measured, in coordinates as large as the "
-    "orbit's radius: not wrong, and not as good as its method. The reason says how many digits are left.",
-    Outcome.MALFORMED: "The values have a form that no integration gives: written with too few digits.",
-    Outcome.INCONSISTENT: "The two differ by more than both errors, round-off and the declared model difference: "
-    "look for different physics, a wrong sign, or an error estimate that is too small.",
-    Outcome.EXCEEDS_BOUND: "The error is larger than this engine at this setting should make: "
-    "look for a lost order, a loosened tolerance or wrong options.",
-    Outcome.NOTHING_COMPARED: "Two settings of the engine part too early for a comparison: refine the setting.",
+    Outcome.PASS: "The errors of both runs explain the difference, which lies within the expected-error bound.",
+    Outcome.REPORTED: "A measured value without a criterion.",
+    Outcome.UNSUPPORTED: "The engine does not support an effect or a setting of this scene; the pair is skipped and "
+    "the reason shown.",
+    Outcome.ROUNDOFF_LIMITED: "Measured round-off of this run explains the difference: no error of the physics, but "
+    "less accuracy than the method has. The reason gives the digits left.",
+    Outcome.MALFORMED: "The values have fewer digits than an integration gives.",
+    Outcome.INCONSISTENT: "The difference exceeds both errors, round-off and the declared model difference. Check "
+    "the physics, the signs and the error estimate.",
+    Outcome.EXCEEDS_BOUND: "The error exceeds the expected-error bound of this engine at this setting. Check "
+    "the order, the tolerance and the options.",
+    Outcome.NOTHING_COMPARED: "Too little of the run can be compared before the predictability limit. Refine "
+    "the setting.",
     Outcome.INCOMPLETE: "The run stopped early or lacks a quantity that the engine declares.",
     Outcome.NOT_FINITE: "The engine returned NaN or infinity.",
-    Outcome.JOINTS_IGNORED: "Bars that a joint ties drift apart like free bodies: the joints did not act.",
-    Outcome.TIMED_OUT: "The worker was ended at its time limit; raise it with --time-limit or use a coarser setting.",
-    Outcome.FAILED: "The engine or its process failed; the reason is its own last word.",
-    Outcome.MISSING: "The engine is not installed here; the reason says how to get it.",
+    Outcome.JOINTS_IGNORED: "Connected bars drift apart like free bodies: the joints did not act.",
+    Outcome.TIMED_OUT: "The run was ended at its time limit. Raise --time-limit or use a coarser setting.",
+    Outcome.FAILED: "The engine or its process failed; the reason is its last message.",
+    Outcome.MISSING: "The engine is not installed; the reason shows how to install it.",
 }
 
 SEVERITY = (
@@ -78,5 +80,5 @@ SEVERITY = (
 
 
 def gravest(outcomes: Iterable[Outcome]) -> Outcome:
-    """Return the worst of some outcomes; of none, that nothing was compared."""
+    """Most severe of some outcomes; ``NOTHING_COMPARED`` of none."""
     return max(outcomes, key=SEVERITY.index, default=Outcome.NOTHING_COMPARED)

@@ -1,27 +1,27 @@
-"""The stored tables of a round-off study: what its chapter is rendered from, and nothing else is needed.
+"""Stored tables of a round-off study: everything that its chapter is rendered from.
 
 A folder ``roundoff`` inside a result folder holds, each error as quantiles over an ensemble's members (``q05``,
 ``median``, ``q95``, ``largest``, and their number ``members``)
 
 ``evaluation.csv``
     errors of one evaluation of the reactions: :data:`EVALUATION_COLUMNS`; ``ratio`` is the size ratio, a bar's length
-    over the Earth's radius; ``source`` formula, input or both; ``yardstick`` the reaction itself or m n² l;
+    divided by the Earth's radius; ``source`` formula, input or both; ``yardstick`` the reaction itself or m n² l;
 ``laws.csv``
     power laws of these medians in the size ratio: :data:`LAW_COLUMNS`; the error is ``constant`` u ratio^``expected``,
     and ``last_digit_ratio`` where that is 0.1;
 ``longitudes.csv``
-    errors of formula and input by sector of the longitude: :data:`LONGITUDE_COLUMNS`; ``p_value`` is the chance that
-    all sectors are alike (Kruskal and Wallis);
+    errors of formula and input by sector of the longitude: :data:`LONGITUDE_COLUMNS`; ``p_value`` is the
+    probability of at least these differences between equal sectors (Kruskal-Wallis test);
 ``trajectories.csv``, ``best.csv``, ``best_laws.csv``
-    errors of a run against step or tolerance, the least of them, and its law in the size ratio;
+    errors of a run against step or tolerance, the smallest of them, and its law in the size ratio;
 ``growth.csv``, ``growth_laws.csv``
     errors against time, and their exponents;
 ``engines.csv``, ``engine_laws.csv``
-    errors of other engines, in the inertial frame and in a moving one, against step and size ratio;
+    errors of other engines, in the inertial frame and in a moving frame, against step and size ratio;
 ``times.csv``
-    what an evaluation costs in relative coordinates over absolute ones;
+    time of an evaluation in relative coordinates relative to absolute ones;
 ``record.json``
-    what ran where, and the objects named on the axes.
+    environment, and the objects named on the axes.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ WORDS = (
 
 @dataclass(frozen=True)
 class RoundoffTables:
-    """A round-off study's folder, read; tables that it does not have are empty."""
+    """Contents of a round-off study's folder; missing tables are empty."""
 
     evaluation: pd.DataFrame
     laws: pd.DataFrame

@@ -1,14 +1,14 @@
-"""The stored tables of a scaling study: what its chapter is rendered from, and nothing else is needed.
+"""Stored tables of a scaling study: everything that its chapter is rendered from.
 
 A folder ``scaling`` inside a result folder holds
 
 ``points.csv``
     one row for each engine and number of bars, columns :data:`POINT_COLUMNS`; times in s, memory in bytes, counts and
-    times of an orbit scaled up from the share that was run; an empty cell is what was not measured;
+    times of an orbit scaled up from the part that was run; a cell is empty without a measurement;
 ``fits.csv``
     exponents against the number of bars, columns :data:`FIT_COLUMNS`;
 ``record.json``
-    what ran where, the engines, and what is asked of the compiled reference.
+    environment, engines, and targets of the compiled reference.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ WORDS = ("engine", "outcome", "reason", "per", "quantity")
 
 @dataclass(frozen=True)
 class ScalingTables:
-    """A scaling study's folder, read."""
+    """Contents of a scaling study's folder."""
 
     points: pd.DataFrame
     fits: pd.DataFrame

@@ -1,13 +1,13 @@
-"""The stored tables of a self-test: what its page is rendered from, and nothing else is needed.
+"""Stored tables of a self-test: everything that its page is rendered from.
 
 A folder ``selftest`` inside a result folder holds
 
 ``selftest.csv``
     a row for each fault, scene and quantity, columns :data:`COLUMNS`;
 ``smallest.csv``
-    the smallest size of each continuous fault that is caught, columns :data:`SMALLEST`; only if it was asked for;
+    smallest detected size of each continuous fault, columns :data:`SMALLEST`; only on request;
 ``selftest.json``
-    the faults and scenes in words, and what ran where.
+    faults and scenes in words, and environment.
 """
 
 from __future__ import annotations
@@ -26,44 +26,44 @@ if TYPE_CHECKING:
 
 FOLDER = "selftest"
 COLUMNS = ("fault", "scene", "fate", "why", "quantity", "check", "ratio", "killed", "reason")
-"""`fate` is that of the fault in the scene, `why` its reason where nothing kills it; `ratio` what was found over what
-is allowed, `reason` the check's own words"""
+"""`fate`: outcome of the fault in the scene; `why`: reason of an undetected fault; `ratio`: value found relative to the
+allowed value; `reason`: the check's own words"""
 SMALLEST = ("fault", "scene", "caught", "missed", "quantity", "check")
-"""Smallest size known to be caught, largest known to be missed; empty where there is none"""
+"""`caught`: smallest size known to be detected; `missed`: largest size known to be undetected; empty without any"""
 WORDS = ("fault", "scene", "fate", "why", "quantity", "check", "reason")
 
 
 class FaultOutcome(StrEnum):
-    """What became of a fault in a scene."""
+    """Outcome of a fault in a scene."""
 
     KILLED = "killed"
     SURVIVES = "survives"
     INVISIBLE = "invisible"
-    NOTHING = "nothing to spoil"
+    NOTHING = "not applicable"
     CLEAN = "clean"
     FALSE_ALARM = "false alarm"
     BROKEN = "broken"
 
     @property
     def advice(self) -> str:
-        """What it means."""
+        """Meaning of the outcome."""
         return ADVICE[self]
 
 
 ADVICE = {
-    FaultOutcome.KILLED: "A check refuses the spoilt engine.",
-    FaultOutcome.SURVIVES: "It shows in no check of this scene: all it changes is within what is allowed.",
-    FaultOutcome.INVISIBLE: "It changes no observable beyond rounding, as was proven and measured.",
-    FaultOutcome.NOTHING: "The scene has nothing that the fault could spoil.",
-    FaultOutcome.CLEAN: "A control: nothing is wrong, and no check says so.",
-    FaultOutcome.FALSE_ALARM: "A control that a check refuses: the check is wrong.",
-    FaultOutcome.BROKEN: "The spoilt engine fails where it should run: the fault is not put in as it is meant.",
+    FaultOutcome.KILLED: "A check rejects the faulty engine.",
+    FaultOutcome.SURVIVES: "No check of this scene detects the fault: all its changes are within the tolerances.",
+    FaultOutcome.INVISIBLE: "The fault changes no observable beyond rounding, as proven and measured.",
+    FaultOutcome.NOTHING: "The fault does not apply to the scene.",
+    FaultOutcome.CLEAN: "A control that every check accepts.",
+    FaultOutcome.FALSE_ALARM: "A control that a check rejects: the check is wrong.",
+    FaultOutcome.BROKEN: "The faulty engine fails where it should run: the fault is implemented wrongly.",
 }
 
 
 @dataclass(frozen=True)
 class SelftestTables:
-    """A self-test's folder, read."""
+    """Contents of a self-test's folder."""
 
     cells: pd.DataFrame
     smallest: pd.DataFrame

@@ -1,4 +1,4 @@
-"""The stored tables of a stability study: what its page is rendered from, and nothing else is needed.
+"""Stored tables of a stability study: everything that its page is rendered from.
 
 A folder ``stability`` inside a result folder holds
 
@@ -7,15 +7,15 @@ A folder ``stability`` inside a result folder holds
 ``evidence.csv``
     a row for each of their runs, columns :data:`EVIDENCE`;
 ``laws.csv``
-    how drifts and differences grow with time in long scenes, columns :data:`LAWS`;
+    power laws of drifts and differences in time, in long scenes, columns :data:`LAWS`;
 ``long.csv``
     these drifts and differences over time, columns :data:`SERIES`;
 ``plain.csv``
     SciPy's solvers at their own default tolerances, columns :data:`PLAIN`;
 ``run.json``
-    what ran where, and the scenes in words;
+    environment, and the scenes in words;
 ``trajectories/<scene>/<engine>[.coarse|.finer].parquet``
-    one row per sample; ``solution.parquet`` is the truth.
+    one row per sample; ``solution.parquet`` is the reference solution.
 """
 
 from __future__ import annotations
@@ -37,17 +37,17 @@ OUTCOMES = (
     "scene", "engine", "stability", "slow", "reason",
     "quantity", "exponent", "low", "high", "at_end", "expected", "change",
 )  # fmt: skip
-"""`slow`: it hangs on the machine's speed; the law ``at_end (t/T)^exponent`` of a drift; `expected` and `change` are
-empty where nothing is recorded, and where nothing changed"""
+"""`slow`: the outcome depends on the machine's speed; ``at_end (t/T)^exponent`` is the law of a drift; `expected` and
+`change` are empty without a record, and without a change"""
 EVIDENCE = (
     "scene", "engine", "level", "setting", "run", "reason", "attitude_rad",
     "normalised_error", "normalised_error_of", "bound_ratio", "bound_of", "limit_s",
     "gap_m", "energy", "angular_momentum", "energy_exponent", "kinetic_ratio", "growth_excess",
     "steps", "mean_step_s", "simulate_s",
 )  # fmt: skip
-"""`attitude_rad`: largest difference from the truth until its horizon; `gap_m`, `energy`, `angular_momentum`: largest
-drift of the run; `kinetic_ratio`: largest relative kinetic energy over what there can be; `growth_excess`: how many
-times more a departure grew than one of the scene itself"""
+"""`attitude_rad`: largest difference from the reference solution up to its predictability limit; `gap_m`, `energy`,
+`angular_momentum`: largest drift of the run; `kinetic_ratio`: largest kinetic energy about the centre of mass, relative
+to its upper bound; `growth_excess`: growth of a departure relative to the error amplification of the scene"""
 LAWS = ("scene", "engine", "level", "setting", "quantity", "exponent", "low", "high", "at_end")
 SERIES = ("scene", "engine", "level", "quantity", "t_s", "value")
 PLAIN = ("scene", "engine", "run", "reason", "attitude_rad", "judged", "seconds")
@@ -58,7 +58,7 @@ WORDS = (
 
 
 class Stability(StrEnum):
-    """How an engine fares in a scene."""
+    """Class of an engine's behaviour in a scene."""
 
     STABLE = "stable"
     DRIFTING = "drifting"
@@ -70,27 +70,26 @@ class Stability(StrEnum):
 
     @property
     def advice(self) -> str:
-        """What it means."""
+        """Meaning of the class."""
         return ADVICE[self]
 
 
 ADVICE = {
-    Stability.STABLE: "Every quantity agrees with the truth at the default and at the finer setting, and what should "
-    "stay is in its band.",
-    Stability.DRIFTING: "Point by point all is well, but what should stay drifts out of its band.",
-    Stability.INACCURATE: "Finite, and wrong: a quantity is off by more than the errors explain, or than the method "
-    "should leave.",
-    Stability.UNSTABLE: "Finite, and blown up: energy out of nothing, a departure that grows faster than the scene's "
-    "own, or an error that grows with a finer setting.",
-    Stability.FAILED: "An exception, a crash, a time-out, not a number, or another end than the truth's.",
-    Stability.REJECTED: "The engine says before its first step that it will not.",
-    Stability.UNSUPPORTED: "The scene has what the engine can't carry exactly; it is not run.",
+    Stability.STABLE: "Every quantity agrees with the reference solution at the default and the finer setting, and "
+    "all drifts are within their bounds.",
+    Stability.DRIFTING: "All quantities agree point by point, but a conserved quantity drifts beyond its bound.",
+    Stability.INACCURATE: "Finite and wrong: a normalised error above 1, or an error above the expected-error bound.",
+    Stability.UNSTABLE: "Finite and unstable: spurious energy, a departure that grows faster than the error "
+    "amplification of the scene, or an error that grows at a finer setting.",
+    Stability.FAILED: "An exception, a crash, a time-out, NaN, or another end than that of the reference solution.",
+    Stability.REJECTED: "The engine rejects the scene before its first step.",
+    Stability.UNSUPPORTED: "The engine does not support an effect of this scene; the pair is skipped.",
 }
 
 
 @dataclass(frozen=True)
 class StabilityTables:
-    """A stability study's folder, read."""
+    """Contents of a stability study's folder."""
 
     folder: Path
     outcomes: pd.DataFrame
@@ -101,7 +100,7 @@ class StabilityTables:
     record: dict[str, Any]
 
     def trajectory(self, scene: str, name: str) -> pd.DataFrame | None:
-        """Samples of one run, or None if it left none."""
+        """Samples of one run; None without any."""
         path = self.folder / "trajectories" / scene / f"{name}.parquet"
         return pd.read_parquet(path) if path.is_file() else None
 

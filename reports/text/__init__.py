@@ -1,1 +1,1 @@
-"""Numbers, units, formulas and Markdown in words."""
+"""Numbers, units, formulas and Markdown as text."""

@@ -1,4 +1,4 @@
-"""Pieces of Markdown that stay one line in a diff."""
+"""Markdown text and table rows, each on one line."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SPECIAL = str.maketrans({c: "\\" + c for c in "\\|`*_[]<>"})
 
 
 def escape_text(value: object) -> str:
-    """Text on one line that Markdown takes literally."""
+    """Literal Markdown text on one line."""
     return " ".join(str(value).split()).translate(SPECIAL)
 
 

@@ -1,4 +1,4 @@
-"""Formulas that were typed in ASCII, as people write them: still text, to be searched and copied."""
+"""Typographic form of formulas typed in ASCII, as text that can be searched and copied."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ GREEK = {
     "theta": "θ",
 }
 RAISED = dict(zip("0123456789+-()np", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁽⁾ⁿᵖ", strict=True))
-ROUND_OFF = 1e-12  # of the larger: a relative effect this small is what rounding leaves of none
+ROUND_OFF = 1e-12  # relative effects below it are zero up to round-off
 AS_NONE = "0 (to round-off)"
 
 LETTER = re.compile(rf"(?<![\w-])({'|'.join(GREEK)})(?![^\W_])")  # a name like generalized-alpha stays
@@ -32,7 +32,7 @@ LEADING_MINUS = re.compile(r"(?:(?<=^)|(?<= )|(?<=\())-(?=[\d(α-ω ])")
 
 
 def written(text: str) -> str:
-    """``3 n^2 sin(phi)`` as ``3 n² sin(φ)``; text without formulas comes back as it is."""
+    """Typographic form of a text: ``3 n^2 sin(phi)`` becomes ``3 n² sin(φ)``; text without formulas is unchanged."""
     text = TIMES_TEN.sub(power_of_ten, text)
     text = LETTER.sub(lambda m: GREEK[m[1]], text)
     text = PRIMES.sub("″", ROOT.sub(r"√\1", text))
@@ -41,7 +41,7 @@ def written(text: str) -> str:
 
 
 def power_of_ten(found: re.Match[str]) -> str:
-    """``5×10⁴``; ``10⁸`` for one times that."""
+    """``5×10⁴``; ``10⁸`` for a mantissa of 1."""
     power = "10" + raised(str(int(found[2])))
     return power if found[1] == "1" else f"{found[1]}×{power}"
 
@@ -52,11 +52,11 @@ def raised(text: str) -> str:
 
 
 def written_row(row: dict[str, object]) -> dict[str, object]:
-    """One row of a table with its texts written so; numbers stay."""
+    """Row of a table with formulas of its texts in typographic form; numbers stay."""
     return {k: written(v) if isinstance(v, str) else v for k, v in row.items()}
 
 
 def effect(value: object) -> str | float | None:
-    """Relative effect as a number; in words where it is what rounding leaves of none."""
+    """Relative effect as a number; in words if it is zero up to round-off."""
     found = number(value)
     return AS_NONE if found is not None and abs(found) < ROUND_OFF else found

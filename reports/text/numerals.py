@@ -1,4 +1,4 @@
-"""Numbers as people read them: significant digits, powers of ten, SI prefixes."""
+"""Numbers as text: significant digits, powers of ten, SI prefixes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number(value: object) -> float | None:
-    """Return `value` as a float if it is one; None for what is not a number (NaN is one)."""
+    """Float of a value; None if it is not a number (NaN is a number)."""
     if isinstance(value, bool) or value is None:
         return None
     try:
@@ -51,12 +51,12 @@ def significant(value: float | None, digits: int = 3) -> str:
 
 
 def typeset(value: float | None, digits: int = 3) -> Markup:
-    """Give the same for HTML: a true minus, and powers of ten set as such."""
+    """HTML of a number: a true minus, powers of ten with superscripts."""
     return powers(significant(value, digits))
 
 
 def powers(text: str) -> Markup:
-    """Set a plain number as HTML."""
+    """HTML of a number given as text."""
     mantissa, e, exponent = text.partition("e")
     if not e:
         return escape(text.replace("-", "−").replace("inf", "∞"))
@@ -65,13 +65,13 @@ def powers(text: str) -> Markup:
 
 
 def powers_in(text: str) -> Markup:
-    """Set the powers of ten in a sentence as HTML, and leave the rest as it is."""
+    """HTML of a sentence with its powers of ten as superscripts."""
     parts = re.split(r"(?<![\w.])(\d[\d.]*e[-+]?\d+)", text)
     return Markup("").join(powers(part) if k % 2 else escape(part) for k, part in enumerate(parts))
 
 
 def power_of_ten(exponent: int) -> str:
-    """``10⁻⁷``, for ticks, where no markup can go."""
+    """``10⁻⁷``, for ticks, which take no markup."""
     return "10" + str(exponent).translate(SUPERSCRIPTS)
 
 
@@ -106,7 +106,7 @@ def span(seconds: float | None) -> str:
 
 
 def as_given(value: object) -> str:
-    """Return a stored setting or count as it was given: whole numbers whole, words as words."""
+    """Stored setting or count as text: whole numbers whole, words unchanged."""
     found = number(value)
     if found is None:
         return "" if value is None else str(value)
@@ -117,7 +117,7 @@ def as_given(value: object) -> str:
 
 
 def given_markup(value: object) -> Markup:
-    """Give the same for HTML."""
+    """HTML of a stored setting or count."""
     text, found = as_given(value), number(value)
     if found is None:
         return escape(text)

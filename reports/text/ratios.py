@@ -1,4 +1,4 @@
-"""Times and ratios in words."""
+"""Times and ratios as text."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def span_text(value: float | None) -> str:
 
 
 def ratio_text(ratio: Spread, sign: str = "×") -> str:
-    """``×12 (11–13)``; an interval that is not known is left out."""
+    """``×12 (11–13)``; an unknown interval is omitted."""
     value, low, high = ratio
     if value is None:
         return ""
@@ -27,13 +27,13 @@ def ratio_text(ratio: Spread, sign: str = "×") -> str:
 
 
 def decade(target: float) -> str:
-    """``10⁻⁴``; other numbers as they are."""
+    """``10⁻⁴``; other numbers with two digits."""
     exponent = math.log10(target)
     return power_of_ten(round(exponent)) if abs(exponent - round(exponent)) < 1e-9 else significant(target, 2)
 
 
 def short(value: float) -> str:
-    """Two digits, but all of a whole number's: ``1.3``, ``13``, ``1320``."""
+    """Two significant digits, three from 100 on: ``1.3``, ``13``, ``1320``."""
     if abs(value) >= 100.0:
         return f"{float(f'{value:.2e}'):.0f}"
     return significant(value, 2)

@@ -1,4 +1,4 @@
-"""What run.json says, read leniently: a record that was cut off or is older still renders."""
+"""Lenient reading of run.json: the record of an interrupted run still renders."""
 
 from __future__ import annotations
 
@@ -10,39 +10,39 @@ from reports.text.numerals import number
 
 
 def mapping(value: object) -> dict[str, Any]:
-    """Return `value` if it is a mapping, an empty one otherwise."""
+    """Mapping of a value; empty if it is none."""
     return value if isinstance(value, dict) else {}
 
 
 def rows(value: object) -> list[dict[str, Any]]:
-    """Return the mappings in a list; none if it is no list."""
+    """Mappings of a list; empty if the value is no list."""
     return [v for v in value if isinstance(v, dict)] if isinstance(value, list) else []
 
 
 @dataclass(frozen=True)
 class SceneRecord:
-    """What the record says of a scene."""
+    """Record of a scene."""
 
     name: str
     data: dict[str, Any]
 
     def text(self, key: str) -> str:
-        """Text of a key, its formulas as people write them; empty if it is not there."""
+        """Text of a key, formulas in typographic form; empty without it."""
         value = self.data.get(key)
         return "" if value is None else written(str(value))
 
     def value(self, key: str) -> float | None:
-        """Return a key's number; None if it is not there."""
+        """Number of a key; None without it."""
         return number(self.data.get(key))
 
     def values(self, key: str) -> list[float]:
-        """Return a key's list of numbers."""
+        """Numbers of a key's list."""
         found = self.data.get(key)
         return [v for v in map(number, found) if v is not None] if isinstance(found, list) else []
 
     @property
     def title(self) -> str:
-        """Title for people; the name where there is none."""
+        """Title; the name of a scene without one."""
         return self.text("title") or self.name
 
     @property
@@ -51,18 +51,18 @@ class SceneRecord:
         return self.lines("tags")
 
     def lines(self, key: str) -> list[str]:
-        """Return a key's list of texts."""
+        """Texts of a key's list."""
         found = self.data.get(key)
         return [written(str(t)) for t in found] if isinstance(found, list) else []
 
     @property
     def period_s(self) -> float:
-        """Unit in which plots count time; 0 if it is not known."""
+        """Orbital period, unit of time of the charts, s; 0 if unknown."""
         return self.value("period_s") or 0.0
 
     @property
     def closed(self) -> bool:
-        """Whether the orbit returns: something pulls, and the speed is below that of escape."""
+        """Whether the orbit is closed: with gravity, and below the escape speed."""
         speed = self.value("speed_factor") or 0.0
         return self.period_s > 0.0 and self.text("gravity") != "none" and speed**2 < 2.0
 

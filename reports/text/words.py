@@ -1,4 +1,4 @@
-"""Words: enumerations, and names that links can point to."""
+"""Enumerations in words, and anchors of links."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def anchor(name: str) -> str:
-    """Name fit for an id."""
+    """Anchor of a scene, valid as an id."""
     return "scene-" + re.sub(r"[^A-Za-z0-9_.]", lambda m: "-" if m[0] == "/" else f"-{ord(m[0]):x}-", name)
 
 

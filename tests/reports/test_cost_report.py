@@ -1,4 +1,4 @@
-"""The chapter on what accuracy costs: rendered from tables alone, alone or in the comparison's report."""
+"""The chapter of the cost study: rendered from tables alone, alone or in the comparison's report."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_the_chapter_stands_alone_and_says_what_was_left_out(tmp_path: Path) -> 
     assert "Scene &lt;s&gt;" in html
     assert "it is &lt;not&gt; installed" in html
     assert "× failed: bad (1)." in html
-    assert "Times over those of reference-fast" in html
+    assert "Times relative to reference-fast" in html
     assert "cut off" not in html
     assert "| slow-er |" in text.replace("\\", "")
     assert "not reached" in text
@@ -90,7 +90,7 @@ def test_the_chapter_joins_the_report_of_a_comparison(tmp_path: Path) -> None:
     page, _ = render_study("cost", write(folder, study()))
     assert page == folder / "index.html"
     assert page.read_text().count('id="cost"') == 1
-    assert "What accuracy costs" in (folder / "report.md").read_text()
+    assert "## Cost of accuracy" in (folder / "report.md").read_text()
     assert not (folder / "cost.html").exists()
 
 
@@ -106,7 +106,7 @@ def test_a_study_that_was_cut_off_says_so(tmp_path: Path) -> None:
     assert "cut off" in ratios.read_text()
 
 
-def test_a_folder_without_a_study_is_refused(tmp_path: Path) -> None:
+def test_a_folder_without_a_study_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match=r"cost/points\.csv"):
         render_study("cost", tmp_path)
 

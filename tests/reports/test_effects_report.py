@@ -11,10 +11,10 @@ import pytest
 
 from barchain.cli.effects import show_view
 from barchain.cli.main import run
-from reports.chapters.effects.advice import Relevance, advise, worth_of
+from reports.chapters.effects.advice import Relevance, advise, classify
 from reports.chapters.effects.charts import ticks
 from reports.chapters.effects.labels import Anchor, placed
-from reports.chapters.effects.rows import rows_of, whole_of
+from reports.chapters.effects.rows import rows_of, scope_of
 from reports.chapters.effects.view import view_effects
 from reports.chapters.effects.words import NOT_RESOLVED, length_text, share_text
 from reports.render import render_study
@@ -84,47 +84,47 @@ def write(folder: Path, rows: list[dict[str, Any]], **changes: Any) -> Path:
 def advice(folder: Path, rows: list[dict[str, Any]], **changes: Any) -> list[Advice]:
     """Advice on each row."""
     tables = read_effects(write(folder, rows, **changes))
-    whole = whole_of(tables.record)
-    return [advise(r, whole) for r in rows_of(tables, whole)]
+    scope = scope_of(tables.record)
+    return [advise(r, scope) for r in rows_of(tables, scope)]
 
 
 def test_each_effect_is_judged_by_one_rule(tmp_path: Path) -> None:
-    assert [a.worth for a in advice(tmp_path, ROWS)] == [
-        Relevance.MATTERS, Relevance.SMALL, Relevance.MATTERS, Relevance.UNRESOLVED, Relevance.SMALL,
+    assert [a.relevance for a in advice(tmp_path, ROWS)] == [
+        Relevance.RELEVANT, Relevance.NEGLIGIBLE, Relevance.RELEVANT, Relevance.UNRESOLVED, Relevance.NEGLIGIBLE,
         Relevance.NOT_SWITCHED,
     ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
-    ("changes", "worth"),
+    ("changes", "relevance"),
     [
-        ({"com_m": 7.1e3}, Relevance.MATTERS),
-        ({"com_m": 6.9e3}, Relevance.SMALL),
-        ({"attitude": 1.01e-3}, Relevance.MATTERS),
-        ({"reaction": 2.02e-3}, Relevance.MATTERS),
-        ({"reaction": 1.98e-3}, Relevance.SMALL),
-        ({"attitude": 1e-5, "attitude_noise_rad": 0.02}, Relevance.UNTOLD),
-        ({"attitude": 0.1, "reaction_noise_N": 1.0}, Relevance.MATTERS),
+        ({"com_m": 7.1e3}, Relevance.RELEVANT),
+        ({"com_m": 6.9e3}, Relevance.NEGLIGIBLE),
+        ({"attitude": 1.01e-3}, Relevance.RELEVANT),
+        ({"reaction": 2.02e-3}, Relevance.RELEVANT),
+        ({"reaction": 1.98e-3}, Relevance.NEGLIGIBLE),
+        ({"attitude": 1e-5, "attitude_noise_rad": 0.02}, Relevance.UNDECIDED),
+        ({"attitude": 0.1, "reaction_noise_N": 1.0}, Relevance.RELEVANT),
     ],
 )
 def test_the_rule_counts_in_radians_the_largest_reaction_and_the_distance(
-    changes: dict[str, float], worth: Relevance, tmp_path: Path
+    changes: dict[str, float], relevance: Relevance, tmp_path: Path
 ) -> None:
-    assert advice(tmp_path, [row("drag", **changes)])[0].worth is worth
+    assert advice(tmp_path, [row("drag", **changes)])[0].relevance is relevance
 
 
 def test_advice_says_what_it_does_over_what_and_what_to_do(tmp_path: Path) -> None:
     point, slender, j2, moon, drag, light = (a.text for a in advice(tmp_path, ROWS))
     assert j2 == (
-        "Oblateness moves the centre of mass by 612 km, turns bars by 0.11 rad and changes the reactions by 0.13 % in "
-        "5 orbits: put it in; with it the run takes 2.00 times as long."
+        "Oblateness moves the centre of mass by 612 km, rotates bars by 0.11 rad and changes the reactions by 0.13 % "
+        "in 5 orbits: switch it on; with it the run takes 2.00 times as long."
     )
-    assert "changes next to nothing in 5 orbits (centre of mass 3.0 m, attitude 4.0e-07 rad, react" in drag
-    assert "leave it out; what it costs in time is too small to measure here" in drag
-    assert "stays below what the numerics resolve in 5 orbits (centre of mass 70 mm, att" in moon
-    assert "it can be left out; it takes 50 % of the run's time" in moon
+    assert "is negligible in 5 orbits (centre of mass 3.0 m, attitude 4.0e-07 rad, react" in drag
+    assert "leave it off; its cost in time is too small to measure" in drag
+    assert "is below the numerical resolution in 5 orbits (centre of mass 70 mm, att" in moon
+    assert "it can be switched off; it takes 50 % of the run time" in moon
     assert "keep gradient" in point
-    assert "gradient is enough" in slender
+    assert "gradient suffices" in slender
     assert light == "Solar_Pressure is not switched: its process <died>."
 
 
@@ -135,10 +135,10 @@ def test_a_price_is_told_only_where_it_was_measured(tmp_path: Path) -> None:
     on = row("third_body.moon", on=True)
     dear = row("solar_pressure", on=True, time_ratio=30.0, time_ratio_low=28.0, time_ratio_high=33.0)
     said = [a.text for a in advice(tmp_path, [once, twice, below, on, dear])]
-    assert said[0].endswith("leave it out.")
-    assert said[1].endswith("leave it out.")
-    assert said[2].endswith("leave it out; what it costs in time is too small to measure here.")
-    assert "it takes 50 % of the run's time." in said[3]
+    assert said[0].endswith("leave it off.")
+    assert said[1].endswith("leave it off.")
+    assert said[2].endswith("leave it off; its cost in time is too small to measure.")
+    assert "it takes 50 % of the run time." in said[3]
     assert "with it the run takes 30.0 times as long" in said[4]
 
 
@@ -147,7 +147,7 @@ def test_a_run_that_takes_longer_than_its_evaluations_says_what_takes_it(tmp_pat
     found = advice(tmp_path, [dear])[0]
     assert found.row.rest == pytest.approx(10.0)
     assert (
-        "with it the run takes 30.0 times as long (2.0 times an evaluation, 1.5 times as many of them and 10 times for "
+        "with it the run takes 30.0 times as long (factors: 2.0 per evaluation, 1.5 in their number and 10 for "
         "the search for instants at which a bar turns its other face to the wind)."
     ) in found.text
     view = view_effects(tmp_path)
@@ -157,8 +157,8 @@ def test_a_run_that_takes_longer_than_its_evaluations_says_what_takes_it(tmp_pat
 
 def test_the_lead_names_the_threshold_and_the_page_how_prices_get_better(tmp_path: Path) -> None:
     html = render_study("effects", write(tmp_path, ROWS)).page.read_text()
-    threshold = "less than 0.001 rad, 0.001 of the largest reaction and of the initial distance from the centre: "
-    assert f"What changes next to nothing, {threshold}Drag and Third_Body.Moon." in html
+    threshold = "less than 0.001 rad, 0.001 of the largest reaction and of the initial distance from the centre"
+    assert f"Negligible ({threshold}): Drag and Third_Body.Moon." in html
     assert "Timed in" not in html
     record = tmp_path / "effects" / "record.json"
     record.write_text(json.dumps(json.loads(record.read_text()) | {"rounds": 3, "timed_s": 5000.0}))
@@ -185,9 +185,9 @@ def test_the_console_shows_tables_of_at_most_120_columns(
     assert view is not None
     show_view(view)
     shown = capsys.readouterr().out
-    lines = shown[: shown.index("What matters:")].splitlines()
+    lines = shown[: shown.index("Relevant:")].splitlines()
     assert max(map(len, map(str.rstrip, lines))) <= 120
-    assert "What each costs" in shown
+    assert "Times with the effect / without it" in shown
 
 
 def test_what_a_default_can_not_tell_follows_its_advice(tmp_path: Path) -> None:
@@ -206,11 +206,11 @@ def test_a_budget_of_an_earlier_version_is_read_as_far_as_it_goes(tmp_path: Path
 def test_zero_is_never_reported_as_zero(tmp_path: Path) -> None:
     found = advice(tmp_path, [row("drag", 0.0, 0.0, 1e-3), row("third_body.sun", 0.0, 0.0, 0.0)])
     assert found[0].text.count(NOT_RESOLVED) == 2
-    assert "below what the numerics resolve" in found[1].text
+    assert NOT_RESOLVED in found[1].text
     view = view_effects(tmp_path)
     assert view is not None
     cells = view.consequences.rows[1]
-    assert [c for c in cells if "not resolved, <" in c] == list(cells[3:6])
+    assert [c for c in cells if "unresolved, <" in c] == list(cells[3:6])
     assert all(" 0 " not in a.text for a in found)
 
 
@@ -218,7 +218,7 @@ def test_a_comparison_that_chaos_ends_says_so(tmp_path: Path) -> None:
     changes = {"limit_s": 13_800.0}
     found = advice(tmp_path, [row("drag", compared_s=13_800.0)], **changes)[0].text
     assert "in the first 2.76 orbits of 5 orbits" in found
-    assert "numerics alone part by more than 0.01 rad" in found
+    assert "beyond it numerical errors alone exceed 0.01 rad" in found
     view = view_effects(tmp_path)
     assert view is not None
     assert view.predictability_limit == "2.76 orbits"
@@ -233,8 +233,8 @@ def test_the_page_shows_all_of_it_and_is_rendered_again_alike(tmp_path: Path) ->
     page = render_study("effects", write(tmp_path, ROWS)).page
     html = page.read_text()
     assert page == tmp_path / "effects.html"
-    assert "What matters: Oblateness." in html
-    assert "Of the models of gravity, point differs from gradient; slender gives next to what gradient gives." in html
+    assert "Relevant: Oblateness." in html
+    assert "Of the gravity models, point differs from gradient; slender agrees with gradient." in html
     assert "its process &lt;died&gt;" in html
     assert "nan" not in html.lower().replace("finance", "")
     assert html.count("<svg role=") == 3
@@ -242,7 +242,7 @@ def test_the_page_shows_all_of_it_and_is_rendered_again_alike(tmp_path: Path) ->
     assert html.count('<ul class="keys">') == 1
     assert html.count("<table>") == 3
     text = (tmp_path / "effects" / "effects.md").read_text()
-    assert text.startswith("## What each effect is worth: own/\\<scene\\>")
+    assert text.startswith("## Relevance of each effect: own/\\<scene\\>")
     assert run(["report", str(tmp_path)]) == 0
     assert page.read_text() == html
 
@@ -252,7 +252,7 @@ def test_a_comparisons_report_gets_the_chapter(tmp_path: Path) -> None:
     page = render_study("effects", write(tmp_path, ROWS)).page
     assert page == tmp_path / "index.html"
     assert '<h2 id="effects">' in page.read_text()
-    assert "## What each effect is worth" in (tmp_path / "report.md").read_text()
+    assert "## Relevance of each effect" in (tmp_path / "report.md").read_text()
 
 
 def test_a_budget_that_was_cut_off_renders_what_it_had(tmp_path: Path) -> None:
@@ -273,8 +273,8 @@ def test_a_folder_without_a_budget_is_named(tmp_path: Path) -> None:
 def test_unknown_scales_make_nothing_matter_that_is_not_there(tmp_path: Path) -> None:
     """A single bar has no reactions; the other two quantities judge it."""
     alone = advice(tmp_path, [row("drag", reaction=None, reaction_noise_N=None)], largest_reaction_N=None)[0]
-    assert alone.worth is Relevance.SMALL
-    assert worth_of(alone.row, 1e-9) is Relevance.MATTERS
+    assert alone.relevance is Relevance.NEGLIGIBLE
+    assert classify(alone.row, 1e-9) is Relevance.RELEVANT
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from reports.chapters.crossval.reactions import Reactions, nearest, spread
 from reports.chapters.crossval.report import breakable
 from reports.plotting.palette import PAPER, SERIES, engine_pen
 from reports.plotting.panels import ChartFrame, Line, log_panel
-from reports.plotting.series import floor_of, thin
+from reports.plotting.series import decade_range, thin
 from reports.text.numerals import as_given, powers, prefixed, significant, typeset
 
 LEAST_CONTRAST = 3.0  # WCAG 2 for graphical objects
@@ -24,7 +24,7 @@ def test_nan_breaks_a_line_and_is_never_drawn_as_zero() -> None:
     _, thinned = thin(x, y)
     assert np.isnan(thinned).any()
     assert np.nanmin(thinned) == 1.0
-    assert floor_of([np.array([np.nan, 0.0, -1.0])]) is None
+    assert decade_range([np.array([np.nan, 0.0, -1.0])]) is None
     line = Line(x, np.full_like(x, np.nan), engine_pen(0))
     assert log_panel(ChartFrame("n", "t", "x", "y", (0.0, 1.0), [line])) is None
 

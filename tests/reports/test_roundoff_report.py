@@ -13,7 +13,7 @@ from reports.chapters.roundoff.axes import box, free, place, staggered, width
 from reports.chapters.roundoff.charts import evaluation_panels
 from reports.chapters.roundoff.rows import growth_words
 from reports.chapters.roundoff.run_charts import run_panels
-from reports.chapters.roundoff.series import FittedExponent, Key, RoundoffStudy, Spread
+from reports.chapters.roundoff.series import FittedExponent, Key, RoundoffData, Spread
 from reports.chapters.roundoff.verdict import verdict
 from reports.chapters.roundoff.view import view_roundoff
 from reports.chapters.roundoff.words import length, listed, spelled
@@ -153,7 +153,7 @@ def write(folder, rows=None, without=(), **record):
 
 
 def study(folder, rows=None, **more):
-    return RoundoffStudy(read_roundoff(write(folder, rows, **more)))
+    return RoundoffData(read_roundoff(write(folder, rows, **more)))
 
 
 def said(folder, rows=None, **more):
@@ -205,7 +205,7 @@ def test_missing_tables_cost_only_their_own(tmp_path, names):
     assert not re.search(r"\bnan\b", page + twin)
     assert "could be impossible" in page or "laws" in names
     assert ("The inertial frame costs" in page) == ("engines" not in names)
-    assert "Over an orbit." in page or "best" in names
+    assert "Runs of one orbit." in page or "best" in names
 
 
 def test_a_study_that_was_cut_off_at_once_has_a_page(tmp_path):
@@ -228,12 +228,11 @@ def test_the_chapter_joins_the_report_of_a_comparison(tmp_path):
     page = render_study("roundoff", write(folder)).page
     assert page == folder / "index.html"
     assert page.read_text().count('id="roundoff"') == 1
-    assert "what round-off leaves" in (folder / "report.md").read_text()
+    assert "## Round-off in absolute and relative coordinates" in (folder / "report.md").read_text()
     assert not (folder / "roundoff.html").exists()
 
 
-def test_a_folder_without_a_study_is_refused(tmp_path):
-    assert view_roundoff(tmp_path) is None
+def test_a_folder_without_a_study_is_rejected(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"roundoff/record\.json"):
         render_study("roundoff", tmp_path)
 
@@ -241,24 +240,24 @@ def test_a_folder_without_a_study_is_refused(tmp_path):
 def test_the_verdict_says_where_the_paper_is_right_and_where_not(tmp_path):
     headline, text = said(tmp_path)
     last_m = 0.5 * U["float32"] / 0.1 * EARTH_M
-    assert headline.startswith("In double precision absolute coordinates cost digits")
+    assert headline.startswith("In double precision absolute coordinates cost some digits")
     assert f"bars of {length(last_m)}".replace("\N{NO-BREAK SPACE}", " ") in headline
-    assert "“could be impossible”" in text["In ordinary states."]
-    assert "0.50 u/ε" in text["In ordinary states."]
-    assert "exponent −1.00 [−1.01 to −0.99], theory −1" in text["In ordinary states."]
-    assert "3.0 u at every size" in text["In ordinary states."]
-    right = text["Where the paper is right."]
-    assert "none of a 10 cm CubeSat’s" in right
+    assert "“could be impossible”" in text["Generic states."]
+    assert "0.50 u/ε" in text["Generic states."]
+    assert "exponent −1.00 [−1.01 to −0.99], theory −1" in text["Generic states."]
+    assert "3.0 u at every size" in text["Generic states."]
+    right = text["Losses that confirm the paper."]
+    assert "no digit for a 10 cm CubeSat" in right
     assert "0.050 u" not in right  # against the vanishing reaction it is the size that counts
     horizontal_m = EARTH_M * (0.05 * U["float64"] / 0.1) ** (1 / 3)
     assert f"at bars of {length(horizontal_m)}".replace("\N{NO-BREAK SPACE}", " ") in right
     assert "0.60 u/ε in absolute and 5.0 u in relative coordinates, as in any state" in right
     digits = -np.log10(0.5 * U["float64"] * EARTH_M / 100.0)
-    assert f"{digits:.1f} for a 100 m truss" in text["Where it overstates."]
-    assert "by extrapolation" in text["Where it overstates."]
-    assert "cost 6 digits in either" in text["Not the coordinates’ fault."]
-    assert "500 bars in a straight line cost 4 digits in either" in text["Not the coordinates’ fault."]
-    assert "1.50 (1.40 to 1.60) times as long with 5 bars (reference)" in text["What the cure costs."]
+    assert f"{digits:.1f} for a 100 m truss" in text["Losses that the paper overstates."]
+    assert "by extrapolation" in text["Losses that the paper overstates."]
+    assert "cost 6 digits in either" in text["Losses in both sets of coordinates."]
+    assert "500 bars in a straight line cost 4 digits in either" in text["Losses in both sets of coordinates."]
+    assert "1.50 (1.40 to 1.60) times as long with 5 bars (reference)" in text["Cost of relative coordinates."]
 
 
 def test_a_slope_that_is_off_is_said_and_marked(tmp_path):
@@ -269,8 +268,8 @@ def test_a_slope_that_is_off_is_said_and_marked(tmp_path):
         if (row["state"], row["formulation"], row["yardstick"]) == ("horizontal", "absolute", "m n² l"):
             row.update(fitted(-1.3, 0.05, expected=-1.0))
     _, text = said(tmp_path / "a", rows)
-    assert "exponent −0.80 [−0.85 to −0.75], not the −1 of theory" in text["In ordinary states."]
-    assert "but exponent −1.30 [−1.35 to −1.25], not the −1 of theory" in text["Where the paper is right."]
+    assert "exponent −0.80 [−0.85 to −0.75], not the −1 of theory" in text["Generic states."]
+    assert "but exponent −1.30 [−1.35 to −1.25], not the −1 of theory" in text["Losses that confirm the paper."]
     page, twin = both(tmp_path / "b", rows)
     assert "not as expected" in page
     assert "≠ not as expected" in twin
@@ -280,62 +279,62 @@ def test_a_slope_that_is_off_is_said_and_marked(tmp_path):
 
 def test_no_digits_lost_is_another_verdict(tmp_path):
     headline, text = said(tmp_path, tables(changed(("generic", 5, "absolute", "reaction"), 4.0, 0.0)))
-    assert headline == "In double precision absolute coordinates cost no digit of ordinary reactions"
-    assert "In single precision the last digit" not in text["Where the paper is right."]
-    assert "The last one would go" not in text["Where it overstates."]
+    assert headline == "In double precision absolute coordinates cost no digit of reactions in generic states"
+    assert "In single precision the last digit" not in text["Losses that confirm the paper."]
+    assert "The last digit would be lost" not in text["Losses that the paper overstates."]
 
 
 def test_all_digits_lost_is_another_verdict(tmp_path):
     headline, text = said(tmp_path, tables(changed(("generic", 5, "absolute", "reaction"), 1e8, -1.0)))
     assert headline.endswith("absolute coordinates lose the reactions of a 10 cm CubeSat and a 5 mm hinge")
-    assert text["Where the paper is right."].startswith("In double precision absolute coordinates leave no digit")
-    assert "CubeSat" not in text["Where it overstates."].partition("Even read off")[0]
+    assert text["Losses that confirm the paper."].startswith("In double precision absolute coordinates leave no digit")
+    assert "CubeSat" not in text["Losses that the paper overstates."].partition("Even computed")[0]
 
 
 def test_losses_that_only_absolute_coordinates_have_are_not_shared(tmp_path):
     _, text = said(tmp_path / "a", tables(changed(("unequal masses", 5, "absolute", "reaction"), 3e8, 0.0)))
-    assert "and more in absolute ones" in text["Not the coordinates’ fault."]
+    assert "and more in absolute ones" in text["Losses in both sets of coordinates."]
     _, text = said(tmp_path / "b", tables(changed(("unequal masses", 5, "relative", "reaction"), 4.0, 0.0)))
-    assert "Masses" not in text["Not the coordinates’ fault."]
+    assert "Masses" not in text["Losses in both sets of coordinates."]
 
 
 def test_runs_are_judged_by_the_least_error_and_where_it_lies(tmp_path):
     _, text = said(tmp_path / "a")
-    orbit = text["Over an orbit."]
-    assert "to 1.0×10⁻¹² rad for bars of 6.4 km and 1.0×10⁻⁸ rad for bars of 638 mm in absolute coordinates" in orbit
+    orbit = text["Runs of one orbit."]
+    assert "is 1.0×10⁻¹² rad for bars of 6.4 km and 1.0×10⁻⁸ rad for bars of 638 mm in absolute coordinates" in orbit
     assert "3.0×10⁻¹⁴ to 4.0×10⁻¹⁴ rad or less in relative ones at each of 2 sizes" in orbit
-    assert "falls from 2048 an orbit for bars of 6.4 km to 512" in orbit
-    assert "as roundings that know nothing of each other do" in orbit
+    assert "falls from 2048 per orbit for bars of 6.4 km to 512" in orbit
+    assert "in agreement with the 3/2 of independent roundings" in orbit
     rows = tables()
     for row in rows["growth_laws"]:
         row.update(fitted(1.9, 0.05, expected=1.5))
     rows["best"] = [r | {"steps_per_orbit": 512} for r in rows["best"]]
     _, text = said(tmp_path / "b", rows)
-    assert "above the 3/2 of roundings" in text["Over an orbit."]
-    assert "does not fall with the size" in text["Over an orbit."]
+    assert "above the 3/2 of independent roundings" in text["Runs of one orbit."]
+    assert "does not fall with the size" in text["Runs of one orbit."]
 
 
 def test_other_engines_are_judged_by_what_they_lose(tmp_path):
     _, text = said(tmp_path / "a")
-    assert "costs a digit or more in 1 of 1 engines that run in both" in text["In other engines."]
-    assert "0.10 and 1.0×10⁻⁶ by box" in text["In other engines."]
-    assert "by these powers of their number: box 2.00 in the inertial frame" in text["In other engines."]
-    assert "0.70 u/ε² by tree (last digit at bars of 178 mm" in text["In other engines."]
+    assert "costs a digit or more in 1 of 1 engines that run in both" in text["Other engines."]
+    assert "0.10 and 1.0×10⁻⁶ by box" in text["Other engines."]
+    assert "with these exponents: box 2.00 in the inertial frame" in text["Other engines."]
+    assert "0.70 u/ε² by tree (last digit at bars of 178 mm" in text["Other engines."]
     rows = tables()
     rows["engines"] = [r | (spread(1e-6) if r["engine"] == "box" else {}) for r in rows["engines"]]
     rows["engine_laws"] = [r | fitted(-2.0) for r in rows["engine_laws"]]
     rows["laws"] = [r for r in rows["laws"] if not r["formulation"].startswith("tree")]
     _, text = said(tmp_path / "b", rows)
-    assert "costs no digit" in text["In other engines."]
-    assert "worse" not in text["In other engines."]
-    assert "root" not in text["In other engines."]
+    assert "costs no digit" in text["Other engines."]
+    assert "Beyond the optimum" not in text["Other engines."]
+    assert "root" not in text["Other engines."]
 
 
 def test_longitudes_are_told_apart_by_source(tmp_path):
     view = view_roundoff(write(tmp_path))
-    formula, of_input = view.longitudes_say
+    formula, of_input = view.longitudes_sentences
     assert "0 of 1 tests have p below 0.05" in formula
-    assert "inside the band" in formula
+    assert "inside the range of a typical sector" in formula
     assert "1 of 1 in relative coordinates" in of_input
 
 

@@ -236,7 +236,7 @@ def test_the_chapter_joins_the_report_of_a_comparison(tmp_path: Path) -> None:
     page = render_study("scaling", write(folder)).page
     assert page == folder / "index.html"
     assert page.read_text().count('id="scaling"') == 1
-    assert "What more bars cost" in (folder / "report.md").read_text()
+    assert "## Cost against the number of bars" in (folder / "report.md").read_text()
     assert not (folder / "scaling.html").exists()
 
 

@@ -142,7 +142,7 @@ def test_scipy_at_its_defaults_reports_success_and_is_told_on(folder: Path) -> N
     assert plain.attitude_rad["hard/slews_overlapping"] > 0.01  # it asks for 1e-3 a step
     view = view_stability(folder)
     assert view is not None
-    assert "success reported in 2 of 2 runs; in 1 of these attitude is off by more than 0.01 rad" in view.plain_sentence
+    assert "success reported in 2 of 2 runs; in 1 of these the attitude error exceeds 0.01 rad" in view.plain_sentence
 
 
 def test_the_page_is_rendered_from_the_tables_alone(folder: Path) -> None:

@@ -20,7 +20,7 @@ from tests.support.scene_lists import TAME
 if TYPE_CHECKING:
     from pathlib import Path
 
-# name: (knob, default, error of the attitude after one orbit without growth, has bars)
+# name: (accuracy parameter, default, error of the attitude after one orbit without growth, has bars)
 ENGINES: dict[str, tuple[str, float, float, bool]] = {
     "reference": ("rtol", 1e-10, 1e-10, True),
     "reference-absolute": ("rtol", 1e-10, 4e-9, True),
@@ -39,7 +39,7 @@ FAULTS = {
     ("paper/fig15", "exudyn-absolute"): ("incomplete", "stopped at t = 4000 s of 12 000 s"),
     ("paper/fig17", "pymunk-absolute"): ("joints_ignored", "joint 2 opened by 31 m, like free bodies"),
     ("basics/libration", "exudyn-index3"): ("missing", "exudyn does not import; try: pip install exudyn"),
-    ("basics/two_bars_free", "pymunk-absolute"): ("nothing_compared", "horizon of 0.02 orbits"),
+    ("basics/two_bars_free", "pymunk-absolute"): ("nothing_compared", "predictability limit of 0.02 orbits"),
 }
 
 

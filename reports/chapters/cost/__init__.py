@@ -1,1 +1,1 @@
-"""Chapter on the cost of accuracy."""
+"""Chapter of the cost study: work-precision diagrams and the cost of one more digit."""

@@ -1,4 +1,4 @@
-"""Work-precision charts: error across, cost upwards, both in logarithms; down and to the left is better."""
+"""Work-precision diagrams: cost against error on log-log axes."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 from reports.plotting.families import CROSS_SIZE, MARKER_SIZE, OTHERS, SHARED, Flags, families, family_pens, group_of
 from reports.plotting.palette import COLOURS, Pen, engine_pen
 from reports.plotting.panels import MOST_TICKS, ChartFrame, Legend, Panel, blank_axes, finish, log_axis
-from reports.plotting.series import Array, DecadeRange, floor_of
+from reports.plotting.series import Array, DecadeRange, decade_range
 from reports.text.numerals import power_of_ten
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FLOOR_MARGIN = 10.0  # errors below this many times the oracle's own are the oracle's as much as the engine's
-LARGEST = 10.0  # errors beyond lie on the edge: a chain that is off by more is off
+FLOOR_MARGIN = 10.0  # times the certified solution's own error: smaller errors of an engine are unresolved
+LARGEST = 10.0  # larger errors are drawn on the edge
 FAILED = Pen(COLOURS["ink"], "x")
 
 
 @dataclass(frozen=True)
 class CostCurve:
-    """One engine's points, coarse to fine."""
+    """Points of one engine's accuracy sweep, coarse to fine."""
 
     engine: str
     error: Array
-    """(n,); NaN where a run failed without one"""
+    """(n,); NaN for a failed run without an error"""
     cost: Array
-    """(n,); NaN where it was not measured"""
+    """(n,); NaN without a measurement"""
     failed: Flags
     """(n,) bool"""
     blurred: Flags
-    """(n,) bool: under the oracle's floor"""
+    """(n,) bool: below the floor of the certified solution"""
 
     @property
     def drawn(self) -> Flags:
@@ -46,29 +46,29 @@ class CostCurve:
 
 @dataclass(frozen=True)
 class Setup:
-    """What all charts of one scene and quantity share."""
+    """Shared contents of all charts of one scene and quantity."""
 
     name: str
     x_label: str
     y_label: str
     floor: float
-    """Error that the oracle may have itself; 0 if there is none to speak of"""
+    """Error of the certified solution; 0 if negligible"""
     tracks: tuple[CostCurve, ...]
 
     @property
     def x_span(self) -> DecadeRange | None:
-        """Whole decades around all errors; smaller ones than the oracle's own say nothing and lie on the edge."""
+        """Whole decades around all errors; those below the certified solution's error are drawn on the edge."""
         shown = [np.clip(t.error[t.drawn], self.floor, LARGEST) for t in self.tracks]
-        return floor_of([*shown, np.array([FLOOR_MARGIN * self.floor])] if self.floor else shown)
+        return decade_range([*shown, np.array([FLOOR_MARGIN * self.floor])] if self.floor else shown)
 
     @property
     def y_span(self) -> DecadeRange | None:
         """Whole decades around all costs."""
-        return floor_of([t.cost[t.drawn] for t in self.tracks])
+        return decade_range([t.cost[t.drawn] for t in self.tracks])
 
 
 def overview(setup: Setup, title: str, front: tuple[Array, Array] | None = None) -> Panel | None:
-    """All engines, each group in a colour, and the front that none of them beats."""
+    """Chart of all engines, each family in a colour, with the work-precision front."""
     groups = group_of([t.engine for t in setup.tracks])
     pens = family_pens(list(groups))
     ax = axes(setup, title, "all")
@@ -85,7 +85,7 @@ def overview(setup: Setup, title: str, front: tuple[Array, Array] | None = None)
 
 
 def by_family(setup: Setup) -> list[Panel]:
-    """One chart for each family: its engines in colour before all others in grey."""
+    """One chart for each family: its engines in colour, all others in grey."""
     shown = [t for t in setup.tracks if t.drawn.any() or t.failed.any()]
     groups = families([t.engine for t in shown])
     names = sorted(set(groups.values()), key=lambda g: (g == OTHERS, list(groups.values()).index(g)))
@@ -94,7 +94,7 @@ def by_family(setup: Setup) -> list[Panel]:
 
 
 def family(setup: Setup, name: str, own: list[CostCurve]) -> Panel | None:
-    """One family's chart."""
+    """Chart of one family."""
     title = name.capitalize()
     ax = axes(setup, title, name)
     if ax is None:
@@ -110,12 +110,12 @@ def family(setup: Setup, name: str, own: list[CostCurve]) -> Panel | None:
 
 
 def frame(setup: Setup, title: str, name: str) -> ChartFrame:
-    """What a chart says on its axes."""
+    """Axes and labels of a chart."""
     return ChartFrame(f"{setup.name}-{name}", title, setup.x_label, setup.y_label, (0.0, 1.0))
 
 
 def axes(setup: Setup, title: str, name: str) -> Axes | None:
-    """Empty log-log axes with the oracle's floor; None if there is nothing to draw."""
+    """Empty log-log axes with the certified solution's floor; None if there is nothing to draw."""
     across, up = setup.x_span, setup.y_span
     if across is None or up is None:
         return None
@@ -135,7 +135,7 @@ def axes(setup: Setup, title: str, name: str) -> Axes | None:
 
 
 def draw(ax: Axes, track: CostCurve, pen: Pen) -> None:
-    """Draw one engine's curve: filled points, hollow ones under the floor, crosses for failures."""
+    """Draw one engine's curve: filled points, hollow ones below the floor, crosses for failures."""
     good, colour = track.drawn, pen.colour.stand_in
     left, right = ax.get_xlim()
     x = np.clip(track.error, left, right)
@@ -157,9 +157,9 @@ def draw(ax: Axes, track: CostCurve, pen: Pen) -> None:
 
 
 def note(setup: Setup) -> str:
-    """What must be said beside a chart."""
+    """Note beside a chart: failed runs, meaning of hollow points."""
     failed = [f"{t.engine} ({int(t.failed.sum())})" for t in setup.tracks if t.failed.any()]
     blurred = any((t.blurred & t.drawn).any() for t in setup.tracks)
     said = [f"× failed: {', '.join(failed)}." if failed else ""]
-    said += ["Hollow: under the oracle's floor (shaded), no verdict." if blurred else ""]
+    said += ["Hollow: below the floor of the certified solution (shaded)." if blurred else ""]
     return " ".join(s for s in said if s)

@@ -1,4 +1,4 @@
-"""The chapter on what accuracy costs: from a study's tables to what the templates show."""
+"""View of a cost study."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from reports.plotting.panels import Panel
 
-QUANTITIES = {  # columns of errors and floors, and the axis' label
+QUANTITIES = {  # columns of errors and floors, label of the axis
     "attitude": ("attitude_error_rad", "attitude_floor_rad", "largest attitude error, rad"),
     "reaction": ("reaction_relative", "reaction_floor_relative", "largest reaction error / largest reaction"),
 }
@@ -29,12 +29,12 @@ QUANTITIES = {  # columns of errors and floors, and the axis' label
 
 @dataclass(frozen=True)
 class ReachCell:
-    """What one engine needs for one error."""
+    """Cost at which one engine reaches one error."""
 
     status: str
     cost: float | None = None
     ratio: tuple[float | None, float | None, float | None] = (None, None, None)
-    """Against the fastest, with its interval"""
+    """Relative to the fastest engine, with its interval"""
     over_baseline: tuple[float | None, float | None, float | None] = (None, None, None)
 
     @property
@@ -44,13 +44,13 @@ class ReachCell:
 
     @property
     def sign(self) -> str:
-        """Shown before a cost that is only a bound."""
+        """Sign before a cost that is only an upper bound."""
         return "≤ " if self.status == "at most" else ""
 
 
 @dataclass(frozen=True)
 class ReachTable:
-    """Cost to reach each target: a row for each engine."""
+    """Costs to reach target errors: a row for each engine."""
 
     title: str
     targets: tuple[float, ...]
@@ -60,7 +60,7 @@ class ReachTable:
 
 @dataclass(frozen=True)
 class CostScene:
-    """What the chapter shows of a scene."""
+    """One scene's part of the chapter."""
 
     name: str
     anchor: str
@@ -78,26 +78,26 @@ class CostScene:
 
     @property
     def baseline(self) -> ReachTable | None:
-        """Attitude's times, where the engine that they are also compared with was run."""
+        """Table of times to reach an attitude error; None where the baseline engine was not run."""
         table = next((t for t in self.reach if t.timed), None)
         return table if table and any(e == self.baseline_name for e, _ in table.rows) else None
 
     @property
     def baseline_name(self) -> str:
-        """Name of that engine."""
+        """Name of the baseline engine."""
         return BASELINE
 
 
 @dataclass(frozen=True)
 class CostView:
-    """The chapter."""
+    """Contents of the chapter."""
 
     record: dict[str, Any]
     scenes: tuple[CostScene, ...]
 
     @property
     def finished(self) -> bool:
-        """Whether the study went to its end."""
+        """Whether the study was finished."""
         return bool(self.record.get("finished"))
 
 
@@ -130,7 +130,7 @@ def view_scene(tables: CostTables, scene: str) -> CostScene:
 
 
 def overviews(points: pd.DataFrame, name: str) -> list[Panel | None]:
-    """Time for attitude, time for reactions, evaluations for attitude."""
+    """Charts of time for attitude, time for reactions, evaluations for attitude."""
     timed = setup(points, "attitude", "seconds", f"{name}-attitude")
     return [
         overview(timed, "Time against attitude error", front(points)),
@@ -140,18 +140,20 @@ def overviews(points: pd.DataFrame, name: str) -> list[Panel | None]:
 
 
 def setup(points: pd.DataFrame, quantity: str, cost: str, name: str) -> Setup:
-    """All engines' points of a scene as tracks."""
+    """Contents of the charts of a scene, one curve for each engine."""
     error, floor, label = QUANTITIES[quantity]
     unit = "simulate, s" if cost == "seconds" else "evaluations of the right-hand side"
     least = points[floor].max()
-    found = [track(points[points.engine == e], error, floor, cost) for e in dict.fromkeys(points.engine)]
+    found = [cost_curve(points[points.engine == e], error, floor, cost) for e in dict.fromkeys(points.engine)]
     nothing = {str(e) for e, own in points.groupby("engine") if own.com_error_m.isna().all()}
-    kept = [t for t in found if np.isfinite(t.error).any() or t.engine in nothing]  # to lack a quantity is no failure
+    kept = [
+        t for t in found if np.isfinite(t.error).any() or t.engine in nothing
+    ]  # an undeclared quantity is no failure
     return Setup(name, label, unit, float(least) if np.isfinite(least) else 0.0, tuple(kept))
 
 
-def track(own: pd.DataFrame, error: str, floor: str, cost: str) -> CostCurve:
-    """One engine's points; runs that were left out for their length are none."""
+def cost_curve(own: pd.DataFrame, error: str, floor: str, cost: str) -> CostCurve:
+    """Points of one engine, without runs skipped for their length."""
     run = own[~own.reason.str.startswith("not run")]
     off = run[error].to_numpy(float)
     return CostCurve(
@@ -164,22 +166,22 @@ def track(own: pd.DataFrame, error: str, floor: str, cost: str) -> CostCurve:
 
 
 def front(points: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
-    """Points that none beats, from the coarsest on."""
+    """Work-precision front, from the coarsest point."""
     best = points[points.on_front.astype(str) == "True"].sort_values("attitude_error_rad", ascending=False)
     return best.attitude_error_rad.to_numpy(float), best.seconds.to_numpy(float)
 
 
 def records(table: pd.DataFrame, scene: str) -> list[dict[str, Any]]:
-    """Rows of a scene, NaN as None."""
+    """Rows of a scene with None for NaN."""
     own = table[table.scene == scene]
     return [{str(k): None if is_nan(v) else v for k, v in row.items()} for row in own.to_dict("records")]
 
 
 def reach_tables(reach: pd.DataFrame, scene: str) -> tuple[ReachTable, ...]:
-    """Times and counts for attitude, times for reactions."""
+    """Tables of times and evaluations for attitude, and of times for reactions."""
     wanted = (
         ("attitude", "seconds", "Time to reach an attitude error"),
-        ("reaction", "seconds", "Time to reach a relative error of reactions"),
+        ("reaction", "seconds", "Time to reach a relative reaction error"),
         ("attitude", "evaluations", "Evaluations to reach an attitude error"),
     )
     found = (reach_table(reach, scene, q, m, title) for q, m, title in wanted)
@@ -187,7 +189,7 @@ def reach_tables(reach: pd.DataFrame, scene: str) -> tuple[ReachTable, ...]:
 
 
 def reach_table(reach: pd.DataFrame, scene: str, quantity: str, measure: str, title: str) -> ReachTable:
-    """One table of them."""
+    """Table of one quantity and measure."""
     own = reach[(reach.scene == scene) & (reach.quantity == quantity) & (reach.measure == measure)]
     targets = tuple(float(t) for t in dict.fromkeys(own.target))
     cells = {(r["engine"], r["target"]): cell(r) for r in records(own, scene)}
@@ -196,7 +198,7 @@ def reach_table(reach: pd.DataFrame, scene: str, quantity: str, measure: str, ti
 
 
 def cell(row: dict[str, Any]) -> ReachCell:
-    """One cell."""
+    """Cell of a row of reach.csv."""
 
     def three(name: str) -> tuple[float | None, float | None, float | None]:
         return number(row.get(name)), number(row.get(f"{name}_low")), number(row.get(f"{name}_high"))
@@ -205,7 +207,7 @@ def cell(row: dict[str, Any]) -> ReachCell:
 
 
 def prices(price: pd.DataFrame, scene: str) -> list[dict[str, Any]]:
-    """Price of a digit, one row for each engine: in time and in evaluations."""
+    """Cost factors of one more digit, one row for each engine: in time and in evaluations."""
     found: dict[str, dict[str, Any]] = {}
     for row in records(price, scene):
         found.setdefault(row["engine"], {"engine": row["engine"]})[row["measure"]] = row
@@ -213,7 +215,7 @@ def prices(price: pd.DataFrame, scene: str) -> list[dict[str, Any]]:
 
 
 def spent(points: pd.DataFrame, record: dict[str, Any]) -> list[dict[str, Any]]:
-    """What each engine spends besides simulating: building, compiling, reading out."""
+    """Times of each engine to build, compile and read out."""
     engines = mapping(record.get("engines"))
     found = []
     for engine in dict.fromkeys(points.engine):

@@ -1,1 +1,1 @@
-"""Chapter on the cross-validation: matrix, scenes, differences over time."""
+"""Report of the cross-validation: verdict, matrix, scenes, differences over time."""

@@ -1,4 +1,4 @@
-"""How far the engines are from the truth, how they drift, and how a small perturbation grows."""
+"""Charts of differences from the reference solution, of drifts, and of the error amplification."""
 
 from __future__ import annotations
 
@@ -29,33 +29,33 @@ DRIFTS = {
     "energy": "Energy",
     "angular_momentum": "Angular momentum",
 }
-LITTLE_GROWTH = 10.0  # times; up to it a linear axis shows more than whole decades do
+LITTLE_AMPLIFICATION = 10.0  # times; up to it a linear axis shows more than whole decades do
 
 
 class DifferenceCharts:
-    """Draws the differences of one scene's engines."""
+    """Charts of one scene's engines."""
 
     def __init__(self, data: SceneData) -> None:
         self.data = data
 
     def difference_panel(self, quantity: str, title: str) -> tuple[Panel | None, list[str]]:
-        """Differences of one quantity on a log axis, with what is explained dashed."""
+        """Differences of one quantity on a log axis, their explained part dashed; and the engines shown."""
         lines, engines = [], []
         for engine, table in self.data.differences.items():
             y = column(table, f"{quantity}_difference")
             if y is None:
                 continue
             t, predictability_limit = table["t_s"].to_numpy(float), self.data.predictability_limit(engine, quantity)
-            seen = t <= predictability_limit
+            compared = t <= predictability_limit
             tolerance = column(table, f"{quantity}_tolerance")
-            shown = None if tolerance is None else tolerance[seen]
+            shown = None if tolerance is None else tolerance[compared]
             cut = predictability_limit < SHORT_OF_THE_RUN * self.data.end_s
-            lines.append(Line(t[seen] / self.data.unit_s, y[seen], self.data.pens[engine], shown, cut))
+            lines.append(Line(t[compared] / self.data.unit_s, y[compared], self.data.pens[engine], shown, cut))
             engines.append(engine)
         return log_panel(self.data.frame(quantity, title, QUANTITY_UNITS[quantity], lines)), engines
 
     def drift_panel(self, quantity: str, title: str) -> tuple[Panel | None, list[str]]:
-        """One drift over the whole run, with its band dashed."""
+        """One drift over the whole run, its bound dashed; and the engines shown."""
         lines, engines = [], []
         for engine, table in self.data.differences.items():
             y = column(table, f"{quantity}_drift")
@@ -68,27 +68,31 @@ class DifferenceCharts:
         return log_panel(self.data.frame(quantity, title, "relative" if unit == "1" else unit, lines)), engines
 
     def difference_group(self) -> ChartGroup | None:
-        """All differences."""
+        """Charts of all differences."""
         found = [self.difference_panel(q, title) for q, title in DIFFERENCES.items()]
-        text = "Dashed: what the errors of both sides explain. A tick ends a line at its horizon."
-        return group("Differences from the truth", text, self.legend(found), [p for p, _ in found])
+        text = "Dashed: explained part of the difference. A tick marks a line that ends at its predictability limit."
+        return group("Differences from the reference solution", text, self.legend(found), [p for p, _ in found])
 
     def drift_group(self) -> ChartGroup | None:
-        """All drifts, and the growth of a small perturbation."""
+        """Charts of all drifts and of the error amplification."""
         found = [self.drift_panel(q, title) for q, title in DRIFTS.items()]
-        text = "Over the whole run, whatever the horizon; bands dashed." if any(p for p, _ in found) else ""
-        panels = [*(p for p, _ in found), self.growth_panel()]
-        return group("Drift and growth", text, self.legend(found), panels)
+        text = (
+            "Drifts over the whole run, also beyond the predictability limit. Dashed: their bounds."
+            if any(p for p, _ in found)
+            else ""
+        )
+        panels = [*(p for p, _ in found), self.amplification_panel()]
+        return group("Drifts and error amplification", text, self.legend(found), panels)
 
-    def growth_panel(self) -> Panel | None:
-        """How a small perturbation of the attitude grows."""
+    def amplification_panel(self) -> Panel | None:
+        """Error amplification over time; None where it is not stored."""
         table = self.data.results.differences(self.data.scene.name, AMPLIFICATION)
         y = None if table is None else column(table, "amplification")
         if table is None or y is None:
             return None
         lines = [Line(table["t_s"].to_numpy(float) / self.data.unit_s, y, Pen(COLOURS["ink"]))]
-        frame = self.data.frame("amplification", "Growth of a small perturbation", "times", lines)
-        return log_panel(frame) if np.nanmax(y) > LITTLE_GROWTH else linear_panel(frame)
+        frame = self.data.frame("amplification", "Error amplification", "times the initial perturbation", lines)
+        return log_panel(frame) if np.nanmax(y) > LITTLE_AMPLIFICATION else linear_panel(frame)
 
     def legend(self, found: list[tuple[Panel | None, list[str]]]) -> tuple[Legend, ...]:
         """Entries of the engines that appear in any of the panels."""

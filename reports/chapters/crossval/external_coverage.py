@@ -1,4 +1,4 @@
-"""Why a scene was run in no engine of somebody else's, and what its agreement is then worth."""
+"""Reasons why no independent engine ran a scene, and the evidence that remains."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ if TYPE_CHECKING:
     from reports.chapters.crossval.summary import Summary
     from reports.text.record import SceneRecord
 
-LACKING = "No engine asked but our own carries this scene\N{RIGHT SINGLE QUOTATION MARK}s effects."
-STOPPED = "This scene\N{RIGHT SINGLE QUOTATION MARK}s instants, not its effects, keep other engines from it."
-UNABLE = "No engine asked but our own can do this scene."
+ONLY_OWN = "Of the selected engines only those built on barchain\N{RIGHT SINGLE QUOTATION MARK}s equations support"
+LACKING = f"{ONLY_OWN} the effects."
+STOPPED = "Instants of this scene, not its effects, prevent independent engines from running it."
+UNABLE = f"{ONLY_OWN} this scene."
 MOST_TIMES = 4  # named of many
-ONE_DERIVATION = "What agrees here is one derivation in several forms"
+ONE_DERIVATION = "The agreeing runs share one derivation of the equations"
 
 
-def carrier_words(summary: Summary, scene: SceneRecord) -> tuple[str, str] | None:
-    """Headline, empty where an engine of somebody else's was run, and what follows it; None where nothing does."""
+def coverage_words(summary: Summary, scene: SceneRecord) -> tuple[str, str] | None:
+    """Headline, empty where an independent engine ran, and details; None where there are no details."""
     outside = [c for c in summary.of_scene(scene.name) if summary.external(c.engine)]
     known = mapping(scene.data.get("external_coverage"))
     instants = mapping(known.get("instants"))
@@ -35,36 +36,37 @@ def carrier_words(summary: Summary, scene: SceneRecord) -> tuple[str, str] | Non
 
 
 def instant_words(instants: dict[str, object]) -> str:
-    """Who was stopped by what, and which run would let them go on; empty where that is not so."""
+    """Engines stopped by instants between their steps, and a run that avoids this; empty without any."""
     engines, at = instants.get("engines"), instants.get("at_s")
     if not isinstance(engines, list) or not isinstance(at, list):
         return ""
     one, run = len(engines) == 1, mapping(instants.get("run"))
     times = ", ".join(f"{t:g}" for t in at[:MOST_TIMES]) + ("" if len(at) <= MOST_TIMES else ", ...")
     duration, samples = number(run.get("duration_s")), number(run.get("samples"))
-    does = "carries the effects and takes" if one else "carry the effects and take"
+    does = "supports the effects and takes" if one else "support the effects and take"
     said = (
-        f"{joined(engines)} {does} equal steps; something jumps at t = {times} s, which is neither a sample nor midway "
-        "between two"
+        f"{joined(engines)} {does} equal steps. A load is discontinuous at t = {times} s, which is neither a sample "
+        "nor the middle between two samples."
     )
     if duration is None or samples is None:
-        return f"{said}: move these instants, or take more samples."
-    return f"{said}: with duration_s = {duration!r} and samples = {samples:.0f} in [run] each is."
+        return f"{said} Move these instants, or use more samples."
+    return f"{said} With duration_s = {duration!r} and samples = {samples:.0f} in [run] each instant is."
 
 
 def not_asked_words(names: object) -> str:
-    """Who else could have been asked."""
+    """Independent engines that support the scene and were not selected."""
     if not isinstance(names, list) or not names:
         return ""
-    return f"{joined(names)} can do it and {'was' if len(names) == 1 else 'were'} not asked."
+    verbs = ("supports", "was") if len(names) == 1 else ("support", "were")
+    return f"{joined(names)} {verbs[0]} the scene and {verbs[1]} not selected."
 
 
 def solution_words(known: dict[str, object]) -> str:
-    """What the agreement of our own forms is worth."""
+    """Evidence from runs that share one derivation."""
     solution = str(known.get("solution") or "")
     if not solution:
         return f"{ONE_DERIVATION}."
     return (
-        f"{ONE_DERIVATION}; an independent one, heyoka\N{RIGHT SINGLE QUOTATION MARK}s, is committed as the truth of "
-        f"these physics ({solution}), and barchain\N{RIGHT SINGLE QUOTATION MARK}s tests hold the reference to it."
+        f"{ONE_DERIVATION}. An independent derivation, computed with heyoka, is stored as a certified solution of "
+        f"these physics ({solution}); barchain\N{RIGHT SINGLE QUOTATION MARK}s tests compare the reference with it."
     )

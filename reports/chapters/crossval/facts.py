@@ -1,4 +1,4 @@
-"""A scene's physics, its truth and its model in words."""
+"""A scene's physics, its reference solution and its model in words."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ GRAVITY_WORDS = {
     "gradient": "point force and gradient torque",
     "point": "point mass at each bar",
     "quadrupole": "potential to each bar's second moment",
-    "slender": "exact pull on uniform bars",
+    "slender": "exact attraction of uniform bars",
     "none": "none",
 }
 
 
 def facts(scene: SceneRecord, *, of_track: bool = True) -> list[tuple[str, Fact]]:
-    """Physics of a scene as pairs of a name and a value; what is not recorded is left out.
+    """Physics of a scene as pairs of a name and a value, without values that are not recorded.
 
     Parameters
     ----------
     scene : SceneRecord
     of_track : bool
-        Whether an engine ran that follows the centre of mass alone: for such the models' difference is.
+        Whether an engine ran that follows the centre of mass alone: the model difference applies to such engines.
     """
     found: list[tuple[str, str | tuple[float | None, str]]] = [
         ("Bars", each(scene.values("length_m"), "m")),
@@ -33,15 +33,18 @@ def facts(scene: SceneRecord, *, of_track: bool = True) -> list[tuple[str, Fact]
         ("Gravity", GRAVITY_WORDS.get(scene.text("gravity"), scene.text("gravity"))),
         *(("Effect", words) for words in scene.lines("effects")),
         ("Conserved", scene.text("conserved")),
-        ("Defect of the gradient", gradient_defect(scene)),
+        ("Non-conservation by the gradient model", gradient_defect(scene)),
         ("Period", span(scene.value("period_s")) if scene.closed else ""),
         ("Duration", duration(scene)),
         *((f"Bar {p.get('bar', '?')} turned", prescription_words(p)) for p in scene.prescribed),
-        ("Truth", ", ".join(filter(None, [scene.text("solution_engine"), scene.text("solution_setting")]))),
-        ("Truth holds", solution_valid(scene)),
-        ("The truth's error", (scene.value("solution_error_rad"), "rad")),
-        ("Growth per orbit", (scene.value("amplification_per_orbit") if scene.closed else None, "times")),
-        ("Growth in all", (scene.value("amplification_total"), "times")),
+        (
+            "Reference solution",
+            ", ".join(filter(None, [scene.text("solution_engine"), scene.text("solution_setting")])),
+        ),
+        ("Reference valid", solution_valid(scene)),
+        ("Reference error", (scene.value("solution_error_rad"), "rad")),
+        ("Error amplification per orbit", (scene.value("amplification_per_orbit") if scene.closed else None, "times")),
+        ("Total error amplification", (scene.value("amplification_total"), "times")),
         ("Model difference", model_difference(scene) if of_track else ""),
     ]
     kept: list[tuple[str, Fact]] = []
@@ -83,7 +86,7 @@ def duration(scene: SceneRecord) -> str:
 
 def prescription_words(law: dict[str, object]) -> str:
     """One prescribed rotation in words."""
-    by = {"external": "an outside torque", "joint": "a motor in its joint"}.get(str(law.get("actuator")), "")
+    by = {"external": "an external torque", "joint": "a motor in its joint"}.get(str(law.get("actuator")), "")
     against = str(law.get("frame", "")).replace("_", " ")
     angle, length, start = (number(law.get(k)) for k in ("amplitude_deg", "duration_s", "start_s"))
     parts = [f"by {angle:g}°" if angle is not None else "", f"in {length:g} s" if length is not None else ""]
@@ -92,7 +95,7 @@ def prescription_words(law: dict[str, object]) -> str:
 
 
 def model_difference(scene: SceneRecord) -> str | tuple[float, str]:
-    """Declared difference of models, if there is any: how far it moves the centre of mass, and why."""
+    """Declared model difference: displacement of the centre of mass and its cause; empty where there is none."""
     declared = scene.model_difference
     com = SceneRecord("", declared).value("com_m")
     note = str(declared.get("note") or "")
@@ -102,12 +105,12 @@ def model_difference(scene: SceneRecord) -> str | tuple[float, str]:
 
 
 def gradient_defect(scene: SceneRecord) -> str:
-    """How far energy and angular momentum go that the paper's gravity does not conserve, beside (l/r)²."""
+    """Relative change of energy and angular momentum that the paper's gravity does not conserve, beside (l/r)²."""
     found = SceneRecord("", mapping(scene.data.get("gradient_defect")))
     energy, momentum, square = (found.value(k) for k in ("energy", "angular_momentum", "size_squared"))
     if energy is None or momentum is None or square is None:
         return ""
     return written(
-        f"energy {significant(energy)}, angular momentum {significant(momentum)} of the whole, where "
-        f"(l/r)² = {significant(square)} (physics, not numerics; quadrupole and slender gravity have none)"
+        f"energy {significant(energy)}, angular momentum {significant(momentum)} relative to the totals, of order "
+        f"(l/r)² = {significant(square)} (a property of the model; quadrupole and slender gravity conserve both)"
     )

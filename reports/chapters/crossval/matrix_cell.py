@@ -1,4 +1,4 @@
-"""One cell of the matrix as text."""
+"""Cells of the matrix as text."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def cell_text(cell: RunCell | None, predictability_limit: str = "") -> str:
-    """One cell of the matrix: outcome, errors, horizon."""
+    """Text of one cell: outcome, errors, detection limit, compared duration."""
     if cell is None:
         return "not run"
     errors = [f"{'CM ' * (r.quantity == 'com')}{significant(cell.shown_value(r))} {r.unit}" for r in cell.shown]

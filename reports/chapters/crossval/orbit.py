@@ -1,4 +1,4 @@
-"""The chain along its orbit, as the paper draws it: the chain enlarged, the orbit and the body to scale."""
+"""Drawing of the chain along its orbit as in the paper: the chain enlarged, the orbit and the body to scale."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
 SIZE = 400.0
 INSTANTS = 16  # a multiple of 4, so that quarters of the orbit are among them
 LEAST_SHOWN = 0.25  # of a revolution: a second panel for less would be empty
-SHARE = 0.88  # of the way between two instants that the stretched chain covers
+SHARE = 0.88  # of the distance between two instants that the straight chain covers
 
 
 @dataclass(frozen=True)
 class Geometry:
-    """What is drawn of a scene besides its trajectory."""
+    """Geometry of a scene's drawing."""
 
     length_m: Array
     """(N,)"""
     mass_kg: Array
     """(N,)"""
     body_radius_m: float
-    """0 where nothing pulls: no disc is drawn"""
+    """0 without gravity: no disc is drawn"""
     period_s: float
     closed: bool
     """Whether the orbit returns, so that a panel is one revolution"""
@@ -42,7 +42,7 @@ class Geometry:
 
 @dataclass(frozen=True)
 class DrawnMotion:
-    """The trajectory to draw."""
+    """Trajectory of a drawing."""
 
     t_s: Array
     """(n,)"""
@@ -51,7 +51,7 @@ class DrawnMotion:
     angle_rad: Array
     """(n, N)"""
     limit_s: float = np.inf
-    """Until when it is the only motion that the start allows"""
+    """Predictability limit of the reference solution; infinite where it covers the run"""
 
     @property
     def drawable(self) -> bool:
@@ -86,7 +86,7 @@ def orbit_panels(name: str, geometry: Geometry, motion: DrawnMotion) -> list[Pan
         return []
     end = float(motion.t_s[-1])
     if not geometry.closed:
-        return [orbit_panel(f"{name}-way", "Chain along its way", geometry, motion, (float(motion.t_s[0]), end))]
+        return [orbit_panel(f"{name}-way", "Chain along its path", geometry, motion, (float(motion.t_s[0]), end))]
     panels = []
     for k, word in enumerate(("first", "second")):
         start = k * geometry.period_s
@@ -108,8 +108,8 @@ def orbit_panel(name: str, title: str, geometry: Geometry, motion: DrawnMotion, 
         along(instants, motion.t_s, motion.com_m),
         along(np.linspace(start, end, 181), motion.t_s, motion.com_m),
     )
-    way = float(np.linalg.norm(np.diff(track, axis=0), axis=1).sum())
-    factor = SHARE * way / INSTANTS / float(geometry.length_m.sum())
+    path = float(np.linalg.norm(np.diff(track, axis=0), axis=1).sum())
+    factor = SHARE * path / INSTANTS / float(geometry.length_m.sum())
     chain = place[:, None, :] + factor * joints(geometry, along(instants, motion.t_s, motion.angle_rad))
     reach = 0.75 * factor * float(geometry.length_m.sum())
     ax = square_axes(track, reach, geometry)
@@ -122,22 +122,22 @@ def orbit_panel(name: str, title: str, geometry: Geometry, motion: DrawnMotion, 
 
 
 def beyond(geometry: Geometry, motion: DrawnMotion, end_s: float) -> str:
-    """Say which configurations of a panel that ends at `end_s` are only some of many possible ones."""
+    """Note on configurations beyond the predictability limit in a panel that ends at `end_s`; empty without such."""
     if motion.limit_s >= end_s:
         return ""
     predictability_limit = (
         f"{motion.limit_s / geometry.period_s:.2f} orbits" if geometry.closed else f"{motion.limit_s:.0f} s"
     )
-    return f" After {predictability_limit} beyond the truth's horizon."
+    return f" After {predictability_limit}: beyond the predictability limit of the reference solution."
 
 
 def along(at_s: Array, t_s: Array, values: Array) -> Array:
-    """Columns of `values` (n, k) at other instants."""
+    """Interpolate the columns of `values` (n, k) at other instants."""
     return np.stack([np.interp(at_s, t_s, column) for column in values.T], axis=-1)
 
 
 def square_axes(track: Array, reach: float, geometry: Geometry) -> Axes:
-    """Axes of equal scales around the `track` (k, 2) with `reach` on every side, and the body's disc."""
+    """Axes of equal scales around the `track` (k, 2) with a margin of `reach`, and the body's disc."""
     points = np.concatenate([track - reach, track + reach])
     made = figure(SIZE, SIZE)
     ax = made.add_axes((0.0, 0.0, 1.0, 1.0))
@@ -184,7 +184,7 @@ def label_instants(ax: Axes, geometry: Geometry, instants_s: Array, place: Array
 
 
 def inward(place: Array, k: int) -> Array:
-    """Give the unit normal of the way through `place` (n, 2) at the k-th instant, on the side of the body."""
+    """Unit normal of the path through `place` (n, 2) at the k-th instant, towards the body."""
     ahead = place[(k + 1) % len(place)] - place[k] if k + 1 < len(place) else place[k] - place[k - 1]
     normal = np.array([-ahead[1], ahead[0]])
     if normal @ place[k] > 0.0:
@@ -194,7 +194,7 @@ def inward(place: Array, k: int) -> Array:
 
 
 def finish(ax: Axes, name: str, label: str) -> Markup:
-    """SVG of the axes' figure."""
+    """Render the axes' figure as SVG."""
     found = ax.get_figure(root=True)
     assert found is not None
     return inline(found, name, label)

@@ -1,4 +1,4 @@
-"""Joint reactions: the truth as lines, and engines that are somebody else's work as marks on them."""
+"""Charts of joint reactions: the reference solution as lines, independent engines as marks on them."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Reactions:
 
 
 class ReactionCharts:
-    """Draws the reactions of one scene."""
+    """Charts of one scene's reactions."""
 
     def __init__(self, data: SceneData) -> None:
         self.data = data
@@ -47,7 +47,7 @@ class ReactionCharts:
         self.shown = np.unique(np.linspace(0, count - 1, min(count, MOST_JOINTS)).round().astype(int))
 
     def group(self) -> ChartGroup | None:
-        """Both components over the whole run and at the first manoeuvre; one of them as the engines have it."""
+        """Charts of both components over the whole run and at the first manoeuvre, and of the engines' largest one."""
         if self.solution is None:
             return None
         panels = [
@@ -56,13 +56,13 @@ class ReactionCharts:
             for component, axis in AXES.items()
         ]
         legend = tuple(Legend(f"joint {j + 1}", joint_pen(k)) for k, j in enumerate(self.shown))
-        text = "Force on bar j from bar j+1, inertial axes; the truth."
+        text = "Force on bar j from bar j+1 in inertial axes; reference solution."
         if self.data.solution_end_s < self.data.end_s:
-            text += " Faint: beyond the truth's horizon, where its motion is only one of many possible ones."
+            text += " Faint: beyond its predictability limit."
         return group("Reactions", text, legend, [*panels, self.engines_panel()])
 
     def windows(self) -> list[tuple[str, tuple[float, float] | None]]:
-        """Give the whole run, and the first manoeuvre where it would not be seen in the whole."""
+        """Whole run, and the first manoeuvre where it is short beside the run."""
         found: list[tuple[str, tuple[float, float] | None]] = [("", None)]
         if self.data.scene.prescribed:
             start, end = self.data.manoeuvre(self.data.scene.prescribed[0])
@@ -71,15 +71,15 @@ class ReactionCharts:
         return found
 
     def panel(self, name: str, title: str, component: str, window_s: tuple[float, float] | None) -> Panel | None:
-        """One component of some joints, over the whole run or over a stretch of it."""
+        """One component of some joints over the whole run or a window of it."""
         frame = self.frame(name, title, window_s)
         start, end = window_s or (0.0, self.data.end_s)
         if start < self.data.solution_end_s < end:
-            frame.mark, frame.mark_label = self.data.solution_end_s / self.unit_s(window_s), "truth's horizon"
+            frame.mark, frame.mark_label = self.data.solution_end_s / self.unit_s(window_s), "predictability limit"
         return linear_panel(self.scaled(frame, self.solution_lines(component, start, end), window_s))
 
     def solution_lines(self, component: str, start_s: float, end_s: float) -> list[Line]:
-        """The truth's lines; first, and so below the others, those not to be relied on."""
+        """Lines of the reference solution; those beyond the predictability limit come first, below the others."""
         assert self.solution is not None
         t, values = self.solution.t_s, self.solution.of[component]
         seen = (t >= start_s) & (t <= end_s)
@@ -92,8 +92,8 @@ class ReactionCharts:
         ]
 
     def engines_panel(self) -> Panel | None:
-        """The largest component of all, the truth's as a line and marks of every external engine on it."""
-        runs = self.outside_runs()
+        """Largest component: reference solution as a line, marks of every independent engine on it."""
+        runs = self.independent_runs()
         if self.solution is None or not runs:
             return None
         window = self.windows()[-1][1]
@@ -109,17 +109,17 @@ class ReactionCharts:
         for k, (engine, run) in enumerate(runs.items()):
             at = nearest(run, spread(t, y, k / len(runs)))
             lines.append(Line(run.t_s[at], run.of[component][at, joint], hollow(self.data.pens[engine])))
-        frame = self.frame("engines", f"Joint {joint + 1} along {AXES[component]}, external engines", window)
+        frame = self.frame("engines", f"Joint {joint + 1} along {AXES[component]}, independent engines", window)
         frame.x_span = (start / self.unit_s(window), end / self.unit_s(window))
         made = linear_panel(self.scaled(frame, lines, window))
-        legend = (Legend("solution", SOLUTION_PEN), *(Legend(e, hollow(self.data.pens[e])) for e in runs))
-        note = "Marks: samples of each engine, as far as it is compared."
+        legend = (Legend("reference solution", SOLUTION_PEN), *(Legend(e, hollow(self.data.pens[e])) for e in runs))
+        note = "Marks: samples of each engine up to its predictability limit."
         if window is None and end < self.data.end_s:
-            note += " The panel ends where half of them do."
+            note += " The panel ends at the median of these limits."
         return made and replace(made, note=note, legend=legend)
 
-    def outside_runs(self) -> dict[str, Reactions]:
-        """Reactions of the external engines that have them, as far as each is compared."""
+    def independent_runs(self) -> dict[str, Reactions]:
+        """Reactions of independent engines, each up to its predictability limit."""
         found: dict[str, Reactions] = {}
         for engine in filter(self.data.summary.external, self.data.summary.engines):
             predictability_limit = min(self.data.predictability_limit(engine, "reaction"), self.data.solution_end_s)
@@ -129,17 +129,17 @@ class ReactionCharts:
         return found
 
     def unit_s(self, window_s: tuple[float, float] | None) -> float:
-        """Unit of a panel's time: a manoeuvre is told in seconds."""
+        """Unit of a panel's time, s: a manoeuvre is shown in seconds."""
         return self.data.unit_s if window_s is None else 1.0
 
     def frame(self, name: str, title: str, window_s: tuple[float, float] | None) -> ChartFrame:
-        """Empty frame over the whole run or over a stretch of it."""
+        """Empty frame over the whole run or a window of it."""
         start, end = window_s or (0.0, self.data.end_s)
         label, unit_s = self.data.x_label if window_s is None else "time, s", self.unit_s(window_s)
         return ChartFrame(f"{self.data.id}-reaction-{name}", title, label, "N", (start / unit_s, end / unit_s))
 
     def scaled(self, frame: ChartFrame, lines: list[Line], window_s: tuple[float, float] | None) -> ChartFrame:
-        """Put `lines`, in s and N, into a frame with its own units."""
+        """Frame with `lines`, converted from s and N into its units."""
         factor, frame.y_label = prefixed(
             max((float(np.nanmax(np.abs(x.y), initial=0.0)) for x in lines), default=0.0), "N"
         )
@@ -148,7 +148,7 @@ class ReactionCharts:
 
 
 def spread(t_s: Array, y: Array, phase: float) -> Array:
-    """Instants at even distances along a drawn curve, so that its peaks get marks as well as its plains.
+    """Instants at even distances along a drawn curve, so that peaks get marks too.
 
     `phase` between 0 and 1 shifts them, so that marks of several engines do not pile up.
     """
@@ -160,13 +160,13 @@ def spread(t_s: Array, y: Array, phase: float) -> Array:
 
 
 def nearest(run: Reactions, instants_s: Array) -> NDArray[np.intp]:
-    """Indices of a run's samples next to some instants, of those inside its horizon."""
+    """Indices of the samples nearest to some instants before a run's predictability limit."""
     wanted = instants_s[instants_s <= min(run.limit_s, float(run.t_s[-1]))]
     return np.unique(np.abs(run.t_s[:, None] - wanted).argmin(axis=0))
 
 
 def stored_reactions(table: pd.DataFrame | None, limit_s: float) -> Reactions | None:
-    """Reactions of a stored trajectory; None if it has none."""
+    """Reactions of a stored trajectory; None without any."""
     if table is None or not len(table):
         return None
     x, y = (numbered(table, rf"reaction_(\d+)_{c}_N") for c in AXES)

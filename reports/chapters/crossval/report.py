@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from reports.chapters.crossval.external_coverage import carrier_words
+from reports.chapters.crossval.external_coverage import coverage_words
 from reports.chapters.crossval.facts import facts
 from reports.chapters.crossval.matrix_cell import cell_text
 from reports.chapters.crossval.scene_view import view_scene
@@ -85,7 +85,7 @@ def write_report(folder: Path, chapters: Mapping[Chapter, ChapterView]) -> tuple
 
 
 def context(results: Results, summary: Summary) -> dict[str, Any]:
-    """Gather what both templates see."""
+    """Names that both templates see."""
     record = results.record
     return surroundings(record) | {
         "summary": summary,
@@ -105,7 +105,7 @@ def context(results: Results, summary: Summary) -> dict[str, Any]:
         "mapping": mapping,
         "engine_pen": engine_pen,
         "orbits": orbits,
-        "carrier_words": carrier_words,
+        "coverage_words": coverage_words,
     }
 
 
@@ -113,7 +113,7 @@ RUN_KEYS = ("scene", "engine", "role", "setting")
 
 
 def in_order(runs: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the runs with every key that a table shows, in an order that does not tell when they came."""
+    """Runs with every key that a table shows, in an order independent of their time of completion."""
     whole = [{**dict.fromkeys((*RUN_KEYS, "outcome"), ""), **r} for r in runs]
     return sorted(whole, key=lambda r: [str(r[k]) for k in RUN_KEYS])
 
@@ -130,12 +130,12 @@ def kind(outcome: Outcome) -> str:
 
 
 def breakable(name: str) -> Markup:
-    """Name that a narrow column breaks after a slash or an underscore rather than anywhere."""
+    """Name that a narrow column breaks after a slash or an underscore."""
     return Markup("").join(Markup("{}<wbr>").format(part) for part in re.findall(r"[^/_]*[/_]|[^/_]+", name))
 
 
 def orbits(summary: Summary, cell: RunCell) -> str:
-    """What a cell's errors are of, in words; empty where it is the whole run."""
+    """Part of the run that a cell's errors cover, in words; empty for the whole run."""
     scene = next((s for s in summary.scenes if s.name == cell.scene), None)
     if scene is None:
         return ""

@@ -1,4 +1,4 @@
-"""What all charts of one scene share: its tables, its clock, its legends."""
+"""Stored tables of one scene, and the axes and pens that all its charts share."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from reports.tables.crossval import Results
     from reports.text.record import SceneRecord
 
-MANOEUVRES = 4.0  # durations of a prescribed rotation that is looked at closely
+MANOEUVRES = 4.0  # durations of a prescribed rotation that its own charts cover
 
 
 @dataclass(frozen=True)
@@ -34,13 +34,13 @@ class ChartGroup:
 
 
 def group(heading: str, text: str, legend: tuple[Legend, ...], panels: list[Panel | None]) -> ChartGroup | None:
-    """Group of the panels that exist; None if none does."""
+    """Group of the existing panels; None without any."""
     found = tuple(p for p in panels if p)
     return ChartGroup(heading, text, legend, found) if found else None
 
 
 class SceneData:
-    """Stored tables of one scene, and how they are drawn."""
+    """Tables of one scene with the shared axes of its charts."""
 
     def __init__(self, results: Results, summary: Summary, scene: SceneRecord) -> None:
         self.results, self.summary, self.scene = results, summary, scene
@@ -62,7 +62,7 @@ class SceneData:
 
     @property
     def solution_end_s(self) -> float:
-        """Instant after which the truth is no longer one, s; infinite where it holds."""
+        """Predictability limit of the reference solution, s; infinite where it covers the run."""
         predictability_limit = self.scene.value("solution_limit_s")
         return (
             np.inf
@@ -77,10 +77,10 @@ class SceneData:
         return np.inf if row is None or row.limit_s is None else row.limit_s
 
     def manoeuvre(self, law: dict[str, object]) -> tuple[float, float]:
-        """Stretch of time in which a prescribed rotation is looked at, s."""
+        """Interval of time of a prescribed rotation's own charts, s."""
         start, length = number(law.get("start_s")) or 0.0, number(law.get("duration_s")) or 0.0
         return start, min(start + MANOEUVRES * length, self.end_s) if length > 0.0 else self.end_s
 
     def frame(self, name: str, title: str, y_label: str, lines: list[Line]) -> ChartFrame:
-        """Frame over the whole run."""
+        """Chart frame over the whole run."""
         return ChartFrame(f"{self.id}-{name}", title, self.x_label, y_label, (0.0, self.end_s / self.unit_s), lines)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from reports.chapters.crossval.differences import DifferenceCharts
-from reports.chapters.crossval.external_coverage import carrier_words
+from reports.chapters.crossval.external_coverage import coverage_words
 from reports.chapters.crossval.facts import Fact, facts
 from reports.chapters.crossval.orbit import DrawnMotion, Geometry, orbit_panels
 from reports.chapters.crossval.reactions import ReactionCharts
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SceneView:
-    """What the template shows of a scene."""
+    """Contents of a scene's section."""
 
     scene: SceneRecord
     anchor: str
@@ -34,12 +34,12 @@ class SceneView:
     orbits: tuple[Panel, ...]
     groups: tuple[ChartGroup, ...]
     cells: tuple[RunCell, ...]
-    carriers: tuple[str, str] | None
-    """Why engines of somebody else's were not run: a headline where none was, and more; None where nothing is to say"""
+    coverage: tuple[str, str] | None
+    """Reasons why independent engines were skipped: a headline where all were, and details; None without any"""
 
 
 def view_scene(results: Results, summary: Summary, scene: SceneRecord) -> SceneView:
-    """Everything the page shows of a scene."""
+    """View of one scene."""
     data = SceneData(results, summary, scene)
     differences = DifferenceCharts(data)
     groups = (
@@ -55,12 +55,12 @@ def view_scene(results: Results, summary: Summary, scene: SceneRecord) -> SceneV
         tuple(orbits(data)),
         tuple(g for g in groups if g),
         tuple(summary.shown_in(scene.name)),
-        carrier_words(summary, scene),
+        coverage_words(summary, scene),
     )
 
 
 def orbits(data: SceneData) -> list[Panel]:
-    """Chain along its orbit."""
+    """Drawings of the chain along its orbit."""
     s, length, mass = data.scene, data.scene.values("length_m"), data.scene.values("mass_kg")
     angle = None if data.solution is None else numbered(data.solution, r"angle_(\d+)_rad")
     if data.solution is None or angle is None or not len(length) == len(mass) == angle.shape[1]:

@@ -1,4 +1,4 @@
-"""The metrics table, gathered: one row per scene, engine and quantity, one cell per scene and engine."""
+"""Summary of the metrics table: one row per scene, engine and quantity, one cell per scene and engine."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from reports.text.numerals import number
 from reports.text.record import SceneRecord, mapping
 
 WORDS = {outcome: outcome.value.replace("_", " ") for outcome in Outcome}
-SHORT_OF_THE_RUN = 0.999  # a horizon of more than this share of the run is the whole run
+SHORT_OF_THE_RUN = 0.999  # a limit beyond this share of the run counts as the whole run
 
 
 def read_outcome(text: str) -> Outcome:
@@ -28,21 +28,21 @@ def read_outcome(text: str) -> Outcome:
 
 @dataclass(frozen=True)
 class QuantityRow:
-    """All metrics of one quantity in one run."""
+    """Metrics of one quantity in one run."""
 
     quantity: str
     unit: str
     largest: float | None
-    """Of the difference, or of the drift"""
+    """Largest difference, or largest drift"""
     rms: float | None
     final: float | None
     bound: float | None
     ratio: float | None
-    """Largest ratio of the difference to what the errors of both explain"""
+    """Normalised error: largest ratio of the difference to its explained part"""
     first_orbit: float | None
     """Largest difference up to one orbit, where the run is longer"""
     detection_limit: float | None
-    """Smallest relative error that would have been called"""
+    """Smallest relative error that the comparison would have reported"""
     limit_s: float | None
     outcome: Outcome
     reason: str
@@ -75,7 +75,7 @@ class RunCell:
     judged_share: float | None = None
     """Share of the run that was judged, up to the predictability limit and restarted beyond it"""
     shows_first_orbit: bool = False
-    """Whether small tables show the first orbit's errors: those at the horizon are what two runs part by"""
+    """Whether small tables show the first orbit's errors, because the comparison ends at the predictability limit"""
 
     def row(self, quantity: str) -> QuantityRow | None:
         """Row of a quantity."""
@@ -88,17 +88,17 @@ class RunCell:
 
     @property
     def shown(self) -> list[QuantityRow]:
-        """What a small cell has room for: attitude and reactions, or else the CM track."""
+        """Rows of a small cell: attitude and reactions, or else the CM track."""
         found = [r for q in ("attitude", "reaction") if (r := self.row(q)) and r.largest is not None]
         return found or [r for r in (self.row("com"),) if r and r.largest is not None]
 
     def shown_value(self, row: QuantityRow) -> float | None:
-        """Error that a small cell shows of a row."""
+        """Error of a row that a small cell shows."""
         return row.first_orbit if self.shows_first_orbit else row.largest
 
     @property
     def detection_limit(self) -> float | None:
-        """Largest detection limit of the rows shown: a smaller relative error than this may have passed."""
+        """Largest detection limit of the shown rows: a smaller relative error may have passed."""
         found = [r.detection_limit for r in self.shown if r.detection_limit is not None]
         return max(found, default=None)
 
@@ -112,7 +112,7 @@ class RunCell:
 
     @property
     def worst_ratio(self) -> QuantityRow | None:
-        """Row that differs most beyond what is explained."""
+        """Row of the largest normalised error."""
         found = [r for r in self.rows if r.ratio is not None]
         return max(found, key=lambda r: r.ratio or 0.0, default=None)
 
@@ -126,19 +126,19 @@ class RunCell:
 
 @dataclass(frozen=True)
 class Summary:
-    """Everything the verdict and the matrix are made from."""
+    """Input of the verdict and the matrix."""
 
     scenes: tuple[SceneRecord, ...]
     engines: tuple[str, ...]
     cells: dict[tuple[str, str], RunCell]
     finished: bool
     outside: frozenset[str] = frozenset()
-    """Engines that are somebody else's work"""
+    """Independent engines"""
     outside_known: bool = False
-    """Whether the record tells"""
+    """Whether the record tells which engines are independent"""
 
     def external(self, engine: str) -> bool:
-        """Whether an engine is somebody else's work."""
+        """Whether an engine's equations of motion are not barchain's own."""
         return engine in self.outside
 
     def cell(self, scene: str, engine: str) -> RunCell | None:
@@ -150,21 +150,21 @@ class Summary:
         return [c for e in self.engines if (c := self.cell(scene, e))]
 
     def of_several(self, scene: str) -> list[RunCell]:
-        """Cells about several engines of a scene together."""
+        """Cells that concern several engines of a scene together."""
         return [c for (name, engine), c in self.cells.items() if name == scene and not is_engine(engine)]
 
     @property
     def unsolved(self) -> list[RunCell]:
-        """Why scenes have no reference solution, of those that have none."""
+        """Cells of scenes without a reference solution, with the reason."""
         return [c for s in self.scenes if (c := self.cell(s.name, REFERENCE_SOLUTION))]
 
     @property
     def idle(self) -> list[RunCell]:
-        """Why engines were compared on no scene, of those that should have been."""
+        """Cells of engines that should have been compared and were compared on no scene, with the reason."""
         return [c for (scene, _), c in self.cells.items() if scene == ALL_SCENES]
 
     def shown_in(self, scene: str) -> list[RunCell]:
-        """Cells of a scene's own table: why it has no reference solution, if so, and its engines'."""
+        """Cells of a scene's own table: of the missing reference solution, if so, and of the engines."""
         return [*(c for c in self.unsolved if c.scene == scene), *self.of_scene(scene)]
 
     def of_track(self, scene: str) -> bool:
@@ -207,9 +207,9 @@ def summarise(results: Results) -> Summary:
 
 
 def show_first_orbit(cells: dict[tuple[str, str], RunCell], scene: SceneRecord) -> None:
-    """Have all engines of a scene show the errors of its first orbit, if any comparison stops before the run does.
+    """Mark all cells of a scene to show the errors of the first orbit, if any comparison ends before the run.
 
-    One that stops inside the first orbit has no such error and shows its largest.
+    A comparison that ends within the first orbit shows its largest error.
     """
     own = {key: cell for key, cell in cells.items() if cell.scene == scene.name}
     if all(cell.limit_s is None for cell in own.values()):

@@ -1,4 +1,4 @@
-"""Torques that prescribed rotations take, truth and engines."""
+"""Charts of the torques of prescribed rotations: reference solution and engines."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SOLUTION_PEN = Pen(COLOURS["ink"], "", DASHES[1])
 
 
 def torques(data: SceneData, differences: DifferenceCharts) -> ChartGroup | None:
-    """Torque of each prescribed rotation in its first few durations, truth and engines."""
+    """Torque of each prescribed rotation over its first few durations, and differences between engines."""
     panels, used = [], []
     for p, law in enumerate(data.scene.prescribed):
         start, end = data.manoeuvre(law)
@@ -32,13 +32,13 @@ def torques(data: SceneData, differences: DifferenceCharts) -> ChartGroup | None
         name = f"Torque on bar {law.get('bar', '?')}"
         panels.append(linear_panel(ChartFrame(f"{data.id}-torque-{p}", name, "time, s", unit, (start, end), scaled)))
         used += [e for e in engines if e not in used]
-    panels.append(differences.difference_panel("torque", "Difference from the truth")[0])
-    legend = (*(Legend(e, data.pens[e]) for e in used), Legend("solution", SOLUTION_PEN))
+    panels.append(differences.difference_panel("torque", "Difference from the reference solution")[0])
+    legend = (*(Legend(e, data.pens[e]) for e in used), Legend("reference solution", SOLUTION_PEN))
     return group("Prescribed torque", "Positive counter-clockwise.", legend, panels)
 
 
 def torque_lines(data: SceneData, p: int, start_s: float, end_s: float) -> tuple[list[Line], list[str]]:
-    """Torque p of every engine that has it, the truth on top."""
+    """Torque p of every engine that has it, the reference solution on top; and these engines."""
     lines, engines = [], []
     for engine in (*data.summary.engines, SOLUTION):
         table = data.solution if engine == SOLUTION else data.results.trajectory(data.scene.name, engine)
@@ -46,8 +46,8 @@ def torque_lines(data: SceneData, p: int, start_s: float, end_s: float) -> tuple
         if table is None or values is None:
             continue
         t = table["t_s"].to_numpy(float)
-        seen = (t >= start_s) & (t <= end_s)
+        shown = (t >= start_s) & (t <= end_s)
         pen = SOLUTION_PEN if engine == SOLUTION else data.pens[engine]
-        lines.append(Line(t[seen], values[seen], pen, width=1.8 if engine == SOLUTION else 1.4))
+        lines.append(Line(t[shown], values[shown], pen, width=1.8 if engine == SOLUTION else 1.4))
         engines += [] if engine == SOLUTION else [engine]
     return lines, engines

@@ -1,4 +1,4 @@
-"""The verdict in words, made from the numbers of the table and from nothing else."""
+"""Verdict of a cross-validation in words, from the numbers of the metrics table alone."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ALLOWED = (Outcome.PASS, Outcome.REPORTED, Outcome.UNSUPPORTED)
 
 @dataclass(frozen=True)
 class CrossvalVerdict:
-    """What stands at the top of a report."""
+    """Verdict at the top of a report."""
 
     good: bool
     headline: str
@@ -28,43 +28,43 @@ class CrossvalVerdict:
 
 
 def judge(summary: Summary) -> CrossvalVerdict:
-    """Put the summary into words."""
+    """Verdict of a summary."""
     failed = tuple(c for c in summary.all if not c.outcome.ok)
     failures = (*summary.unsolved, *failed)
     holes = scenes_without_comparison(summary)
     unchecked = [s for s in scenes_without_external(summary) if s not in holes]
-    spoilt = [unsolved_words(summary), spoilt_words(holes, unchecked, len(summary.scenes)), idle_words(summary)]
-    spoilt = [words for words in spoilt if words]
-    good = not failures and not spoilt and summary.finished and bool(summary.with_outcome(Outcome.PASS))
+    gaps = [unsolved_words(summary), gap_words(holes, unchecked, len(summary.scenes)), idle_words(summary)]
+    gaps = [words for words in gaps if words]
+    good = not failures and not gaps and summary.finished and bool(summary.with_outcome(Outcome.PASS))
     sentences = [
         counts(summary, failed),
         worst(summary),
         *(f"{c.engine} was {c.reason}." for c in summary.idle),
         f"No engine was compared on {', '.join(holes)}." if holes else "",
-        f"No external engine passed on {named(unchecked, len(summary.scenes))}." if unchecked else "",
+        f"No independent engine passed on {named(unchecked, len(summary.scenes))}." if unchecked else "",
     ]
-    return CrossvalVerdict(good, headline(summary, failed, spoilt), tuple(s for s in sentences if s), failures)
+    return CrossvalVerdict(good, headline(summary, failed, gaps), tuple(s for s in sentences if s), failures)
 
 
 def unsolved_words(summary: Summary) -> str:
-    """Which scenes have no reference solution; empty if all have one."""
+    """Clause on scenes without a reference solution; empty without any."""
     found = [c.scene for c in summary.unsolved]
     return f"the reference solution of {listed(found)} could not be run" if found else ""
 
 
 def idle_words(summary: Summary) -> str:
-    """Which engines were compared on no scene, though they should have been; empty if none."""
+    """Clause on engines compared on no scene, though they should have been; empty without any."""
     found = [c.engine for c in summary.idle]
     return f"{joined(found)} {'was' if len(found) == 1 else 'were'} compared on no scene" if found else ""
 
 
-def spoilt_words(holes: list[str], unchecked: list[str], of: int) -> str:
-    """Which scenes were compared in no engine, or else passed in no external one; empty if none."""
+def gap_words(holes: list[str], unchecked: list[str], of: int) -> str:
+    """Clause on scenes compared in no engine, or else passed in no independent one; empty without any."""
     if holes:
         return f"{listed(holes)} {'was' if len(holes) == 1 else 'were'} compared in no engine"
     if len(unchecked) == of > 1:
-        return f"none of the {of} scenes passed in an external engine"
-    return f"{listed(unchecked)} passed in no external engine" if unchecked else ""
+        return f"none of the {of} scenes passed in an independent engine"
+    return f"{listed(unchecked)} passed in no independent engine" if unchecked else ""
 
 
 def listed(scenes: list[str]) -> str:
@@ -75,8 +75,8 @@ def listed(scenes: list[str]) -> str:
     return f"{len(scenes)} scenes ({', '.join(scenes[:MOST_NAMED])}{f' and {more} more' if more > 0 else ''})"
 
 
-def headline(summary: Summary, failed: tuple[RunCell, ...], spoilt: list[str]) -> str:
-    """One line that can be read alone; `failed` are comparisons, `spoilt` what else is no success, in words."""
+def headline(summary: Summary, failed: tuple[RunCell, ...], gaps: list[str]) -> str:
+    """Verdict in one line, from failed comparisons and from clauses on other gaps."""
     judged = [c for c in summary.all if c.outcome not in (Outcome.REPORTED, Outcome.UNSUPPORTED)]
     unsolved = unsolved_words(summary)
     if not judged:
@@ -85,25 +85,25 @@ def headline(summary: Summary, failed: tuple[RunCell, ...], spoilt: list[str]) -
     if failed:
         also = f", and {unsolved}" if unsolved else ""
         return f"{len(failed)} of {count(len(judged), 'comparison')} failed{so_far}{also}."
-    but = f", but {' and '.join(spoilt)}" if spoilt else ""
+    but = f", but {' and '.join(gaps)}" if gaps else ""
     if len(judged) == 1:
         return f"The one comparison passed{so_far}{but}."
     return f"All {count(len(judged), 'comparison')} passed{so_far}{but}."
 
 
 def counts(summary: Summary, failures: tuple[RunCell, ...]) -> str:
-    """How many runs there were, and how they ended."""
+    """Numbers of runs by outcome."""
     passed, left_out = summary.with_outcome(Outcome.PASS), summary.with_outcome(Outcome.UNSUPPORTED)
     reported = summary.with_outcome(Outcome.REPORTED)
     cells = len(summary.scenes) * len(summary.engines)
     outside = sum(summary.external(c.engine) for c in passed)
     parts = [
         f"{len(passed)} passed"
-        + (f" ({outside} of them with external engines)" if summary.outside_known and passed else ""),
+        + (f" ({outside} of them with independent engines)" if summary.outside_known and passed else ""),
         f"{len(failures)} failed",
         f"{len(left_out)} {be(left_out)} unsupported",
     ]
-    parts += [f"{len(reported)} {be(reported)} reported without being judged"] if reported else []
+    parts += [f"{len(reported)} {be(reported)} reported without a criterion"] if reported else []
     not_run = cells - len(summary.all)
     parts += [f"{not_run} {'was' if not_run == 1 else 'were'} not run"] if not_run else []
     scenes, engines = count(len(summary.scenes), "scene"), count(len(summary.engines), "engine")
@@ -111,30 +111,29 @@ def counts(summary: Summary, failures: tuple[RunCell, ...]) -> str:
 
 
 def worst(summary: Summary) -> str:
-    """Largest ratio of a difference to what is explained, among the comparisons that passed and in all."""
+    """Sentence on the largest normalised error of all comparisons."""
     rated = [(c, r) for c in summary.all if (r := c.worst_ratio)]
     if not rated:
         return ""
     cell, row = max(rated, key=lambda pair: pair[1].ratio or 0.0)
     if (row.ratio or 0.0) > 1.0:
-        return f"The worst difference is {ratio_words(cell, row)}: more than 1 is not explained."
-    return f"The largest difference is {ratio_words(cell, row)}."
+        return f"{normalised_error_words(cell, row)}: a difference above 1 is unexplained."
+    return f"{normalised_error_words(cell, row)}."
 
 
-def ratio_words(cell: RunCell, row: QuantityRow) -> str:
-    """``0.83 of what the errors ... explain (attitude, exudyn on paper/fig05)``."""
-    times = significant(row.ratio)
-    return f"{times} times what the errors of both sides explain ({row.name}, {cell.engine} on {cell.scene})"
+def normalised_error_words(cell: RunCell, row: QuantityRow) -> str:
+    """``The largest normalised error is 0.83 (attitude, exudyn on paper/fig05)``."""
+    return f"The largest normalised error is {significant(row.ratio)} ({row.name}, {cell.engine} on {cell.scene})"
 
 
 def solved(summary: Summary) -> list[SceneRecord]:
-    """Scenes that have a reference solution to compare with."""
+    """Scenes with a reference solution."""
     without = {c.scene for c in summary.unsolved}
     return [s for s in summary.scenes if s.name not in without]
 
 
 def scenes_without_comparison(summary: Summary) -> list[str]:
-    """Scenes that no engine was compared on: a hole in the suite."""
+    """Scenes on which no engine was compared."""
     return [
         s.name
         for s in solved(summary)
@@ -143,9 +142,9 @@ def scenes_without_comparison(summary: Summary) -> list[str]:
 
 
 def scenes_without_external(summary: Summary) -> list[str]:
-    """Scenes that passed in no engine of somebody else: they were only checked against ourselves.
+    """Scenes that passed in no independent engine.
 
-    Where the record does not tell whose work the engines are, those of which the tables say so.
+    Where the record does not tell which engines are independent, the scenes of which the tables say so.
     """
     return [
         s.name
@@ -162,16 +161,16 @@ def named(scenes: list[str], of: int) -> str:
 
 
 def failure_words(cell: RunCell) -> str:
-    """Why a run failed, from its rows: the reason stored, or the numbers."""
+    """Reason of a failed run from its rows: as stored, or the numbers."""
     if cell.reason:
         return cell.reason
     row = next((r for r in cell.rows if r.outcome is cell.outcome), None)
     if row is None:
         return cell.outcome.advice
     if cell.outcome is Outcome.INCONSISTENT and row.ratio is not None:
-        return f"{row.name}: {significant(row.ratio)} times what is explained"
+        return f"{row.name}: normalised error {significant(row.ratio)}"
     if cell.outcome is Outcome.EXCEEDS_BOUND and row.bound is not None:
-        return f"{row.name}: {significant(row.largest)} {row.unit}, allowed {significant(row.bound)} {row.unit}"
+        return f"{row.name}: {significant(row.largest)} {row.unit}, bound {significant(row.bound)} {row.unit}"
     return cell.outcome.advice
 
 

@@ -1,1 +1,1 @@
-"""Chapter on the effects that are worth simulating."""
+"""Chapter of the effect budget: relevance and cost of each effect in a scene."""

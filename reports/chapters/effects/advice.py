@@ -1,9 +1,9 @@
-"""What follows from an effect budget, in words: one rule for all effects.
+"""Classification of effects as relevant, negligible, unresolved or undecided, and advice in words.
 
-An effect matters where it changes, over what was compared, the attitude by more than M radians, the reactions by more
-than M of the largest, or the place of the centre of mass by more than M of its initial distance from the centre of the
-body, which is what turns the local horizon by M radians. What is not resolved counts by its bound: if that is above
-M, nothing can be told.
+An effect is relevant if it changes, over the compared time, the attitude by more than M radians, the reactions by more
+than M of the largest, or the position of the centre of mass by more than M of its initial distance from the centre of
+the body. The last threshold rotates the local horizon by M radians. An unresolved change counts by its bound: above M
+the effect is undecided.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from reports.chapters.effects.words import (
     NAMES,
     NOT_RESOLVED,
     amount,
+    change_words,
     cost_words,
-    done,
     limit_words,
     named,
     span_words,
@@ -32,117 +32,121 @@ if TYPE_CHECKING:
 
 
 class Relevance(StrEnum):
-    """What an effect is worth in a scene."""
+    """Relevance of an effect in a scene."""
 
-    MATTERS = "matters"
-    UNTOLD = "can't be told"
-    """What the numerics resolve is above what matters"""
-    SMALL = "small"
-    UNRESOLVED = "not resolved"
-    """All of it is below what the numerics resolve, and that is small"""
+    RELEVANT = "relevant"
+    UNDECIDED = "undecided"
+    """The numerical resolution is coarser than the threshold of relevance"""
+    NEGLIGIBLE = "negligible"
+    """Resolved, and below the threshold"""
+    UNRESOLVED = "unresolved"
+    """All changes are below the numerical resolution, which is below the threshold"""
     NOT_SWITCHED = "not switched"
 
     @property
-    def needless(self) -> bool:
-        """Whether one may do without it."""
-        return self in (Relevance.SMALL, Relevance.UNRESOLVED)
+    def omissible(self) -> bool:
+        """Whether the effect can be omitted."""
+        return self in (Relevance.NEGLIGIBLE, Relevance.UNRESOLVED)
 
 
 @dataclass(frozen=True)
 class Advice:
-    """What follows for one effect."""
+    """Classification of one effect, and advice."""
 
     row: EffectRow
-    worth: Relevance
+    relevance: Relevance
     text: str
 
 
-def advise(row: EffectRow, whole: BudgetScope) -> Advice:
+def advise(row: EffectRow, scope: BudgetScope) -> Advice:
     """Advice on one effect."""
-    worth = worth_of(row, whole.matters)
-    return Advice(row, worth, sentence(row, worth, whole))
+    relevance = classify(row, scope.matters)
+    return Advice(row, relevance, sentence(row, relevance, scope))
 
 
-def worth_of(row: EffectRow, matters: float) -> Relevance:
-    """The rule."""
+def classify(row: EffectRow, matters: float) -> Relevance:
+    """Classify an effect by the threshold `matters`."""
     if row.reason or not row.changes:
         return Relevance.NOT_SWITCHED
     large = [c for c in row.changes if c.share > matters]
     if any(c.resolved for c in large):
-        return Relevance.MATTERS
+        return Relevance.RELEVANT
     if large:
-        return Relevance.UNTOLD
-    return Relevance.SMALL if any(c.resolved for c in row.changes) else Relevance.UNRESOLVED
+        return Relevance.UNDECIDED
+    return Relevance.NEGLIGIBLE if any(c.resolved for c in row.changes) else Relevance.UNRESOLVED
 
 
-def sentence(row: EffectRow, worth: Relevance, whole: BudgetScope) -> str:
+def sentence(row: EffectRow, relevance: Relevance, scope: BudgetScope) -> str:
     """One effect's advice with its numbers."""
-    if worth is Relevance.NOT_SWITCHED:
+    if relevance is Relevance.NOT_SWITCHED:
         return f"{spoken(row)} is not switched: {row.reason or 'not run'}."
-    found = f"{spoken(row)} {what_it_does(row, worth, whole)}"
+    found = f"{spoken(row)} {effect_words(row, relevance, scope)}"
     caveat = f" {row.caveat}" if row.caveat else ""
-    return f"{found}: {verdict(row, worth, whole)}{cost_words(row)}.{limit_words(row, whole)}{caveat}"
+    return f"{found}: {recommendation(row, relevance, scope)}{cost_words(row)}.{limit_words(row, scope)}{caveat}"
 
 
-def what_it_does(row: EffectRow, worth: Relevance, whole: BudgetScope) -> str:
-    """Changes in words, those that matter in whole clauses."""
-    span, all_of_it = span_words(row, whole), ", ".join(map(named, row.changes))
-    if worth is Relevance.UNRESOLVED:
+def effect_words(row: EffectRow, relevance: Relevance, scope: BudgetScope) -> str:
+    """Changes in words, relevant ones in whole clauses."""
+    span, all_of_it = span_words(row, scope), ", ".join(map(named, row.changes))
+    if relevance is Relevance.UNRESOLVED:
         bounds = ", ".join(f"{NAMES[c.name]} {amount(c, c.bound)}" for c in row.changes)
-        return f"stays {NOT_RESOLVED} in {span} ({bounds})"
-    if worth is Relevance.SMALL:
-        return f"changes next to nothing in {span} ({all_of_it})"
-    known, hidden = [done(c) for c in row.changes if c.resolved], [named(c) for c in row.changes if not c.resolved]
+        return f"is {NOT_RESOLVED} in {span} ({bounds})"
+    if relevance is Relevance.NEGLIGIBLE:
+        return f"is negligible in {span} ({all_of_it})"
+    known, hidden = (
+        [change_words(c) for c in row.changes if c.resolved],
+        [named(c) for c in row.changes if not c.resolved],
+    )
     aside = f" ({', '.join(hidden)})" if hidden else ""
-    return f"{joined(known) or f'may change what is {NOT_RESOLVED}'}{aside} in {span}"
+    return f"{joined(known) or f'may cause changes {NOT_RESOLVED}'}{aside} in {span}"
 
 
-def verdict(row: EffectRow, worth: Relevance, whole: BudgetScope) -> str:
-    """What to do."""
-    if worth is Relevance.UNTOLD:
-        return f"whether that matters can't be told at rtol = {whole.rtol:g}, ask for a smaller --rtol"
+def recommendation(row: EffectRow, relevance: Relevance, scope: BudgetScope) -> str:
+    """Recommendation."""
+    if relevance is Relevance.UNDECIDED:
+        return f"its relevance is undecided at rtol = {scope.rtol:g}, use a smaller --rtol"
     if row.kind is EffectKind.GRAVITY:
-        return gravity_verdict(row, worth, whole.gravity)
+        return gravity_recommendation(row, relevance, scope.gravity)
     if row.on:
-        return "keep it" if worth is Relevance.MATTERS else "it can be left out"
-    return "put it in" if worth is Relevance.MATTERS else "leave it out"
+        return "keep it on" if relevance is Relevance.RELEVANT else "it can be switched off"
+    return "switch it on" if relevance is Relevance.RELEVANT else "leave it off"
 
 
-def gravity_verdict(row: EffectRow, worth: Relevance, own: str) -> str:
-    """Which of two models of gravity to use."""
+def gravity_recommendation(row: EffectRow, relevance: Relevance, own: str) -> str:
+    """Recommendation between two gravity models."""
     richer = MODELS.index(row.model) > MODELS.index(own)
     if richer:
-        return f"{own} is enough" if worth.needless else f"use {row.model}"
-    return f"{row.model} would do" if worth.needless else f"keep {own}"
+        return f"{own} suffices" if relevance.omissible else f"use {row.model}"
+    return f"{row.model} would suffice" if relevance.omissible else f"keep {own}"
 
 
-def headline(advice: tuple[Advice, ...], whole: BudgetScope) -> str:
+def headline(advice: tuple[Advice, ...], scope: BudgetScope) -> str:
     """One sentence for each kind of worth, and one for gravity."""
     rest = [a for a in advice if not a.row.model]
-    matter = [a.row.title for a in rest if a.worth is Relevance.MATTERS]
-    needless = [a.row.title for a in rest if a.worth.needless]
-    untold = [a.row.title for a in rest if a.worth is Relevance.UNTOLD]
+    matter = [a.row.title for a in rest if a.relevance is Relevance.RELEVANT]
+    omissible = [a.row.title for a in rest if a.relevance.omissible]
+    untold = [a.row.title for a in rest if a.relevance is Relevance.UNDECIDED]
     said = [
-        f"What matters: {joined(matter) or 'nothing that was switched'}.",
-        f"What changes next to nothing, {threshold(whole.matters)}: {joined(needless)}." if needless else "",
-        f"What can't be told: {joined(untold)}." if untold else "",
-        gravity_headline([a for a in advice if a.row.model], whole.gravity),
+        f"Relevant: {joined(matter) or 'none of the switched effects'}.",
+        f"Negligible ({threshold(scope.matters)}): {joined(omissible)}." if omissible else "",
+        f"Undecided: {joined(untold)}." if untold else "",
+        gravity_headline([a for a in advice if a.row.model], scope.gravity),
     ]
     return " ".join(s for s in said if s)
 
 
 def threshold(matters: float) -> str:
-    """Below what a change is next to nothing."""
+    """Threshold of relevance in words."""
     return f"less than {matters:g} rad, {matters:g} of the largest reaction and of the initial distance from the centre"
 
 
 def gravity_headline(advice: list[Advice], own: str) -> str:
-    """What other models of gravity would do, in one sentence."""
-    other = [a.row.model for a in advice if a.worth is Relevance.MATTERS]
-    same = [a.row.model for a in advice if a.worth.needless]
+    """Differences of the other gravity models, in one sentence."""
+    other = [a.row.model for a in advice if a.relevance is Relevance.RELEVANT]
+    same = [a.row.model for a in advice if a.relevance.omissible]
     parts = [f"{joined(other)} {plural(other, 'differ')} from {own}"] if other else []
-    parts += [f"{joined(same)} {plural(same, 'give')} next to what {own} gives"] if same else []
-    return f"Of the models of gravity, {'; '.join(parts)}." if parts else ""
+    parts += [f"{joined(same)} {plural(same, 'agree')} with {own}"] if same else []
+    return f"Of the gravity models, {'; '.join(parts)}." if parts else ""
 
 
 def plural(subjects: list[str], verb: str) -> str:

@@ -1,4 +1,4 @@
-"""What the accuracy of the model costs: an effect's size against its price in time."""
+"""Charts of an effect's change against its cost in time."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from reports.plotting.panels import (
     finish,
     log_axis,
 )
-from reports.plotting.series import floor_of
+from reports.plotting.series import decade_range
 from reports.plotting.svg import TEXT_SIZE
 
 if TYPE_CHECKING:
@@ -39,9 +39,9 @@ if TYPE_CHECKING:
 TITLES = {
     "reaction": ("Change of the reactions", "relative to the largest reaction"),
     "attitude": ("Change of the attitude", "rad"),
-    "com": ("Shift of the centre of mass", "relative to its initial distance"),
+    "com": ("Displacement of the centre of mass", "relative to its initial distance"),
 }
-X_LABEL = "run time with it over run time without"
+X_LABEL = "run time with the effect / without it"
 MARKER_SIZE = 7.0
 ROOM = 10.0  # times, below a bound, for its arrow
 MARGIN = 1.08  # of the horizontal axis beyond the least and the largest ratio
@@ -67,16 +67,16 @@ class Point:
         return (self.ratio if low is None else low, self.ratio if high is None else high)
 
 
-def effect_charts(rows: Sequence[EffectRow], whole: BudgetScope) -> tuple[tuple[Panel, ...], tuple[Legend, ...]]:
-    """One chart for each quantity that there is, and the legend of all."""
+def effect_charts(rows: Sequence[EffectRow], scope: BudgetScope) -> tuple[tuple[Panel, ...], tuple[Legend, ...]]:
+    """One chart for each changed quantity, and the legend of all."""
     switched = [row for row in rows if row.changes and row.time.value]
-    found = (chart(name, points_of(switched, name), whole) for name in TITLES)
+    found = (chart(name, points_of(switched, name), scope) for name in TITLES)
     legend = tuple(Legend(label(row), engine_pen(k + 2)) for k, row in enumerate(switched))
     return tuple(p for p in found if p), legend
 
 
 def points_of(rows: Sequence[EffectRow], name: str) -> list[Point]:
-    """Effects that change a quantity; each keeps its pen from chart to chart."""
+    """Effects that change a quantity; each has the same pen in all charts."""
     found = []
     for k, row in enumerate(rows):
         change = row.change(name)
@@ -85,16 +85,16 @@ def points_of(rows: Sequence[EffectRow], name: str) -> list[Point]:
     return found
 
 
-def chart(name: str, points: list[Point], whole: BudgetScope) -> Panel | None:
-    """Size against price; None if there is nothing to draw."""
+def chart(name: str, points: list[Point], scope: BudgetScope) -> Panel | None:
+    """Chart of change against cost; None if there is nothing to draw."""
     low = [p.change.share / (1.0 if p.change.resolved else ROOM) for p in points]
-    up = floor_of([np.array([*low, *(p.change.share for p in points), whole.matters])]) if points else None
+    up = decade_range([np.array([*low, *(p.change.share for p in points), scope.matters])]) if points else None
     if up is None:
         return None
     title, unit = TITLES[name]
     frame = ChartFrame(f"effects-{name}", title, X_LABEL, unit, (0.0, 1.0))
     ax = axes(frame, points, up)
-    ax.axhline(whole.matters, color=COLOURS["muted"].stand_in, linewidth=0.9, linestyle=(0.0, (3.0, 2.5)), zorder=1)
+    ax.axhline(scope.matters, color=COLOURS["muted"].stand_in, linewidth=0.9, linestyle=(0.0, (3.0, 2.5)), zorder=1)
     for point in points:
         draw(ax, point, up)
     name_points(ax, points, up)
@@ -102,7 +102,7 @@ def chart(name: str, points: list[Point], whole: BudgetScope) -> Panel | None:
 
 
 def name_points(ax: Axes, points: list[Point], up: DecadeRange) -> None:
-    """Name of each effect beside its point, with a line to it where it had to be moved away."""
+    """Write the name of each effect beside its point, with a line to a name that is farther away."""
     anchors = [anchor(ax, p, up) for p in points]
     for point, at, box in zip(points, anchors, placed(anchors, *PLOT), strict=True):
         if box is None:  # the legend has it
@@ -120,7 +120,7 @@ def name_points(ax: Axes, points: list[Point], up: DecadeRange) -> None:
 
 
 def anchor(ax: Axes, point: Point, up: DecadeRange) -> Anchor:
-    """Where a point stands in the plot, px."""
+    """Position of a point in the plot, px."""
     (left, right), y = ax.get_xlim(), float(up.lift(np.array([point.change.share]))[0][0])
 
     def across(ratio: float) -> float:
@@ -137,7 +137,7 @@ def label(row: EffectRow) -> str:
 
 
 def axes(frame: ChartFrame, points: list[Point], up: DecadeRange) -> Axes:
-    """Empty axes, both logarithmic, with a line where an effect costs nothing."""
+    """Empty log-log axes with a line at a ratio of 1."""
     ax = blank_axes(frame)
     low, high = min(1.0 / NARROWEST, *(p.reach[0] for p in points)), max(NARROWEST, *(p.reach[1] for p in points))
     ax.set_xscale("log")
@@ -151,7 +151,7 @@ def axes(frame: ChartFrame, points: list[Point], up: DecadeRange) -> Axes:
 
 
 def ticks(low: float, high: float) -> list[float]:
-    """Ratios that are labelled: 1, 2 and 5 of each decade, or 1 alone where that would be too many."""
+    """Labelled ratios: 1, 2 and 5 of each decade, or 1 alone if there are too many."""
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     fine = [m * 10.0**k for k in decades for m in (1.0, 2.0, 5.0) if low <= m * 10.0**k <= high]
     if high / low < CLOSE:
@@ -160,7 +160,7 @@ def ticks(low: float, high: float) -> list[float]:
 
 
 def draw(ax: Axes, point: Point, up: DecadeRange) -> None:
-    """One effect: filled where it is resolved, outlined with an arrow down where only a bound is known."""
+    """Draw one effect: filled if resolved, else outlined at its bound with an arrow down."""
     colour, y = point.pen.colour.stand_in, float(up.lift(np.array([point.change.share]))[0][0])
     ax.plot(point.reach, (y, y), color=colour, linewidth=1.1, zorder=2)
     known = point.change.resolved

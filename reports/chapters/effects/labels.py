@@ -1,4 +1,4 @@
-"""Names beside the points of a chart, none over another and none over a point."""
+"""Placement of names beside the points of a chart without overlaps."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Box:
     high: float
 
     def meets(self, other: Box) -> bool:
-        """Whether two overlap."""
+        """Whether two boxes overlap."""
         return self.left < other.right and other.left < self.right and self.low < other.high and other.low < self.high
 
     @property
@@ -45,13 +45,13 @@ class Anchor:
 
     @property
     def box(self) -> Box:
-        """What the point itself takes, with its interval."""
+        """Box of the point itself, with its interval."""
         left, right = self.reach
         return Box(min(left, self.x - CLEAR), self.y - 3.0, max(right, self.x + CLEAR), self.y + 3.0)
 
     @property
     def places(self) -> Iterator[Box]:
-        """Where its name may stand, the nearest first: right of it, left of it, and lines above and below."""
+        """Possible boxes of the name, nearest first: right and left of the point, then lines above and below."""
         width, point = LETTER * len(self.text), self.box
         for shift, right in product(SHIFTS, (True, False)):
             left = point.right + 2.0 if right else point.left - 2.0 - width
@@ -59,7 +59,7 @@ class Anchor:
 
 
 def placed(anchors: Sequence[Anchor], width: float, height: float) -> list[Box | None]:
-    """Where each name stands in a plot of this size; None for one that fits nowhere."""
+    """Boxes of the names in a plot of this size; None for a name that fits nowhere."""
     taken, plot = [a.box for a in anchors], Box(0.0, 0.0, width, height)
     found: dict[int, Box | None] = {}
     for k in sorted(range(len(anchors)), key=lambda k: -anchors[k].y):

@@ -1,4 +1,4 @@
-"""Rows of an effect budget as the page, the charts and the advice see them."""
+"""Rows of an effect budget: input of the page, the charts and the advice."""
 
 from __future__ import annotations
 
@@ -14,50 +14,50 @@ if TYPE_CHECKING:
     from reports.tables.effects import EffectsTables
 
 MODELS = ("none", "point", "gradient", "quadrupole", "slender")
-"""Of gravity, each richer than the one before"""
-FEWEST_ROUNDS = 3  # whose range tells anything: it holds the median with 1 - 2^(1-n), 75 %; of two with a half
+"""Gravity models, each richer than the model before"""
+FEWEST_ROUNDS = 3  # with an interval: the range of n times holds the median with 1 - 2^(1-n), of three 75 %
 
 
 @dataclass(frozen=True)
 class EffectChange:
-    """What switching an effect changed in one quantity, as a share of that quantity's scale."""
+    """Change of one quantity by switching an effect."""
 
     name: str
     value: float
     """SI units"""
     noise: float
-    """What the numerics may have made of it, alike"""
+    """Numerical error of the change, SI units"""
     scale: float
-    """What counts as 1: the initial distance, one radian, the largest reaction; 0 where that is not known"""
+    """Scale of the quantity: initial distance, one radian, largest reaction; 0 if unknown"""
 
     @property
     def resolved(self) -> bool:
-        """Whether the numerics can't have made it."""
+        """Whether the change exceeds its numerical error."""
         return self.value > self.noise
 
     @property
     def bound(self) -> float:
-        """The change, or what it is below."""
+        """Resolved change, or else its upper bound, SI units."""
         return self.value if self.resolved else self.noise
 
     @property
     def share(self) -> float:
-        """The bound over its scale."""
+        """Bound relative to the scale."""
         return self.bound / self.scale if self.scale else math.inf
 
 
 @dataclass(frozen=True)
 class Ratio:
-    """A time with an effect over that without it, and where it lies."""
+    """Time with an effect relative to the time without it, and its interval."""
 
     value: float | None
     low: float | None = None
-    """None where it was measured fewer than :data:`FEWEST_ROUNDS` times"""
+    """None with fewer than :data:`FEWEST_ROUNDS` rounds"""
     high: float | None = None
 
     @property
     def known(self) -> bool:
-        """Whether the clock tells it from 1."""
+        """Whether the interval excludes 1."""
         return self.low is not None and self.high is not None and not self.low <= 1.0 <= self.high
 
 
@@ -71,12 +71,12 @@ class EffectRow:
     on: bool
     said: str
     reason: str
-    """Why it was not switched; empty if it was"""
+    """Reason for not switching it; empty if it was switched"""
     caveat: str
-    """What its default can't tell in this scene, in a sentence"""
+    """Limitation of its default in this scene, in a sentence"""
     engine: str
     sizes: dict[str, tuple[float | None, float | None]]
-    """At the start, and the largest over the run"""
+    """Sizes at the start, and largest over the run"""
     changes: tuple[EffectChange, ...]
     compared_s: float | None
     ended: str
@@ -91,19 +91,19 @@ class EffectRow:
 
     @property
     def model(self) -> str:
-        """Model of gravity that it stands for."""
+        """Gravity model that the row stands for; empty for an effect."""
         return self.effect.removeprefix("gravity.") if self.kind is EffectKind.GRAVITY else ""
 
     @property
     def state(self) -> str:
-        """Whether the scene has it: ``on``, ``off``, or what it would be instead of."""
+        """State in the scene: ``on``, ``off``, or the gravity model that it replaces."""
         return self.said if self.kind is EffectKind.GRAVITY else "on" if self.on else "off"
 
     @property
     def rest(self) -> float | None:
-        """What of the run's ratio lies between evaluations: the search for instants, steps begun anew there.
+        """Factor of the run time due to work between evaluations: event search and restarted steps.
 
-        None where the clock does not tell the ratio.
+        None if the run's ratio is not resolved.
         """
         factors = self.time.value, self.evaluation.value, self.evaluations_ratio
         if None in factors or not self.time.known:
@@ -114,7 +114,7 @@ class EffectRow:
 
 @dataclass(frozen=True)
 class BudgetScope:
-    """The scene as it is."""
+    """Scene, thresholds and settings of a budget."""
 
     name: str
     gravity: str
@@ -130,13 +130,13 @@ class BudgetScope:
     looser: float
     parted_rad: float
     rounds: int
-    """Of timing"""
+    """Number of timing rounds"""
     timed_s: float
     """Part of the run that was timed"""
 
 
-def whole_of(record: dict[str, Any]) -> BudgetScope:
-    """What the record says of the scene as it is."""
+def scope_of(record: dict[str, Any]) -> BudgetScope:
+    """Scope of a budget from its record."""
     scene = mapping(record.get("scene"))
 
     def value(key: str) -> float:
@@ -154,12 +154,12 @@ def whole_of(record: dict[str, Any]) -> BudgetScope:
     )  # fmt: skip
 
 
-def rows_of(tables: EffectsTables, whole: BudgetScope) -> list[EffectRow]:
+def rows_of(tables: EffectsTables, scope: BudgetScope) -> list[EffectRow]:
     """All effects of a budget."""
-    return [row_of(r, whole) for r in tables.effects.to_dict("records")]
+    return [row_of(r, scope) for r in tables.effects.to_dict("records")]
 
 
-def row_of(found: dict[Any, Any], whole: BudgetScope) -> EffectRow:
+def row_of(found: dict[Any, Any], scope: BudgetScope) -> EffectRow:
     """One row of effects.csv."""
 
     def value(key: str) -> float | None:
@@ -175,7 +175,7 @@ def row_of(found: dict[Any, Any], whole: BudgetScope) -> EffectRow:
         str(found["effect"]), str(found["title"]), EffectKind(found["kind"]), bool(found["on"]), str(found["said"]),
         str(found["reason"]), str(found["caveat"]), str(found["engine"]),
         {name: (value(f"{name}_start"), value(f"{name}_largest")) for name in SIZES},
-        tuple(EffectChange(q, v, n, whole.scales[q]) for q, v, n in changes if v is not None and n is not None),
+        tuple(EffectChange(q, v, n, scope.scales[q]) for q, v, n in changes if v is not None and n is not None),
         value("compared_s"), str(found["ended"]),
         ratio("time_ratio", value("rounds") or 0.0), ratio("evaluation_ratio", math.inf), value("evaluations_ratio"),
         value("evaluation_s"),

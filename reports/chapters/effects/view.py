@@ -1,4 +1,4 @@
-"""What the page and the console show of an effect budget."""
+"""View of an effect budget, for the page and the terminal."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from reports.chapters.effects.advice import Advice, Relevance, advise, headline
 from reports.chapters.effects.charts import effect_charts
-from reports.chapters.effects.rows import rows_of, whole_of
+from reports.chapters.effects.rows import rows_of, scope_of
 from reports.chapters.effects.words import brief, times
 from reports.tables.effects import QUANTITIES, SIZES, read_effects
 from reports.text.numerals import significant
@@ -30,17 +30,17 @@ class BudgetTable:
     headings: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     wordy: int = 1
-    """Columns of words, at the left"""
+    """Number of text columns at the left"""
 
 
 @dataclass(frozen=True)
 class EffectsView:
-    """The chapter."""
+    """Contents of the chapter."""
 
     record: dict[str, Any]
-    whole: BudgetScope
+    scope: BudgetScope
     advice: tuple[Advice, ...]
-    """One for each effect, what matters first"""
+    """One for each effect, relevant ones first"""
     consequences: BudgetTable
     price: BudgetTable
     size: BudgetTable
@@ -50,100 +50,100 @@ class EffectsView:
 
     @property
     def tables(self) -> tuple[BudgetTable, ...]:
-        """All of them."""
+        """All tables."""
         return self.consequences, self.price, self.size
 
     @property
     def finished(self) -> bool:
-        """Whether the budget went to its end."""
+        """Whether the budget was finished."""
         return bool(self.record.get("finished"))
 
     @property
     def scene(self) -> dict[str, Any]:
-        """What is known of the scene."""
+        """Recorded facts of the scene."""
         return mapping(self.record.get("scene"))
 
     @property
     def assumed(self) -> tuple[tuple[str, str], ...]:
-        """What was assumed of effects that the scene does not have."""
+        """Assumptions on effects that the scene does not have: title and words."""
         off = (a.row for a in self.advice if not a.row.on and not a.row.model)
         return tuple((row.title, row.said) for row in off if row.said)
 
     @property
     def headline(self) -> str:
-        """What matters, and what one may do without."""
-        return headline(self.advice, self.whole)
+        """Relevant and negligible effects in sentences."""
+        return headline(self.advice, self.scope)
 
     @property
     def predictability_limit(self) -> str:
-        """Until when the scene as it is can be compared with itself; empty where that is the whole run."""
-        short = 0.0 < self.whole.limit_s < min(self.whole.end_s, self.whole.duration_s)
-        return times(self.whole.limit_s, self.whole) if short else ""
+        """Predictability limit of the scene in words; empty if it covers the run."""
+        short = 0.0 < self.scope.limit_s < min(self.scope.end_s, self.scope.duration_s)
+        return times(self.scope.limit_s, self.scope) if short else ""
 
     @property
     def timing(self) -> str:
-        """How the price was measured, and how a better one is had; empty before it was."""
-        whole = self.whole
-        if not whole.rounds:
+        """Sentence on the timing and on narrower intervals; empty without timing."""
+        scope = self.scope
+        if not scope.rounds:
             return ""
-        over = "" if whole.timed_s >= whole.duration_s else f" over the first {times(whole.timed_s, whole)}"
-        rounds = "round" if whole.rounds == 1 else "rounds"
-        return f"Timed in {whole.rounds} {rounds}{over}; more --minutes, and more --repeats, narrow the intervals."
+        over = "" if scope.timed_s >= scope.duration_s else f" over the first {times(scope.timed_s, scope)}"
+        rounds = "round" if scope.rounds == 1 else "rounds"
+        return f"Timed in {scope.rounds} {rounds}{over}; more --minutes, and more --repeats, narrow the intervals."
 
 
 def view_effects(folder: Path) -> EffectsView:
     """View of the study in a result folder."""
     tables = read_effects(folder)
-    whole = whole_of(tables.record)
-    rows = rows_of(tables, whole)
-    advice = [advise(row, whole) for row in rows]
-    order, switched = list(Relevance), [a.row for a in advice if a.worth is not Relevance.NOT_SWITCHED]
+    scope = scope_of(tables.record)
+    rows = rows_of(tables, scope)
+    advice = [advise(row, scope) for row in rows]
+    order, switched = list(Relevance), [a.row for a in advice if a.relevance is not Relevance.NOT_SWITCHED]
     return EffectsView(
         tables.record,
-        whole,
-        tuple(sorted(advice, key=lambda a: order.index(a.worth))),
+        scope,
+        tuple(sorted(advice, key=lambda a: order.index(a.relevance))),
         BudgetTable(
-            "What each changes",
-            ("effect", "in the scene", "worth", "moves CM", "turns bars", "changes reactions"),
+            "Changes by each effect",
+            ("effect", "in the scene", "relevance", "CM moves by", "bars rotate by", "reactions change by"),
             tuple(map(consequence_cells, advice)),
             WORDY,
         ),
         BudgetTable(
-            "What each costs, times as much",
-            ("effect", "run", "one evaluation", "evaluations", "the rest"),
+            "Times with the effect / without it",
+            ("effect", "run", "one evaluation", "evaluations", "remainder"),
             tuple(map(price_cells, switched)),
         ),
         BudgetTable(
-            "How large each is",
-            ("effect", "between bars / tide", "torque / 3n²J", "common / g"),
+            "Size of each effect",
+            ("effect", "differential / tidal", "torque / 3n²J", "common / g"),
             tuple(map(size_cells, switched)),
         ),
-        *effect_charts(rows, whole),
+        *effect_charts(rows, scope),
     )
 
 
 def consequence_cells(advice: Advice) -> tuple[str, ...]:
-    """Row of what an effect changes."""
+    """Cells of an effect's changes."""
     row = advice.row
-    if advice.worth is Relevance.NOT_SWITCHED:
-        return (row.title, row.state, f"{advice.worth}: {row.reason}", *[""] * len(QUANTITIES))
+    if advice.relevance is Relevance.NOT_SWITCHED:
+        return (row.title, row.state, f"{advice.relevance}: {row.reason}", *[""] * len(QUANTITIES))
     changed = (row.change(q) for q in QUANTITIES)
-    return (row.title, row.state, str(advice.worth), *("" if c is None else brief(c) for c in changed))
+    return (row.title, row.state, str(advice.relevance), *("" if c is None else brief(c) for c in changed))
 
 
 def price_cells(row: EffectRow) -> tuple[str, ...]:
-    """Row of what an effect costs."""
+    """Cells of an effect's cost."""
     count, rest = ("" if r is None else ratio_text(r) for r in (row.evaluations_ratio, row.rest))
     return (row.title, interval_text(row.time), interval_text(row.evaluation), count, rest)
 
 
 def size_cells(row: EffectRow) -> tuple[str, ...]:
-    """Row of how large an effect is."""
+    """Cells of an effect's size."""
     return (row.title, *(size_text(*row.sizes[name]) for name in SIZES))
 
 
 def size_text(start: float | None, largest: float | None) -> str:
-    """Size at the start; and over the run, where it gets larger than its first two digits tell."""
+    """Size at the start, and the largest over the run if its first two digits differ."""
     if start is None or largest is None:
         return ""
     first, most = significant(start, 2), significant(largest, 2)

@@ -1,1 +1,1 @@
-"""Chapter on ensembles."""
+"""Chapter of an ensemble: quantiles of perturbed runs over time."""

@@ -1,4 +1,4 @@
-"""Fans: quantiles over time, the median as a line and two bands around it."""
+"""Fan charts: quantiles over time, the median as a line in two shaded ranges."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 MOST_PANELS = 6
 BOUND = "s2"
-OPACITY = (0.22, 0.36)  # outer band, inner band: told apart in both themes and in print
+OPACITY = (0.22, 0.36)  # outer range, inner range: distinct in both themes and in print
 
 
 def fans(part: pd.DataFrame, quantity: str, item: str, label: str, period_s: float) -> tuple[Panel, ...]:
@@ -27,7 +27,7 @@ def fans(part: pd.DataFrame, quantity: str, item: str, label: str, period_s: flo
     part : DataFrame
         Quantiles of one quantity.
     quantity, item, label : str
-        What it is, of what, and what its axis says.
+        Name of the quantity, word of its item, and label of its axis.
     period_s : float
         Unit of time; 0: seconds.
     """
@@ -37,18 +37,18 @@ def fans(part: pd.DataFrame, quantity: str, item: str, label: str, period_s: flo
 
 
 def fan(part: pd.DataFrame, name: str, title: str, label: str, period_s: float) -> Panel:
-    """Panel of one bar or joint."""
+    """Fan chart of one bar or joint."""
     wide = part.pivot_table(index="t_s", columns="quantile", values="value").sort_index(axis=1)
     x = wide.index.to_numpy(dtype=float) / (period_s or 1.0)
     frame = ChartFrame(f"fan-{name}", title.capitalize(), "orbits" if period_s else "s", label, (0.0, float(x[-1])))
     ax = blank_axes(frame)
     ax.yaxis.set_major_locator(MaxNLocator(MOST_TICKS, steps=[1, 2, 2.5, 5, 10]))
-    bounds(ax, x, wide)
+    quantile_ranges(ax, x, wide)
     return Panel(frame.title, finish(ax, frame))
 
 
-def bounds(ax: Axes, x: np.ndarray, wide: pd.DataFrame) -> None:
-    """Bands between symmetrical quantiles, outermost first, and the median."""
+def quantile_ranges(ax: Axes, x: np.ndarray, wide: pd.DataFrame) -> None:
+    """Draw ranges between symmetrical quantiles, outermost first, and the median."""
     levels, colour = [float(q) for q in wide.columns], COLOURS[BOUND].stand_in
     for k in range(len(levels) // 2):
         low, high = wide[levels[k]].to_numpy(), wide[levels[-1 - k]].to_numpy()

@@ -1,4 +1,4 @@
-"""From an ensemble's tables to the view of its chapter."""
+"""View of an ensemble."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ if TYPE_CHECKING:
 
     from reports.plotting.panels import Panel
 
-UNITS = {"attitude": ("bar", "angle from the z1 axis, rad"), "reaction": ("joint", "size of the reaction, N")}
+UNITS = {"attitude": ("bar", "angle from the z1 axis, rad"), "reaction": ("joint", "magnitude of the reaction, N")}
 
 
 @dataclass(frozen=True)
 class FanGroup:
-    """The panels of one quantity."""
+    """Fan charts of one quantity."""
 
     title: str
     panels: tuple[Panel, ...]
     left_out: int
-    """Bars or joints that have no panel"""
+    """Number of bars or joints without a panel"""
 
 
 @dataclass(frozen=True)
 class EnsembleView:
-    """The whole chapter."""
+    """Contents of the page."""
 
     record: dict[str, Any]
     scene: SceneRecord
@@ -49,7 +49,7 @@ def view_ensemble(folder: Path) -> EnsembleView:
 
 
 def groups(table: pd.DataFrame, scene: SceneRecord) -> list[FanGroup]:
-    """Charts of every quantity there is."""
+    """Fan charts of all quantities."""
     found = []
     for quantity, (item, label) in UNITS.items():
         part = table[table["quantity"] == quantity]

@@ -1,1 +1,1 @@
-"""Chapter on the round-off."""
+"""Chapter of the round-off study: errors in absolute and relative coordinates."""

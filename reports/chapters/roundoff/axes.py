@@ -1,4 +1,4 @@
-"""Charts of errors, both axes in logarithms: real things along the top, shaded where no digit is left."""
+"""Log-log charts of errors: named objects along the top, shaded where no digit is left."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ from reports.text.numerals import as_given, power_of_ten
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from reports.chapters.roundoff.series import Named
+    from reports.chapters.roundoff.series import NamedObject
     from reports.plotting.families import Flags
     from reports.plotting.palette import Pen
     from reports.plotting.series import Array
 
 PLOT_HEIGHT = 205.0
 NAME_SIZE, NAME_ROW, NAME_GAP = 10.0, 12.5, 5.0
-LARGEST = 1  # decade: an error of ten times what it is of is no error but another answer
-EVEN_FARTHER = 1e30  # where infinite errors lie, out of sight
+LARGEST = 1  # decade: larger relative errors are not drawn
+FAR_AWAY = 1e30  # ordinate of infinite errors, outside the axes
 BOUND = 0.18
 MARKER_SIZE, RING_SIZE = 4.6, 10.0
 MOST_MARKERS = 14
@@ -50,32 +50,32 @@ MARGIN = 0.22  # decades beyond the first and the last point
 
 @dataclass(frozen=True)
 class ErrorCurve:
-    """Medians of errors and what surrounds them."""
+    """Medians of errors, with their quantiles and fit."""
 
     x: Array
     """(n,) rising"""
     y: Array
-    """(n,); infinite where a run blew up"""
+    """(n,); infinite where a run diverged"""
     pen: Pen
     bound: tuple[Array, Array] | None = None
     """(n,) each: quantiles"""
     fit: tuple[Array, Array] | None = None
     """A thin line"""
     ringed: Flags | None = None
-    """(n,) bool: the point that round-off lets nothing beat"""
+    """(n,) bool: smallest error that round-off allows"""
     blurred: Flags | None = None
     """(n,) bool: drawn hollow"""
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """What a chart says besides its curves."""
+    """Labels and axes of a chart."""
 
     name: str
     title: str
     x_label: str
     y_label: str
-    named: tuple[Named, ...] = ()
+    named: tuple[NamedObject, ...] = ()
     ticks: tuple[float, ...] = ()
     """Of the horizontal axis; powers of ten if empty"""
     reverse: bool = False
@@ -135,7 +135,7 @@ def across(ax: Axes, sheet: Sheet, ends: tuple[float, float]) -> None:
 
 
 def up(ax: Axes, sheet: Sheet, curves: list[ErrorCurve]) -> None:
-    """Vertical axis, and the stretch of it where no digit is left."""
+    """Vertical axis, shaded where no digit is left."""
     if sheet.in_digits:
         ax.yaxis.set_major_locator(MaxNLocator(MOST_TICKS, integer=True))
         ax.set_ylim(0.0, 1.08 * max(float(c.y.max()) for c in curves))
@@ -158,11 +158,11 @@ def heights(curves: list[ErrorCurve]) -> DecadeRange:
 
 
 def draw(ax: Axes, curve: ErrorCurve) -> None:
-    """One curve over its band, with its fit and its marks."""
+    """Draw one curve over its quantiles, with its fit and its marks."""
     colour, pen = curve.pen.colour.stand_in, curve.pen
-    y = np.where(np.isinf(curve.y), EVEN_FARTHER, curve.y)
+    y = np.where(np.isinf(curve.y), FAR_AWAY, curve.y)
     if curve.bound is not None:
-        low, high = (np.where(np.isinf(edge), EVEN_FARTHER, edge) for edge in curve.bound)
+        low, high = (np.where(np.isinf(edge), FAR_AWAY, edge) for edge in curve.bound)
         ax.fill_between(curve.x, low, high, color=colour, alpha=BOUND, linewidth=0, zorder=1)
     if curve.fit is not None:
         ax.plot(*curve.fit, color=colour, linewidth=0.6, zorder=2)
@@ -181,19 +181,19 @@ def draw(ax: Axes, curve: ErrorCurve) -> None:
 
 
 def place(value: float, ends: tuple[float, float]) -> float:
-    """Pixels from the left edge of the plot."""
+    """Distance from the left edge of the plot, px."""
     share = np.log(value / ends[0]) / np.log(ends[1] / ends[0])
     return float(share) * (WIDTH - LEFT - RIGHT)
 
 
 @cache
 def width(text: str) -> float:
-    """Pixels that a name takes in the widest of the fonts it may be shown in."""
+    """Width of a name in the widest possible font, px."""
     return float(TextPath((0.0, 0.0), text, size=NAME_SIZE).get_extents().width)
 
 
 def staggered(names: list[tuple[float, float]]) -> list[int]:
-    """Row of each name, counted upwards, so that no name hides another or, if it can be, the line that leads up to it.
+    """Rows of names, counted upwards, so that no name hides another name or, if possible, its line.
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ def box(at: float, wide: float) -> tuple[float, float]:
     return left, left + wide
 
 
-def write_name(ax: Axes, thing: Named, row: int, ends: tuple[float, float]) -> None:
+def write_name(ax: Axes, thing: NamedObject, row: int, ends: tuple[float, float]) -> None:
     """Name above the plot, and a line from it down to the axis."""
     height = 1.0 + (4.0 + NAME_ROW * row) / PLOT_HEIGHT
     left, right = box(place(thing.ratio, ends), width(thing.name))

@@ -1,4 +1,4 @@
-"""Errors of one evaluation against the size of a bar and the number of bars."""
+"""Charts of errors of one evaluation against the size ratio and the number of bars."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from reports.text.ratios import decade
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reports.chapters.roundoff.series import RoundoffStudy
+    from reports.chapters.roundoff.series import RoundoffData
     from reports.plotting.series import Array
 
 HUES = {
@@ -57,69 +57,71 @@ def pen(formulation: str, dash: tuple[float, ...] = ()) -> Pen:
     return Pen(COLOURS[hue], marker, dash)
 
 
-def evaluation_panels(study: RoundoffStudy) -> tuple[Panel, ...]:
-    """What one evaluation leaves, chart after chart."""
+def evaluation_panels(study: RoundoffData) -> tuple[Panel, ...]:
+    """Charts of one evaluation shown at once."""
     found = (generic(study), horizontal(study, REACTION), horizontal(study, ORDINARY), differenced(study, DOUBLE),
              sources(study), against_bars(study))  # fmt: skip
     return tuple(p for p in found if p)
 
 
-def further_panels(study: RoundoffStudy) -> tuple[Panel, ...]:
-    """The same in other states and arithmetics."""
+def further_panels(study: RoundoffData) -> tuple[Panel, ...]:
+    """Charts of one evaluation in further states and arithmetics."""
     found = (several(study, f"roundoff-{k}", f"One evaluation: {state}", state, REACTION)
              for k, state in enumerate((STRAIGHT, "fast spin", "unequal masses")))  # fmt: skip
     return tuple(p for p in (*found, differenced(study, SINGLE)) if p)
 
 
-def generic(study: RoundoffStudy) -> Panel | None:
-    """Both formulations in three arithmetics, in an ordinary state."""
+def generic(study: RoundoffData) -> Panel | None:
+    """Chart of both formulations in three arithmetics, in a generic state."""
     return several(study, "roundoff-generic", "One evaluation in a generic state", GENERIC, REACTION)
 
 
-def horizontal(study: RoundoffStudy, yardstick: str) -> Panel | None:
-    """The same for the horizontal chain."""
-    over, name = ("over its vanishing reaction", "own") if yardstick == REACTION else ("over m n² l", "ordinary")
+def horizontal(study: RoundoffData, yardstick: str) -> Panel | None:
+    """Chart of both formulations for the horizontal chain."""
+    over, name = (
+        ("relative to its vanishing reaction", "own") if yardstick == REACTION else ("relative to m n² l", "ordinary")
+    )
     title = f"Horizontal chain: error {over}"
     return several(study, f"roundoff-horizontal-{name}", title, HORIZONTAL, yardstick)
 
 
-def several(study: RoundoffStudy, name: str, title: str, state: str, yardstick: str) -> Panel | None:
-    """Both formulations in three arithmetics."""
+def several(study: RoundoffData, name: str, title: str, state: str, yardstick: str) -> Panel | None:
+    """Chart of both formulations in three arithmetics."""
     keys = [Key(f, a, state, yardstick=yardstick) for f in (ABSOLUTE, RELATIVE) for a in (SINGLE, DOUBLE, LONG)]
     return by_size(study, name, title, keys, lambda k: pen(k.formulation, DASHES[k.arithmetic]),
                    lambda k: f"{k.formulation}, {k.arithmetic}")  # fmt: skip
 
 
-def differenced(study: RoundoffStudy, arithmetic: str) -> Panel | None:
-    """Reactions read off from known motion, beside those solved for."""
+def differenced(study: RoundoffData, arithmetic: str) -> Panel | None:
+    """Chart of reactions computed from known motion, beside those solved for."""
     names = (POSITIONS, ACCELERATIONS, ABSOLUTE, RELATIVE_POSITIONS, RELATIVE)
     words = {POSITIONS: "from absolute positions", ACCELERATIONS: "from absolute accelerations",
              ABSOLUTE: "solved, absolute", RELATIVE_POSITIONS: "from relative positions",
              RELATIVE: "solved, relative"}  # fmt: skip
-    title = f"Read off from known motion: 80° chain, {arithmetic}"
+    title = f"Reactions from known motion: 80° chain, {arithmetic}"
     keys = [Key(n, arithmetic, STRAIGHT) for n in names]
     return by_size(study, f"roundoff-read-off-{arithmetic}", title, keys, lambda k: pen(k.formulation),
                    lambda k: words[k.formulation])  # fmt: skip
 
 
-def sources(study: RoundoffStudy) -> Panel | None:
-    """Error of the formula beside what rounding its input costs whatever the formula."""
+def sources(study: RoundoffData) -> Panel | None:
+    """Chart of the formula's error beside the error from rounding its input."""
     keys = [Key(f, source=s) for f in (ABSOLUTE, RELATIVE) for s in (FORMULA, INPUT)]
-    words = {FORMULA: "the formula's", INPUT: "of rounding its input"}
-    title = "Whose error it is: generic state, float64"
+    words = {FORMULA: "formula", INPUT: "rounded input"}
+    title = "Sources of error: generic state, float64"
     return by_size(study, "roundoff-sources", title, keys, lambda k: pen(k.formulation, SOURCE_DASHES[k.source]),
                    lambda k: f"{k.formulation}, {words[k.source]}")  # fmt: skip
 
 
 def by_size(
-    study: RoundoffStudy,
+    study: RoundoffData,
     name: str,
     title: str,
     keys: list[Key],
     drawn: Callable[[Key], Pen],
     words: Callable[[Key], str],
 ) -> Panel | None:
-    """Errors against size, with laws and real things."""
+    """Chart of errors against the size ratio, with laws and named objects."""
     found = [(k, curve) for k in keys if (curve := size_curve(study, k, drawn(k)))]
     y_label = OF_ORDINARY if keys[0].yardstick == ORDINARY else OF_REACTION
     sheet = Sheet(name, title, SIZE_LABEL, y_label, study.named)
@@ -128,8 +130,8 @@ def by_size(
     return panel(sheet, [c for _, c in found], tuple(Legend(words(k), drawn(k)) for k, _ in found), note)
 
 
-def size_curve(study: RoundoffStudy, key: Key, drawn: Pen) -> ErrorCurve | None:
-    """One series and its law; None if it was not measured."""
+def size_curve(study: RoundoffData, key: Key, drawn: Pen) -> ErrorCurve | None:
+    """Curve of one series with its law; None without measurements."""
     own = key.of(study.tables.evaluation)
     if not len(own):
         return None
@@ -137,8 +139,8 @@ def size_curve(study: RoundoffStudy, key: Key, drawn: Pen) -> ErrorCurve | None:
     return ErrorCurve(x, y, drawn, (low, high), law_line(study, key, x))
 
 
-def law_line(study: RoundoffStudy, key: Key, x: Array) -> tuple[Array, Array] | None:
-    """Fitted line over all sizes up to total loss; None where no line was fitted."""
+def law_line(study: RoundoffData, key: Key, x: Array) -> tuple[Array, Array] | None:
+    """Fitted line over all sizes up to an error of 1; None without a fit."""
     law, u = study.law(key), study.unit_roundoff(key.arithmetic)
     if law is None or u is None or law.exponent is None or law.constant is None:
         return None
@@ -147,8 +149,8 @@ def law_line(study: RoundoffStudy, key: Key, x: Array) -> tuple[Array, Array] | 
     return across[y <= 1.0], y[y <= 1.0]
 
 
-def against_bars(study: RoundoffStudy) -> Panel | None:
-    """Digits against the number of bars."""
+def against_bars(study: RoundoffData) -> Panel | None:
+    """Chart of digits against the number of bars."""
     ratio = COMPARED_AT
     keys = [Key(f, DOUBLE, s) for s in (GENERIC, STRAIGHT) for f in (ABSOLUTE, RELATIVE)]
     dashes: dict[str, tuple[float, ...]] = {GENERIC: (), STRAIGHT: (6, 2)}
@@ -159,11 +161,11 @@ def against_bars(study: RoundoffStudy) -> Panel | None:
         in_digits=True,
     )  # fmt: skip
     legend = tuple(Legend(f"{k.formulation}, {k.state}", c.pen) for k, c in found)
-    note = f"At a size ratio of {decade(COMPARED_AT)}, between the measured sizes where that is none. {SHADED}"
+    note = f"At a size ratio of {decade(COMPARED_AT)}, interpolated between measured sizes. {SHADED}"
     return panel(sheet, [c for _, c in found], legend, note)
 
 
-def bars_curve(study: RoundoffStudy, key: Key, drawn: Pen, ratio: float) -> ErrorCurve | None:
+def bars_curve(study: RoundoffData, key: Key, drawn: Pen, ratio: float) -> ErrorCurve | None:
     """Digits of one formulation at a size; None if fewer than two numbers of bars have them."""
     table = study.tables.evaluation
     counts = sorted({int(n) for n in table.bars[(table.state == key.state) & (table.source == BOTH)]})

@@ -1,4 +1,4 @@
-"""Errors of other engines, in the inertial frame and in a moving one."""
+"""Charts of errors of other engines, in the inertial frame and in moving frames."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from reports.plotting.panels import Legend, Panel
 if TYPE_CHECKING:
     import pandas as pd
 
-    from reports.chapters.roundoff.series import RoundoffStudy
+    from reports.chapters.roundoff.series import RoundoffData
 
 INERTIAL = "inertial"
 
 
-def engine_panels(study: RoundoffStudy, quantity: str) -> tuple[Panel, ...]:
-    """One chart for each engine, errors against step, and one of all against size."""
+def engine_panels(study: RoundoffData, quantity: str) -> tuple[Panel, ...]:
+    """One chart of errors against step for each engine, and one of all engines against size."""
     own = good(study.tables.engines)
     own = own[own.quantity == quantity]
     found = [engine_panel(study, part, str(e), quantity) for e, part in own.groupby("engine", sort=False)]
@@ -46,15 +46,15 @@ def good(engines: pd.DataFrame) -> pd.DataFrame:
 
 
 def frame_pen(frame: str, frames: list[str], marker: str = "") -> Pen:
-    """The inertial frame as absolute coordinates, others as relative ones."""
+    """Pen of a frame: the inertial frame has the colour of absolute coordinates."""
     if frame == INERTIAL:
         return Pen(COLOURS["s3"], marker)
     place = [f for f in frames if f != INERTIAL].index(frame)
     return Pen(COLOURS[("s2", "s4", "s7", "s5")[place % 4]], marker, DASHES[1 + place % 3])
 
 
-def engine_panel(study: RoundoffStudy, own: pd.DataFrame, engine: str, quantity: str) -> Panel | None:
-    """One engine's errors against its step, or its tolerance where it chooses steps."""
+def engine_panel(study: RoundoffData, own: pd.DataFrame, engine: str, quantity: str) -> Panel | None:
+    """Chart of one engine's errors against its step, or its tolerance with step control."""
     column = "rtol" if own.steps_per_orbit.isna().all() else "steps_per_orbit"
     own = own[own[column].notna()]
     if not len(own):
@@ -81,8 +81,8 @@ def step_curve(own: pd.DataFrame, column: str, drawn: Pen) -> ErrorCurve:
     return ErrorCurve(x, y, drawn, (low, high), blurred=~true(part.known))
 
 
-def all_against_size(study: RoundoffStudy, own: pd.DataFrame, quantity: str) -> Panel | None:
-    """The least error of each engine and frame against size."""
+def all_against_size(study: RoundoffData, own: pd.DataFrame, quantity: str) -> Panel | None:
+    """Chart of the smallest error of each engine and frame against size."""
     least = least_errors(own)
     names = list(dict.fromkeys(map(str, least.engine)))
     curves, legend = [], []
@@ -95,13 +95,13 @@ def all_against_size(study: RoundoffStudy, own: pd.DataFrame, quantity: str) -> 
             curves.append(ErrorCurve(x, y, drawn, (low, high)))
             legend.append(Legend(f"{engine}, {frame}", drawn))
     word, y_label = QUANTITIES.get(quantity, (quantity.capitalize(), "error"))
-    title = f"{word}: least error of each engine"
+    title = f"{word}: smallest error of each engine"
     sheet = Sheet(f"roundoff-engines-{quantity}", title, SIZE_LABEL, y_label, study.named)
     return panel(sheet, curves, tuple(legend), f"Over all steps and tolerances. {SHADED}")
 
 
 def least_errors(own: pd.DataFrame) -> pd.DataFrame:
-    """Row of the least median of each engine, frame and size."""
+    """Rows with the smallest median of each engine, frame and size."""
     finite = own[np.isfinite(own["median"].astype(float))]
     if not len(finite):
         return finite
@@ -109,14 +109,14 @@ def least_errors(own: pd.DataFrame) -> pd.DataFrame:
     return found
 
 
-def libraries(study: RoundoffStudy) -> list[tuple[str, str]]:
-    """Library and frame of formulations that are named ``library (frame)``."""
+def libraries(study: RoundoffData) -> list[tuple[str, str]]:
+    """Library and frame of formulations named ``library (frame)``."""
     names = dict.fromkeys(map(str, study.tables.evaluation.formulation))
     return [(m[1], m[2]) for name in names if (m := re.fullmatch(r"(\S+) \((.+)\)", name))]
 
 
-def library_panels(study: RoundoffStudy) -> tuple[Panel, ...]:
-    """Errors of libraries' evaluations against size, in each of their frames."""
+def library_panels(study: RoundoffData) -> tuple[Panel, ...]:
+    """Charts of errors of libraries' evaluations against size, in each frame."""
     pairs = libraries(study)
     names, frames = list(dict.fromkeys(n for n, _ in pairs)), list(dict.fromkeys(f for _, f in pairs))
     pens = {f"{n} ({f})": frame_pen(f, frames, MARKERS[names.index(n) % len(MARKERS)]) for n, f in pairs}

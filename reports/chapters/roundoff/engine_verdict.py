@@ -1,4 +1,4 @@
-"""What the numbers say of other engines: whether their inertial frames lose as ours do."""
+"""Sentences on errors of other engines in inertial and moving frames."""
 
 from __future__ import annotations
 
@@ -13,36 +13,36 @@ from reports.chapters.roundoff.words import exponent_words, listed, size, spelle
 if TYPE_CHECKING:
     import pandas as pd
 
-    from reports.chapters.roundoff.series import FittedExponent, RoundoffStudy
+    from reports.chapters.roundoff.series import FittedExponent, RoundoffData
 
 REACTION = "reaction"
 TYPICAL = 1e-5  # size ratio of which engines are compared: the paper's bars, roughly
 COSTLY = 10.0  # times: a digit
 
 
-def engines_say(study: RoundoffStudy) -> tuple[str, ...]:
-    """All of it."""
-    return (*frames_say(study), *noise_says(study), *libraries_say(study))
+def engines_sentences(study: RoundoffData) -> tuple[str, ...]:
+    """All sentences on other engines."""
+    return (*frames_sentences(study), *noise_sentences(study), *libraries_sentences(study))
 
 
-def frames_say(study: RoundoffStudy) -> list[str]:
-    """Least errors of reactions in both frames."""
+def frames_sentences(study: RoundoffData) -> list[str]:
+    """Sentence on the smallest errors of reactions in both frames."""
     table = good(study.tables.engines)
     own = least_errors(table[(table.quantity == REACTION) & ~table.engine.isin(PRODUCTION)])
     sizes = sorted({float(r) for r in own.ratio}, key=lambda r: abs(np.log(r / TYPICAL)))
     pairs = frame_pairs(own[own.ratio == sizes[0]]) if sizes else []
     if not pairs:
         return []
-    each = listed([f"{spelled(theirs)} and {spelled(ours)} by {e}" for e, theirs, ours in pairs])
-    worse = sum(theirs >= COSTLY * ours for _, theirs, ours in pairs)
+    each = listed([f"{spelled(inertial)} and {spelled(moving)} by {e}" for e, inertial, moving in pairs])
+    worse = sum(inertial >= COSTLY * moving for _, inertial, moving in pairs)
     many = f"{worse} of {len(pairs)} engines that run in both"
-    costs = f"costs a digit or more in {many}, so it is not our code" if worse else "costs no digit"
-    return [f"The inertial frame {costs}: for bars of {size(study, sizes[0])}, the least errors of reactions in it and "
-            f"in a moving one are {each}."]  # fmt: skip
+    costs = f"costs a digit or more in {many}; barchain's code is not the cause" if worse else "costs no digit"
+    return [f"The inertial frame {costs}: for bars of {size(study, sizes[0])}, the smallest errors of reactions in the "
+            f"inertial and in a moving frame are {each}."]  # fmt: skip
 
 
 def frame_pairs(own: pd.DataFrame) -> list[tuple[str, float, float]]:
-    """Engine, its least error in the inertial frame, and in any other, of those that have both."""
+    """Engine, smallest error in the inertial frame, smallest error in other frames, of engines with both."""
     found = []
     for engine, part in own.groupby("engine", sort=False):
         moving = part[part.frame != INERTIAL]["median"]
@@ -52,8 +52,8 @@ def frame_pairs(own: pd.DataFrame) -> list[tuple[str, float, float]]:
     return found
 
 
-def noise_says(study: RoundoffStudy) -> list[str]:
-    """Engines whose reactions get worse as steps get finer."""
+def noise_sentences(study: RoundoffData) -> list[str]:
+    """Sentence on engines with less accurate reactions at finer steps."""
     laws = study.tables.engine_laws
     own = laws[(laws.quantity == REACTION) & laws.against.str.startswith("step")]
     found: dict[str, dict[str, list[FittedExponent]]] = {}
@@ -64,7 +64,7 @@ def noise_says(study: RoundoffStudy) -> list[str]:
     if not found:
         return []
     each = "; ".join(f"{engine} {by_frame(frames)}" for engine, frames in found.items())
-    return [f"Steps finer than the best make them worse, by these powers of their number: {each}."]
+    return [f"Beyond the optimum, errors grow with the number of steps, with these exponents: {each}."]
 
 
 def by_frame(frames: dict[str, list[FittedExponent]]) -> str:
@@ -72,8 +72,8 @@ def by_frame(frames: dict[str, list[FittedExponent]]) -> str:
     return listed([f"{exponents_text(fits)} in the {frame} frame" for frame, fits in frames.items()])
 
 
-def libraries_say(study: RoundoffStudy) -> list[str]:
-    """Libraries' evaluations in coordinates of the orbit."""
+def libraries_sentences(study: RoundoffData) -> list[str]:
+    """Sentence on libraries' evaluations in coordinates of the orbit."""
     found = []
     for library, frame in libraries(study):
         law = study.law(Key(f"{library} ({frame})"))
@@ -82,4 +82,4 @@ def libraries_say(study: RoundoffStudy) -> list[str]:
             found.append(f"{unit_text(law)} by {library} ({last}; {exponent_words(law)})")
     if not found:
         return []
-    return [f"Trees of joints whose root moves along the orbit are off, in one evaluation, by {listed(found)}."]
+    return [f"Errors of one evaluation by joint trees whose root moves along the orbit: {listed(found)}."]

@@ -1,4 +1,4 @@
-"""Whether errors know of the longitude, which no reaction does."""
+"""Dependence of errors on the longitude."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from reports.chapters.roundoff.words import between, listed, size, spelled
 if TYPE_CHECKING:
     import pandas as pd
 
-    from reports.chapters.roundoff.series import RoundoffStudy
+    from reports.chapters.roundoff.series import RoundoffData
 
-PARTED = 0.05  # a chance below which sectors are said to differ
+SIGNIFICANT = 0.05  # p below which sectors are said to differ
 COLUMNS = ("state", "formulation", "arithmetic", "source", "ratio")
 
 
 @dataclass(frozen=True)
 class LongitudeRow:
-    """Errors around the circle, of one formulation in one arithmetic."""
+    """Errors by sector of the longitude, of one formulation in one arithmetic."""
 
     of: dict[str, str]
     """In the order of :data:`COLUMNS`"""
     medians: str
     bound: str
     inside: bool
-    """Whether every sector's median lies in the band of a typical sector"""
+    """Whether every sector's median lies in the 5 to 95 % range of a typical sector"""
     p: float | None
-    """Chance that sectors that are all alike look as different as these"""
+    """Probability of at least these differences between equal sectors"""
 
     @property
     def p_text(self) -> str:
@@ -36,12 +36,12 @@ class LongitudeRow:
         return spelled(self.p)
 
     @property
-    def parted(self) -> bool:
+    def differs(self) -> bool:
         """Whether sectors are said to differ."""
-        return self.p is not None and self.p < PARTED
+        return self.p is not None and self.p < SIGNIFICANT
 
 
-def longitude_rows(study: RoundoffStudy) -> tuple[LongitudeRow, ...]:
+def longitude_rows(study: RoundoffData) -> tuple[LongitudeRow, ...]:
     """One row for each test."""
     table = study.tables.longitudes
     by = [c for c in COLUMNS if c in table]
@@ -49,8 +49,8 @@ def longitude_rows(study: RoundoffStudy) -> tuple[LongitudeRow, ...]:
     return tuple(longitude_row(study, dict(zip(by, key, strict=True)), own) for key, own in parts)
 
 
-def longitude_row(study: RoundoffStudy, key: dict[str, Any], own: pd.DataFrame) -> LongitudeRow:
-    """Sectors' medians beside the band of a typical sector."""
+def longitude_row(study: RoundoffData, key: dict[str, Any], own: pd.DataFrame) -> LongitudeRow:
+    """Medians of the sectors beside the range of a typical sector."""
     low, high = float(own.q05.median()), float(own.q95.median())
     medians = [float(v) for v in own["median"]]
     named = {k: size(study, float(v)) if k == "ratio" else str(v) for k, v in key.items()}
@@ -58,32 +58,35 @@ def longitude_row(study: RoundoffStudy, key: dict[str, Any], own: pd.DataFrame) 
     return LongitudeRow(named, between(medians), between((low, high)), inside, number_or_none(own.p_value.iloc[0]))
 
 
-def longitudes_say(rows: tuple[LongitudeRow, ...]) -> tuple[str, ...]:
-    """What the tests say, of formulas and of their inputs."""
+def longitudes_sentences(rows: tuple[LongitudeRow, ...]) -> tuple[str, ...]:
+    """Sentences on the tests, of formulas and of their inputs."""
     formula = [r for r in rows if r.of.get("source", FORMULA) == FORMULA]
-    return (*formula_says(formula), *input_says([r for r in rows if r.of.get("source") == INPUT]))
+    return (*formula_sentences(formula), *input_sentences([r for r in rows if r.of.get("source") == INPUT]))
 
 
-def formula_says(rows: list[LongitudeRow]) -> tuple[str, ...]:
-    """Of the formulas, which should not differ."""
+def formula_sentences(rows: list[LongitudeRow]) -> tuple[str, ...]:
+    """Sentence on the formulas: no dependence is expected."""
     if not rows:
         return ()
-    parted, outside, count = sum(r.parted for r in rows), sum(not r.inside for r in rows), len(rows)
-    chance = f"where chance alone would put {PARTED * count:.1f}"
-    said = f"Errors of the formulas should not know of it: {parted} of {count} tests have p below {PARTED:g}, {chance}"
-    bounds = "and every sector’s median lies inside the band of a typical one"
-    return (
-        f"{said}, {bounds if not outside else f'but {outside} have a sector whose median lies outside the bound'}.",
+    parted, outside, count = sum(r.differs for r in rows), sum(not r.inside for r in rows), len(rows)
+    chance = f"and {SIGNIFICANT * count:.1f} are expected by chance"
+    said = (
+        f"Errors of the formulas should not depend on it either: {parted} of {count} tests have p below "
+        f"{SIGNIFICANT:g}, {chance}"
     )
+    where = "The median of every sector lies inside"
+    if outside:
+        where = f"In {outside} tests the median of a sector lies outside"
+    return (f"{said}. {where} the range of a typical sector.",)
 
 
-def input_says(rows: list[LongitudeRow]) -> tuple[str, ...]:
-    """Of the input, which may."""
+def input_sentences(rows: list[LongitudeRow]) -> tuple[str, ...]:
+    """Sentence on the input: a dependence is possible."""
     if not rows:
         return ()
-    each = [f"{sum(r.parted for r in own)} of {len(own)} in {name} coordinates" for name in (RELATIVE, ABSOLUTE)
+    each = [f"{sum(r.differs for r in own)} of {len(own)} in {name} coordinates" for name in (RELATIVE, ABSOLUTE)
             if (own := [r for r in rows if r.of["formulation"] == name])]  # fmt: skip
     return (
-        f"Errors of rounding the input may know of it, and do where p is small: {listed(each)}. An inertial angle is "
-        "the larger, and so is the unit in its last place, the further round the circle a chain lies.",
+        f"Errors from rounding the input may depend on it; p is small in {listed(each)}. The unit in the last place of "
+        "an inertial angle grows with the longitude.",
     )

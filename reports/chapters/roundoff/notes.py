@@ -1,4 +1,4 @@
-"""How a round-off study was measured, in short paragraphs."""
+"""Method of measurement of a round-off study, in short paragraphs."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ if TYPE_CHECKING:
 
 
 def notes(record: dict[str, Any]) -> tuple[str, ...]:
-    """One paragraph for each thing that a reader must know to judge the numbers."""
+    """Paragraphs on the measurement, the fits and the runs."""
     return (*evaluation_notes(record), *fit_notes(), *run_notes(record))
 
 
 def evaluation_notes(record: dict[str, Any]) -> Iterator[str]:
-    """The judge, the sources of error, the ensemble."""
+    """Paragraphs on the exact values, the sources of error, and the ensemble."""
     digits, members = record.get("exact_digits"), record.get("members")
     exact = f"exact numbers ({digits} digits)" if digits else "exact numbers"
     yield (
-        f"Each formulation is one code for any arithmetic. Its judge is the absolute formula in {exact}, which feel no "
-        "cancellation; for relative coordinates that is another formula besides."
+        f"Each formulation is one code for any arithmetic. The exact values come from the absolute formula in {exact}, "
+        "which are free of cancellation. For relative coordinates this is an independent formula."
     )
     yield (
-        "Three errors are told apart. The formula’s: the same rounded numbers are given to the formula in its own "
-        "arithmetic and to the judge. The input’s: the judge is given rounded and unrounded numbers; that is lost "
-        "whatever the formula. And both together, which is what a user sees and what is shown unless said."
+        "Three errors are distinguished. Formula: the formula in its own arithmetic against the exact value of the "
+        "same rounded numbers. Input: exact values of rounded against unrounded numbers; no formula avoids this error. "
+        "Both: the sum, seen by a user and shown unless stated otherwise."
     )
     if members:
         yield (
-            f"Each point is an ensemble of {members}: the same state turned by a random longitude, which no reaction "
-            "knows of, and its numbers off by a unit in the last place of a double here and there."
+            f"Each point is an ensemble of {members} members: the same state at a random longitude, its numbers "
+            "perturbed by units in the last place of a double."
         )
     units = [f"{name} {spelled(float(u), 3)}" for name, u in mapping(record.get("unit_roundoff")).items()]
     if units:
@@ -40,21 +40,20 @@ def evaluation_notes(record: dict[str, Any]) -> Iterator[str]:
 
 
 def fit_notes() -> Iterator[str]:
-    """Ranges of the fits."""
+    """Paragraph on the ranges of the fits."""
     yield (
-        "Laws are fitted to medians between two ends: errors above a tenth leave no digit and are left out, and, in "
-        "absolute coordinates, so are errors below ten times what the relative formula leaves in the same state, where "
-        "the joint system’s own round-off begins to tell, and sizes at which u over ε exceeds a tenth, where places no "
-        "longer tell a bar’s ends apart. Fewer than three points make no line."
+        "Laws are fitted to medians. Errors above 0.1 leave no digit and are excluded. In absolute coordinates two "
+        "more ranges are excluded: errors below ten times that of the relative formula in the same state, where "
+        "round-off of the joint system contributes; and sizes with u/ε above 0.1, where positions no longer separate "
+        "the ends of a bar. A fit needs three points."
     )
 
 
 def run_notes(record: dict[str, Any]) -> Iterator[str]:
-    """Whole runs."""
+    """Paragraph on whole runs."""
     scene = f" {record['scene']}" if record.get("scene") else ""
     yield (
-        f"Runs are of the scene{scene} at several sizes, judged by an integration in long double with a method that "
-        "nothing else here uses, at two steps; an error below ten times what these two differ by is drawn hollow. "
-        "Positions are read off differenced at the step at which truncation and round-off of a second difference are "
-        "alike."
+        f"Runs use the scene{scene} at several sizes. Their reference solution is an integration in long double with "
+        "another method, at two steps; an error below ten times the difference of these two is drawn hollow. Second "
+        "differences of positions use the step at which their truncation and round-off errors are equal."
     )

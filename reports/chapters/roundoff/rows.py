@@ -1,4 +1,4 @@
-"""Rows of the round-off chapter's tables, their numbers as text: the same in both of its forms."""
+"""Rows of the round-off chapter's tables, with numbers as text for both HTML and Markdown."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from reports.text.numerals import as_given
 from reports.text.ratios import span_text
 
 if TYPE_CHECKING:
-    from reports.chapters.roundoff.series import Named, RoundoffStudy
+    from reports.chapters.roundoff.series import NamedObject, RoundoffData
 
 STATES = (GENERIC, STRAIGHT, SPIN, UNEQUAL, HORIZONTAL)
 DIGIT_COLUMNS: tuple[tuple[str, Key], ...] = (
@@ -47,27 +47,27 @@ DIGIT_COLUMNS: tuple[tuple[str, Key], ...] = (
     ("generic: absolute, float64", Key(ABSOLUTE)),
     ("horizontal: relative, float64", Key(RELATIVE, state=HORIZONTAL)),
     ("horizontal: absolute, float64", Key(ABSOLUTE, state=HORIZONTAL)),
-    ("80°: read off relative positions, float64", Key(RELATIVE_POSITIONS, state=STRAIGHT)),
-    ("80°: read off absolute positions, float64", Key(POSITIONS, state=STRAIGHT)),
+    ("80°: from relative positions, float64", Key(RELATIVE_POSITIONS, state=STRAIGHT)),
+    ("80°: from absolute positions, float64", Key(POSITIONS, state=STRAIGHT)),
 )
 FIRST_FORMULATIONS = (RELATIVE, ABSOLUTE, RELATIVE_POSITIONS, POSITIONS)
 FIRST_NAMES = ("state", "formulation", "arithmetic", "yardstick")
 ALL_NAMES = ("state", "formulation", "bars", "arithmetic", "source", "yardstick")
-DRIFT = 2.0  # exponent of what rates move that drift steadily
+DRIFT = 2.0  # exponent of position errors under a steady drift of the rates
 BEYOND = "†"  # after a size that lies beyond the measured ones
 
 
 @dataclass(frozen=True)
 class DigitRow:
-    """Digits left of one real thing's reactions."""
+    """Digits left of the reactions of one named object."""
 
-    thing: Named
+    thing: NamedObject
     cells: tuple[Digits | None, ...]
 
 
 @dataclass(frozen=True)
 class LawRow:
-    """One law: of what, and what it says."""
+    """One fitted law and its subject."""
 
     of: tuple[str, ...]
     fit: FittedExponent
@@ -82,23 +82,23 @@ class LawRow:
 
     @property
     def remark(self) -> str:
-        """Why there is no line; or that the line is not what it should be."""
+        """Reason for a missing fit, or a note on an unexpected exponent."""
         return self.fit.remark or ("not as expected" if self.fit.off else "")
 
 
-def digit_columns(study: RoundoffStudy) -> tuple[tuple[str, Key], ...]:
-    """Those that were measured."""
+def digit_columns(study: RoundoffData) -> tuple[tuple[str, Key], ...]:
+    """Measured columns of the table of digits."""
     return tuple((words, key) for words, key in DIGIT_COLUMNS if len(key.of(study.tables.evaluation)))
 
 
-def digit_rows(study: RoundoffStudy) -> tuple[DigitRow, ...]:
-    """One row for each real thing."""
+def digit_rows(study: RoundoffData) -> tuple[DigitRow, ...]:
+    """One row for each named object."""
     keys = [key for _, key in digit_columns(study)]
     return tuple(DigitRow(o, tuple(study.digits(k, o.ratio) for k in keys)) for o in study.named) if keys else ()
 
 
-def law_rows(study: RoundoffStudy) -> tuple[tuple[LawRow, ...], tuple[LawRow, ...]]:
-    """Laws of one evaluation: those shown first, and all others."""
+def law_rows(study: RoundoffData) -> tuple[tuple[LawRow, ...], tuple[LawRow, ...]]:
+    """Laws of one evaluation: those shown first, and further ones."""
     order = {state: k for k, state in enumerate(STATES)}
     found = sorted(study.tables.laws.to_dict("records"), key=lambda r: order.get(r["state"], len(order)))
     shown = [law_row(study, r, FIRST_NAMES) for r in found if first(r)]
@@ -106,7 +106,7 @@ def law_rows(study: RoundoffStudy) -> tuple[tuple[LawRow, ...], tuple[LawRow, ..
 
 
 def first(row: dict[Any, Any]) -> bool:
-    """Whether a law is shown at once: what a user sees, in arithmetics that users have."""
+    """Whether a law is shown first: errors of formula and input together, in common arithmetics."""
     vanishing = row["state"] == HORIZONTAL and row["yardstick"] == ORDINARY
     return (
         row["source"] == BOTH and row["bars"] == BARS and row["arithmetic"] in (SINGLE, DOUBLE)
@@ -114,7 +114,7 @@ def first(row: dict[Any, Any]) -> bool:
     )  # fmt: skip
 
 
-def law_row(study: RoundoffStudy, row: dict[Any, Any], names: tuple[str, ...]) -> LawRow:
+def law_row(study: RoundoffData, row: dict[Any, Any], names: tuple[str, ...]) -> LawRow:
     """One law of laws.csv."""
     law = law_of(row)
     last = last_digit(study, law.last_digit_ratio)
@@ -126,20 +126,20 @@ def constant_of(law: ErrorLaw) -> str:
     return unit_text(law) if law.constant is not None else ""
 
 
-def span_of(study: RoundoffStudy, row: dict[Any, Any]) -> str:
+def span_of(study: RoundoffData, row: dict[Any, Any]) -> str:
     """``0.64 m … 64 km``."""
     ends = [number_or_none(row.get(k)) for k in ("first", "last")]
     return " … ".join(size(study, e) for e in ends if e is not None)
 
 
-def best_law_rows(study: RoundoffStudy) -> tuple[LawRow, ...]:
-    """Laws of the least errors of runs, those with a line first."""
+def best_law_rows(study: RoundoffData) -> tuple[LawRow, ...]:
+    """Laws of the smallest errors of runs, fitted ones first."""
     found = (best_law_row(study, r) for r in study.tables.best_laws.to_dict("records"))
     return tuple(sorted(found, key=lambda r: r.fit.exponent is None))
 
 
-def best_law_row(study: RoundoffStudy, row: dict[Any, Any]) -> LawRow:
-    """One of them."""
+def best_law_row(study: RoundoffData, row: dict[Any, Any]) -> LawRow:
+    """Law of one row of best_laws.csv."""
     law = law_of(row)
     last = last_digit_ratio(law, study.unit_roundoff(str(row["arithmetic"])))
     named = (word_of(row["quantity"]), row["coordinates"], row["arithmetic"], METHODS.get(row["method"], row["method"]))
@@ -153,8 +153,8 @@ def last_digit_ratio(law: ErrorLaw, unit_roundoff: float | None) -> float | None
     return float((LOST / (law.constant * unit_roundoff)) ** (1.0 / law.expected))
 
 
-def last_digit(study: RoundoffStudy, ratio: float | None) -> str:
-    """Bar's length at which the last digit goes, marked where nothing was measured there."""
+def last_digit(study: RoundoffData, ratio: float | None) -> str:
+    """Length of a bar at which the last digit is lost, marked if extrapolated."""
     return size(study, ratio) + BEYOND * (ratio is not None and not study.measured(ratio))
 
 
@@ -163,7 +163,7 @@ def word_of(quantity: str) -> str:
     return QUANTITIES.get(quantity, (quantity, ""))[0].lower()
 
 
-def growth_rows(study: RoundoffStudy) -> tuple[LawRow, ...]:
+def growth_rows(study: RoundoffData) -> tuple[LawRow, ...]:
     """Exponents in time."""
     found = []
     for r in study.tables.growth_laws.to_dict("records"):
@@ -174,17 +174,17 @@ def growth_rows(study: RoundoffStudy) -> tuple[LawRow, ...]:
 
 
 def growth_words(fit: FittedExponent) -> str:
-    """Where an exponent lies that is not what is expected: between which kinds of growth."""
+    """Classification of an unexpected exponent of growth."""
     if not fit.off or fit.exponent is None:
         return ""
     if fit.exponent < fit.expected:
         return "slower than a random walk of the rates"
     if fit.expected == 0.0:
-        return "rises, as the largest so far of a steady noise does"
+        return "rises, as the running maximum of a steady noise does"
     return "faster than a random walk of the rates" + ", slower than their drift" * (fit.exponent < DRIFT)
 
 
-def engine_rows(study: RoundoffStudy) -> tuple[LawRow, ...]:
+def engine_rows(study: RoundoffData) -> tuple[LawRow, ...]:
     """Exponents of other engines' errors."""
     found = []
     for r in study.tables.engine_laws.to_dict("records"):
@@ -194,8 +194,8 @@ def engine_rows(study: RoundoffStudy) -> tuple[LawRow, ...]:
     return tuple(found)
 
 
-def stops(study: RoundoffStudy) -> tuple[tuple[str, str, str, str], ...]:
-    """Engine, frame, outcome and reason of what did not run, each once."""
+def stops(study: RoundoffData) -> tuple[tuple[str, str, str, str], ...]:
+    """Engine, frame, outcome and reason of skipped and failed runs, each once."""
     table = study.tables.engines
     bad = table[table.reason.astype(str) != ""] if len(table) else table
     found = ((str(r["engine"]), str(r["frame"]), str(r["outcome"]).replace("_", " "), str(r["reason"]))
@@ -203,8 +203,8 @@ def stops(study: RoundoffStudy) -> tuple[tuple[str, str, str, str], ...]:
     return tuple(dict.fromkeys(found))
 
 
-def time_rows(study: RoundoffStudy) -> tuple[tuple[str, ...], ...]:
-    """What relative coordinates cost over absolute ones."""
+def time_rows(study: RoundoffData) -> tuple[tuple[str, ...], ...]:
+    """Times of an evaluation in relative and absolute coordinates."""
     return tuple(
         (
             str(r["code"]), str(r["arithmetic"]), as_given(r["bars"]), span_text(number_or_none(r["relative_s"])),
@@ -215,7 +215,7 @@ def time_rows(study: RoundoffStudy) -> tuple[tuple[str, ...], ...]:
 
 
 def times(row: dict[Any, Any]) -> str:
-    """``1.30 (1.29 to 1.31)``; empty if it was not measured."""
+    """``1.30 (1.29 to 1.31)``; empty without a measurement."""
     ratio, low, high = (number_or_none(row.get(k)) for k in ("ratio", "low", "high"))
     if ratio is None:
         return ""

@@ -1,4 +1,4 @@
-"""Errors of whole runs: against step and tolerance, their least against size, and their growth."""
+"""Charts of errors of whole runs: against step and tolerance, smallest error against size, growth in time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from reports.plotting.panels import Legend, Panel
 if TYPE_CHECKING:
     import pandas as pd
 
-    from reports.chapters.roundoff.series import RoundoffStudy
+    from reports.chapters.roundoff.series import RoundoffData
     from reports.plotting.families import Flags
     from reports.plotting.series import Array
 
@@ -28,13 +28,13 @@ QUANTITIES = {  # title, vertical axis
     "gap": ("Joint gaps", "gap / bar's length"),
     "com": ("Centre of mass", "error / bar's length"),
 }
-METHODS = {"rk4": "RK4", "dop853": "DOP853 at equal steps", "dop853, chosen steps": "DOP853 with steps of its own"}
-STEPS_LABEL, RTOL_LABEL = "steps an orbit", "relative tolerance"
-RINGED = "Ring: the least error; finer steps only add round-off."
-HOLLOW = "Hollow: the truth can't tell."
+METHODS = {"rk4": "RK4", "dop853": "DOP853 at equal steps", "dop853, chosen steps": "DOP853 with step control"}
+STEPS_LABEL, RTOL_LABEL = "steps per orbit", "relative tolerance"
+RINGED = "Ring: smallest error; finer steps only add round-off."
+HOLLOW = "Hollow: below the error of the reference solution."
 
 
-def run_panels(study: RoundoffStudy, arithmetic: str, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
+def run_panels(study: RoundoffData, arithmetic: str, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
     """Errors against step or tolerance, one chart for each quantity and method."""
     table = study.tables.trajectories
     methods = [m for m in METHODS if m in set(table.method)]
@@ -42,8 +42,8 @@ def run_panels(study: RoundoffStudy, arithmetic: str, quantities: tuple[str, ...
     return tuple(p for p in found if p)
 
 
-def against_step(study: RoundoffStudy, arithmetic: str, quantity: str, method: str) -> Panel | None:
-    """One of them: every set of coordinates at every size."""
+def against_step(study: RoundoffData, arithmetic: str, quantity: str, method: str) -> Panel | None:
+    """Chart of one quantity and method: every set of coordinates at every size."""
     table = study.tables.trajectories
     own = table[(table.arithmetic == arithmetic) & (table.quantity == quantity) & (table.method == method)]
     if not len(own):
@@ -70,7 +70,7 @@ def run_pen(coordinates: str, place: int) -> Pen:
 
 
 def marks(ringed: bool, hollow: bool) -> str:
-    """What the marks of a chart mean."""
+    """Meaning of the marks of a chart."""
     return " ".join([RINGED] * ringed + [HOLLOW] * hollow)
 
 
@@ -91,7 +91,7 @@ def sizes_of(table: pd.DataFrame) -> list[float]:
     return sorted({float(r) for r in table.ratio}, reverse=True)
 
 
-def run_legend(study: RoundoffStudy, own: pd.DataFrame, sizes: list[float]) -> tuple[Legend, ...]:
+def run_legend(study: RoundoffData, own: pd.DataFrame, sizes: list[float]) -> tuple[Legend, ...]:
     """Colours of coordinates, then markers of sizes."""
     shown = [c for c in COORDINATES if c in set(own.coordinates)]
     coloured = tuple(Legend(c, Pen(COLOURS[HUES[c][0]], "", SIGNS[c])) for c in shown)
@@ -100,15 +100,15 @@ def run_legend(study: RoundoffStudy, own: pd.DataFrame, sizes: list[float]) -> t
     return (*coloured, *sized)
 
 
-def run_curve(study: RoundoffStudy, own: pd.DataFrame, column: str, drawn: Pen) -> ErrorCurve:
+def run_curve(study: RoundoffData, own: pd.DataFrame, column: str, drawn: Pen) -> ErrorCurve:
     """One run's errors, ringed where round-off takes over."""
     part = own.sort_values(column)
     x, y, low, high = (part[c].to_numpy(float) for c in (column, "median", "q05", "q95"))
     return ErrorCurve(x, y, drawn, (low, high), None, ring(study, part, x, column), ~true(part.known))
 
 
-def ring(study: RoundoffStudy, own: pd.DataFrame, x: Array, column: str) -> Flags:
-    """Where best.csv has the least error, if that leaves a digit and is not at the finest setting, (n,)."""
+def ring(study: RoundoffData, own: pd.DataFrame, x: Array, column: str) -> Flags:
+    """Point of the smallest error in best.csv, if it leaves a digit and is not at the finest setting, (n,)."""
     best, first = study.tables.best, own.iloc[0]
     kept = np.ones(len(best), bool)
     for name in ("ratio", "quantity", "coordinates", "arithmetic", "method"):
@@ -119,18 +119,18 @@ def ring(study: RoundoffStudy, own: pd.DataFrame, x: Array, column: str) -> Flag
 
 
 def true(column: pd.Series) -> Flags:
-    """Flags of a column that a file keeps as words."""
+    """Flags of a column stored as words."""
     flags: Flags = (column.astype(str) == "True").to_numpy(bool)
     return flags
 
 
-def best_panels(study: RoundoffStudy, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
-    """Least errors against size."""
+def best_panels(study: RoundoffData, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
+    """Charts of the smallest error against size."""
     return tuple(p for q in quantities if (p := best_panel(study, q)))
 
 
-def best_panel(study: RoundoffStudy, quantity: str) -> Panel | None:
-    """The least error of any method, step and tolerance."""
+def best_panel(study: RoundoffData, quantity: str) -> Panel | None:
+    """Chart of the smallest error over all methods, steps and tolerances."""
     own = study.tables.best[study.tables.best.quantity == quantity]
     if not len(own):
         return None
@@ -145,18 +145,18 @@ def best_panel(study: RoundoffStudy, quantity: str) -> Panel | None:
                 curves.append(ErrorCurve(x, y, drawn, (low, high), blurred=~true(part.settled)))
                 legend.append(Legend(f"{c}, {a}", drawn))
     word, y_label = QUANTITIES[quantity]
-    sheet = Sheet(f"roundoff-best-{quantity}", f"{word}: least error of an orbit", SIZE_LABEL, y_label, study.named)
-    hollow = "Hollow: at the finest setting, so it may fall further. " if blurred(curves) else ""
-    return panel(sheet, curves, tuple(legend), f"Of any method, step and tolerance. {hollow}{SHADED}")
+    sheet = Sheet(f"roundoff-best-{quantity}", f"{word}: smallest error of an orbit", SIZE_LABEL, y_label, study.named)
+    hollow = "Hollow: at the finest setting, may decrease further. " if blurred(curves) else ""
+    return panel(sheet, curves, tuple(legend), f"Over all methods, steps and tolerances. {hollow}{SHADED}")
 
 
-def growth_panels(study: RoundoffStudy, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
-    """Errors against time."""
+def growth_panels(study: RoundoffData, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
+    """Charts of errors against time."""
     return tuple(p for q in quantities if (p := growth_panel(study, q)))
 
 
-def growth_panel(study: RoundoffStudy, quantity: str) -> Panel | None:
-    """One quantity's."""
+def growth_panel(study: RoundoffData, quantity: str) -> Panel | None:
+    """Chart of one quantity's error against time."""
     own = study.tables.growth[study.tables.growth.quantity == quantity]
     if not len(own):
         return None
@@ -167,7 +167,7 @@ def growth_panel(study: RoundoffStudy, quantity: str) -> Panel | None:
     ]  # fmt: skip
     word, y_label = QUANTITIES[quantity]
     ticks = tuple(2.0**k for k in range(-3, 8))
-    sheet = Sheet(f"roundoff-growth-{quantity}", f"{word}: growth in time", "orbits", y_label, ticks=ticks)
+    sheet = Sheet(f"roundoff-growth-{quantity}", f"{word}: error growth in time", "orbits", y_label, ticks=ticks)
     return panel(sheet, curves, run_legend(study, own, sizes), marks(False, blurred(curves)))
 
 

@@ -1,4 +1,4 @@
-"""What the numbers say of whole runs: the best attitude within reach, and its growth."""
+"""Sentences on whole runs: smallest error of the attitude, and its growth in time."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ from reports.chapters.roundoff.words import between, counted, exponent_words, li
 if TYPE_CHECKING:
     import pandas as pd
 
-    from reports.chapters.roundoff.series import ErrorLaw, RoundoffStudy
+    from reports.chapters.roundoff.series import ErrorLaw, RoundoffData
 
 ATTITUDE = "attitude"
 
 
-def orbit_says(study: RoundoffStudy) -> tuple[str, ...]:
-    """Least error of the attitude in an orbit, and where the optimum lies."""
-    theirs, ours = (least(study, c, DOUBLE) for c in (ABSOLUTE, RELATIVE))
-    if not len(theirs) or not len(ours):
+def orbit_sentences(study: RoundoffData) -> tuple[str, ...]:
+    """Sentences on the smallest error of the attitude in an orbit and its optimal step."""
+    in_absolute, in_relative = (least(study, c, DOUBLE) for c in (ABSOLUTE, RELATIVE))
+    if not len(in_absolute) or not len(in_relative):
         return ()
     scene = study.tables.record.get("scene")
     on = f" of {scene}" if scene else ""
     law, method = attitude_law(study)
     words = f" ({unit_text(law)} by {METHODS.get(method, method)}; {exponent_words(law)})" if law else ""
-    said = (f"The best method, step and tolerance follow the attitude through an orbit{on}, in double precision, to "
-            f"{at_ends(study, theirs)} in absolute coordinates{words}, and to {bounded(ours)} in relative ones at "
-            f"each of {counted(len(ours), 'size')}.")  # fmt: skip
-    return (said, *optimum_says(study), *single_orbit_says(study))
+    said = (f"The smallest error of the attitude over an orbit{on} in double precision is "
+            f"{at_ends(study, in_absolute)} in absolute coordinates{words}, and {bounded(in_relative)} in relative "
+            f"ones at each of {counted(len(in_relative), 'size')}.")  # fmt: skip
+    return (said, *optimum_sentences(study), *single_orbit_sentences(study))
 
 
 def bounded(own: pd.DataFrame) -> str:
-    """Range of least errors; with ``or less`` where the finest setting was still the best."""
+    """Range of smallest errors, with ``or less`` if the finest setting was the best."""
     return between([float(v) for v in own["median"]]) + " rad" + " or less" * (not true(own.settled).all())
 
 
-def least(study: RoundoffStudy, coordinates: str, arithmetic: str) -> pd.DataFrame:
-    """Least median errors of the attitude over all methods, from the longest bars."""
+def least(study: RoundoffData, coordinates: str, arithmetic: str) -> pd.DataFrame:
+    """Smallest median errors of the attitude over all methods, from the longest bars."""
     best = study.tables.best
     own = best[(best.quantity == ATTITUDE) & (best.coordinates == coordinates) & (best.arithmetic == arithmetic)]
     own = own[np.isfinite(own["median"].astype(float))]
@@ -49,15 +49,15 @@ def least(study: RoundoffStudy, coordinates: str, arithmetic: str) -> pd.DataFra
     return found
 
 
-def at_ends(study: RoundoffStudy, own: pd.DataFrame) -> str:
+def at_ends(study: RoundoffData, own: pd.DataFrame) -> str:
     """``9×10⁻¹³ rad for bars of 6.4 km and 8×10⁻⁷ rad for bars of 6.4 mm``."""
     ends = own if len(own) < 2 else own.iloc[[0, -1]]
     shown = zip(ends["median"].astype(float), ends.ratio.astype(float), strict=True)
     return listed([f"{spelled(error)} rad for bars of {size(study, ratio)}" for error, ratio in shown])
 
 
-def attitude_law(study: RoundoffStudy) -> tuple[ErrorLaw | None, str]:
-    """Law of the least error in absolute coordinates, of the method whose line has the most points."""
+def attitude_law(study: RoundoffData) -> tuple[ErrorLaw | None, str]:
+    """Law of the smallest error in absolute coordinates, of the method with the most fitted points."""
     laws = study.tables.best_laws
     own = laws[(laws.quantity == ATTITUDE) & (laws.coordinates == ABSOLUTE) & (laws.arithmetic == DOUBLE)]
     own = own[own.exponent.astype(float).notna()]
@@ -67,37 +67,40 @@ def attitude_law(study: RoundoffStudy) -> tuple[ErrorLaw | None, str]:
     return law_of(row), str(row["method"])
 
 
-def optimum_says(study: RoundoffStudy) -> list[str]:
-    """Where the best step lies, and how it moves with the size."""
+def optimum_sentences(study: RoundoffData) -> list[str]:
+    """Sentence on the optimal step and its dependence on the size."""
     best = study.tables.best
     own = best[(best.quantity == ATTITUDE) & (best.coordinates == ABSOLUTE) & (best.arithmetic == DOUBLE)]
     own = own[true(own.settled) & own.steps_per_orbit.notna() & (own.method == "rk4")].sort_values("ratio")
     if len(own) < 2:
         return []
     few, many = own.iloc[0], own.iloc[-1]
-    ends = [f"{r['steps_per_orbit']:.0f} an orbit for bars of {size(study, float(r['ratio']))}" for r in (many, few)]
+    ends = [f"{r['steps_per_orbit']:.0f} per orbit for bars of {size(study, float(r['ratio']))}" for r in (many, few)]
     if few["steps_per_orbit"] >= many["steps_per_orbit"]:
-        return [f"RK4’s best number of steps does not fall with the size: {listed(ends)}."]
-    return [f"More steps than the best only add round-off; RK4’s best number falls from {ends[0]} to {ends[1]}."]
+        return [f"The optimal number of RK4 steps does not fall with the size: {listed(ends)}."]
+    return [
+        f"More steps than the optimum only add round-off. The optimal number of RK4 steps falls from "
+        f"{ends[0]} to {ends[1]}."
+    ]
 
 
-def single_orbit_says(study: RoundoffStudy) -> list[str]:
-    """The same in single precision."""
-    theirs, ours = (least(study, c, SINGLE) for c in (ABSOLUTE, RELATIVE))
-    if not len(theirs) or not len(ours):
+def single_orbit_sentences(study: RoundoffData) -> list[str]:
+    """Sentence on single precision."""
+    in_absolute, in_relative = (least(study, c, SINGLE) for c in (ABSOLUTE, RELATIVE))
+    if not len(in_absolute) or not len(in_relative):
         return []
-    held, lost = theirs[theirs["median"] < LOST], theirs[theirs["median"] >= LOST]
+    held, lost = in_absolute[in_absolute["median"] < LOST], in_absolute[in_absolute["median"] >= LOST]
     said = []
     if len(held):
         last = held.iloc[-1]
         said.append(f"reach {spelled(float(last['median']))} rad for bars of {size(study, float(last['ratio']))}")
     if len(lost):
         said.append(f"lose the attitude of bars of {size(study, float(lost.iloc[0]['ratio']))}")
-    return [f"In single precision absolute coordinates {listed(said)}; relative ones reach {bounded(ours)}."]
+    return [f"In single precision absolute coordinates {listed(said)}; relative ones reach {bounded(in_relative)}."]
 
 
-def growth_says(study: RoundoffStudy) -> tuple[str, ...]:
-    """Exponents of the attitude's error in time."""
+def growth_sentences(study: RoundoffData) -> tuple[str, ...]:
+    """Sentence on the exponents of the attitude's error in time."""
     laws = study.tables.growth_laws
     own = laws[(laws.quantity == ATTITUDE) & laws.coordinates.isin((ABSOLUTE, RELATIVE)) & (laws.arithmetic == DOUBLE)]
     fits = [(str(r["coordinates"]), fit) for r in own.to_dict("records") if (fit := fit_of(r)).exponent is not None]
@@ -109,8 +112,8 @@ def growth_says(study: RoundoffStudy) -> tuple[str, ...]:
     said = f"Errors of the attitude grow as powers of time, {each} [{min(edges):.2f} to {max(edges):.2f}]"
     off = [fit for _, fit in fits if fit.off]
     if not off:
-        return (f"{said}, as roundings that know nothing of each other do, by the 3/2nd.",)
+        return (f"{said}, in agreement with the 3/2 of independent roundings.",)
     steeper = all(fit.exponent is not None and fit.exponent > fit.expected for fit in off)
     way = "above" if steeper else "apart from"
     some = "all intervals lie" if len(off) == len(fits) else f"{len(off)} of {len(fits)} intervals lie"
-    return (f"{said}: {some} {way} the 3/2 of roundings that know nothing of each other.",)
+    return (f"{said}: {some} {way} the 3/2 of independent roundings.",)

@@ -1,4 +1,4 @@
-"""What a round-off study's tables hold, asked for by name: series of errors, digits at a size, fitted laws."""
+"""Queries of a round-off study's tables: series of errors, digits at a size, fitted laws."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ SINGLE, DOUBLE, LONG = "float32", "float64", "long double"
 GENERIC, STRAIGHT, HORIZONTAL, SPIN, UNEQUAL = "generic", "80°", "horizontal", "fast spin", "unequal masses"
 FORMULA, INPUT, BOTH = "formula", "input", "both"
 REACTION, ORDINARY = "reaction", "m n² l"
-BARS = 5  # the paper's number, and that of what is shown first
+BARS = 5  # the paper's number, shown first
 LOST = 0.1  # an error from here on leaves no digit
-SLACK = 0.05  # of an exponent: fits over a few decades of scattered medians tell no less
+SLACK = 0.05  # of an exponent: resolution of fits over a few decades of scattered medians
 SMALLEST, LARGEST = 1e-40, 1e40  # stand-ins of zero and infinity, whose logarithms are numbers
 
 
 @dataclass(frozen=True)
 class Key:
-    """Which series of evaluation.csv, and which law of it."""
+    """Key of a series of evaluation.csv and of its law."""
 
     formulation: str
     arithmetic: str = DOUBLE
@@ -61,7 +61,7 @@ class Spread:
 
     @property
     def digits(self) -> Digits:
-        """What it leaves."""
+        """Digits that the error leaves."""
         few, middle, many = (max(0.0, -math.log10(v)) for v in (self.high, self.median, self.low))
         return Digits(few, middle, many)
 
@@ -76,7 +76,7 @@ class Digits:
 
     @property
     def lost(self) -> bool:
-        """Whether not one is left."""
+        """Whether no digit is left."""
         return self.median < -math.log10(LOST)
 
     @property
@@ -86,25 +86,25 @@ class Digits:
 
     @property
     def spread(self) -> str:
-        """``11.1 to 11.8``; nothing where none are left."""
+        """``11.1 to 11.8``; empty if none are left."""
         return "" if self.lost else f"{self.low:.1f} to {self.high:.1f}"
 
 
 @dataclass(frozen=True)
 class FittedExponent:
-    """An exponent with its interval, and what it should be."""
+    """Fitted exponent with its interval, and its expected value."""
 
     exponent: float | None
     low: float | None
     high: float | None
     expected: float
-    """NaN if nothing is"""
+    """NaN without an expectation"""
     points: int
     remark: str
 
     @property
     def off(self) -> bool:
-        """Whether the interval excludes what is expected by more than :data:`SLACK`."""
+        """Whether the interval excludes the expected value by more than :data:`SLACK`."""
         if self.low is None or self.high is None:
             return False
         return self.low - SLACK > self.expected or self.high + SLACK < self.expected
@@ -127,7 +127,7 @@ class ErrorLaw(FittedExponent):
 
     @property
     def certain(self) -> bool:
-        """Whether a line was fitted and is what it should be."""
+        """Whether a fit exists and agrees with the expected exponent."""
         return self.exponent is not None and not self.off
 
     def at(self, ratio: float, unit_roundoff: float) -> float | None:
@@ -168,8 +168,8 @@ def number_or_none(value: object) -> float | None:
 
 
 @dataclass(frozen=True)
-class Named:
-    """A real thing of some size."""
+class NamedObject:
+    """Named object of a given size."""
 
     name: str
     ratio: float
@@ -177,17 +177,17 @@ class Named:
 
 
 @dataclass(frozen=True)
-class RoundoffStudy:
-    """The tables, and what is asked of them again and again."""
+class RoundoffData:
+    """Tables of a round-off study, and queries of them."""
 
     tables: RoundoffTables
 
     @property
-    def named(self) -> tuple[Named, ...]:
-        """Real things, from the longest."""
+    def named(self) -> tuple[NamedObject, ...]:
+        """Named objects, from the longest."""
         found = [(str(o.get("name") or ""), number(o.get("ratio")), number(o.get("length_m"))) for o in
                  rows(self.tables.record.get("objects"))]  # fmt: skip
-        return tuple(sorted((Named(n, r, m) for n, r, m in found if n and r and m), key=lambda o: -o.ratio))
+        return tuple(sorted((NamedObject(n, r, m) for n, r, m in found if n and r and m), key=lambda o: -o.ratio))
 
     @property
     def metres(self) -> float | None:
@@ -196,7 +196,7 @@ class RoundoffStudy:
         return named[0].length_m / named[0].ratio if named else None
 
     def unit_roundoff(self, arithmetic: str) -> float | None:
-        """U of an arithmetic."""
+        """Unit round-off of an arithmetic."""
         return number_or_none(mapping(self.tables.record.get("unit_roundoff")).get(arithmetic))
 
     def law(self, key: Key) -> ErrorLaw | None:
@@ -206,7 +206,7 @@ class RoundoffStudy:
         return found if found and found.constant is not None else None
 
     def error(self, key: Key, ratio: float) -> Spread | None:
-        """Errors at a size, between the measured ones by straight lines in both logarithms; None outside of them."""
+        """Errors at a size, interpolated on log-log axes; None outside the measured sizes."""
         own = key.of(self.tables.evaluation)
         if not len(own) or not own.ratio.min() * (1 - 1e-9) <= ratio <= own.ratio.max() * (1 + 1e-9):
             return None
@@ -226,11 +226,11 @@ class RoundoffStudy:
         return (float(own.min()), float(own.max())) if len(own) else None
 
     def measured(self, ratio: float) -> bool:
-        """Whether evaluations were measured at sizes on both sides of one."""
+        """Whether a size lies between measured sizes."""
         sizes = self.tables.evaluation.ratio
         return bool(len(sizes)) and float(sizes.min()) <= ratio <= float(sizes.max())
 
 
 def other(key: Key, **changes: Any) -> Key:
-    """Return the same series but for some of its names."""
+    """Key with some of its names replaced."""
     return replace(key, **changes)

@@ -1,4 +1,4 @@
-"""The chapter on round-off: from a study's tables to what the templates show."""
+"""View of a round-off study."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from reports.chapters.roundoff.charts import evaluation_panels, further_panels
 from reports.chapters.roundoff.engine_charts import engine_panels, library_panels
-from reports.chapters.roundoff.longitudes import longitude_rows, longitudes_say
+from reports.chapters.roundoff.longitudes import longitude_rows, longitudes_sentences
 from reports.chapters.roundoff.notes import notes
 from reports.chapters.roundoff.rows import (
     best_law_rows,
@@ -20,7 +20,7 @@ from reports.chapters.roundoff.rows import (
     time_rows,
 )  # fmt: skip
 from reports.chapters.roundoff.run_charts import best_panels, growth_panels, run_panels
-from reports.chapters.roundoff.series import DOUBLE, SINGLE, RoundoffStudy
+from reports.chapters.roundoff.series import DOUBLE, SINGLE, RoundoffData
 from reports.chapters.roundoff.verdict import verdict
 from reports.tables.roundoff import read_roundoff
 from reports.text.record import rows
@@ -38,7 +38,7 @@ FIRST, FURTHER = ("attitude", "reaction"), ("gap", "com")
 
 @dataclass(frozen=True)
 class Section:
-    """Charts of one kind: those shown at once, and those folded away."""
+    """Charts of one kind: open ones and folded ones."""
 
     title: str
     text: str
@@ -49,7 +49,7 @@ class Section:
 
 @dataclass(frozen=True)
 class RoundoffView:
-    """The chapter."""
+    """Contents of the chapter."""
 
     record: dict[str, Any]
     verdict: RoundoffVerdict
@@ -67,38 +67,38 @@ class RoundoffView:
 
     @property
     def finished(self) -> bool:
-        """Whether the study went to its end."""
+        """Whether the study was finished."""
         return bool(self.record.get("finished"))
 
     @property
     def fitted(self) -> int:
-        """Number of exponents that were fitted to one evaluation's errors."""
+        """Number of exponents fitted to errors of one evaluation."""
         return sum(r.fit.exponent is not None for r in (*self.laws, *self.further_laws))
 
     @property
     def off(self) -> int:
-        """Number of them that are not what they should be."""
+        """Number of fitted exponents that disagree with the expected value."""
         return sum(r.fit.off for r in (*self.laws, *self.further_laws))
 
     @property
-    def longitudes_say(self) -> tuple[str, ...]:
-        """What the tests of the longitude say."""
-        return longitudes_say(self.longitudes)
+    def longitudes_sentences(self) -> tuple[str, ...]:
+        """Sentences on the dependence on the longitude."""
+        return longitudes_sentences(self.longitudes)
 
     @property
     def failed(self) -> list[dict[str, Any]]:
-        """Tasks that failed: table, task and reason."""
+        """Failed tasks: table, task and reason."""
         return rows(self.record.get("failed"))
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """How it was measured."""
+        """Paragraphs on the method of measurement."""
         return notes(self.record)
 
 
 def view_roundoff(folder: Path) -> RoundoffView:
     """View of the study in a result folder."""
-    study = RoundoffStudy(read_roundoff(folder))
+    study = RoundoffData(read_roundoff(folder))
     laws, further = law_rows(study)
     return RoundoffView(
         study.tables.record,
@@ -117,14 +117,14 @@ def view_roundoff(folder: Path) -> RoundoffView:
     )
 
 
-def sections(study: RoundoffStudy) -> tuple[Section, ...]:
-    """All charts."""
+def sections(study: RoundoffData) -> tuple[Section, ...]:
+    """Sections of charts."""
     return (
         Section("One evaluation", "", evaluation_panels(study), further_panels(study), STATES),
         Section("One orbit", RUNS, run_panels(study, DOUBLE, FIRST),
                 (*run_panels(study, DOUBLE, FURTHER), *run_panels(study, SINGLE, (*FIRST, *FURTHER))),
                 "Joint gaps, the centre of mass, and single precision"),
-        Section("The least error of an orbit, and its growth over many", "",
+        Section("Smallest error of an orbit, and its growth over many orbits", "",
                 (*best_panels(study, FIRST), *growth_panels(study, FIRST)),
                 (*best_panels(study, FURTHER), *growth_panels(study, FURTHER)), "Joint gaps and the centre of mass"),
         Section("Other engines", ENGINES, (*library_panels(study), *engine_panels(study, "reaction")),
@@ -135,11 +135,11 @@ def sections(study: RoundoffStudy) -> tuple[Section, ...]:
 
 STATES = "Other states, and single precision"
 RUNS = (
-    "“Minimal” coordinates are the centre of mass and the angles, from which places follow; “relative” ones keep "
-    "places about the centre of mass besides, “absolute” ones places from the body’s centre."
+    "“Minimal” coordinates are the centre of mass and the angles. “Relative” ones also hold positions of the bars "
+    "relative to the centre of mass, “absolute” ones positions relative to the centre of the body."
 )
 ENGINES = (
-    "One evaluation by libraries that build trees of joints, whose root moves along the orbit (inertial), lies as far "
-    "out as the orbit but at rest (inertial places), or goes with the chain; then runs of a short part of an orbit, in "
-    "the inertial frame and in one that moves with the chain."
+    "First: one evaluation by libraries of joint trees. The root of the tree moves along the orbit (inertial), rests "
+    "at the distance of the orbit (inertial places), or moves with the chain. Then: runs of a short part of an orbit, "
+    "in the inertial frame and in a frame that moves with the chain."
 )

@@ -10,7 +10,7 @@ from reports.text.ratios import short
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from reports.chapters.roundoff.series import ErrorLaw, RoundoffStudy
+    from reports.chapters.roundoff.series import ErrorLaw, RoundoffData
 
 POWERS = {-3.0: "/ε³", -2.0: "/ε²", -1.0: "/ε", 0.0: ""}
 LARGEST_PLAIN = 1e4
@@ -36,8 +36,8 @@ def length(metres: float) -> str:
     return f"{short(metres * factor)}{NBSP}{unit}"
 
 
-def size(study: RoundoffStudy, ratio: float | None) -> str:
-    """Bar's length of a size ratio: ``64 m``; the ratio itself where no real thing says how long that is."""
+def size(study: RoundoffData, ratio: float | None) -> str:
+    """Length of a bar of a size ratio: ``64 m``; the ratio itself without named objects."""
     if ratio is None:
         return ""
     metres = study.metres
@@ -57,13 +57,13 @@ def listed(items: Sequence[str]) -> str:
 
 
 def between(values: Sequence[float], digits: int = 2) -> str:
-    """``3.4×10⁻¹⁴ to 4.3×10⁻¹⁴``, or the one number that both are."""
+    """``3.4×10⁻¹⁴ to 4.3×10⁻¹⁴``, or one number if both agree."""
     low, high = spelled(min(values), digits), spelled(max(values), digits)
     return low if low == high else f"{low} to {high}"
 
 
 def exponent_words(law: ErrorLaw) -> str:
-    """Whether the fitted exponent is what theory gives."""
+    """Fitted exponent beside the theoretical one."""
     if law.exponent is None:
         return f"from {counted(law.points, 'size')}, too few for a slope"
     expected = as_given(law.expected).replace("-", "\N{MINUS SIGN}")

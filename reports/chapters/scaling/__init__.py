@@ -1,1 +1,1 @@
-"""Chapter on the number of bars."""
+"""Chapter of the scaling study: cost against the number of bars."""

@@ -1,4 +1,4 @@
-"""Costs against the number of bars, both in logarithms."""
+"""Charts of cost against the number of bars on log-log axes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 from reports.plotting.families import MARKER_SIZE, OTHERS, SHARED, Flags, families, family_pens, group_of
 from reports.plotting.palette import COLOURS, Pen, engine_pen
 from reports.plotting.panels import ChartFrame, Legend, Panel, blank_axes, finish, log_axis
-from reports.plotting.series import Array, floor_of
+from reports.plotting.series import Array, decade_range
 from reports.plotting.svg import TEXT_SIZE
 from reports.text.numerals import power_of_ten
 
@@ -24,8 +24,8 @@ GUIDE_WORDS = {1: "∝ N", 2: "∝ N²"}
 
 
 @dataclass(frozen=True)
-class Growth:
-    """One engine's costs."""
+class ScalingCurve:
+    """Costs of one engine against the number of bars."""
 
     engine: str
     bars: Array
@@ -37,23 +37,23 @@ class Growth:
 
 
 @dataclass(frozen=True)
-class GrowthChart:
-    """What all charts of one cost share."""
+class ScalingChart:
+    """Shared contents of all charts of one cost."""
 
     name: str
     title: str
     y_label: str
-    tracks: tuple[Growth, ...]
+    tracks: tuple[ScalingCurve, ...]
     engines: tuple[str, ...]
-    """All that the chapter shows, so that each family keeps its colour from chart to chart"""
+    """Engines of all charts, so that each family keeps its colour"""
     hollow_words: str = ""
-    """What outlined points are"""
+    """Meaning of outlined points"""
     guides: tuple[int, ...] = (1,)
     """Powers of N that thin lines show"""
 
 
-def all_engines(chart: GrowthChart) -> Panel | None:
-    """All engines, each group in a colour."""
+def all_engines(chart: ScalingChart) -> Panel | None:
+    """Chart of all engines, each family in a colour."""
     pens, groups = family_pens(chart.engines), group_of(chart.engines)
     words = [groups[t.engine] for t in chart.tracks]
     legend = tuple(Legend(word, pen) for word, pen in pens.items() if word in words)
@@ -62,8 +62,8 @@ def all_engines(chart: GrowthChart) -> Panel | None:
     return found and replace(found, note=f"{found.note} {shared}".strip())
 
 
-def each_family(chart: GrowthChart) -> list[Panel]:
-    """One chart for each family: its engines in colour before all others in grey."""
+def each_family(chart: ScalingChart) -> list[Panel]:
+    """One chart for each family: its engines in colour, all others in grey."""
     groups = families(chart.engines)
     shown = {groups[t.engine] for t in chart.tracks}
     names = sorted(shown, key=lambda g: (g == OTHERS, list(groups.values()).index(g)))
@@ -71,8 +71,8 @@ def each_family(chart: GrowthChart) -> list[Panel]:
     return [p for p in found if p]
 
 
-def one_family(chart: GrowthChart, family: str, own: list[Growth]) -> Panel | None:
-    """Family's chart."""
+def one_family(chart: ScalingChart, family: str, own: list[ScalingCurve]) -> Panel | None:
+    """Chart of one family."""
     group = [e for e, name in families(chart.engines).items() if name == family]
     pens = [engine_pen(group.index(t.engine) + 2) for t in own]
     title = f"{chart.title}: {family}"
@@ -81,8 +81,8 @@ def one_family(chart: GrowthChart, family: str, own: list[Growth]) -> Panel | No
     return panel(named, list(zip(own, pens, strict=True)), legend)
 
 
-def panel(chart: GrowthChart, coloured: list[tuple[Growth, Pen]], legend: tuple[Legend, ...]) -> Panel | None:
-    """Chart with some of the tracks in colour; None if there is nothing to draw."""
+def panel(chart: ScalingChart, coloured: list[tuple[ScalingCurve, Pen]], legend: tuple[Legend, ...]) -> Panel | None:
+    """Chart with some of the curves in colour; None if there is nothing to draw."""
     frame = ChartFrame(chart.name, chart.title, BARS_LABEL, chart.y_label, (0.0, 1.0))
     ax = axes(chart, frame)
     if ax is None:
@@ -97,9 +97,9 @@ def panel(chart: GrowthChart, coloured: list[tuple[Growth, Pen]], legend: tuple[
     return Panel(chart.title, finish(ax, frame), chart.hollow_words if hollow else "", legend)
 
 
-def axes(chart: GrowthChart, frame: ChartFrame) -> Axes | None:
-    """Empty log-log axes with their guides."""
-    up = floor_of([t.cost for t in chart.tracks])
+def axes(chart: ScalingChart, frame: ChartFrame) -> Axes | None:
+    """Empty log-log axes with guide lines."""
+    up = decade_range([t.cost for t in chart.tracks])
     if up is None:
         return None
     bars = np.concatenate([t.bars for t in chart.tracks])
@@ -121,7 +121,7 @@ def tick(value: float) -> str:
 
 
 def guide(ax: Axes, power: int) -> None:
-    """Thin line of slope `power` from the lower left corner, with its word where it leaves the axes."""
+    """Thin line of slope `power` from the lower left corner, with its label at the far end."""
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     end = min(right, left * (high / low) ** (1.0 / power))
     top = low * (end / left) ** power
@@ -135,8 +135,8 @@ def guide(ax: Axes, power: int) -> None:
     )  # fmt: skip
 
 
-def draw(ax: Axes, track: Growth, pen: Pen) -> None:
-    """One engine's curve; outlined where its points are of another kind."""
+def draw(ax: Axes, track: ScalingCurve, pen: Pen) -> None:
+    """Draw one engine's curve, its hollow points outlined."""
     colour = pen.colour.stand_in
     ax.plot(track.bars, track.cost, color=colour, linewidth=1.3, zorder=2)
     full = ~track.hollow

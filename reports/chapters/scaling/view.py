@@ -1,11 +1,11 @@
-"""The chapter on what more bars cost: from a study's tables to what the templates show."""
+"""View of a scaling study."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from reports.chapters.scaling.charts import Growth, GrowthChart, all_engines, each_family
+from reports.chapters.scaling.charts import ScalingChart, ScalingCurve, all_engines, each_family
 from reports.tables.outcome import Outcome
 from reports.tables.scaling import read_scaling
 from reports.text.numerals import is_nan, number, significant
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from reports.tables.scaling import ScalingTables
 
 QUANTITIES = ("evaluation", "orbit", "evaluations per orbit", "steps per orbit", "memory")
-SHARED = "Outlined: a share of an orbit, scaled up."
-STEPS = "Outlined: of a step, where the engine does not count evaluations."
-SHOWN_MEMORY_B = 2.0**20  # less is what allocators keep in store
+SHARED = "Outlined: a part of an orbit, scaled up."
+STEPS = "Outlined: time of a step, for engines that do not count evaluations."
+SHOWN_MEMORY_B = 2.0**20  # allocators hide less
 
 
 @dataclass(frozen=True)
 class Exponent:
-    """A fitted exponent."""
+    """Fitted exponent of a cost."""
 
     value: float
     low: float
@@ -54,12 +54,12 @@ class OrbitCell:
 
     seconds: float
     part: bool
-    """Whether a share was run and scaled up"""
+    """Whether a part of it was run and scaled up"""
 
 
 @dataclass(frozen=True)
 class ScalingView:
-    """The chapter."""
+    """Contents of the chapter."""
 
     record: dict[str, Any]
     overviews: tuple[Panel, ...]
@@ -70,18 +70,18 @@ class ScalingView:
     orbits: tuple[tuple[str, tuple[OrbitCell | None, ...]], ...]
     """One row for each engine, in the order of `bars`"""
     stops: tuple[tuple[str, int, str], ...]
-    """Engine, bars, why it was not run there"""
+    """Engine, bars, reason of the failure or skip"""
     points: tuple[dict[str, Any], ...]
     targets: tuple[dict[str, Any], ...]
 
     @property
     def finished(self) -> bool:
-        """Whether the study went to its end."""
+        """Whether the study was finished."""
         return bool(self.record.get("finished"))
 
     @property
     def scene(self) -> dict[str, Any]:
-        """What is known of the chain."""
+        """Recorded facts of the chain."""
         return mapping(self.record.get("scene"))
 
 
@@ -104,28 +104,28 @@ def view_scaling(folder: Path) -> ScalingView:
     )
 
 
-def charts_of(points: pd.DataFrame) -> list[GrowthChart]:
-    """Time of an evaluation, of an orbit, and memory."""
+def charts_of(points: pd.DataFrame) -> list[ScalingChart]:
+    """Charts of the time of an evaluation, the time of an orbit, and memory."""
     part, step = points.share < 1.0, points.per == "steps"
     large = points.assign(memory_B=points.memory_B.where(points.memory_B >= SHOWN_MEMORY_B))
     evaluations, orbits = tracks(points, "evaluation_s", step), tracks(points, "orbit_s", part)
     memory = tracks(large, "memory_B", part & False)
     names = tuple(dict.fromkeys(t.engine for t in (*evaluations, *orbits, *memory)))
     return [
-        GrowthChart("scaling-evaluation", "Time of one evaluation", "s", evaluations, names, STEPS),
-        GrowthChart("scaling-orbit", "Time of one orbit", "s", orbits, names, SHARED, (1, 2)),
-        GrowthChart("scaling-memory", "Peak memory beyond that of three bars", "bytes", memory, names),
+        ScalingChart("scaling-evaluation", "Time of one evaluation", "s", evaluations, names, STEPS),
+        ScalingChart("scaling-orbit", "Time of one orbit", "s", orbits, names, SHARED, (1, 2)),
+        ScalingChart("scaling-memory", "Peak memory above that of three bars", "bytes", memory, names),
     ]
 
 
-def tracks(points: pd.DataFrame, column: str, hollow: pd.Series) -> tuple[Growth, ...]:
+def tracks(points: pd.DataFrame, column: str, hollow: pd.Series) -> tuple[ScalingCurve, ...]:
     """Each engine's measured values of a column."""
     found = []
     for engine, own in points.groupby("engine", sort=False):
         good = own[(own[column] > 0.0)].sort_values("bars")
         if len(good):
             flags = hollow.loc[good.index].to_numpy(bool)
-            found.append(Growth(str(engine), good.bars.to_numpy(float), good[column].to_numpy(float), flags))
+            found.append(ScalingCurve(str(engine), good.bars.to_numpy(float), good[column].to_numpy(float), flags))
     return tuple(found)
 
 
@@ -150,7 +150,7 @@ def orbit_cells(own: pd.DataFrame, bars: tuple[int, ...]) -> tuple[OrbitCell | N
 
 
 def stops(points: pd.DataFrame) -> list[tuple[str, int, str]]:
-    """What was not run or failed; of an orbit given up at some N only the first time."""
+    """Skipped and failed points; of skipped orbits of an engine only the first."""
     found: dict[tuple[str, str], tuple[str, int, str]] = {}
     for row in points[["engine", "bars", "outcome", "reason"]].to_dict("records"):
         engine, bars, good = str(row["engine"]), int(row["bars"]), row["outcome"] == Outcome.PASS.value
@@ -160,14 +160,14 @@ def stops(points: pd.DataFrame) -> list[tuple[str, int, str]]:
 
 
 def cells(row: dict[Any, Any]) -> dict[str, Any]:
-    """Row of points.csv for a table: NaN as None, memory in words."""
+    """Row of points.csv for a table: None for NaN, memory in words."""
     found = {str(k): None if is_nan(v) else v for k, v in row.items()}
     memory = number(found["memory_B"])
     return found | {"memory": memory_text(memory)}
 
 
 def memory_text(value: float | None) -> str:
-    """``12.3 MB``; what allocators keep in store hides less than one."""
+    """``12.3 MB``; less than one is hidden by allocators."""
     if value is None:
         return ""
     return "< 1 MB" if value < SHOWN_MEMORY_B else f"{significant(value / 1e6)} MB"

@@ -1,1 +1,1 @@
-"""Chapter on the self-test."""
+"""Chapter of the self-test: kill matrix of seeded faults."""

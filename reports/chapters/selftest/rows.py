@@ -1,4 +1,4 @@
-"""Cells of a kill matrix as the page and the terminal see them."""
+"""Cells of the kill matrix, for the page and the terminal."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ CHECKS = {
 }
 """Sign of each check"""
 CHECK_WORDS = {
-    "normalised_error": "differs from the truth by more than both errors explain",
-    "bound": "outside the band that method and setting promise",
-    "drift": "what should stay drifts out of its band",
-    Outcome.INCONSISTENT: "a bar reaches the surface at another instant than both errors explain",
-    Outcome.INCOMPLETE: "a channel, a sample, an instant or the reason for the end is missing or wrong",
-    Outcome.NOT_FINITE: "not a number",
-    Outcome.JOINTS_IGNORED: "joints are open",
-    Outcome.NOTHING_COMPARED: "two settings part too early to be compared",
-    Outcome.FAILED: "the engine fails",
-    Outcome.TIMED_OUT: "the engine does not come to an end",
+    "normalised_error": "normalised error above 1",
+    "bound": "error above the expected-error bound",
+    "drift": "drift of a conserved quantity above its bound",
+    Outcome.INCONSISTENT: "instant of surface contact unexplained by both errors",
+    Outcome.INCOMPLETE: "channel, sample, instant or reason of the end missing or wrong",
+    Outcome.NOT_FINITE: "NaN or infinity",
+    Outcome.JOINTS_IGNORED: "open joints",
+    Outcome.NOTHING_COMPARED: "too little of the run can be compared",
+    Outcome.FAILED: "failure of the engine",
+    Outcome.TIMED_OUT: "run ended at its time limit",
 }
 FATES = {
     FaultOutcome.SURVIVES: "survives",
@@ -59,8 +59,8 @@ LANDING = "landing"
 
 
 @dataclass(frozen=True)
-class Kill:
-    """One check that refuses a spoilt engine, or comes nearest to it."""
+class Detection:
+    """Check that rejects a faulty engine, or comes closest to a rejection."""
 
     quantity: str
     check: str
@@ -69,7 +69,7 @@ class Kill:
 
     @property
     def name(self) -> str:
-        """``reaction``; nothing where the whole run is refused."""
+        """``reaction``; empty if the whole run is rejected."""
         return "" if self.quantity == WHOLE else self.quantity.replace("_", " ")
 
     @property
@@ -86,21 +86,21 @@ class MatrixCell:
     fault: str
     scene: str
     fate: FaultOutcome
-    kills: tuple[Kill, ...]
-    """Worst first"""
+    detections: tuple[Detection, ...]
+    """Largest ratio first"""
     reason: str
 
     @property
     def text(self) -> str:
-        """What the cell says."""
+        """Text of the cell."""
         if self.fate is not FaultOutcome.KILLED:
             return FATES[self.fate]
-        return self.kills[0].text
+        return self.detections[0].text
 
     @property
     def further(self) -> int:
-        """Number of other quantities whose checks kill it too."""
-        return len({k.quantity for k in self.kills}) - 1
+        """Number of further quantities whose checks detect the fault."""
+        return len({k.quantity for k in self.detections}) - 1
 
     @property
     def kind(self) -> str:
@@ -109,16 +109,16 @@ class MatrixCell:
 
     @property
     def title(self) -> str:
-        """All that is known, in words."""
-        said = [f"{k.name or 'run'}: {k.check}{amount(k)}" for k in self.kills]
+        """All checks with their ratios, in words."""
+        said = [f"{k.name or 'run'}: {k.check}{amount(k)}" for k in self.detections]
         return "; ".join(said) or self.reason
 
 
-def amount(kill: Kill) -> str:
-    """How far outside, where that is a matter of size."""
-    if kill.quantity == WHOLE:
-        return f" ({kill.reason})" if kill.reason else ""
-    return f", {significant(kill.ratio, 2)} times what is allowed"
+def amount(detection: Detection) -> str:
+    """Ratio to the allowed value, or the reason of a rejected run."""
+    if detection.quantity == WHOLE:
+        return f" ({detection.reason})" if detection.reason else ""
+    return f", {significant(detection.ratio, 2)} times the allowed value"
 
 
 def cells(table: pd.DataFrame) -> dict[tuple[str, str], MatrixCell]:
@@ -130,8 +130,10 @@ def cells(table: pd.DataFrame) -> dict[tuple[str, str], MatrixCell]:
 
 
 def matrix_cell(key: tuple[str, str], rows: list[dict[str, Any]]) -> MatrixCell:
-    """Cell from its rows: refusals of the whole run first, then by how far outside."""
+    """Cell from its rows: rejections of the whole run first, then by ratio."""
     fate = FaultOutcome(rows[0]["fate"])
-    kills = [Kill(r["quantity"], r["check"], float(r["ratio"]), r["reason"]) for r in rows if bool(r["killed"])]
-    kills.sort(key=lambda k: (k.quantity != WHOLE, -k.ratio))
-    return MatrixCell(*key, fate, tuple(kills), rows[0]["why"])
+    detections = [
+        Detection(r["quantity"], r["check"], float(r["ratio"]), r["reason"]) for r in rows if bool(r["killed"])
+    ]
+    detections.sort(key=lambda k: (k.quantity != WHOLE, -k.ratio))
+    return MatrixCell(*key, fate, tuple(detections), rows[0]["why"])

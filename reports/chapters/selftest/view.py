@@ -1,4 +1,4 @@
-"""The kill matrix: from a self-test's tables to what the templates and the terminal show."""
+"""View of a self-test, for the page and the terminal."""
 
 from __future__ import annotations
 
@@ -31,42 +31,42 @@ class FaultRow:
     cells: tuple[MatrixCell, ...]
 
     @property
-    def killed(self) -> int:
-        """In how many scenes it is killed."""
+    def detected(self) -> int:
+        """Number of scenes that detect the fault."""
         return sum(c.fate is FaultOutcome.KILLED for c in self.cells)
 
     @property
     def tried(self) -> int:
-        """In how many scenes it is put in."""
+        """Number of scenes to which the fault applies."""
         return sum(c.fate is not FaultOutcome.NOTHING for c in self.cells)
 
     @property
     def survivors(self) -> tuple[MatrixCell, ...]:
-        """Cells in which nothing kills it."""
+        """Cells in which no check detects the fault."""
         return tuple(c for c in self.cells if c.fate in (FaultOutcome.SURVIVES, FaultOutcome.INVISIBLE))
 
 
 @dataclass(frozen=True)
 class CheckRow:
-    """What one check of one quantity is worth."""
+    """Faults detected by one check of one quantity."""
 
     quantity: str
     check: str
     faults: int
-    """Faults that it kills in some scene"""
+    """Number of faults detected in at least one scene"""
     alone: tuple[str, ...]
-    """Faults that nothing else kills in any scene"""
+    """Faults that no other check detects in any scene"""
 
 
 @dataclass(frozen=True)
 class SmallestRow:
-    """Smallest sizes of one fault in all scenes."""
+    """Smallest detected sizes of one fault in all scenes."""
 
     name: str
     unit: str
     natural: float
     sizes: tuple[str, ...]
-    """As text, one for each scene; empty where there is nothing to spoil"""
+    """As text, one for each scene; empty if the fault does not apply"""
     checks: tuple[str, ...]
     least: str
     """Over all scenes"""
@@ -74,7 +74,7 @@ class SmallestRow:
 
 @dataclass(frozen=True)
 class SelftestView:
-    """All that is shown."""
+    """Contents of the page."""
 
     record: dict[str, Any]
     scenes: tuple[str, ...]
@@ -84,17 +84,17 @@ class SelftestView:
 
     @property
     def finished(self) -> bool:
-        """Whether it came to its end."""
+        """Whether the self-test was finished."""
         return bool(self.record.get("finished"))
 
     @property
     def controls(self) -> tuple[FaultRow, ...]:
-        """Sound engines."""
+        """Rows of unmodified engines."""
         return tuple(r for r in self.rows if r.group == CONTROL)
 
     @property
     def faults(self) -> tuple[FaultRow, ...]:
-        """Faults."""
+        """Rows of faults."""
         return tuple(r for r in self.rows if r.group != CONTROL)
 
     @property
@@ -107,7 +107,7 @@ class SelftestView:
 
     @property
     def signs(self) -> tuple[tuple[str, str, str], ...]:
-        """Sign, name and meaning of every check that kills something."""
+        """Sign, name and meaning of every check that detects a fault."""
         used = {c.check for c in self.checks}
         return tuple(
             (CHECKS[c], LANDING if c == Outcome.INCONSISTENT else str(c), words)
@@ -117,49 +117,49 @@ class SelftestView:
 
     @property
     def survivors(self) -> tuple[tuple[FaultRow, MatrixCell], ...]:
-        """Faults and the scenes in which nothing kills them, those killed nowhere first."""
+        """Faults with the scenes that do not detect them, undetected faults first."""
         found = [(row, cell) for row in self.faults for cell in row.survivors]
-        return tuple(sorted(found, key=lambda pair: pair[0].killed > 0))
+        return tuple(sorted(found, key=lambda pair: pair[0].detected > 0))
 
     @property
-    def unkilled(self) -> tuple[FaultRow, ...]:
-        """Faults put in, killed nowhere and not proven invisible."""
-        return tuple(r for r in self.faults if not r.killed and any(c.fate is FaultOutcome.SURVIVES for c in r.cells))
+    def undetected(self) -> tuple[FaultRow, ...]:
+        """Faults that no scene detects and that are not proven invisible."""
+        return tuple(r for r in self.faults if not r.detected and any(c.fate is FaultOutcome.SURVIVES for c in r.cells))
 
     @property
     def wrong(self) -> tuple[MatrixCell, ...]:
-        """False alarms and faults that are not put in as they are meant."""
+        """Cells of false alarms and of broken faults."""
         return tuple(c for r in self.rows for c in r.cells if c.fate in (FaultOutcome.FALSE_ALARM, FaultOutcome.BROKEN))
 
     @property
     def headline(self) -> str:
-        """The result in a sentence."""
-        killed = sum(r.killed > 0 for r in self.faults)
+        """Result in one sentence."""
+        detected = sum(r.detected > 0 for r in self.faults)
         tried = sum(r.tried > 0 for r in self.faults)
         invisible = [
-            r.name for r in self.faults if not r.killed and any(c.fate is FaultOutcome.INVISIBLE for c in r.cells)
+            r.name for r in self.faults if not r.detected and any(c.fate is FaultOutcome.INVISIBLE for c in r.cells)
         ]
-        said = f"{killed} of {tried} seeded faults are caught"
-        if invisible and not self.unkilled:
+        said = f"{detected} of {tried} seeded faults are detected"
+        if invisible and not self.undetected:
             return f"{said}; the other, {', '.join(invisible)}, is proven invisible." if len(invisible) == 1 else (
                 f"{said}; the others, {', '.join(invisible)}, are proven invisible."
             )  # fmt: skip
-        if self.unkilled:
-            return f"{said}; killed by nothing: {', '.join(r.name for r in self.unkilled)}."
+        if self.undetected:
+            return f"{said}; undetected: {', '.join(r.name for r in self.undetected)}."
         return f"{said}."
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What stands below it."""
+        """Sentences below the headline."""
         put_in = [c for r in self.faults for c in r.cells if c.fate is not FaultOutcome.NOTHING]
         dead = sum(c.fate is FaultOutcome.KILLED for c in put_in)
         clean = sum(c.fate is FaultOutcome.CLEAN for r in self.controls for c in r.cells)
         forms = sum(r.tried > 0 for r in self.controls)
         ran = sum(c.fate is not FaultOutcome.NOTHING for r in self.controls for c in r.cells)
         return (
-            f"Of {len(put_in)} pairs of a fault and a scene in which it can show, a check kills {dead}.",
-            f"The sound engine, run {ran} times in {forms} form{'s' * (forms != 1)}, is refused by "
-            + ("nothing." if clean == ran else f"a check in {ran - clean}: a false alarm."),
+            f"In {dead} of {len(put_in)} pairs of a fault and a scene to which it applies, a check detects the fault.",
+            f"The unmodified engine, run {ran} times in {forms} form{'s' * (forms != 1)}, "
+            + ("raises no false alarm." if clean == ran else f"fails a check in {ran - clean} runs: false alarms."),
         )
 
 
@@ -183,17 +183,17 @@ def fault_row(
 
 
 def check_rows(found: dict[tuple[str, str], MatrixCell], faults: dict[str, Any]) -> tuple[CheckRow, ...]:
-    """How many faults each check kills, and which no other does."""
-    killers: dict[str, set[tuple[str, str]]] = {}
+    """Rows of all checks, those with the most faults first."""
+    detecting: dict[str, set[tuple[str, str]]] = {}
     for (fault, _), cell in found.items():
         if mapping(faults[fault])["group"] != CONTROL:
-            killers.setdefault(fault, set()).update((k.quantity, k.check) for k in cell.kills)
-    pairs = sorted({p for by in killers.values() for p in by})
+            detecting.setdefault(fault, set()).update((k.quantity, k.check) for k in cell.detections)
+    pairs = sorted({p for by in detecting.values() for p in by})
     rows = [
         CheckRow(
             *pair,
-            sum(pair in by for by in killers.values()),
-            tuple(f for f, by in killers.items() if by == {pair}),
+            sum(pair in by for by in detecting.values()),
+            tuple(f for f, by in detecting.items() if by == {pair}),
         )
         for pair in pairs
     ]
@@ -201,7 +201,7 @@ def check_rows(found: dict[tuple[str, str], MatrixCell], faults: dict[str, Any])
 
 
 def smallest_rows(table: pd.DataFrame, scenes: tuple[str, ...], faults: dict[str, Any]) -> tuple[SmallestRow, ...]:
-    """Smallest sizes by fault."""
+    """Rows of the smallest detected sizes."""
     found: dict[str, dict[str, dict[str, Any]]] = {}
     for row in table.to_dict("records"):
         found.setdefault(row["fault"], {})[row["scene"]] = {str(k): v for k, v in row.items()}
@@ -215,12 +215,12 @@ def smallest_row(
     caught = [v for row in by.values() if (v := known(row["caught"])) is not None]
     sizes = tuple(size_text(by[s]) if s in by else "" for s in scenes)
     checks = tuple(by[s]["quantity"].replace("_", " ") if s in by else "" for s in scenes)
-    least = significant(min(caught), 2) if caught else "not caught"
+    least = significant(min(caught), 2) if caught else "not detected"
     return SmallestRow(name, str(about["unit"]), float(about["natural"]), sizes, checks, least)
 
 
 def size_text(row: dict[str, Any]) -> str:
-    """``1.2e-07``; ``> 1.0`` where the largest that was tried is missed."""
+    """``1.2e-07``; ``> 1.0`` if the largest size tried is not detected."""
     caught, missed = known(row["caught"]), known(row["missed"])
     if caught is None:
         return f"> {significant(missed, 2)}"

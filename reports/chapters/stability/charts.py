@@ -1,4 +1,4 @@
-"""Charts of a stability study: drifts of long runs in both logarithms, and the worst run beside the truth."""
+"""Charts of a stability study: drifts of long runs on log-log axes, and the run of the largest deviation."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from reports.plotting.panels import (
     log_axis,
     log_panel,
 )
-from reports.plotting.series import Array, floor_of, numbered, thin
+from reports.plotting.series import Array, decade_range, numbered, thin
 from reports.plotting.svg import TEXT_SIZE
 from reports.text.numerals import power_of_ten
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 GUIDES = {0.5: "√t", 1.0: "t", 2.0: "t²"}
 LEVEL_DASHES = {"coarse": (2.0, 1.6), "default": (), "finer": (6.0, 2.0)}
 SOLUTION_PEN = Pen(COLOURS["ink"])
-OUTSIDE_RAD = 2.0 * np.pi  # beyond the truth's own range: from there on a lost run is not drawn
+OUTSIDE_RAD = 2.0 * np.pi  # beyond the range of the reference solution: a diverged run is not drawn farther
 
 
 @dataclass(frozen=True)
@@ -46,9 +46,9 @@ class DriftCurve:
 
 
 def long_panel(name: str, title: str, x_label: str, y_label: str, tracks: list[DriftCurve]) -> Panel | None:
-    """Drifts against time, both in logarithms, with thin lines of known powers; None if there is nothing to draw."""
+    """Log-log chart of drifts against time with guide lines of known powers; None if there is nothing to draw."""
     shown = [t for t in tracks if (t.size > 0.0).any()]
-    up = floor_of([t.size for t in shown])
+    up = decade_range([t.size for t in shown])
     if up is None:
         return None
     frame = ChartFrame(name, title, x_label, y_label, (0.0, 1.0))
@@ -61,11 +61,11 @@ def long_panel(name: str, title: str, x_label: str, y_label: str, tracks: list[D
         good = (track.size > 0.0) & (track.t > 0.0)
         draw(ax, Line(track.t[good], track.size[good], track.pen), *thin(track.t[good], track.size[good]))
     legend = tuple(Legend(t.label, t.pen) for t in shown)
-    return Panel(title, finish(ax, frame), "Dotted: powers of t. Each curve is its largest value so far.", legend)
+    return Panel(title, finish(ax, frame), "Dotted: powers of t. Curves are running maxima.", legend)
 
 
 def log_time(ax: Axes, first: float, last: float) -> None:
-    """Log scale of time with a label a decade."""
+    """Log scale of time with one label per decade."""
     ax.set_xscale("log")
     decades = range(int(np.floor(np.log10(first))), int(np.ceil(np.log10(last))) + 1)
     ax.xaxis.set_major_locator(FixedLocator([10.0**k for k in decades]))
@@ -75,7 +75,7 @@ def log_time(ax: Axes, first: float, last: float) -> None:
 
 
 def guide(ax: Axes, power: float, word: str) -> None:
-    """Thin line of one power from the lower left corner, with its word where it leaves the axes."""
+    """Thin line of one power from the lower left corner, with its label at the far end."""
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     end = min(right, left * (high / low) ** (1.0 / power))
     top = low * (end / left) ** power
@@ -89,7 +89,7 @@ def guide(ax: Axes, power: float, word: str) -> None:
 def worst_panels(
     engine: str, runs: dict[str, pd.DataFrame], solution: pd.DataFrame, unit_s: float, x_label: str
 ) -> list[Panel]:
-    """The bar that is farthest off, beside the truth's; and the attitude's error over time at each setting."""
+    """Charts of the bar with the largest error beside the reference solution, and of the error at each setting."""
     right = numbered(solution, r"angle_(\d+)_rad")
     if right is None:
         return []
@@ -100,16 +100,16 @@ def worst_panels(
     bar = worst_bar(angles, right)
     lines = [Line(t, right[:, bar], SOLUTION_PEN)]
     lines += [Line(times[k], near(a[:, bar], right[:, bar]), level_pen(k)) for k, a in angles.items()]
-    followed = linear_panel(ChartFrame("worst-angle", f"Bar {bar + 1}, beside the truth", x_label, "rad", span, lines))
+    followed = linear_panel(ChartFrame("worst-angle", f"Angle of bar {bar + 1}", x_label, "rad", span, lines))
     off = [Line(times[k][: len(e)], e, level_pen(k)) for k, a in angles.items() if len(e := error(a, right))]
-    lost = log_panel(ChartFrame("worst-error", "Largest error of an angle", x_label, "rad", span, off))
+    lost = log_panel(ChartFrame("worst-error", "Largest error of all angles", x_label, "rad", span, off))
     legend = tuple(Legend(f"{engine}, {k} setting", level_pen(k)) for k in angles)
-    found = [(followed, (Legend("solution", SOLUTION_PEN), *legend)), (lost, legend)]
+    found = [(followed, (Legend("reference solution", SOLUTION_PEN), *legend)), (lost, legend)]
     return [Panel(p.title, p.svg, p.note, words) for p, words in found if p is not None]
 
 
 def worst_bar(angles: dict[str, Array], right: Array) -> int:
-    """Bar that is farthest off in some run."""
+    """Index of the bar with the largest error of all runs."""
     n = min(len(a) for a in (*angles.values(), right))
     apart = np.max([np.abs(a[:n] - right[:n]).max(axis=0) for a in angles.values()], axis=0)
     return int(np.argmax(apart))
@@ -123,7 +123,7 @@ def error(angle: Array, right: Array) -> Array:
 
 
 def near(angle: Array, right: Array) -> Array:
-    """Angle until it leaves the truth's range for good."""
+    """Angle until it leaves the range of the reference solution."""
     inside = (angle >= right.min() - OUTSIDE_RAD) & (angle <= right.max() + OUTSIDE_RAD)
     return np.where(np.logical_and.accumulate(inside), angle, np.nan)
 

@@ -1,4 +1,4 @@
-"""Long runs: how energy and attitude go with time, and what rounding alone leaves."""
+"""Long runs: drift of energy and attitude error in time, and the part of rounding."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 COMPILED, PLAIN_SUMS, EXACT_SUMS = "reference-fast", "solution", "exact"
 DRAWN = ("default", PLAIN_SUMS, EXACT_SUMS)
 QUANTITIES = {
-    "energy": ("Energy", "change over its kinetic part"),
-    "attitude": ("Attitude", "difference from the truth, rad"),
+    "energy": ("Energy", "change relative to kinetic energy"),
+    "attitude": ("Attitude", "difference from reference, rad"),
 }
 PENS = {PLAIN_SUMS: Pen(COLOURS["accent"], "", (6.0, 2.0)), EXACT_SUMS: Pen(COLOURS["accent"])}
 
@@ -44,7 +44,7 @@ def long_scenes(tables: StabilityTables, engines: tuple[str, ...]) -> tuple[Long
 
 
 def long_scene(tables: StabilityTables, name: str, engines: tuple[str, ...]) -> LongScene:
-    """One of them."""
+    """Charts and laws of one long scene."""
     about = mapping(mapping(tables.record.get("scenes")).get(name))
     period = number(about.get("period_s")) or 1.0
     series = tables.long[tables.long.scene == name]
@@ -56,7 +56,7 @@ def long_scene(tables: StabilityTables, name: str, engines: tuple[str, ...]) -> 
 def long_chart(
     series: pd.DataFrame, scene: str, quantity: str, engines: tuple[str, ...], period_s: float
 ) -> Panel | None:
-    """One quantity of all runs drawn."""
+    """Chart of one quantity of all runs."""
     tracks = []
     own = series[(series.quantity == quantity) & series.level.isin(DRAWN)]
     for (engine, level), rows in own.groupby(["engine", "level"], sort=False):
@@ -69,12 +69,12 @@ def long_chart(
 
 
 def label_of(level: str) -> str:
-    """What a level stands for."""
+    """Words of a level."""
     return {PLAIN_SUMS: "rtol = 1e-13", EXACT_SUMS: "rtol = 1e-14, compensated"}[level]
 
 
 def rounding_sentence(laws: pd.DataFrame) -> str:
-    """What compensated sums gain in the first long scene that has both runs."""
+    """Sentence on the gain of compensated sums, in the first long scene with both runs."""
     for scene in dict.fromkeys(laws.scene.astype(str)) if len(laws) else ():
         own = {r["level"]: r for r in records(laws) if compiled_energy(r, scene)}
         if {PLAIN_SUMS, EXACT_SUMS} <= own.keys():
@@ -88,7 +88,7 @@ def compiled_energy(row: dict[str, Any], scene: str) -> bool:
 
 
 def said(scene: str, plain: dict[str, Any], exact: dict[str, Any]) -> str:
-    """Both laws in a sentence."""
+    """Sentence on both laws."""
     ratio = (known(plain["at_end"]) or 0.0) / (known(exact["at_end"]) or float("nan"))
     return (
         f"Rounding, on {scene}: energy drifts {law_text(plain)} at rtol = 1e-13, and {law_text(exact)} at 1e-14 with "

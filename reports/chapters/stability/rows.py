@@ -1,4 +1,4 @@
-"""Cells of the stability matrix, and rows of evidence, as the page and the terminal see them."""
+"""Cells of the stability matrix and rows of evidence, for the page and the terminal."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ CHANGES = {"better": "↑ better", "worse": "↓ worse"}
 
 @dataclass(frozen=True)
 class EngineStability:
-    """One engine in one scene."""
+    """Outcome of one engine in one scene."""
 
     scene: str
     engine: str
@@ -49,13 +49,13 @@ class EngineStability:
 
     @property
     def sign(self) -> str:
-        """Its shape."""
+        """Symbol of the outcome."""
         return LATE if self.slow else SIGNS[self.stability]
 
     @property
     def word(self) -> str:
-        """Its name; of a time-out, that."""
-        return "time" if self.slow else str(self.stability)
+        """Name of the outcome; ``timed out`` of a run ended at its time limit."""
+        return "timed out" if self.slow else str(self.stability)
 
     @property
     def below(self) -> str:
@@ -69,7 +69,7 @@ class EngineStability:
 
     @property
     def changed(self) -> str:
-        """``↓ worse, was stable``; nothing where nothing changed."""
+        """``↓ worse, was stable``; empty without a change."""
         return f"{CHANGES[self.change]}, was {self.expected}" if self.change else ""
 
 
@@ -84,7 +84,7 @@ class SceneRows:
 
     @property
     def facts(self) -> dict[str, str]:
-        """What is known of the scene and its truth, in words."""
+        """Recorded facts of the scene and its reference solution, in words."""
         return {k: v for k, v in scene_facts(self.about).items() if v}
 
 
@@ -94,7 +94,7 @@ def outcomes(table: pd.DataFrame) -> dict[tuple[str, str], EngineStability]:
 
 
 def outcome(row: dict[str, Any]) -> EngineStability:
-    """One of them."""
+    """Outcome of a row of outcomes.csv."""
     found = Stability(row["stability"])
     names = ("scene", "engine", "reason", "expected", "change")
     scene, engine, reason, expected, change = (str(row[n]) for n in names)
@@ -119,7 +119,7 @@ def known(value: object) -> float | None:
 
 
 def scene_facts(about: dict[str, Any]) -> dict[str, str]:
-    """Bars, run, truth, horizon, growth, condition: whatever the record has."""
+    """Facts of a scene by name; empty without a record."""
     predictability_limit, duration = known(about.get("solution_limit_s")), known(about.get("duration_s"))
     whole = (
         predictability_limit is not None
@@ -134,13 +134,13 @@ def scene_facts(about: dict[str, Any]) -> dict[str, str]:
         "Tags": ", ".join(about.get("tags") or ()),
         "Bars": str(about.get("bars", "")),
         "Run": run_words(about),
-        "Truth": solution_words(about, error),
-        "Horizon": ""
+        "Reference solution": solution_words(about, error),
+        "Predictability limit": ""
         if predictability_limit is None
         else "the whole run"
         if whole
         else f"{predictability_limit:.6g} s",
-        "A small error grows": "" if amplification is None else f"{amplification:.2g} times" + rate_words(rate),
+        "Error amplification": "" if amplification is None else f"{amplification:.2g} times" + rate_words(rate),
         "Condition of the joint system": "" if not condition else f"{condition[0]:.2g} to {condition[1]:.2g}",
     }
 
@@ -156,16 +156,16 @@ def run_words(about: dict[str, Any]) -> str:
 
 
 def solution_words(about: dict[str, Any], error: float | None) -> str:
-    """What made the truth, and how good it is."""
+    """Engine, setting and accuracy of the reference solution."""
     if about.get("solution_failed"):
         return f"none: {about['solution_failed']}"
     if error is None:
         return ""
     steps = known(about.get("solution_steps"))
     counted = f", {steps:.0f} steps" if steps else ""
-    return f"{about.get('solution_engine')} at {about.get('solution_setting')}{counted}, attitude to {error:.1e} rad"
+    return f"{about.get('solution_engine')} at {about.get('solution_setting')}{counted}, attitude error {error:.1e} rad"
 
 
 def rate_words(rate: float | None) -> str:
-    """Linear growth rate, where there is one."""
+    """Clause on the linear growth rate; empty without any."""
     return "" if rate is None else f", as e^(t / {1.0 / rate:.4g} s) while it is small"

@@ -1,4 +1,4 @@
-"""The stability study: from its tables to what the templates and the terminal show."""
+"""View of a stability study, for the page and the terminal."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from reports.plotting.panels import Panel
     from reports.tables.stability import StabilityTables
 
-OFF_RAD = 0.01  # an attitude that is off by more has parted from the truth
+LARGE_ERROR_RAD = 0.01  # of the attitude: a larger error counts as wrong
 FILES = {"coarse": "{}.coarse", "default": "{}", "finer": "{}.finer"}
 
 
 @dataclass(frozen=True)
 class Worst:
-    """The run that went farthest wrong."""
+    """Run with the largest deviation."""
 
     outcome: EngineStability
     title: str
@@ -33,7 +33,7 @@ class Worst:
 
 @dataclass(frozen=True)
 class StabilityView:
-    """All that is shown."""
+    """Contents of the page."""
 
     record: dict[str, Any]
     engines: tuple[str, ...]
@@ -45,7 +45,7 @@ class StabilityView:
 
     @property
     def finished(self) -> bool:
-        """Whether it came to its end."""
+        """Whether the study was finished."""
         return bool(self.record.get("finished"))
 
     @property
@@ -55,73 +55,76 @@ class StabilityView:
 
     @property
     def changes(self) -> tuple[EngineStability, ...]:
-        """Those that are not as recorded."""
+        """Outcomes that differ from the recorded ones."""
         return tuple(o for o in self.outcomes if o.change)
 
     @property
-    def ours(self) -> tuple[EngineStability, ...]:
-        """Where a form of the reference came in time, and is not stable."""
+    def unstable_reference(self) -> tuple[EngineStability, ...]:
+        """Outcomes of forms of the reference that finished in time and are not stable."""
         mine = self.record.get("ours") or ()
         found = (o for o in self.outcomes if o.engine in mine and not o.slow)
         return tuple(o for o in found if o.stability is not Stability.STABLE)
 
     @property
     def late(self) -> tuple[EngineStability, ...]:
-        """Where a form of the reference did not come in time."""
+        """Outcomes of forms of the reference that timed out."""
         mine = self.record.get("ours") or ()
         return tuple(o for o in self.outcomes if o.engine in mine and o.slow)
 
     @property
     def headline(self) -> str:
-        """The result in a sentence."""
+        """Result in one sentence."""
         mine = " and ".join(self.record.get("ours") or ())
         if not mine:
             return f"{len(self.engines)} engines in {len(self.scenes)} scenes."
-        if not self.ours:
-            scenes = all_of(len(self.scenes)) + (", or too slow to tell" if self.late else "")
+        if not self.unstable_reference:
+            scenes = all_of(len(self.scenes)) + (", apart from timed-out runs" if self.late else "")
             return f"{mine} {'are' if ' and ' in mine else 'is'} stable in {scenes}."
-        where = dict.fromkeys(o.scene for o in self.ours)
+        where = dict.fromkeys(o.scene for o in self.unstable_reference)
         return f"Not stable in {len(where)} of {len(self.scenes)} hard scenes: {', '.join(where)}."
 
     @property
     def counts(self) -> dict[Stability, int]:
-        """How many ended how."""
+        """Number of outcomes by class."""
         return {s: n for s in Stability if (n := sum(o.stability is s for o in self.outcomes))}
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What stands below it."""
+        """Sentences below the headline."""
         counted = ", ".join(f"{n} {s}" for s, n in self.counts.items())
         late = sum(o.slow for o in self.outcomes)
-        time = f" ({late} of the failed: not in time, which a faster machine may be)" if late else ""
+        time = f" ({late} of the failed runs timed out; a faster machine may finish them)" if late else ""
         said = [f"Of {len(self.outcomes)} pairs of an engine and a scene: {counted}{time}."]
         if self.late:
             words = ", ".join(f"{o.engine} on {o.scene}" for o in self.late)
-            said.append(f"Not in time, so that nothing is known: {words}.")
+            said.append(f"Timed out, outcome unknown: {words}.")
         if self.changes:
-            said.append(f"{len(self.changes)} are not as they were recorded.")
+            said.append(f"{len(self.changes)} outcomes differ from the recorded ones.")
         return tuple(said + [s for s in (self.plain_sentence, self.rounding) if s])
 
     @property
     def plain_sentence(self) -> str:
-        """What SciPy says of itself at its own default tolerances, and what is so."""
+        """Sentence on SciPy at its default tolerances: reported success against actual errors."""
         succeeded = [r for r in self.plain if r["run"] == "pass"]
         if not self.plain:
             return ""
-        off = [r for r in succeeded if (known(r["attitude_rad"]) or 0.0) > OFF_RAD]
+        off = [r for r in succeeded if (known(r["attitude_rad"]) or 0.0) > LARGE_ERROR_RAD]
         ended = [r for r in succeeded if r["judged"] == "incomplete"]
         wrong = {(r["scene"], r["engine"]) for r in (*off, *ended)}
         return (
             f"SciPy at its defaults (rtol = 1e-3, atol = 1e-6): success reported in {len(succeeded)} of "
-            f"{len(self.plain)} runs; in {len(wrong)} of these attitude is off by more than {OFF_RAD:g} rad, or the "
-            f"run ends where the truth does not ({len(ended)})."
+            f"{len(self.plain)} runs; in {len(wrong)} of these the attitude error exceeds {LARGE_ERROR_RAD:g} rad, or "
+            f"the run ends at another instant than the reference solution ({len(ended)})."
         )
 
     @property
     def signs(self) -> tuple[tuple[str, str, str, str], ...]:
         """Sign, name, class and meaning of every outcome."""
         found = [(SIGNS[s], str(s), KINDS[s], s.advice) for s in Stability]
-        return (*found, (LATE, "time", "gone", "Failed by its time limit: a faster machine may see another outcome."))
+        return (
+            *found,
+            (LATE, "timed out", "gone", "Ended at the time limit; a faster machine may give another outcome."),
+        )
 
 
 def all_of(scenes: int) -> str:
@@ -150,7 +153,7 @@ def view_stability(folder: Path) -> StabilityView:
 def scene_rows(
     tables: StabilityTables, found: dict[tuple[str, str], EngineStability], engines: tuple[str, ...]
 ) -> tuple[SceneRows, ...]:
-    """Scenes in the order in which they were asked for."""
+    """Scenes in the order of the command."""
     evidence: dict[str, list[dict[str, Any]]] = {}
     for row in records(tables.evidence):
         evidence.setdefault(str(row["scene"]), []).append(row)
@@ -167,9 +170,9 @@ def scene_rows(
 
 
 def find_worst(tables: StabilityTables, found: dict[tuple[str, str], EngineStability]) -> Worst | None:
-    """The run that went farthest wrong: of unstable ones that with the most energy, of inaccurate ones the least right.
+    """Run with the largest deviation: largest energy of unstable runs, else largest error of inaccurate ones.
 
-    Only runs that left their attitude can be drawn.
+    Only runs with a stored attitude can be drawn.
     """
     rows = {(r["scene"], r["engine"]): r for r in records(tables.evidence) if r["level"] == "default"}
     for kind, measure in ((Stability.UNSTABLE, "kinetic_ratio"), (Stability.INACCURATE, "attitude_rad")):

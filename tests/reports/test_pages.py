@@ -1,0 +1,88 @@
+"""Pages of a result folder: each is rendered once, has one heading for each chapter, and explains each term once."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+import pytest
+from jinja2 import Template
+
+from reports.chapters.registry import CHAPTERS
+from reports.render import render_all
+from reports.tables.crossval import METRIC_COLUMNS
+from reports.tables.effects import COLUMNS
+from reports.text.glossary import TERMS, Glossary
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+MADE = {"created": "2026-01-05T10:20:30+00:00", "seconds": 1.0, "command": "barchain", "finished": True}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Folder of a comparison, an effect budget and an ensemble, all without rows."""
+    pd.DataFrame(columns=list(METRIC_COLUMNS)).to_csv(tmp_path / "metrics.csv", index=False)
+    (tmp_path / "run.json").write_text(json.dumps(MADE))
+    scene = {"name": "some/scene", "title": "Some scene"}
+    write(tmp_path / "effects", "effects.csv", COLUMNS, MADE | {"scene": scene})
+    spent = {"seconds": {"run": 1.0, "draw": 0.1, "reduce": 0.1}, "outcomes": {"finished": 4}}
+    ensemble = (
+        MADE | spent | {"scene": scene} | {"runs": 4, "rtol": 1e-10, "vary": ["mass"], "seed": 1, "evaluations": 1000}
+    )
+    write(tmp_path / "ensemble", "quantiles.csv", QUANTILES, ensemble)
+    return tmp_path
+
+
+QUANTILES = ("quantity", "item", "unit", "runs", "t_s", "quantile", "value")
+
+
+def write(folder: Path, table: str, columns: tuple[str, ...], record: dict[str, Any]) -> None:
+    folder.mkdir()
+    pd.DataFrame(columns=list(columns)).to_csv(folder / table, index=False)
+    (folder / "record.json").write_text(json.dumps(record))
+
+
+def test_every_page_is_rendered_once(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rendered: Counter[str] = Counter()
+    render = Template.render
+
+    def counted(template: Template, *args: Any, **names: Any) -> str:
+        rendered[str(template.name)] += 1
+        return render(template, *args, **names)
+
+    monkeypatch.setattr(Template, "render", counted)
+    made = render_all(folder)
+    assert {path.name for path in made} == {"index.html", "report.md", "ensemble.html"}
+    pages = ("crossval/report.html.j2", "crossval/report.md.j2", "effects/chapter.md.j2", "study_page.html.j2")
+    assert rendered == dict.fromkeys(pages, 1)
+
+
+def test_the_report_links_to_its_chapters_by_their_titles(folder: Path) -> None:
+    render_all(folder)
+    page, text = ((folder / name).read_text() for name in ("index.html", "report.md"))
+    for chapter in CHAPTERS:
+        included = chapter.name == "effects"
+        assert (f'<a href="#{chapter.name}">{chapter.title}</a>' in page) is included
+        assert (f'<h2 id="{chapter.name}">{chapter.title}</h2>' in page) is included
+        assert (f"## {chapter.title}" in text) is included
+
+
+def test_a_page_explains_each_term_once(folder: Path) -> None:
+    render_all(folder)
+    for name in ("index.html", "ensemble.html"):
+        explained = re.findall(r"<dfn>([^<]+)</dfn>", (folder / name).read_text())
+        assert explained
+        assert len(explained) == len(set(explained))
+
+
+def test_a_glossary_gives_each_definition_once() -> None:
+    glossary = Glossary()
+    assert glossary.first("evaluation", "control") == [(t, TERMS[t]) for t in ("evaluation", "control")]
+    assert glossary.first("control", "resolved") == [("resolved", TERMS["resolved"])]
+    with pytest.raises(KeyError):
+        glossary.first("no such term")
