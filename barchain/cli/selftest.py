@@ -12,7 +12,7 @@ from barchain.cli.selftest_random import RandomOptions, random_options, run_rand
 from barchain.record.command import typed
 
 if TYPE_CHECKING:
-    from barchain.studies.selftest.study import Plan
+    from barchain.studies.selftest.study import SelftestPlan
     from reports.chapters.selftest.view import SelftestView
 
 FAILED = 1
@@ -80,12 +80,14 @@ def selftest(
         raise click.exceptions.Exit(FAILED)
 
 
-def plan_of(scenes: tuple[str, ...], faults: tuple[str, ...], engine: str, smallest: bool, workers: int | None) -> Plan:
+def plan_of(
+    scenes: tuple[str, ...], faults: tuple[str, ...], engine: str, smallest: bool, workers: int | None
+) -> SelftestPlan:
     """What is asked for; scenes that the engine can't do are left out, and said so."""
     from adapters.registry import find_engine  # noqa: PLC0415
     from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, UnknownFaultError, find  # noqa: PLC0415
     from barchain.studies.selftest.scenes import STAGES, find_scene  # noqa: PLC0415
-    from barchain.studies.selftest.study import Plan  # noqa: PLC0415
+    from barchain.studies.selftest.study import SelftestPlan  # noqa: PLC0415
 
     registration = find_engine(engine)
     if registration.missing:
@@ -103,7 +105,7 @@ def plan_of(scenes: tuple[str, ...], faults: tuple[str, ...], engine: str, small
             able.append(scene)
     if not able:
         raise click.UsageError(f"--engine {engine}: can do none of these scenes")
-    return Plan(tuple(able), chosen, engine, smallest, workers)
+    return SelftestPlan(tuple(able), chosen, engine, smallest, workers)
 
 
 def show_view(view: SelftestView) -> None:

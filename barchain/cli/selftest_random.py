@@ -16,7 +16,7 @@ from barchain.record.command import typed
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from barchain.studies.selftest.campaign.study import Plan
+    from barchain.studies.selftest.campaign.study import CampaignPlan
     from barchain.studies.selftest.faults.fault import Fault
 
 FAILED = 1
@@ -96,12 +96,14 @@ def run_random(
         raise click.exceptions.Exit(FAILED)
 
 
-def plan_of(asked: RandomOptions, engines: tuple[str, ...], faults: tuple[str, ...], workers: int | None) -> Plan:
+def plan_of(
+    asked: RandomOptions, engines: tuple[str, ...], faults: tuple[str, ...], workers: int | None
+) -> CampaignPlan:
     """What is asked for; engines that are not installed are bad usage."""
     from adapters.registry import find_engine  # noqa: PLC0415
     from barchain.run.selection import chosen_engines  # noqa: PLC0415
     from barchain.studies.selftest.campaign.faults.catalogue import FAULTS, find  # noqa: PLC0415
-    from barchain.studies.selftest.campaign.study import HOSTS, MOST_RERUNS, SHRINK_S, Plan  # noqa: PLC0415
+    from barchain.studies.selftest.campaign.study import HOSTS, MOST_RERUNS, SHRINK_S, CampaignPlan  # noqa: PLC0415
     from barchain.studies.selftest.faults.catalogue import UnknownFaultError  # noqa: PLC0415
 
     hosts = () if asked.hosts == (NO_HOST,) else asked.hosts or HOSTS
@@ -115,7 +117,7 @@ def plan_of(asked: RandomOptions, engines: tuple[str, ...], faults: tuple[str, .
     except UnknownFaultError as error:
         raise click.UsageError(f"--fault {error}") from error
     assert asked.number is not None
-    return Plan(
+    return CampaignPlan(
         asked.number, asked.seed or 0, engines or tuple(everyday), hosts, chosen,
         MOST_RERUNS if asked.reruns is None else asked.reruns,
         SHRINK_S if asked.shrink_seconds is None else asked.shrink_seconds, workers,

@@ -11,8 +11,8 @@ from barchain.record.command import typed
 from barchain.studies.stability.limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:
-    from barchain.studies.stability.plan import Plan
-    from barchain.studies.stability.study import Result
+    from barchain.studies.stability.plan import StabilityPlan
+    from barchain.studies.stability.study import StabilityResult
 
 FAILED = 1
 
@@ -55,10 +55,10 @@ def stability(
 
 def plan_of(
     scenes: tuple[str, ...], names: tuple[str, ...], time_limit: float, workers: int | None, resume: bool
-) -> Plan:
+) -> StabilityPlan:
     """What is asked for."""
     from barchain.run.selection import unique_names  # noqa: PLC0415
-    from barchain.studies.stability.plan import Plan, chosen_engines, hard_scenes  # noqa: PLC0415
+    from barchain.studies.stability.plan import StabilityPlan, chosen_engines, hard_scenes  # noqa: PLC0415
     from scenarios import load_scene  # noqa: PLC0415
 
     chosen = chosen_engines(names)
@@ -66,10 +66,10 @@ def plan_of(
         if registration.missing:
             raise click.UsageError(f"--engine {name}: {registration.missing}")
     found = unique_names([load_scene(s) for s in scenes or hard_scenes()])
-    return Plan(tuple(found), chosen, time_limit, workers, resume)
+    return StabilityPlan(tuple(found), chosen, time_limit, workers, resume)
 
 
-def show_result(result: Result) -> None:
+def show_result(result: StabilityResult) -> None:
     """Print how many ended how, what changed, and where ours are not stable."""
     from collections import Counter  # noqa: PLC0415
 
@@ -82,7 +82,7 @@ def show_result(result: Result) -> None:
         click.echo(f"{scene}  {engine} must be stable, and is {found.stability}: {found.reason}")
 
 
-def accept(result: Result) -> None:
+def accept(result: StabilityResult) -> None:
     """Record the outcomes of shipped scenes."""
     from barchain.studies.stability import expected  # noqa: PLC0415
     from scenarios import scene_names  # noqa: PLC0415

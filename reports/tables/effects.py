@@ -37,7 +37,7 @@ WORDS = ("effect", "title", "kind", "said", "reason", "caveat", "engine", "ended
 UNITS = {"com": "m", "attitude": "rad", "reaction": "N"}
 
 
-class Kind(StrEnum):
+class EffectKind(StrEnum):
     """What an effect is to a scene."""
 
     GRAVITY = "gravity"

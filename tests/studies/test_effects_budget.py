@@ -26,10 +26,10 @@ from barchain.studies.effects.cost_ratio import (
 from barchain.studies.effects.effect_toggles import switches
 from barchain.studies.effects.limits import FAST, SLOW
 from barchain.studies.effects.measure import make_plan, measure
-from barchain.studies.effects.plan import Plan, compiled_can
-from barchain.studies.effects.sensitivity import Runs, change
+from barchain.studies.effects.plan import EffectsPlan, compiled_can
+from barchain.studies.effects.sensitivity import RunPair, change
 from barchain.studies.effects.sizes import situation, sizes_over
-from reports.tables.effects import COLUMNS, Kind, read_effects
+from reports.tables.effects import COLUMNS, EffectKind, read_effects
 from scenarios import Gravity, Scene, load_scene
 from tests.support.scene_lists import TAME
 
@@ -82,7 +82,7 @@ def test_nature_is_offered_by_default_and_the_design_only_where_it_is() -> None:
     assert plain == nature | {"gravity.point", "gravity.quadrupole", "gravity.slender"}
     full = {s.effect: s for s in switches(load_scene("effects/everything"))}
     design = {"prescribed_rotation", "joint_spring_damper", "thrust", "impulse"}
-    assert design <= {e for e, s in full.items() if s.on and s.kind is Kind.DESIGN}
+    assert design <= {e for e, s in full.items() if s.on and s.kind is EffectKind.DESIGN}
     assert all(full[e].on for e in nature | {"solar_pressure.shadow"})
 
 
@@ -108,7 +108,7 @@ def test_what_can_not_be_switched_says_why(name: str, effect: str, words: str) -
 def test_another_planet_gets_none_of_the_earths_defaults() -> None:
     scene = load_scene("paper/fig13")
     body = dataclasses.replace(scene.central_body, mu_m3_s2=4.28e13, radius_m=3396e3)
-    found = [s for s in switches(dataclasses.replace(scene, central_body=body)) if s.kind is Kind.NATURE]
+    found = [s for s in switches(dataclasses.replace(scene, central_body=body)) if s.kind is EffectKind.NATURE]
     assert len(found) == 5
     assert all("another body" in s.reason for s in found)
 
@@ -165,13 +165,13 @@ def test_drag_is_taken_in_the_air_of_the_lowest_height() -> None:
 def test_the_budget_takes_the_heights_that_its_own_run_came_to(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A thrust that lifts the chain, or anything besides two bodies, is in them."""
     asked: list[Heights] = []
-    between = Plan.between
+    between = EffectsPlan.between
 
-    def kept(self: Plan, heights: Heights) -> Plan:
+    def kept(self: EffectsPlan, heights: Heights) -> EffectsPlan:
         asked.append(heights)
         return dataclasses.replace(between(self, heights), switches=())
 
-    monkeypatch.setattr(Plan, "between", kept)
+    monkeypatch.setattr(EffectsPlan, "between", kept)
     scene = transfer(11)
     measure(make_plan(scene, rtol=1e-8, engine=SLOW, repeats=1, workers=2, seconds=0.0), tmp_path)
     assert asked == [pytest.approx(Heights(180e3, 1000e3), abs=1.0)]
@@ -256,7 +256,7 @@ def test_between_samples_a_state_is_the_cubic_of_both() -> None:
 def test_a_change_below_the_numerics_is_not_resolved() -> None:
     """The same scene twice changes nothing, and that nothing has a bound above zero."""
     scene = brief(load_scene(DRAG))
-    runs = Runs(motion(scene, 1e-10), motion(scene, 1e-9))
+    runs = RunPair(motion(scene, 1e-10), motion(scene, 1e-9))
     nothing = change(runs, runs)
     assert set(nothing.largest) == {"com", "attitude", "reaction"}
     for name, value in nothing.largest.items():
@@ -264,7 +264,7 @@ def test_a_change_below_the_numerics_is_not_resolved() -> None:
         assert nothing.noise[name] > 0.0
     other = one_of(scene, "drag").scene
     assert other is not None
-    found = change(runs, Runs(motion(other, 1e-10), motion(other, 1e-9)))
+    found = change(runs, RunPair(motion(other, 1e-10), motion(other, 1e-9)))
     assert found.compared_s == scene.run.duration_s
     assert found.largest["com"] > 1e3 * found.noise["com"]
 
@@ -273,14 +273,14 @@ def test_nothing_is_compared_after_the_horizon_of_either_scene() -> None:
     scene = brief(load_scene(DRAG))
     tight = motion(scene)
     parted = dataclasses.replace(tight, angle_rad=tight.angle_rad + np.linspace(0.0, 0.095, 11)[:, None])
-    found = change(Runs(tight, tight), Runs(tight, parted))
+    found = change(RunPair(tight, tight), RunPair(tight, parted))
     assert found.compared_s == tight.t_s[1]  # 0.0095 rad, and twice that in the next
 
 
 def test_a_single_bar_has_no_reactions_to_change() -> None:
     scene = brief(load_scene("basics/libration"))
     assert scene.bars == 1
-    runs = Runs(motion(scene), motion(scene, 1e-9))
+    runs = RunPair(motion(scene), motion(scene, 1e-9))
     assert set(change(runs, runs).largest) == {"com", "attitude"}
     found = sizes_over(scene, one_of(scene, "oblateness"), runs.tight)
     assert found is not None
@@ -384,5 +384,5 @@ def test_j2_moves_the_centre_of_mass_as_its_closed_form_says(budget: Any) -> Non
 
 
 def test_gravity_models_are_told_apart_from_the_scenes_own() -> None:
-    found = [s for s in switches(load_scene("effects/slender")) if s.kind is Kind.GRAVITY]
+    found = [s for s in switches(load_scene("effects/slender")) if s.kind is EffectKind.GRAVITY]
     assert [s.scene.effects.gravity for s in found if s.scene] == [Gravity.POINT, Gravity.GRADIENT, Gravity.QUADRUPOLE]

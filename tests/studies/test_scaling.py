@@ -19,7 +19,7 @@ from barchain.studies.scaling.fit import FAST, LEAST_MEMORY_B, exponent, fits_ta
 from barchain.studies.scaling.measure import make_plan, measure
 from barchain.studies.scaling.memory import Peak, mark
 from barchain.studies.scaling.plan import BARS, SHARES, affordable, predicted
-from barchain.studies.scaling.point import Task, measure_point
+from barchain.studies.scaling.point import ScalingTask, measure_point
 from barchain.studies.scaling.store import ScalingStore
 from barchain.studies.scaling.study import ScalingStudy
 from barchain.timing.divided_chain import divided
@@ -298,7 +298,7 @@ def test_an_engine_that_fails_where_it_is_warmed_up_says_so(tmp_path: Path) -> N
     scene = divided(load_scene(SCENE), 2, SHARES[-1])
     registration = Registration("tests.support.faulty_engines:GivesUp")
     job = Job(scene, "GivesUp", registration, registration.load().sweep.setting(), Role.MAIN)
-    found = measure_point(Task(job, job, 1.0, 1, 1.0), tmp_path / "log")
+    found = measure_point(ScalingTask(job, job, 1.0, 1, 1.0), tmp_path / "log")
     assert found.outcome is Outcome.FAILED
     assert found.reason == "step size became zero (on three bars, to warm up)"
 

@@ -14,7 +14,15 @@ from barchain.cli.main import run as command
 from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult
 from barchain.studies.stability import expected
 from barchain.studies.stability.expected import SLOW
-from barchain.studies.stability.plan import HUGE, Plan, chosen_engines, coarser, default_engines, hard_scenes, settings
+from barchain.studies.stability.plan import (
+    HUGE,
+    StabilityPlan,
+    chosen_engines,
+    coarser,
+    default_engines,
+    hard_scenes,
+    settings,
+)
 from barchain.studies.stability.rules import Finding
 from barchain.studies.stability.study import stability
 from reports.chapters.stability.view import view_stability
@@ -97,7 +105,7 @@ def test_engines_that_can_not_are_left_out_and_no_engine_is_run_without_hope(tmp
     planted: dict[str, type[Faulty]] = {
         "can-not": CanNot, "can-not-follow": CanNotFollow, "hangs": faulty_engines.Hangs,
     }  # fmt: skip
-    plan = Plan((scene(FREE),), {n: registration(e) for n, e in planted.items()}, time_limit_s=1.0, workers=1)
+    plan = StabilityPlan((scene(FREE),), {n: registration(e) for n, e in planted.items()}, time_limit_s=1.0, workers=1)
     result = stability(plan, tmp_path, command="test")
     assert result.findings[FREE, "can-not"].stability is Stability.UNSUPPORTED
     follows = result.findings[FREE, "can-not-follow"]
@@ -178,7 +186,7 @@ def test_forms_of_the_reference_get_ten_times_as_long_as_other_engines(
         return []
 
     monkeypatch.setattr("barchain.studies.stability.study.run_jobs", noted)
-    plan = Plan((load_scene("hard/vertical_fall"),), chosen_engines(["reference", "exudyn"]), time_limit_s=7.0)
+    plan = StabilityPlan((load_scene("hard/vertical_fall"),), chosen_engines(["reference", "exudyn"]), time_limit_s=7.0)
     stability(plan, tmp_path, command="test")
     assert allowed_s == {"reference": 70.0, "exudyn": 7.0}
 
@@ -187,6 +195,6 @@ def test_forms_of_the_reference_get_ten_times_as_long_as_other_engines(
 @pytest.mark.timeout(0)  # an hour on two cores
 def test_ours_are_stable_in_all_hard_scenes_and_nothing_changed(tmp_path: Path) -> None:
     scenes = tuple(load_scene(name) for name in hard_scenes())
-    result = stability(Plan(scenes, default_engines()), tmp_path, command="test")
+    result = stability(StabilityPlan(scenes, default_engines()), tmp_path, command="test")
     assert not result.ours
     assert not result.changes

@@ -8,7 +8,7 @@ from adapters.registry import engines
 from barchain.record.environment import provenance
 from barchain.record.facts import engine_facts, external_versions, scene_words
 from barchain.run.selection import chosen_engines, unique_names
-from barchain.studies.cost.plan import MINUTES, REPEATS, TIME_LIMIT_S, Plan, shortened
+from barchain.studies.cost.plan import MINUTES, REPEATS, TIME_LIMIT_S, CostPlan, shortened
 from barchain.studies.cost.store import CostStore
 from barchain.studies.cost.study import CostStudy
 from reports.tables.cost import FOLDER
@@ -31,7 +31,7 @@ def make_plan(
     repeats: int = REPEATS,
     minutes: float = MINUTES,
     time_limit_s: float = TIME_LIMIT_S,
-) -> Plan:
+) -> CostPlan:
     """Plan of a study.
 
     Parameters
@@ -57,11 +57,11 @@ def make_plan(
     names = [n for n in scene_names() if n.startswith(DEFAULT_SCENES)] if scenes is None else scenes
     loaded = unique_names([s if isinstance(s, Scene) else load_scene(s) for s in names])
     chosen = engines() if engine_names is None else chosen_engines(engine_names)
-    return Plan([shortened(s, orbits) for s in loaded], chosen, repeats, minutes, time_limit_s)
+    return CostPlan([shortened(s, orbits) for s in loaded], chosen, repeats, minutes, time_limit_s)
 
 
 def measure(
-    plan: Plan,
+    plan: CostPlan,
     out: Path,
     *,
     resume: bool = False,
@@ -99,7 +99,7 @@ def certified_of() -> Callable[[Scene], SolutionSource]:
     return found
 
 
-def new_record(plan: Plan, command: str) -> dict[str, Any]:
+def new_record(plan: CostPlan, command: str) -> dict[str, Any]:
     """run.json before the first run."""
     return provenance(command, external_versions(plan.engines)) | {
         "engines": {name: engine_facts(r) for name, r in plan.engines.items()},

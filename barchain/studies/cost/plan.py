@@ -23,7 +23,7 @@ MINUTES = 8.0  # for the paper's scenes in all engines, so that start-up and rep
 
 
 @dataclass(frozen=True)
-class Plan:
+class CostPlan:
     """What is to be measured, and how long it may take."""
 
     scenes: list[Scene]

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from barchain.run.job import Job, RunResult
-    from barchain.studies.cost.plan import Plan
+    from barchain.studies.cost.plan import CostPlan
     from barchain.studies.cost.points import SolutionSource
     from barchain.studies.cost.store import CostStore
     from scenarios import Scene
@@ -44,7 +44,7 @@ class CostStudy:
 
     def __init__(
         self,
-        plan: Plan,
+        plan: CostPlan,
         store: CostStore,
         solution_of: Callable[[Scene], SolutionSource],
         report: Callable[[str, str, str], None],

@@ -20,7 +20,7 @@ from barchain.studies.effects.cost_ratio import (
     timed_span_s,
 )
 from barchain.studies.effects.limits import TIME_LIMIT_S
-from barchain.studies.effects.sensitivity import Change, Runs, change, sizes
+from barchain.studies.effects.sensitivity import EffectChange, RunPair, change, sizes
 from barchain.studies.effects.sizes import sizes_over
 from reports.tables.effects import COLUMNS, UNITS
 from reports.tables.outcome import Outcome
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from barchain.run.job import Job, RunResult
     from barchain.studies.effects.effect_toggles import Switch
-    from barchain.studies.effects.plan import Plan
+    from barchain.studies.effects.plan import EffectsPlan
     from barchain.studies.effects.store import EffectsStore
     from barchain.timing.statistics import Interval
 
@@ -39,7 +39,11 @@ class EffectsBudget:
     """One budget being measured."""
 
     def __init__(
-        self, plan: Plan, store: EffectsStore, report: Callable[[str, str, str], None], note: Callable[[str], None]
+        self,
+        plan: EffectsPlan,
+        store: EffectsStore,
+        report: Callable[[str, str, str], None],
+        note: Callable[[str], None],
     ) -> None:
         """Prepare; `report` is told (scene, run, outcome) after each step, `note` what goes on besides."""
         self.plan, self.store, self.report, self.note = plan, store, report, note
@@ -112,11 +116,11 @@ class EffectsBudget:
             self.store.record["scene"] |= base_facts(whole)
         self.store.write([self.row(s) for s in self.plan.switches])
 
-    def runs_of(self, job: Job) -> Runs | None:
+    def runs_of(self, job: Job) -> RunPair | None:
         """Trajectories of a run and of its looser twin; None if either failed or is still to come."""
         found = [self.results.get(j.key) for j in (job, self.plan.looser(job))]
         tight, loose = (r.trajectory if r and r.outcome is Outcome.PASS else None for r in found)
-        return Runs(tight, loose) if tight is not None and loose is not None else None
+        return RunPair(tight, loose) if tight is not None and loose is not None else None
 
     def row(self, switch: Switch) -> dict[str, Any]:
         """One effect's row."""
@@ -164,7 +168,7 @@ def spread(name: str, found: Interval | None) -> dict[str, float]:
     return {} if found is None else {name: found.value, f"{name}_low": found.low, f"{name}_high": found.high}
 
 
-def size_columns(plan: Plan, switch: Switch, scene: Runs) -> dict[str, float]:
+def size_columns(plan: EffectsPlan, switch: Switch, scene: RunPair) -> dict[str, float]:
     """Sizes of an effect's push."""
     found = sizes_over(plan.scene, switch, scene.tight)
     if found is None:
@@ -173,7 +177,7 @@ def size_columns(plan: Plan, switch: Switch, scene: Runs) -> dict[str, float]:
     return {f"{name}_{when}": value for when, all_sizes in named for name, value in all_sizes._asdict().items()}
 
 
-def change_columns(found: Change) -> dict[str, float]:
+def change_columns(found: EffectChange) -> dict[str, float]:
     """What a switch changed."""
     columns = {"compared_s": found.compared_s}
     for name, unit in UNITS.items():
@@ -182,7 +186,7 @@ def change_columns(found: Change) -> dict[str, float]:
     return columns
 
 
-def base_facts(whole: Runs) -> dict[str, Any]:
+def base_facts(whole: RunPair) -> dict[str, Any]:
     """What is known of the scene as it is, once it has run."""
     size = sizes(whole.tight, whole.limit_s)
     return {

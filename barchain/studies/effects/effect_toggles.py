@@ -16,7 +16,7 @@ from barchain.studies.effects.defaults import (
     default_solar_pressure,
     default_third_body,
 )
-from reports.tables.effects import Kind
+from reports.tables.effects import EffectKind
 from scenarios import Effects, Gravity
 from scenarios.toml.checks import SLENDER_SLACK
 
@@ -49,7 +49,7 @@ class Switch:
 
     effect: str
     title: str
-    kind: Kind
+    kind: EffectKind
     on: bool
     """Whether the scene as it is has it"""
     said: str
@@ -94,7 +94,7 @@ def gravities(scene: Scene) -> Iterator[Switch]:
             continue
         reason = why_not_gravity(scene, model)
         yield Switch(
-            f"gravity.{model}", f"Gravity {model}", Kind.GRAVITY, False, f"instead of {own}",
+            f"gravity.{model}", f"Gravity {model}", EffectKind.GRAVITY, False, f"instead of {own}",
             None if reason else switched(scene, gravity=model), None if reason else Effects(model), reason,
         )  # fmt: skip
 
@@ -127,14 +127,14 @@ def one(scene: Scene, effect: str, default: Callable[[Scene], Default]) -> Switc
     title, own = TITLES[effect], getattr(scene.effects, effect)
     if own:
         part = alone(scene, **{effect: own})
-        return Switch(effect, title, Kind.NATURE, True, IN_SCENE, switched(scene, **{effect: None}), part)
+        return Switch(effect, title, EffectKind.NATURE, True, IN_SCENE, switched(scene, **{effect: None}), part)
     try:
         taken = default(scene)
     except NoDefaultError as error:
-        return Switch(effect, title, Kind.NATURE, False, "", None, None, str(error))
+        return Switch(effect, title, EffectKind.NATURE, False, "", None, None, str(error))
     added = {effect: taken.value}
     return Switch(
-        effect, title, Kind.NATURE, False, taken.said, switched(scene, **added), alone(scene, **added),
+        effect, title, EffectKind.NATURE, False, taken.said, switched(scene, **added), alone(scene, **added),
         caveat=taken.caveat,
     )  # fmt: skip
 
@@ -148,7 +148,7 @@ def third_bodies(scene: Scene) -> Iterator[Switch]:
         rest = bodies[:k] + bodies[k + 1 :]
         title = TITLES.get(effect, f"Third body ({effect.removeprefix('third_body.')})")
         part = alone(scene, third_body=(body,))
-        yield Switch(effect, title, Kind.NATURE, True, IN_SCENE, switched(scene, third_body=rest), part)
+        yield Switch(effect, title, EffectKind.NATURE, True, IN_SCENE, switched(scene, third_body=rest), part)
     yield from (missing_body(scene, name) for name in ("moon", "sun") if name not in {b.name for b in bodies})
 
 
@@ -158,10 +158,10 @@ def missing_body(scene: Scene, name: Any) -> Switch:
     try:
         taken = default_third_body(scene, name)
     except NoDefaultError as error:
-        return Switch(effect, TITLES[effect], Kind.NATURE, False, "", None, None, str(error))
+        return Switch(effect, TITLES[effect], EffectKind.NATURE, False, "", None, None, str(error))
     more = switched(scene, third_body=(*scene.effects.third_body, taken.value))
     part = alone(scene, third_body=(taken.value,))
-    return Switch(effect, TITLES[effect], Kind.NATURE, False, taken.said, more, part)
+    return Switch(effect, TITLES[effect], EffectKind.NATURE, False, taken.said, more, part)
 
 
 def shadow(scene: Scene) -> Switch:
@@ -171,7 +171,7 @@ def shadow(scene: Scene) -> Switch:
     other = dataclasses.replace(light, shadow=not light.shadow)
     effect = "solar_pressure.shadow"
     return Switch(
-        effect, TITLES[effect], Kind.NATURE, light.shadow, "cylinder, edges found as events",
+        effect, TITLES[effect], EffectKind.NATURE, light.shadow, "cylinder, edges found as events",
         switched(scene, solar_pressure=other),
     )  # fmt: skip
 
@@ -185,4 +185,4 @@ def design(scene: Scene) -> Iterator[Switch]:
         off, pushes = (() if isinstance(own, tuple) else None), effect in ("joint_spring_damper", "thrust")
         part = alone(scene, **{effect: own}) if pushes else None
         said = f"{len(own)} of them" if isinstance(own, tuple) and len(own) > 1 else IN_SCENE
-        yield Switch(effect, TITLES[effect], Kind.DESIGN, True, said, switched(scene, **{effect: off}), part)
+        yield Switch(effect, TITLES[effect], EffectKind.DESIGN, True, said, switched(scene, **{effect: off}), part)

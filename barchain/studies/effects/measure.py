@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from barchain.studies.effects.plan import Plan
+    from barchain.studies.effects.plan import EffectsPlan
     from scenarios import Scene
 
 __all__ = ["make_plan", "measure"]
 
 
 def measure(
-    plan: Plan,
+    plan: EffectsPlan,
     out: Path,
     *,
     command: str = "",
@@ -50,7 +50,7 @@ def measure(
     EffectsBudget(plan, store, progress or (lambda *_: None), notes or (lambda _: None)).run()
 
 
-def new_record(plan: Plan, command: str) -> dict[str, Any]:
+def new_record(plan: EffectsPlan, command: str) -> dict[str, Any]:
     """record.json before the first run."""
     return provenance(command) | {
         "scene": scene_words(plan.scene) | facts(plan.scene),

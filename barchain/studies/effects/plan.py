@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Plan:
+class EffectsPlan:
     """What is to be measured, and how long it may take."""
 
     scene: Scene
@@ -57,7 +57,7 @@ class Plan:
         pairs = [self.pair(s) for s in self.switches if s.scene]
         return tuple({job.key: job for job in (self.whole[0], *(j for pair in pairs for j in pair))}.values())
 
-    def between(self, heights: Heights) -> Plan:
+    def between(self, heights: Heights) -> EffectsPlan:
         """The plan, with defaults for the heights between which the scene as it is was seen to run."""
         return dataclasses.replace(self, switches=switches(self.scene, heights))
 
@@ -82,9 +82,9 @@ class Plan:
         )
 
 
-def make_plan(scene: Scene, **options: Any) -> Plan:
+def make_plan(scene: Scene, **options: Any) -> EffectsPlan:
     """Plan for all effects of a scene; `options` are those of :class:`Plan`."""
-    return Plan(scene, switches(scene), **options)
+    return EffectsPlan(scene, switches(scene), **options)
 
 
 def compiled_can(scenes: Iterable[Scene]) -> bool:

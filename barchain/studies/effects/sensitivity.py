@@ -25,7 +25,7 @@ ROUNDING = 4.0 * float(np.finfo(float).eps)  # two roundings of each run, that e
 
 
 @dataclass(frozen=True)
-class Runs:
+class RunPair:
     """One scene at two tolerances."""
 
     tight: Trajectory
@@ -38,7 +38,7 @@ class Runs:
 
 
 @dataclass(frozen=True)
-class Change:
+class EffectChange:
     """What a switch changed; a quantity that there is not is left out."""
 
     largest: dict[str, float]
@@ -49,14 +49,14 @@ class Change:
     """Until when"""
 
 
-def change(scene: Runs, switched: Runs) -> Change:
+def change(scene: RunPair, switched: RunPair) -> EffectChange:
     """Largest differences of two scenes over what can be compared."""
     until = min(scene.limit_s, switched.limit_s)
     apart = upto(until, scene.tight, switched.tight)
     own, other = (upto(until, runs.tight, runs.loose) for runs in (scene, switched))
     size = sizes(scene.tight, until)
     noise = {name: own[name] + other[name] + ROUNDING * size[name] for name in apart}
-    return Change(apart, noise, until)
+    return EffectChange(apart, noise, until)
 
 
 def upto(until_s: float, a: Trajectory, b: Trajectory) -> dict[str, float]:

@@ -30,7 +30,7 @@ from reference_impl.model.effect import Push, Situation, pushed
 from reference_impl.model.gravity import differences
 from reference_impl.model.kinematics import joined_state
 from reference_impl.model.relative import external
-from reports.tables.effects import Kind
+from reports.tables.effects import EffectKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -92,7 +92,7 @@ def situation(scene: Scene, trajectory: Trajectory, t_s: float) -> Situation:
 def sizes_at(scene: Scene, switch: Switch, at: Situation) -> Sizes:
     """Sizes of an effect at a state."""
     assert switch.part is not None
-    parts = gravity_parts if switch.kind is Kind.GRAVITY else effect_parts
+    parts = gravity_parts if switch.kind is EffectKind.GRAVITY else effect_parts
     push = parts(scene, switch.part, at)
     mean = complex(push.difference @ at.model.weight)
     mu, r2 = scene.central_body.mu_m3_s2, float(squared(np.array(at.com)))

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array
     from barchain.studies.ensemble.population import Population
-    from barchain.studies.ensemble.tasks import Part
+    from barchain.studies.ensemble.tasks import EnsembleTaskResult
     from barchain.studies.ensemble.variation import Variation
     from scenarios import Scene
 
@@ -175,7 +175,7 @@ def reduced(t_s: Array, quantity: str, unit: str, values: Array, quantiles: tupl
 
 
 def run_table(
-    population: Population, variations: tuple[Variation, ...], parts: list[Part], arrays: dict[str, Array]
+    population: Population, variations: tuple[Variation, ...], parts: list[EnsembleTaskResult], arrays: dict[str, Array]
 ) -> pd.DataFrame:
     """One row for each run."""
     ended = [text for p in parts for text in p.ended]

@@ -32,7 +32,7 @@ class VariationError(ValueError):
 
 
 @dataclass(frozen=True)
-class Family:
+class DistributionFamily:
     """A family of distributions: its parameters as people say them."""
 
     parameters: tuple[str, ...]
@@ -41,10 +41,12 @@ class Family:
 
 
 FAMILIES = {
-    "normal": Family(("mean", "deviation"), stats.norm, lambda _, s: s >= 0.0),
-    "uniform": Family(("low", "high"), lambda a, b: stats.uniform(a, b - a), lambda a, b: b >= a),
-    "lognormal": Family(("median", "sigma"), lambda m, s: stats.lognorm(s, scale=m), lambda m, s: m > 0.0 and s > 0.0),
-    "triangular": Family(
+    "normal": DistributionFamily(("mean", "deviation"), stats.norm, lambda _, s: s >= 0.0),
+    "uniform": DistributionFamily(("low", "high"), lambda a, b: stats.uniform(a, b - a), lambda a, b: b >= a),
+    "lognormal": DistributionFamily(
+        ("median", "sigma"), lambda m, s: stats.lognorm(s, scale=m), lambda m, s: m > 0.0 and s > 0.0
+    ),
+    "triangular": DistributionFamily(
         ("low", "mode", "high"),
         lambda a, m, b: stats.triang((m - a) / (b - a), a, b - a),
         lambda a, m, b: a <= m <= b and b > a,

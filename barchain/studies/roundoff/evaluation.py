@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array
     from barchain.studies.roundoff.formulations import Formulation
-    from barchain.studies.roundoff.states import Case, Exact
+    from barchain.studies.roundoff.states import EvaluationCase, Exact
     from reference_impl.precision.arithmetic import Arithmetic
 
 SHARES = {"q05": 0.05, "median": 0.5, "q95": 0.95, "largest": 1.0}
@@ -74,7 +74,7 @@ def over(difference: Values, yard: Values) -> Array:
     return np.asarray(largest(difference) / yard, dtype=float)
 
 
-def rows_of(case: Case, formulations: Iterable[str], arithmetics: Iterable[str]) -> list[dict[str, Any]]:
+def rows_of(case: EvaluationCase, formulations: Iterable[str], arithmetics: Iterable[str]) -> list[dict[str, Any]]:
     """Rows of evaluation.csv for a case."""
     found: list[dict[str, Any]] = []
     with exact_numbers():

@@ -41,7 +41,7 @@ class Given:
 
 
 @dataclass(frozen=True)
-class Moving:
+class MovingBars:
     """Bars whose motion is known."""
 
     com_m: Values
@@ -166,7 +166,7 @@ class AbsoluteAccelerations(Formulation):
         del to
         at = exact.state.absolute
         found = absolute(EXACT, exact.bars, at)
-        return Given(exact.bars, Moving(0 * exact.state.com_m, at.place_m, found.place_m_s2))
+        return Given(exact.bars, MovingBars(0 * exact.state.com_m, at.place_m, found.place_m_s2))
 
     def reactions(self, a: Arithmetic, given: Given) -> Values:
         """Eq. (8), summed up from the free end."""

@@ -10,7 +10,7 @@ import pandas as pd
 
 from barchain.studies.roundoff.evaluation import BOTH, FORMULA, INPUT, REACTION
 from barchain.studies.roundoff.formulations import LONGEST_STEP
-from barchain.studies.roundoff.states import Kind
+from barchain.studies.roundoff.states import StateKind
 from barchain.studies.roundoff.third_parties import FALLS, THIRD_PARTIES
 from barchain.studies.roundoff.trajectories import GROWS_FROM
 from barchain.timing.orders import FEWEST, slope
@@ -40,7 +40,7 @@ def expected_exponent(state: str, formulation: str, yardstick: str, source: str 
     exponents of their own, :mod:`barchain.studies.roundoff.third_parties`.
     """
     base = own_exponent(formulation, source)
-    return base - 2.0 if state == Kind.HORIZONTAL.value and yardstick == REACTION else base
+    return base - 2.0 if state == StateKind.HORIZONTAL.value and yardstick == REACTION else base
 
 
 def own_exponent(formulation: str, source: str) -> float:

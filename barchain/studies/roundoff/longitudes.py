@@ -20,12 +20,14 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from adapters.trajectory import Array
-    from barchain.studies.roundoff.states import Case
+    from barchain.studies.roundoff.states import EvaluationCase
 
 SECTORS = 8
 
 
-def longitude_rows(case: Case, formulations: Iterable[str], arithmetics: Iterable[str]) -> list[dict[str, Any]]:
+def longitude_rows(
+    case: EvaluationCase, formulations: Iterable[str], arithmetics: Iterable[str]
+) -> list[dict[str, Any]]:
     """Rows of longitudes.csv: errors in each eighth of the circle, and the chance that all eighths are alike."""
     rows: list[dict[str, Any]] = []
     with exact_numbers():

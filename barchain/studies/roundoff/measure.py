@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from barchain.studies.roundoff.plan import Plan
+    from barchain.studies.roundoff.plan import RoundoffPlan
 
 
 def measure(
-    plan: Plan,
+    plan: RoundoffPlan,
     out: Path,
     *,
     command: str = "",
@@ -47,7 +47,7 @@ def measure(
     RoundoffStudy(plan, store, progress or (lambda *_: None), workers).run()
 
 
-def new_record(plan: Plan, command: str) -> dict[str, Any]:
+def new_record(plan: RoundoffPlan, command: str) -> dict[str, Any]:
     """record.json before the first task."""
     return provenance(command, {"gmpy2": package_version("gmpy2")}) | {
         "full": plan.full,

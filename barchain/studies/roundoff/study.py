@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from concurrent.futures import Future
 
-    from barchain.studies.roundoff.plan import Plan, Task
+    from barchain.studies.roundoff.plan import RoundoffPlan, RoundoffTask
     from barchain.studies.roundoff.store import RoundoffStore
     from barchain.studies.roundoff.trajectories import HighPrecisionSolution
 
@@ -38,7 +38,7 @@ class RoundoffStudy:
     """One study."""
 
     def __init__(
-        self, plan: Plan, store: RoundoffStore, report: Callable[[str, str, str], None], workers: int | None
+        self, plan: RoundoffPlan, store: RoundoffStore, report: Callable[[str, str, str], None], workers: int | None
     ) -> None:
         """Prepare; `report` is told (table, task, outcome) after each task."""
         self.plan, self.store, self.report = plan, store, report
@@ -77,7 +77,7 @@ class RoundoffStudy:
             pool.stop()
             pool.join()
 
-    def schedule(self, pool: ProcessPool, task: Task, *solution: HighPrecisionSolution) -> Future[Rows]:
+    def schedule(self, pool: ProcessPool, task: RoundoffTask, *solution: HighPrecisionSolution) -> Future[Rows]:
         """Queue a task; one that hangs is ended, and costs its own rows."""
         found: Future[Rows] = pool.schedule(call, (task.function, (*solution, *task.arguments)), timeout=TASK_LIMIT_S)
         return found

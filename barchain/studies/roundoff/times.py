@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.studies.roundoff.states import Case, Kind, exact_case
+from barchain.studies.roundoff.states import EvaluationCase, StateKind, exact_case
 from barchain.timing.divided_chain import SCENE, divided
 from barchain.timing.evaluation import batch_s, calibrated, numpy_loop
 from barchain.timing.statistics import interval
@@ -55,7 +55,7 @@ def many_states(arithmetic: str, bars: int) -> Pair:
     """Both formulations of the study on many states at once."""
     a = ARITHMETICS[arithmetic]
     with exact_numbers():
-        exact = exact_case(Case(Kind.GENERIC, bars, 1e-5, MEMBERS))
+        exact = exact_case(EvaluationCase(StateKind.GENERIC, bars, 1e-5, MEMBERS))
         chain, state, places = exact.bars.cast(a), exact.state.cast(a), exact.state.absolute.cast(a)
 
     def by_relative(times: int) -> None:

@@ -34,7 +34,7 @@ MARGIN = 10.0  # a truth tells errors this many times its own
 
 
 @dataclass(frozen=True)
-class Family:
+class ScaledScene:
     """A scene at several sizes, seen `samples` times in a number of orbits."""
 
     scene: Scene
@@ -69,13 +69,13 @@ class Family:
 class HighPrecisionSolution:
     """Motion at each size from longitude 0, and how well it is known."""
 
-    family: Family
+    family: ScaledScene
     seen: tuple[Seen, ...]
     error: dict[str, Array]
     """(sizes,) of each quantity over the whole run, by another step size"""
 
 
-def solution_of(family: Family) -> HighPrecisionSolution:
+def solution_of(family: ScaledScene) -> HighPrecisionSolution:
     """Integrate in long double, by a method that nothing else here uses, at two steps."""
     ratios = np.array(family.ratios)
     with exact_numbers():
@@ -118,7 +118,7 @@ def rotated(vectors: Values, turn: Values) -> Values:
     return np.stack([c * vectors[0] - s * vectors[1], s * vectors[0] + c * vectors[1]])
 
 
-def columns(family: Family) -> tuple[Values, Array]:
+def columns(family: ScaledScene) -> tuple[Values, Array]:
     """Sizes (their place in the family's) and longitudes of all runs, (B,)."""
     random = np.random.default_rng(family.members)
     longitudes = random.uniform(0.0, 2.0 * np.pi, family.members)

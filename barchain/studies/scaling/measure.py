@@ -8,7 +8,7 @@ from adapters.registry import engines
 from barchain.record.environment import provenance
 from barchain.record.facts import engine_facts, external_versions, scene_words
 from barchain.run.selection import chosen_engines
-from barchain.studies.scaling.plan import BARS, MINUTES, REPEATS, TIME_LIMIT_S, Plan
+from barchain.studies.scaling.plan import BARS, MINUTES, REPEATS, TIME_LIMIT_S, ScalingPlan
 from barchain.studies.scaling.store import ScalingStore
 from barchain.studies.scaling.study import ScalingStudy
 from barchain.timing.divided_chain import SCENE
@@ -27,7 +27,7 @@ def make_plan(
     repeats: int = REPEATS,
     minutes: float = MINUTES,
     time_limit_s: float = TIME_LIMIT_S,
-) -> Plan:
+) -> ScalingPlan:
     """Plan of a study.
 
     Parameters
@@ -54,11 +54,11 @@ def make_plan(
     if not wanted or wanted[0] < 2:
         raise ValueError(f"bars {', '.join(map(str, wanted))}: allowed: 2 or more")
     chosen = engines() if engine_names is None else chosen_engines(engine_names)
-    return Plan(load_scene(SCENE), chosen, wanted, repeats, minutes, time_limit_s)
+    return ScalingPlan(load_scene(SCENE), chosen, wanted, repeats, minutes, time_limit_s)
 
 
 def measure(
-    plan: Plan,
+    plan: ScalingPlan,
     out: Path,
     *,
     resume: bool = False,
@@ -85,7 +85,7 @@ def measure(
     return study
 
 
-def new_record(plan: Plan, command: str) -> dict[str, Any]:
+def new_record(plan: ScalingPlan, command: str) -> dict[str, Any]:
     """record.json before the first point."""
     return provenance(command, external_versions(plan.engines)) | {
         "engines": {name: engine_facts(r) for name, r in plan.engines.items()},

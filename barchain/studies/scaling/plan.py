@@ -29,7 +29,7 @@ FEW_EXPONENT, MOST_EXPONENT = 2.0, 3.0  # beyond which growth is not believed, o
 
 
 @dataclass(frozen=True)
-class Plan:
+class ScalingPlan:
     """What is to be measured, and how long it may take."""
 
     scene: Scene

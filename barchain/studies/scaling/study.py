@@ -21,7 +21,7 @@ from barchain.run.pool import collect
 from barchain.run.threads import one_thread_each
 from barchain.studies.scaling.memory import installed
 from barchain.studies.scaling.plan import BUILDS, MEMORY_SHARE, SHARES, affordable, predicted
-from barchain.studies.scaling.point import LONG_TURNS, Measured, Task, measure_point
+from barchain.studies.scaling.point import LONG_TURNS, Measured, ScalingTask, measure_point
 from barchain.timing.bench import STARTUP_S, pin, quietest_core
 from barchain.timing.divided_chain import divided
 from barchain.timing.evaluation import DIRECT
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from barchain.run.job import RunResult
-    from barchain.studies.scaling.plan import Plan
+    from barchain.studies.scaling.plan import ScalingPlan
     from barchain.studies.scaling.store import ScalingStore
 
 WARM_BARS = 3  # not a number that is measured: an adapter may keep what it compiled for one
@@ -50,7 +50,7 @@ PROCESS_S = 4.0  # that a point takes whatever it runs: a process, imports, warm
 class ScalingStudy:
     """One study of many engines on one chain."""
 
-    def __init__(self, plan: Plan, store: ScalingStore, report: Callable[[str, str, str], None]) -> None:
+    def __init__(self, plan: ScalingPlan, store: ScalingStore, report: Callable[[str, str, str], None]) -> None:
         """Prepare; `report` is told (scene, engine and bars, outcome) after each point."""
         self.plan, self.store, self.report = plan, store, report
         self.done: dict[str, int] = {}
@@ -147,7 +147,7 @@ class ScalingStudy:
     def measured(self, engine: str, bars: int, share: float) -> RunResult:
         """Result of a point from a process of its own."""
         job, warm = self.plan.job(engine, bars, share or SHARES[-1]), self.plan.job(engine, WARM_BARS, SHARES[-1])
-        task = Task(job, warm, share, self.plan.repeats, self.plan.time_limit_s)
+        task = ScalingTask(job, warm, share, self.plan.repeats, self.plan.time_limit_s)
         allowed = STARTUP_S + (LONG_TURNS + BUILDS) * self.plan.time_limit_s
         context = multiprocessing.get_context("spawn")
         with tempfile.TemporaryDirectory() as folder, one_thread_each():

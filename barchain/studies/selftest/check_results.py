@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.studies.selftest.faults.fault import Group
+from barchain.studies.selftest.faults.fault import FaultGroup
 from barchain.studies.selftest.invisible import moved_beyond_rounding
 from reports.tables.outcome import Outcome
 from reports.tables.selftest import Fate
@@ -15,7 +15,7 @@ from reports.tables.selftest import Fate
 if TYPE_CHECKING:
     from barchain.judge.comparison import Row, Verdict
     from barchain.studies.selftest.faults.fault import Fault
-    from barchain.studies.selftest.trial import Ground, Result, Trial
+    from barchain.studies.selftest.trial import FaultTrial, SelftestCase, TrialResult
 
 CHECKS = {
     "normalised_error": "normalised_error",
@@ -40,7 +40,7 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Cell:
+class FaultCell:
     """What became of one fault in one scene."""
 
     fault: Fault
@@ -82,33 +82,33 @@ def reading(row: Row) -> Reading | None:
     return Reading(row["quantity"], CHECKS[row["metric"]], ratio, killed, row["reason"])
 
 
-def nothing(ground: Ground, fault: Fault, foreign: str = "") -> Cell | None:
+def nothing(case: SelftestCase, fault: Fault, foreign: str = "") -> FaultCell | None:
     """Cell of a fault that has nothing to spoil in a scene, or is `foreign` to the host; None if it has."""
-    reason = foreign or fault.nothing(ground.solution)
-    return Cell(fault, ground.scene.name, Fate.NOTHING, reason) if reason else None
+    reason = foreign or fault.nothing(case.solution)
+    return FaultCell(fault, case.scene.name, Fate.NOTHING, reason) if reason else None
 
 
-def cell(result: Result) -> Cell:
+def cell(result: TrialResult) -> FaultCell:
     """What became of a trial."""
     found = readings(result.verdict)
     fate, reason = fate_of(result, found)
-    return Cell(result.trial.fault, result.trial.ground.scene.name, fate, reason, found)
+    return FaultCell(result.trial.fault, result.trial.case.scene.name, fate, reason, found)
 
 
-def fate_of(result: Result, found: tuple[Reading, ...]) -> tuple[Fate, str]:
+def fate_of(result: TrialResult, found: tuple[Reading, ...]) -> tuple[Fate, str]:
     """Fate of a trial, and why where nothing kills it."""
     trial, outcome = result.trial, result.verdict.outcome
     killed = any(r.killed for r in found)
     if outcome is Outcome.FAILED and not trial.fault.refuses:
         return Fate.BROKEN, next(r.reason for r in found)
-    if trial.fault.group is Group.CONTROL:
+    if trial.fault.group is FaultGroup.CONTROL:
         return (Fate.FALSE_ALARM if killed else Fate.CLEAN), ""
     if killed:
         return Fate.KILLED, ""
     return unseen(trial, found)
 
 
-def unseen(trial: Trial, found: tuple[Reading, ...]) -> tuple[Fate, str]:
+def unseen(trial: FaultTrial, found: tuple[Reading, ...]) -> tuple[Fate, str]:
     """Whether a fault that nothing kills changes anything."""
     near = max(found, key=lambda r: r.ratio)
     said = f"uses at most {near.ratio:.2g} of what is allowed ({near.quantity.replace('_', ' ')}, {near.check})"

@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from barchain.studies.selftest.check_results import cell
-from barchain.studies.selftest.trial import Trial, run_trials
+from barchain.studies.selftest.trial import FaultTrial, run_trials
 from reports.tables.selftest import Fate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from barchain.studies.selftest.check_results import Cell, Reading
+    from barchain.studies.selftest.check_results import FaultCell, Reading
     from barchain.studies.selftest.faults.fault import Fault, Size
-    from barchain.studies.selftest.trial import Ground
+    from barchain.studies.selftest.trial import SelftestCase
 
 OCTAVES = 44  # below the natural size: 6e-14 of it, with the natural 1 % less than a rounding of what is spoilt
 
@@ -24,7 +24,7 @@ OCTAVES = 44  # below the natural size: 6e-14 of it, with the natural 1 % less t
 class Bracket:
     """What is known of one fault in one scene; sizes are powers of two of the natural one, counted from no fault."""
 
-    ground: Ground
+    case: SelftestCase
     fault: Fault
     caught: int | None = None
     """Smallest known to be caught"""
@@ -67,7 +67,7 @@ class Bracket:
         """Row of the table."""
         return {
             "fault": self.fault.name,
-            "scene": self.ground.scene.name,
+            "scene": self.case.scene.name,
             "caught": None if self.caught is None else self.at(self.caught),
             "missed": None if self.missed is None else self.at(self.missed),
             "quantity": self.by.quantity if self.by else "",
@@ -75,11 +75,13 @@ class Bracket:
         }
 
 
-def brackets(cells: Iterable[Cell], found: list[Ground]) -> list[Bracket]:
+def brackets(cells: Iterable[FaultCell], found: list[SelftestCase]) -> list[Bracket]:
     """Pairs of a continuous fault and a scene in which it was put in, with what its natural size came to."""
-    grounds = {g.scene.name: g for g in found}
+    selftest_cases = {g.scene.name: g for g in found}
     tried = [c for c in cells if c.fault.size and c.readings]
-    return [Bracket(grounds[c.scene], c.fault).told(0, c.worst if c.fate is Fate.KILLED else None) for c in tried]
+    return [
+        Bracket(selftest_cases[c.scene], c.fault).told(0, c.worst if c.fate is Fate.KILLED else None) for c in tried
+    ]
 
 
 def most_trials(pairs: list[Bracket]) -> int:
@@ -91,12 +93,12 @@ def settled(
     pairs: list[Bracket], *, workers: int | None = None, done: Callable[[int], None] = lambda _: None
 ) -> list[Bracket]:
     """Brackets narrowed to a factor of two, in rounds of one trial each."""
-    open_pairs = {(p.fault.name, p.ground.scene.name): p for p in pairs}
+    open_pairs = {(p.fault.name, p.case.scene.name): p for p in pairs}
     while True:
         asked = {name: k for name, p in open_pairs.items() if (k := p.next) is not None}
         if not asked:
             return list(open_pairs.values())
-        trials = [Trial(p.ground, p.fault, p.at(asked[n])) for n, p in open_pairs.items() if n in asked]
+        trials = [FaultTrial(p.case, p.fault, p.at(asked[n])) for n, p in open_pairs.items() if n in asked]
         for result in run_trials(trials, workers=workers):
             one = cell(result)
             name = one.fault.name, one.scene

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from barchain.run.job import Role
-from barchain.studies.selftest.check_results import Cell, cell, nothing
+from barchain.studies.selftest.check_results import FaultCell, cell, nothing
 from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, SOUND
-from barchain.studies.selftest.trial import SelftestError, Trial, run_trials
+from barchain.studies.selftest.trial import FaultTrial, SelftestError, run_trials
 from reports.tables.selftest import Fate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
     from barchain.studies.selftest.faults.fault import Fault
-    from barchain.studies.selftest.trial import Ground, Result
+    from barchain.studies.selftest.trial import SelftestCase, TrialResult
 
     Done = Callable[[int], None]
 
@@ -32,9 +32,9 @@ def quiet(done: int) -> None:
 class Matrix:
     """All cells."""
 
-    cells: tuple[Cell, ...]
+    cells: tuple[FaultCell, ...]
 
-    def of(self, fault: str) -> tuple[Cell, ...]:
+    def of(self, fault: str) -> tuple[FaultCell, ...]:
         """Cells of one fault."""
         return tuple(c for c in self.cells if c.fault.name == fault)
 
@@ -45,7 +45,7 @@ class Matrix:
         return tuple(f for name, f in faults.items() if survives({c.fate for c in self.of(name)}))
 
     @property
-    def wrong(self) -> tuple[Cell, ...]:
+    def wrong(self) -> tuple[FaultCell, ...]:
         """False alarms, and faults that are not put in as they are meant."""
         return tuple(c for c in self.cells if c.fate in (Fate.FALSE_ALARM, Fate.BROKEN))
 
@@ -66,26 +66,26 @@ def applies(fault: Fault, host: str) -> str:
 
 
 def sown(
-    faults: Iterable[Fault], found: list[Ground], host: str, *, workers: int | None = None, done: Done = quiet
-) -> Iterator[tuple[Cell, Result | None]]:
+    faults: Iterable[Fault], found: list[SelftestCase], host: str, *, workers: int | None = None, done: Done = quiet
+) -> Iterator[tuple[FaultCell, TrialResult | None]]:
     """Put faults into scenes: a cell for each pair, with its result where something was run."""
     trials = []
     for fault in faults:
-        for ground in found:
-            left_out = nothing(ground, fault, applies(fault, host))
+        for case in found:
+            left_out = nothing(case, fault, applies(fault, host))
             if left_out:
                 yield left_out, None
                 done(1)
             else:
-                trials.append(Trial(ground, fault, fault.natural))
+                trials.append(FaultTrial(case, fault, fault.natural))
     for result in run_trials(trials, workers=workers):
         yield cell(result), result
         done(1)
 
 
 def with_controls(
-    found: list[Ground], host: str, *, workers: int | None = None, done: Done = quiet
-) -> tuple[list[Ground], list[Cell]]:
+    found: list[SelftestCase], host: str, *, workers: int | None = None, done: Done = quiet
+) -> tuple[list[SelftestCase], list[FaultCell]]:
     """Grounds with the controls' runs, and the controls' cells."""
     kept, cells = {g.scene.name: g for g in found}, []
     for one, result in sown(CONTROLS.values(), found, host, workers=workers, done=done):
@@ -96,7 +96,7 @@ def with_controls(
     return list(kept.values()), cells
 
 
-def with_control(ground: Ground, result: Result) -> Ground:
+def with_control(case: SelftestCase, result: TrialResult) -> SelftestCase:
     """Ground that keeps what a control gave.
 
     Raises
@@ -106,18 +106,23 @@ def with_control(ground: Ground, result: Result) -> Ground:
     """
     main, finer = result.main.trajectory, result.finer.trajectory
     if main is None or finer is None:
-        raise SelftestError(f"{result.trial.fault.name} can't be run on {ground.scene.name}: {result.main.reason}")
-    controls = ground.controls | {result.trial.fault.name: main}
+        raise SelftestError(f"{result.trial.fault.name} can't be run on {case.scene.name}: {result.main.reason}")
+    controls = case.controls | {result.trial.fault.name: main}
     if result.trial.fault.name != SOUND:
-        return dataclasses.replace(ground, controls=controls)
-    sound = {ground.settings[Role.MAIN]: main, ground.settings[Role.FINER]: finer}
-    return dataclasses.replace(ground, controls=controls, sound=sound)
+        return dataclasses.replace(case, controls=controls)
+    sound = {case.settings[Role.MAIN]: main, case.settings[Role.FINER]: finer}
+    return dataclasses.replace(case, controls=controls, sound=sound)
 
 
 def matrix(
-    faults: Iterable[Fault], found: list[Ground], host: str = HOST, *, workers: int | None = None, done: Done = quiet
-) -> tuple[Matrix, list[Ground]]:
-    """Controls and faults in all scenes, in the order of the catalogue; and the grounds with the controls' runs."""
+    faults: Iterable[Fault],
+    found: list[SelftestCase],
+    host: str = HOST,
+    *,
+    workers: int | None = None,
+    done: Done = quiet,
+) -> tuple[Matrix, list[SelftestCase]]:
+    """Controls and faults in all scenes, in the order of the catalogue; and the cases with the controls' runs."""
     ready, cells = with_controls(found, host, workers=workers, done=done)
     cells += [one for one, _ in sown(faults, ready, host, workers=workers, done=done)]
     place = {name: k for k, name in enumerate([*CONTROLS, *FAULTS])}

@@ -12,7 +12,7 @@ from barchain.studies.selftest.detection_limit import brackets, most_trials, set
 from barchain.studies.selftest.faults.catalogue import CONTROLS
 from barchain.studies.selftest.matrix import HOST, Matrix, matrix
 from barchain.studies.selftest.store import SelftestStore
-from barchain.studies.selftest.trial import grounds
+from barchain.studies.selftest.trial import selftest_cases
 from reports.tables.selftest import FOLDER
 
 if TYPE_CHECKING:
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from barchain.studies.selftest.faults.fault import Fault
-    from barchain.studies.selftest.trial import Ground
+    from barchain.studies.selftest.trial import SelftestCase
     from scenarios import Scene
 
     Counter = Callable[[str, int], AbstractContextManager[Callable[[int], None]]]
 
 
 @dataclass(frozen=True)
-class Plan:
+class SelftestPlan:
     """What is to be tried."""
 
     scenes: tuple[Scene, ...]
@@ -39,7 +39,7 @@ class Plan:
     workers: int | None = None
 
 
-def selftest(plan: Plan, out: Path, *, command: str, counted: Counter) -> Matrix:
+def selftest(plan: SelftestPlan, out: Path, *, command: str, counted: Counter) -> Matrix:
     """Try every fault in every scene, and write the tables into ``out/selftest``.
 
     Parameters
@@ -64,7 +64,7 @@ def selftest(plan: Plan, out: Path, *, command: str, counted: Counter) -> Matrix
     start = time.perf_counter()
     store = SelftestStore(out / FOLDER, new_record(plan, command))
     with counted("certified_solutions", len(plan.scenes) * len(SOLUTION_ROLES)) as done:
-        found = grounds(plan.scenes, plan.host, workers=plan.workers, done=done)
+        found = selftest_cases(plan.scenes, plan.host, workers=plan.workers, done=done)
     with counted("faults", len(plan.scenes) * (len(plan.faults) + len(CONTROLS))) as done:
         tried, ready = matrix(plan.faults, found, plan.host, workers=plan.workers, done=done)
     store.keep_matrix(tried)
@@ -75,14 +75,16 @@ def selftest(plan: Plan, out: Path, *, command: str, counted: Counter) -> Matrix
     return tried
 
 
-def look_for_smallest(plan: Plan, tried: Matrix, ready: list[Ground], store: SelftestStore, counted: Counter) -> None:
+def look_for_smallest(
+    plan: SelftestPlan, tried: Matrix, ready: list[SelftestCase], store: SelftestStore, counted: Counter
+) -> None:
     """Bisect the sizes."""
     pairs = brackets(tried.cells, ready)
     with counted("sizes", most_trials(pairs)) as done:
         store.keep_smallest(settled(pairs, workers=plan.workers, done=done))
 
 
-def new_record(plan: Plan, command: str) -> dict[str, Any]:
+def new_record(plan: SelftestPlan, command: str) -> dict[str, Any]:
     """selftest.json before the first run."""
     return provenance(command) | {
         "host": plan.host,

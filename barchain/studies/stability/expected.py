@@ -28,7 +28,7 @@ Pair = tuple[str, str]
 
 
 @dataclass(frozen=True)
-class Change:
+class OutcomeChange:
     """An outcome that is not the one recorded."""
 
     scene: str
@@ -66,7 +66,7 @@ def word_of(finding: Finding) -> str:
     return SLOW if finding.slow else str(finding.stability)
 
 
-def change(scene: str, engine: str, before: str | None, finding: Finding) -> Change | None:
+def change(scene: str, engine: str, before: str | None, finding: Finding) -> OutcomeChange | None:
     """What changed, if anything counts as a change.
 
     A run that was not in time before may be in time now, or fail otherwise before its time is over: that tells of the
@@ -75,7 +75,7 @@ def change(scene: str, engine: str, before: str | None, finding: Finding) -> Cha
     now = word_of(finding)
     if before is None or before in (now, SLOW) or stability_of(before) is finding.stability:
         return None
-    return Change(scene, engine, before, now)
+    return OutcomeChange(scene, engine, before, now)
 
 
 def accept(found: Mapping[Pair, Finding], path: Path = PATH) -> None:

@@ -36,7 +36,7 @@ SCIPY = "scipy-"
 
 
 @dataclass(frozen=True)
-class Plan:
+class StabilityPlan:
     """What is to be run."""
 
     scenes: tuple[Scene, ...]

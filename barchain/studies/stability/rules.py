@@ -13,7 +13,7 @@ from barchain.run.job import Role
 from barchain.solutions.reference import PARTED_RAD, RICHARDSON, predictability_limit
 from barchain.studies.stability.engine_runs import JUDGED, LEVEL_WORDS, WITH_TRAJECTORY
 from barchain.studies.stability.growth import attitude_error, grows_too_fast, growth_excess
-from barchain.studies.stability.law import Law, law
+from barchain.studies.stability.law import GrowthLaw, law
 from reports.tables.outcome import Outcome
 from reports.tables.stability import Stability
 
@@ -37,7 +37,7 @@ class Finding:
     """Whether a faster machine might see another outcome"""
     quantity: str = ""
     """What drifts"""
-    law: Law | None = None
+    law: GrowthLaw | None = None
     """How"""
 
 

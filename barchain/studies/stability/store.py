@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from barchain.studies.stability.engine_runs import EngineRuns
-    from barchain.studies.stability.expected import Change
+    from barchain.studies.stability.expected import OutcomeChange
     from barchain.studies.stability.rules import Finding
 
 MOST_BARS_KEPT = 2000  # a table has six columns a bar, and takes minutes to write beyond
@@ -68,7 +68,7 @@ class StabilityStore(Store):
         self.record["runs"][-1]["rejected"] = result.rejected
 
     def keep_finding(
-        self, engine_runs: EngineRuns, finding: Finding, before: str | None, changed: Change | None
+        self, engine_runs: EngineRuns, finding: Finding, before: str | None, changed: OutcomeChange | None
     ) -> None:
         """Write an outcome and its evidence."""
         self.tables["outcomes"].append(outcome_row(engine_runs.scene.name, engine_runs.name, finding, before, changed))
@@ -81,7 +81,7 @@ class StabilityStore(Store):
         self.write("evidence")
 
     def keep_left_out(
-        self, scene: str, engine: str, finding: Finding, before: str | None, changed: Change | None
+        self, scene: str, engine: str, finding: Finding, before: str | None, changed: OutcomeChange | None
     ) -> None:
         """Write the outcome of an engine that was not run."""
         self.tables["outcomes"].append(outcome_row(scene, engine, finding, before, changed))
@@ -103,7 +103,7 @@ class StabilityStore(Store):
 
 
 def outcome_row(
-    scene: str, engine: str, finding: Finding, before: str | None, changed: Change | None
+    scene: str, engine: str, finding: Finding, before: str | None, changed: OutcomeChange | None
 ) -> dict[str, Any]:
     """Row of the table of outcomes."""
     law = finding.law

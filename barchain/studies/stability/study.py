@@ -17,7 +17,7 @@ from barchain.studies.stability import expected
 from barchain.studies.stability.engine_runs import LEVEL_WORDS, WITH_TRAJECTORY, EngineRuns
 from barchain.studies.stability.evidence import condition_range, laws
 from barchain.studies.stability.growth import linear_rate
-from barchain.studies.stability.plan import LEVELS, LONG, SOLUTION_LIMIT_S, Plan, exact_jobs, settings
+from barchain.studies.stability.plan import LEVELS, LONG, SOLUTION_LIMIT_S, StabilityPlan, exact_jobs, settings
 from barchain.studies.stability.rules import ILL_POSED, Finding, finding
 from barchain.studies.stability.store import StabilityStore
 from reports.tables.outcome import Outcome
@@ -41,7 +41,7 @@ Pair = tuple[str, str]
 
 
 @dataclass
-class SceneStudy:
+class HardSceneRuns:
     """One scene as its results come."""
 
     scene: Scene
@@ -52,11 +52,11 @@ class SceneStudy:
 
 
 @dataclass(frozen=True)
-class Result:
+class StabilityResult:
     """What a study found."""
 
     findings: dict[Pair, Finding]
-    changes: tuple[expected.Change, ...]
+    changes: tuple[expected.OutcomeChange, ...]
     ours: tuple[Pair, ...]
     """Scenes that are well-posed, and in which a form of the reference is not stable"""
 
@@ -66,22 +66,26 @@ class Result:
         return not self.ours and not self.changes
 
 
-class Study:
+class StabilityRun:
     """One study of many scenes and engines."""
 
     def __init__(
-        self, plan: Plan, store: StabilityStore, report: Callable[[str, str, str], None], note: Callable[[str], None]
+        self,
+        plan: StabilityPlan,
+        store: StabilityStore,
+        report: Callable[[str, str, str], None],
+        note: Callable[[str], None],
     ) -> None:
         """Prepare; `report` is told (scene, engine, outcome) after each run, `note` what goes on before."""
         self.plan, self.store, self.report, self.note = plan, store, report, note
-        self.scenes = {scene.name: SceneStudy(scene) for scene in plan.scenes}
+        self.scenes = {scene.name: HardSceneRuns(scene) for scene in plan.scenes}
         self.classes: dict[str, type[Engine]] = {name: r.load() for name, r in plan.engines.items()}
         self.recorded = expected.recorded()
         self.findings: dict[Pair, Finding] = {}
-        self.changes: list[expected.Change] = []
+        self.changes: list[expected.OutcomeChange] = []
         self.earlier: dict[str, dict[str, Any]] = {}
 
-    def run(self) -> Result:
+    def run(self) -> StabilityResult:
         """Make all runs, and judge each engine in each scene as soon as its last one is there."""
         start = time.perf_counter()
         self.earlier = self.store.earlier_runs() if self.plan.resume else {}
@@ -92,7 +96,7 @@ class Study:
             self.make(self.hopeful(self.jobs(wave)))
         self.store.record.update(finished=True, seconds=time.perf_counter() - start)
         self.store.write_record()
-        return Result(self.findings, tuple(self.changes), self.unstable_ours())
+        return StabilityResult(self.findings, tuple(self.changes), self.unstable_ours())
 
     def jobs(self, roles: Iterable[Role]) -> list[Job]:
         """Runs of some roles in all scenes."""
@@ -171,7 +175,7 @@ class Study:
             if job.role is Role.FINER:
                 self.judge(progress, job.engine)
 
-    def found_solution(self, progress: SceneStudy) -> None:
+    def found_solution(self, progress: HardSceneRuns) -> None:
         """Establish the truth once its runs are there."""
         scene, facts = progress.scene, self.store.record["scenes"][progress.scene.name]
         try:
@@ -186,7 +190,7 @@ class Study:
         self.follow(progress, job, progress.certified_solutions[Role.SOLUTION])
         self.store.write_record()
 
-    def follow(self, progress: SceneStudy, job: Job, result: RunResult) -> None:
+    def follow(self, progress: HardSceneRuns, job: Job, result: RunResult) -> None:
         """Fit how a run's drifts grow, in a scene that is followed over time."""
         if LONG not in progress.scene.tags or result.trajectory is None or result.outcome not in WITH_TRAJECTORY:
             return
@@ -195,7 +199,7 @@ class Study:
             *laws(progress.scene, job.engine, level, job.setting, result.trajectory, progress.solution)
         )
 
-    def judge(self, progress: SceneStudy, engine: str) -> None:
+    def judge(self, progress: HardSceneRuns, engine: str) -> None:
         """Judge an engine whose runs are all there."""
         scene, runs, own = progress.scene, progress.runs[engine], self.classes[engine]
         engine_runs = EngineRuns(scene, engine, own, settings(scene, own), runs, progress.solution)
@@ -246,7 +250,7 @@ def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
     }
 
 
-def new_record(plan: Plan, command: str) -> dict[str, Any]:
+def new_record(plan: StabilityPlan, command: str) -> dict[str, Any]:
     """run.json before the first run."""
     return provenance(command) | {
         "time_limit_s": plan.time_limit_s,
@@ -271,13 +275,13 @@ def scene_words(scene: Scene) -> dict[str, Any]:
 
 
 def stability(
-    plan: Plan,
+    plan: StabilityPlan,
     out: Path,
     *,
     command: str,
     report: Callable[[str, str, str], None] = lambda *_: None,
     note: Callable[[str], None] = lambda _: None,
-) -> Result:
+) -> StabilityResult:
     """Run every engine in every scene at three settings, and write tables into ``out/stability`` as they come.
 
     Parameters
@@ -298,4 +302,4 @@ def stability(
     """
     order = [(s.name, name) for s in plan.scenes for name in plan.engines]
     store = StabilityStore(out / FOLDER, new_record(plan, command), order)
-    return Study(plan, store, report, note).run()
+    return StabilityRun(plan, store, report, note).run()

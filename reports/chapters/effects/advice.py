@@ -24,7 +24,7 @@ from reports.chapters.effects.words import (
     span_words,
     spoken,
 )
-from reports.tables.effects import Kind
+from reports.tables.effects import EffectKind
 from reports.text.words import joined
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def verdict(row: EffectRow, worth: Worth, whole: Whole) -> str:
     """What to do."""
     if worth is Worth.UNTOLD:
         return f"whether that matters can't be told at rtol = {whole.rtol:g}, ask for a smaller --rtol"
-    if row.kind is Kind.GRAVITY:
+    if row.kind is EffectKind.GRAVITY:
         return gravity_verdict(row, worth, whole.gravity)
     if row.on:
         return "keep it" if worth is Worth.MATTERS else "it can be left out"

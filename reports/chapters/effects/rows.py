@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.effects import QUANTITIES, SIZES, UNITS, Kind
+from reports.tables.effects import QUANTITIES, SIZES, UNITS, EffectKind
 from reports.text.numerals import number
 from reports.text.record import mapping
 
@@ -67,7 +67,7 @@ class EffectRow:
 
     effect: str
     title: str
-    kind: Kind
+    kind: EffectKind
     on: bool
     said: str
     reason: str
@@ -92,12 +92,12 @@ class EffectRow:
     @property
     def model(self) -> str:
         """Model of gravity that it stands for."""
-        return self.effect.removeprefix("gravity.") if self.kind is Kind.GRAVITY else ""
+        return self.effect.removeprefix("gravity.") if self.kind is EffectKind.GRAVITY else ""
 
     @property
     def state(self) -> str:
         """Whether the scene has it: ``on``, ``off``, or what it would be instead of."""
-        return self.said if self.kind is Kind.GRAVITY else "on" if self.on else "off"
+        return self.said if self.kind is EffectKind.GRAVITY else "on" if self.on else "off"
 
     @property
     def rest(self) -> float | None:
@@ -172,7 +172,7 @@ def row_of(found: dict[Any, Any], whole: Whole) -> EffectRow:
 
     changes = [(q, value(f"{q}_{UNITS[q]}"), value(f"{q}_noise_{UNITS[q]}")) for q in QUANTITIES]
     return EffectRow(
-        str(found["effect"]), str(found["title"]), Kind(found["kind"]), bool(found["on"]), str(found["said"]),
+        str(found["effect"]), str(found["title"]), EffectKind(found["kind"]), bool(found["on"]), str(found["said"]),
         str(found["reason"]), str(found["caveat"]), str(found["engine"]),
         {name: (value(f"{name}_start"), value(f"{name}_largest")) for name in SIZES},
         tuple(Change(q, v, n, whole.scales[q]) for q, v, n in changes if v is not None and n is not None),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from reports.tables.effects import Kind
+from reports.tables.effects import EffectKind
 from reports.text.numerals import prefixed, significant
 from reports.text.ratios import short
 from reports.text.words import joined
@@ -75,7 +75,7 @@ def done(change: Change) -> str:
 
 def spoken(row: EffectRow) -> str:
     """Effect as a sentence begins with it."""
-    return f"{row.title} {row.said}" if row.kind is Kind.GRAVITY else row.title
+    return f"{row.title} {row.said}" if row.kind is EffectKind.GRAVITY else row.title
 
 
 def times(seconds: float, whole: Whole) -> str:

@@ -12,7 +12,7 @@ COLUMNS = (
 )  # fmt: skip
 
 
-class Kind(StrEnum):
+class CellClass(StrEnum):
     """Class of a cell."""
 
     PASS = "pass"
@@ -39,21 +39,21 @@ class Kind(StrEnum):
     """A spoilt engine that fails where it should run: no verdict on the judge"""
 
 
-SOUND = (Kind.PASS, Kind.LIMITED, Kind.FALSE_ALARM)
+SOUND = (CellClass.PASS, CellClass.LIMITED, CellClass.FALSE_ALARM)
 """Classes of sound engines that ran"""
-TRIED = (Kind.CAUGHT, Kind.MISSED)
+TRIED = (CellClass.CAUGHT, CellClass.MISSED)
 """Classes of faults that a verdict has to see"""
 
 
 @dataclass(frozen=True)
-class Cell:
+class CampaignCell:
     """One engine on one scene, as it is or with a fault in it."""
 
     scene: str
     engine: str
     fault: str
     """Empty: the engine as it is"""
-    kind: Kind
+    kind: CellClass
     outcome: str = ""
     """The judge's; empty where nothing was judged"""
     quantity: str = ""
@@ -71,7 +71,7 @@ class Cell:
     @property
     def is_finding(self) -> bool:
         """Whether it speaks against the judge."""
-        return self.kind in (Kind.MISSED, Kind.FALSE_ALARM)
+        return self.kind in (CellClass.MISSED, CellClass.FALSE_ALARM)
 
     def row(self) -> dict[str, Any]:
         """Row of the table."""

@@ -62,7 +62,7 @@ def in_this_process(jobs: list[Job]) -> Iterator[tuple[Job, RunResult]]:
             yield job, run_job(job, Path(folder) / "log")
 
 
-class Runs:
+class RunCache:
     """Results of runs by their key."""
 
     def __init__(self, run: Runner) -> None:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-    from barchain.studies.selftest.campaign.cells import Cell
+    from barchain.studies.selftest.campaign.cells import CampaignCell
     from barchain.studies.selftest.campaign.rates import Rate
 
 FOLDER = "campaign"
@@ -44,7 +44,7 @@ class CampaignStore:
         (folder / "campaign.csv").write_text(",".join(COLUMNS) + "\n", encoding="utf-8")
         self.write_record()
 
-    def keep_cells(self, cells: Iterable[Cell]) -> None:
+    def keep_cells(self, cells: Iterable[CampaignCell]) -> None:
         """Append cells."""
         frame = pd.DataFrame([cell.row() for cell in cells], columns=list(COLUMNS))
         with (self.folder / "campaign.csv").open("a", encoding="utf-8") as table:
@@ -55,7 +55,7 @@ class CampaignStore:
         frame = pd.DataFrame([rate.row() for rate in found], columns=list(RATE_COLUMNS))
         write_atomically(self.folder / "rates.csv", frame.to_csv(index=False))
 
-    def scene_path(self, cell: Cell) -> Path:
+    def scene_path(self, cell: CampaignCell) -> Path:
         """File of a finding's scene."""
         folder = self.folder / SCENES
         folder.mkdir(exist_ok=True)

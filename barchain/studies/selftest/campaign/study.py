@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from barchain.record.environment import provenance
-from barchain.studies.selftest.campaign.bench import Bench
+from barchain.studies.selftest.campaign.bench import TrialBench
 from barchain.studies.selftest.campaign.faults.catalogue import FAULTS
 from barchain.studies.selftest.campaign.findings import kept_findings, kinds
 from barchain.studies.selftest.campaign.rates import passed, rates
-from barchain.studies.selftest.campaign.runs import Runs
+from barchain.studies.selftest.campaign.runs import RunCache
 from barchain.studies.selftest.campaign.scenes.draw import draw
 from barchain.studies.selftest.campaign.store import FOLDER, CampaignStore
 
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
     from pathlib import Path
 
-    from barchain.studies.selftest.campaign.cells import Cell
-    from barchain.studies.selftest.campaign.findings import Found
+    from barchain.studies.selftest.campaign.cells import CampaignCell
+    from barchain.studies.selftest.campaign.findings import KeptFinding
     from barchain.studies.selftest.campaign.judging import Court
     from barchain.studies.selftest.campaign.rates import Rate
     from barchain.studies.selftest.campaign.runs import Runner
@@ -38,7 +38,7 @@ SHRINK_S = 60.0
 
 
 @dataclass(frozen=True)
-class Plan:
+class CampaignPlan:
     """What is to be tried."""
 
     scenes: int
@@ -68,10 +68,10 @@ class Plan:
 class Campaign:
     """What a campaign found."""
 
-    plan: Plan
-    cells: list[Cell]
+    plan: CampaignPlan
+    cells: list[CampaignCell]
     rates: list[Rate]
-    findings: list[Found] = field(default_factory=list)
+    findings: list[KeptFinding] = field(default_factory=list)
 
     @property
     def passed(self) -> bool:
@@ -79,7 +79,7 @@ class Campaign:
         return passed(self.cells)
 
 
-def campaign(plan: Plan, out: Path, run: Runner, court: Court, *, command: str, counted: Counter) -> Campaign:
+def campaign(plan: CampaignPlan, out: Path, run: Runner, court: Court, *, command: str, counted: Counter) -> Campaign:
     """Try engines and faults on random scenes, and write the tables into ``out/campaign`` as they come.
 
     Parameters
@@ -102,7 +102,7 @@ def campaign(plan: Plan, out: Path, run: Runner, court: Court, *, command: str, 
     """
     start = time.perf_counter()
     store = CampaignStore(out / FOLDER, new_record(plan, command))
-    cells: list[Cell] = []
+    cells: list[CampaignCell] = []
     with counted("scenes", plan.scenes) as done:
         drawn = plan.drawn()
         while scenes := list(itertools.islice(drawn, CHUNK)):
@@ -120,9 +120,9 @@ def campaign(plan: Plan, out: Path, run: Runner, court: Court, *, command: str, 
     return result
 
 
-def tried(plan: Plan, drawn: list[Scene], run: Runner, court: Court) -> list[Cell]:
+def tried(plan: CampaignPlan, drawn: list[Scene], run: Runner, court: Court) -> list[CampaignCell]:
     """Cells of some scenes."""
-    bench = Bench(Runs(run), court)
+    bench = TrialBench(RunCache(run), court)
     scenes = bench.establish(drawn)
     cells, trials = [], []
     for scene in scenes:
@@ -138,7 +138,7 @@ def tried(plan: Plan, drawn: list[Scene], run: Runner, court: Court) -> list[Cel
     return cells + bench.settle(trials)
 
 
-def new_record(plan: Plan, command: str) -> dict[str, object]:
+def new_record(plan: CampaignPlan, command: str) -> dict[str, object]:
     """campaign.json before the first run."""
     return provenance(command) | {
         "seed": plan.seed,

@@ -31,7 +31,7 @@ FIRST = (Role.MAIN, Role.FINER)
 
 
 @dataclass(frozen=True)
-class Trial:
+class CampaignTrial:
     """One engine on one scene; of the fault only the name, so that worker processes can take it."""
 
     scene: Scene
@@ -82,7 +82,7 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Limit:
+class DetectionLimit:
     """Smallest error that a verdict says it would have called."""
 
     share: float
@@ -92,16 +92,16 @@ class Limit:
 
 
 @dataclass(frozen=True)
-class Case:
+class CampaignCase:
     """A trial with its runs: all that a verdict takes."""
 
-    trial: Trial
+    trial: CampaignTrial
     solution: ReferenceSolution
     made: dict[Role, tuple[Job, RunResult]]
     """Runs by role, with what was asked: of the sound engine where the trial replays them"""
     sound: dict[Role, RunResult] = field(default_factory=dict)
     """Runs of the sound engine; empty where the trial is that"""
-    limits: dict[str, Limit] = field(default_factory=dict)
+    limits: dict[str, DetectionLimit] = field(default_factory=dict)
     """What the sound engine's verdict says that it would detect"""
 
     @property
@@ -129,7 +129,7 @@ class Case:
         return self.sound[role].trajectory if role in self.sound else None
 
 
-def verdict_of(case: Case, results: dict[Role, RunResult]) -> Verdict:
+def verdict_of(case: CampaignCase, results: dict[Role, RunResult]) -> Verdict:
     """Verdict of the production comparison."""
     evidence = gathered(results)
     assert evidence is not None  # the two first runs are always made

@@ -10,7 +10,7 @@ from unittest.mock import patch
 from adapters.engine import AccuracyParameter
 from barchain.studies.selftest.faults import reasons
 from barchain.studies.selftest.faults.equations import SINGLE
-from barchain.studies.selftest.faults.fault import Fault, Group, Size
+from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
 from barchain.studies.selftest.faults.forces import SLEW, THRUST, effect
 from reference_impl.integrate import stepper
 from reference_impl.integrate.discrete_modes import ModelSwitches
@@ -126,7 +126,7 @@ def stuck(setting: Setting, size: float) -> Setting:
 
 
 SECOND = Size(1.0, "s")
-START, ACCURACY, EVENTS = Group.START, Group.ACCURACY, Group.EVENTS
+START, ACCURACY, EVENTS = FaultGroup.START, FaultGroup.ACCURACY, FaultGroup.EVENTS
 FAULTS = (
     Fault("slew-late", "slews that start late", "a step that straddles a break", EVENTS, size=SECOND, nothing=SLEW,
           scene=effect("prescribed_rotation", later)),

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     Foreign = Callable[[type[Engine]], str]
 
 
-class Group(StrEnum):
+class FaultGroup(StrEnum):
     """Where a fault comes from."""
 
     CONTROL = "control"
@@ -92,7 +92,7 @@ class Fault:
     """What is wrong"""
     stands_for: str
     """Mistake that it stands for"""
-    group: Group
+    group: FaultGroup
     scene: SceneChange | None = None
     setting: SettingChange | None = None
     code: CodeChange | None = None

@@ -23,7 +23,7 @@ DECLARED = (
 )  # fmt: skip
 
 
-class Spoilt(Engine):
+class FaultyEngine(Engine):
     """A host engine with a fault put in; :func:`spoilt` makes the final class."""
 
     host: ClassVar[type[Engine]]
@@ -83,7 +83,7 @@ def spoilt(
     kept: dict[str, Any] = {name: getattr(host, name) for name in DECLARED}
     own = {"host": host, "fault": fault, "size": size, "recorded": recorded or {}}
     wrong = fault.declares(host, main) if fault.declares and main is not None else {}
-    return type(f"Spoilt{host.__name__}", (Spoilt,), kept | own | wrong)
+    return type(f"Spoilt{host.__name__}", (FaultyEngine,), kept | own | wrong)
 
 
 @dataclass(frozen=True)

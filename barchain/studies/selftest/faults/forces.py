@@ -10,7 +10,7 @@ from unittest.mock import patch
 
 from barchain.studies.selftest.faults import reasons
 from barchain.studies.selftest.faults.equations import PART, PERCENT, other_model
-from barchain.studies.selftest.faults.fault import Fault, Group, Size
+from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
 from reference_impl.effects import impulse
 from reference_impl.effects.slender import Slender
 from reference_impl.model import relative
@@ -90,11 +90,11 @@ def blow_lever(size: float) -> AbstractContextManager[object]:
     """Impulsive reactions that turn the bars the wrong way."""
     del size
 
-    class Wrong(Turning):
+    class WrongImpulse(Turning):
         def levered(self, reaction: ComplexArray) -> Array:
             return -super().levered(reaction)
 
-    return patch.object(impulse, "Turning", Wrong)
+    return patch.object(impulse, "Turning", WrongImpulse)
 
 
 def swapped_axes(one: Any, _: float) -> Any:
@@ -126,7 +126,7 @@ LIGHT = reasons.needs("solar_pressure", "sunlight")
 SPRINGS = reasons.needs("joint_spring_damper", "springs or dampers")
 THRUST = reasons.needs("thrust", "thrust")
 SLEW = reasons.needs("prescribed_rotation", "prescribed rotation")
-FORCES = Group.FORCES
+FORCES = FaultGroup.FORCES
 FAULTS = (
     Fault("gravity-torque-off", "no gravity torque (or a part of it less)", "a load not switched on", FORCES,
           code=lambda s: torque_times(1.0 - s), size=PART, nothing=reasons.turning),

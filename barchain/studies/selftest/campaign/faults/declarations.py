@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from adapters.engine import AccuracyParameter, Coordinates
 from barchain.studies.selftest.campaign.faults.garbage import largest
 from barchain.studies.selftest.campaign.faults.physics import HEAVIER
-from barchain.studies.selftest.faults.fault import Fault, Group
+from barchain.studies.selftest.faults.fault import Fault, FaultGroup
 
 if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
@@ -54,7 +54,7 @@ def equal_steps_only(foreign: Foreign) -> Foreign:
 
 
 FIRST = declares("order", 1.0)
-DECLARED = Group.DECLARED
+DECLARED = FaultGroup.DECLARED
 FAULTS = (
     Fault("declares-noise", "declares a noise of a radian and of its largest reaction", "a bound of no use", DECLARED,
           declares=noisy),

@@ -10,7 +10,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from adapters.trajectory import Observable
 from barchain.studies.selftest.campaign.faults.garbage import largest
-from barchain.studies.selftest.faults.fault import Fault, Group, Size
+from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
 from barchain.studies.selftest.faults.output import damped, negative, rows_of
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ def landed(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     return dataclasses.replace(rows_of(trajectory, slice(0, int(kept.sum()))), ended=said)
 
 
-OUTPUT, ACCURACY = Group.OUTPUT, Group.ACCURACY
+OUTPUT, ACCURACY = FaultGroup.OUTPUT, FaultGroup.ACCURACY
 FAULTS = (
     Fault("com-millimetres", "centre of mass written to the millimetre", "a format with three decimals", ACCURACY,
           output=in_millimetres),
