@@ -12,9 +12,9 @@ from unittest import mock
 
 import numpy as np
 
-from barchain.studies.roundoff.formulations import FORMULATIONS, Turned
-from barchain.studies.roundoff.production import model_of
-from barchain.studies.roundoff.states import EvaluationCase, StateKind, exact_case
+from barchain.studies.roundoff.formulations.definitions import FORMULATIONS, Turned
+from barchain.studies.roundoff.formulations.production import model_of
+from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind, exact_case
 from reference_impl.fast import layout
 from reference_impl.fast.accelerations import evaluate
 from reference_impl.integrate.simulate import Simulation

@@ -6,20 +6,21 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import barchain.studies.roundoff.engines as module
+import barchain.studies.roundoff.parts.engines as module
 from adapters.common.initial_state import initial_state
 from adapters.exudyn.adapter import ExudynAbsoluteIndex3
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES, Registration, UnknownEngineError
-from barchain.studies.roundoff import plan, third_parties
-from barchain.studies.roundoff.engine_laws import NEAR, UNEXPLAINED, engine_laws
-from barchain.studies.roundoff.engines import attempt, engine_rows, scene_at, setting_of
-from barchain.studies.roundoff.evaluation import errors, rows_of
-from barchain.studies.roundoff.laws import evaluation_laws, expected_exponent
+from barchain.studies.roundoff import plan
+from barchain.studies.roundoff.formulations.definitions import third_parties
+from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind, exact_case
+from barchain.studies.roundoff.formulations.third_parties import THIRD_PARTIES, present
+from barchain.studies.roundoff.laws.engine_fits import NEAR, UNEXPLAINED, engine_laws
+from barchain.studies.roundoff.laws.fits import evaluation_laws, expected_exponent
+from barchain.studies.roundoff.parts.engines import attempt, engine_rows, scene_at, setting_of
+from barchain.studies.roundoff.parts.evaluation import errors, rows_of
+from barchain.studies.roundoff.parts.trajectories import ScaledScene, solution_of
 from barchain.studies.roundoff.plan import SWEEPS, make_plan
-from barchain.studies.roundoff.states import EvaluationCase, StateKind, exact_case
-from barchain.studies.roundoff.third_parties import THIRD_PARTIES, present
-from barchain.studies.roundoff.trajectories import ScaledScene, solution_of
 from reference_impl.precision.arithmetic import EXACT, FLOAT64, exact_numbers
 from scenarios import load_scene
 

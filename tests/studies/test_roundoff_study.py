@@ -6,21 +6,21 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from barchain.studies.roundoff import laws
-from barchain.studies.roundoff.evaluation import rows_of
-from barchain.studies.roundoff.laws import best_laws, best_table, evaluation_laws, growth_laws
-from barchain.studies.roundoff.longitudes import longitude_rows
+from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind
+from barchain.studies.roundoff.laws.fits import best_laws, best_table, evaluation_laws, growth_laws
+from barchain.studies.roundoff.laws.fits import fits as laws
 from barchain.studies.roundoff.measure import measure
-from barchain.studies.roundoff.plan import DECADES, PARTS, RoundoffPlan, RoundoffTask, make_plan
-from barchain.studies.roundoff.states import EvaluationCase, StateKind
-from barchain.studies.roundoff.times import many_states, one_state
-from barchain.studies.roundoff.trajectories import (
+from barchain.studies.roundoff.parts.evaluation import rows_of
+from barchain.studies.roundoff.parts.longitudes import longitude_rows
+from barchain.studies.roundoff.parts.times import many_states, one_state
+from barchain.studies.roundoff.parts.trajectories import (
     ScaledScene,
     chosen_step_rows,
     equal_step_rows,
     growth_rows,
     solution_of,
 )
+from barchain.studies.roundoff.plan import DECADES, PARTS, RoundoffPlan, RoundoffTask, make_plan
 from reports.tables.roundoff import COLUMNS, read_roundoff
 from scenarios import load_scene
 
@@ -214,7 +214,7 @@ def test_the_plan_has_every_state_size_and_arithmetic_and_at_least_30_members():
 
 def small_plan():
     """A second's work, with a task that fails."""
-    function = "barchain.studies.roundoff.evaluation:rows_of"
+    function = "barchain.studies.roundoff.parts.evaluation:rows_of"
     ways = (("relative", "absolute"), ("float64",))
     cases = [EvaluationCase(StateKind.GENERIC, 2, r, 4) for r in (1e-3, 1e-5, 1e-7)]
     good = [RoundoffTask("evaluation", f"{c.ratio:g}", function, (c, *ways)) for c in cases]

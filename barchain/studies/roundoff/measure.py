@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from barchain.record.environment import package_version, provenance
+from barchain.studies.roundoff.formulations.states import MEMBERS
 from barchain.studies.roundoff.objects import objects
 from barchain.studies.roundoff.plan import SCENE
-from barchain.studies.roundoff.states import MEMBERS
 from barchain.studies.roundoff.store import RoundoffStore
 from barchain.studies.roundoff.study import RoundoffStudy
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT_DIGITS, long_doubles

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from barchain.studies.roundoff.states import EQUATOR_M
+from barchain.studies.roundoff.formulations.states import EQUATOR_M
 
 OBJECTS_M = {
     "20 km tether": 20e3,

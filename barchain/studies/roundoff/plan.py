@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from adapters.registry import ENGINES
-from barchain.studies.roundoff.states import EvaluationCase, StateKind
-from barchain.studies.roundoff.third_parties import present
-from barchain.studies.roundoff.trajectories import ScaledScene
+from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind
+from barchain.studies.roundoff.formulations.third_parties import present
+from barchain.studies.roundoff.parts.trajectories import ScaledScene
 from scenarios import load_scene
 
 PARTS = ("evaluation", "trajectories", "engines", "times")
@@ -124,12 +124,12 @@ def evaluation(
     """Errors of some formulations at one case."""
     title = f"{kind}, {bars} bars, {ratio:.0e}"
     arguments = (EvaluationCase(kind, bars, ratio), formulations, arithmetics)
-    return RoundoffTask("evaluation", title, "barchain.studies.roundoff.evaluation:rows_of", arguments)
+    return RoundoffTask("evaluation", title, "barchain.studies.roundoff.parts.evaluation:rows_of", arguments)
 
 
 def longitudes() -> list[RoundoffTask]:
     """Errors by sector of the longitude."""
-    function = "barchain.studies.roundoff.longitudes:longitude_rows"
+    function = "barchain.studies.roundoff.parts.longitudes:longitude_rows"
     return [
         RoundoffTask(
             "longitudes",
@@ -145,7 +145,7 @@ def trajectories(full: bool) -> list[RoundoffTask]:
     """One orbit, at many steps and tolerances."""
     ratios = DECADES[1::1] if full else (1e-3, 1e-5, 1e-7, 1e-9)
     family = ScaledScene(load_scene(SCENE), ratios, 32)
-    module = "barchain.studies.roundoff.trajectories"
+    module = "barchain.studies.roundoff.parts.trajectories"
     finest = {("rk4", "float64"): 13 if full else 9, ("rk4", "float32"): 7, ("dop853", "float64"): 7 if full else 6,
               ("dop853", "float32"): 4}  # fmt: skip
     found = []
@@ -170,7 +170,7 @@ def growths(full: bool) -> list[RoundoffTask]:
     """Many orbits, at a step where truncation is below round-off."""
     orbits, ratios = (32, (1e-3, 1e-5, 1e-7)) if full else (5, (1e-3, 1e-5))
     family = ScaledScene(load_scene(SCENE), ratios, 32, orbits, 4 * orbits)
-    function = "barchain.studies.roundoff.trajectories:growth_rows"
+    function = "barchain.studies.roundoff.parts.trajectories:growth_rows"
     return [
         RoundoffTask("growth", f"{name}, float64, {orbits} orbits", function, ("float64", name, "dop853", 64), family)
         for name in COORDINATES
@@ -191,4 +191,6 @@ def engines(full: bool) -> list[RoundoffTask]:
 def engine_run(family: ScaledScene, name: str, size: int, value: float) -> RoundoffTask:
     """One engine at one size and setting."""
     title = f"{name}, {family.ratios[size]:.0e}, {value:g}"
-    return RoundoffTask("engines", title, "barchain.studies.roundoff.engines:engine_rows", (name, size, value), family)
+    return RoundoffTask(
+        "engines", title, "barchain.studies.roundoff.parts.engines:engine_rows", (name, size, value), family
+    )

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from barchain.record.files import write_atomically
-from barchain.studies.roundoff.engine_laws import engine_laws
-from barchain.studies.roundoff.laws import best_laws, best_table, evaluation_laws, growth_laws
+from barchain.studies.roundoff.laws.engine_fits import engine_laws
+from barchain.studies.roundoff.laws.fits import best_laws, best_table, evaluation_laws, growth_laws
 from reports.tables.roundoff import COLUMNS
 
 if TYPE_CHECKING:

@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING, Any
 from pebble import ProcessPool
 
 from barchain.run.threads import one_thread_each
-from barchain.studies.roundoff.times import time_rows
-from barchain.studies.roundoff.trajectories import solution_of
+from barchain.studies.roundoff.parts.times import time_rows
+from barchain.studies.roundoff.parts.trajectories import solution_of
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from concurrent.futures import Future
 
+    from barchain.studies.roundoff.parts.trajectories import HighPrecisionSolution
     from barchain.studies.roundoff.plan import RoundoffPlan, RoundoffTask
     from barchain.studies.roundoff.store import RoundoffStore
-    from barchain.studies.roundoff.trajectories import HighPrecisionSolution
 
 Rows = list[dict[str, Any]]
 TASK_LIMIT_S = 600.0

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.studies.roundoff.states import EvaluationCase, StateKind, exact_case
+from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind, exact_case
 from barchain.timing.divided_chain import SCENE, divided
 from barchain.timing.evaluation import batch_s, calibrated, numpy_loop
 from barchain.timing.statistics import interval

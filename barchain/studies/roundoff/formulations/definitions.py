@@ -19,7 +19,7 @@ from reference_impl.precision.formulations import absolute, newton, point_field,
 from reference_impl.precision.steppers import extrapolated
 
 if TYPE_CHECKING:
-    from barchain.studies.roundoff.states import Exact
+    from barchain.studies.roundoff.formulations.states import Exact
 
 EXACT_SUBSTEPS = (2, 4, 6, 8)  # to the neighbouring instants: order 8, far below what differencing leaves
 

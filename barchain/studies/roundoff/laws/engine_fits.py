@@ -25,8 +25,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from barchain.studies.roundoff.engines import INERTIAL
-from barchain.studies.roundoff.laws import grouped, line
+from barchain.studies.roundoff.laws.fits import grouped, line
+from barchain.studies.roundoff.parts.engines import INERTIAL
 from barchain.timing.orders import FEWEST, LEAST_SLOPE, SCATTERED, STRAIGHT
 from reports.tables.roundoff import ENGINE_COLUMNS, ENGINE_LAW_COLUMNS
 

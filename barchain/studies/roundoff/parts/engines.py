@@ -17,16 +17,16 @@ from adapters.engine import AccuracyParameter, Coordinates, EngineError, Setting
 from adapters.registry import find_engine
 from adapters.trajectory import Observable
 from barchain.run.trajectory_checks import fault
-from barchain.studies.roundoff.evaluation import SHARES, quantiles
-from barchain.studies.roundoff.states import EQUATOR_M
-from barchain.studies.roundoff.trajectories import MARGIN, judged
+from barchain.studies.roundoff.formulations.states import EQUATOR_M
+from barchain.studies.roundoff.parts.evaluation import SHARES, quantiles
+from barchain.studies.roundoff.parts.trajectories import MARGIN, judged
 from reference_impl.precision.coordinates import Seen
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from adapters.engine import Engine
     from adapters.trajectory import Array, Trajectory
-    from barchain.studies.roundoff.trajectories import HighPrecisionSolution, ScaledScene
+    from barchain.studies.roundoff.parts.trajectories import HighPrecisionSolution, ScaledScene
     from scenarios import Scene
 
 INERTIAL, MOVING = "inertial", "moving"

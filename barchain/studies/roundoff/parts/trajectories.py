@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 import gmpy2
 import numpy as np
 
-from barchain.studies.roundoff.evaluation import quantiles
-from barchain.studies.roundoff.states import EQUATOR_M
+from barchain.studies.roundoff.formulations.states import EQUATOR_M
+from barchain.studies.roundoff.parts.evaluation import quantiles
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT, LONG, Values, exact_numbers
 from reference_impl.precision.chain import Bars
 from reference_impl.precision.coordinates import Seen, Start
