@@ -36,19 +36,19 @@ def cost(
     SCENEs are names or files; the paper's by default, each over its first orbit.
     """
     from barchain.cli.progress import verdicts_shown  # noqa: PLC0415
-    from barchain.studies.cost.measure import make_plan, measure  # noqa: PLC0415  # statistics that no other command needs
+    from barchain.studies.cost.study import CostOptions, CostStudy  # noqa: PLC0415  # statistics no other command needs
+    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
-    plan = make_plan(
-        scenes or None, names or None, orbits=orbits, repeats=repeats, minutes=minutes, time_limit_s=time_limit
-    )
+    study = CostStudy()
+    plan = study.plan(CostOptions(scenes or None, names or None, orbits, repeats, minutes, time_limit))
     with verdicts_shown(plan.turns) as show:
-        study = measure(plan, out, resume=resume, command=typed(), progress=show)
+        result = run_study(study, plan, out, command=typed(), reporter=Reporter(show, show.note), resume=resume)
     page, ratios = render_study("cost", out)
     if markdown and ratios:
         click.echo(ratios.read_text(encoding="utf-8"))
     click.echo(f"cost study: {page}", err=markdown)
-    idle = {o["engine"]: o["reason"] for o in study.store.record["left_out"] if o["engine"] not in study.ran}
+    idle = result.idle
     for name, reason in idle.items():
         click.echo(f"{name} is left out: {reason}", err=True)
     if set(names) & set(idle):  # asked for by name, and not there

@@ -21,11 +21,12 @@ PARTS = ("evaluation", "trajectories", "engines", "times")
 def roundoff(out: Path, parts: tuple[str, ...], full: bool, workers: int | None) -> None:
     """Measure how many digits of the reactions each kind of coordinates leaves, and at which size the last one goes."""
     from barchain.cli.progress import verdicts_shown  # noqa: PLC0415
-    from barchain.studies.roundoff.measure import measure  # noqa: PLC0415  # multiple precision no other command needs
-    from barchain.studies.roundoff.plan import make_plan  # noqa: PLC0415
+    from barchain.studies.roundoff.study import RoundoffOptions, RoundoffStudy  # noqa: PLC0415  # multiple precision no other command needs
+    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
-    plan = make_plan(parts, full=full)
+    study = RoundoffStudy()
+    plan = study.plan(RoundoffOptions(parts, full, workers))
     with verdicts_shown(plan.turns) as show:
-        measure(plan, out, command=typed(), workers=workers, progress=show)
+        run_study(study, plan, out, command=typed(), reporter=Reporter(show, show.note))
     click.echo(f"round-off study: {render_study('roundoff', out).page}")

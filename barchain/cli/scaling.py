@@ -34,14 +34,15 @@ def scaling(
     The chain is the paper's 80° one, cut into N bars.
     """
     from barchain.cli.progress import verdicts_shown  # noqa: PLC0415
-    from barchain.studies.scaling.measure import make_plan, measure  # noqa: PLC0415  # statistics no other command needs
+    from barchain.studies.scaling.study import ScalingOptions, ScalingStudy  # noqa: PLC0415  # statistics no other command needs
+    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
-    plan = make_plan(names or None, bars, repeats=repeats, minutes=minutes, time_limit_s=time_limit)
+    study = ScalingStudy()
+    plan = study.plan(ScalingOptions(names or None, bars, repeats, minutes, time_limit))
     with verdicts_shown(plan.turns) as show:
-        study = measure(plan, out, resume=resume, command=typed(), progress=show)
+        idle = run_study(study, plan, out, command=typed(), reporter=Reporter(show, show.note), resume=resume).idle
     click.echo(f"scaling study: {render_study('scaling', out).page}")
-    idle = study.idle
     for name, reason in idle.items():
         click.echo(f"{name} is left out: {reason}", err=True)
     if set(names) & set(idle):  # asked for by name, and not there

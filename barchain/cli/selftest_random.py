@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import os
 import tempfile
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -78,7 +78,8 @@ def run_random(
     from barchain.studies.selftest.campaign.faults.catalogue import FAULTS  # noqa: PLC0415
     from barchain.studies.selftest.campaign.judging import CourtRoom  # noqa: PLC0415  # what no other command needs
     from barchain.studies.selftest.campaign.runs import in_workers  # noqa: PLC0415
-    from barchain.studies.selftest.campaign.study import campaign  # noqa: PLC0415
+    from barchain.studies.selftest.campaign.study import CampaignStudy  # noqa: PLC0415
+    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
 
     if listed:
         show_faults(FAULTS.values())
@@ -88,7 +89,8 @@ def run_random(
     with tempfile.TemporaryDirectory() as scratch:
         folder = out or Path(scratch)
         try:
-            found = campaign(plan, folder, in_workers(workers), court, command=typed(), counted=counted)
+            study, reporter = CampaignStudy(in_workers(workers), court), Reporter(counted=counted)
+            found = run_study(study, plan, folder, command=typed(), reporter=reporter)
         finally:
             court.close()
         show_campaign(found, kept=out is not None)
@@ -101,27 +103,21 @@ def plan_of(
 ) -> CampaignPlan:
     """What is asked for; engines that are not installed are bad usage."""
     from adapters.registry import find_engine  # noqa: PLC0415
-    from barchain.run.selection import chosen_engines  # noqa: PLC0415
-    from barchain.studies.selftest.campaign.faults.catalogue import FAULTS, find  # noqa: PLC0415
-    from barchain.studies.selftest.campaign.study import HOSTS, MOST_RERUNS, SHRINK_S, CampaignPlan  # noqa: PLC0415
+    from barchain.studies.selftest.campaign.study import HOSTS, CampaignOptions, make_plan  # noqa: PLC0415
     from barchain.studies.selftest.faults.catalogue import UnknownFaultError  # noqa: PLC0415
 
     hosts = () if asked.hosts == (NO_HOST,) else asked.hosts or HOSTS
-    everyday = {name: r for name, r in chosen_engines(None).items() if not r.missing}
     for name in dict.fromkeys((*engines, *hosts)):
         missing = find_engine(name).missing
         if missing:
             raise click.UsageError(f"{name}: {missing}")
+    assert asked.number is not None
+    given: dict[str, Any] = {"seed": asked.seed, "most_reruns": asked.reruns, "shrink_s": asked.shrink_seconds}
+    options = CampaignOptions(asked.number, engines=engines, hosts=hosts, faults=faults, workers=workers)
     try:
-        chosen = tuple(find(name).name for name in dict.fromkeys(faults or FAULTS))
+        return make_plan(replace(options, **{name: value for name, value in given.items() if value is not None}))
     except UnknownFaultError as error:
         raise click.UsageError(f"--fault {error}") from error
-    assert asked.number is not None
-    return CampaignPlan(
-        asked.number, asked.seed or 0, engines or tuple(everyday), hosts, chosen,
-        MOST_RERUNS if asked.reruns is None else asked.reruns,
-        SHRINK_S if asked.shrink_seconds is None else asked.shrink_seconds, workers,
-    )  # fmt: skip
 
 
 def show_faults(faults: Iterable[Fault]) -> None:

@@ -12,7 +12,7 @@ from barchain.studies.stability.limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from barchain.studies.stability.plan import StabilityPlan
-    from barchain.studies.stability.study import StabilityResult
+    from barchain.studies.stability.run import StabilityResult
 
 FAILED = 1
 
@@ -38,12 +38,14 @@ def stability(
     reference is not stable in a well-posed scene, or if an outcome is not the one recorded.
     """
     from barchain.cli.progress import verdicts_shown  # noqa: PLC0415
-    from barchain.studies.stability.study import stability as run  # noqa: PLC0415  # what no other command needs
+    from barchain.studies.stability.study import StabilityStudy  # noqa: PLC0415  # what no other command needs
+    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
-    plan = plan_of(scenes, names, time_limit, workers, resume)
-    with verdicts_shown(plan.total) as show:
-        result = run(plan, out, command=typed(), report=show, note=show.note)
+    plan = plan_of(scenes, names, time_limit, workers)
+    with verdicts_shown(plan.turns) as show:
+        reporter = Reporter(show, show.note)
+        result = run_study(StabilityStudy(), plan, out, command=typed(), reporter=reporter, resume=resume)
     page = render_study("stability", out).page
     show_result(result)
     if accepted:
@@ -53,20 +55,15 @@ def stability(
         raise click.exceptions.Exit(FAILED)
 
 
-def plan_of(
-    scenes: tuple[str, ...], names: tuple[str, ...], time_limit: float, workers: int | None, resume: bool
-) -> StabilityPlan:
+def plan_of(scenes: tuple[str, ...], names: tuple[str, ...], time_limit: float, workers: int | None) -> StabilityPlan:
     """What is asked for."""
-    from barchain.run.selection import unique_names  # noqa: PLC0415
-    from barchain.studies.stability.plan import StabilityPlan, chosen_engines, hard_scenes  # noqa: PLC0415
-    from scenarios import load_scene  # noqa: PLC0415
+    from barchain.studies.stability.study import StabilityOptions, StabilityStudy  # noqa: PLC0415
 
-    chosen = chosen_engines(names)
-    for name, registration in chosen.items():
+    plan = StabilityStudy().plan(StabilityOptions(scenes, names, time_limit, workers))
+    for name, registration in plan.engines.items():
         if registration.missing:
             raise click.UsageError(f"--engine {name}: {registration.missing}")
-    found = unique_names([load_scene(s) for s in scenes or hard_scenes()])
-    return StabilityPlan(tuple(found), chosen, time_limit, workers, resume)
+    return plan
 
 
 def show_result(result: StabilityResult) -> None:

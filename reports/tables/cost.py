@@ -15,16 +15,16 @@ A folder ``cost`` inside a result folder holds
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+from reports.tables.files import StudyFiles
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-FOLDER = "cost"
+    import pandas as pd
+
 BASELINE = "reference-fast"  # times are also given over this engine's
 TIME_COLUMNS = ("key", "turn", "seconds")
 POINT_COLUMNS = (
@@ -36,6 +36,12 @@ POINT_COLUMNS = (
     "evaluations", "steps", "on_front", "key",
 )  # fmt: skip
 WORDS = ("scene", "engine", "setting", "outcome", "reason", "under_floor", "status", "fastest", "quantity", "against")
+FILES = StudyFiles(
+    "cost",
+    {"points": POINT_COLUMNS, "times": TIME_COLUMNS, "orders": (), "reach": (), "price": ()},
+    WORDS,
+    record="run.json",
+)
 
 
 @dataclass(frozen=True)
@@ -57,15 +63,5 @@ def read_cost(folder: Path) -> CostTables:
     FileNotFoundError
         If a table is missing.
     """
-    inside = folder / FOLDER
-    tables = {name: read_table(inside / f"{name}.csv") for name in ("points", "orders", "reach", "price")}
-    return CostTables(**tables, record=json.loads((inside / "run.json").read_text(encoding="utf-8")))
-
-
-def read_table(path: Path) -> pd.DataFrame:
-    """Read a table; words are words even where they are empty, other empty cells are NaN."""
-    table = pd.read_csv(path, keep_default_na=False, na_values=[""])
-    for name in WORDS:
-        if name in table:
-            table[name] = table[name].astype(object).fillna("").astype(str)
-    return table
+    tables = FILES.read_all(folder, "points", "orders", "reach", "price")
+    return CostTables(**tables, record=FILES.read_record(folder))

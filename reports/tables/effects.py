@@ -10,17 +10,17 @@ A folder ``effects`` inside a result folder holds
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+from reports.tables.files import StudyFiles
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-FOLDER = "effects"
+    import pandas as pd
+
 SIZES = ("between", "torque", "common")
 """Of an effect's push: differences between bars over the tide's, torque over 3 n² J, what is common over g"""
 QUANTITIES = ("com", "attitude", "reaction")
@@ -34,6 +34,7 @@ COLUMNS = (
     "seconds", "evaluation_s", "evaluations",
 )  # fmt: skip
 WORDS = ("effect", "title", "kind", "said", "reason", "caveat", "engine", "ended")
+FILES = StudyFiles("effects", {"effects": COLUMNS}, WORDS)
 UNITS = {"com": "m", "attitude": "rad", "reaction": "N"}
 
 
@@ -64,8 +65,4 @@ def read_effects(folder: Path) -> EffectsTables:
     FileNotFoundError
         If a table is missing.
     """
-    inside = folder / FOLDER
-    table = pd.read_csv(inside / "effects.csv", keep_default_na=False, na_values=[""]).reindex(columns=COLUMNS)
-    for name in WORDS:
-        table[name] = table[name].astype(object).fillna("").astype(str)
-    return EffectsTables(table, json.loads((inside / "record.json").read_text(encoding="utf-8")))
+    return EffectsTables(FILES.read(folder, "effects"), FILES.read_record(folder))

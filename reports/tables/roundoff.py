@@ -26,16 +26,16 @@ A folder ``roundoff`` inside a result folder holds, each error as quantiles over
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+from reports.tables.files import StudyFiles
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-FOLDER = "roundoff"
+    import pandas as pd
+
 SPREAD = ("q05", "median", "q95", "largest", "members")
 FIT = ("exponent", "low", "high", "expected", "points", "first", "last", "remark")
 EVALUATION_COLUMNS = ("state", "bars", "ratio", "formulation", "arithmetic", "source", "yardstick", *SPREAD)
@@ -73,6 +73,7 @@ WORDS = (
     "state", "formulation", "arithmetic", "source", "yardstick", "remark", "quantity", "coordinates", "method",
     "engine", "frame", "outcome", "reason", "against", "code",
 )  # fmt: skip
+FILES = StudyFiles("roundoff", COLUMNS, WORDS, optional=frozenset(COLUMNS))
 
 
 @dataclass(frozen=True)
@@ -101,18 +102,5 @@ def read_roundoff(folder: Path) -> RoundoffTables:
     FileNotFoundError
         If it holds none.
     """
-    inside = folder / FOLDER
-    record = json.loads((inside / "record.json").read_text(encoding="utf-8"))
-    names = [f.name for f in fields(RoundoffTables) if f.name != "record"]
-    return RoundoffTables(**{n: read_table(inside / f"{n}.csv", n) for n in names}, record=record)
-
-
-def read_table(path: Path, name: str) -> pd.DataFrame:
-    """Read a table, empty if it is not there; words are words even where they are empty, other empty cells NaN."""
-    if not path.is_file():
-        return pd.DataFrame(columns=list(COLUMNS[name]))
-    table = pd.read_csv(path, keep_default_na=False, na_values=[""])
-    for word in WORDS:
-        if word in table:
-            table[word] = table[word].astype(object).fillna("").astype(str)
-    return table
+    record = FILES.read_record(folder)
+    return RoundoffTables(**FILES.read_all(folder), record=record)

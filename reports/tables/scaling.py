@@ -13,16 +13,16 @@ A folder ``scaling`` inside a result folder holds
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+from reports.tables.files import StudyFiles
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-FOLDER = "scaling"
+    import pandas as pd
+
 POINT_COLUMNS = (
     "engine", "bars", "outcome", "reason",
     "evaluation_s", "evaluation_low", "evaluation_high", "per",
@@ -31,6 +31,7 @@ POINT_COLUMNS = (
 )  # fmt: skip
 FIT_COLUMNS = ("engine", "quantity", "per", "exponent", "low", "high", "points", "bars_from", "bars_to")
 WORDS = ("engine", "outcome", "reason", "per", "quantity")
+FILES = StudyFiles("scaling", {"points": POINT_COLUMNS, "fits": FIT_COLUMNS}, WORDS)
 
 
 @dataclass(frozen=True)
@@ -50,15 +51,4 @@ def read_scaling(folder: Path) -> ScalingTables:
     FileNotFoundError
         If a table is missing.
     """
-    inside = folder / FOLDER
-    points, fits = (read_table(inside / f"{name}.csv") for name in ("points", "fits"))
-    return ScalingTables(points, fits, json.loads((inside / "record.json").read_text(encoding="utf-8")))
-
-
-def read_table(path: Path) -> pd.DataFrame:
-    """Read a table; words are words even where they are empty, other empty cells are NaN."""
-    table = pd.read_csv(path, keep_default_na=False, na_values=[""])
-    for name in WORDS:
-        if name in table:
-            table[name] = table[name].astype(object).fillna("").astype(str)
-    return table
+    return ScalingTables(**FILES.read_all(folder), record=FILES.read_record(folder))

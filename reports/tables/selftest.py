@@ -12,23 +12,26 @@ A folder ``selftest`` inside a result folder holds
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+from reports.tables.files import StudyFiles
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-FOLDER = "selftest"
+    import pandas as pd
+
 COLUMNS = ("fault", "scene", "fate", "why", "quantity", "check", "ratio", "killed", "reason")
 """`fate` is that of the fault in the scene, `why` its reason where nothing kills it; `ratio` what was found over what
 is allowed, `reason` the check's own words"""
 SMALLEST = ("fault", "scene", "caught", "missed", "quantity", "check")
 """Smallest size known to be caught, largest known to be missed; empty where there is none"""
 WORDS = ("fault", "scene", "fate", "why", "quantity", "check", "reason")
+FILES = StudyFiles(
+    "selftest", {"selftest": COLUMNS, "smallest": SMALLEST}, WORDS, frozenset({"smallest"}), "selftest.json"
+)
 
 
 class Fate(StrEnum):
@@ -76,17 +79,5 @@ def read_selftest(folder: Path) -> SelftestTables:
     FileNotFoundError
         If a table is missing.
     """
-    inside = folder / FOLDER
-    cells = read_words(inside / "selftest.csv")
-    path = inside / "smallest.csv"
-    smallest = read_words(path) if path.is_file() else pd.DataFrame(columns=list(SMALLEST))
-    return SelftestTables(cells, smallest, json.loads((inside / "selftest.json").read_text(encoding="utf-8")))
-
-
-def read_words(path: Path) -> pd.DataFrame:
-    """Table whose words are never missing."""
-    table = pd.read_csv(path, keep_default_na=False, na_values=[""])
-    for name in WORDS:
-        if name in table:
-            table[name] = table[name].astype(object).fillna("").astype(str)
-    return table
+    found = FILES.read_all(folder)
+    return SelftestTables(found["selftest"], found["smallest"], FILES.read_record(folder))

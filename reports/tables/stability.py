@@ -20,17 +20,17 @@ A folder ``stability`` inside a result folder holds
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from reports.tables.files import StudyFiles
+
 if TYPE_CHECKING:
     from pathlib import Path
 
-FOLDER = "stability"
 OUTCOMES = (
     "scene", "engine", "stability", "slow", "reason",
     "quantity", "exponent", "low", "high", "at_end", "expected", "change",
@@ -53,6 +53,8 @@ WORDS = (
     "scene", "engine", "stability", "reason", "quantity", "expected", "change", "level", "setting", "run",
     "normalised_error_of", "bound_of", "judged",
 )  # fmt: skip
+TABLES = {"outcomes": OUTCOMES, "evidence": EVIDENCE, "laws": LAWS, "long": SERIES, "plain": PLAIN}
+FILES = StudyFiles("stability", TABLES, WORDS, frozenset(TABLES), "run.json")
 
 
 class Stability(StrEnum):
@@ -112,23 +114,4 @@ def read_stability(folder: Path) -> StabilityTables:
     FileNotFoundError
         If a table is missing.
     """
-    inside = folder / FOLDER
-    tables = {
-        "outcomes": read_words(inside / "outcomes.csv", OUTCOMES),
-        "evidence": read_words(inside / "evidence.csv", EVIDENCE),
-        "laws": read_words(inside / "laws.csv", LAWS),
-        "long": read_words(inside / "long.csv", SERIES),
-        "plain": read_words(inside / "plain.csv", PLAIN),
-    }
-    return StabilityTables(inside, **tables, record=json.loads((inside / "run.json").read_text(encoding="utf-8")))
-
-
-def read_words(path: Path, columns: tuple[str, ...]) -> pd.DataFrame:
-    """Table whose words are never missing; an empty one where there is none."""
-    if not path.is_file():
-        return pd.DataFrame(columns=list(columns))
-    table = pd.read_csv(path, keep_default_na=False, na_values=[""])
-    for name in WORDS:
-        if name in table:
-            table[name] = table[name].astype(object).fillna("").astype(str)
-    return table
+    return StabilityTables(FILES.folder(folder), **FILES.read_all(folder), record=FILES.read_record(folder))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import math
 import time
@@ -35,16 +34,17 @@ from barchain.studies.selftest.campaign.scenes.scene_file import UnwrittenError,
 from barchain.studies.selftest.campaign.scenes.shrink import alike, simplest
 from barchain.studies.selftest.campaign.scenes.simpler import Form, effects_of, simplified, whole
 from barchain.studies.selftest.campaign.sizes import sizes
-from barchain.studies.selftest.campaign.store import CampaignStore
-from barchain.studies.selftest.campaign.study import Campaign, CampaignPlan, campaign
+from barchain.studies.selftest.campaign.study import Campaign, CampaignPlan, CampaignStudy
+from barchain.studies.selftest.campaign.tables import FILES, CampaignTables
 from barchain.studies.selftest.campaign.trial import CampaignTrial
 from barchain.studies.selftest.faults.catalogue import UnknownFaultError
 from barchain.studies.selftest.faults.faulty_engine import spoilt
+from barchain.studies.store import StudyStore
+from barchain.studies.study import run_study
 from reports.tables.outcome import Outcome
 from scenarios import Gravity, load_scene
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
     from adapters.engine import Engine
@@ -439,12 +439,6 @@ def test_a_finding_is_alike_only_in_its_kind() -> None:
 # Trials
 
 
-@contextlib.contextmanager
-def silent(what: str, total: int) -> Iterator[object]:
-    """Count for nobody."""
-    yield lambda _: None
-
-
 @pytest.fixture(scope="module")
 def benches() -> dict[int, tuple[TrialBench, Scene]]:
     """Scenes with their sound engines judged."""
@@ -519,7 +513,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> tuple[Campaign, Path]:
     faults = ("garbage-growing-90-finer", "garbage-sudden-50-all", "com-millimetres", "mass", "mu", "declares-order")
     plan = CampaignPlan(1, FREE, ("reference", "exudyn"), ("pymunk",), faults, 1, 0.0)
     other = dataclasses.replace(plan, seed=SEED)
-    found = [campaign(p, out, in_this_process, at_once, command="typed", counted=silent) for p in (plan, other)]
+    found = [run_study(CampaignStudy(in_this_process, at_once), p, out) for p in (plan, other)]
     both = [c for f in found for c in f.cells]
     return Campaign(other, both, rates(both), []), out
 
@@ -568,9 +562,9 @@ def test_a_findings_scene_is_written_simpler_and_simpler(tmp_path: Path, monkeyp
 
     monkeypatch.setattr(court, "verdict_of", blind)
     cell = CampaignCell(f"random/{SEED}", "reference", "sign-reaction", CellClass.MISSED, "pass", "reaction")
-    store = CampaignStore(tmp_path, {})
-    (kept,) = kept_findings([[cell, cell]], store, 0.0, lambda _: None)
-    assert kept.path == tmp_path / "scenes" / f"{SEED}-reference-sign-reaction.toml"
+    tables = CampaignTables(StudyStore(FILES, tmp_path))
+    (kept,) = kept_findings([[cell, cell]], tables, 0.0, lambda _: None)
+    assert kept.path == tmp_path / "campaign" / "scenes" / f"{SEED}-reference-sign-reaction.toml"
     assert load_scene(kept.path).digest == draw(SEED).digest
     search(draw(SEED), cell, kept.path, 20.0)
     found = load_scene(kept.path)
@@ -583,7 +577,7 @@ def test_a_findings_scene_is_written_simpler_and_simpler(tmp_path: Path, monkeyp
 @pytest.mark.slow
 def test_a_campaign_passes(tmp_path: Path) -> None:
     plan = CampaignPlan(6, 100, ("reference-absolute", "exudyn-index3", "rebound", "pymunk-absolute"), shrink_s=0.0)
-    found = campaign(plan, tmp_path, in_this_process, at_once, command="typed", counted=silent)
+    found = run_study(CampaignStudy(in_this_process, at_once), plan, tmp_path)
     assert found.passed, [c for c in found.cells if c.is_finding]
     assert not [c for c in found.cells if c.kind is CellClass.BROKEN]
 

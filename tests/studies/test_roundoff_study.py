@@ -7,9 +7,8 @@ import pandas as pd
 import pytest
 
 from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind
+from barchain.studies.roundoff.laws import fits as laws
 from barchain.studies.roundoff.laws.fits import best_laws, best_table, evaluation_laws, growth_laws
-from barchain.studies.roundoff.laws.fits import fits as laws
-from barchain.studies.roundoff.measure import measure
 from barchain.studies.roundoff.parts.evaluation import rows_of
 from barchain.studies.roundoff.parts.longitudes import longitude_rows
 from barchain.studies.roundoff.parts.times import many_states, one_state
@@ -21,6 +20,8 @@ from barchain.studies.roundoff.parts.trajectories import (
     solution_of,
 )
 from barchain.studies.roundoff.plan import DECADES, PARTS, RoundoffPlan, RoundoffTask, make_plan
+from barchain.studies.roundoff.study import RoundoffStudy
+from barchain.studies.study import Reporter, run_study
 from reports.tables.roundoff import COLUMNS, read_roundoff
 from scenarios import load_scene
 
@@ -219,12 +220,13 @@ def small_plan():
     cases = [EvaluationCase(StateKind.GENERIC, 2, r, 4) for r in (1e-3, 1e-5, 1e-7)]
     good = [RoundoffTask("evaluation", f"{c.ratio:g}", function, (c, *ways)) for c in cases]
     wrong = RoundoffTask("evaluation", "wrong", function, (cases[0], ("nonsense",), ("float64",)))
-    return RoundoffPlan((*good, wrong), full=False)
+    return RoundoffPlan((*good, wrong), full=False, workers=1)
 
 
 def test_a_study_writes_its_tables_and_a_task_that_fails_costs_its_own_rows(tmp_path):
     told = []
-    measure(small_plan(), tmp_path, command="barchain roundoff", progress=lambda *a: told.append(a), workers=1)
+    reporter = Reporter(lambda *a: told.append(a))
+    run_study(RoundoffStudy(), small_plan(), tmp_path, command="barchain roundoff", reporter=reporter)
     tables = read_roundoff(tmp_path)
     assert len(told) == 4
     assert sorted({outcome for *_, outcome in told}) == ["failed", "pass"]
@@ -241,7 +243,7 @@ def test_an_interrupted_study_keeps_what_it_has(tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        measure(small_plan(), tmp_path, progress=interrupt, workers=1)
+        run_study(RoundoffStudy(), small_plan(), tmp_path, reporter=Reporter(interrupt))
     record = json.loads((tmp_path / "roundoff" / "record.json").read_text())
     assert not record["finished"]
     assert len(read_roundoff(tmp_path).evaluation) > 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,33 +25,27 @@ from reports.tables.effects import COLUMNS, UNITS
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Iterable
 
     from barchain.run.job import Job, RunResult
     from barchain.studies.effects.effect_toggles import Switch
     from barchain.studies.effects.plan import EffectsPlan
-    from barchain.studies.effects.store import EffectsStore
+    from barchain.studies.store import StudyStore
+    from barchain.studies.study import Reporter
     from barchain.timing.statistics import Interval
 
 
 class EffectsBudget:
     """One budget being measured."""
 
-    def __init__(
-        self,
-        plan: EffectsPlan,
-        store: EffectsStore,
-        report: Callable[[str, str, str], None],
-        note: Callable[[str], None],
-    ) -> None:
-        """Prepare; `report` is told (scene, run, outcome) after each step, `note` what goes on besides."""
-        self.plan, self.store, self.report, self.note = plan, store, report, note
+    def __init__(self, plan: EffectsPlan, store: StudyStore, reporter: Reporter) -> None:
+        """Prepare; `reporter` gets scene, run and outcome after each step."""
+        self.plan, self.store, self.report, self.note = plan, store, reporter.step, reporter.note
         self.results: dict[str, RunResult] = {}
         self.times: dict[str, Timed] = {}
 
     def run(self) -> None:
         """Run everything and write the table after the runs and after the times."""
-        start = time.perf_counter()
         to_compile = announcement(self.plan.runs)
         if to_compile:
             self.note(to_compile)
@@ -62,9 +55,7 @@ class EffectsBudget:
             self.run_all(job for job in self.plan.runs if job.key not in self.results)
             self.write()
             self.time()
-            self.store.record["finished"] = True
         finally:
-            self.store.record["seconds"] = time.perf_counter() - start
             self.write()
 
     def run_all(self, jobs: Iterable[Job]) -> None:
@@ -114,7 +105,8 @@ class EffectsBudget:
         whole = self.runs_of(self.plan.tight[0])
         if whole:
             self.store.record["scene"] |= base_facts(whole)
-        self.store.write([self.row(s) for s in self.plan.switches])
+        self.store.write("effects", [self.row(s) for s in self.plan.switches])
+        self.store.write_record()
 
     def runs_of(self, job: Job) -> RunPair | None:
         """Trajectories of a run and of its looser twin; None if either failed or is still to come."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
@@ -80,11 +80,6 @@ class EffectsPlan:
         return Job(
             job.scene, job.engine, job.registration, Setting(AccuracyParameter.RTOL, LOOSER * self.rtol), Role.MAIN
         )
-
-
-def make_plan(scene: Scene, **options: Any) -> EffectsPlan:
-    """Plan for all effects of a scene; `options` are those of :class:`Plan`."""
-    return EffectsPlan(scene, switches(scene), **options)
 
 
 def compiled_can(scenes: Iterable[Scene]) -> bool:

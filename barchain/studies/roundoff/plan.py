@@ -60,6 +60,8 @@ class RoundoffPlan:
     time_bars: tuple[int, ...] = field(default=())
     """Bars at which evaluations are timed, after all else; none if empty"""
     parts: tuple[str, ...] = PARTS
+    workers: int | None = None
+    """Processes side by side; None: all cores"""
 
     @property
     def turns(self) -> int:
@@ -72,7 +74,7 @@ class RoundoffPlan:
         return tuple(dict.fromkeys(t.solution for t in self.tasks if t.solution is not None))
 
 
-def make_plan(parts: tuple[str, ...] = PARTS, *, full: bool = False) -> RoundoffPlan:
+def make_plan(parts: tuple[str, ...] = PARTS, *, full: bool = False, workers: int | None = None) -> RoundoffPlan:
     """Plan of a study.
 
     Parameters
@@ -81,6 +83,8 @@ def make_plan(parts: tuple[str, ...] = PARTS, *, full: bool = False) -> Roundoff
         Of :data:`PARTS`.
     full : bool
         Every size, arithmetic and number of bars, finer steps, longer runs: half an hour instead of minutes.
+    workers : int, optional
+        Processes side by side; all cores by default.
     """
     tasks: list[RoundoffTask] = []
     if "evaluation" in parts:
@@ -90,7 +94,7 @@ def make_plan(parts: tuple[str, ...] = PARTS, *, full: bool = False) -> Roundoff
     if "engines" in parts:
         tasks += engines(full)
     times = ((5, 50, 500) if full else (5, 50)) if "times" in parts else ()
-    return RoundoffPlan(tuple(tasks), full, times, tuple(parts))
+    return RoundoffPlan(tuple(tasks), full, times, tuple(parts), workers)
 
 
 def evaluations(full: bool) -> list[RoundoffTask]:

@@ -43,10 +43,9 @@ class StabilityPlan:
     engines: dict[str, Registration]
     time_limit_s: float = TIME_LIMIT_S
     workers: int | None = None
-    resume: bool = False
 
     @property
-    def total(self) -> int:
+    def turns(self) -> int:
         """Number of runs, for the progress."""
         classes = [r.load() for r in self.engines.values()]
         able = [(s, e) for s in self.scenes for e in classes if e.unsupported(s) is None]

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
-
 from reports.chapters.ensemble.charts import fans
+from reports.tables.ensemble import read_ensemble
 from reports.text.record import SceneRecord, mapping, rows
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    import pandas as pd
+
     from reports.plotting.panels import Panel
 
-FOLDER = "ensemble"
 UNITS = {"attitude": ("bar", "angle from the z1 axis, rad"), "reaction": ("joint", "size of the reaction, N")}
 
 
@@ -43,9 +42,8 @@ class EnsembleView:
 
 def view_ensemble(folder: Path) -> EnsembleView:
     """View of the ensemble in a result folder."""
-    stored = folder / FOLDER
-    record: dict[str, Any] = json.loads((stored / "record.json").read_text(encoding="utf-8"))
-    table = pd.read_csv(stored / "quantiles.csv")
+    tables = read_ensemble(folder)
+    record, table = tables.record, tables.quantiles
     scene = SceneRecord(str(mapping(record.get("scene")).get("name") or ""), mapping(record.get("scene")))
     return EnsembleView(record, scene, groups(table, scene), final(table))
 

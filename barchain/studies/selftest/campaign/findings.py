@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from barchain.studies.selftest.campaign.cells import CampaignCell
-    from barchain.studies.selftest.campaign.store import CampaignStore
+    from barchain.studies.selftest.campaign.tables import CampaignTables
     from scenarios import Scene
 
 MOST_SHRUNK = 5
@@ -48,12 +48,12 @@ def kinds(findings: Iterable[CampaignCell]) -> list[list[CampaignCell]]:
 
 
 def kept_findings(
-    groups: list[list[CampaignCell]], store: CampaignStore, seconds: float, done: Callable[[int], None]
+    groups: list[list[CampaignCell]], tables: CampaignTables, seconds: float, done: Callable[[int], None]
 ) -> list[KeptFinding]:
     """Write a scene of each kind of finding; of the first few, one as simple as is found in some seconds each."""
     kept = []
     for k, cells in enumerate(groups):
-        first, path = cells[0], store.scene_path(cells[0])
+        first, path = cells[0], tables.scene_path(cells[0])
         scene = draw(int(first.scene.rpartition("/")[2]))
         write_scene(scene, first, path)
         if k < MOST_SHRUNK and seconds > 0.0:

@@ -12,15 +12,12 @@
 
 from __future__ import annotations
 
-import json
 import shutil
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import pandas as pd
-
-from barchain.record.files import write_atomically
 from barchain.studies.selftest.campaign.cells import COLUMNS
 from barchain.studies.selftest.campaign.rates import RATE_COLUMNS
+from reports.tables.files import StudyFiles
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -28,40 +25,32 @@ if TYPE_CHECKING:
 
     from barchain.studies.selftest.campaign.cells import CampaignCell
     from barchain.studies.selftest.campaign.rates import Rate
+    from barchain.studies.store import StudyStore
 
-FOLDER = "campaign"
+FILES = StudyFiles("campaign", {"campaign": COLUMNS, "rates": RATE_COLUMNS}, record="campaign.json")
 SCENES = "scenes"
 
 
-class CampaignStore:
-    """Tables and record of one campaign."""
+class CampaignTables:
+    """Cells, rates and scenes of one campaign."""
 
-    def __init__(self, folder: Path, record: dict[str, Any]) -> None:
-        """Open `folder`; what an earlier campaign left there is replaced."""
-        self.folder, self.record = folder, record
-        folder.mkdir(parents=True, exist_ok=True)
-        shutil.rmtree(folder / SCENES, ignore_errors=True)
-        (folder / "campaign.csv").write_text(",".join(COLUMNS) + "\n", encoding="utf-8")
-        self.write_record()
+    def __init__(self, store: StudyStore) -> None:
+        """Start with no cells, and remove the scenes that an earlier campaign left."""
+        self.store = store
+        shutil.rmtree(store.folder / SCENES, ignore_errors=True)
+        store.write("campaign", ())
 
     def keep_cells(self, cells: Iterable[CampaignCell]) -> None:
         """Append cells."""
-        frame = pd.DataFrame([cell.row() for cell in cells], columns=list(COLUMNS))
-        with (self.folder / "campaign.csv").open("a", encoding="utf-8") as table:
-            frame.to_csv(table, index=False, header=False)
+        self.store.append("campaign", (cell.row() for cell in cells))
 
     def keep_rates(self, found: list[Rate]) -> None:
         """Write the rates as they stand."""
-        frame = pd.DataFrame([rate.row() for rate in found], columns=list(RATE_COLUMNS))
-        write_atomically(self.folder / "rates.csv", frame.to_csv(index=False))
+        self.store.write("rates", (rate.row() for rate in found))
 
     def scene_path(self, cell: CampaignCell) -> Path:
         """File of a finding's scene."""
-        folder = self.folder / SCENES
+        folder = self.store.folder / SCENES
         folder.mkdir(exist_ok=True)
         words = (cell.scene.rpartition("/")[2], cell.engine.strip("()").replace(" ", "-"), cell.fault)
         return folder / f"{'-'.join(filter(None, words))}.toml"
-
-    def write_record(self) -> None:
-        """Write the record as it stands."""
-        write_atomically(self.folder / "campaign.json", json.dumps(self.record, indent=1))

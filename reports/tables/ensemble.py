@@ -1,0 +1,46 @@
+"""The stored tables of an ensemble, from which its page is rendered.
+
+A folder ``ensemble`` inside a result folder holds
+
+``quantiles.csv``
+    tidy: a row for each instant, quantity, item (bar or joint, from 1) and quantile, columns :data:`QUANTILE_COLUMNS`;
+    ``runs`` is the number of runs that reached the instant;
+``runs.csv``
+    a row for each run: the drawn values, the outcome (finished, ended or failed), its reason, steps, evaluations;
+``record.json``
+    the scene, the distributions, counts of outcomes, wall time of each phase, and the provenance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from reports.tables.files import StudyFiles
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+QUANTILE_COLUMNS = ("t_s", "quantity", "item", "quantile", "value", "unit", "runs")
+FILES = StudyFiles("ensemble", {"quantiles": QUANTILE_COLUMNS, "runs": ()}, ("quantity", "unit", "outcome", "reason"))
+
+
+@dataclass(frozen=True)
+class EnsembleTables:
+    """An ensemble's folder, read."""
+
+    quantiles: pd.DataFrame
+    record: dict[str, Any]
+
+
+def read_ensemble(folder: Path) -> EnsembleTables:
+    """Read the ensemble in a result folder.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a file is missing.
+    """
+    return EnsembleTables(FILES.read(folder, "quantiles"), FILES.read_record(folder))

@@ -1,0 +1,79 @@
+"""The files of a study inside a result folder: names, columns, and reading them."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+
+@dataclass(frozen=True)
+class StudyFiles:
+    """Tables and record of one study, in the folder ``<study>`` of a result folder."""
+
+    study: str
+    tables: Mapping[str, tuple[str, ...]]
+    """Columns of each ``<table>.csv``; empty where the columns follow from the data"""
+    words: tuple[str, ...] = ()
+    """Columns of text: an empty cell is an empty string; in other columns an empty cell is NaN"""
+    optional: frozenset[str] = field(default_factory=frozenset)
+    """Tables that a study may lack; reading such a table gives no rows"""
+    record: str = "record.json"
+
+    def folder(self, out: Path) -> Path:
+        """Folder of the study in the result folder `out`."""
+        return out / self.study
+
+    def path(self, out: Path, table: str) -> Path:
+        """File of a table."""
+        return self.folder(out) / f"{table}.csv"
+
+    def has(self, out: Path, table: str) -> bool:
+        """Whether a table was written."""
+        return self.path(out, table).is_file()
+
+    def has_record(self, out: Path) -> bool:
+        """Whether the record was written."""
+        return (self.folder(out) / self.record).is_file()
+
+    def read(self, out: Path, table: str) -> pd.DataFrame:
+        """Read a table.
+
+        Raises
+        ------
+        FileNotFoundError
+            If the table is missing and not optional.
+        """
+        if table in self.optional and not self.has(out, table):
+            return pd.DataFrame(columns=list(self.tables[table]))
+        found = pd.read_csv(self.path(out, table), keep_default_na=False, na_values=[""])
+        for name in found.columns.intersection(list(self.words)):
+            found[name] = found[name].astype(object).fillna("").astype(str)
+        return found
+
+    def read_all(self, out: Path, *tables: str) -> dict[str, pd.DataFrame]:
+        """Read several tables by name, all of them by default.
+
+        Raises
+        ------
+        FileNotFoundError
+            If a table is missing and not optional.
+        """
+        return {name: self.read(out, name) for name in tables or self.tables}
+
+    def read_record(self, out: Path) -> dict[str, Any]:
+        """Read the record.
+
+        Raises
+        ------
+        FileNotFoundError
+            If there is none.
+        """
+        found: dict[str, Any] = json.loads((self.folder(out) / self.record).read_text(encoding="utf-8"))
+        return found
