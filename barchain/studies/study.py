@@ -1,4 +1,4 @@
-"""What every study is: options, a plan, a run that fills tables; and how a study goes from start to tables.
+"""The protocol of studies (options, plan, run that fills tables), and a study from start to tables.
 
 Studies differ in their loops, and share all else: the folder (:class:`barchain.studies.store.StudyStore`), the record's
 beginning (:func:`barchain.record.environment.provenance`), the reporter, and :func:`run_study`.

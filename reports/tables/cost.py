@@ -1,4 +1,4 @@
-"""The stored tables of a cost study: what its chapter is rendered from, and nothing else is needed.
+"""The stored tables of a cost study, from which alone its chapter is rendered.
 
 A folder ``cost`` inside a result folder holds
 
@@ -10,7 +10,7 @@ A folder ``cost`` inside a result folder holds
 ``orders.csv``, ``reach.csv``, ``price.csv``
     measured orders of convergence; what it costs to reach an error; the price of one more digit;
 ``run.json``
-    what ran where, the engines, the truths, and what was left out with its reason.
+    what ran where, the engines, the certified solutions, and what was left out with its reason.
 """
 
 from __future__ import annotations

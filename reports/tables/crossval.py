@@ -1,4 +1,4 @@
-"""The stored tables of a comparison: what a report is rendered from, and nothing else is needed.
+"""The stored tables of a comparison, from which alone a report is rendered.
 
 A result folder holds
 
@@ -78,7 +78,7 @@ class Results:
         return read_parquet(self.folder / "trajectories" / scene / f"{engine}.parquet")
 
     def differences(self, scene: str, engine: str) -> pd.DataFrame | None:
-        """Differences from the truth over time, or None if there are none."""
+        """Differences from the reference solution over time, or None if there are none."""
         return read_parquet(self.folder / "differences" / scene / f"{engine}.parquet")
 
 
@@ -93,7 +93,7 @@ def read_parquet(path: Path) -> pd.DataFrame | None:
 
 
 class DamagedResultsError(ValueError):
-    """A result folder whose files are not what a run writes."""
+    """A result folder with damaged files."""
 
 
 def read_results(folder: Path) -> Results:

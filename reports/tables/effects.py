@@ -1,4 +1,4 @@
-"""The stored tables of an effect budget: what its page is rendered from, and nothing else is needed.
+"""The stored tables of an effect budget, from which alone its page is rendered.
 
 A folder ``effects`` inside a result folder holds
 
@@ -39,7 +39,7 @@ UNITS = {"com": "m", "attitude": "rad", "reaction": "N"}
 
 
 class EffectKind(StrEnum):
-    """What an effect is to a scene."""
+    """Class of an effect: a model of gravity, a natural effect, or part of the design."""
 
     GRAVITY = "gravity"
     """Another model of gravity, instead of the scene's"""

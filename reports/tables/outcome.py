@@ -34,7 +34,7 @@ class Outcome(StrEnum):
 
     @property
     def advice(self) -> str:
-        """What it means, and what to do about it."""
+        """Meaning, and advice."""
         return ADVICE[self]
 
 

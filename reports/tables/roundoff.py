@@ -1,4 +1,4 @@
-"""The stored tables of a round-off study: what its chapter is rendered from, and nothing else is needed.
+"""The stored tables of a round-off study, from which alone its chapter is rendered.
 
 A folder ``roundoff`` inside a result folder holds, each error as quantiles over an ensemble's members (``q05``,
 ``median``, ``q95``, ``largest``, and their number ``members``)

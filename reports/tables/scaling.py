@@ -1,4 +1,4 @@
-"""The stored tables of a scaling study: what its chapter is rendered from, and nothing else is needed.
+"""The stored tables of a scaling study, from which alone its chapter is rendered.
 
 A folder ``scaling`` inside a result folder holds
 

@@ -1,4 +1,4 @@
-"""The stored tables of a self-test: what its page is rendered from, and nothing else is needed.
+"""The stored tables of a self-test, from which alone its page is rendered.
 
 A folder ``selftest`` inside a result folder holds
 
@@ -47,7 +47,7 @@ class Fate(StrEnum):
 
     @property
     def advice(self) -> str:
-        """What it means."""
+        """Meaning in one sentence."""
         return ADVICE[self]
 
 

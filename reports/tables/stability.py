@@ -1,4 +1,4 @@
-"""The stored tables of a stability study: what its page is rendered from, and nothing else is needed.
+"""The stored tables of a stability study, from which alone its page is rendered.
 
 A folder ``stability`` inside a result folder holds
 
@@ -15,7 +15,7 @@ A folder ``stability`` inside a result folder holds
 ``run.json``
     what ran where, and the scenes in words;
 ``trajectories/<scene>/<engine>[.coarse|.finer].parquet``
-    one row per sample; ``solution.parquet`` is the truth.
+    one row per sample; ``solution.parquet`` is the reference solution.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ EVIDENCE = (
     "gap_m", "energy", "angular_momentum", "energy_exponent", "kinetic_ratio", "growth_excess",
     "steps", "mean_step_s", "simulate_s",
 )  # fmt: skip
-"""`attitude_rad`: largest difference from the truth until its horizon; `gap_m`, `energy`, `angular_momentum`: largest
-drift of the run; `kinetic_ratio`: largest relative kinetic energy over what there can be; `growth_excess`: how many
-times more a departure grew than one of the scene itself"""
+"""`attitude_rad`: largest difference from the reference solution until the predictability limit; `gap_m`, `energy`,
+`angular_momentum`: largest drift of the run; `kinetic_ratio`: largest relative kinetic energy over its maximum;
+`growth_excess`: growth of an error over the scene's own error amplification"""
 LAWS = ("scene", "engine", "level", "setting", "quantity", "exponent", "low", "high", "at_end")
 SERIES = ("scene", "engine", "level", "quantity", "t_s", "value")
 PLAIN = ("scene", "engine", "run", "reason", "attitude_rad", "judged", "seconds")
@@ -58,7 +58,7 @@ FILES = StudyFiles("stability", TABLES, WORDS, frozenset(TABLES), "run.json")
 
 
 class Stability(StrEnum):
-    """How an engine fares in a scene."""
+    """Outcome of an engine in a scene."""
 
     STABLE = "stable"
     DRIFTING = "drifting"
@@ -70,21 +70,21 @@ class Stability(StrEnum):
 
     @property
     def advice(self) -> str:
-        """What it means."""
+        """Meaning in one sentence."""
         return ADVICE[self]
 
 
 ADVICE = {
-    Stability.STABLE: "Every quantity agrees with the truth at the default and at the finer setting, and what should "
-    "stay is in its band.",
-    Stability.DRIFTING: "Point by point all is well, but what should stay drifts out of its band.",
-    Stability.INACCURATE: "Finite, and wrong: a quantity is off by more than the errors explain, or than the method "
-    "should leave.",
-    Stability.UNSTABLE: "Finite, and blown up: energy out of nothing, a departure that grows faster than the scene's "
-    "own, or an error that grows with a finer setting.",
-    Stability.FAILED: "An exception, a crash, a time-out, not a number, or another end than the truth's.",
-    Stability.REJECTED: "The engine says before its first step that it will not.",
-    Stability.UNSUPPORTED: "The scene has what the engine can't carry exactly; it is not run.",
+    Stability.STABLE: "Every quantity agrees with the reference solution at the default and at the finer "
+    "setting, and every invariant stays within its drift bound.",
+    Stability.DRIFTING: "Every quantity agrees point by point, but an invariant exceeds its drift bound.",
+    Stability.INACCURATE: "Finite, and wrong: the error of a quantity exceeds the error estimates or the "
+    "expected-error bound.",
+    Stability.UNSTABLE: "Finite, and blown up: kinetic energy above its maximum, an error that grows faster than the "
+    "scene's error amplification, or an error that grows with a finer setting.",
+    Stability.FAILED: "An exception, a crash, a time-out, not a number, or another end than the reference solution's.",
+    Stability.REJECTED: "The engine rejects the scene with a reason before its first step.",
+    Stability.UNSUPPORTED: "The engine does not support an effect of the scene exactly; the pair is skipped.",
 }
 
 

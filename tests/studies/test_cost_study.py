@@ -223,7 +223,7 @@ def test_settings_finer_than_the_oracle_can_tell_are_not_tried():
     assert too_fine([told, blurred]) == ""
     assert too_fine([blurred, told]) == ""
     reason = too_fine([blurred, blurred])
-    assert "oracle's floor" in reason
+    assert "certified solution's own error" in reason
     assert too_fine([blurred, {"reason": f"not run: {reason}"}]) == reason
     assert too_fine([{"reason": "failed"}, {"reason": "failed"}]) == ""
 

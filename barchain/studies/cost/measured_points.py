@@ -39,7 +39,7 @@ class MeasuredPoints:
             self.times[str(key)] = own["seconds"].tolist()
 
     def keep_point(self, job: Job, columns: dict[str, Any]) -> None:
-        """Note what a point's first run gave."""
+        """Keep the columns of a point's first run."""
         named = {"scene": job.scene.name, "engine": job.engine, "setting": str(job.setting)}
         self.rows[job.key] = named | {"parameter": str(job.setting.parameter), "value": job.setting.value} | columns
         self.rows[job.key]["key"] = job.key

@@ -1,4 +1,4 @@
-"""What a cost study runs: scenes cut to their first orbit, and every engine's ladder of settings."""
+"""Plan of a cost study: scenes cut to their first orbit, and every engine's accuracy sweep."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from adapters.registry import Registration
     from scenarios import Scene
 
-SAMPLES = 21  # few, so that no engine is timed at bringing samples out; the oracle's tables have these instants
+SAMPLES = 21  # few, so that no engine is timed at interpolating samples; certified solutions have these instants
 TIME_LIMIT_S = 2.0  # of one run: some ten thousand times what the fastest engine needs for 1e-10 rad
 REPEATS = 7  # of short runs; with less the median's interval is the range
 MINUTES = 8.0  # for the paper's scenes in all engines, so that start-up and report end inside 15
@@ -24,7 +24,7 @@ MINUTES = 8.0  # for the paper's scenes in all engines, so that start-up and rep
 
 @dataclass(frozen=True)
 class CostPlan:
-    """What is to be measured, and how long it may take."""
+    """Measurements, and their limits of time."""
 
     scenes: list[Scene]
     engines: dict[str, Registration]
@@ -46,7 +46,7 @@ def shortened(scene: Scene, orbits: float = 1.0) -> Scene:
 
 
 def distinct(scene: Scene, sweep: AccuracySweep) -> list[Setting]:
-    """Settings of a ladder, coarse to fine, without those that round to the same steps as a coarser one."""
+    """Settings of an accuracy sweep, coarse to fine, without those that round to the same steps as a coarser one."""
     if sweep.parameter is AccuracyParameter.RTOL:
         return list(sweep.settings)
     kept: dict[float, Setting] = {}

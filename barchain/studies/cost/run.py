@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 FEWEST_TURNS = 3  # even where time is short: a median with its range
 FEWEST_LONG_TURNS, LONG_TURNS = 1, 3  # of runs over LONG_S, the first pass counted
 BRIEF_S = 0.03  # runs that take no longer get all their turns, even when time is short
-LONGER, BLURRED = "past the time limit", "lie under the oracle's floor"  # why a point is not tried
+LONGER, BLURRED = "past the time limit", "lie under the certified solution's own error"  # why a point is not tried
 FIRST_SHARE = 0.5  # of a scene's time: then the first pass skips long runs, or the rounds would have none left
 CHECK_SHARE = 0.25  # a prediction is trusted to this much over the limit before the run itself is ended
 
@@ -63,7 +63,7 @@ class CostRun:
         self.equal_steps: list[dict[str, Any]] = []
 
     def run(self) -> CostResult:
-        """Measure everything and write the tables; an interrupted run leaves what was measured."""
+        """Measure everything and write the tables; an interrupted run leaves the points measured so far."""
         start = time.perf_counter()
         try:
             with Bench() as bench:
@@ -106,7 +106,7 @@ class CostRun:
         self.report(out.scene, out.engine, str(out.outcome))
 
     def note_solution(self, solution: SolutionSource) -> None:
-        """Say in the record what the truth is and how good."""
+        """Add source, precision and error of the certified solution to the record."""
         error = {name: float(np.max(values)) for name, values in solution.error.items()}
         words = {name: str(getattr(solution, name, "")) for name in ("precision", "source")}
         self.store.record["certified_solutions"][solution.scene.name] = words | {"error": error}
@@ -159,7 +159,7 @@ class CostRun:
             self.measured.rows[job.key] |= {"outcome": str(result.outcome), "reason": result.reason}
 
     def wanted(self, job: Job, turn: int, *, late: bool) -> bool:
-        """Whether a point still lacks its time of this round; late, only what every point needs counts."""
+        """Whether a point lacks its time of this round; late, only the least number of times counts."""
         have = len(self.measured.times.get(job.key, []))
         seconds = self.measured.rows[job.key]["seconds"]
         enough = (FEWEST_LONG_TURNS, LONG_TURNS) if seconds >= LONG_S else (FEWEST_TURNS, self.plan.repeats)
@@ -179,7 +179,7 @@ class CostRun:
         return points
 
     def write_tables(self) -> None:
-        """All tables of what there is, and the record."""
+        """Write all tables as they stand."""
         points = self.summed_up()
         self.store.write("points", points)
         self.store.write("orders", orders_table(points, self.plan.engines, self.equal_steps))
@@ -188,12 +188,12 @@ class CostRun:
 
 
 def by_rung(runs: dict[str, list[Job]]) -> list[list[Job]]:
-    """Runs of all engines, one rung of their ladders after the other: neighbours are different engines'."""
+    """Runs of all engines, one rung of their sweeps after the other: neighbours are different engines'."""
     return [[job for job in rung if job] for rung in itertools.zip_longest(*runs.values())]
 
 
 def too_long(coarser: list[tuple[Job, dict[str, Any]]], job: Job, limit_s: float) -> str:
-    """Why a run is not tried: a coarser one was ended, or tells that this one would pass the limit; else empty."""
+    """Reason to skip a run: a coarser run timed out, or this one is expected to; empty if there is none."""
     if any(row["outcome"] == Outcome.TIMED_OUT.value or LONGER in row["reason"] for _, row in coarser):
         return f"a coarser setting is {LONGER} already"
     timed = [(c, float(row["seconds"])) for c, row in coarser if row.get("seconds", 0.0) > 0.0]
@@ -212,14 +212,14 @@ def too_long(coarser: list[tuple[Job, dict[str, Any]]], job: Job, limit_s: float
 
 
 def too_fine(coarser: list[dict[str, Any]]) -> str:
-    """Why a run would tell nothing: the two before it lie under the oracle's floor in all they have; else empty."""
+    """Reason to skip a run: both coarser runs lie below the certified solution's own error; empty if there is none."""
     if coarser and BLURRED in coarser[-1]["reason"]:
         return f"coarser settings {BLURRED}"
     return f"coarser settings {BLURRED}" if len(coarser) > 1 and all(map(blurred, coarser[-2:])) else ""
 
 
 def blurred(row: dict[str, Any]) -> bool:
-    """Whether the oracle can tell none of a point's errors from its own."""
+    """Whether all errors of a point are below the certified solution's own."""
     present = {name for name, unit in UNITS.items() if row.get(f"{name}_error_{unit}", np.nan) >= 0.0}
     return bool(present) and present <= set(str(row.get("under_floor") or "").split(","))
 

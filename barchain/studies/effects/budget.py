@@ -77,7 +77,7 @@ class EffectsBudget:
         return f"{what}, {job.engine} {job.setting}"
 
     def time(self) -> None:
-        """Time what ran well: runs, shortened where three rounds of them would take too long, then evaluations."""
+        """Time the good runs, shortened where three rounds would take too long, then evaluations."""
         good = [j for j in self.plan.tight if self.results[j.key].outcome is Outcome.PASS]
         pass_s = sum(self.results[j.key].seconds["simulate"] for j in good)
         wanted = min(LEAST_ROUNDS, self.plan.repeats)
@@ -109,7 +109,7 @@ class EffectsBudget:
         self.store.write_record()
 
     def runs_of(self, job: Job) -> RunPair | None:
-        """Trajectories of a run and of its looser twin; None if either failed or is still to come."""
+        """Trajectories of a run and of its looser run; None if either failed or is still to come."""
         found = [self.results.get(j.key) for j in (job, self.plan.looser(job))]
         tight, loose = (r.trajectory if r and r.outcome is Outcome.PASS else None for r in found)
         return RunPair(tight, loose) if tight is not None and loose is not None else None
@@ -132,13 +132,13 @@ class EffectsBudget:
         return found | self.price_columns(switch, own, other)
 
     def why_not(self, *jobs: Job) -> str:
-        """What became of runs that failed."""
+        """Outcomes and reasons of failed runs."""
         results = [(j, self.results.get(r.key)) for j in jobs for r in (j, self.plan.looser(j))]
         said = [f"{self.said(j)}: {r.outcome}, {r.reason}" for j, r in results if r and r.outcome is not Outcome.PASS]
         return "; ".join(dict.fromkeys(said)) or "not run"
 
     def price_columns(self, switch: Switch, own: Job, other: Job) -> dict[str, Any]:
-        """What the effect costs: the run that has it over the one that has it not."""
+        """Cost of the effect: time of the run with it over that of the run without it."""
         present, absent = (own, other) if switch.on else (other, own)
         if not {own.key, other.key} <= set(self.times):
             return {}
@@ -170,7 +170,7 @@ def size_columns(plan: EffectsPlan, switch: Switch, scene: RunPair) -> dict[str,
 
 
 def change_columns(found: EffectChange) -> dict[str, float]:
-    """What a switch changed."""
+    """Columns of the changes that a switch causes."""
     columns = {"compared_s": found.compared_s}
     for name, unit in UNITS.items():
         if name in found.largest:
@@ -179,7 +179,7 @@ def change_columns(found: EffectChange) -> dict[str, float]:
 
 
 def base_facts(whole: RunPair) -> dict[str, Any]:
-    """What is known of the scene as it is, once it has run."""
+    """Entries of the record on the unmodified scene, once it has run."""
     size = sizes(whole.tight, whole.limit_s)
     return {
         "limit_s": whole.limit_s,

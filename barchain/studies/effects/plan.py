@@ -1,4 +1,4 @@
-"""What an effect budget runs."""
+"""Plan of an effect budget."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class EffectsPlan:
-    """What is to be measured, and how long it may take."""
+    """Measurements, and their limits of time."""
 
     scene: Scene
     switches: tuple[Switch, ...]
@@ -58,7 +58,7 @@ class EffectsPlan:
         return tuple({job.key: job for job in (self.whole[0], *(j for pair in pairs for j in pair))}.values())
 
     def between(self, heights: Heights) -> EffectsPlan:
-        """The plan, with defaults for the heights between which the scene as it is was seen to run."""
+        """The plan, with defaults for the range of altitudes of the unmodified scene's run."""
         return dataclasses.replace(self, switches=switches(self.scene, heights))
 
     def pair(self, switch: Switch) -> tuple[Job, Job]:
@@ -68,7 +68,7 @@ class EffectsPlan:
         return self.job(self.scene, engine), self.job(switch.scene, engine)
 
     def engine_for(self, *scenes: Scene) -> str:
-        """What can do all of these scenes."""
+        """Name of the reference that supports all of these scenes."""
         return self.engine or (FAST if compiled_can(scenes) else SLOW)
 
     def job(self, scene: Scene, engine: str) -> Job:
@@ -76,7 +76,7 @@ class EffectsPlan:
         return Job(scene, engine, ENGINES[engine], Setting(AccuracyParameter.RTOL, self.rtol), Role.MAIN)
 
     def looser(self, job: Job) -> Job:
-        """Run that tells what the numerics make of it."""
+        """The same run at the looser tolerance, for its numerical error."""
         return Job(
             job.scene, job.engine, job.registration, Setting(AccuracyParameter.RTOL, LOOSER * self.rtol), Role.MAIN
         )

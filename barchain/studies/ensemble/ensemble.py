@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class EnsembleResult:
-    """What an ensemble showed."""
+    """Result of an ensemble."""
 
     scene: Scene
     """As it was run, unperturbed"""

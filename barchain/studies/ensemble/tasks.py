@@ -41,7 +41,7 @@ class EnsembleTask:
 
 @dataclass(frozen=True)
 class EnsembleTaskResult:
-    """What a task showed."""
+    """Result of a task."""
 
     seen: Seen
     ended: tuple[str, ...]
@@ -69,7 +69,7 @@ def run_task(task: EnsembleTask) -> EnsembleTaskResult:
 
 
 def run_alone(task: EnsembleTask, run: int, seen: Seen) -> tuple[str, str]:
-    """Run one copy in the engine, write what it showed into `seen`, and say how it ended and why it failed."""
+    """Run one copy in the engine, write its samples into `seen`, and return how it ended and why it failed."""
     try:
         found = ReferenceFast().run(task.part.copy(run), Setting(ReferenceFast.sweep.parameter, task.rtol))
     except EngineError as error:
@@ -143,6 +143,6 @@ def look_up(address: str) -> None:
 
 
 def assembled(parts: list[EnsembleTaskResult]) -> Iterator[tuple[str, Array]]:
-    """What all parts showed, in order: name and array (runs, ...)."""
+    """Results of all parts, in order: name and array (runs, ...)."""
     for name in Seen._fields:
         yield name, np.concatenate([getattr(p.seen, name) for p in parts])

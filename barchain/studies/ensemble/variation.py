@@ -1,4 +1,4 @@
-"""What varies from copy to copy: ``angle_deg=normal(80, 1)``, parsed, checked and drawn."""
+"""Quantities that vary from copy to copy, ``angle_deg=normal(80, 1)``: parsed, checked and drawn."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class VariationError(ValueError):
 
 @dataclass(frozen=True)
 class DistributionFamily:
-    """A family of distributions: its parameters as people say them."""
+    """A family of distributions, with the names of its parameters."""
 
     parameters: tuple[str, ...]
     make: Callable[..., Any]
@@ -90,7 +90,7 @@ class Variation:
 
 
 def parse(text: str, bars: int) -> Variation:
-    """Variation from what was typed, for a chain of `bars` bars.
+    """Variation from its text, for a chain of `bars` bars.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Real things on the axis of sizes: what each size ratio is the length of."""
+"""Objects on the axis of sizes, with the size ratio of each length."""
 
 from __future__ import annotations
 

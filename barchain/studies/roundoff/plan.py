@@ -1,4 +1,4 @@
-"""What a round-off study runs: tasks for a pool of processes, each some rows of one table."""
+"""Plan of a round-off study: tasks for a pool of processes, each some rows of one table."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class RoundoffTask:
     """``module:function``"""
     arguments: tuple[Any, ...]
     solution: ScaledScene | None = None
-    """Whose truth is the function's first argument"""
+    """Whose high-precision solution is the function's first argument"""
 
 
 @dataclass(frozen=True)
@@ -182,7 +182,7 @@ def growths(full: bool) -> list[RoundoffTask]:
 
 
 def engines(full: bool) -> list[RoundoffTask]:
-    """Other engines, in both frames; of one that is not installed a single row says so."""
+    """Other engines, in both frames; an engine that is not installed gives a single row with the reason."""
     ratios = DECADES[1:8] if full else (1e-3, 1e-5, 1e-7)
     family = ScaledScene(load_scene(SCENE), ratios, 32, FULL_PART if full else PART)
     found = []

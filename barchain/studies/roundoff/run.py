@@ -43,7 +43,7 @@ class RoundoffRun:
         self.rows = RoundoffRows(store, plan.parts)
 
     def run(self) -> None:
-        """Run everything and write the tables; an interrupted run leaves what was measured."""
+        """Run everything and write the tables; an interrupted run leaves the rows so far."""
         try:
             with one_thread_each():
                 self.run_tasks()
@@ -54,7 +54,7 @@ class RoundoffRun:
             self.rows.finish()
 
     def run_tasks(self) -> None:
-        """All tasks in a pool of processes, the truths first."""
+        """All tasks in a pool of processes, the high-precision solutions first."""
         context = multiprocessing.get_context("spawn")
         pool = ProcessPool(self.plan.workers or multiprocessing.cpu_count(), context=context)
         try:

@@ -26,7 +26,7 @@ COUNTERS = ("evaluations", "steps")
 
 @dataclass(frozen=True)
 class ScalingTask:
-    """What a process is to measure."""
+    """Measurement of one point in a process."""
 
     job: Job
     """The chain, over the share of its orbit that is run"""
@@ -45,7 +45,7 @@ class ScalingTask:
 
 @dataclass(frozen=True)
 class Measured(RunResult):
-    """What came back, without the trajectory."""
+    """Result of a point, without the trajectory."""
 
     columns: dict[str, float | str] = field(default_factory=dict)
     """Of points.csv"""
@@ -70,7 +70,7 @@ def measure_point(task: ScalingTask, log: Path) -> Measured:
 
 
 def run_columns(task: ScalingTask, first: RunResult, log: Path) -> dict[str, float | str]:
-    """What simulating cost, an orbit and an evaluation or step of it."""
+    """Time of a simulation, of an orbit, and of an evaluation or step."""
     seconds = np.array(simulated(task, first, log))
     columns: dict[str, float | str] = {"share": task.share, "turns": len(seconds)}
     columns |= {"build_s": first.seconds["build"], "simulate_s": float(np.median(seconds))}

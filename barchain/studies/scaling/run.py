@@ -69,7 +69,7 @@ class ScalingRun:
             self.count(row["engine"], Outcome(row["outcome"]))
 
     def run(self) -> ScalingResult:
-        """Measure everything and write the tables; an interrupted run leaves what was measured."""
+        """Measure everything and write the tables; an interrupted run leaves the points measured so far."""
         self.deadline = time.perf_counter() + 60.0 * self.plan.minutes
         try:
             while ahead := {e: n for e in self.plan.engines if (n := self.next_bars(e))}:
@@ -91,7 +91,7 @@ class ScalingRun:
         return 0 if done >= len(self.plan.bars) else self.plan.bars[done]
 
     def price(self, engine: str, bars: int) -> tuple[bool, float, int]:
-        """What to go by in choosing the next point: whether it can wait, its expected time, s, then its bars."""
+        """Order of points: whether a point can wait, then its expected time, s, then its bars."""
         build_s, orbit_s = (predicted(*self.points.of(engine, name), bars) for name in ("build_s", "orbit_s"))
         run_s = affordable(orbit_s, self.plan.time_limit_s) * orbit_s
         return bars > COMMON_BARS, max(PROCESS_S, build_s + run_s), bars

@@ -1,4 +1,4 @@
-"""What each check says of a spoilt engine, and what becomes of the fault."""
+"""Results of each check on a faulty engine, and the outcome of the fault."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class FaultCell:
-    """What became of one fault in one scene."""
+    """Outcome of one fault in one scene."""
 
     fault: Fault
     scene: str
@@ -52,7 +52,7 @@ class FaultCell:
 
     @property
     def worst(self) -> Reading | None:
-        """Check that refuses it most, or comes nearest to it."""
+        """Check with the largest ratio, of those that detect the fault if there are any."""
         return max(self.readings, key=lambda r: (r.killed, r.quantity == "run", r.ratio), default=None)
 
     def rows(self) -> list[dict[str, Any]]:
@@ -64,13 +64,13 @@ class FaultCell:
 
 
 def readings(verdict: Verdict) -> tuple[Reading, ...]:
-    """All that the production checks say."""
+    """Results of all production checks."""
     found = (reading(row) for row in verdict.rows)
     return tuple(r for r in found if r is not None)
 
 
 def reading(row: Row) -> Reading | None:
-    """What one row says; None of those that do not judge."""
+    """Result of one row; None of rows that do not judge."""
     outcome = Outcome(row["outcome"])
     killed = not outcome.ok
     if row["metric"] == "outcome":
@@ -83,20 +83,20 @@ def reading(row: Row) -> Reading | None:
 
 
 def nothing(case: SelftestCase, fault: Fault, foreign: str = "") -> FaultCell | None:
-    """Cell of a fault that has nothing to spoil in a scene, or is `foreign` to the host; None if it has."""
+    """Cell of a fault that changes nothing in a scene, or is `foreign` to the host; None if it can be put in."""
     reason = foreign or fault.nothing(case.solution)
     return FaultCell(fault, case.scene.name, Fate.NOTHING, reason) if reason else None
 
 
 def cell(result: TrialResult) -> FaultCell:
-    """What became of a trial."""
+    """Result of a trial."""
     found = readings(result.verdict)
     fate, reason = fate_of(result, found)
     return FaultCell(result.trial.fault, result.trial.case.scene.name, fate, reason, found)
 
 
 def fate_of(result: TrialResult, found: tuple[Reading, ...]) -> tuple[Fate, str]:
-    """Fate of a trial, and why where nothing kills it."""
+    """Outcome of a trial, with the reason where no check detects the fault."""
     trial, outcome = result.trial, result.verdict.outcome
     killed = any(r.killed for r in found)
     if outcome is Outcome.FAILED and not trial.fault.refuses:
@@ -109,7 +109,7 @@ def fate_of(result: TrialResult, found: tuple[Reading, ...]) -> tuple[Fate, str]
 
 
 def unseen(trial: FaultTrial, found: tuple[Reading, ...]) -> tuple[Fate, str]:
-    """Whether a fault that nothing kills changes anything."""
+    """Outcome of a fault that no check detects: whether it changes anything."""
     near = max(found, key=lambda r: r.ratio)
     said = f"uses at most {near.ratio:.2g} of what is allowed ({near.quantity.replace('_', ' ')}, {near.check})"
     if not trial.fault.invisible:

@@ -1,4 +1,4 @@
-"""The smallest size of each continuous fault that is still caught, by bisection over powers of two."""
+"""The smallest detected size of each continuous fault, by bisection over powers of two."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ OCTAVES = 44  # below the natural size: 6e-14 of it, with the natural 1 % less t
 
 @dataclass(frozen=True)
 class Bracket:
-    """What is known of one fault in one scene; sizes are powers of two of the natural one, counted from no fault."""
+    """Bracket of one fault's detection limit in one scene; sizes are powers of two of the natural one."""
 
     case: SelftestCase
     fault: Fault
@@ -60,7 +60,7 @@ class Bracket:
         return self.size.none + (self.size.natural - self.size.none) * 2.0**power
 
     def told(self, power: int, by: Reading | None) -> Bracket:
-        """Bracket that knows whether a power is caught."""
+        """Bracket narrowed by the outcome at a power."""
         return replace(self, missed=power) if by is None else replace(self, caught=power, by=by)
 
     def row(self) -> dict[str, Any]:
@@ -76,7 +76,7 @@ class Bracket:
 
 
 def brackets(cells: Iterable[FaultCell], found: list[SelftestCase]) -> list[Bracket]:
-    """Pairs of a continuous fault and a scene in which it was put in, with what its natural size came to."""
+    """Pairs of a continuous fault and a scene in which it was put in, with the outcome at its natural size."""
     selftest_cases = {g.scene.name: g for g in found}
     tried = [c for c in cells if c.fault.size and c.readings]
     return [

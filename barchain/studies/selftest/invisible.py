@@ -1,4 +1,4 @@
-"""Whether a fault that no check sees changes anything at all: its equations against its control's, state by state.
+"""Whether an undetected fault changes anything: its equations against its control's, state by state.
 
 All that a run shows follows from the accelerations, reactions and torques of the states it goes through. Trajectories
 themselves tell less: the first steps are chosen by an error estimate that is nothing but rounding, and two runs whose
@@ -26,7 +26,7 @@ GIVEN = ("com_m_s2", "angle_rad_s2", "reaction_N", "torque_N_m")
 
 
 def moved_beyond_rounding(trial: FaultTrial) -> float:
-    """Largest change that a fault makes in what the equations give, over their rounding.
+    """Largest change of the equations' results by a fault, over their round-off.
 
     The control's own rounding is what it differs by from the relative formulation, beside a few units in the last
     place of the largest value: sums such as phi'' + omega'' round the parts, which are larger than the sum.
@@ -43,7 +43,7 @@ def moved_beyond_rounding(trial: FaultTrial) -> float:
 
 
 def evaluated(case: SelftestCase, fault: Fault, size: float) -> dict[str, Array]:
-    """What the equations give, with a fault in the code, at the truth's samples."""
+    """Results of the equations with a fault in the code, at the reference solution's samples."""
     model, seen = chain_model(case.scene), case.solution.trajectory
     assert seen.angle_rad is not None
     assert seen.rate_rad_s is not None

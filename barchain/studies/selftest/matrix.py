@@ -24,7 +24,7 @@ HOST = "reference"
 
 
 def quiet(done: int) -> None:
-    """Tell nobody."""
+    """Report nothing."""
     del done
 
 
@@ -40,7 +40,7 @@ class Matrix:
 
     @property
     def unkilled(self) -> tuple[Fault, ...]:
-        """Faults put in somewhere, killed nowhere, and not proven invisible."""
+        """Faults put in somewhere, detected nowhere, and not proven invisible."""
         faults = {c.fault.name: c.fault for c in self.cells if c.fault.name in FAULTS}
         return tuple(f for name, f in faults.items() if survives({c.fate for c in self.of(name)}))
 
@@ -51,12 +51,12 @@ class Matrix:
 
     @property
     def passed(self) -> bool:
-        """Whether the harness catches all that can be caught, and nothing else."""
+        """Whether every detectable fault is detected, and no unmodified engine is rejected."""
         return not self.unkilled and not self.wrong
 
 
 def survives(fates: set[Fate]) -> bool:
-    """Whether a fault with these fates was put in and never killed, nor proven invisible."""
+    """Whether a fault with these outcomes was put in and never detected, nor proven invisible."""
     return Fate.SURVIVES in fates and Fate.KILLED not in fates
 
 
@@ -97,7 +97,7 @@ def with_controls(
 
 
 def with_control(case: SelftestCase, result: TrialResult) -> SelftestCase:
-    """Ground that keeps what a control gave.
+    """Case that keeps the results of a control.
 
     Raises
     ------

@@ -34,7 +34,7 @@ class SelftestError(RuntimeError):
 
 @dataclass(frozen=True)
 class SelftestCase:
-    """One scene's truth, and the engine that faults are put into there."""
+    """One scene's reference solution, and the engine that faults are put into there."""
 
     solution: ReferenceSolution
     host: str
@@ -65,7 +65,7 @@ class FaultTrial(NamedTuple):
 
     @property
     def replays(self) -> bool:
-        """Whether recorded sound runs serve."""
+        """Whether recorded runs of the unmodified engine serve."""
         return self.fault.replays and bool(self.case.sound)
 
     def jobs(self) -> list[Job]:
@@ -76,7 +76,7 @@ class FaultTrial(NamedTuple):
 
 @dataclass(frozen=True)
 class TrialResult:
-    """What became of a trial."""
+    """Result of a trial."""
 
     trial: FaultTrial
     main: RunResult
@@ -92,7 +92,7 @@ def selftest_cases(
     Raises
     ------
     SelftestError
-        If a truth can't be run.
+        If a reference solution can't be run.
     """
     engine = find_engine(host).load()
     wanted = {s.name: s for s in scenes}
@@ -100,7 +100,7 @@ def selftest_cases(
     jobs = [(name, job) for name, s in wanted.items() for job in solution_jobs(s, NUMPY)]
     for job, result in run_jobs([job for _, job in jobs], time_limit_s=TIME_LIMIT_S, workers=workers):
         if result.outcome is not Outcome.PASS:
-            raise SelftestError(f"{job.scene.name}: the truth could not be run ({result.reason})")
+            raise SelftestError(f"{job.scene.name}: the reference solution could not be run ({result.reason})")
         runs[job.scene.name][job.role] = result
         done(1)
     setting = engine.sweep.setting()
@@ -133,7 +133,7 @@ def run_trials(trials: Iterable[FaultTrial], *, workers: int | None = None) -> I
 
 
 def replayed(trial: FaultTrial, job: Job) -> RunResult:
-    """Result of spoiling a recorded run."""
+    """Result of a recorded run with the fault in it."""
     case = trial.case
     return run_phases(job, spoilt(trial.fault, trial.size, case.engine, case.sound))
 

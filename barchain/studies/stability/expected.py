@@ -1,4 +1,4 @@
-"""Outcomes as they are recorded, and what changed since: a change either way is told."""
+"""Recorded outcomes, and changes since, for better or worse."""
 
 from __future__ import annotations
 
@@ -62,12 +62,12 @@ def recorded(path: Path = PATH) -> dict[Pair, str]:
 
 
 def word_of(finding: Finding) -> str:
-    """How a finding is recorded."""
+    """Recorded word of a finding."""
     return SLOW if finding.slow else str(finding.stability)
 
 
 def change(scene: str, engine: str, before: str | None, finding: Finding) -> OutcomeChange | None:
-    """What changed, if anything counts as a change.
+    """Change of an outcome; None where nothing counts as a change.
 
     A run that was not in time before may be in time now, or fail otherwise before its time is over: that tells of the
     machine. The other way round, an outcome that was there is lost.

@@ -1,4 +1,4 @@
-"""What is run: scenes, engines, and each engine's three settings in a scene."""
+"""Plan of a stability study: scenes, engines, and each engine's three settings in a scene."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ HUGE = "huge"  # tag of scenes that take hours, and are run where they are named
 LONG = "long"  # tag of scenes whose drifts are followed over time
 
 SOLUTION_LIMIT_S = (
-    600.0  # a truth is run four times, at its tightest and at close samples; without it nothing is judged
+    600.0  # a reference solution is run four times, at its tightest and at close samples; without it nothing is judged
 )
 LEVELS = (Role.COARSE, Role.MAIN, Role.FINER)
 COARSER_RTOL, COARSER_STEPS = 100.0, 0.25  # two decades of a request; two halvings of a step
@@ -37,7 +37,7 @@ SCIPY = "scipy-"
 
 @dataclass(frozen=True)
 class StabilityPlan:
-    """What is to be run."""
+    """Scenes, engines and limits of a study."""
 
     scenes: tuple[Scene, ...]
     engines: dict[str, Registration]

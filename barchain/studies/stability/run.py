@@ -53,7 +53,7 @@ class HardSceneRuns:
 
 @dataclass(frozen=True)
 class StabilityResult:
-    """What a study found."""
+    """Result of a study."""
 
     findings: dict[Pair, Finding]
     changes: tuple[expected.OutcomeChange, ...]
@@ -62,7 +62,7 @@ class StabilityResult:
 
     @property
     def passed(self) -> bool:
-        """Whether ours are stable and nothing changed."""
+        """Whether the reference is stable and no outcome changed."""
         return not self.ours and not self.changes
 
 
@@ -87,7 +87,7 @@ class StabilityRun:
         self.make([job for s in self.plan.scenes for job in solution_jobs(s)])
         for wave in WAVES:
             self.make(self.hopeful(self.jobs(wave)))
-        return StabilityResult(self.findings, tuple(self.changes), self.unstable_ours())
+        return StabilityResult(self.findings, tuple(self.changes), self.unstable_references())
 
     def jobs(self, roles: Iterable[Role]) -> list[Job]:
         """Runs of some roles in all scenes."""
@@ -102,7 +102,7 @@ class StabilityRun:
         return found
 
     def leave_out(self) -> None:
-        """Settle the engines that can't carry a scene."""
+        """Settle the engines that do not support a scene."""
         for scene in self.plan.scenes:
             for name, engine in self.classes.items():
                 reason = engine.unsupported(scene)
@@ -110,7 +110,7 @@ class StabilityRun:
                     self.settle(scene.name, name, Finding(Stability.UNSUPPORTED, reason))
 
     def hopeful(self, jobs: list[Job]) -> list[Job]:
-        """Runs that may come in time; none does whose coarser one took longer than is allowed, and is settled so."""
+        """Runs expected within the time limit; a run whose coarser run timed out is settled as timed out."""
         found = []
         for job in jobs:
             late = self.late_before(job)
@@ -128,7 +128,7 @@ class StabilityRun:
         return self.plan.time_limit_s * (OURS_PATIENCE if job.engine in OURS else 1.0)
 
     def late_before(self, job: Job) -> Role | None:
-        """Coarser level of a job's engine that was not in time, if there is one."""
+        """Coarser level of a job's engine that timed out, if there is one."""
         before = LEVELS[: LEVELS.index(job.role)] if job.role in LEVELS else ()
         runs = self.scenes[job.scene.name].runs.get(job.engine, {})
         return next((r for r in before if r in runs and runs[r].outcome is Outcome.TIMED_OUT), None)
@@ -167,13 +167,13 @@ class StabilityRun:
                 self.judge(progress, job.engine)
 
     def found_solution(self, progress: HardSceneRuns) -> None:
-        """Establish the truth once its runs are there."""
+        """Establish the reference solution once its runs are made."""
         scene, facts = progress.scene, self.store.record["scenes"][progress.scene.name]
         try:
             progress.solution = solution_of(scene, progress.certified_solutions)
         except SolutionFailedError as error:
             progress.solution_failed = facts["solution_failed"] = str(error)
-            self.note(f"{scene.name} has no truth: {error}")
+            self.note(f"{scene.name} has no reference solution: {error}")
         if progress.solution is None:
             return
         facts |= solution_facts(progress.solution)
@@ -213,8 +213,8 @@ class StabilityRun:
         else:
             self.store.keep_finding(engine_runs, found, before, changed)
 
-    def unstable_ours(self) -> tuple[Pair, ...]:
-        """Well-posed scenes in which ours are not stable; a run that was not in time tells of the machine."""
+    def unstable_references(self) -> tuple[Pair, ...]:
+        """Well-posed scenes in which the reference is not stable; time-outs of a slow machine are left out."""
         posed = {s.name for s in self.plan.scenes if ILL_POSED not in s.tags}
         return tuple(
             (scene, engine)
@@ -224,7 +224,7 @@ class StabilityRun:
 
 
 def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
-    """What the record says of a scene's truth."""
+    """Entries of a scene's reference solution in the record."""
     condition, rate = condition_range(solution.scene, solution), linear_rate(solution)
     inside = solution.trajectory.t_s[: len(solution.amplification)] <= solution.limit_s
     return {

@@ -1,4 +1,4 @@
-"""Ways to the joint reactions: what each is given, what it makes of that, and what it should have made.
+"""Formulations of the joint reactions: their inputs, their results, and the exact results.
 
 The relative formulation, the absolute one, and reactions read off from known motion by Newton's second law, as the
 paper's introduction warns against; for measure, the last with relative motion too.
@@ -70,7 +70,7 @@ class Snapshots:
 
 @dataclass(frozen=True)
 class Turned:
-    """What the reference integrates."""
+    """The coordinates of the reference."""
 
     com_m: Values
     """(2, B)"""

@@ -1,4 +1,4 @@
-"""Power laws of errors: what is expected, what was measured, and the size at which the last digit goes."""
+"""Power laws of errors: expected and measured exponents, and the size at which the last digit is lost."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def evaluation_laws(evaluation: pd.DataFrame) -> pd.DataFrame:
 
 
 def with_floors(evaluation: pd.DataFrame) -> pd.DataFrame:
-    """The table with a column ``floor``: what the relative formulation's formula leaves in the same state, or u."""
+    """The table with a column ``floor``: the error of the relative formulation in the same state, or u."""
     by = ["state", "bars", "ratio", "arithmetic", "yardstick"]
     own = evaluation[(evaluation.formulation == "relative") & (evaluation.source == FORMULA)]
     joined = evaluation.merge(own[[*by, "median"]].rename(columns={"median": "floor"}), on=by, how="left")
@@ -161,7 +161,7 @@ def growth_law(key: dict[str, Any], own: pd.DataFrame) -> dict[str, Any]:
     closed = key["coordinates"] == "minimal" and key["quantity"] == "gap"
     time, error = own.orbits.to_numpy(float), own["median"].to_numpy(float)
     used = (time >= GROWS_FROM) & (error > 0.0) & (error < SMALL_ERROR) & own.known.astype(bool).to_numpy()
-    words = "" if used.sum() >= FEWEST else "errors too large, or too small for the truth to tell"
+    words = "" if used.sum() >= FEWEST else "errors too large, or too small for the high-precision solution to tell"
     found = {**key, **line(time[used], error[used]), "expected": 0.0 if closed else 1.5, "remark": words}
     if "exponent_low" in own and used.sum() >= FEWEST:
         found |= {"low": float(own.exponent_low.iloc[0]), "high": float(own.exponent_high.iloc[0])}

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 INERTIAL, MOVING = "inertial", "moving"
-APART = "-absolute"  # in the name of an engine's twin in the inertial frame
+APART = "-absolute"  # in the name of an engine's counterpart in the inertial frame
 SETTLED = 0.5  # of a run, after which errors are judged: index 3 starts its multipliers with an error of first order in
 # the step and damps it in some 50 steps, which is neither truncation of the method's order nor round-off
 QUANTITIES = {"attitude": Observable.ATTITUDE, "reaction": Observable.REACTION, "gap": Observable.GAP}
@@ -49,11 +49,11 @@ def engine_rows(solution: HighPrecisionSolution, name: str, size: int, value: fl
 
     Parameters
     ----------
-    truth : Truth
+    solution : HighPrecisionSolution
     name : str
-        Registered name; what has a twin in the other frame goes by the same name as that in the table.
+        Registered name; an engine with a counterpart in the other frame goes by the same name as that in the table.
     size : int
-        Place of the size ratio in the truth's family.
+        Place of the size ratio in the high-precision solution's family.
     value : float
         Steps in an orbit (those of the scene's own period, as in trajectories.csv), or what is asked of a step.
 
@@ -84,7 +84,7 @@ def engine_rows(solution: HighPrecisionSolution, name: str, size: int, value: fl
 def judged_rows(
     solution: HighPrecisionSolution, size: int, longitudes: Array, runs: list[Trajectory | RunFault], shown: list[str]
 ) -> list[dict[str, Any]]:
-    """Quantiles of each quantity, and what became of the runs."""
+    """Quantiles of each quantity, and the outcomes of the runs."""
     faults = [run for run in runs if isinstance(run, RunFault)]
     whole = [not isinstance(run, RunFault) for run in runs]
     if not any(whole):
@@ -160,7 +160,7 @@ def frame_of(engine: type[Engine]) -> str:
 
 
 def setting_of(engine: type[Engine], scene: Scene, value: float) -> Setting:
-    """Setting of an engine's knob, whose unit of steps may be another orbit than the scene's own."""
+    """Setting of an engine's accuracy parameter, whose unit of steps may be another orbit than the scene's own."""
     parameter = engine.sweep.parameter
     return Setting(
         parameter,

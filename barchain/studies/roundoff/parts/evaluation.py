@@ -39,7 +39,7 @@ def errors(formulation: Formulation, a: Arithmetic, exact: Exact, solution: Valu
     formulation : Formulation
     a : Arithmetic
     exact : Exact
-    truth : ndarray of objects, shape (2, N-1, B), optional
+    solution : ndarray of objects, shape (2, N-1, B), optional
         Exact reactions of the exact state; found here if not given.
 
     Returns

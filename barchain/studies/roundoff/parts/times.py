@@ -1,4 +1,4 @@
-"""What the cure costs: time of an evaluation in relative coordinates over that in absolute ones."""
+"""Cost of relative coordinates: time of an evaluation over that in absolute coordinates."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Pair:
     """Evaluated in one call"""
 
     def row(self) -> dict[str, Any]:
-        """Row of times.csv; the two take turns, so that what disturbs the one disturbs the other."""
+        """Row of times.csv; both are timed in turn, so that disturbances meet both."""
         counts = [calibrated(loop, LEAST_S) for loop in (self.relative, self.absolute)]
         gc.collect()
         gc.disable()
@@ -76,7 +76,7 @@ def one_state(bars: int) -> Pair:
 
 
 def from_angles(bars: int) -> Pair:
-    """The same, its places made from the angles: what the reference runs by default."""
+    """The same with positions computed from the angles, as the reference runs by default."""
     scene = divided(load_scene(SCENE), bars)
     code = "reference, places from angles"
     return Pair(code, "float64", bars, numpy_loop(scene, "minimal"), numpy_loop(scene, "absolute"))

@@ -27,15 +27,15 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from scenarios import Scene
 
-SOLUTION_STEPS = 64, 48  # an orbit, of order 14: the truth's, and those that tell its error
+SOLUTION_STEPS = 64, 48  # an orbit, of order 14: the high-precision solution's, and those that tell its error
 GROWS_FROM = 1.0  # orbits: the motion's own oscillation is averaged out
 REDRAWN = 400  # times that members are drawn again
-MARGIN = 10.0  # a truth tells errors this many times its own
+MARGIN = 10.0  # a high-precision solution tells errors this many times its own
 
 
 @dataclass(frozen=True)
 class ScaledScene:
-    """A scene at several sizes, seen `samples` times in a number of orbits."""
+    """A scene at several sizes, sampled `samples` times in a number of orbits."""
 
     scene: Scene
     ratios: tuple[float, ...]
@@ -90,7 +90,7 @@ def solution_of(family: ScaledScene) -> HighPrecisionSolution:
 
 
 def judged(solution: HighPrecisionSolution, seen: Iterable[Seen], longitudes: Array, sizes: Values) -> dict[str, Array]:
-    """Errors (samples, B) of runs from `longitudes`, the `sizes`-th of the truth's, largest over bars and joints.
+    """Errors (samples, B) of runs from `longitudes` at the solution's `sizes`-th sizes, largest over bars and joints.
 
     Attitude in rad; reactions over the largest of the run; gaps and the centre of mass over a bar's length.
     """
@@ -229,7 +229,7 @@ def summed_up(
     sizes: Values,
     evaluations: Array | None = None,
 ) -> list[dict[str, Any]]:
-    """One row for each size and quantity; errors that the truth can't tell are marked."""
+    """One row for each size and quantity; errors that the high-precision solution does not resolve are marked."""
     rows = []
     for k, ratio in enumerate(solution.family.ratios):
         count = {} if evaluations is None else {"evaluations": float(np.median(evaluations[sizes == k]))}

@@ -1,4 +1,4 @@
-"""Trials from runs to cells: sound engines first, then faults, each with the further runs that its verdict asks for."""
+"""Trials from runs to cells: unmodified engines, then faults, each with the further runs of its verdict."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What became of each engine on each scene, and of each fault: the cells of a campaign."""
+"""Outcome of each engine on each scene, and of each fault: the cells of a campaign."""
 
 from __future__ import annotations
 

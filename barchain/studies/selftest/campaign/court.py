@@ -1,4 +1,4 @@
-"""The production judge's verdict on a trial, and what it says of the judge."""
+"""The production judge's verdict on a trial, and its rating as right or wrong."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ UNRUN = (Outcome.FAILED, Outcome.TIMED_OUT, Outcome.MISSING)
 
 
 class Judged(NamedTuple):
-    """A trial's cell, and what its verdict leaves to be done."""
+    """A trial's cell, and the further runs that its verdict needs."""
 
     cell: CampaignCell
     limits: dict[str, DetectionLimit]
@@ -80,7 +80,7 @@ def same(a: Trajectory | None, b: Trajectory | None) -> bool:
 
 
 def sound_cell(case: CampaignCase, verdict: Verdict) -> CampaignCell:
-    """Cell of a sound engine."""
+    """Cell of an unmodified engine."""
     outcome = verdict.outcome
     if outcome is Outcome.TIMED_OUT:
         return rejected(case, verdict, CellClass.LATE)
@@ -93,7 +93,7 @@ def sound_cell(case: CampaignCase, verdict: Verdict) -> CampaignCell:
 
 
 def fault_cell(case: CampaignCase, results: dict[Role, RunResult], verdict: Verdict) -> CampaignCell:
-    """Cell of a fault: whether it is caught, and if not, whether it is as small as is said."""
+    """Cell of a fault: detected, or smaller or larger than the stated detection limit."""
     whole, compared = (fault_sizes(case, results, to_limit=inside) for inside in (False, True))
     if not verdict.outcome.ok or verdict.outcome is Outcome.UNSUPPORTED:  # that is no pass
         return rejected(case, verdict, CellClass.CAUGHT, whole)
@@ -106,7 +106,7 @@ def fault_cell(case: CampaignCase, results: dict[Role, RunResult], verdict: Verd
 
 
 def fault_sizes(case: CampaignCase, results: dict[Role, RunResult], *, to_limit: bool) -> dict[str, float]:
-    """Largest change in the main or the finer run; up to where the sound verdict compares, or in all of the run."""
+    """Largest change in the main or the finer run; up to the end of the unmodified verdict's comparison, or overall."""
     until = {name: limit.until_s for name, limit in case.limits.items()} if to_limit else None
     scale, found = scales(case.solution), dict[str, float]()
     for role in FIRST:
@@ -117,7 +117,7 @@ def fault_sizes(case: CampaignCase, results: dict[Role, RunResult], *, to_limit:
 
 
 def stated(sound: dict[str, DetectionLimit], own: dict[str, DetectionLimit]) -> dict[str, DetectionLimit]:
-    """Limits that a fault is held against: the larger share of those in the sound verdict and in the fault's own.
+    """Detection limits for a fault: the larger share of the unmodified and of the faulty engine's verdict.
 
     A fault that differs from run to run makes the engine's error estimate larger, and its own verdict says so.
     """
@@ -141,7 +141,7 @@ def worst(limits: dict[str, DetectionLimit], found: dict[str, float]) -> tuple[s
 def rejected(
     case: CampaignCase, verdict: Verdict, kind: CellClass, found: dict[str, float] | None = None
 ) -> CampaignCell:
-    """Cell of a run that the judge refuses: what it says first."""
+    """Cell of a run that the judge rejects, with its first reason."""
     row = next(r for r in verdict.rows if r["outcome"] == verdict.outcome)
     reason = row["reason"] or row["metric"]
     return compared_cell(case, verdict, kind, row["quantity"], found or {}, reason=reason)

@@ -1,4 +1,4 @@
-"""What speaks against the judge: one scene of each kind, made simpler and written down."""
+"""Wrong verdicts of the judge: one scene of each kind, simplified and written."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def kept_findings(
 
 
 def write_scene(scene: Scene, cell: CampaignCell, path: Path) -> None:
-    """Write a scene with what it shows."""
+    """Write a scene with its finding as description."""
     what = f"{cell.engine} with {cell.fault}" if cell.fault else cell.engine
     said = f"{what}: {cell.kind}, {cell.outcome}. {cell.quantity} {cell.reason}".strip()
     named = replace(scene, title=f"From {cell.scene}", description=said)

@@ -26,7 +26,7 @@ TIME_LIMIT_S = 120.0
 
 @dataclass(frozen=True)
 class Planted(Registration):
-    """What a worker needs to make an engine with a fault in it: two names."""
+    """Names from which a worker makes an engine with a fault in it."""
 
     host: str = ""
     fault: str = ""

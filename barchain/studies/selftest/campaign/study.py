@@ -1,4 +1,4 @@
-"""A random campaign from start to tables: what the command line and notebooks call."""
+"""The random campaign: engines and faults on random scenes, and the rates of wrong verdicts."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class CampaignPlan(CampaignOptions):
 
     @property
     def sound(self) -> tuple[str, ...]:
-        """Engines that are judged as they are: hosts too, as their verdicts say what they would detect."""
+        """Engines that are judged unmodified: hosts too, as their verdicts state the detection limits."""
         return tuple(dict.fromkeys((*self.engines, *self.hosts)))
 
     def drawn(self) -> Iterator[Scene]:
@@ -75,7 +75,7 @@ class CampaignPlan(CampaignOptions):
 
 @dataclass(frozen=True)
 class Campaign:
-    """What a campaign found."""
+    """Result of a campaign."""
 
     plan: CampaignPlan
     cells: list[CampaignCell]
@@ -84,7 +84,7 @@ class Campaign:
 
     @property
     def passed(self) -> bool:
-        """Whether the judge misses nothing that it says it would see, and hardly ever refuses a sound engine."""
+        """Whether no fault above its detection limit is missed, and false alarms are rare enough."""
         return passed(self.cells)
 
 

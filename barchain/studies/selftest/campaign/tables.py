@@ -1,4 +1,4 @@
-"""The campaign's folder: cells as they come, rates, the findings' scenes, and what ran where.
+"""The campaign's folder: cells as they come, rates, the findings' scenes, and the record.
 
 ``campaign.csv``
     a row for each engine on each scene, and for each fault in each host on each scene, columns :data:`COLUMNS`;

@@ -46,17 +46,17 @@ class CampaignTrial:
 
     @property
     def planted(self) -> Fault | None:
-        """The fault; None of a sound engine."""
+        """The fault; None of an unmodified engine."""
         return find(self.fault) if self.fault else None
 
     @property
     def replays(self) -> bool:
-        """Whether it takes no runs besides those of the sound engine."""
+        """Whether the runs of the unmodified engine suffice."""
         return self.planted is None or self.planted.replays
 
     @property
     def registration(self) -> Registration:
-        """What is run: the engine as it is where only what is read out or declared is spoilt."""
+        """Engine that is run: the unmodified one where the fault changes only samples or declarations."""
         return find_engine(self.engine) if self.replays else planted(self.engine, self.fault)
 
     @property
@@ -83,7 +83,7 @@ class CampaignTrial:
 
 @dataclass(frozen=True)
 class DetectionLimit:
-    """Smallest error that a verdict says it would have called."""
+    """Smallest error that a verdict states it would detect."""
 
     share: float
     """Of the quantity's scale"""
@@ -106,7 +106,7 @@ class CampaignCase:
 
     @property
     def results(self) -> dict[Role, RunResult]:
-        """Runs by role, spoilt."""
+        """Runs by role, with the fault in them."""
         return {role: self.with_fault(job, result) for role, (job, result) in self.made.items()}
 
     def with_fault(self, job: Job, result: RunResult) -> RunResult:
@@ -118,14 +118,14 @@ class CampaignCase:
 
     @property
     def judged_as(self) -> type[Engine]:
-        """Class that is judged, with what it declares."""
+        """Class that is judged, with its declarations."""
         fault = self.trial.planted
         if fault is None:
             return self.trial.host
         return spoilt(fault, fault.natural, self.trial.host, main=self.sound_trajectory(Role.MAIN))
 
     def sound_trajectory(self, role: Role) -> Trajectory | None:
-        """What the sound engine saw."""
+        """Trajectory of the unmodified engine."""
         return self.sound[role].trajectory if role in self.sound else None
 
 

@@ -90,7 +90,7 @@ def open_joints(size: float) -> Iterator[None]:
 
 
 def particle(size: float) -> AbstractContextManager[object]:
-    """Centre of mass without what the bars' own places add to its pull."""
+    """Centre of mass without the bars' own positions in its gravity."""
 
     def wrong(model: ChainModel, state: State, unit: ComplexArray) -> tuple[Array, ComplexArray, Array]:
         field, tide, spin = external(model, state, unit)

@@ -1,4 +1,4 @@
-"""Events met late or missed, starts that are a little off, and settings that are not what is said."""
+"""Events met late or missed, inexact initial states, and settings that differ from the request."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def stretched(scene: Scene, size: float) -> Scene:
 
 
 def on_time(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
-    """Samples said to be where they should be."""
+    """Samples labelled with the requested instants."""
     del size
     return trajectory.replace(t_s=scene.times_s[: len(trajectory.t_s)])
 

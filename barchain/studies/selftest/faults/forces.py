@@ -1,4 +1,4 @@
-"""What acts, put in too strong, too weak, the wrong way round or not at all; mostly by way of the scene."""
+"""Forces too strong, too weak, of the wrong sign or missing; mostly by way of the scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mistakes in what is read out of a sound run: signs, axes, units, order, instants, holes."""
+"""Mistakes in the samples of an unmodified run: signs, axes, units, order, instants, holes."""
 
 from __future__ import annotations
 

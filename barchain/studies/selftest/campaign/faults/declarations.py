@@ -1,4 +1,4 @@
-"""What an engine's class says of itself, said wrongly: its noise, its order, its coordinates."""
+"""Wrong declarations of an engine's class: its noise, its order, its coordinates."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def noisy(engine: type[Engine], main: Trajectory) -> dict[str, Any]:
 
 
 def declares(name: str, value: object) -> dict[str, Any]:
-    """What a fault needs to declare one attribute wrongly; it can't be put in where that is right."""
+    """Arguments of a fault that declares one attribute wrongly; it can't be put in where the value is right."""
 
     def wrong(engine: type[Engine], main: Trajectory) -> dict[str, Any]:
         del engine, main

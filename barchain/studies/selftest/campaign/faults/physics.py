@@ -94,7 +94,7 @@ def late(name: str, words: str, first: Callable[[Any], float], late_s: float) ->
 
 
 def many_steps(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
-    """Run that says it took a great many steps."""
+    """Run that reports a great many steps."""
     del scene, size
     return dataclasses.replace(trajectory, info=trajectory.info | {"steps": CLAIMED_STEPS})
 

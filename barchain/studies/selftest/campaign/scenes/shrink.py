@@ -95,7 +95,7 @@ def simplest(
 
 
 def cell_of(scene: Scene, engine: str, fault: str) -> CampaignCell | None:
-    """What becomes of an engine, or of a fault in it, on a scene, all in this process; None where it can't be tried."""
+    """Cell of an engine, or of a fault in it, on a scene, all in this process; None where it can't be tried."""
     bench = TrialBench(RunCache(in_this_process), at_once)
     (sampled,) = bench.establish([scene])
     cells, trials = bench.try_sound(sampled, [] if engine == REFERENCE_SOLUTION else [engine])
@@ -107,7 +107,7 @@ def cell_of(scene: Scene, engine: str, fault: str) -> CampaignCell | None:
 
 
 def alike(found: CampaignCell | None, cell: CampaignCell) -> bool:
-    """Whether a scene shows what another one does."""
+    """Whether a scene shows the same finding as another."""
     if found is None or (found.engine, found.kind) != (cell.engine, cell.kind):
         return False
     return bool(cell.fault) or found.outcome == cell.outcome
