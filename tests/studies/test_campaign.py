@@ -349,7 +349,7 @@ def test_rates_count_what_could_have_happened() -> None:
     assert by["limited", "engine", "pymunk"] == (1, 8)
     assert by["missed", "all", "all"] == by["missed", "fault", "mu"] == by["missed", "engine", "pymunk"] == (1, 4)
     assert by["below the limit", "fault", "mu"] == (4, 10)
-    assert by["beyond the horizon", "fault", "mu"] == (2, 10)
+    assert by["beyond the predictability limit", "fault", "mu"] == (2, 10)
 
 
 def test_one_missed_fault_fails_and_false_alarms_may_be_half_a_percent() -> None:

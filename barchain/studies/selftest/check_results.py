@@ -47,7 +47,7 @@ class FaultCell:
     scene: str
     fate: Fate
     reason: str
-    """Why it survives, is invisible or has nothing to spoil"""
+    """Reason why it survives, is invisible or changes nothing"""
     readings: tuple[Reading, ...] = ()
 
     @property

@@ -69,8 +69,8 @@ def word_of(finding: Finding) -> str:
 def change(scene: str, engine: str, before: str | None, finding: Finding) -> OutcomeChange | None:
     """Change of an outcome; None where nothing counts as a change.
 
-    A run that was not in time before may be in time now, or fail otherwise before its time is over: that tells of the
-    machine. The other way round, an outcome that was there is lost.
+    A run that timed out before may finish now, or fail otherwise before its time limit: the cause is the machine. An
+    outcome that is replaced by a time-out is a change.
     """
     now = word_of(finding)
     if before is None or before in (now, SLOW) or stability_of(before) is finding.stability:

@@ -37,7 +37,7 @@ class FaultGroup(StrEnum):
     """Where a fault comes from."""
 
     CONTROL = "control"
-    """No fault: nothing may kill it"""
+    """No fault: no check may reject it"""
     PAPER = "misprints of the paper"
     EQUATIONS = "equations of motion"
     FORCES = "what acts"
@@ -108,7 +108,7 @@ class Fault:
     """Runs that are spoilt; None: all"""
     size: Size | None = None
     nothing: Nothing = everywhere
-    """Why it has nothing to spoil in the scene of a reference solution; empty if it has"""
+    """Reason why it changes nothing in the scene of a reference solution; empty if it changes something"""
     foreign: Foreign = in_any_engine
     """Why it can't be put into an engine; empty if it can"""
     like: str = "sound"
