@@ -24,7 +24,7 @@ from scenarios import load_scene
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
-    from barchain.studies.stability.law import Law
+    from barchain.studies.stability.law import GrowthLaw
     from scenarios import Scene
 
 SCENE = "hard/long_1000"
@@ -57,7 +57,7 @@ def root_mean_square(errors: list[Array]) -> Array:
     return found
 
 
-def words(found: Law | None) -> str:
+def words(found: GrowthLaw | None) -> str:
     """An error at the end, and its exponent with its interval."""
     if found is None:
         return "none"

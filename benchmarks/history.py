@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import click
 
 from barchain.record.environment import processor
-from barchain.studies.cost.measure import make_plan, measure
+from barchain.studies.cost.study import CostOptions, CostStudy
+from barchain.studies.study import Reporter, run_study
 from reports.tables.cost import BASELINE, read_cost
 
 if TYPE_CHECKING:
@@ -49,8 +50,9 @@ def rows(folder: Path) -> pd.DataFrame:
 def main(scenes: tuple[str, ...], engines: tuple[str, ...], minutes: float, out: Path) -> None:
     """Append one run's ratios to the history."""
     with tempfile.TemporaryDirectory() as folder:
-        plan = make_plan(scenes, engines, minutes=minutes, time_limit_s=1.0)
-        measure(plan, Path(folder), progress=lambda *what: click.echo("  ".join(what), err=True))
+        study = CostStudy()
+        plan = study.plan(CostOptions(scenes, engines, minutes=minutes, time_limit_s=1.0))
+        run_study(study, plan, Path(folder), reporter=Reporter(lambda *what: click.echo("  ".join(what), err=True)))
         found = rows(Path(folder))
     found.insert(0, "when", datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"))
     found.insert(1, "commit", commit())

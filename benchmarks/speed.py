@@ -17,16 +17,17 @@ import numpy as np
 import pandas as pd
 
 from barchain.record.environment import now, processor
-from barchain.studies.cost.measure import make_plan, measure
 from barchain.studies.cost.reach import curve_of
+from barchain.studies.cost.study import CostOptions, CostStudy
 from barchain.studies.ensemble.ensemble import ensemble
 from barchain.studies.scaling.fit import FAST, FAST_BARS, exponent
 from barchain.studies.scaling.limits import BARS
+from barchain.studies.study import Reporter, run_study
 from barchain.timing.bench import pin, quietest_core
 from barchain.timing.divided_chain import SCENE, divided
 from barchain.timing.evaluation import evaluation_times, loop_of
 from barchain.timing.statistics import cost_at, locate
-from reports.tables.cost import FOLDER, read_cost
+from reports.tables.cost import FILES, read_cost
 from reports.text.ratios import span_text
 from scenarios import load_scene
 
@@ -62,10 +63,11 @@ def evaluations() -> Found:
 def orbits(minutes: float) -> Found:
     """Times to reach :data:`TARGETS_RAD`, and what others take over the compiled reference."""
     with tempfile.TemporaryDirectory() as folder:
-        plan = make_plan([ORBIT], ENGINES, minutes=minutes)
-        measure(plan, Path(folder), progress=lambda *_: click.echo(".", nl=False, err=True))
+        study = CostStudy()
+        plan = study.plan(CostOptions([ORBIT], ENGINES, minutes=minutes))
+        run_study(study, plan, Path(folder), reporter=Reporter(lambda *_: click.echo(".", nl=False, err=True)))
         points = read_cost(Path(folder)).points
-        least = pd.read_csv(Path(folder) / FOLDER / "times.csv").groupby("key").seconds.min()
+        least = FILES.read(Path(folder), "times").groupby("key").seconds.min()
     click.echo(err=True)
     points = points.assign(seconds=points.key.map(least))
     compiled = points.groupby("engine").compile_s.max()

@@ -9,17 +9,17 @@ from rich.markup import escape
 from rich.table import Table
 
 from barchain.cli.common.terminal import show
-from barchain.studies.selftest.campaign.cells import Kind
+from barchain.studies.selftest.campaign.cells import CellClass
 from barchain.studies.selftest.campaign.rates import ALL
 
 if TYPE_CHECKING:
-    from barchain.studies.selftest.campaign.cells import Cell
-    from barchain.studies.selftest.campaign.findings import Found
+    from barchain.studies.selftest.campaign.cells import CampaignCell
+    from barchain.studies.selftest.campaign.findings import KeptFinding
     from barchain.studies.selftest.campaign.rates import Rate
     from barchain.studies.selftest.campaign.study import Campaign
 
-PLANTED = (Kind.CAUGHT, Kind.MISSED, Kind.BELOW, Kind.BEYOND, Kind.NOTHING, Kind.BROKEN)
-ENGINES = (Kind.PASS, Kind.LIMITED, Kind.FALSE_ALARM, Kind.UNSUPPORTED)
+PLANTED = (CellClass.CAUGHT, CellClass.MISSED, CellClass.BELOW, CellClass.BEYOND, CellClass.NOTHING, CellClass.BROKEN)
+ENGINES = (CellClass.PASS, CellClass.LIMITED, CellClass.FALSE_ALARM, CellClass.UNSUPPORTED)
 
 
 def show_campaign(found: Campaign, *, kept: bool) -> None:
@@ -36,7 +36,9 @@ def show_campaign(found: Campaign, *, kept: bool) -> None:
     print("passed" if found.passed else "not passed")
 
 
-def classes(what: str, names: tuple[str, ...], named: list[tuple[str, Cell]], kinds: tuple[Kind, ...]) -> Table:
+def classes(
+    what: str, names: tuple[str, ...], named: list[tuple[str, CampaignCell]], kinds: tuple[CellClass, ...]
+) -> Table:
     """How many cells of each class each name has."""
     table = Table(what, *(str(k) for k in kinds), box=None, header_style="bold")
     for column in table.columns[1:]:
@@ -47,7 +49,7 @@ def classes(what: str, names: tuple[str, ...], named: list[tuple[str, Cell]], ki
     return table
 
 
-def finding_words(found: Found, *, kept: bool) -> str:
+def finding_words(found: KeptFinding, *, kept: bool) -> str:
     """One line."""
     cell = found.cell
     what = f"{cell.fault} in {cell.engine}" if cell.fault else cell.engine

@@ -49,22 +49,20 @@ def cost(
     """
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
     from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
-    from barchain.studies.cost.measure import make_plan, measure  # noqa: PLC0415  # statistics that no other command needs
+    from barchain.studies.cost.study import CostOptions, CostStudy  # noqa: PLC0415  # statistics no other command needs
+    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
-    plan = make_plan(
-        scenes or None, names or None, orbits=orbits, repeats=repeats, minutes=minutes, time_limit_s=time_limit
-    )
+    study = CostStudy()
+    plan = study.plan(CostOptions(scenes or None, names or None, orbits, repeats, minutes, time_limit))
     claim_study(out, "cost", resume=resume, overwrite=overwrite)
     with verdicts_shown(plan.turns) as show:
-        study = measure(plan, out, resume=resume, command=typed(), progress=show)
+        result = run_study(study, plan, out, command=typed(), reporter=Reporter(show, show.note), resume=resume)
     page, ratios = render_study("cost", out)
     if markdown and ratios:
         click.echo(ratios.read_text(encoding="utf-8"))
     click.echo(f"cost study: {page}", err=markdown)
-    report_idle(
-        {o["engine"]: o["reason"] for o in study.store.record["left_out"] if o["engine"] not in study.ran}, names
-    )
+    report_idle(result.idle, names)
 
 
 def report_idle(idle: Mapping[str, str], named: tuple[str, ...]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -55,21 +55,22 @@ def effects(
     from barchain.cli.common.names import need_engine  # noqa: PLC0415
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
     from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
-    from barchain.studies.effects.measure import make_plan, measure  # noqa: PLC0415  # statistics no other command needs
+    from barchain.studies.effects.study import EffectsOptions, EffectsStudy  # noqa: PLC0415  # statistics no other needs
+    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
     from reports.chapters.effects.view import view_effects  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
     from scenarios import load_scene  # noqa: PLC0415
 
     if engine:
         need_engine(engine)
-    timing: dict[str, Any] = {"repeats": repeats, "seconds": 60.0 * minutes, "workers": workers}
-    plan = make_plan(load_scene(scene), rtol=rtol, matters=matters, engine=engine, **timing)
+    study = EffectsStudy()
+    plan = study.plan(EffectsOptions(load_scene(scene), rtol, matters, repeats, 60.0 * minutes, workers, engine))
     if out:
         claim_study(out, "effects", overwrite=overwrite)
     with tempfile.TemporaryDirectory() as scratch:
         folder = out or Path(scratch)
         with verdicts_shown(plan.turns) as show:
-            measure(plan, folder, command=typed(), progress=show, notes=show.note)
+            run_study(study, plan, folder, command=typed(), reporter=Reporter(show, show.note))
         page = render_study("effects", folder).page if out else None
         view = view_effects(folder)
     assert view is not None

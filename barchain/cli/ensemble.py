@@ -49,22 +49,19 @@ def ensemble(
     if not overwrite:  # otherwise the earlier tables stay until the runs are done
         claim_study(out, "ensemble", overwrite=False)
     from barchain.cli.common.progress import counted  # noqa: PLC0415
-    from barchain.studies.ensemble.ensemble import ensemble as run  # noqa: PLC0415  # compiled code that no other command needs
-    from barchain.studies.ensemble.store import write  # noqa: PLC0415
+    from barchain.studies.ensemble.plan import EnsembleOptions  # noqa: PLC0415
+    from barchain.studies.ensemble.study import EnsembleStudy  # noqa: PLC0415  # compiled code
     from barchain.studies.ensemble.tasks import ClusterError  # noqa: PLC0415
     from barchain.studies.ensemble.variation import VariationError  # noqa: PLC0415
+    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
+    study = EnsembleStudy()
     try:
-        with counted("runs", runs) as done:
-            result = run(
-                scene, vary, runs=runs, seed=seed, rtol=rtol, orbits=orbits, samples=samples, workers=workers,
-                dask=dask, progress=done,
-            )  # fmt: skip
+        plan = study.plan(EnsembleOptions(scene, vary, runs, seed, rtol, orbits, samples, workers=workers, dask=dask))
+        result = run_study(study, plan, out, command=typed(), reporter=Reporter(counted=counted))
     except (VariationError, ClusterError) as error:
         raise click.UsageError(str(error)) from error
-    settings: dict[str, object] = {"rtol": rtol, "seed": seed, "dask": bool(dask)}
-    write(result, out, command=typed(), vary=vary, settings=settings)
     page = render_study("ensemble", out).page
     counts = ", ".join(f"{n} {word}" for word, n in result.runs["outcome"].value_counts().items())
     click.echo(f"{runs} runs in {result.seconds['run']:.2f} s: {counts}")

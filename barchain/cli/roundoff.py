@@ -25,21 +25,22 @@ PARTS = ("evaluation", "trajectories", "engines", "times")
 def roundoff(out: Path, parts: tuple[str, ...], full: bool, workers: int | None, overwrite: bool) -> None:
     """Measure the digits of the reactions that absolute and relative coordinates leave."""
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
-    from barchain.studies.roundoff.measure import measure  # noqa: PLC0415  # multiple precision no other command needs
-    from barchain.studies.roundoff.plan import make_plan  # noqa: PLC0415
+    from barchain.studies.roundoff.study import RoundoffOptions, RoundoffStudy  # noqa: PLC0415  # multiple precision
+    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
-    plan = make_plan(parts, full=full)
+    study = RoundoffStudy()
+    plan = study.plan(RoundoffOptions(parts, full, workers))
     claim_parts(out, parts, overwrite=overwrite)
     with verdicts_shown(plan.turns) as show:
-        measure(plan, out, command=typed(), workers=workers, progress=show)
+        run_study(study, plan, out, command=typed(), reporter=Reporter(show, show.note))
     click.echo(f"round-off study: {render_study('roundoff', out).page}")
 
 
 def claim_parts(out: Path, parts: tuple[str, ...], *, overwrite: bool) -> None:
     """Make sure that the tables of some parts may be written; those of other parts stay."""
     from barchain.cli.common.result_folder import claim  # noqa: PLC0415
-    from barchain.studies.roundoff.store import OF_PARTS  # noqa: PLC0415
+    from barchain.studies.roundoff.rows import OF_PARTS  # noqa: PLC0415
 
     folder = out / "roundoff"
     tables = [folder / f"{table}.csv" for part in parts for table in OF_PARTS[part]]

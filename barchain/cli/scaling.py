@@ -44,12 +44,14 @@ def scaling(
     """
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
     from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
-    from barchain.studies.scaling.measure import make_plan, measure  # noqa: PLC0415  # statistics no other command needs
+    from barchain.studies.scaling.study import ScalingOptions, ScalingStudy  # noqa: PLC0415  # statistics no other needs
+    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
-    plan = make_plan(names or None, bars, repeats=repeats, minutes=minutes, time_limit_s=time_limit)
+    study = ScalingStudy()
+    plan = study.plan(ScalingOptions(names or None, bars, repeats, minutes, time_limit))
     claim_study(out, "scaling", resume=resume, overwrite=overwrite)
     with verdicts_shown(plan.turns) as show:
-        study = measure(plan, out, resume=resume, command=typed(), progress=show)
+        result = run_study(study, plan, out, command=typed(), reporter=Reporter(show, show.note), resume=resume)
     click.echo(f"scaling study: {render_study('scaling', out).page}")
-    report_idle(study.idle, names)
+    report_idle(result.idle, names)

@@ -14,7 +14,7 @@ from barchain.cli.selftest_random import RandomOptions, random_options, run_rand
 from barchain.record.command import typed
 
 if TYPE_CHECKING:
-    from barchain.studies.selftest.study import Plan
+    from barchain.studies.selftest.study import SelftestPlan
     from reports.chapters.selftest.view import SelftestView
 
 
@@ -57,8 +57,9 @@ def selftest(
     from barchain.cli.common.progress import counted  # noqa: PLC0415
     from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
     from barchain.studies.selftest.faults.catalogue import FAULTS  # noqa: PLC0415
-    from barchain.studies.selftest.study import selftest as run  # noqa: PLC0415  # what no other command needs
+    from barchain.studies.selftest.study import SelftestStudy  # noqa: PLC0415  # what no other command needs
     from barchain.studies.selftest.trial import SelftestError  # noqa: PLC0415
+    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
     from reports.chapters.selftest.view import view_selftest  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
@@ -71,7 +72,7 @@ def selftest(
     with tempfile.TemporaryDirectory() as scratch:
         folder = out or Path(scratch)
         try:
-            tried = run(plan, folder, command=typed(), counted=counted)
+            tried = run_study(SelftestStudy(), plan, folder, command=typed(), reporter=Reporter(counted=counted))
         except SelftestError as error:
             raise click.ClickException(str(error)) from error
         page = render_study("selftest", folder).page if out else None
@@ -84,30 +85,24 @@ def selftest(
         raise findings()
 
 
-def plan_of(scenes: tuple[str, ...], faults: tuple[str, ...], engine: str, smallest: bool, workers: int | None) -> Plan:
+def plan_of(
+    scenes: tuple[str, ...], faults: tuple[str, ...], engine: str, smallest: bool, workers: int | None
+) -> SelftestPlan:
     """Plan of a self-test; a note says which scenes the engine does not support."""
-    from adapters.registry import find_engine  # noqa: PLC0415
     from barchain.cli.common.names import need_engine  # noqa: PLC0415
-    from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, UnknownFaultError, find  # noqa: PLC0415
-    from barchain.studies.selftest.scenes import STAGES, find_scene  # noqa: PLC0415
-    from barchain.studies.selftest.study import Plan  # noqa: PLC0415
+    from barchain.studies.selftest.faults.catalogue import UnknownFaultError  # noqa: PLC0415
+    from barchain.studies.selftest.study import SelftestOptions, SelftestStudy  # noqa: PLC0415
 
-    registration = find_engine(engine)
     need_engine(engine)
-    loaded, able = registration.load(), []
     try:
-        chosen = tuple(f for f in map(find, dict.fromkeys(faults or FAULTS)) if f.name not in CONTROLS)
+        plan = SelftestStudy().plan(SelftestOptions(scenes, faults, engine, smallest, workers))
     except UnknownFaultError as error:
         raise click.UsageError(f"--fault {error}") from error
-    for scene in map(find_scene, dict.fromkeys(scenes or STAGES)):
-        reason = loaded.unsupported(scene)
-        if reason:
-            click.echo(f"{scene.name} is left out: {engine} {reason}", err=True)
-        else:
-            able.append(scene)
-    if not able:
+    for name, reason in plan.left_out.items():
+        click.echo(f"{name} is left out: {engine} {reason}", err=True)
+    if not plan.scenes:
         raise click.UsageError(f"--engine {engine}: supports none of these scenes")
-    return Plan(tuple(able), chosen, engine, smallest, workers)
+    return plan
 
 
 def show_view(view: SelftestView) -> None:

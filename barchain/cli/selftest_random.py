@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import os
 import tempfile
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +18,7 @@ from barchain.record.command import typed
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from barchain.studies.selftest.campaign.study import Plan
+    from barchain.studies.selftest.campaign.study import CampaignPlan
     from barchain.studies.selftest.faults.fault import Fault
 
 
@@ -79,7 +79,8 @@ def run_random(
     from barchain.studies.selftest.campaign.faults.catalogue import FAULTS  # noqa: PLC0415
     from barchain.studies.selftest.campaign.judging import CourtRoom  # noqa: PLC0415  # what no other command needs
     from barchain.studies.selftest.campaign.runs import in_workers  # noqa: PLC0415
-    from barchain.studies.selftest.campaign.study import campaign  # noqa: PLC0415
+    from barchain.studies.selftest.campaign.study import CampaignStudy  # noqa: PLC0415
+    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
 
     if listed:
         show_faults(FAULTS.values())
@@ -91,7 +92,8 @@ def run_random(
     with tempfile.TemporaryDirectory() as scratch:
         folder = out or Path(scratch)
         try:
-            found = campaign(plan, folder, in_workers(workers), court, command=typed(), counted=counted)
+            study, reporter = CampaignStudy(in_workers(workers), court), Reporter(counted=counted)
+            found = run_study(study, plan, folder, command=typed(), reporter=reporter)
         finally:
             court.close()
         show_campaign(found, kept=out is not None)
@@ -99,28 +101,24 @@ def run_random(
         raise findings()
 
 
-def plan_of(asked: RandomOptions, engines: tuple[str, ...], faults: tuple[str, ...], workers: int | None) -> Plan:
+def plan_of(
+    asked: RandomOptions, engines: tuple[str, ...], faults: tuple[str, ...], workers: int | None
+) -> CampaignPlan:
     """Plan of a campaign; a missing engine ends the command."""
     from barchain.cli.common.names import need_engine  # noqa: PLC0415
-    from barchain.run.selection import chosen_engines  # noqa: PLC0415
-    from barchain.studies.selftest.campaign.faults.catalogue import FAULTS, find  # noqa: PLC0415
-    from barchain.studies.selftest.campaign.study import HOSTS, MOST_RERUNS, SHRINK_S, Plan  # noqa: PLC0415
+    from barchain.studies.selftest.campaign.study import HOSTS, CampaignOptions, make_plan  # noqa: PLC0415
     from barchain.studies.selftest.faults.catalogue import UnknownFaultError  # noqa: PLC0415
 
     hosts = () if asked.hosts == (HostType.NONE,) else asked.hosts or HOSTS
-    in_default_set = {name: r for name, r in chosen_engines(None).items() if not r.missing}
     for name in dict.fromkeys((*engines, *hosts)):
         need_engine(name)
+    assert asked.number is not None
+    given: dict[str, Any] = {"seed": asked.seed, "most_reruns": asked.reruns, "shrink_s": asked.shrink_seconds}
+    options = CampaignOptions(asked.number, engines=engines, hosts=hosts, faults=faults, workers=workers)
     try:
-        chosen = tuple(find(name).name for name in dict.fromkeys(faults or FAULTS))
+        return make_plan(replace(options, **{name: value for name, value in given.items() if value is not None}))
     except UnknownFaultError as error:
         raise click.UsageError(f"--fault {error}") from error
-    assert asked.number is not None
-    return Plan(
-        asked.number, asked.seed or 0, engines or tuple(in_default_set), hosts, chosen,
-        MOST_RERUNS if asked.reruns is None else asked.reruns,
-        SHRINK_S if asked.shrink_seconds is None else asked.shrink_seconds, workers,
-    )  # fmt: skip
 
 
 def show_faults(faults: Iterable[Fault]) -> None:

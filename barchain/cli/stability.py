@@ -21,8 +21,8 @@ from barchain.record.command import typed
 from barchain.studies.stability.limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:
-    from barchain.studies.stability.plan import Plan
-    from barchain.studies.stability.study import Result
+    from barchain.studies.stability.plan import StabilityPlan
+    from barchain.studies.stability.run import StabilityResult
 
 
 @click.command()
@@ -46,13 +46,15 @@ def stability(
     """
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
     from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
-    from barchain.studies.stability.study import stability as run  # noqa: PLC0415  # what no other command needs
+    from barchain.studies.stability.study import StabilityStudy  # noqa: PLC0415  # what no other command needs
+    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
-    plan = plan_of(scenes, names, time_limit, workers, resume)
+    plan = plan_of(scenes, names, time_limit, workers)
     claim_study(out, "stability", resume=resume, overwrite=overwrite)
-    with verdicts_shown(plan.total) as show:
-        result = run(plan, out, command=typed(), report=show, note=show.note)
+    with verdicts_shown(plan.turns) as show:
+        reporter = Reporter(show, show.note)
+        result = run_study(StabilityStudy(), plan, out, command=typed(), reporter=reporter, resume=resume)
     page = render_study("stability", out).page
     show_result(result)
     if accepted:
@@ -62,20 +64,14 @@ def stability(
         raise findings()
 
 
-def plan_of(
-    scenes: tuple[str, ...], names: tuple[str, ...], time_limit: float, workers: int | None, resume: bool
-) -> Plan:
-    """What is asked for."""
-    from barchain.run.selection import unique_names  # noqa: PLC0415
-    from barchain.studies.stability.plan import Plan, chosen_engines, hard_scenes  # noqa: PLC0415
-    from scenarios import load_scene  # noqa: PLC0415
+def plan_of(scenes: tuple[str, ...], names: tuple[str, ...], time_limit: float, workers: int | None) -> StabilityPlan:
+    """Plan of a study."""
+    from barchain.studies.stability.study import StabilityOptions, StabilityStudy  # noqa: PLC0415
 
-    chosen = chosen_engines(names)
-    found = unique_names([load_scene(s) for s in scenes or hard_scenes()])
-    return Plan(tuple(found), chosen, time_limit, workers, resume)
+    return StabilityStudy().plan(StabilityOptions(scenes, names, time_limit, workers))
 
 
-def show_result(result: Result) -> None:
+def show_result(result: StabilityResult) -> None:
     """Print how many ended how, what changed, and where the reference is not stable."""
     from collections import Counter  # noqa: PLC0415
 
@@ -88,7 +84,7 @@ def show_result(result: Result) -> None:
         click.echo(f"{scene}  {engine} must be stable, and is {found.stability}: {found.reason}")
 
 
-def accept(result: Result, file: Path) -> None:
+def accept(result: StabilityResult, file: Path) -> None:
     """Record the outcomes of shipped scenes in a file."""
     from barchain.studies.stability import expected  # noqa: PLC0415
     from scenarios import scene_names  # noqa: PLC0415

@@ -18,15 +18,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import read_csv
-from reports.tables.schema import read_record
+from reports.tables.files import StudyFiles
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     import pandas as pd
 
-FOLDER = "cost"
 BASELINE = "reference-fast"  # times are also given relative to this engine's
 TIME_COLUMNS = ("key", "turn", "seconds")
 POINT_COLUMNS = (
@@ -38,6 +36,12 @@ POINT_COLUMNS = (
     "evaluations", "steps", "on_front", "key",
 )  # fmt: skip
 WORDS = ("scene", "engine", "setting", "outcome", "reason", "under_floor", "status", "fastest", "quantity", "against")
+FILES = StudyFiles(
+    "cost",
+    {"points": POINT_COLUMNS, "times": TIME_COLUMNS, "orders": (), "reach": (), "price": ()},
+    WORDS,
+    record="run.json",
+)
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,5 @@ def read_cost(folder: Path) -> CostTables:
     SchemaVersionError
         If the record has another schema version.
     """
-    inside = folder / FOLDER
-    tables = {name: read_csv(inside / f"{name}.csv", WORDS) for name in ("points", "orders", "reach", "price")}
-    return CostTables(**tables, record=read_record(inside / "run.json"))
+    tables = FILES.read_all(folder, "points", "orders", "reach", "price")
+    return CostTables(**tables, record=FILES.read_record(folder))

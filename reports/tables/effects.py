@@ -14,15 +14,13 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import read_csv
-from reports.tables.schema import read_record
+from reports.tables.files import StudyFiles
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     import pandas as pd
 
-FOLDER = "effects"
 SIZES = ("between", "torque", "common")
 """Of an effect's accelerations: differences between bars relative to the tide's, torque relative to 3 n² J, mean
 relative to g"""
@@ -37,6 +35,7 @@ COLUMNS = (
     "seconds", "evaluation_s", "evaluations",
 )  # fmt: skip
 WORDS = ("effect", "title", "kind", "said", "reason", "caveat", "engine", "ended")
+FILES = StudyFiles("effects", {"effects": COLUMNS}, WORDS)
 UNITS = {"com": "m", "attitude": "rad", "reaction": "N"}
 
 
@@ -69,7 +68,6 @@ def read_effects(folder: Path) -> EffectsTables:
     SchemaVersionError
         If the record has another schema version.
     """
-    inside = folder / FOLDER
-    table = read_csv(inside / "effects.csv", WORDS).reindex(columns=COLUMNS)
+    table = FILES.read(folder, "effects").reindex(columns=COLUMNS)
     table = table.astype(dict.fromkeys(WORDS, object)).fillna(dict.fromkeys(WORDS, ""))
-    return EffectsTables(table, read_record(inside / "record.json"))
+    return EffectsTables(table, FILES.read_record(folder))

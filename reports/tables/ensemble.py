@@ -3,9 +3,12 @@
 A folder ``ensemble`` inside a result folder holds
 
 ``quantiles.csv``
-    one row for each quantity, bar or joint, instant and quantile: ``quantity, item, unit, runs, t_s, quantile, value``;
+    tidy: a row for each instant, quantity, item (bar or joint, from 1) and quantile, columns :data:`QUANTILE_COLUMNS`;
+    ``runs`` is the number of runs that reached the instant;
+``runs.csv``
+    a row for each run: the drawn values, the outcome (finished, ended or failed), its reason, steps, evaluations;
 ``record.json``
-    the scene, the variations, the outcomes of the runs, and the environment.
+    the scene, the distributions, counts of outcomes, wall time of each phase, and the provenance.
 """
 
 from __future__ import annotations
@@ -13,16 +16,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import read_csv
-from reports.tables.schema import read_record
+from reports.tables.files import StudyFiles
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     import pandas as pd
 
-FOLDER = "ensemble"
-WORDS = ("quantity", "unit")
+QUANTILE_COLUMNS = ("t_s", "quantity", "item", "quantile", "value", "unit", "runs")
+FILES = StudyFiles("ensemble", {"quantiles": QUANTILE_COLUMNS, "runs": ()}, ("quantity", "unit", "outcome", "reason"))
 
 
 @dataclass(frozen=True)
@@ -43,5 +45,4 @@ def read_ensemble(folder: Path) -> EnsembleTables:
     SchemaVersionError
         If the record has another schema version.
     """
-    inside = folder / FOLDER
-    return EnsembleTables(read_csv(inside / "quantiles.csv", WORDS), read_record(inside / "record.json"))
+    return EnsembleTables(FILES.read(folder, "quantiles"), FILES.read_record(folder))

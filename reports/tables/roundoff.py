@@ -26,18 +26,16 @@ A folder ``roundoff`` inside a result folder holds, each error as quantiles over
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import read_csv
-from reports.tables.schema import read_record
+from reports.tables.files import StudyFiles
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     import pandas as pd
 
-FOLDER = "roundoff"
 SPREAD = ("q05", "median", "q95", "largest", "members")
 FIT = ("exponent", "low", "high", "expected", "points", "first", "last", "remark")
 EVALUATION_COLUMNS = ("state", "bars", "ratio", "formulation", "arithmetic", "source", "yardstick", *SPREAD)
@@ -75,6 +73,7 @@ WORDS = (
     "state", "formulation", "arithmetic", "source", "yardstick", "remark", "quantity", "coordinates", "method",
     "engine", "frame", "outcome", "reason", "against", "code",
 )  # fmt: skip
+FILES = StudyFiles("roundoff", COLUMNS, WORDS, optional=frozenset(COLUMNS))
 
 
 @dataclass(frozen=True)
@@ -105,7 +104,5 @@ def read_roundoff(folder: Path) -> RoundoffTables:
     SchemaVersionError
         If the record has another schema version.
     """
-    inside = folder / FOLDER
-    record = read_record(inside / "record.json")
-    names = [f.name for f in fields(RoundoffTables) if f.name != "record"]
-    return RoundoffTables(**{n: read_csv(inside / f"{n}.csv", WORDS, COLUMNS[n]) for n in names}, record=record)
+    record = FILES.read_record(folder)
+    return RoundoffTables(**FILES.read_all(folder), record=record)

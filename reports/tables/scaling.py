@@ -16,15 +16,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import read_csv
-from reports.tables.schema import read_record
+from reports.tables.files import StudyFiles
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     import pandas as pd
 
-FOLDER = "scaling"
 POINT_COLUMNS = (
     "engine", "bars", "outcome", "reason",
     "evaluation_s", "evaluation_low", "evaluation_high", "per",
@@ -33,6 +31,7 @@ POINT_COLUMNS = (
 )  # fmt: skip
 FIT_COLUMNS = ("engine", "quantity", "per", "exponent", "low", "high", "points", "bars_from", "bars_to")
 WORDS = ("engine", "outcome", "reason", "per", "quantity")
+FILES = StudyFiles("scaling", {"points": POINT_COLUMNS, "fits": FIT_COLUMNS}, WORDS)
 
 
 @dataclass(frozen=True)
@@ -54,6 +53,4 @@ def read_scaling(folder: Path) -> ScalingTables:
     SchemaVersionError
         If the record has another schema version.
     """
-    inside = folder / FOLDER
-    points, fits = (read_csv(inside / f"{name}.csv", WORDS) for name in ("points", "fits"))
-    return ScalingTables(points, fits, read_record(inside / "record.json"))
+    return ScalingTables(**FILES.read_all(folder), record=FILES.read_record(folder))

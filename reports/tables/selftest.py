@@ -16,21 +16,22 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import read_csv
-from reports.tables.schema import read_record
+from reports.tables.files import StudyFiles
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     import pandas as pd
 
-FOLDER = "selftest"
 COLUMNS = ("fault", "scene", "fate", "why", "quantity", "check", "ratio", "killed", "reason")
 """`fate`: outcome of the fault in the scene; `why`: reason of an undetected fault; `ratio`: value found relative to the
 allowed value; `reason`: the check's own words"""
 SMALLEST = ("fault", "scene", "caught", "missed", "quantity", "check")
 """`caught`: smallest size known to be detected; `missed`: largest size known to be undetected; empty without any"""
 WORDS = ("fault", "scene", "fate", "why", "quantity", "check", "reason")
+FILES = StudyFiles(
+    "selftest", {"selftest": COLUMNS, "smallest": SMALLEST}, WORDS, frozenset({"smallest"}), "selftest.json"
+)
 
 
 class FaultOutcome(StrEnum):
@@ -80,7 +81,5 @@ def read_selftest(folder: Path) -> SelftestTables:
     SchemaVersionError
         If the record has another schema version.
     """
-    inside = folder / FOLDER
-    cells = read_csv(inside / "selftest.csv", WORDS)
-    smallest = read_csv(inside / "smallest.csv", WORDS, SMALLEST)
-    return SelftestTables(cells, smallest, read_record(inside / "selftest.json"))
+    found = FILES.read_all(folder)
+    return SelftestTables(found["selftest"], found["smallest"], FILES.read_record(folder))

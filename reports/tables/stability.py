@@ -26,13 +26,11 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from reports.tables.files import read_csv
-from reports.tables.schema import read_record
+from reports.tables.files import StudyFiles
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-FOLDER = "stability"
 OUTCOMES = (
     "scene", "engine", "stability", "slow", "reason",
     "quantity", "exponent", "low", "high", "at_end", "expected", "change",
@@ -55,6 +53,8 @@ WORDS = (
     "scene", "engine", "stability", "reason", "quantity", "expected", "change", "level", "setting", "run",
     "normalised_error_of", "bound_of", "judged",
 )  # fmt: skip
+TABLES = {"outcomes": OUTCOMES, "evidence": EVIDENCE, "laws": LAWS, "long": SERIES, "plain": PLAIN}
+FILES = StudyFiles("stability", TABLES, WORDS, frozenset(TABLES), "run.json")
 
 
 class Stability(StrEnum):
@@ -115,12 +115,4 @@ def read_stability(folder: Path) -> StabilityTables:
     SchemaVersionError
         If the record has another schema version.
     """
-    inside = folder / FOLDER
-    tables = {
-        "outcomes": read_csv(inside / "outcomes.csv", WORDS, OUTCOMES),
-        "evidence": read_csv(inside / "evidence.csv", WORDS, EVIDENCE),
-        "laws": read_csv(inside / "laws.csv", WORDS, LAWS),
-        "long": read_csv(inside / "long.csv", WORDS, SERIES),
-        "plain": read_csv(inside / "plain.csv", WORDS, PLAIN),
-    }
-    return StabilityTables(inside, **tables, record=read_record(inside / "run.json"))
+    return StabilityTables(FILES.folder(folder), **FILES.read_all(folder), record=FILES.read_record(folder))

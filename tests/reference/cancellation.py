@@ -12,9 +12,9 @@ from unittest import mock
 
 import numpy as np
 
-from barchain.studies.roundoff.formulations import FORMULATIONS, Turned
-from barchain.studies.roundoff.production import model_of
-from barchain.studies.roundoff.states import Case, Kind, exact_case
+from barchain.studies.roundoff.formulations.definitions import FORMULATIONS, Turned
+from barchain.studies.roundoff.formulations.production import model_of
+from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind, exact_case
 from reference_impl.fast import layout
 from reference_impl.fast.accelerations import evaluate
 from reference_impl.integrate.simulate import Simulation
@@ -34,13 +34,13 @@ if TYPE_CHECKING:
 RATIO, MEMBERS = 1e-9, 4  # bars of 6 mm: a cancelling subtraction leaves 7 digits
 
 
-def errors_of_all(kind: Kind, bars: int = 5, compact: float = 1.0) -> dict[str, float]:
+def errors_of_all(kind: StateKind, bars: int = 5, compact: float = 1.0) -> dict[str, float]:
     """Largest error of each quantity, over its own largest value; gaps over the bars' length.
 
     Bars may be more `compact` than uniform ones: their inertia is divided by that.
     """
     with exact_numbers():
-        exact = exact_case(Case(kind, bars, RATIO, MEMBERS))
+        exact = exact_case(EvaluationCase(kind, bars, RATIO, MEMBERS))
         exact = replace(exact, bars=replace(exact.bars, inertia_kg_m2=exact.bars.inertia_kg_m2 / int(compact)))
         given = FORMULATIONS["minimal"].given(exact, FLOAT64).cast(FLOAT64)
         found = [seen_by_both(given, k) for k in range(MEMBERS)]
@@ -169,5 +169,5 @@ def exact_answers(given) -> dict[str, np.ndarray]:
 
 
 if __name__ == "__main__":
-    states = {str(kind): errors_of_all(kind) for kind in (Kind.GENERIC, Kind.STRAIGHT)}
-    print(json.dumps(states | {"compact": errors_of_all(Kind.GENERIC, compact=20.0)}))
+    states = {str(kind): errors_of_all(kind) for kind in (StateKind.GENERIC, StateKind.STRAIGHT)}
+    print(json.dumps(states | {"compact": errors_of_all(StateKind.GENERIC, compact=20.0)}))

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from barchain.studies.roundoff.evaluation import BOTH, REACTION, errors
-from barchain.studies.roundoff.formulations import FORMULATIONS
+from barchain.studies.roundoff.formulations.definitions import FORMULATIONS
+from barchain.studies.roundoff.formulations.production import PRODUCTION
+from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind, exact_case
+from barchain.studies.roundoff.parts.evaluation import BOTH, REACTION, errors
 from barchain.studies.roundoff.plan import DECADES
-from barchain.studies.roundoff.production import PRODUCTION
-from barchain.studies.roundoff.states import Case, Kind, exact_case
 from reference_impl.precision.arithmetic import FLOAT32, FLOAT64, exact_numbers
 from tests.reference.cancellation import errors_of_all
 
@@ -26,7 +26,7 @@ KEPT = 1e-13
 @pytest.mark.parametrize("ratio", DECADES)
 def test_relative_coordinates_keep_14_digits_in_double_and_5_in_single_at_any_size(bars, ratio):
     with exact_numbers():
-        exact = exact_case(Case(Kind.GENERIC, bars, ratio, 8))
+        exact = exact_case(EvaluationCase(StateKind.GENERIC, bars, ratio, 8))
         for formulation in (FORMULATIONS["relative"], FORMULATIONS["minimal"], *PRODUCTION.values()):
             assert errors(formulation, FLOAT64, exact)[BOTH, REACTION].max() < 1e-14, formulation.name
         for name in ("relative", "minimal"):
@@ -35,11 +35,11 @@ def test_relative_coordinates_keep_14_digits_in_double_and_5_in_single_at_any_si
 
 def test_absolute_coordinates_do_not():
     with exact_numbers():
-        exact = exact_case(Case(Kind.GENERIC, 5, 1e-9, 8))
+        exact = exact_case(EvaluationCase(StateKind.GENERIC, 5, 1e-9, 8))
         assert errors(FORMULATIONS["absolute"], FLOAT64, exact)[BOTH, REACTION].min() > 1e-9
 
 
-@pytest.mark.parametrize("kind", [Kind.GENERIC, Kind.STRAIGHT])
+@pytest.mark.parametrize("kind", [StateKind.GENERIC, StateKind.STRAIGHT])
 @pytest.mark.parametrize("compact", [1.0, 20.0])
 def test_everything_the_reference_makes_of_a_tiny_chain_keeps_its_digits(kind, compact):
     assert max(errors_of_all(kind, compact=compact).values()) < KEPT * compact

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from barchain.studies.roundoff.formulations import FORMULATIONS
-from barchain.studies.roundoff.states import Case, Kind, exact_case
+from barchain.studies.roundoff.formulations.definitions import FORMULATIONS
+from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind, exact_case
 from reference_impl.model import absolute as plain_absolute
 from reference_impl.model import relative as plain_relative
 from reference_impl.precision import steppers
@@ -27,12 +27,12 @@ def gap_between(found, answer):
     return float(abs(found - answer).max() / abs(answer).max())
 
 
-@pytest.mark.parametrize("kind", Kind)
+@pytest.mark.parametrize("kind", StateKind)
 @pytest.mark.parametrize("bars", [2, 5, 50])
 def test_exact_answers_have_50_digits_where_absolute_coordinates_lose_most(kind, bars):
     """Two formulas, one of which loses 36 digits on the horizontal chain of this size, agree to 50."""
     with exact_numbers():
-        exact = exact_case(Case(kind, bars, TINY, 1))
+        exact = exact_case(EvaluationCase(kind, bars, TINY, 1))
         by_relative = relative(EXACT, exact.bars, exact.state)
         by_absolute = absolute(EXACT, exact.bars, exact.state.absolute)
         assert gap_between(by_absolute.reaction_N, by_relative.reaction_N) < 1e-50
@@ -82,10 +82,10 @@ def newton_and_euler(bars, state):
     return np.array([[found[force(j, k)] for j in range(n - 1)] for k in range(2)])
 
 
-@pytest.mark.parametrize("kind", Kind)
+@pytest.mark.parametrize("kind", StateKind)
 def test_exact_answers_are_those_of_newtons_and_eulers_laws_in_mpmath(kind):
     with exact_numbers(), mpmath.workdps(130):
-        exact = exact_case(Case(kind, 3, 1e-6, 1))
+        exact = exact_case(EvaluationCase(kind, 3, 1e-6, 1))
         ours = absolute(EXACT, exact.bars, exact.state.absolute).reaction_N[..., 0]
         theirs = newton_and_euler(exact.bars, exact.state.absolute)
         ours = np.vectorize(lambda x: mpmath.mpf(str(x)), otypes=[object])(ours)
@@ -98,7 +98,7 @@ def test_the_same_lines_run_in_mpmath():
     with exact_numbers(), mpmath.workdps(120):
         other = Arithmetic("mpmath", object, 1e-120, *map(each, (mpmath.sqrt, mpmath.sin, mpmath.cos, mpmath.log1p,
                                                                  mpmath.expm1)))  # fmt: skip
-        exact = exact_case(Case(Kind.GENERIC, 3, 1e-6, 2))
+        exact = exact_case(EvaluationCase(StateKind.GENERIC, 3, 1e-6, 2))
         lifted = ChainParameters(*(lift(getattr(exact.bars, f.name)) for f in dataclasses.fields(ChainParameters)))
         state = RelativeState(*(lift(getattr(exact.state, f.name)) for f in dataclasses.fields(RelativeState)))
         theirs = relative(other, lifted, state).reaction_N
@@ -141,7 +141,7 @@ def test_in_doubles_the_absolute_formulation_is_the_references_absolute_one(seed
 
 def test_every_arithmetic_stays_itself_from_input_to_answer():
     with exact_numbers():
-        exact = exact_case(Case(Kind.GENERIC, 4, 1e-5, 2))
+        exact = exact_case(EvaluationCase(StateKind.GENERIC, 4, 1e-5, 2))
         for a in (FLOAT32, FLOAT64, LONG):
             for formulation in FORMULATIONS.values():
                 answer = formulation.reactions(a, formulation.given(exact, a).cast(a))
@@ -208,6 +208,6 @@ def test_a_run_that_never_ends_is_given_up_and_the_others_go_on(monkeypatch):
 
 def test_absolute_states_are_sums():
     with exact_numbers():
-        state = exact_case(Case(Kind.GENERIC, 3, 1e-5, 2)).state
+        state = exact_case(EvaluationCase(StateKind.GENERIC, 3, 1e-5, 2)).state
         assert isinstance(state.absolute, AbsoluteState)
         assert (state.absolute.place_m - state.position_m == state.com_m[:, None]).all()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import math
 import time
@@ -22,29 +21,30 @@ from barchain.cli.main import run as command
 from barchain.judge.comparison import no_verdict
 from barchain.run.job import Role
 from barchain.studies.selftest.campaign import court
-from barchain.studies.selftest.campaign.bench import Bench, thinned
-from barchain.studies.selftest.campaign.cells import COLUMNS, Cell, Kind
+from barchain.studies.selftest.campaign.bench import TrialBench, thinned
+from barchain.studies.selftest.campaign.cells import COLUMNS, CampaignCell, CellClass
 from barchain.studies.selftest.campaign.faults.catalogue import FAULTS, find
 from barchain.studies.selftest.campaign.faults.garbage import LEAST, SHARES
 from barchain.studies.selftest.campaign.findings import kept_findings, kinds, search
 from barchain.studies.selftest.campaign.judging import at_once
 from barchain.studies.selftest.campaign.rates import RATE_COLUMNS, Rate, passed, rates
-from barchain.studies.selftest.campaign.runs import Runs, in_this_process, planted
+from barchain.studies.selftest.campaign.runs import RunCache, in_this_process, planted
 from barchain.studies.selftest.campaign.scenes.draw import draw
 from barchain.studies.selftest.campaign.scenes.scene_file import UnwrittenError, in_degrees, scene_toml
 from barchain.studies.selftest.campaign.scenes.shrink import alike, simplest
 from barchain.studies.selftest.campaign.scenes.simpler import Form, effects_of, simplified, whole
 from barchain.studies.selftest.campaign.sizes import sizes
-from barchain.studies.selftest.campaign.store import CampaignStore
-from barchain.studies.selftest.campaign.study import Campaign, Plan, campaign
-from barchain.studies.selftest.campaign.trial import Trial
+from barchain.studies.selftest.campaign.study import Campaign, CampaignPlan, CampaignStudy
+from barchain.studies.selftest.campaign.tables import FILES, CampaignTables
+from barchain.studies.selftest.campaign.trial import CampaignTrial
 from barchain.studies.selftest.faults.catalogue import UnknownFaultError
 from barchain.studies.selftest.faults.faulty_engine import spoilt
+from barchain.studies.store import StudyStore
+from barchain.studies.study import run_study
 from reports.tables.outcome import Outcome
 from scenarios import Gravity, load_scene
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
     from adapters.engine import Engine
@@ -319,9 +319,9 @@ def test_sizes_are_shares_of_scales(scene: Scene, sound: Trajectory) -> None:
     assert sizes(sound, with_fault("invented-end", sound, scene), scale)["com"] == 1.0
 
 
-def cells(kind: Kind, number: int, fault: str = "", outcome: str = "") -> list[Cell]:
+def cells(kind: CellClass, number: int, fault: str = "", outcome: str = "") -> list[CampaignCell]:
     """So many equal cells."""
-    return [Cell(f"random/{k}", "pymunk", fault, kind, outcome) for k in range(number)]
+    return [CampaignCell(f"random/{k}", "pymunk", fault, kind, outcome) for k in range(number)]
 
 
 def test_rates_have_the_intervals_of_the_textbook() -> None:
@@ -338,10 +338,10 @@ def test_rates_have_the_intervals_of_the_textbook() -> None:
 def test_rates_count_what_could_have_happened() -> None:
     alarm = str(Outcome.INCONSISTENT)
     found = [
-        *cells(Kind.PASS, 6), *cells(Kind.UNSUPPORTED, 5), *cells(Kind.LIMITED, 1),
-        *cells(Kind.FALSE_ALARM, 1, "", alarm),
-        *cells(Kind.CAUGHT, 3, "mu"), *cells(Kind.MISSED, 1, "mu"), *cells(Kind.BELOW, 4, "mu"),
-        *cells(Kind.NOTHING, 9, "mu"), *cells(Kind.BROKEN, 2, "mu"), *cells(Kind.BEYOND, 2, "mu"),
+        *cells(CellClass.PASS, 6), *cells(CellClass.UNSUPPORTED, 5), *cells(CellClass.LIMITED, 1),
+        *cells(CellClass.FALSE_ALARM, 1, "", alarm),
+        *cells(CellClass.CAUGHT, 3, "mu"), *cells(CellClass.MISSED, 1, "mu"), *cells(CellClass.BELOW, 4, "mu"),
+        *cells(CellClass.NOTHING, 9, "mu"), *cells(CellClass.BROKEN, 2, "mu"), *cells(CellClass.BEYOND, 2, "mu"),
     ]  # fmt: skip
     by = {(r.what, r.by, r.name): (r.count, r.n) for r in rates(found)}
     assert by["false alarm", "all", "all"] == (1, 8)
@@ -349,15 +349,15 @@ def test_rates_count_what_could_have_happened() -> None:
     assert by["limited", "engine", "pymunk"] == (1, 8)
     assert by["missed", "all", "all"] == by["missed", "fault", "mu"] == by["missed", "engine", "pymunk"] == (1, 4)
     assert by["below the limit", "fault", "mu"] == (4, 10)
-    assert by["beyond the horizon", "fault", "mu"] == (2, 10)
+    assert by["beyond the predictability limit", "fault", "mu"] == (2, 10)
 
 
 def test_one_missed_fault_fails_and_false_alarms_may_be_half_a_percent() -> None:
-    assert passed([*cells(Kind.PASS, 5), *cells(Kind.BELOW, 5, "mu"), *cells(Kind.BEYOND, 1, "mu")])
-    assert not passed([*cells(Kind.PASS, 5), *cells(Kind.MISSED, 1, "mu")])
-    assert passed([*cells(Kind.PASS, 150), *cells(Kind.FALSE_ALARM, 1)])
-    assert not passed([*cells(Kind.PASS, 150), *cells(Kind.FALSE_ALARM, 2)])
-    assert passed([*cells(Kind.PASS, 399), *cells(Kind.FALSE_ALARM, 2)])
+    assert passed([*cells(CellClass.PASS, 5), *cells(CellClass.BELOW, 5, "mu"), *cells(CellClass.BEYOND, 1, "mu")])
+    assert not passed([*cells(CellClass.PASS, 5), *cells(CellClass.MISSED, 1, "mu")])
+    assert passed([*cells(CellClass.PASS, 150), *cells(CellClass.FALSE_ALARM, 1)])
+    assert not passed([*cells(CellClass.PASS, 150), *cells(CellClass.FALSE_ALARM, 2)])
+    assert passed([*cells(CellClass.PASS, 399), *cells(CellClass.FALSE_ALARM, 2)])
 
 
 # Simpler scenes
@@ -428,32 +428,26 @@ def test_shrinking_ends_in_its_time_with_what_it_has() -> None:
 
 
 def test_a_finding_is_alike_only_in_its_kind() -> None:
-    (alarm,) = cells(Kind.FALSE_ALARM, 1, "", "inconsistent")
+    (alarm,) = cells(CellClass.FALSE_ALARM, 1, "", "inconsistent")
     assert alike(dataclasses.replace(alarm, scene="random/9"), alarm)
     assert not alike(dataclasses.replace(alarm, outcome="failed"), alarm)
     assert not alike(dataclasses.replace(alarm, engine="exudyn"), alarm)
     assert not alike(None, alarm)
-    assert [len(group) for group in kinds([alarm, alarm, *cells(Kind.MISSED, 1, "mu")])] == [1, 2]
+    assert [len(group) for group in kinds([alarm, alarm, *cells(CellClass.MISSED, 1, "mu")])] == [1, 2]
 
 
 # Trials
 
 
-@contextlib.contextmanager
-def silent(what: str, total: int) -> Iterator[object]:
-    """Count for nobody."""
-    yield lambda _: None
-
-
 @pytest.fixture(scope="module")
-def benches() -> dict[int, tuple[Bench, Scene]]:
+def benches() -> dict[int, tuple[TrialBench, Scene]]:
     """Scenes with their sound engines judged."""
     found = {}
     for seed in (SEED, FREE):
-        bench = Bench(Runs(in_this_process), at_once)
+        bench = TrialBench(RunCache(in_this_process), at_once)
         (sampled,) = bench.establish([draw(seed)])
         _, trials = bench.try_sound(sampled, ("reference", "pymunk"))
-        assert {cell.kind for cell in bench.settle(trials)} == {Kind.PASS}
+        assert {cell.kind for cell in bench.settle(trials)} == {CellClass.PASS}
         found[seed] = bench, sampled
     return found
 
@@ -466,7 +460,7 @@ def test_gross_faults_are_caught(benches, seed: int, host: str) -> None:  # type
     left_out, trials = bench.plant(sampled, host, names, 10)
     assert not left_out
     found = bench.settle(trials)
-    assert {c.fault: c.kind for c in found if c.kind is not Kind.CAUGHT} == {}
+    assert {c.fault: c.kind for c in found if c.kind is not CellClass.CAUGHT} == {}
     assert all(c.seconds > 0.0 for c in found if c.fault == "mass-stuck")
     assert all(c.seconds == 0.0 for c in found if c.fault != "mass-stuck")
 
@@ -481,16 +475,16 @@ def test_a_judge_that_sees_nothing_misses_what_it_says_it_would_see(benches, mon
     left_out, trials = bench.plant(sampled, "reference", ("sign-reaction", "attitude-creeps", "thrust-late-second"), 10)
     found = {c.fault: c for c in (*left_out, *bench.settle(trials))}
     missed = found["sign-reaction"]
-    assert (missed.kind, missed.quantity) == (Kind.MISSED, "reaction")
+    assert (missed.kind, missed.quantity) == (CellClass.MISSED, "reaction")
     assert missed.size is not None
     assert missed.size > 0.1
     assert missed.limit is not None
     assert missed.limit < 1e-6
-    assert found["thrust-late-second"].kind is Kind.NOTHING
+    assert found["thrust-late-second"].kind is CellClass.NOTHING
     small = found["attitude-creeps"]
     assert small.size is not None
     assert small.limit is not None
-    assert (small.kind is Kind.BELOW) == (small.size <= small.limit)
+    assert (small.kind is CellClass.BELOW) == (small.size <= small.limit)
 
 
 def test_a_fault_in_an_engine_that_is_refused_as_it_is_is_not_tried(benches) -> None:  # type: ignore[no-untyped-def]
@@ -500,7 +494,7 @@ def test_a_fault_in_an_engine_that_is_refused_as_it_is_is_not_tried(benches) -> 
 
 def test_runs_of_their_own_are_chosen_by_the_scene() -> None:
     def own(seed: int) -> tuple[str, ...]:
-        trials = thinned([Trial(draw(seed), "reference", name) for name in FAULTS], 3)
+        trials = thinned([CampaignTrial(draw(seed), "reference", name) for name in FAULTS], 3)
         assert {t.fault for t in trials if t.replays} == {name for name, fault in FAULTS.items() if fault.replays}
         return tuple(t.fault for t in trials if not t.replays)
 
@@ -517,9 +511,9 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> tuple[Campaign, Path]:
     """Two scenes, three engines, some faults in one of them."""
     out = tmp_path_factory.mktemp("campaign")
     faults = ("garbage-growing-90-finer", "garbage-sudden-50-all", "com-millimetres", "mass", "mu", "declares-order")
-    plan = Plan(1, FREE, ("reference", "exudyn"), ("pymunk",), faults, 1, 0.0)
+    plan = CampaignPlan(1, FREE, ("reference", "exudyn"), ("pymunk",), faults, 1, 0.0)
     other = dataclasses.replace(plan, seed=SEED)
-    found = [campaign(p, out, in_this_process, at_once, command="typed", counted=silent) for p in (plan, other)]
+    found = [run_study(CampaignStudy(in_this_process, at_once), p, out) for p in (plan, other)]
     both = [c for f in found for c in f.cells]
     return Campaign(other, both, rates(both), []), out
 
@@ -528,7 +522,7 @@ def test_a_small_campaign_passes(small: tuple[Campaign, Path]) -> None:
     found, _ = small
     assert found.passed, [c for c in found.cells if c.is_finding]
     assert {c.engine for c in found.cells} == {"reference", "exudyn", "pymunk"}
-    assert not [c for c in found.cells if c.kind is Kind.BROKEN]
+    assert not [c for c in found.cells if c.kind is CellClass.BROKEN]
 
 
 def test_its_tables_hold_its_cells(small: tuple[Campaign, Path]) -> None:
@@ -567,10 +561,10 @@ def test_a_findings_scene_is_written_simpler_and_simpler(tmp_path: Path, monkeyp
         return dataclasses.replace(verdict, rows=[*verdict.rows, verdict.rows[0] | limit])
 
     monkeypatch.setattr(court, "verdict_of", blind)
-    cell = Cell(f"random/{SEED}", "reference", "sign-reaction", Kind.MISSED, "pass", "reaction")
-    store = CampaignStore(tmp_path, {})
-    (kept,) = kept_findings([[cell, cell]], store, 0.0, lambda _: None)
-    assert kept.path == tmp_path / "scenes" / f"{SEED}-reference-sign-reaction.toml"
+    cell = CampaignCell(f"random/{SEED}", "reference", "sign-reaction", CellClass.MISSED, "pass", "reaction")
+    tables = CampaignTables(StudyStore(FILES, tmp_path))
+    (kept,) = kept_findings([[cell, cell]], tables, 0.0, lambda _: None)
+    assert kept.path == tmp_path / "campaign" / "scenes" / f"{SEED}-reference-sign-reaction.toml"
     assert load_scene(kept.path).digest == draw(SEED).digest
     search(draw(SEED), cell, kept.path, 20.0)
     found = load_scene(kept.path)
@@ -582,10 +576,10 @@ def test_a_findings_scene_is_written_simpler_and_simpler(tmp_path: Path, monkeyp
 
 @pytest.mark.slow
 def test_a_campaign_passes(tmp_path: Path) -> None:
-    plan = Plan(6, 100, ("reference-absolute", "exudyn-index3", "rebound", "pymunk-absolute"), shrink_s=0.0)
-    found = campaign(plan, tmp_path, in_this_process, at_once, command="typed", counted=silent)
+    plan = CampaignPlan(6, 100, ("reference-absolute", "exudyn-index3", "rebound", "pymunk-absolute"), shrink_s=0.0)
+    found = run_study(CampaignStudy(in_this_process, at_once), plan, tmp_path)
     assert found.passed, [c for c in found.cells if c.is_finding]
-    assert not [c for c in found.cells if c.kind is Kind.BROKEN]
+    assert not [c for c in found.cells if c.kind is CellClass.BROKEN]
 
 
 @pytest.mark.parametrize(("line", "word"), [

@@ -13,14 +13,15 @@ from barchain.run.job import RunResult
 from barchain.solutions.certified import certified
 from barchain.studies.cost.findings import orders_table
 from barchain.studies.cost.fixed_steps import errors_at_equal_steps
-from barchain.studies.cost.measure import make_plan, measure
 from barchain.studies.cost.plan import shortened, sweeps
 from barchain.studies.cost.points import errors_of, under_floor
-from barchain.studies.cost.store import CostStore
-from barchain.studies.cost.study import CostStudy, columns_of, too_fine, too_long
+from barchain.studies.cost.run import CostRun, columns_of, too_fine, too_long
+from barchain.studies.cost.study import CostOptions, CostStudy
+from barchain.studies.store import StudyStore
+from barchain.studies.study import Reporter, run_study
 from barchain.timing.orders import fit_order
 from reports.render import render_study
-from reports.tables.cost import POINT_COLUMNS, read_cost
+from reports.tables.cost import FILES, POINT_COLUMNS, read_cost
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.support.certified_stand_in import certified_stand_in
@@ -96,8 +97,11 @@ def test_rebounds_floor_is_that_of_the_particles_track():
     assert math.isnan(found.order)
 
 
+STUDY = CostStudy(certified_stand_in)
+
+
 def plan_of(engines, repeats=2):
-    plan = make_plan([SCENE], ["reference"], orbits=0.1, repeats=repeats, minutes=0.0, time_limit_s=LIMIT_S)
+    plan = CostStudy().plan(CostOptions([SCENE], ["reference"], 0.1, repeats, minutes=0.0, time_limit_s=LIMIT_S))
     return dataclasses.replace(plan, engines=engines)
 
 
@@ -121,7 +125,7 @@ def study(engines, tmp_path_factory):
     """Folder of a study, and what was told of its progress."""
     folder, told = tmp_path_factory.mktemp("cost"), []
     plan = dataclasses.replace(plan_of(engines, repeats=3), minutes=10.0)  # never late: no time decides
-    measure(plan, folder, solution_of=certified_stand_in, progress=lambda *a: told.append(a), command="barchain cost")
+    run_study(STUDY, plan, folder, reporter=Reporter(lambda *a: told.append(a)), command="barchain cost")
     assert len(told) == plan.turns
     return folder
 
@@ -153,14 +157,14 @@ def test_every_good_point_is_timed_as_often_as_the_others_and_build_and_read_out
 )
 def test_when_time_is_short_only_brief_runs_get_all_their_turns(engines, tmp_path, seconds, late, turns):
     plan = plan_of({"reference": engines["reference"]}, repeats=7)
-    store = CostStore(tmp_path / "cost", {}, resume=False)
+    cost_run = CostRun(plan, StudyStore(FILES, tmp_path), certified_stand_in, Reporter())
+    measured = cost_run.measured
     job = next(iter(sweeps(plan.scenes[0], plan.engines)[0].values()))[0]
-    store.rows[job.key] = {"seconds": seconds}
-    cost_study = CostStudy(plan, store, certified_stand_in, lambda *_: None)
+    measured.rows[job.key] = {"seconds": seconds}
     for turn in range(plan.repeats):
-        if cost_study.wanted(job, turn, late=late):
-            store.times.setdefault(job.key, []).append(seconds)
-    assert len(store.times[job.key]) == turns
+        if cost_run.wanted(job, turn, late=late):
+            measured.times.setdefault(job.key, []).append(seconds)
+    assert len(measured.times[job.key]) == turns
 
 
 def test_the_record_says_what_ran_where(study):
@@ -182,13 +186,13 @@ def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path, engines):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        measure(plan, tmp_path, solution_of=certified_stand_in, progress=cut)
+        run_study(STUDY, plan, tmp_path, reporter=Reporter(cut))
     assert not read_cost(tmp_path).record["finished"]
     assert "cut off" in render_study("cost", tmp_path)[0].read_text()
     kept = read_cost(tmp_path).points.set_index("setting")
     assert len(kept) == 2
     again = []
-    measure(plan, tmp_path, solution_of=certified_stand_in, resume=True, progress=lambda *a: again.append(a[1]))
+    run_study(STUDY, plan, tmp_path, resume=True, reporter=Reporter(lambda *a: again.append(a[1])))
     assert [w for w in again if not w.startswith("round")] == ["reference rtol=1e-08"]
     points = read_cost(tmp_path).points.set_index("setting")
     assert (points.outcome == "pass").all()
@@ -219,7 +223,7 @@ def test_settings_finer_than_the_oracle_can_tell_are_not_tried():
     assert too_fine([told, blurred]) == ""
     assert too_fine([blurred, told]) == ""
     reason = too_fine([blurred, blurred])
-    assert "oracle's floor" in reason
+    assert "certified solution's own error" in reason
     assert too_fine([blurred, {"reason": f"not run: {reason}"}]) == reason
     assert too_fine([{"reason": "failed"}, {"reason": "failed"}]) == ""
 

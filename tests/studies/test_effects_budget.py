@@ -25,10 +25,11 @@ from barchain.studies.effects.cost_ratio import (
 )
 from barchain.studies.effects.effect_toggles import switches
 from barchain.studies.effects.limits import FAST, SLOW
-from barchain.studies.effects.measure import make_plan, measure
-from barchain.studies.effects.plan import Plan, compiled_can
-from barchain.studies.effects.sensitivity import Runs, change
+from barchain.studies.effects.plan import EffectsPlan, compiled_can
+from barchain.studies.effects.sensitivity import RunPair, change
 from barchain.studies.effects.sizes import situation, sizes_over
+from barchain.studies.effects.study import EffectsOptions, EffectsStudy
+from barchain.studies.study import Reporter, run_study
 from reports.tables.effects import COLUMNS, EffectKind, read_effects
 from scenarios import Gravity, Scene, load_scene
 from tests.support.scene_lists import TAME
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from barchain.studies.effects.effect_toggles import Switch
 
 DRAG = "effects/drag"
+STUDY = EffectsStudy()
 
 
 def brief(scene: Scene, orbits: float = 0.1, samples: int = 11) -> Scene:
@@ -165,15 +167,16 @@ def test_drag_is_taken_in_the_air_of_the_lowest_height() -> None:
 def test_the_budget_takes_the_heights_that_its_own_run_came_to(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A thrust that lifts the chain, or anything besides two bodies, is in them."""
     asked: list[Heights] = []
-    between = Plan.between
+    between = EffectsPlan.between
 
-    def kept(self: Plan, heights: Heights) -> Plan:
+    def kept(self: EffectsPlan, heights: Heights) -> EffectsPlan:
         asked.append(heights)
         return dataclasses.replace(between(self, heights), switches=())
 
-    monkeypatch.setattr(Plan, "between", kept)
+    monkeypatch.setattr(EffectsPlan, "between", kept)
     scene = transfer(11)
-    measure(make_plan(scene, rtol=1e-8, engine=SLOW, repeats=1, workers=2, seconds=0.0), tmp_path)
+    options = EffectsOptions(scene, rtol=1e-8, engine=SLOW, repeats=1, workers=2, seconds=0.0)
+    run_study(STUDY, STUDY.plan(options), tmp_path)
     assert asked == [pytest.approx(Heights(180e3, 1000e3), abs=1.0)]
 
 
@@ -256,7 +259,7 @@ def test_between_samples_a_state_is_the_cubic_of_both() -> None:
 def test_a_change_below_the_numerics_is_not_resolved() -> None:
     """The same scene twice changes nothing, and that nothing has a bound above zero."""
     scene = brief(load_scene(DRAG))
-    runs = Runs(motion(scene, 1e-10), motion(scene, 1e-9))
+    runs = RunPair(motion(scene, 1e-10), motion(scene, 1e-9))
     nothing = change(runs, runs)
     assert set(nothing.largest) == {"com", "attitude", "reaction"}
     for name, value in nothing.largest.items():
@@ -264,7 +267,7 @@ def test_a_change_below_the_numerics_is_not_resolved() -> None:
         assert nothing.noise[name] > 0.0
     other = one_of(scene, "drag").scene
     assert other is not None
-    found = change(runs, Runs(motion(other, 1e-10), motion(other, 1e-9)))
+    found = change(runs, RunPair(motion(other, 1e-10), motion(other, 1e-9)))
     assert found.compared_s == scene.run.duration_s
     assert found.largest["com"] > 1e3 * found.noise["com"]
 
@@ -273,14 +276,14 @@ def test_nothing_is_compared_after_the_horizon_of_either_scene() -> None:
     scene = brief(load_scene(DRAG))
     tight = motion(scene)
     parted = dataclasses.replace(tight, angle_rad=tight.angle_rad + np.linspace(0.0, 0.095, 11)[:, None])
-    found = change(Runs(tight, tight), Runs(tight, parted))
+    found = change(RunPair(tight, tight), RunPair(tight, parted))
     assert found.compared_s == tight.t_s[1]  # 0.0095 rad, and twice that in the next
 
 
 def test_a_single_bar_has_no_reactions_to_change() -> None:
     scene = brief(load_scene("basics/libration"))
     assert scene.bars == 1
-    runs = Runs(motion(scene), motion(scene, 1e-9))
+    runs = RunPair(motion(scene), motion(scene, 1e-9))
     assert set(change(runs, runs).largest) == {"com", "attitude"}
     found = sizes_over(scene, one_of(scene, "oblateness"), runs.tight)
     assert found is not None
@@ -302,7 +305,7 @@ def test_a_run_too_long_for_three_rounds_is_timed_in_part() -> None:
     assert timed_span_s(scene, 5.0, 20.0) == scene.run.duration_s
     assert timed_span_s(scene, 10.0, 20.0) == pytest.approx(0.5 * scene.run.duration_s)
     assert timed_span_s(scene, 10.0, 20.0, rounds=1) == scene.run.duration_s
-    job = make_plan(scene, engine=SLOW).tight[0]
+    job = STUDY.plan(EffectsOptions(scene, engine=SLOW)).tight[0]
     assert shortened(job, scene.run.duration_s) is job
     part = shortened(job, 0.5 * scene.run.duration_s).scene.run
     assert part.duration_s / (part.samples - 1) == pytest.approx(scene.run.duration_s / (scene.run.samples - 1))
@@ -312,19 +315,19 @@ def test_a_run_too_long_for_three_rounds_is_timed_in_part() -> None:
 
 def test_evaluations_are_timed_in_turn_for_long_enough() -> None:
     assert BATCHES * BATCH_S >= 0.02
-    job, kept = make_plan(brief(load_scene(DRAG)), engine=SLOW).tight[0], [Timed(), Timed()]
+    job, kept = STUDY.plan(EffectsOptions(brief(load_scene(DRAG)), engine=SLOW)).tight[0], [Timed(), Timed()]
     time_evaluations([(job, kept[0]), (job, kept[1])], turns=2)
     assert all(len(k.evaluation_s) == 2 and min(k.evaluation_s) > 0.0 for k in kept)
 
 
 def test_both_scenes_of_a_pair_run_in_one_engine() -> None:
-    plan = make_plan(load_scene(DRAG))
+    plan = STUDY.plan(EffectsOptions(load_scene(DRAG)))
     for s in plan.switches:
         if s.scene:
             engines = {job.engine for job in plan.pair(s)}
             assert engines == {FAST if compiled_can([plan.scene, s.scene]) else SLOW}
     assert len({job.key for job in plan.runs}) == len(plan.runs) == 2 * len(plan.tight)
-    assert {job.engine for job in make_plan(load_scene(DRAG), engine=SLOW).runs} == {SLOW}
+    assert {job.engine for job in STUDY.plan(EffectsOptions(load_scene(DRAG), engine=SLOW)).runs} == {SLOW}
 
 
 def test_light_on_bars_that_cross_its_edge_together_does_not_stop_the_run() -> None:
@@ -338,8 +341,9 @@ def test_light_on_bars_that_cross_its_edge_together_does_not_stop_the_run() -> N
 def budget(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Any]]:
     """Folder of a small real budget, and what was told of its progress."""
     folder, told, noted = tmp_path_factory.mktemp("budget"), [], []
-    plan = make_plan(brief(load_scene(DRAG)), rtol=1e-9, engine=SLOW, repeats=1, workers=2)
-    measure(plan, folder, command="barchain effects", progress=lambda *a: told.append(a), notes=noted.append)
+    plan = STUDY.plan(EffectsOptions(brief(load_scene(DRAG)), rtol=1e-9, engine=SLOW, repeats=1, workers=2))
+    reporter = Reporter(lambda *a: told.append(a), noted.append)
+    run_study(STUDY, plan, folder, command="barchain effects", reporter=reporter)
     assert len(told) == plan.turns
     runs = len(plan.tight)
     assert noted[0].startswith(f"timing {runs} runs in turn")  # their first part, on a slow machine

@@ -6,20 +6,21 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import barchain.studies.roundoff.engines as module
+import barchain.studies.roundoff.parts.engines as module
 from adapters.common.initial_state import initial_state
 from adapters.exudyn.adapter import ExudynAbsoluteIndex3
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES, Registration, UnknownEngineError
-from barchain.studies.roundoff import plan, third_parties
-from barchain.studies.roundoff.engine_laws import NEAR, UNEXPLAINED, engine_laws
-from barchain.studies.roundoff.engines import attempt, engine_rows, scene_at, setting_of
-from barchain.studies.roundoff.evaluation import errors, rows_of
-from barchain.studies.roundoff.laws import evaluation_laws, expected_exponent
+from barchain.studies.roundoff import plan
+from barchain.studies.roundoff.formulations.definitions import third_parties
+from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind, exact_case
+from barchain.studies.roundoff.formulations.third_parties import THIRD_PARTIES, present
+from barchain.studies.roundoff.laws.engine_fits import NEAR, UNEXPLAINED, engine_laws
+from barchain.studies.roundoff.laws.fits import evaluation_laws, expected_exponent
+from barchain.studies.roundoff.parts.engines import attempt, engine_rows, scene_at, setting_of
+from barchain.studies.roundoff.parts.evaluation import errors, rows_of
+from barchain.studies.roundoff.parts.trajectories import ScaledScene, solution_of
 from barchain.studies.roundoff.plan import SWEEPS, make_plan
-from barchain.studies.roundoff.states import Case, Kind, exact_case
-from barchain.studies.roundoff.third_parties import THIRD_PARTIES, present
-from barchain.studies.roundoff.trajectories import Family, solution_of
 from reference_impl.precision.arithmetic import EXACT, FLOAT64, exact_numbers
 from scenarios import load_scene
 
@@ -30,7 +31,7 @@ SCATTER = 3.0  # of a median of so few members, and of sizes at which roundings 
 
 @pytest.fixture(scope="module")
 def solution():
-    return solution_of(Family(load_scene("paper/fig15"), RATIOS, MEMBERS, 1.0 / 256.0))
+    return solution_of(ScaledScene(load_scene("paper/fig15"), RATIOS, MEMBERS, 1.0 / 256.0))
 
 
 def medians(solution, engine, size, value):
@@ -66,16 +67,16 @@ def test_index_3_closes_its_gaps_to_the_rounding_of_a_place(solution):
 
 def test_index_3_from_the_body_s_centre_does_not_stall_on_long_bars():
     """A bar turned by a gap of one rounding: reactions of tens of newtons then leave torques above the usual floor."""
-    family = Family(load_scene("paper/fig15"), (1e-2,), 4, 1.0 / 256.0)
+    family = ScaledScene(load_scene("paper/fig15"), (1e-2,), 4, 1.0 / 256.0)
     for longitude in (0.3, 2.37, 4.0, 5.5):
         scene = scene_at(family, 1e-2, longitude)
         found = attempt(ExudynAbsoluteIndex3, scene, setting_of(ExudynAbsoluteIndex3, scene, 32768))
-        assert not isinstance(found, module.Fault), found
+        assert not isinstance(found, module.RunFault), found
         assert found.gap_m.max() < 8.0 * np.spacing(scene.radius0_m)
 
 
 def test_engines_start_where_the_truth_does():
-    family = Family(load_scene("paper/fig15"), (1e-4,), 1, 1.0 / 256.0)
+    family = ScaledScene(load_scene("paper/fig15"), (1e-4,), 1, 1.0 / 256.0)
     start = initial_state(scene_at(family, 1e-4, 2.5))
     with exact_numbers():
         exact = family.start(np.array([2.5]), np.array([1e-4]))
@@ -206,7 +207,7 @@ def libraries():
         pytest.skip("neither Pinocchio nor MuJoCo is installed")
     rows = []
     for ratio in (1e-3, 1e-4, 1e-5, 1e-6, 1e-9):
-        rows += rows_of(Case(Kind.GENERIC, 3, ratio, 8), ("relative", *present()), ("float64",))
+        rows += rows_of(EvaluationCase(StateKind.GENERIC, 3, ratio, 8), ("relative", *present()), ("float64",))
     return pd.DataFrame(rows)
 
 
@@ -233,7 +234,7 @@ def test_what_they_lose_beyond_that_is_the_square_of_the_orbital_speed(name, mon
         pytest.skip(f"{THIRD_PARTIES[name].engine} is not installed")
     circular, found = third_parties.circular_m_s, {}
     with exact_numbers():
-        exact = exact_case(Case(Kind.GENERIC, 3, 1e-4, 8))
+        exact = exact_case(EvaluationCase(StateKind.GENERIC, 3, 1e-4, 8))
         for faster in (1.0, 100.0):
             monkeypatch.setattr(third_parties, "circular_m_s", lambda e, f=faster: circular(e) * EXACT.cast(f))
             found[faster] = np.median(errors(THIRD_PARTIES[name], FLOAT64, exact)["formula", "reaction"])

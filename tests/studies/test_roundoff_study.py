@@ -6,15 +6,22 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from barchain.studies.roundoff import laws
-from barchain.studies.roundoff.evaluation import rows_of
-from barchain.studies.roundoff.laws import best_laws, best_table, evaluation_laws, growth_laws
-from barchain.studies.roundoff.longitudes import longitude_rows
-from barchain.studies.roundoff.measure import measure
-from barchain.studies.roundoff.plan import DECADES, PARTS, Plan, Task, make_plan
-from barchain.studies.roundoff.states import Case, Kind
-from barchain.studies.roundoff.times import many_states, one_state
-from barchain.studies.roundoff.trajectories import Family, chosen_step_rows, equal_step_rows, growth_rows, solution_of
+from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind
+from barchain.studies.roundoff.laws import fits as laws
+from barchain.studies.roundoff.laws.fits import best_laws, best_table, evaluation_laws, growth_laws
+from barchain.studies.roundoff.parts.evaluation import rows_of
+from barchain.studies.roundoff.parts.longitudes import longitude_rows
+from barchain.studies.roundoff.parts.times import many_states, one_state
+from barchain.studies.roundoff.parts.trajectories import (
+    ScaledScene,
+    chosen_step_rows,
+    equal_step_rows,
+    growth_rows,
+    solution_of,
+)
+from barchain.studies.roundoff.plan import DECADES, PARTS, RoundoffPlan, RoundoffTask, make_plan
+from barchain.studies.roundoff.study import RoundoffStudy
+from barchain.studies.study import Reporter, run_study
 from reports.tables.roundoff import COLUMNS, read_roundoff
 from scenarios import load_scene
 
@@ -25,10 +32,10 @@ MEMBERS = 12
 def evaluation():
     """Errors of an ordinary and of the horizontal state, at all sizes."""
     rows = []
-    for kind in (Kind.GENERIC, Kind.HORIZONTAL):
+    for kind in (StateKind.GENERIC, StateKind.HORIZONTAL):
         for ratio in DECADES:
             rows += rows_of(
-                Case(kind, 3, ratio, MEMBERS),
+                EvaluationCase(kind, 3, ratio, MEMBERS),
                 ("relative", "minimal", "absolute", "absolute accelerations"),
                 ("float64",),
             )
@@ -65,7 +72,9 @@ def test_reactions_from_differenced_positions_keep_half_the_digits_in_relative_c
     """Noise and truncation of a second difference at their best: roots of u and of u/ratio."""
     rows = []
     for ratio in (1e-3, 1e-5, 1e-7, 1e-9):
-        rows += rows_of(Case(Kind.STRAIGHT, 3, ratio, 6), ("absolute positions", "relative positions"), ("float64",))
+        rows += rows_of(
+            EvaluationCase(StateKind.STRAIGHT, 3, ratio, 6), ("absolute positions", "relative positions"), ("float64",)
+        )
     found = evaluation_laws(pd.DataFrame(rows)).set_index(["formulation", "source", "yardstick"])
     assert found.exponent["absolute positions", "both", "reaction"] == pytest.approx(-0.5, abs=0.05)
     assert found.exponent["relative positions", "both", "reaction"] == pytest.approx(0.0, abs=0.1)
@@ -77,7 +86,7 @@ def test_reactions_from_differenced_positions_keep_half_the_digits_in_relative_c
 @pytest.fixture(scope="module")
 def longitudes():
     """Errors in each eighth of the circle."""
-    rows = longitude_rows(Case(Kind.GENERIC, 3, 1e-5, 256), ("relative", "absolute"), ("float64",))
+    rows = longitude_rows(EvaluationCase(StateKind.GENERIC, 3, 1e-5, 256), ("relative", "absolute"), ("float64",))
     return pd.DataFrame(rows).set_index(["formulation", "source"])
 
 
@@ -99,7 +108,7 @@ def test_rounding_the_input_knows_of_it_by_the_angle_alone(longitudes):
 
 @pytest.fixture(scope="module")
 def solution():
-    family = Family(load_scene("paper/fig15"), (1e-3, 1e-6), 8, orbits=0.5, samples=4)
+    family = ScaledScene(load_scene("paper/fig15"), (1e-3, 1e-6), 8, orbits=0.5, samples=4)
     return solution_of(family)
 
 
@@ -137,7 +146,7 @@ def test_own_steps_reach_the_tolerance_or_the_arithmetics_floor(solution):
 
 
 def test_errors_of_rounding_grow_with_time_as_a_random_walk_moves_things():
-    family = Family(load_scene("paper/fig15"), (1e-4,), 12, orbits=3.0, samples=12)
+    family = ScaledScene(load_scene("paper/fig15"), (1e-4,), 12, orbits=3.0, samples=12)
     known = solution_of(family)
     rows = pd.DataFrame(growth_rows(known, "float64", "relative", "dop853", 32))
     found = growth_laws(rows).set_index("quantity")
@@ -194,7 +203,7 @@ def test_the_least_error_of_a_method_that_still_gains_from_steps_is_no_floor():
 def test_the_plan_has_every_state_size_and_arithmetic_and_at_least_30_members():
     tasks = make_plan(full=False).tasks
     evaluated = [t.arguments for t in tasks if t.table == "evaluation"]
-    assert {c.kind for c, *_ in evaluated} == set(Kind)
+    assert {c.kind for c, *_ in evaluated} == set(StateKind)
     assert {c.bars for c, *_ in evaluated} == {2, 5, 50, 500}
     assert {c.ratio for c, *_ in evaluated if c.bars == 5} == set(DECADES)
     assert min(c.members for c, *_ in evaluated) >= 30
@@ -206,17 +215,18 @@ def test_the_plan_has_every_state_size_and_arithmetic_and_at_least_30_members():
 
 def small_plan():
     """A second's work, with a task that fails."""
-    function = "barchain.studies.roundoff.evaluation:rows_of"
+    function = "barchain.studies.roundoff.parts.evaluation:rows_of"
     ways = (("relative", "absolute"), ("float64",))
-    cases = [Case(Kind.GENERIC, 2, r, 4) for r in (1e-3, 1e-5, 1e-7)]
-    good = [Task("evaluation", f"{c.ratio:g}", function, (c, *ways)) for c in cases]
-    wrong = Task("evaluation", "wrong", function, (cases[0], ("nonsense",), ("float64",)))
-    return Plan((*good, wrong), full=False)
+    cases = [EvaluationCase(StateKind.GENERIC, 2, r, 4) for r in (1e-3, 1e-5, 1e-7)]
+    good = [RoundoffTask("evaluation", f"{c.ratio:g}", function, (c, *ways)) for c in cases]
+    wrong = RoundoffTask("evaluation", "wrong", function, (cases[0], ("nonsense",), ("float64",)))
+    return RoundoffPlan((*good, wrong), full=False, workers=1)
 
 
 def test_a_study_writes_its_tables_and_a_task_that_fails_costs_its_own_rows(tmp_path):
     told = []
-    measure(small_plan(), tmp_path, command="barchain roundoff", progress=lambda *a: told.append(a), workers=1)
+    reporter = Reporter(lambda *a: told.append(a))
+    run_study(RoundoffStudy(), small_plan(), tmp_path, command="barchain roundoff", reporter=reporter)
     tables = read_roundoff(tmp_path)
     assert len(told) == 4
     assert sorted({outcome for *_, outcome in told}) == ["failed", "pass"]
@@ -233,7 +243,7 @@ def test_an_interrupted_study_keeps_what_it_has(tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        measure(small_plan(), tmp_path, progress=interrupt, workers=1)
+        run_study(RoundoffStudy(), small_plan(), tmp_path, reporter=Reporter(interrupt))
     record = json.loads((tmp_path / "roundoff" / "record.json").read_text())
     assert not record["finished"]
     assert len(read_roundoff(tmp_path).evaluation) > 0

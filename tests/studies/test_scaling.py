@@ -17,18 +17,19 @@ from adapters.registry import ENGINES, Registration
 from barchain.run.job import Job, Role
 from barchain.studies.scaling.fit import FAST, LEAST_MEMORY_B, exponent, fits_table, targets
 from barchain.studies.scaling.limits import BARS
-from barchain.studies.scaling.measure import make_plan, measure
 from barchain.studies.scaling.memory import Peak, mark
-from barchain.studies.scaling.plan import SHARES, affordable, predicted
-from barchain.studies.scaling.point import Task, measure_point
-from barchain.studies.scaling.store import ScalingStore
-from barchain.studies.scaling.study import ScalingStudy
+from barchain.studies.scaling.plan import SHARES, ScalingPlan, affordable, predicted
+from barchain.studies.scaling.point import ScalingTask, measure_point
+from barchain.studies.scaling.run import ScalingRun
+from barchain.studies.scaling.study import ScalingOptions, ScalingStudy
+from barchain.studies.store import StudyStore
+from barchain.studies.study import Reporter, run_study
 from barchain.timing.divided_chain import divided
 from barchain.timing.evaluation import DIRECT, calibrated, evaluation_times, loop_of
 from reports.chapters.scaling.view import memory_text
 from reports.render import render, render_study
 from reports.tables.outcome import Outcome
-from reports.tables.scaling import FIT_COLUMNS, POINT_COLUMNS, read_scaling
+from reports.tables.scaling import FILES, FIT_COLUMNS, POINT_COLUMNS, read_scaling
 from reports.tables.schema import KEY, SCHEMA_VERSION
 from scenarios import load_scene
 from tests.support.faulty_engines import Faulty
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 
 SCENE = "paper/fig13"
 MEGABYTE = 2.0**20
+STUDY = ScalingStudy()
 
 
 class DiesAtFive(Faulty):
@@ -115,12 +117,17 @@ def test_the_interval_of_a_scattered_power_holds_it_as_often_as_it_says() -> Non
     assert abs(inside - 0.95 * 400) < 4.0 * math.sqrt(400 * 0.95 * 0.05)  # four standard deviations
 
 
+def run_of(plan: ScalingPlan, folder: Path) -> ScalingRun:
+    """A run with an empty store, not started."""
+    return ScalingRun(plan, StudyStore(FILES, folder), Reporter())
+
+
 def test_cheap_points_come_first(tmp_path: Path) -> None:
     """An engine that gets expensive waits until the cheap one is through; cheap ones take turns."""
-    plan = dataclasses.replace(make_plan(["reference"], (2, 5, 10), time_limit_s=100.0), engines={})
-    study = ScalingStudy(plan, ScalingStore(tmp_path, {}), lambda *_: None)
-    study.store.keep("cheap", 2, {"build_s": 0.1, "orbit_s": 0.1})
-    study.store.keep("dear", 2, {"build_s": 0.1, "orbit_s": 20.0})
+    plan = dataclasses.replace(STUDY.plan(ScalingOptions(["reference"], (2, 5, 10), time_limit_s=100.0)), engines={})
+    study = run_of(plan, tmp_path)
+    study.points.keep("cheap", 2, {"build_s": 0.1, "orbit_s": 0.1})
+    study.points.keep("dear", 2, {"build_s": 0.1, "orbit_s": 20.0})
     study.done |= {"cheap": 1, "dear": 1}
     assert study.price("cheap", 5) < study.price("cheap", 10) < study.price("dear", 5)
     assert study.price("new", 2) < study.price("cheap", 5)
@@ -132,11 +139,11 @@ def test_cheap_points_come_first(tmp_path: Path) -> None:
 
 
 def test_a_model_that_would_fill_the_memory_is_not_built(tmp_path: Path) -> None:
-    study = ScalingStudy(make_plan(["reference"], (2, 5, 10)), ScalingStore(tmp_path, {}), lambda *_: None)
-    study.store.keep("big", 2, {"build_s": 0.1, "orbit_s": 0.1, "memory_B": 1e18})
+    study = run_of(STUDY.plan(ScalingOptions(["reference"], (2, 5, 10))), tmp_path)
+    study.points.keep("big", 2, {"build_s": 0.1, "orbit_s": 0.1, "memory_B": 1e18})
     assert study.share("big", 5) == (0.0, "its model would take about 6.2e+09 GB of memory")
-    study.store.keep("long", 2, {"build_s": 0.1, "orbit_s": 3000.0})
-    assert study.share("long", 5) == (0.0, "would take about 5 h 16 min 40 s, the smallest share 15 min 40 s")
+    study.points.keep("long", 2, {"build_s": 0.1, "orbit_s": 3000.0})
+    assert study.share("long", 5) == (0.0, "would take about 5.2 h, the smallest share 16 min")
     assert study.share("new", 5) == (1.0, "")
 
 
@@ -300,7 +307,7 @@ def test_an_engine_that_fails_where_it_is_warmed_up_says_so(tmp_path: Path) -> N
     scene = divided(load_scene(SCENE), 2, SHARES[-1])
     registration = Registration("tests.support.faulty_engines:GivesUp")
     job = Job(scene, "GivesUp", registration, registration.load().sweep.setting(), Role.MAIN)
-    found = measure_point(Task(job, job, 1.0, 1, 1.0), tmp_path / "log")
+    found = measure_point(ScalingTask(job, job, 1.0, 1, 1.0), tmp_path / "log")
     assert found.outcome is Outcome.FAILED
     assert found.reason == "step size became zero (on three bars, to warm up)"
 
@@ -311,8 +318,9 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[tuple[st
     folder, told = tmp_path_factory.mktemp("scaling"), []
     own = {"DiesAtFive": "tests.studies.test_scaling:DiesAtFive", "NotThere": "tests.support.faulty_engines:NotThere"}
     engines = {"reference": ENGINES["reference"]} | {e: Registration(t) for e, t in own.items()}
-    plan = dataclasses.replace(make_plan(["reference"], (2, 5, 10), repeats=2, time_limit_s=60.0), engines=engines)
-    measure(plan, folder, command="barchain scaling", progress=lambda *a: told.append(a))
+    plan = STUDY.plan(ScalingOptions(["reference"], (2, 5, 10), repeats=2, time_limit_s=60.0))
+    plan = dataclasses.replace(plan, engines=engines)
+    run_study(STUDY, plan, folder, command="barchain scaling", reporter=Reporter(lambda *a: told.append(a)))
     return folder, told
 
 
@@ -352,7 +360,7 @@ def test_a_good_point_has_all_that_was_asked_for(study: Any) -> None:
 
 
 def test_a_study_without_time_runs_nothing_and_says_why(tmp_path: Path) -> None:
-    measure(make_plan(["reference", "exudyn"], (2, 5), minutes=0.0), tmp_path)
+    run_study(STUDY, STUDY.plan(ScalingOptions(["reference", "exudyn"], (2, 5), minutes=0.0)), tmp_path)
     points = read_scaling(tmp_path).points
     assert points.outcome.tolist() == ["nothing_compared"] * 2
     assert set(points.reason) == {"not run: the study's 0 minutes were over"}
@@ -360,11 +368,11 @@ def test_a_study_without_time_runs_nothing_and_says_why(tmp_path: Path) -> None:
 
 
 def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path: Path) -> None:
-    plan, told = make_plan(["reference", "exudyn"], (2, 5), minutes=0.0), []
-    first = ScalingStudy(plan, ScalingStore(tmp_path / "scaling", {}), lambda *_: None)
-    first.store.keep("reference", 2, {"outcome": "pass", "reason": "", "evaluation_s": 1e-4, "memory_B": 0.0})
-    first.store.keep("exudyn", 2, {"outcome": "nothing_compared", "reason": "not run: no time"})
-    measure(plan, tmp_path, resume=True, progress=lambda *a: told.append(a[1]))
+    plan, told = STUDY.plan(ScalingOptions(["reference", "exudyn"], (2, 5), minutes=0.0)), []
+    first = run_of(plan, tmp_path)
+    first.points.keep("reference", 2, {"outcome": "pass", "reason": "", "evaluation_s": 1e-4, "memory_B": 0.0})
+    first.points.keep("exudyn", 2, {"outcome": "nothing_compared", "reason": "not run: no time"})
+    run_study(STUDY, plan, tmp_path, resume=True, reporter=Reporter(lambda *a: told.append(a[1])))
     assert told == ["exudyn, 2 bars", "exudyn, 5 bars", "reference, 5 bars"]
     points = read_scaling(tmp_path).points
     assert points.engine.tolist() == ["reference", "reference", "exudyn"]
@@ -373,7 +381,7 @@ def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path: Path) -> None:
 
 
 def test_an_engine_says_how_many_bars_are_too_many_for_it(tmp_path: Path) -> None:
-    measure(make_plan(["pymunk"], (100, 200)), tmp_path)
+    run_study(STUDY, STUDY.plan(ScalingOptions(["pymunk"], (100, 200))), tmp_path)
     points = read_scaling(tmp_path).points
     assert points.bars.tolist() == [100]
     assert points.outcome.tolist() == ["unsupported"]

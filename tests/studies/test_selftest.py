@@ -25,10 +25,10 @@ from barchain.studies.selftest import matrix as matrix_module
 from barchain.studies.selftest.check_results import cell, nothing
 from barchain.studies.selftest.detection_limit import OCTAVES, Bracket, brackets, settled
 from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, SOUND, find
-from barchain.studies.selftest.faults.fault import Fault, Group, Size
+from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
 from barchain.studies.selftest.matrix import Matrix, matrix, with_control
 from barchain.studies.selftest.scenes import FALL, STAGES, find_scene
-from barchain.studies.selftest.trial import Ground, Trial, judged, replayed
+from barchain.studies.selftest.trial import FaultTrial, SelftestCase, judged, replayed
 from reference_impl.effects.slender import SlenderBarEffect
 from reference_impl.model import relative
 from reports.chapters.selftest.view import view_selftest
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Trajectory
     from barchain.run.job import RunResult
-    from barchain.studies.selftest.trial import Result
+    from barchain.studies.selftest.trial import TrialResult
     from scenarios import Scene
 
 CHEAP = ("basics/libration", "basics/two_bars_free", "paper/fig15", "effects/impulse", FALL, "paper/fig17")
@@ -74,7 +74,7 @@ def brief(name: str) -> Scene:
 
 
 @functools.cache
-def ground(name: str) -> Ground:
+def case(name: str) -> SelftestCase:
     """Truth and controls of a scene, all run in this process."""
     scene, engine = brief(name), find_engine(HOST).load()
 
@@ -89,24 +89,24 @@ def ground(name: str) -> Ground:
     )
     setting = engine.sweep.setting()
     finer = finer_setting(scene, engine.sweep, setting)
-    found = Ground(establish(scene, *runs), HOST, engine, {Role.MAIN: setting, Role.FINER: finer})
+    found = SelftestCase(establish(scene, *runs), HOST, engine, {Role.MAIN: setting, Role.FINER: finer})
     for control in CONTROLS.values():
         if nothing(found, control) is None:
             found = with_control(found, tried(found, control))
     return found
 
 
-def tried(where: Ground, fault: Fault, size: float | None = None):  # type: ignore[no-untyped-def]
+def tried(where: SelftestCase, fault: Fault, size: float | None = None):  # type: ignore[no-untyped-def]
     """Result of a fault at its natural size, run in this process."""
-    trial = Trial(where, fault, fault.natural if size is None else size)
+    trial = FaultTrial(where, fault, fault.natural if size is None else size)
     here = (replayed(trial, job) if trial.replays else run_job(job, Path(os.devnull)) for job in trial.jobs())
     return judged(trial, *here)
 
 
-def homes(fault: str) -> Iterator[Ground]:
+def homes(fault: str) -> Iterator[SelftestCase]:
     """Grounds in which a fault may show, cheap ones first."""
     own = [scene for scene, faults in HOMES.items() if fault in faults]
-    return map(ground, own or CHEAP)
+    return map(case, own or CHEAP)
 
 
 @pytest.mark.parametrize("name", FAULTS)
@@ -125,7 +125,7 @@ def test_every_fault_is_caught_in_some_scene_or_proven_invisible(name: str) -> N
 
 @pytest.mark.parametrize("name", [*CHEAP, *HOMES])
 def test_the_sound_engine_is_refused_by_nothing(name: str) -> None:
-    where = ground(name)
+    where = case(name)
     for control in CONTROLS.values():
         if nothing(where, control) is None:
             found = cell(tried(where, control))
@@ -133,22 +133,22 @@ def test_the_sound_engine_is_refused_by_nothing(name: str) -> None:
 
 
 def test_a_check_that_refuses_a_control_is_a_false_alarm_and_fails() -> None:
-    where = ground("basics/two_bars_free")
-    wrong = dataclasses.replace(FAULTS["sign-reaction"], group=Group.CONTROL)
+    where = case("basics/two_bars_free")
+    wrong = dataclasses.replace(FAULTS["sign-reaction"], group=FaultGroup.CONTROL)
     found = cell(tried(where, wrong))
     assert found.fate is FaultOutcome.FALSE_ALARM
     assert not Matrix((found,)).passed
 
 
 def test_a_fault_that_nothing_kills_fails() -> None:
-    where = ground("basics/two_bars_free")
+    where = case("basics/two_bars_free")
     found = cell(tried(where, FAULTS["scale-reaction"], 1e-15))
     assert found.fate is FaultOutcome.SURVIVES
     assert "of what is allowed" in found.reason
     lost = Matrix((found,))
     assert [f.name for f in lost.unkilled] == ["scale-reaction"]
     assert not lost.passed
-    elsewhere = cell(tried(ground("paper/fig15"), FAULTS["scale-reaction"]))
+    elsewhere = cell(tried(case("paper/fig15"), FAULTS["scale-reaction"]))
     assert Matrix((found, elsewhere)).passed
 
 
@@ -156,9 +156,9 @@ def test_an_engine_that_fails_by_mistake_is_no_kill() -> None:
     def stumble(seen, scene, size):  # type: ignore[no-untyped-def]
         raise TypeError("not as it is meant")
 
-    where = ground("basics/two_bars_free")
+    where = case("basics/two_bars_free")
     broken = dataclasses.replace(FAULTS["mu"], code=lambda _: stumble(None, None, 0.0))
-    trial = Trial(where, broken, 1.0)
+    trial = FaultTrial(where, broken, 1.0)
     from barchain.run.job import failure
 
     fell = failure(Outcome.FAILED, "TypeError: not as it is meant")
@@ -168,15 +168,15 @@ def test_an_engine_that_fails_by_mistake_is_no_kill() -> None:
 
 
 def test_a_claim_to_be_invisible_is_measured() -> None:
-    where = ground("paper/fig15")
+    where = case("paper/fig15")
     beta = FAULTS["misprint-beta-denominator"]
     assert "measured" in cell(tried(where, beta)).reason
     seen = FAULTS["misprint-w-third-row"]
     claimed = dataclasses.replace(seen, invisible="it is small")
     from barchain.studies.selftest.invisible import moved_beyond_rounding
 
-    assert moved_beyond_rounding(Trial(where, beta, 1.0)) <= 1.0
-    assert moved_beyond_rounding(Trial(where, claimed, 1.0)) > 1e3
+    assert moved_beyond_rounding(FaultTrial(where, beta, 1.0)) <= 1.0
+    assert moved_beyond_rounding(FaultTrial(where, claimed, 1.0)) > 1e3
 
 
 @pytest.mark.parametrize("name", [n for n, f in FAULTS.items() if f.code])
@@ -190,7 +190,7 @@ def test_the_references_code_is_right_again_afterwards(name: str) -> None:
 
 def test_an_engine_that_runs_past_the_truths_end_is_judged() -> None:
     """Its samples beyond have nothing to be compared with."""
-    found = cell(tried(ground(FALL), FAULTS["surface-missed"]))
+    found = cell(tried(case(FALL), FAULTS["surface-missed"]))
     assert found.fate is FaultOutcome.KILLED
     assert found.worst is not None
     assert "ended" in found.worst.reason
@@ -198,7 +198,7 @@ def test_an_engine_that_runs_past_the_truths_end_is_judged() -> None:
 
 def test_the_instant_of_landing_is_judged_by_the_errors_of_track_and_attitude() -> None:
     """At 900 m/s a track good to a millimetre or so is met to some microseconds; samples are 2.5 s apart."""
-    where, late = ground(FALL), FAULTS["landing-late"]
+    where, late = case(FALL), FAULTS["landing-late"]
     for size, fate in ((1.0, FaultOutcome.KILLED), (1e-3, FaultOutcome.KILLED), (1e-8, FaultOutcome.SURVIVES)):
         assert cell(tried(where, late, size)).fate is fate, size
     found = tried(where, late)
@@ -207,7 +207,7 @@ def test_the_instant_of_landing_is_judged_by_the_errors_of_track_and_attitude() 
     assert cell(judged(found.trial, unlocated[Role.MAIN], unlocated[Role.FINER])).fate is FaultOutcome.SURVIVES
 
 
-def both(result: Result) -> dict[Role, RunResult]:
+def both(result: TrialResult) -> dict[Role, RunResult]:
     """Runs of a trial."""
     return {Role.MAIN: result.main, Role.FINER: result.finer}
 
@@ -220,7 +220,7 @@ def forgetful(run: RunResult) -> Trajectory:
 
 
 def test_the_initial_rate_of_a_bar_that_follows_a_law_is_no_place_for_a_fault() -> None:
-    where, fault = ground("paper/fig17"), FAULTS["start-rate"]
+    where, fault = case("paper/fig17"), FAULTS["start-rate"]
     assert fault.staged(where.scene, 1e-6).chain.rate_factor == (1.0, 1.0, 1.0, 1.0 + 1e-6, 1.0)
     assert cell(tried(where, fault)).fate is FaultOutcome.KILLED
 
@@ -237,13 +237,13 @@ def test_names_are_unique_and_words_are_there() -> None:
 
 def fake(most: float | None = None) -> Bracket:
     """Bracket of a fault with a natural size of 1."""
-    fault = Fault("x", "x", "x", Group.OUTPUT, size=Size(1.0, most=most))
-    return Bracket(ground("basics/two_bars_free"), fault)
+    fault = Fault("x", "x", "x", FaultGroup.OUTPUT, size=Size(1.0, most=most))
+    return Bracket(case("basics/two_bars_free"), fault)
 
 
 @pytest.mark.parametrize("edge", [-OCTAVES, -30, -7, 0])
 def test_bisection_finds_the_edge(edge: int) -> None:
-    worst, pair, tries = cell(tried(ground("basics/two_bars_free"), FAULTS["sign-reaction"])).worst, fake(), 0
+    worst, pair, tries = cell(tried(case("basics/two_bars_free"), FAULTS["sign-reaction"])).worst, fake(), 0
     while (power := pair.next) is not None:
         pair, tries = pair.told(power, worst if power >= edge else None), tries + 1
     assert pair.caught == edge
@@ -260,7 +260,7 @@ def test_a_natural_size_that_is_missed_is_tried_larger_where_that_makes_sense() 
 
 
 def test_the_smallest_size_that_is_caught_lies_just_above_one_that_is_not() -> None:
-    where = ground("basics/two_bars_free")
+    where = case("basics/two_bars_free")
     cells = [cell(tried(where, FAULTS[name])) for name in ("scale-reaction", "twice")]
     left_out = nothing(where, FAULTS["j2"])
     assert left_out is not None
@@ -322,7 +322,7 @@ def test_a_fault_killed_by_nothing_ends_with_exit_code_1(
     small = dataclasses.replace(FAULTS["scale-rate"], size=Size(1e-15))
     monkeypatch.setitem(FAULTS, "scale-rate", small)
     monkeypatch.setattr(
-        "barchain.studies.selftest.study.grounds", lambda scenes, *_, **__: [ground(s.name) for s in scenes]
+        "barchain.studies.selftest.study.selftest_cases", lambda scenes, *_, **__: [case(s.name) for s in scenes]
     )
     assert command(["selftest", "basics/libration", "--fault", "scale-rate"]) == 1
     said = capsys.readouterr().out
@@ -337,15 +337,15 @@ def test_faults_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_every_default_scene_is_short() -> None:
     assert all(stage.scene().run.samples <= 61 for stage in STAGES.values())
-    assert find(SOUND).group is Group.CONTROL
+    assert find(SOUND).group is FaultGroup.CONTROL
     assert np.isfinite([f.natural for f in FAULTS.values()]).all()
 
 
 @pytest.mark.slow
 def test_the_full_matrix_has_no_survivor() -> None:
-    from barchain.studies.selftest.trial import grounds
+    from barchain.studies.selftest.trial import selftest_cases
 
-    found = grounds([stage.scene() for stage in STAGES.values()], HOST)
+    found = selftest_cases([stage.scene() for stage in STAGES.values()], HOST)
     whole, _ = matrix(FAULTS.values(), found, HOST)
     assert whole.passed, ([f.name for f in whole.unkilled], whole.wrong)
     tried_somewhere = {c.fault.name for c in whole.cells if c.fate is not FaultOutcome.NOTHING}

@@ -14,9 +14,18 @@ from barchain.cli.main import run as command
 from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult
 from barchain.studies.stability import expected
 from barchain.studies.stability.expected import SLOW
-from barchain.studies.stability.plan import HUGE, Plan, chosen_engines, coarser, default_engines, hard_scenes, settings
+from barchain.studies.stability.plan import (
+    HUGE,
+    StabilityPlan,
+    chosen_engines,
+    coarser,
+    default_engines,
+    hard_scenes,
+    settings,
+)
 from barchain.studies.stability.rules import Finding
-from barchain.studies.stability.study import stability
+from barchain.studies.stability.study import StabilityStudy
+from barchain.studies.study import run_study
 from reports.chapters.stability.view import view_stability
 from reports.render import render_study
 from reports.tables.stability import EVIDENCE, OUTCOMES, Stability, read_stability
@@ -97,8 +106,8 @@ def test_engines_that_can_not_are_left_out_and_no_engine_is_run_without_hope(tmp
     planted: dict[str, type[Faulty]] = {
         "can-not": CanNot, "can-not-follow": CanNotFollow, "hangs": faulty_engines.Hangs,
     }  # fmt: skip
-    plan = Plan((scene(FREE),), {n: registration(e) for n, e in planted.items()}, time_limit_s=1.0, workers=1)
-    result = stability(plan, tmp_path, command="test")
+    plan = StabilityPlan((scene(FREE),), {n: registration(e) for n, e in planted.items()}, time_limit_s=1.0, workers=1)
+    result = run_study(StabilityStudy(), plan, tmp_path)
     assert result.findings[FREE, "can-not"].stability is Stability.UNSUPPORTED
     follows = result.findings[FREE, "can-not-follow"]
     assert follows.stability is Stability.UNSUPPORTED
@@ -162,7 +171,7 @@ def test_a_study_goes_on_from_what_an_earlier_one_left(folder: Path, monkeypatch
         return []
 
     before = read_stability(folder).outcomes
-    monkeypatch.setattr("barchain.studies.stability.study.run_jobs", nothing)
+    monkeypatch.setattr("barchain.studies.stability.run.run_jobs", nothing)
     named = [word for name in (*ours(), "scipy-rk45") for word in ("--engine", name)]
     assert command(["stability", *before.scene.unique(), *named, "--out", str(folder), "--resume"]) == 0
     assert read_stability(folder).outcomes.equals(before)
@@ -177,9 +186,9 @@ def test_forms_of_the_reference_get_ten_times_as_long_as_other_engines(
         allowed_s.update({job.engine: time_limit_s for job in jobs if job.role not in SOLUTION_ROLES})
         return []
 
-    monkeypatch.setattr("barchain.studies.stability.study.run_jobs", noted)
-    plan = Plan((load_scene("hard/vertical_fall"),), chosen_engines(["reference", "exudyn"]), time_limit_s=7.0)
-    stability(plan, tmp_path, command="test")
+    monkeypatch.setattr("barchain.studies.stability.run.run_jobs", noted)
+    plan = StabilityPlan((load_scene("hard/vertical_fall"),), chosen_engines(["reference", "exudyn"]), time_limit_s=7.0)
+    run_study(StabilityStudy(), plan, tmp_path)
     assert allowed_s == {"reference": 70.0, "exudyn": 7.0}
 
 
@@ -187,6 +196,6 @@ def test_forms_of_the_reference_get_ten_times_as_long_as_other_engines(
 @pytest.mark.timeout(0)  # an hour on two cores
 def test_ours_are_stable_in_all_hard_scenes_and_nothing_changed(tmp_path: Path) -> None:
     scenes = tuple(load_scene(name) for name in hard_scenes())
-    result = stability(Plan(scenes, default_engines()), tmp_path, command="test")
+    result = run_study(StabilityStudy(), StabilityPlan(scenes, default_engines()), tmp_path)
     assert not result.ours
     assert not result.changes

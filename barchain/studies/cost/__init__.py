@@ -1,1 +1,1 @@
-"""Work-precision study: what accuracy costs in time, engine by engine, judged by the oracle."""
+"""Work-precision study: time of each engine against its error from the certified solution."""

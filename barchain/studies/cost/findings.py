@@ -34,7 +34,7 @@ PRICE_COLUMNS = ("scene", "engine", "quantity", "measure", "factor", "factor_low
 
 
 def judged(rows: pd.DataFrame, quantity: str) -> pd.DataFrame:
-    """Good runs whose error of a quantity the oracle can tell from its own."""
+    """Good runs whose error of a quantity exceeds that of the certified solution."""
     error, floor = QUANTITIES[quantity]
     if error not in rows:
         return rows.iloc[:0]

@@ -24,7 +24,7 @@ ORDER = 8.0
 
 
 def errors_at_equal_steps(solution: SolutionSource) -> tuple[Array, Array]:
-    """Steps (s) and errors of the attitude at the end (rad), each (n,); those under the truth's floor are left out.
+    """Steps (s) and errors of the attitude at the end (rad), each (n,), above the certified solution's floor.
 
     Empty for scenes with prescribed rotations: their laws have kinks, which steps would straddle.
     """

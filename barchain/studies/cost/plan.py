@@ -1,4 +1,4 @@
-"""What a cost study runs: scenes cut to their first orbit, and every engine's ladder of settings."""
+"""Plan of a cost study: scenes cut to their first orbit, and every engine's accuracy sweep."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from adapters.registry import Registration
     from scenarios import Scene
 
-SAMPLES = 21  # few, so that no engine is timed at bringing samples out; the oracle's tables have these instants
+SAMPLES = 21  # few, so that no engine is timed at interpolating samples; certified solutions have these instants
 
 
 @dataclass(frozen=True)
-class Plan:
-    """What is to be measured, and how long it may take."""
+class CostPlan:
+    """Measurements, and their limits of time."""
 
     scenes: list[Scene]
     engines: dict[str, Registration]
@@ -44,7 +44,7 @@ def shortened(scene: Scene, orbits: float = 1.0) -> Scene:
 
 
 def distinct(scene: Scene, sweep: AccuracySweep) -> list[Setting]:
-    """Settings of a ladder, coarse to fine, without those that round to the same steps as a coarser one."""
+    """Settings of an accuracy sweep, coarse to fine, without those that round to the same steps as a coarser one."""
     if sweep.parameter is AccuracyParameter.RTOL:
         return list(sweep.settings)
     kept: dict[float, Setting] = {}

@@ -1,4 +1,4 @@
-"""What one run is off by: the largest errors up to the oracle's horizon, and which of them the oracle can tell."""
+"""Largest errors of a run up to the certified solution's predictability limit, and which of them it resolves."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
-TELLS = MARGIN  # an error below this many times the oracle's own is the oracle's as much as the engine's
+TELLS = MARGIN  # times the certified solution's own error, below which it does not resolve an engine's
 VANISHING = 1e-9  # of m n² l: reactions below it are round-off of zero
 UNITS = {"attitude": "rad", "reaction": "N", "com": "m"}
 
 
 class SolutionSource(Protocol):
-    """What is asked of the truth of a scene."""
+    """Members of a certified solution that the study uses."""
 
     @property
     def scene(self) -> Scene:
@@ -41,7 +41,7 @@ class SolutionSource(Protocol):
 
 
 def compared(solution: SolutionSource) -> int:
-    """Count the samples before the truth's own error reaches :data:`PARTED_RAD`."""
+    """Count the samples before the certified solution's own error reaches :data:`PARTED_RAD`."""
     bound = solution.error.get("attitude")
     n = len(solution.trajectory.t_s)
     if bound is None:
@@ -51,11 +51,11 @@ def compared(solution: SolutionSource) -> int:
 
 
 def errors_of(solution: SolutionSource, trajectory: Trajectory) -> dict[str, float]:
-    """Columns of a point: largest error of each quantity, the oracle's floor under it, and drifts.
+    """Columns of a point: largest error of each quantity, the certified solution's floor under it, and drifts.
 
     Parameters
     ----------
-    truth : Truth
+    solution : SolutionSource
     trajectory : Trajectory
         At the same instants; it may end early.
 
@@ -68,7 +68,7 @@ def errors_of(solution: SolutionSource, trajectory: Trajectory) -> dict[str, flo
     n = min(compared(solution), len(trajectory.t_s))
     found: dict[str, float] = {}
     if n == 0:
-        return found  # the truth is none from the start
+        return found  # the certified solution is none from the start
     for name, off in differences(trajectory, judge).items():
         if name in UNITS:
             found[f"{name}_error_{UNITS[name]}"] = float(off[:n].max())
@@ -85,7 +85,7 @@ def errors_of(solution: SolutionSource, trajectory: Trajectory) -> dict[str, flo
 
 
 def under_floor(errors: dict[str, float]) -> str:
-    """Quantities whose error the oracle can't tell from its own, joined by commas."""
+    """Quantities whose error is below the certified solution's own, joined by commas."""
     blurred = [
         name
         for name, unit in UNITS.items()
@@ -98,7 +98,7 @@ def with_particle(solution: SolutionSource) -> tuple[Trajectory, dict[str, Array
     """Track that a particle takes for the chain, and the bound of its error.
 
     An engine without attitude moves a particle: the departure of the chain's centre of mass from that is a
-    difference of models, predicted along the truth's attitude and taken out.
+    difference of models, predicted along the certified solution's attitude and taken out.
     """
     apart = com_displacement(solution.scene, solution.trajectory)
     track = solution.trajectory.replace(com_m=solution.trajectory.com_m - apart.vector_m)
@@ -129,7 +129,7 @@ def energy(scene: Scene, trajectory: Trajectory) -> tuple[Array, float]:
 
 
 def energy_error(solution: SolutionSource, trajectory: Trajectory, n: int) -> float:
-    """Largest difference of the energy's change from the truth's, over the initial kinetic energy.
+    """Largest difference of the energy's change from the certified solution's, over the initial kinetic energy.
 
     The paper's gravity gradient does not conserve energy, so the change is compared, not taken for an error.
     """
@@ -139,6 +139,6 @@ def energy_error(solution: SolutionSource, trajectory: Trajectory, n: int) -> fl
 
 
 def head(trajectory: Trajectory, n: int) -> Trajectory:
-    """First `n` samples of what an energy is made of."""
+    """First `n` samples of the quantities in an energy."""
     names = ("t_s", "com_m", "com_velocity_m_s", "angle_rad", "rate_rad_s")
     return dataclasses.replace(trajectory, **{name: getattr(trajectory, name)[:n] for name in names})

@@ -1,4 +1,4 @@
-"""What it costs each engine to reach an error, and how that compares at equal error."""
+"""Cost of each engine at a given error, and the ratios of these costs."""
 
 from __future__ import annotations
 
@@ -69,8 +69,8 @@ def curve_of(
 ) -> WorkPrecisionCurve:
     """Envelope of one engine's points on one scene.
 
-    Failed points are none. An error that the oracle can't tell from its own counts as the least that it can tell:
-    the engine is at least that good, and no verdict is given beyond it.
+    Failed points do not count. An error below the certified solution's own counts as the smallest that is resolved:
+    the engine is at least that accurate, and no verdict is given beyond.
     """
     error_name, floor_name = QUANTITIES[quantity]
     good = rows[rows.outcome == Outcome.PASS.value]

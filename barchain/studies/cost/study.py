@@ -1,237 +1,91 @@
-"""The cost study: a first pass for the errors, then rounds over all points for the times."""
+"""The cost study: errors against the certified solution and times, for every setting of every engine."""
 
 from __future__ import annotations
 
-import itertools
-import math
-import time
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
 
-import numpy as np
-
-from adapters.common.equal_steps import step_s
-from adapters.engine import AccuracyParameter
-from barchain.studies.cost.findings import equal_steps_row, front_of, orders_table, price_table, reach_table
-from barchain.studies.cost.fixed_steps import ORDER, errors_at_equal_steps
-from barchain.studies.cost.plan import sweeps
-from barchain.studies.cost.points import UNITS, errors_of, under_floor
-from barchain.timing.bench import LONG_S, TimingBench
-from barchain.timing.left_out import NOT_RUN, LeftOut
-from barchain.timing.statistics import median_time
-from reports.tables.outcome import Outcome
+from adapters.registry import engines
+from barchain.record.facts import engine_facts, external_versions, scene_words
+from barchain.run.selection import chosen_engines, unique_names
+from barchain.studies.cost.limits import MINUTES, REPEATS, TIME_LIMIT_S
+from barchain.studies.cost.plan import CostPlan, shortened
+from barchain.studies.cost.run import CostResult, CostRun
+from barchain.studies.study import limits_of
+from reports.tables.cost import FILES
+from scenarios import Scene, load_scene, scene_names
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
+    from pathlib import Path
 
-    import pandas as pd
-
-    from barchain.run.job import Job, RunResult
-    from barchain.studies.cost.plan import Plan
     from barchain.studies.cost.points import SolutionSource
-    from barchain.studies.cost.store import CostStore
-    from scenarios import Scene
+    from barchain.studies.store import StudyStore
+    from barchain.studies.study import Reporter
+    from reports.tables.files import StudyFiles
 
-FEWEST_TURNS = 3  # even where time is short: a median with its range
-FEWEST_LONG_TURNS, LONG_TURNS = 1, 3  # of runs over LONG_S, the first pass counted
-BRIEF_S = 0.03  # runs that take no longer get all their turns, even when time is short
-LONGER, BLURRED = "past the time limit", "lie under the oracle's floor"  # why a point is not tried
-FIRST_SHARE = 0.5  # of a scene's time: then the first pass skips long runs, or the rounds would have none left
-CHECK_SHARE = 0.25  # a prediction is trusted to this much over the limit before the run itself is ended
+DEFAULT_SCENES = "paper/"
 
 
+@dataclass(frozen=True)
+class CostOptions:
+    """Options of a cost study."""
+
+    scenes: Iterable[Scene | str | Path] | None = None
+    """The paper's by default"""
+    engines: Iterable[str] | None = None
+    """All registered engines by default, also those that only studies run"""
+    orbits: float = 1.0
+    """Part of each scene that is run, from its start"""
+    repeats: int = REPEATS
+    """Times that each point is measured, if the budget allows"""
+    minutes: float = MINUTES
+    """Budget, divided among the scenes; where it runs short, first repeats and then long runs are given up"""
+    time_limit_s: float = TIME_LIMIT_S
+    """Runs that are expected to take longer are skipped, with the reason in the table"""
+
+
+@dataclass(frozen=True)
 class CostStudy:
-    """One study of many scenes and engines."""
+    """The cost study."""
 
-    def __init__(
-        self,
-        plan: Plan,
-        store: CostStore,
-        solution_of: Callable[[Scene], SolutionSource],
-        report: Callable[[str, str, str], None],
-    ) -> None:
-        """Prepare; `report` is told (scene, engine and setting, outcome) after each first run."""
-        self.plan, self.store, self.solution_of, self.report = plan, store, solution_of, report
-        self.haste_at = math.inf
-        self.equal_steps: list[dict[str, Any]] = []
+    solution_of: Callable[[Scene], SolutionSource] | None = None
+    """Reference solution of a scene; the certified solution by default"""
+    files: ClassVar[StudyFiles] = FILES
 
-    def run(self) -> None:
-        """Measure everything and write the tables; what was done stays when it is interrupted."""
-        start = time.perf_counter()
-        self.store.write_record()
-        try:
-            with TimingBench() as bench:
-                bench.start(self.usable())
-                for k, scene in enumerate(self.plan.scenes):
-                    left_s = 60.0 * self.plan.minutes - (time.perf_counter() - start)
-                    self.scene(bench, scene, time.perf_counter() + left_s / (len(self.plan.scenes) - k))
-            self.store.record["finished"] = True
-        finally:
-            self.store.record["seconds"] = time.perf_counter() - start
-            self.write_tables()
+    def plan(self, options: CostOptions) -> CostPlan:
+        """Scenes cut to their first orbits, engines and limits.
 
-    @property
-    def ran(self) -> set[str]:
-        """Engines that ran on at least one of the scenes."""
-        return {str(row["engine"]) for row in self.store.rows.values()}
+        Raises
+        ------
+        SceneError, UnknownEngineError
+            For a scene or an engine that does not exist.
+        """
+        names = [n for n in scene_names() if n.startswith(DEFAULT_SCENES)] if options.scenes is None else options.scenes
+        loaded = unique_names([s if isinstance(s, Scene) else load_scene(s) for s in names])
+        chosen = engines() if options.engines is None else chosen_engines(options.engines)
+        scenes = [shortened(s, options.orbits) for s in loaded]
+        return CostPlan(scenes, chosen, options.repeats, options.minutes, options.time_limit_s)
 
-    def usable(self) -> list[str]:
-        """Engines that run at least one of the scenes."""
-        found = [sweeps(scene, self.plan.engines)[0] for scene in self.plan.scenes]
-        return [name for name in self.plan.engines if any(name in runs for runs in found)]
+    def record(self, plan: CostPlan) -> dict[str, Any]:
+        """Engines, scenes and limits."""
+        return {
+            "packages": external_versions(plan.engines),
+            "engines": {name: engine_facts(r) for name, r in plan.engines.items()},
+            "scenes": {s.name: scene_words(s) for s in plan.scenes},
+            "certified_solutions": {},
+            "left_out": [],
+            "limits": limits_of(plan),
+        }
 
-    def scene(self, bench: TimingBench, scene: Scene, deadline: float) -> None:
-        """First pass and rounds on one scene."""
-        runs, left_out = sweeps(scene, self.plan.engines)
-        for out in left_out:
-            self.leave_out(out)
-        solution = self.solution_of(scene)
-        self.note_solution(solution)
-        self.haste_at = time.perf_counter() + FIRST_SHARE * (deadline - time.perf_counter())
-        self.first_pass(bench, solution, runs)
-        self.rounds(bench, [job for row in by_rung(runs) for job in row], deadline)
-        self.equal_steps.append(equal_steps_row(scene.name, *errors_at_equal_steps(solution), ORDER))
-        self.store.write("points", self.summed_up())
-
-    def leave_out(self, out: LeftOut) -> None:
-        """Note an engine that is not run."""
-        found = {"scene": out.scene, "engine": out.engine, "outcome": str(out.outcome), "reason": out.reason}
-        self.store.record["left_out"].append(found)
-        self.report(out.scene, out.engine, str(out.outcome))
-
-    def note_solution(self, solution: SolutionSource) -> None:
-        """Say in the record what the truth is and how good."""
-        error = {name: float(np.max(values)) for name, values in solution.error.items()}
-        words = {name: str(getattr(solution, name, "")) for name in ("precision", "source")}
-        self.store.record["certified_solutions"][solution.scene.name] = words | {"error": error}
-
-    def first_pass(self, bench: TimingBench, solution: SolutionSource, runs: dict[str, list[Job]]) -> None:
-        """One turn of every point, rung by rung over the engines; rungs past the time limit are not run."""
-        for rung in by_rung(runs):
-            for job in rung:
-                if job.key not in self.store.rows:
-                    self.first_turn(bench, solution, job, runs[job.engine])
-            self.store.write("points", self.store.points())
-
-    @property
-    def limit_s(self) -> float:
-        """Time allowed to one run; less once the first pass has had its share of the scene's time."""
-        late = time.perf_counter() > self.haste_at
-        return min(LONG_S, self.plan.time_limit_s) if late else self.plan.time_limit_s
-
-    def first_turn(self, bench: TimingBench, solution: SolutionSource, job: Job, sweep: list[Job]) -> None:
-        """Errors of a point, and a first idea of its time."""
-        coarser = [(c, self.store.rows[c.key]) for c in sweep[: sweep.index(job)]]
-        reason = too_long(coarser, job, self.limit_s) or too_fine([row for _, row in coarser])
-        if reason:
-            outcome = str(Outcome.NOTHING_COMPARED)
-            self.store.keep_point(job, {"outcome": outcome, "reason": f"{NOT_RUN}: {reason}"})
-            self.report(job.scene.name, f"{job.engine} {job.setting}", outcome)
-            return
-        result = bench.run(job, (1.0 + CHECK_SHARE) * 2.0 * self.plan.time_limit_s)
-        self.store.keep_point(job, columns_of(job, result, solution))
-        if result.outcome is Outcome.PASS and result.seconds["simulate"] >= LONG_S:
-            self.store.keep_time(job, result.seconds["simulate"])
-        self.report(job.scene.name, f"{job.engine} {job.setting}", str(result.outcome))
-
-    def rounds(self, bench: TimingBench, jobs: list[Job], deadline: float) -> None:
-        """Time all good points in turn, again and again, until each is measured often enough or time is up."""
-        good = [j for j in jobs if self.store.rows[j.key]["outcome"] == Outcome.PASS.value]
-        for turn in range(self.plan.repeats):
-            for job in good:
-                if self.wanted(job, turn, late=time.perf_counter() > deadline):
-                    self.timed_turn(bench, job)
-            if jobs:
-                self.report(jobs[0].scene.name, f"round {turn + 1} of {self.plan.repeats}", str(Outcome.PASS))
-
-    def timed_turn(self, bench: TimingBench, job: Job) -> None:
-        """One more time of a point; one that can't be repeated even once is a failure."""
-        result = bench.run(job, 10.0 * self.plan.time_limit_s)
-        if result.outcome is Outcome.PASS:
-            self.store.keep_time(job, result.seconds["simulate"])
-        elif not self.store.times.get(job.key):
-            self.store.rows[job.key] |= {"outcome": str(result.outcome), "reason": result.reason}
-
-    def wanted(self, job: Job, turn: int, *, late: bool) -> bool:
-        """Whether a point still lacks its time of this round; late, only what every point needs counts."""
-        have = len(self.store.times.get(job.key, []))
-        seconds = self.store.rows[job.key]["seconds"]
-        enough = (FEWEST_LONG_TURNS, LONG_TURNS) if seconds >= LONG_S else (FEWEST_TURNS, self.plan.repeats)
-        late = late and seconds > BRIEF_S
-        return have <= turn and have < min(enough[0 if late else 1], self.plan.repeats)
-
-    def summed_up(self) -> pd.DataFrame:
-        """Points with medians and intervals of their times."""
-        for key, row in self.store.rows.items():
-            times = np.array(self.store.times.get(key, []))
-            if len(times):
-                spread = median_time(times)
-                low, high = (spread.low, spread.high) if len(times) > 1 else (np.nan, np.nan)
-                row |= {"seconds": spread.value, "seconds_low": low, "seconds_high": high, "turns": len(times)}
-        points = self.store.points()
-        points["on_front"] = front_of(points)
-        return points
-
-    def write_tables(self) -> None:
-        """All tables of what there is, and the record."""
-        points = self.summed_up()
-        self.store.write("points", points)
-        self.store.write("orders", orders_table(points, self.plan.engines, self.equal_steps))
-        self.store.write("reach", reach_table(points, self.store.times_by_point()))
-        self.store.write("price", price_table(points))
-        self.store.write_record()
+    def run(self, plan: CostPlan, store: StudyStore, reporter: Reporter) -> CostResult:
+        """Measure every point, round after round."""
+        return CostRun(plan, store, self.solution_of or certified_source(), reporter).run()
 
 
-def by_rung(runs: dict[str, list[Job]]) -> list[list[Job]]:
-    """Runs of all engines, one rung of their ladders after the other: neighbours are different engines'."""
-    return [[job for job in rung if job] for rung in itertools.zip_longest(*runs.values())]
+def certified_source() -> Callable[[Scene], SolutionSource]:
+    """Certified solutions, whose engine is imported only when a study needs them."""
+    from barchain.solutions.certified import certified  # noqa: PLC0415  # heyoka is an extra
 
-
-def too_long(coarser: list[tuple[Job, dict[str, Any]]], job: Job, limit_s: float) -> str:
-    """Why a run is not tried: a coarser one was ended, or tells that this one would pass the limit; else empty."""
-    if any(row["outcome"] == Outcome.TIMED_OUT.value or LONGER in row["reason"] for _, row in coarser):
-        return f"a coarser setting is {LONGER} already"
-    timed = [(c, float(row["seconds"])) for c, row in coarser if row.get("seconds", 0.0) > 0.0]
-    if not timed:
-        return ""
-    last, seconds = timed[-1]
-    growth = 1.0
-    if job.setting.parameter is AccuracyParameter.STEPS_PER_ORBIT:
-        growth = step_s(job.scene, last.setting.value) / step_s(job.scene, job.setting.value)
-    elif len(timed) > 1:
-        growth = max(1.0, seconds / timed[-2][1])
-    expected_s = seconds * growth
-    if expected_s <= limit_s:
-        return ""
-    return f"{LONGER}, {limit_s:g} s: about {expected_s:.2g} s expected"
-
-
-def too_fine(coarser: list[dict[str, Any]]) -> str:
-    """Why a run would tell nothing: the two before it lie under the oracle's floor in all they have; else empty."""
-    if coarser and BLURRED in coarser[-1]["reason"]:
-        return f"coarser settings {BLURRED}"
-    return f"coarser settings {BLURRED}" if len(coarser) > 1 and all(map(blurred, coarser[-2:])) else ""
-
-
-def blurred(row: dict[str, Any]) -> bool:
-    """Whether the oracle can tell none of a point's errors from its own."""
-    present = {name for name, unit in UNITS.items() if row.get(f"{name}_error_{unit}", np.nan) >= 0.0}
-    return bool(present) and present <= set(str(row.get("under_floor") or "").split(","))
-
-
-def columns_of(job: Job, result: RunResult, solution: SolutionSource) -> dict[str, Any]:
-    """Columns of points.csv that a first run gives; errors of failed runs too, where they have a whole trajectory."""
-    found: dict[str, Any] = {"outcome": str(result.outcome), "reason": result.reason}
-    if job.setting.parameter is AccuracyParameter.STEPS_PER_ORBIT:
-        found["step_s"] = step_s(job.scene, job.setting.value)
-    spent, seen = result.seconds, result.trajectory
-    renamed = {"simulate": "seconds", "build": "build_s", "read": "read_s", "cold": "compile_s"}
-    found |= {renamed[phase]: s for phase, s in spent.items() if phase in renamed}
-    if seen is None or (len(seen.t_s) < len(solution.trajectory.t_s) and not seen.ended):
-        return found
-    found |= {name: seen.info[name] for name in ("evaluations", "steps") if name in seen.info}
-    if "compile_s" in seen.info:
-        found["compile_s"] = seen.info["compile_s"]
-    if result.outcome in (Outcome.PASS, Outcome.JOINTS_IGNORED):
-        errors = errors_of(solution, seen)
-        found |= errors | {"under_floor": under_floor(errors)}
+    found: Callable[[Scene], SolutionSource] = certified
     return found

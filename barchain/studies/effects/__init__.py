@@ -1,1 +1,1 @@
-"""Effect budget: what each effect, on or off in a scene, is worth there and what it costs."""
+"""Effect budget: size, influence and cost of each effect, present or absent in a scene."""

@@ -1,4 +1,4 @@
-"""How low and how high the centre of mass comes: what the air of a default drag is taken at."""
+"""Lowest and highest altitude of the centre of mass, for the air density of the default drag."""
 
 from __future__ import annotations
 

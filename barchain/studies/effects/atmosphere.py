@@ -69,7 +69,7 @@ def layer_at(altitude_m: float) -> Layer:
 
 
 def density_kg_m3(altitude_m: float, layer: Layer | None = None) -> float:
-    """Density of the table at a height, or what one entry's exponential makes of it there."""
+    """Density of the standard table at an altitude, or of one entry's exponential there."""
     entry = layer or layer_at(altitude_m)
     return entry.density_kg_m3 * math.exp(-(altitude_m / 1e3 - entry.base_km) / entry.scale_height_km)
 
@@ -92,7 +92,7 @@ def standard_drag(layer: Layer, width_m: list[float]) -> DragTable:
 
 
 def caveat(layer: Layer, heights: Heights) -> str:
-    """What one entry's exponential can't tell of a run that rises far above it; empty where it tells all.
+    """Warning that one entry's exponential does not hold over a run's altitudes; empty where it holds.
 
     Above 100 km the table's scale height rises with height (but for 0.6 % at 350 km), so that one entry's exponential
     has ever less air than the table, above it and below it too; lower down it may have more.
@@ -111,7 +111,7 @@ def caveat(layer: Layer, heights: Heights) -> str:
 
 
 def bound_words(least: float, most: float) -> str:
-    """Which side the drag is told from; `least` and `most` are the table's density over the exponential's."""
+    """Direction of the error of the drag; `least` and `most` are the table's density over the exponential's."""
     if most <= 1.0 + DIGITS:
         return f"it has up to {1.0 / least:.2g} times the table's, and its drag is an upper bound"
     if least >= 1.0 - DIGITS:

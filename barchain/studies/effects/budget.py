@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,35 +19,33 @@ from barchain.studies.effects.cost_ratio import (
     timed_span_s,
 )
 from barchain.studies.effects.limits import TIME_LIMIT_S
-from barchain.studies.effects.sensitivity import Change, Runs, change, sizes
+from barchain.studies.effects.sensitivity import EffectChange, RunPair, change, sizes
 from barchain.studies.effects.sizes import sizes_over
 from reports.tables.effects import COLUMNS, UNITS
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Iterable
 
     from barchain.run.job import Job, RunResult
     from barchain.studies.effects.effect_toggles import Switch
-    from barchain.studies.effects.plan import Plan
-    from barchain.studies.effects.store import EffectsStore
+    from barchain.studies.effects.plan import EffectsPlan
+    from barchain.studies.store import StudyStore
+    from barchain.studies.study import Reporter
     from barchain.timing.statistics import Interval
 
 
 class EffectsBudget:
     """One budget being measured."""
 
-    def __init__(
-        self, plan: Plan, store: EffectsStore, report: Callable[[str, str, str], None], note: Callable[[str], None]
-    ) -> None:
-        """Prepare; `report` is told (scene, run, outcome) after each step, `note` what goes on besides."""
-        self.plan, self.store, self.report, self.note = plan, store, report, note
+    def __init__(self, plan: EffectsPlan, store: StudyStore, reporter: Reporter) -> None:
+        """Prepare; `reporter` gets scene, run and outcome after each step."""
+        self.plan, self.store, self.report, self.note = plan, store, reporter.step, reporter.note
         self.results: dict[str, RunResult] = {}
         self.times: dict[str, Timed] = {}
 
     def run(self) -> None:
         """Run everything and write the table after the runs and after the times."""
-        start = time.perf_counter()
         to_compile = announcement(self.plan.runs)
         if to_compile:
             self.note(to_compile)
@@ -58,9 +55,7 @@ class EffectsBudget:
             self.run_all(job for job in self.plan.runs if job.key not in self.results)
             self.write()
             self.time()
-            self.store.record["finished"] = True
         finally:
-            self.store.record["seconds"] = time.perf_counter() - start
             self.write()
 
     def run_all(self, jobs: Iterable[Job]) -> None:
@@ -82,7 +77,7 @@ class EffectsBudget:
         return f"{what}, {job.engine} {job.setting}"
 
     def time(self) -> None:
-        """Time what ran well: runs, shortened where three rounds of them would take too long, then evaluations."""
+        """Time the good runs, shortened where three rounds would take too long, then evaluations."""
         good = [j for j in self.plan.tight if self.results[j.key].outcome is Outcome.PASS]
         pass_s = sum(self.results[j.key].seconds["simulate"] for j in good)
         wanted = min(LEAST_ROUNDS, self.plan.repeats)
@@ -110,13 +105,14 @@ class EffectsBudget:
         whole = self.runs_of(self.plan.tight[0])
         if whole:
             self.store.record["scene"] |= base_facts(whole)
-        self.store.write([self.row(s) for s in self.plan.switches])
+        self.store.write("effects", [self.row(s) for s in self.plan.switches])
+        self.store.write_record()
 
-    def runs_of(self, job: Job) -> Runs | None:
-        """Trajectories of a run and of its looser twin; None if either failed or is still to come."""
+    def runs_of(self, job: Job) -> RunPair | None:
+        """Trajectories of a run and of its looser run; None if either failed or is still to come."""
         found = [self.results.get(j.key) for j in (job, self.plan.looser(job))]
         tight, loose = (r.trajectory if r and r.outcome is Outcome.PASS else None for r in found)
-        return Runs(tight, loose) if tight is not None and loose is not None else None
+        return RunPair(tight, loose) if tight is not None and loose is not None else None
 
     def row(self, switch: Switch) -> dict[str, Any]:
         """One effect's row."""
@@ -136,13 +132,13 @@ class EffectsBudget:
         return found | self.price_columns(switch, own, other)
 
     def why_not(self, *jobs: Job) -> str:
-        """What became of runs that failed."""
+        """Outcomes and reasons of failed runs."""
         results = [(j, self.results.get(r.key)) for j in jobs for r in (j, self.plan.looser(j))]
         said = [f"{self.said(j)}: {r.outcome}, {r.reason}" for j, r in results if r and r.outcome is not Outcome.PASS]
         return "; ".join(dict.fromkeys(said)) or "not run"
 
     def price_columns(self, switch: Switch, own: Job, other: Job) -> dict[str, Any]:
-        """What the effect costs: the run that has it over the one that has it not."""
+        """Cost of the effect: time of the run with it over that of the run without it."""
         present, absent = (own, other) if switch.on else (other, own)
         if not {own.key, other.key} <= set(self.times):
             return {}
@@ -164,7 +160,7 @@ def spread(name: str, found: Interval | None) -> dict[str, float]:
     return {} if found is None else {name: found.value, f"{name}_low": found.low, f"{name}_high": found.high}
 
 
-def size_columns(plan: Plan, switch: Switch, scene: Runs) -> dict[str, float]:
+def size_columns(plan: EffectsPlan, switch: Switch, scene: RunPair) -> dict[str, float]:
     """Sizes of an effect's push."""
     found = sizes_over(plan.scene, switch, scene.tight)
     if found is None:
@@ -173,8 +169,8 @@ def size_columns(plan: Plan, switch: Switch, scene: Runs) -> dict[str, float]:
     return {f"{name}_{when}": value for when, all_sizes in named for name, value in all_sizes._asdict().items()}
 
 
-def change_columns(found: Change) -> dict[str, float]:
-    """What a switch changed."""
+def change_columns(found: EffectChange) -> dict[str, float]:
+    """Columns of the changes that a switch causes."""
     columns = {"compared_s": found.compared_s}
     for name, unit in UNITS.items():
         if name in found.largest:
@@ -182,8 +178,8 @@ def change_columns(found: Change) -> dict[str, float]:
     return columns
 
 
-def base_facts(whole: Runs) -> dict[str, Any]:
-    """What is known of the scene as it is, once it has run."""
+def base_facts(whole: RunPair) -> dict[str, Any]:
+    """Entries of the record on the unmodified scene, once it has run."""
     size = sizes(whole.tight, whole.limit_s)
     return {
         "limit_s": whole.limit_s,

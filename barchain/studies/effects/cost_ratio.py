@@ -1,4 +1,4 @@
-"""What an effect costs in time: the same run with and without it, in turn, in one process on one core.
+"""Cost of an effect in time: the same run with and without it, in turn, in one process on one core.
 
 A ratio is that of two times of one round, so that a machine that is slower for a while slows both; shown is the median
 of the rounds. Beside it stand what one evaluation takes longer, timed by itself in rounds alike, and how many more
@@ -150,7 +150,7 @@ def time_evaluations(pairs: Iterable[tuple[Job, Timed]], turns: int = EVALUATION
 
 
 def price(present: Timed, absent: Timed) -> Price | None:
-    """Cost of what is in `present` and not in `absent`; None where a run of either was never timed."""
+    """Time of `present` over that of `absent`; None where either was never timed."""
     ratios = np.array(present.seconds) / np.array(absent.seconds)
     ratios = ratios[np.isfinite(ratios)]
     if not len(ratios) or not present.evaluations or not absent.evaluations:

@@ -1,4 +1,4 @@
-"""What is switched on where a scene does not call for it: nature's own effects, in the Earth's numbers."""
+"""Default parameters of natural effects that a scene does not have, for the Earth."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ EARTH_SLACK = 0.01  # the Earth's radius is given to less than that, whichever o
 
 
 class NoDefaultError(ValueError):
-    """Nothing sensible can be switched on; the message says why."""
+    """An effect has no sensible default in this scene; the message gives the reason."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Default:
 
 
 def need_earth(scene: Scene) -> None:
-    """Refuse to give another body the Earth's air, flattening, Moon and Sun."""
+    """Reject another central body for the Earth's air, flattening, Moon and Sun."""
     body = scene.central_body
     pairs = ((body.mu_m3_s2, EARTH_MU_M3_S2), (body.radius_m, EARTH_RADIUS_M))
     if any(abs(given / earth - 1.0) > EARTH_SLACK for given, earth in pairs):
@@ -46,7 +46,7 @@ def need_earth(scene: Scene) -> None:
 
 
 def need_pull(scene: Scene) -> None:
-    """Refuse fields besides a central one that is not there."""
+    """Reject third bodies and oblateness where there is no central body."""
     if scene.effects.gravity is Gravity.NONE:
         raise NoDefaultError('the central body does not pull (gravity = "none")')
 
@@ -76,7 +76,7 @@ def default_third_body(scene: Scene, body: Literal["moon", "sun"]) -> Default:
 
 
 def default_drag(scene: Scene, heights: Heights) -> Default:
-    """Standard air of the lowest height that the run comes to: drag is strongest there, by far."""
+    """Standard air at the lowest altitude of the run, where drag is strongest by far."""
     need_earth(scene)
     lowest_km = heights.lowest_m / 1e3
     if heights.lowest_m > HIGHEST_M:

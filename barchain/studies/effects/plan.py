@@ -1,10 +1,10 @@
-"""What an effect budget runs."""
+"""Plan of an effect budget."""
 
 from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Plan:
-    """What is to be measured, and how long it may take."""
+class EffectsPlan:
+    """Measurements, and their limits of time."""
 
     scene: Scene
     switches: tuple[Switch, ...]
@@ -57,8 +57,8 @@ class Plan:
         pairs = [self.pair(s) for s in self.switches if s.scene]
         return tuple({job.key: job for job in (self.whole[0], *(j for pair in pairs for j in pair))}.values())
 
-    def between(self, heights: Heights) -> Plan:
-        """The plan, with defaults for the heights between which the scene as it is was seen to run."""
+    def between(self, heights: Heights) -> EffectsPlan:
+        """The plan, with defaults for the range of altitudes of the unmodified scene's run."""
         return dataclasses.replace(self, switches=switches(self.scene, heights))
 
     def pair(self, switch: Switch) -> tuple[Job, Job]:
@@ -68,7 +68,7 @@ class Plan:
         return self.job(self.scene, engine), self.job(switch.scene, engine)
 
     def engine_for(self, *scenes: Scene) -> str:
-        """What can do all of these scenes."""
+        """Name of the reference that supports all of these scenes."""
         return self.engine or (FAST if compiled_can(scenes) else SLOW)
 
     def job(self, scene: Scene, engine: str) -> Job:
@@ -76,15 +76,10 @@ class Plan:
         return Job(scene, engine, ENGINES[engine], Setting(AccuracyParameter.RTOL, self.rtol), Role.MAIN)
 
     def looser(self, job: Job) -> Job:
-        """Run that tells what the numerics make of it."""
+        """The same run at the looser tolerance, for its numerical error."""
         return Job(
             job.scene, job.engine, job.registration, Setting(AccuracyParameter.RTOL, LOOSER * self.rtol), Role.MAIN
         )
-
-
-def make_plan(scene: Scene, **options: Any) -> Plan:
-    """Plan for all effects of a scene; `options` are those of :class:`Plan`."""
-    return Plan(scene, switches(scene), **options)
 
 
 def compiled_can(scenes: Iterable[Scene]) -> bool:

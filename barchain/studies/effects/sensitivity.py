@@ -1,4 +1,4 @@
-"""What switching an effect changes over a run, and how much of it the numerics could have made up.
+"""Change of a run by switching an effect, and the numerical error of that change.
 
 Both scenes are run at a tolerance and at one ten times looser. As in :mod:`barchain.solutions.reference`, the
 difference of the two bounds the tighter run's own error; so the difference of two scenes is off by at most the sum of
@@ -25,7 +25,7 @@ ROUNDING = 4.0 * float(np.finfo(float).eps)  # two roundings of each run, that e
 
 
 @dataclass(frozen=True)
-class Runs:
+class RunPair:
     """One scene at two tolerances."""
 
     tight: Trajectory
@@ -38,8 +38,8 @@ class Runs:
 
 
 @dataclass(frozen=True)
-class Change:
-    """What a switch changed; a quantity that there is not is left out."""
+class EffectChange:
+    """Changes that a switch causes; a quantity that either scene lacks is left out."""
 
     largest: dict[str, float]
     """``com`` (m), ``attitude`` (rad), ``reaction`` (N), the largest over what was compared"""
@@ -49,14 +49,14 @@ class Change:
     """Until when"""
 
 
-def change(scene: Runs, switched: Runs) -> Change:
-    """Largest differences of two scenes over what can be compared."""
+def change(scene: RunPair, switched: RunPair) -> EffectChange:
+    """Largest differences of two scenes over their common samples."""
     until = min(scene.limit_s, switched.limit_s)
     apart = upto(until, scene.tight, switched.tight)
     own, other = (upto(until, runs.tight, runs.loose) for runs in (scene, switched))
     size = sizes(scene.tight, until)
     noise = {name: own[name] + other[name] + ROUNDING * size[name] for name in apart}
-    return Change(apart, noise, until)
+    return EffectChange(apart, noise, until)
 
 
 def upto(until_s: float, a: Trajectory, b: Trajectory) -> dict[str, float]:
@@ -66,7 +66,7 @@ def upto(until_s: float, a: Trajectory, b: Trajectory) -> dict[str, float]:
 
 
 def sizes(trajectory: Trajectory, until_s: float) -> dict[str, float]:
-    """Largest size of each quantity until an instant: what its rounding counts in."""
+    """Largest size of each quantity until an instant: the scale of its round-off."""
     inside = trajectory.t_s <= until_s
     found = {"com": largest(trajectory.com_m[inside]), "attitude": 1.0}
     if trajectory.reaction_N is not None and trajectory.reaction_N.shape[1]:

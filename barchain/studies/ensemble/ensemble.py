@@ -2,38 +2,32 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
+from barchain.studies.ensemble.plan import EnsembleOptions, make_plan
 from barchain.studies.ensemble.population import populate
 from barchain.studies.ensemble.tasks import assembled, on_cluster, on_threads, tasks
-from barchain.studies.ensemble.variation import VariationError, parse
-from scenarios import load_scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from pathlib import Path
 
     from adapters.trajectory import Array
+    from barchain.studies.ensemble.plan import EnsemblePlan
     from barchain.studies.ensemble.population import Population
-    from barchain.studies.ensemble.tasks import Part
+    from barchain.studies.ensemble.tasks import EnsembleTaskResult
     from barchain.studies.ensemble.variation import Variation
     from scenarios import Scene
-
-QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-RTOL = 1e-8
-SAMPLES = 101
-MOST_NUMBERS = 1_000_000_000  # 8 GB of angles and reactions
 
 
 @dataclass(frozen=True)
 class EnsembleResult:
-    """What an ensemble showed."""
+    """Result of an ensemble."""
 
     scene: Scene
     """As it was run, unperturbed"""
@@ -51,18 +45,7 @@ class EnsembleResult:
 
 
 def ensemble(
-    scene: Scene | str | Path,
-    vary: Iterable[str],
-    *,
-    runs: int = 1000,
-    seed: int = 1,
-    rtol: float = RTOL,
-    orbits: float | None = None,
-    samples: int = SAMPLES,
-    quantiles: tuple[float, ...] = QUANTILES,
-    workers: int | None = None,
-    dask: str | None = None,
-    progress: Callable[[int], None] = lambda _: None,
+    scene: Scene | str | Path, vary: Iterable[str], *, progress: Callable[[int], None] = lambda _: None, **options: Any
 ) -> EnsembleResult:
     """Run many perturbed copies of a scene in the compiled reference.
 
@@ -70,23 +53,11 @@ def ensemble(
     ----------
     scene : Scene, str or Path
     vary : iterable of str
-        What varies, e.g. ``"angle_deg=normal(80, 1)"``; see :mod:`barchain.studies.ensemble.variation`.
-    runs : int
-    seed : int
-        Equal seeds draw equal copies, whatever runs them.
-    rtol : float
-        Requested accuracy of a step.
-    orbits : float, optional
-        How much of the scene is run, from its start; all of it by default.
-    samples : int
-        Equally spaced instants.
-    quantiles : tuple of float
-    workers : int, optional
-        Threads; as many as there are cores by default.
-    dask : str, optional
-        Address of a Dask scheduler that gets the runs instead.
+        Distributions, e.g. ``"angle_deg=normal(80, 1)"``.
     progress : callable
-        Told the number of runs after each part.
+        Called with the number of runs after each part.
+    **options
+        Of :class:`barchain.studies.ensemble.plan.EnsembleOptions`.
 
     Returns
     -------
@@ -96,53 +67,41 @@ def ensemble(
     ------
     SceneError, VariationError, ClusterError
     """
-    found = shortened(load_scene(scene) if not hasattr(scene, "chain") else scene, orbits, samples)  # type: ignore[arg-type]
+    return run_ensemble(make_plan(EnsembleOptions(scene, vary, **options)), progress)
+
+
+def run_ensemble(plan: EnsemblePlan, progress: Callable[[int], None] = lambda _: None) -> EnsembleResult:
+    """Draw the copies, run them, and reduce their trajectories to quantiles.
+
+    Raises
+    ------
+    ClusterError
+        If the plan names a Dask scheduler that can't be used.
+    """
     clock = [time.perf_counter()]
-    population, variations = drawn(found, tuple(vary), runs, seed)
-    parts = tasks(population, rtol)
+    population = populate(plan.scene, plan.variations, plan.runs, plan.seed)
+    parts = tasks(population, plan.rtol)
     clock.append(time.perf_counter())
-    done = on_cluster(parts, dask, progress) if dask else on_threads(parts, workers, progress)
+    done = on_cluster(parts, plan.dask, progress) if plan.dask else on_threads(parts, plan.workers, progress)
     clock.append(time.perf_counter())
     arrays = dict(assembled(done))
-    table = pd.concat(
+    table = quantile_table(plan, arrays)
+    each = run_table(population, plan.variations, done, arrays)
+    clock.append(time.perf_counter())
+    seconds = dict(zip(("draw", "run", "reduce"), map(float, np.diff(clock)), strict=True))
+    return EnsembleResult(plan.scene, table, each, seconds, arrays["angle_rad"], arrays["reaction_N"])
+
+
+def quantile_table(plan: EnsemblePlan, arrays: dict[str, Array]) -> pd.DataFrame:
+    """Quantiles over the runs of the angles and of the sizes of the reactions."""
+    t_s, quantiles = plan.scene.times_s, plan.quantiles
+    return pd.concat(
         [
-            reduced(found.times_s, "attitude", "rad", arrays["angle_rad"], quantiles),
-            reduced(found.times_s, "reaction", "N", arrays["reaction_N"], quantiles),
+            reduced(t_s, "attitude", "rad", arrays["angle_rad"], quantiles),
+            reduced(t_s, "reaction", "N", arrays["reaction_N"], quantiles),
         ],
         ignore_index=True,
     )
-    each = run_table(population, variations, done, arrays)
-    clock.append(time.perf_counter())
-    seconds = dict(zip(("draw", "run", "reduce"), map(float, np.diff(clock)), strict=True))
-    return EnsembleResult(found, table, each, seconds, arrays["angle_rad"], arrays["reaction_N"])
-
-
-def shortened(scene: Scene, orbits: float | None, samples: int) -> Scene:
-    """`scene` over its first orbits, seen at `samples` instants."""
-    duration = scene.run.duration_s if orbits is None else min(scene.run.duration_s, orbits * scene.period_s)
-    return dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=duration, samples=samples))
-
-
-def drawn(scene: Scene, vary: tuple[str, ...], runs: int, seed: int) -> tuple[Population, tuple[Variation, ...]]:
-    """Copies of `scene`, and what varies in them."""
-    variations = tuple(parse(text, scene.bars) for text in vary)
-    for k, v in enumerate(variations):
-        if any(overlap(v, other) for other in variations[:k]):
-            raise VariationError(
-                f"--vary {v.text}: {v.key} of the same bars is given twice; allowed: once for each bar"
-            )
-    numbers = runs * scene.run.samples * (2 * scene.bars - 1)
-    if numbers > MOST_NUMBERS:
-        raise VariationError(
-            f"--runs {runs}: {numbers:.1e} numbers would have to be held, allowed: {MOST_NUMBERS:.0e}; "
-            "fewer runs or --samples"
-        )
-    return populate(scene, variations, runs, seed), variations
-
-
-def overlap(a: Variation, b: Variation) -> bool:
-    """Whether two variations speak of the same number of some bar."""
-    return a.key == b.key and (not a.bar or not b.bar or a.bar == b.bar)
 
 
 def reduced(t_s: Array, quantity: str, unit: str, values: Array, quantiles: tuple[float, ...]) -> pd.DataFrame:
@@ -175,7 +134,7 @@ def reduced(t_s: Array, quantity: str, unit: str, values: Array, quantiles: tupl
 
 
 def run_table(
-    population: Population, variations: tuple[Variation, ...], parts: list[Part], arrays: dict[str, Array]
+    population: Population, variations: tuple[Variation, ...], parts: list[EnsembleTaskResult], arrays: dict[str, Array]
 ) -> pd.DataFrame:
     """One row for each run."""
     ended = [text for p in parts for text in p.ended]

@@ -96,7 +96,7 @@ HELD = ("drag", "solar_pressure", "thrust", "impulse")  # settled between compil
 
 
 def check_effects(scene: Scene, variations: tuple[Variation, ...]) -> None:
-    """Refuse effects that the compiled loop over many chains does not carry, and bars that one leaves no room for.
+    """Reject effects that the compiled loop over many chains does not support, and bars with no room for an effect.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def check_effects(scene: Scene, variations: tuple[Variation, ...]) -> None:
 
 
 def check(population: Population) -> None:
-    """Refuse copies that a scene file could not describe.
+    """Reject copies that a scene file could not describe.
 
     Raises
     ------

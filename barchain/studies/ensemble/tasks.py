@@ -32,7 +32,7 @@ class ClusterError(RuntimeError):
 
 
 @dataclass(frozen=True)
-class Task:
+class EnsembleTask:
     """A part of the population to be run."""
 
     part: Population
@@ -40,8 +40,8 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Part:
-    """What a task showed."""
+class EnsembleTaskResult:
+    """Result of a task."""
 
     seen: BatchResult
     ended: tuple[str, ...]
@@ -50,13 +50,13 @@ class Part:
     """Of each run: why it failed; empty if it did not"""
 
 
-def tasks(population: Population, rtol: float) -> list[Task]:
+def tasks(population: Population, rtol: float) -> list[EnsembleTask]:
     """Parts of `population`, the same however many workers there are."""
     starts = range(0, population.runs, RUNS_PER_TASK)
-    return [Task(population.part(k, min(k + RUNS_PER_TASK, population.runs)), rtol) for k in starts]
+    return [EnsembleTask(population.part(k, min(k + RUNS_PER_TASK, population.runs)), rtol) for k in starts]
 
 
-def run_task(task: Task) -> Part:
+def run_task(task: EnsembleTask) -> EnsembleTaskResult:
     """Run one part; a copy that the compiled loop gives back is run by itself, event and error words included."""
     scene = task.part.scene
     breaks_s = tuple(t for p in scene.effects.prescribed_rotation for t in p.breaks_s)
@@ -65,11 +65,11 @@ def run_task(task: Task) -> Part:
     ended, failed = [""] * task.part.runs, [""] * task.part.runs
     for run in np.nonzero(seen.code != ARRIVED)[0]:
         ended[run], failed[run] = run_alone(task, int(run), seen)
-    return Part(seen, tuple(ended), tuple(failed))
+    return EnsembleTaskResult(seen, tuple(ended), tuple(failed))
 
 
-def run_alone(task: Task, run: int, seen: BatchResult) -> tuple[str, str]:
-    """Run one copy in the engine, write what it showed into `seen`, and say how it ended and why it failed."""
+def run_alone(task: EnsembleTask, run: int, seen: BatchResult) -> tuple[str, str]:
+    """Run one copy in the engine, write its samples into `seen`, and return how it ended and why it failed."""
     try:
         found = ReferenceFast().run(task.part.copy(run), Setting(ReferenceFast.sweep.parameter, task.rtol))
     except EngineError as error:
@@ -84,7 +84,7 @@ def run_alone(task: Task, run: int, seen: BatchResult) -> tuple[str, str]:
     return found.ended, ""
 
 
-def on_threads(parts: list[Task], workers: int | None, done: Callable[[int], None]) -> list[Part]:
+def on_threads(parts: list[EnsembleTask], workers: int | None, done: Callable[[int], None]) -> list[EnsembleTaskResult]:
     """Results in order, from threads of this process: compiled code holds no interpreter lock."""
     with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
         futures = {pool.submit(run_task, part): part for part in parts}
@@ -94,7 +94,7 @@ def on_threads(parts: list[Task], workers: int | None, done: Callable[[int], Non
     return [future.result() for future in futures]
 
 
-def on_cluster(parts: list[Task], address: str, done: Callable[[int], None]) -> list[Part]:
+def on_cluster(parts: list[EnsembleTask], address: str, done: Callable[[int], None]) -> list[EnsembleTaskResult]:
     """Results in order, from the Dask cluster at `address`; a part whose worker dies is run again on another.
 
     Raises
@@ -111,7 +111,7 @@ def on_cluster(parts: list[Task], address: str, done: Callable[[int], None]) -> 
         client = Client(address, timeout="5s", set_as_default=False)
     except (OSError, ValueError) as error:
         raise ClusterError(f"--dask {address}: no Dask scheduler answers there ({error})") from None
-    found: dict[int, Part] = {}
+    found: dict[int, EnsembleTaskResult] = {}
     with client, client.as_current():
         futures = {client.submit(run_task, part, pure=False, retries=RETRIES): k for k, part in enumerate(parts)}
         try:
@@ -142,7 +142,7 @@ def look_up(address: str) -> None:
         raise ClusterError(f"--dask {address}: no Dask scheduler answers there ({error})") from None
 
 
-def assembled(parts: list[Part]) -> Iterator[tuple[str, Array]]:
-    """What all parts showed, in order: name and array (runs, ...)."""
+def assembled(parts: list[EnsembleTaskResult]) -> Iterator[tuple[str, Array]]:
+    """Results of all parts, in order: name and array (runs, ...)."""
     for name in BatchResult._fields:
         yield name, np.concatenate([getattr(p.seen, name) for p in parts])

@@ -1,4 +1,4 @@
-"""What varies from copy to copy: ``angle_deg=normal(80, 1)``, parsed, checked and drawn."""
+"""Quantities that vary from copy to copy, ``angle_deg=normal(80, 1)``: parsed, checked and drawn."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class VariationError(ValueError):
 
 
 @dataclass(frozen=True)
-class Family:
-    """A family of distributions: its parameters as people say them."""
+class DistributionFamily:
+    """A family of distributions, with the names of its parameters."""
 
     parameters: tuple[str, ...]
     make: Callable[..., Any]
@@ -41,10 +41,12 @@ class Family:
 
 
 FAMILIES = {
-    "normal": Family(("mean", "deviation"), stats.norm, lambda _, s: s >= 0.0),
-    "uniform": Family(("low", "high"), lambda a, b: stats.uniform(a, b - a), lambda a, b: b >= a),
-    "lognormal": Family(("median", "sigma"), lambda m, s: stats.lognorm(s, scale=m), lambda m, s: m > 0.0 and s > 0.0),
-    "triangular": Family(
+    "normal": DistributionFamily(("mean", "deviation"), stats.norm, lambda _, s: s >= 0.0),
+    "uniform": DistributionFamily(("low", "high"), lambda a, b: stats.uniform(a, b - a), lambda a, b: b >= a),
+    "lognormal": DistributionFamily(
+        ("median", "sigma"), lambda m, s: stats.lognorm(s, scale=m), lambda m, s: m > 0.0 and s > 0.0
+    ),
+    "triangular": DistributionFamily(
         ("low", "mode", "high"),
         lambda a, m, b: stats.triang((m - a) / (b - a), a, b - a),
         lambda a, m, b: a <= m <= b and b > a,
@@ -88,7 +90,7 @@ class Variation:
 
 
 def parse(text: str, bars: int) -> Variation:
-    """Variation from what was typed, for a chain of `bars` bars.
+    """Variation from its text, for a chain of `bars` bars.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""The round-off study: what absolute and relative coordinates leave of the joint reactions' digits."""
+"""The round-off study: digits of the joint reactions in absolute and in relative coordinates."""

@@ -1,8 +1,8 @@
-"""Real things on the axis of sizes: what each size ratio is the length of."""
+"""Objects on the axis of sizes, with the size ratio of each length."""
 
 from __future__ import annotations
 
-from barchain.studies.roundoff.states import EQUATOR_M
+from barchain.studies.roundoff.formulations.states import EQUATOR_M
 
 OBJECTS_M = {
     "20 km tether": 20e3,

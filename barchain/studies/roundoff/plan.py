@@ -1,4 +1,4 @@
-"""What a round-off study runs: tasks for a pool of processes, each some rows of one table."""
+"""Plan of a round-off study: tasks for a pool of processes, each some rows of one table."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from adapters.registry import ENGINES
-from barchain.studies.roundoff.states import Case, Kind
-from barchain.studies.roundoff.third_parties import present
-from barchain.studies.roundoff.trajectories import Family
+from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind
+from barchain.studies.roundoff.formulations.third_parties import present
+from barchain.studies.roundoff.parts.trajectories import ScaledScene
 from scenarios import load_scene
 
 PARTS = ("evaluation", "trajectories", "engines", "times")
@@ -39,7 +39,7 @@ PART, FULL_PART = 1.0 / 256.0, 1.0 / 64.0  # of an orbit: noise is there from th
 
 
 @dataclass(frozen=True)
-class Task:
+class RoundoffTask:
     """Some rows of a table, from a function that a process imports and calls."""
 
     table: str
@@ -47,19 +47,21 @@ class Task:
     function: str
     """``module:function``"""
     arguments: tuple[Any, ...]
-    solution: Family | None = None
-    """Whose truth is the function's first argument"""
+    solution: ScaledScene | None = None
+    """Whose high-precision solution is the function's first argument"""
 
 
 @dataclass(frozen=True)
-class Plan:
+class RoundoffPlan:
     """All tasks."""
 
-    tasks: tuple[Task, ...]
+    tasks: tuple[RoundoffTask, ...]
     full: bool
     time_bars: tuple[int, ...] = field(default=())
     """Bars at which evaluations are timed, after all else; none if empty"""
     parts: tuple[str, ...] = PARTS
+    workers: int | None = None
+    """Processes side by side; None: all cores"""
 
     @property
     def turns(self) -> int:
@@ -67,12 +69,12 @@ class Plan:
         return len(self.tasks) + bool(self.time_bars)
 
     @property
-    def certified_solutions(self) -> tuple[Family, ...]:
+    def certified_solutions(self) -> tuple[ScaledScene, ...]:
         """Truths that tasks want, each once."""
         return tuple(dict.fromkeys(t.solution for t in self.tasks if t.solution is not None))
 
 
-def make_plan(parts: tuple[str, ...] = PARTS, *, full: bool = False) -> Plan:
+def make_plan(parts: tuple[str, ...] = PARTS, *, full: bool = False, workers: int | None = None) -> RoundoffPlan:
     """Plan of a study.
 
     Parameters
@@ -81,8 +83,10 @@ def make_plan(parts: tuple[str, ...] = PARTS, *, full: bool = False) -> Plan:
         Of :data:`PARTS`.
     full : bool
         Every size, arithmetic and number of bars, finer steps, longer runs: half an hour instead of minutes.
+    workers : int, optional
+        Processes side by side; all cores by default.
     """
-    tasks: list[Task] = []
+    tasks: list[RoundoffTask] = []
     if "evaluation" in parts:
         tasks += [*evaluations(full), *longitudes()]
     if "trajectories" in parts:
@@ -90,23 +94,25 @@ def make_plan(parts: tuple[str, ...] = PARTS, *, full: bool = False) -> Plan:
     if "engines" in parts:
         tasks += engines(full)
     times = ((5, 50, 500) if full else (5, 50)) if "times" in parts else ()
-    return Plan(tuple(tasks), full, times, tuple(parts))
+    return RoundoffPlan(tuple(tasks), full, times, tuple(parts), workers)
 
 
-def evaluations(full: bool) -> list[Task]:
+def evaluations(full: bool) -> list[RoundoffTask]:
     """One evaluation in all formulations; fewer where exact arithmetic takes long."""
     few, every = ("relative", "absolute"), ("relative", "minimal", "absolute", "absolute accelerations")
-    ordinary = (Kind.GENERIC, Kind.STRAIGHT, Kind.HORIZONTAL)
-    found = [evaluation(k, 5, r, every, ALL) for k, r in itertools.product(Kind, DECADES)]
-    found += [evaluation(k, 2, r, every, ALL) for k, r in itertools.product(Kind, DECADES if full else DECADES[::2])]
-    found += [evaluation(k, 5, r, production(), ("float64",)) for k, r in itertools.product(Kind, DECADES)]
+    ordinary = (StateKind.GENERIC, StateKind.STRAIGHT, StateKind.HORIZONTAL)
+    found = [evaluation(k, 5, r, every, ALL) for k, r in itertools.product(StateKind, DECADES)]
+    found += [
+        evaluation(k, 2, r, every, ALL) for k, r in itertools.product(StateKind, DECADES if full else DECADES[::2])
+    ]
+    found += [evaluation(k, 5, r, production(), ("float64",)) for k, r in itertools.product(StateKind, DECADES)]
     others = itertools.product(ordinary[:2], DECADES) if present() else ()
     found += [evaluation(k, 5, r, present(), ("float64",)) for k, r in others]
-    found += [evaluation(Kind.STRAIGHT, 5, r, ("absolute positions", "relative positions"), ALL if full else SHORT)
+    found += [evaluation(StateKind.STRAIGHT, 5, r, ("absolute positions", "relative positions"), ALL if full else SHORT)
               for r in (DECADES if full else DECADES[::2])]  # fmt: skip
-    fifty = itertools.product(Kind if full else ordinary, DECADES if full else DECADES[3::3])
+    fifty = itertools.product(StateKind if full else ordinary, DECADES if full else DECADES[3::3])
     found += [evaluation(k, 50, r, few, ALL if full else SHORT) for k, r in fifty]
-    hundreds = itertools.product(Kind if full else ordinary[:2], DECADES[2:] if full else DECADES[3::3])
+    hundreds = itertools.product(StateKind if full else ordinary[:2], DECADES[2:] if full else DECADES[3::3])
     found += [evaluation(k, 500, r, few, ALL if full else ("float64",)) for k, r in hundreds]
     return [t for t in found if t.arguments[0].bars * t.arguments[0].ratio <= REACH]
 
@@ -117,28 +123,33 @@ def production() -> tuple[str, ...]:
 
 
 def evaluation(
-    kind: Kind, bars: int, ratio: float, formulations: tuple[str, ...], arithmetics: tuple[str, ...]
-) -> Task:
+    kind: StateKind, bars: int, ratio: float, formulations: tuple[str, ...], arithmetics: tuple[str, ...]
+) -> RoundoffTask:
     """Errors of some formulations at one case."""
     title = f"{kind}, {bars} bars, {ratio:.0e}"
-    arguments = (Case(kind, bars, ratio), formulations, arithmetics)
-    return Task("evaluation", title, "barchain.studies.roundoff.evaluation:rows_of", arguments)
+    arguments = (EvaluationCase(kind, bars, ratio), formulations, arithmetics)
+    return RoundoffTask("evaluation", title, "barchain.studies.roundoff.parts.evaluation:rows_of", arguments)
 
 
-def longitudes() -> list[Task]:
+def longitudes() -> list[RoundoffTask]:
     """Errors by sector of the longitude."""
-    function = "barchain.studies.roundoff.longitudes:longitude_rows"
+    function = "barchain.studies.roundoff.parts.longitudes:longitude_rows"
     return [
-        Task("longitudes", f"longitudes, {kind}", function, (Case(kind, 5, 1e-5, 256), ("relative", "absolute"), SHORT))
-        for kind in (Kind.GENERIC, Kind.STRAIGHT)
+        RoundoffTask(
+            "longitudes",
+            f"longitudes, {kind}",
+            function,
+            (EvaluationCase(kind, 5, 1e-5, 256), ("relative", "absolute"), SHORT),
+        )
+        for kind in (StateKind.GENERIC, StateKind.STRAIGHT)
     ]
 
 
-def trajectories(full: bool) -> list[Task]:
+def trajectories(full: bool) -> list[RoundoffTask]:
     """One orbit, at many steps and tolerances."""
     ratios = DECADES[1::1] if full else (1e-3, 1e-5, 1e-7, 1e-9)
-    family = Family(load_scene(SCENE), ratios, 32)
-    module = "barchain.studies.roundoff.trajectories"
+    family = ScaledScene(load_scene(SCENE), ratios, 32)
+    module = "barchain.studies.roundoff.parts.trajectories"
     finest = {("rk4", "float64"): 13 if full else 9, ("rk4", "float32"): 7, ("dop853", "float64"): 7 if full else 6,
               ("dop853", "float32"): 4}  # fmt: skip
     found = []
@@ -148,30 +159,32 @@ def trajectories(full: bool) -> list[Task]:
                 continue  # truncation, which is the same in all coordinates, still rules there
             title = f"{name}, {arithmetic}, {method}, {2**power * family.samples} steps"
             arguments = (arithmetic, name, method, 2**power)
-            found.append(Task("trajectories", title, f"{module}:equal_step_rows", arguments, family))
+            found.append(RoundoffTask("trajectories", title, f"{module}:equal_step_rows", arguments, family))
     exponents = {"float64": range(3, 16, 1 if full else 2), "float32": range(2, 8)}
     for name, (arithmetic, powers) in itertools.product(COORDINATES, exponents.items()):
         rtols = tuple(10.0**-k for k in powers)
         title = f"{name}, {arithmetic}, dop853, own steps"
-        found.append(Task("trajectories", title, f"{module}:chosen_step_rows", (arithmetic, name, rtols), family))
+        found.append(
+            RoundoffTask("trajectories", title, f"{module}:chosen_step_rows", (arithmetic, name, rtols), family)
+        )
     return found[::-1]  # the longest first
 
 
-def growths(full: bool) -> list[Task]:
+def growths(full: bool) -> list[RoundoffTask]:
     """Many orbits, at a step where truncation is below round-off."""
     orbits, ratios = (32, (1e-3, 1e-5, 1e-7)) if full else (5, (1e-3, 1e-5))
-    family = Family(load_scene(SCENE), ratios, 32, orbits, 4 * orbits)
-    function = "barchain.studies.roundoff.trajectories:growth_rows"
+    family = ScaledScene(load_scene(SCENE), ratios, 32, orbits, 4 * orbits)
+    function = "barchain.studies.roundoff.parts.trajectories:growth_rows"
     return [
-        Task("growth", f"{name}, float64, {orbits} orbits", function, ("float64", name, "dop853", 64), family)
+        RoundoffTask("growth", f"{name}, float64, {orbits} orbits", function, ("float64", name, "dop853", 64), family)
         for name in COORDINATES
     ]
 
 
-def engines(full: bool) -> list[Task]:
-    """Other engines, in both frames; of one that is not installed a single row says so."""
+def engines(full: bool) -> list[RoundoffTask]:
+    """Other engines, in both frames; an engine that is not installed gives a single row with the reason."""
     ratios = DECADES[1:8] if full else (1e-3, 1e-5, 1e-7)
-    family = Family(load_scene(SCENE), ratios, 32, FULL_PART if full else PART)
+    family = ScaledScene(load_scene(SCENE), ratios, 32, FULL_PART if full else PART)
     found = []
     for name, values in (SWEEPS | FULL_SWEEPS if full else SWEEPS).items():
         runs = [(0, values[0])] if ENGINES[name].missing else itertools.product(range(len(ratios)), values)
@@ -179,7 +192,9 @@ def engines(full: bool) -> list[Task]:
     return found
 
 
-def engine_run(family: Family, name: str, size: int, value: float) -> Task:
+def engine_run(family: ScaledScene, name: str, size: int, value: float) -> RoundoffTask:
     """One engine at one size and setting."""
     title = f"{name}, {family.ratios[size]:.0e}, {value:g}"
-    return Task("engines", title, "barchain.studies.roundoff.engines:engine_rows", (name, size, value), family)
+    return RoundoffTask(
+        "engines", title, "barchain.studies.roundoff.parts.engines:engine_rows", (name, size, value), family
+    )

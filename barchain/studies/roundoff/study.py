@@ -1,95 +1,60 @@
-"""The round-off study: its tasks side by side on all cores, then timing alone."""
+"""The round-off study: digits of the reactions that each kind of coordinates leaves."""
 
 from __future__ import annotations
 
-import multiprocessing
-import time
-from concurrent.futures import as_completed
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from pebble import ProcessPool
-
-from barchain.run.threads import one_thread_each
-from barchain.studies.roundoff.times import time_rows
-from barchain.studies.roundoff.trajectories import solution_of
-from reports.tables.outcome import Outcome
+from barchain.record.environment import package_version
+from barchain.studies.roundoff.formulations.states import MEMBERS
+from barchain.studies.roundoff.objects import objects
+from barchain.studies.roundoff.plan import PARTS, SCENE, RoundoffPlan, make_plan
+from barchain.studies.roundoff.run import RoundoffRun
+from reference_impl.precision.arithmetic import ARITHMETICS, EXACT_DIGITS, long_doubles
+from reports.tables.roundoff import FILES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from concurrent.futures import Future
-
-    from barchain.studies.roundoff.plan import Plan, Task
-    from barchain.studies.roundoff.store import RoundoffStore
-    from barchain.studies.roundoff.trajectories import HighPrecisionSolution
-
-Rows = list[dict[str, Any]]
-TASK_LIMIT_S = 600.0
+    from barchain.studies.store import StudyStore
+    from barchain.studies.study import Reporter
+    from reports.tables.files import StudyFiles
 
 
-def call(function: str, arguments: tuple[Any, ...]) -> Rows:
-    """Run a task in this process."""
-    module, _, name = function.partition(":")
-    found: Rows = getattr(import_module(module), name)(*arguments)
-    return found
+@dataclass(frozen=True)
+class RoundoffOptions:
+    """Options of a round-off study."""
+
+    parts: tuple[str, ...] = PARTS
+    full: bool = False
+    """All sizes, arithmetics and numbers of bars, finer steps, longer runs: half an hour instead of minutes"""
+    workers: int | None = None
+    """Processes side by side; all cores by default"""
 
 
+@dataclass(frozen=True)
 class RoundoffStudy:
-    """One study."""
+    """The round-off study."""
 
-    def __init__(
-        self, plan: Plan, store: RoundoffStore, report: Callable[[str, str, str], None], workers: int | None
-    ) -> None:
-        """Prepare; `report` is told (table, task, outcome) after each task."""
-        self.plan, self.store, self.report = plan, store, report
-        self.workers = workers or multiprocessing.cpu_count()
+    files: ClassVar[StudyFiles] = FILES
 
-    def run(self) -> None:
-        """Run everything and write the tables; what was done stays when it is interrupted."""
-        start = time.perf_counter()
-        self.store.write_record()
-        try:
-            with one_thread_each():
-                self.run_tasks()
-            if self.plan.time_bars:
-                self.store.keep("times", time_rows(self.plan.time_bars))
-                self.report("times", "relative over absolute", str(Outcome.PASS))
-            self.store.record["finished"] = True
-        finally:
-            self.store.record["seconds"] = time.perf_counter() - start
-            self.store.finish()
+    def plan(self, options: RoundoffOptions) -> RoundoffPlan:
+        """Tasks of the parts."""
+        return make_plan(options.parts, full=options.full, workers=options.workers)
 
-    def run_tasks(self) -> None:
-        """All tasks in a pool of processes, the truths first."""
-        context = multiprocessing.get_context("spawn")
-        pool = ProcessPool(self.workers, context=context)
-        try:
-            certified_solutions = {
-                family: pool.schedule(solution_of, (family,)) for family in self.plan.certified_solutions
-            }
-            waiting = {self.schedule(pool, t): k for k, t in enumerate(self.plan.tasks) if t.solution is None}
-            for k, task in enumerate(self.plan.tasks):
-                if task.solution is not None:
-                    waiting[self.schedule(pool, task, certified_solutions[task.solution].result())] = k
-            for future in as_completed(waiting):
-                self.keep(waiting[future], future)
-        finally:
-            pool.stop()
-            pool.join()
+    def record(self, plan: RoundoffPlan) -> dict[str, Any]:
+        """Parts, arithmetics, and the objects named on the axes; failed tasks are added as they come."""
+        return {
+            "packages": {"gmpy2": package_version("gmpy2")},
+            "full": plan.full,
+            "parts": list(plan.parts),
+            "scene": SCENE,
+            "members": MEMBERS,
+            "exact_digits": EXACT_DIGITS,
+            "unit_roundoff": {name: a.unit_roundoff for name, a in ARITHMETICS.items()},
+            "long_doubles": long_doubles(),
+            "objects": objects(),
+            "failed": [],
+        }
 
-    def schedule(self, pool: ProcessPool, task: Task, *solution: HighPrecisionSolution) -> Future[Rows]:
-        """Queue a task; one that hangs is ended, and costs its own rows."""
-        found: Future[Rows] = pool.schedule(call, (task.function, (*solution, *task.arguments)), timeout=TASK_LIMIT_S)
-        return found
-
-    def keep(self, place: int, future: Future[Rows]) -> None:
-        """Take a task's rows; one that fails costs its own rows, and is noted."""
-        task = self.plan.tasks[place]
-        try:
-            self.store.keep(task.table, future.result(), place)
-        except Exception as error:
-            said = f"{type(error).__name__}: {error}".splitlines()[0]
-            self.store.record["failed"].append({"table": task.table, "task": task.title, "reason": said})
-            self.report(task.table, f"{task.title}: {said}", str(Outcome.FAILED))
-            return
-        self.report(task.table, task.title, str(Outcome.PASS))
+    def run(self, plan: RoundoffPlan, store: StudyStore, reporter: Reporter) -> None:
+        """Run the tasks in a pool of processes, then time evaluations alone."""
+        RoundoffRun(plan, store, reporter).run()

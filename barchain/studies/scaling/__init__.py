@@ -1,1 +1,1 @@
-"""Scaling study: what an evaluation, an orbit and the model itself cost as the chain gets more bars."""
+"""Scaling study: cost of an evaluation, of an orbit and of the model against the number of bars."""

@@ -1,4 +1,4 @@
-"""Exponents of each cost against N, and what is asked of the compiled reference."""
+"""Exponents of each cost against N, and the targets of the compiled reference."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def fits_table(points: pd.DataFrame) -> pd.DataFrame:
 
 
 def targets(points: pd.DataFrame, fits: pd.DataFrame) -> list[dict[str, Any]]:
-    """What the compiled reference's evaluation is to keep to, and what was measured; empty if it was not."""
+    """Targets of the compiled reference's evaluation and the measured values; empty if it was not measured."""
     own = points[points.engine == FAST].set_index("bars").evaluation_s
     found = [target("one evaluation of 5 bars", own.get(5, math.nan), MOST_SHORT_S, "s")]
     found += [target(f"one evaluation of {n} bars, a bar", own.get(n, math.nan) / n, MOST_PER_BAR_S, "s") for n in LONG]

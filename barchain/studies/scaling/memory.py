@@ -1,4 +1,4 @@
-"""Peak resident memory of this process beyond what it had at a moment.
+"""Peak resident memory of this process beyond its memory at a moment.
 
 Linux's `ru_maxrss` can't be used: it is handed on through fork and exec, so a process that a large one started begins
 at that one's size. There the kernel's own high-water mark of the memory map is read, set back at the moment.
@@ -27,7 +27,7 @@ class Peak:
         self.base_B = mark()
 
     def beyond(self) -> float:
-        """Bytes that the peak since the beginning lies above it; NaN on systems that do not tell."""
+        """Bytes by which the peak exceeds the mark; NaN where the system does not report it."""
         return max(0.0, mark() - self.base_B) if math.isfinite(self.base_B) else math.nan
 
 
@@ -45,7 +45,7 @@ def mark() -> float:
 
 
 def installed() -> float:
-    """Memory of this machine, bytes; infinite where the system does not tell."""
+    """Memory of this machine, bytes; infinite where the system does not report it."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     except (AttributeError, ValueError, OSError):

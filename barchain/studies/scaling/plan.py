@@ -1,4 +1,4 @@
-"""What a scaling study runs: one chain cut into more and more bars, as far as the time limit lets each engine."""
+"""Plan of a scaling study: one chain cut into more and more bars, up to each engine's time limit."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ FEW_EXPONENT, MOST_EXPONENT = 2.0, 3.0  # beyond which growth is not believed, o
 
 
 @dataclass(frozen=True)
-class Plan:
-    """What is to be measured, and how long it may take."""
+class ScalingPlan:
+    """Measurements, and their limits of time."""
 
     scene: Scene
     engines: dict[str, Registration]

@@ -25,8 +25,8 @@ COUNTERS = ("evaluations", "steps")
 
 
 @dataclass(frozen=True)
-class Task:
-    """What a process is to measure."""
+class ScalingTask:
+    """Measurement of one point in a process."""
 
     job: Job
     """The chain, over the share of its orbit that is run"""
@@ -45,13 +45,13 @@ class Task:
 
 @dataclass(frozen=True)
 class Measured(RunResult):
-    """What came back, without the trajectory."""
+    """Result of a point, without the trajectory."""
 
     columns: dict[str, float | str] = field(default_factory=dict)
     """Of points.csv"""
 
 
-def measure_point(task: Task, log: Path) -> Measured:
+def measure_point(task: ScalingTask, log: Path) -> Measured:
     """Warm up, take the memory of one whole run, then times."""
     warm = run_job(task.warm, log)
     if warm.outcome is not Outcome.PASS:
@@ -69,8 +69,8 @@ def measure_point(task: Task, log: Path) -> Measured:
     return Measured(Outcome.PASS, columns=columns)
 
 
-def run_columns(task: Task, first: RunResult, log: Path) -> dict[str, float | str]:
-    """What simulating cost, an orbit and an evaluation or step of it."""
+def run_columns(task: ScalingTask, first: RunResult, log: Path) -> dict[str, float | str]:
+    """Time of a simulation, of an orbit, and of an evaluation or step."""
     seconds = np.array(simulated(task, first, log))
     columns: dict[str, float | str] = {"share": task.share, "turns": len(seconds)}
     columns |= {"build_s": first.seconds["build"], "simulate_s": float(np.median(seconds))}
@@ -89,7 +89,7 @@ def counted(trajectory: Trajectory | None) -> dict[str, float]:
     return {name: float(info[name]) for name in COUNTERS if float(info.get(name, 0.0)) > 0.0}
 
 
-def simulated(task: Task, first: RunResult, log: Path) -> list[float]:
+def simulated(task: ScalingTask, first: RunResult, log: Path) -> list[float]:
     """Times of `simulate`: of a long run the first and a few more if the limit leaves room, else of whole turns."""
     one = first.seconds["simulate"]
     if one >= LONG_S:

@@ -1,170 +1,77 @@
-"""The scaling study: all engines at few bars, then at more, each until its time limit.
-
-All engines go to :data:`COMMON_BARS` before any goes on, so that each has points enough for an exponent. Within that,
-and beyond, what is cheap comes first: engines take turns as long as a point costs little more than its process, and
-those that get expensive wait, so that a budget that runs out has been spent on as many points as it could.
-"""
+"""The scaling study: time of an evaluation and of an orbit, and memory, against the number of bars."""
 
 from __future__ import annotations
 
-import math
-import multiprocessing
-import tempfile
-import time
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from pebble import ProcessPool
-
-from adapters.trajectory import Observable
-from barchain.run.pool import collect
-from barchain.run.threads import one_thread_each
-from barchain.studies.scaling.memory import installed
-from barchain.studies.scaling.plan import BUILDS, MEMORY_SHARE, SHARES, affordable, predicted
-from barchain.studies.scaling.point import LONG_TURNS, Measured, Task, measure_point
-from barchain.timing.bench import STARTUP_S, pin, quietest_core
-from barchain.timing.divided_chain import divided
-from barchain.timing.evaluation import DIRECT
-from barchain.timing.left_out import NOT_RUN, LeftOut, cannot
-from reports.tables.outcome import Outcome
+from adapters.registry import engines
+from barchain.record.facts import engine_facts, external_versions, scene_words
+from barchain.run.selection import chosen_engines
+from barchain.studies.scaling.limits import BARS, MINUTES, REPEATS, TIME_LIMIT_S
+from barchain.studies.scaling.plan import ScalingPlan
+from barchain.studies.scaling.run import ScalingResult, ScalingRun
+from barchain.studies.study import limits_of
+from barchain.timing.divided_chain import SCENE
+from reports.tables.scaling import FILES
+from scenarios import load_scene
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Iterable
 
-    from barchain.run.job import RunResult
-    from barchain.studies.scaling.plan import Plan
-    from barchain.studies.scaling.store import ScalingStore
-
-WARM_BARS = 3  # not a number that is measured: an adapter may keep what it compiled for one
-FAILURES = 2  # in succession, after which more bars are not tried
-NEVER = (
-    Outcome.UNSUPPORTED,
-    Outcome.MISSING,
-    Outcome.TIMED_OUT,
-    Outcome.NOTHING_COMPARED,
-)  # what more bars don't change
-COMMON_BARS = 100
-PROCESS_S = 4.0  # that a point takes whatever it runs: a process, imports, warming up, evaluations
+    from barchain.studies.store import StudyStore
+    from barchain.studies.study import Reporter
+    from reports.tables.files import StudyFiles
 
 
+@dataclass(frozen=True)
+class ScalingOptions:
+    """Options of a scaling study."""
+
+    engines: Iterable[str] | None = None
+    """All registered engines by default, also those that only studies run"""
+    bars: Iterable[int] = BARS
+    """Numbers of bars, at least 2; each engine goes as far as the limits allow"""
+    repeats: int = REPEATS
+    """Times that each point is measured"""
+    minutes: float = MINUTES
+    """Budget, after which no point is begun"""
+    time_limit_s: float = TIME_LIMIT_S
+    """Of one simulation: orbits that are expected to take longer are run in part, or not at all"""
+
+
+@dataclass(frozen=True)
 class ScalingStudy:
-    """One study of many engines on one chain."""
+    """The scaling study."""
 
-    def __init__(self, plan: Plan, store: ScalingStore, report: Callable[[str, str, str], None]) -> None:
-        """Prepare; `report` is told (scene, engine and bars, outcome) after each point."""
-        self.plan, self.store, self.report = plan, store, report
-        self.done: dict[str, int] = {}
-        self.failed: dict[str, int] = {}
-        self.deadline = math.inf
-        for row in store.rows:
-            self.count(row["engine"], Outcome(row["outcome"]))
+    files: ClassVar[StudyFiles] = FILES
 
-    def run(self) -> None:
-        """Measure everything and write the tables; what was done stays when it is interrupted."""
-        start = time.perf_counter()
-        self.deadline = start + 60.0 * self.plan.minutes
-        self.store.write_record()
-        try:
-            while ahead := {e: n for e in self.plan.engines if (n := self.next_bars(e))}:
-                self.point(*min(ahead.items(), key=lambda pair: self.price(*pair)))
-            self.store.record["finished"] = True
-        finally:
-            self.store.record["seconds"] = time.perf_counter() - start
-            self.store.finish()
+    def plan(self, options: ScalingOptions) -> ScalingPlan:
+        """Engines, numbers of bars and limits.
 
-    @property
-    def idle(self) -> dict[str, str]:
-        """Engines that could not be run at all, and why."""
-        out = (str(Outcome.MISSING), str(Outcome.UNSUPPORTED))
-        ran = {row["engine"] for row in self.store.rows if row["outcome"] not in out}
-        return {row["engine"]: row["reason"] for row in self.store.rows if row["engine"] not in ran}
+        Raises
+        ------
+        UnknownEngineError
+            For an engine that does not exist.
+        ValueError
+            For a number of bars below 2.
+        """
+        wanted = tuple(sorted(set(options.bars)))
+        if not wanted or wanted[0] < 2:
+            raise ValueError(f"bars {', '.join(map(str, wanted))}: allowed: 2 or more")
+        chosen = engines() if options.engines is None else chosen_engines(options.engines)
+        return ScalingPlan(load_scene(SCENE), chosen, wanted, options.repeats, options.minutes, options.time_limit_s)
 
-    def next_bars(self, engine: str) -> int:
-        """Bars of an engine's next point; 0 if there is none."""
-        done = self.done.get(engine, 0)
-        return 0 if done >= len(self.plan.bars) else self.plan.bars[done]
+    def record(self, plan: ScalingPlan) -> dict[str, Any]:
+        """Engines, chain, limits, and the targets, which follow at the end."""
+        return {
+            "packages": external_versions(plan.engines),
+            "engines": {name: engine_facts(r) for name, r in plan.engines.items()},
+            "scene": scene_words(plan.scene) | {"name": plan.scene.name, "size_m": plan.scene.size_m},
+            "targets": [],
+            "limits": limits_of(plan),
+        }
 
-    def price(self, engine: str, bars: int) -> tuple[bool, float, int]:
-        """What to go by in choosing the next point: whether it can wait, its expected time, s, then its bars."""
-        build_s, orbit_s = (predicted(*self.store.of(engine, name), bars) for name in ("build_s", "orbit_s"))
-        run_s = affordable(orbit_s, self.plan.time_limit_s) * orbit_s
-        return bars > COMMON_BARS, max(PROCESS_S, build_s + run_s), bars
-
-    def point(self, engine: str, bars: int) -> None:
-        """One engine at one number of bars; those that it can't get to are reported with it."""
-        columns = self.columns(engine, bars)
-        self.store.keep(engine, bars, columns)
-        outcome = Outcome(columns["outcome"])
-        self.report(self.plan.scene.name, f"{engine}, {bars} bars", str(outcome))
-        for more in self.count(engine, outcome):
-            self.report(self.plan.scene.name, f"{engine}, {more} bars", str(Outcome.NOTHING_COMPARED))
-
-    def count(self, engine: str, outcome: Outcome) -> tuple[int, ...]:
-        """Note that an engine's next point is done; bars that it is not tried at after that."""
-        self.done[engine] = self.done.get(engine, 0) + 1
-        if not self.hopeless(engine, outcome):
-            return ()
-        left = self.plan.bars[self.done[engine] :]
-        self.done[engine] = len(self.plan.bars)
-        return left
-
-    def columns(self, engine: str, bars: int) -> dict[str, Any]:
-        """Columns of a point, whether it can be run or not."""
-        out = cannot(divided(self.plan.scene, bars), engine, self.plan.engines[engine]) or self.tracks_one(engine)
-        if out is not None:
-            return {"outcome": str(out.outcome), "reason": out.reason}
-        share, reason = self.share(engine, bars)
-        if not share and (engine not in DIRECT or time.perf_counter() > self.deadline):
-            return {"outcome": str(Outcome.NOTHING_COMPARED), "reason": f"{NOT_RUN}: {reason}"}
-        found = self.measured(engine, bars, share)
-        columns = found.columns if isinstance(found, Measured) else {}
-        said = f"orbit {NOT_RUN}: {reason}" if found.outcome is Outcome.PASS and reason else found.reason
-        return {"outcome": str(found.outcome), "reason": said} | columns
-
-    def tracks_one(self, engine: str) -> LeftOut | None:
-        """Why an engine whose cost can't know of the bars is not measured."""
-        if Observable.ATTITUDE in self.plan.engines[engine].load().observables:
-            return None
-        reason = "it follows the centre of mass alone, whatever the number of bars"
-        return LeftOut(self.plan.scene.name, engine, Outcome.UNSUPPORTED, reason)
-
-    def share(self, engine: str, bars: int) -> tuple[float, str]:
-        """Share of an orbit to be run; 0 with the reason if none."""
-        if time.perf_counter() > self.deadline:
-            return 0.0, f"the study's {self.plan.minutes:g} minutes were over"
-        build_s = predicted(*self.store.of(engine, "build_s"), bars)
-        if build_s > BUILDS * self.plan.time_limit_s:
-            return 0.0, f"building its model would take about {rounded(build_s)}"
-        memory_B = predicted(*self.store.of(engine, "memory_B"), bars)
-        if memory_B > MEMORY_SHARE * installed():
-            return 0.0, f"its model would take about {memory_B / 1e9:.2g} GB of memory"
-        orbit_s = predicted(*self.store.of(engine, "orbit_s"), bars)
-        share = affordable(orbit_s, self.plan.time_limit_s)
-        if share:
-            return share, ""
-        return 0.0, f"would take about {rounded(orbit_s)}, the smallest share {rounded(SHARES[-1] * orbit_s)}"
-
-    def measured(self, engine: str, bars: int, share: float) -> RunResult:
-        """Result of a point from a process of its own."""
-        job, warm = self.plan.job(engine, bars, share or SHARES[-1]), self.plan.job(engine, WARM_BARS, SHARES[-1])
-        task = Task(job, warm, share, self.plan.repeats, self.plan.time_limit_s)
-        allowed = STARTUP_S + (LONG_TURNS + BUILDS) * self.plan.time_limit_s
-        context = multiprocessing.get_context("spawn")
-        with tempfile.TemporaryDirectory() as folder, one_thread_each():
-            log = Path(folder) / "log"
-            pool = ProcessPool(1, max_tasks=1, initializer=pin, initargs=(quietest_core(),), context=context)
-            try:
-                return collect(pool.schedule(measure_point, (task, log), timeout=allowed), log, allowed)
-            finally:
-                pool.stop()
-                pool.join()
-
-    def hopeless(self, engine: str, outcome: Outcome) -> bool:
-        """Whether more bars are not worth a try."""
-        self.failed[engine] = 0 if outcome is Outcome.PASS else self.failed.get(engine, 0) + 1
-        return outcome in NEVER or self.failed[engine] >= FAILURES
-
-
-def rounded(seconds: float) -> str:
-    """Expected time to two digits, in words."""
-    return f"{seconds:.2g} s"
+    def run(self, plan: ScalingPlan, store: StudyStore, reporter: Reporter) -> ScalingResult:
+        """Measure points in the order of their expected time."""
+        return ScalingRun(plan, store, reporter).run()

@@ -1,1 +1,1 @@
-"""Whether the harness catches wrong physics: faults put in on purpose, and which check kills each."""
+"""Self-test of the harness: faults put in on purpose, and the checks that detect them."""

@@ -1,4 +1,4 @@
-"""What each check says of a spoilt engine, and what becomes of the fault."""
+"""Results of each check on a faulty engine, and the outcome of the fault."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.studies.selftest.faults.fault import Group
+from barchain.studies.selftest.faults.fault import FaultGroup
 from barchain.studies.selftest.invisible import moved_beyond_rounding
 from reports.tables.outcome import Outcome
 from reports.tables.selftest import FaultOutcome
@@ -15,7 +15,7 @@ from reports.tables.selftest import FaultOutcome
 if TYPE_CHECKING:
     from barchain.judge.comparison import Row, Verdict
     from barchain.studies.selftest.faults.fault import Fault
-    from barchain.studies.selftest.trial import Ground, Result, Trial
+    from barchain.studies.selftest.trial import FaultTrial, SelftestCase, TrialResult
 
 CHECKS = {
     "normalised_error": "normalised_error",
@@ -40,19 +40,19 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Cell:
-    """What became of one fault in one scene."""
+class FaultCell:
+    """Outcome of one fault in one scene."""
 
     fault: Fault
     scene: str
     fate: FaultOutcome
     reason: str
-    """Why it survives, is invisible or has nothing to spoil"""
+    """Reason why it survives, is invisible or changes nothing"""
     readings: tuple[Reading, ...] = ()
 
     @property
     def worst(self) -> Reading | None:
-        """Check that refuses it most, or comes nearest to it."""
+        """Check with the largest ratio, of those that detect the fault if there are any."""
         return max(self.readings, key=lambda r: (r.killed, r.quantity == "run", r.ratio), default=None)
 
     def rows(self) -> list[dict[str, Any]]:
@@ -64,13 +64,13 @@ class Cell:
 
 
 def readings(verdict: Verdict) -> tuple[Reading, ...]:
-    """All that the production checks say."""
+    """Results of all production checks."""
     found = (reading(row) for row in verdict.rows)
     return tuple(r for r in found if r is not None)
 
 
 def reading(row: Row) -> Reading | None:
-    """What one row says; None of those that do not judge."""
+    """Result of one row; None of rows that do not judge."""
     outcome = Outcome(row["outcome"])
     killed = not outcome.ok
     if row["metric"] == "outcome":
@@ -82,34 +82,34 @@ def reading(row: Row) -> Reading | None:
     return Reading(row["quantity"], CHECKS[row["metric"]], ratio, killed, row["reason"])
 
 
-def nothing(ground: Ground, fault: Fault, foreign: str = "") -> Cell | None:
-    """Cell of a fault that has nothing to spoil in a scene, or is `foreign` to the host; None if it has."""
-    reason = foreign or fault.nothing(ground.solution)
-    return Cell(fault, ground.scene.name, FaultOutcome.NOTHING, reason) if reason else None
+def nothing(case: SelftestCase, fault: Fault, foreign: str = "") -> FaultCell | None:
+    """Cell of a fault that changes nothing in a scene, or is `foreign` to the host; None if it can be put in."""
+    reason = foreign or fault.nothing(case.solution)
+    return FaultCell(fault, case.scene.name, FaultOutcome.NOTHING, reason) if reason else None
 
 
-def cell(result: Result) -> Cell:
-    """What became of a trial."""
+def cell(result: TrialResult) -> FaultCell:
+    """Result of a trial."""
     found = readings(result.verdict)
     fate, reason = fate_of(result, found)
-    return Cell(result.trial.fault, result.trial.ground.scene.name, fate, reason, found)
+    return FaultCell(result.trial.fault, result.trial.case.scene.name, fate, reason, found)
 
 
-def fate_of(result: Result, found: tuple[Reading, ...]) -> tuple[FaultOutcome, str]:
-    """Fate of a trial, and why where nothing kills it."""
+def fate_of(result: TrialResult, found: tuple[Reading, ...]) -> tuple[FaultOutcome, str]:
+    """Outcome of a trial, with the reason where no check detects the fault."""
     trial, outcome = result.trial, result.verdict.outcome
     killed = any(r.killed for r in found)
     if outcome is Outcome.FAILED and not trial.fault.refuses:
         return FaultOutcome.BROKEN, next(r.reason for r in found)
-    if trial.fault.group is Group.CONTROL:
+    if trial.fault.group is FaultGroup.CONTROL:
         return (FaultOutcome.FALSE_ALARM if killed else FaultOutcome.CLEAN), ""
     if killed:
         return FaultOutcome.KILLED, ""
     return unseen(trial, found)
 
 
-def unseen(trial: Trial, found: tuple[Reading, ...]) -> tuple[FaultOutcome, str]:
-    """Whether a fault that nothing kills changes anything."""
+def unseen(trial: FaultTrial, found: tuple[Reading, ...]) -> tuple[FaultOutcome, str]:
+    """Outcome of a fault that no check detects: whether it changes anything."""
     near = max(found, key=lambda r: r.ratio)
     said = f"uses at most {near.ratio:.2g} of what is allowed ({near.quantity.replace('_', ' ')}, {near.check})"
     if not trial.fault.invisible:

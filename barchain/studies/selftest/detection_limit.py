@@ -1,4 +1,4 @@
-"""The smallest size of each continuous fault that is still caught, by bisection over powers of two."""
+"""The smallest detected size of each continuous fault, by bisection over powers of two."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from barchain.studies.selftest.check_results import cell
-from barchain.studies.selftest.trial import Trial, run_trials
+from barchain.studies.selftest.trial import FaultTrial, run_trials
 from reports.tables.selftest import FaultOutcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from barchain.studies.selftest.check_results import Cell, Reading
+    from barchain.studies.selftest.check_results import FaultCell, Reading
     from barchain.studies.selftest.faults.fault import Fault, Size
-    from barchain.studies.selftest.trial import Ground
+    from barchain.studies.selftest.trial import SelftestCase
 
 OCTAVES = 44  # below the natural size: 6e-14 of it, with the natural 1 % less than a rounding of what is spoilt
 
 
 @dataclass(frozen=True)
 class Bracket:
-    """What is known of one fault in one scene; sizes are powers of two of the natural one, counted from no fault."""
+    """Bracket of one fault's detection limit in one scene; sizes are powers of two of the natural one."""
 
-    ground: Ground
+    case: SelftestCase
     fault: Fault
     caught: int | None = None
     """Smallest known to be caught"""
@@ -60,14 +60,14 @@ class Bracket:
         return self.size.none + (self.size.natural - self.size.none) * 2.0**power
 
     def told(self, power: int, by: Reading | None) -> Bracket:
-        """Bracket that knows whether a power is caught."""
+        """Bracket narrowed by the outcome at a power."""
         return replace(self, missed=power) if by is None else replace(self, caught=power, by=by)
 
     def row(self) -> dict[str, Any]:
         """Row of the table."""
         return {
             "fault": self.fault.name,
-            "scene": self.ground.scene.name,
+            "scene": self.case.scene.name,
             "caught": None if self.caught is None else self.at(self.caught),
             "missed": None if self.missed is None else self.at(self.missed),
             "quantity": self.by.quantity if self.by else "",
@@ -75,12 +75,13 @@ class Bracket:
         }
 
 
-def brackets(cells: Iterable[Cell], found: list[Ground]) -> list[Bracket]:
-    """Pairs of a continuous fault and a scene in which it was put in, with what its natural size came to."""
-    grounds = {g.scene.name: g for g in found}
+def brackets(cells: Iterable[FaultCell], found: list[SelftestCase]) -> list[Bracket]:
+    """Pairs of a continuous fault and a scene in which it was put in, with the outcome at its natural size."""
+    selftest_cases = {g.scene.name: g for g in found}
     tried = [c for c in cells if c.fault.size and c.readings]
     return [
-        Bracket(grounds[c.scene], c.fault).told(0, c.worst if c.fate is FaultOutcome.KILLED else None) for c in tried
+        Bracket(selftest_cases[c.scene], c.fault).told(0, c.worst if c.fate is FaultOutcome.KILLED else None)
+        for c in tried
     ]
 
 
@@ -93,12 +94,12 @@ def settled(
     pairs: list[Bracket], *, workers: int | None = None, done: Callable[[int], None] = lambda _: None
 ) -> list[Bracket]:
     """Brackets narrowed to a factor of two, in rounds of one trial each."""
-    open_pairs = {(p.fault.name, p.ground.scene.name): p for p in pairs}
+    open_pairs = {(p.fault.name, p.case.scene.name): p for p in pairs}
     while True:
         asked = {name: k for name, p in open_pairs.items() if (k := p.next) is not None}
         if not asked:
             return list(open_pairs.values())
-        trials = [Trial(p.ground, p.fault, p.at(asked[n])) for n, p in open_pairs.items() if n in asked]
+        trials = [FaultTrial(p.case, p.fault, p.at(asked[n])) for n, p in open_pairs.items() if n in asked]
         for result in run_trials(trials, workers=workers):
             one = cell(result)
             name = one.fault.name, one.scene

@@ -1,4 +1,4 @@
-"""Whether a fault that no check sees changes anything at all: its equations against its control's, state by state.
+"""Whether an undetected fault changes anything: its equations against its control's, state by state.
 
 All that a run shows follows from the accelerations, reactions and torques of the states it goes through. Trajectories
 themselves tell less: the first steps are chosen by an error estimate that is nothing but rounding, and two runs whose
@@ -20,20 +20,20 @@ from reference_impl.model.kinematics import joined_state
 if TYPE_CHECKING:
     from adapters.trajectory import Array
     from barchain.studies.selftest.faults.fault import Fault
-    from barchain.studies.selftest.trial import Ground, Trial
+    from barchain.studies.selftest.trial import FaultTrial, SelftestCase
 
 GIVEN = ("com_m_s2", "angle_rad_s2", "reaction_N", "torque_N_m")
 
 
-def moved_beyond_rounding(trial: Trial) -> float:
-    """Largest change that a fault makes in what the equations give, over their rounding.
+def moved_beyond_rounding(trial: FaultTrial) -> float:
+    """Largest change of the equations' results by a fault, over their round-off.
 
     The control's own rounding is what it differs by from the relative formulation, beside a few units in the last
     place of the largest value: sums such as phi'' + omega'' round the parts, which are larger than the sum.
     """
-    ground, fault = trial.ground, trial.fault
-    spoilt, control = evaluated(ground, fault, trial.size), evaluated(ground, CONTROLS[fault.like], 0.0)
-    sound = evaluated(ground, CONTROLS[SOUND], 0.0)
+    case, fault = trial.case, trial.fault
+    spoilt, control = evaluated(case, fault, trial.size), evaluated(case, CONTROLS[fault.like], 0.0)
+    sound = evaluated(case, CONTROLS[SOUND], 0.0)
     shares = [0.0]
     for name, right in control.items():
         allowed = ROUNDINGS * MACHINE_EPSILON * largest(right) + largest(right - sound[name])
@@ -42,9 +42,9 @@ def moved_beyond_rounding(trial: Trial) -> float:
     return max(shares)
 
 
-def evaluated(ground: Ground, fault: Fault, size: float) -> dict[str, Array]:
-    """What the equations give, with a fault in the code, at the truth's samples."""
-    model, seen = chain_model(ground.scene), ground.solution.trajectory
+def evaluated(case: SelftestCase, fault: Fault, size: float) -> dict[str, Array]:
+    """Results of the equations with a fault in the code, at the reference solution's samples."""
+    model, seen = chain_model(case.scene), case.solution.trajectory
     assert seen.angle_rad is not None
     assert seen.rate_rad_s is not None
     moving = zip(seen.t_s, seen.com_m, seen.com_velocity_m_s, seen.angle_rad, seen.rate_rad_s, strict=True)

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from barchain.run.job import Role
-from barchain.studies.selftest.check_results import Cell, cell, nothing
+from barchain.studies.selftest.check_results import FaultCell, cell, nothing
 from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, SOUND
-from barchain.studies.selftest.trial import SelftestError, Trial, run_trials
+from barchain.studies.selftest.trial import FaultTrial, SelftestError, run_trials
 from reports.tables.selftest import FaultOutcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
     from barchain.studies.selftest.faults.fault import Fault
-    from barchain.studies.selftest.trial import Ground, Result
+    from barchain.studies.selftest.trial import SelftestCase, TrialResult
 
     Done = Callable[[int], None]
 
@@ -24,7 +24,7 @@ HOST = "reference"
 
 
 def quiet(done: int) -> None:
-    """Tell nobody."""
+    """Report nothing."""
     del done
 
 
@@ -32,31 +32,31 @@ def quiet(done: int) -> None:
 class Matrix:
     """All cells."""
 
-    cells: tuple[Cell, ...]
+    cells: tuple[FaultCell, ...]
 
-    def of(self, fault: str) -> tuple[Cell, ...]:
+    def of(self, fault: str) -> tuple[FaultCell, ...]:
         """Cells of one fault."""
         return tuple(c for c in self.cells if c.fault.name == fault)
 
     @property
     def unkilled(self) -> tuple[Fault, ...]:
-        """Faults put in somewhere, killed nowhere, and not proven invisible."""
+        """Faults put in somewhere, detected nowhere, and not proven invisible."""
         faults = {c.fault.name: c.fault for c in self.cells if c.fault.name in FAULTS}
         return tuple(f for name, f in faults.items() if survives({c.fate for c in self.of(name)}))
 
     @property
-    def wrong(self) -> tuple[Cell, ...]:
+    def wrong(self) -> tuple[FaultCell, ...]:
         """False alarms, and faults that are not put in as they are meant."""
         return tuple(c for c in self.cells if c.fate in (FaultOutcome.FALSE_ALARM, FaultOutcome.BROKEN))
 
     @property
     def passed(self) -> bool:
-        """Whether the harness catches all that can be caught, and nothing else."""
+        """Whether every detectable fault is detected, and no unmodified engine is rejected."""
         return not self.unkilled and not self.wrong
 
 
 def survives(fates: set[FaultOutcome]) -> bool:
-    """Whether a fault with these fates was put in and never killed, nor proven invisible."""
+    """Whether a fault with these outcomes was put in and never detected, nor proven invisible."""
     return FaultOutcome.SURVIVES in fates and FaultOutcome.KILLED not in fates
 
 
@@ -66,26 +66,26 @@ def applies(fault: Fault, host: str) -> str:
 
 
 def sown(
-    faults: Iterable[Fault], found: list[Ground], host: str, *, workers: int | None = None, done: Done = quiet
-) -> Iterator[tuple[Cell, Result | None]]:
+    faults: Iterable[Fault], found: list[SelftestCase], host: str, *, workers: int | None = None, done: Done = quiet
+) -> Iterator[tuple[FaultCell, TrialResult | None]]:
     """Put faults into scenes: a cell for each pair, with its result where something was run."""
     trials = []
     for fault in faults:
-        for ground in found:
-            left_out = nothing(ground, fault, applies(fault, host))
+        for case in found:
+            left_out = nothing(case, fault, applies(fault, host))
             if left_out:
                 yield left_out, None
                 done(1)
             else:
-                trials.append(Trial(ground, fault, fault.natural))
+                trials.append(FaultTrial(case, fault, fault.natural))
     for result in run_trials(trials, workers=workers):
         yield cell(result), result
         done(1)
 
 
 def with_controls(
-    found: list[Ground], host: str, *, workers: int | None = None, done: Done = quiet
-) -> tuple[list[Ground], list[Cell]]:
+    found: list[SelftestCase], host: str, *, workers: int | None = None, done: Done = quiet
+) -> tuple[list[SelftestCase], list[FaultCell]]:
     """Grounds with the controls' runs, and the controls' cells."""
     kept, cells = {g.scene.name: g for g in found}, []
     for one, result in sown(CONTROLS.values(), found, host, workers=workers, done=done):
@@ -96,8 +96,8 @@ def with_controls(
     return list(kept.values()), cells
 
 
-def with_control(ground: Ground, result: Result) -> Ground:
-    """Ground that keeps what a control gave.
+def with_control(case: SelftestCase, result: TrialResult) -> SelftestCase:
+    """Case that keeps the results of a control.
 
     Raises
     ------
@@ -106,18 +106,23 @@ def with_control(ground: Ground, result: Result) -> Ground:
     """
     main, finer = result.main.trajectory, result.finer.trajectory
     if main is None or finer is None:
-        raise SelftestError(f"{result.trial.fault.name} can't be run on {ground.scene.name}: {result.main.reason}")
-    controls = ground.controls | {result.trial.fault.name: main}
+        raise SelftestError(f"{result.trial.fault.name} can't be run on {case.scene.name}: {result.main.reason}")
+    controls = case.controls | {result.trial.fault.name: main}
     if result.trial.fault.name != SOUND:
-        return dataclasses.replace(ground, controls=controls)
-    sound = {ground.settings[Role.MAIN]: main, ground.settings[Role.FINER]: finer}
-    return dataclasses.replace(ground, controls=controls, sound=sound)
+        return dataclasses.replace(case, controls=controls)
+    sound = {case.settings[Role.MAIN]: main, case.settings[Role.FINER]: finer}
+    return dataclasses.replace(case, controls=controls, sound=sound)
 
 
 def matrix(
-    faults: Iterable[Fault], found: list[Ground], host: str = HOST, *, workers: int | None = None, done: Done = quiet
-) -> tuple[Matrix, list[Ground]]:
-    """Controls and faults in all scenes, in the order of the catalogue; and the grounds with the controls' runs."""
+    faults: Iterable[Fault],
+    found: list[SelftestCase],
+    host: str = HOST,
+    *,
+    workers: int | None = None,
+    done: Done = quiet,
+) -> tuple[Matrix, list[SelftestCase]]:
+    """Controls and faults in all scenes, in the order of the catalogue; and the cases with the controls' runs."""
     ready, cells = with_controls(found, host, workers=workers, done=done)
     cells += [one for one, _ in sown(faults, ready, host, workers=workers, done=done)]
     place = {name: k for k, name in enumerate([*CONTROLS, *FAULTS])}

@@ -1,99 +1,122 @@
-"""A self-test from start to tables: what the command line and notebooks call."""
+"""The self-test: known faults put into an engine, and the checks that detect them."""
 
 from __future__ import annotations
 
-import time
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from barchain.record.environment import provenance
+from adapters.registry import find_engine
 from barchain.run.job import SOLUTION_ROLES, Role
 from barchain.studies.selftest.detection_limit import brackets, most_trials, settled
-from barchain.studies.selftest.faults.catalogue import CONTROLS
+from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, find
 from barchain.studies.selftest.matrix import HOST, Matrix, matrix
-from barchain.studies.selftest.store import SelftestStore
-from barchain.studies.selftest.trial import grounds
-from reports.tables.selftest import FOLDER
+from barchain.studies.selftest.scenes import STAGES, find_scene
+from barchain.studies.selftest.trial import selftest_cases
+from reports.tables.selftest import FILES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from contextlib import AbstractContextManager
-    from pathlib import Path
+    from collections.abc import Iterable
 
     from barchain.studies.selftest.faults.fault import Fault
-    from barchain.studies.selftest.trial import Ground
+    from barchain.studies.selftest.trial import SelftestCase
+    from barchain.studies.store import StudyStore
+    from barchain.studies.study import Reporter
+    from reports.tables.files import StudyFiles
     from scenarios import Scene
-
-    Counter = Callable[[str, int], AbstractContextManager[Callable[[int], None]]]
 
 
 @dataclass(frozen=True)
-class Plan:
-    """What is to be tried."""
+class SelftestOptions:
+    """Options of a self-test."""
+
+    scenes: Iterable[str] = ()
+    """Names or files; eight short scenes by default"""
+    faults: Iterable[str] = ()
+    """Names; all by default"""
+    host: str = HOST
+    """Engine that the faults are put into; faults in the code itself need the reference"""
+    smallest: bool = False
+    """Whether the smallest detected size of each continuous fault is looked for"""
+    workers: int | None = None
+    """Processes side by side; all cores by default"""
+
+
+@dataclass(frozen=True)
+class SelftestPlan:
+    """Scenes, faults and their host."""
 
     scenes: tuple[Scene, ...]
     faults: tuple[Fault, ...]
     host: str = HOST
     smallest: bool = False
-    """Whether the smallest sizes are looked for"""
     workers: int | None = None
+    left_out: dict[str, str] = field(default_factory=dict)
+    """Scenes that the host does not support, with the reason"""
 
 
-def selftest(plan: Plan, out: Path, *, command: str, counted: Counter) -> Matrix:
-    """Try every fault in every scene, and write the tables into ``out/selftest``.
+@dataclass(frozen=True)
+class SelftestStudy:
+    """The self-test."""
 
-    Parameters
-    ----------
-    plan : Plan
-    out : Path
-        Result folder; a comparison that is there already is left alone.
-    command : str
-        What was typed, for the record.
-    counted : callable
-        Given what is done and how often, a context with a callback to count it.
+    files: ClassVar[StudyFiles] = FILES
 
-    Returns
-    -------
-    Matrix
+    def plan(self, options: SelftestOptions) -> SelftestPlan:
+        """Scenes that the host supports, and faults.
 
-    Raises
-    ------
-    SelftestError
-        If a truth or a control can't be run.
-    """
-    start = time.perf_counter()
-    store = SelftestStore(out / FOLDER, new_record(plan, command))
-    with counted("certified_solutions", len(plan.scenes) * len(SOLUTION_ROLES)) as done:
-        found = grounds(plan.scenes, plan.host, workers=plan.workers, done=done)
-    with counted("faults", len(plan.scenes) * (len(plan.faults) + len(CONTROLS))) as done:
-        tried, ready = matrix(plan.faults, found, plan.host, workers=plan.workers, done=done)
-    store.keep_matrix(tried)
-    if plan.smallest:
-        look_for_smallest(plan, tried, ready, store, counted)
-    store.record.update(finished=True, seconds=time.perf_counter() - start)
+        Raises
+        ------
+        SceneError, UnknownFaultError, UnknownEngineError
+            For a scene, a fault or an engine that does not exist.
+        """
+        engine = find_engine(options.host).load()
+        faults = [f for f in map(find, dict.fromkeys(options.faults or FAULTS)) if f.name not in CONTROLS]
+        scenes = list(map(find_scene, dict.fromkeys(options.scenes or STAGES)))
+        reasons = {s.name: engine.unsupported(s) for s in scenes}
+        able = tuple(s for s in scenes if not reasons[s.name])
+        left_out = {name: reason for name, reason in reasons.items() if reason}
+        return SelftestPlan(able, tuple(faults), options.host, options.smallest, options.workers, left_out)
+
+    def record(self, plan: SelftestPlan) -> dict[str, Any]:
+        """Host, scenes and faults in words."""
+        return {
+            "host": plan.host,
+            "roles": [str(Role.MAIN), str(Role.FINER)],
+            "scenes": {s.name: scene_words(s) for s in plan.scenes},
+            "faults": {f.name: fault_words(f) for f in (*CONTROLS.values(), *plan.faults)},
+        }
+
+    def run(self, plan: SelftestPlan, store: StudyStore, reporter: Reporter) -> Matrix:
+        """Try every fault in every scene.
+
+        Raises
+        ------
+        SelftestError
+            If a reference solution or a control can't be run.
+        """
+        store.remove("smallest")
+        with reporter.counted("reference solutions", len(plan.scenes) * len(SOLUTION_ROLES)) as done:
+            found = selftest_cases(plan.scenes, plan.host, workers=plan.workers, done=done)
+        with reporter.counted("faults", len(plan.scenes) * (len(plan.faults) + len(CONTROLS))) as done:
+            tried, ready = matrix(plan.faults, found, plan.host, workers=plan.workers, done=done)
+        store.write("selftest", (row for cell in tried.cells for row in cell.rows()))
+        store.record.update(passed=tried.passed, unkilled=[f.name for f in tried.unkilled])
+        if plan.smallest:
+            look_for_smallest(plan, tried, ready, store, reporter)
+        return tried
+
+
+def look_for_smallest(
+    plan: SelftestPlan, tried: Matrix, ready: list[SelftestCase], store: StudyStore, reporter: Reporter
+) -> None:
+    """Bisect the size of each continuous fault, after the matrix is on disk."""
     store.write_record()
-    return tried
-
-
-def look_for_smallest(plan: Plan, tried: Matrix, ready: list[Ground], store: SelftestStore, counted: Counter) -> None:
-    """Bisect the sizes."""
     pairs = brackets(tried.cells, ready)
-    with counted("sizes", most_trials(pairs)) as done:
-        store.keep_smallest(settled(pairs, workers=plan.workers, done=done))
-
-
-def new_record(plan: Plan, command: str) -> dict[str, Any]:
-    """selftest.json before the first run."""
-    return provenance(command) | {
-        "host": plan.host,
-        "roles": [str(Role.MAIN), str(Role.FINER)],
-        "scenes": {s.name: scene_words(s) for s in plan.scenes},
-        "faults": {f.name: fault_words(f) for f in (*CONTROLS.values(), *plan.faults)},
-    }
+    with reporter.counted("sizes", most_trials(pairs)) as done:
+        store.write("smallest", (pair.row() for pair in settled(pairs, workers=plan.workers, done=done)))
 
 
 def scene_words(scene: Scene) -> dict[str, Any]:
-    """What the record says of a scene."""
+    """Entry of a scene in the record."""
     return {
         "title": scene.title,
         "bars": scene.bars,
@@ -104,7 +127,7 @@ def scene_words(scene: Scene) -> dict[str, Any]:
 
 
 def fault_words(fault: Fault) -> dict[str, Any]:
-    """What the record says of a fault."""
+    """Entry of a fault in the record."""
     size = fault.size
     return {
         "words": fault.words,

@@ -33,8 +33,8 @@ class SelftestError(RuntimeError):
 
 
 @dataclass(frozen=True)
-class Ground:
-    """One scene's truth, and the engine that faults are put into there."""
+class SelftestCase:
+    """One scene's reference solution, and the engine that faults are put into there."""
 
     solution: ReferenceSolution
     host: str
@@ -51,48 +51,48 @@ class Ground:
         return self.solution.scene
 
 
-class Trial(NamedTuple):
+class FaultTrial(NamedTuple):
     """One fault at one size in one scene."""
 
-    ground: Ground
+    case: SelftestCase
     fault: Fault
     size: float
 
     @property
     def key(self) -> tuple[str, str, float]:
         """Scene, fault, size."""
-        return self.ground.scene.name, self.fault.name, self.size
+        return self.case.scene.name, self.fault.name, self.size
 
     @property
     def replays(self) -> bool:
-        """Whether recorded sound runs serve."""
-        return self.fault.replays and bool(self.ground.sound)
+        """Whether recorded runs of the unmodified engine serve."""
+        return self.fault.replays and bool(self.case.sound)
 
     def jobs(self) -> list[Job]:
         """Its two runs."""
-        made = seeded(self.ground.host, self.fault, self.size)
-        return [Job(self.ground.scene, self.fault.name, made, s, role) for role, s in self.ground.settings.items()]
+        made = seeded(self.case.host, self.fault, self.size)
+        return [Job(self.case.scene, self.fault.name, made, s, role) for role, s in self.case.settings.items()]
 
 
 @dataclass(frozen=True)
-class Result:
-    """What became of a trial."""
+class TrialResult:
+    """Result of a trial."""
 
-    trial: Trial
+    trial: FaultTrial
     main: RunResult
     finer: RunResult
     verdict: Verdict
 
 
-def grounds(
+def selftest_cases(
     scenes: Iterable[Scene], host: str, *, workers: int | None = None, done: Callable[[int], None] = lambda _: None
-) -> list[Ground]:
+) -> list[SelftestCase]:
     """Truths of scenes that a host can do, established as a comparison does it.
 
     Raises
     ------
     SelftestError
-        If a truth can't be run.
+        If a reference solution can't be run.
     """
     engine = find_engine(host).load()
     wanted = {s.name: s for s in scenes}
@@ -100,7 +100,7 @@ def grounds(
     jobs = [(name, job) for name, s in wanted.items() for job in solution_jobs(s, NUMPY)]
     for job, result in run_jobs([job for _, job in jobs], time_limit_s=TIME_LIMIT_S, workers=workers):
         if result.outcome is not Outcome.PASS:
-            raise SelftestError(f"{job.scene.name}: the truth could not be run ({result.reason})")
+            raise SelftestError(f"{job.scene.name}: the reference solution could not be run ({result.reason})")
         runs[job.scene.name][job.role] = result
         done(1)
     setting = engine.sweep.setting()
@@ -109,11 +109,11 @@ def grounds(
         solution = solution_of(scene, runs[name])
         assert solution is not None  # all of its runs have come, and none failed
         settings = {Role.MAIN: setting, Role.FINER: finer_setting(scene, engine.sweep, setting)}
-        found.append(Ground(solution, host, engine, settings))
+        found.append(SelftestCase(solution, host, engine, settings))
     return found
 
 
-def run_trials(trials: Iterable[Trial], *, workers: int | None = None) -> Iterator[Result]:
+def run_trials(trials: Iterable[FaultTrial], *, workers: int | None = None) -> Iterator[TrialResult]:
     """Run each trial at its main and its finer setting, and judge it; results as they come."""
     waiting = {t.key: t for t in trials}
     for trial in [t for t in waiting.values() if t.replays]:
@@ -127,20 +127,20 @@ def run_trials(trials: Iterable[Trial], *, workers: int | None = None) -> Iterat
         trial = by_job[job.key]
         both = runs.setdefault(trial.key, {})
         both[job.role] = result
-        if len(both) == len(trial.ground.settings):
+        if len(both) == len(trial.case.settings):
             del runs[trial.key]
             yield judged(trial, both[Role.MAIN], both[Role.FINER])
 
 
-def replayed(trial: Trial, job: Job) -> RunResult:
-    """Result of spoiling a recorded run."""
-    ground = trial.ground
-    return run_phases(job, spoilt(trial.fault, trial.size, ground.engine, ground.sound))
+def replayed(trial: FaultTrial, job: Job) -> RunResult:
+    """Result of a recorded run with the fault in it."""
+    case = trial.case
+    return run_phases(job, spoilt(trial.fault, trial.size, case.engine, case.sound))
 
 
-def judged(trial: Trial, main: RunResult, finer: RunResult) -> Result:
+def judged(trial: FaultTrial, main: RunResult, finer: RunResult) -> TrialResult:
     """Verdict of the production comparison."""
-    ground = trial.ground
-    setting = ground.settings[Role.MAIN]
-    verdict = judge(trial.fault.name, ground.engine, setting, Evidence(main, finer), ground.solution)
-    return Result(trial, main, finer, verdict)
+    case = trial.case
+    setting = case.settings[Role.MAIN]
+    verdict = judge(trial.fault.name, case.engine, setting, Evidence(main, finer), case.solution)
+    return TrialResult(trial, main, finer, verdict)

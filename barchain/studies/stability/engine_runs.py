@@ -1,4 +1,4 @@
-"""All runs of one engine in one scene, judged by what judges every comparison."""
+"""All runs of one engine in one scene, judged as in every comparison."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ WITH_TRAJECTORY = frozenset({Outcome.PASS, Outcome.JOINTS_IGNORED})
 
 @dataclass(frozen=True)
 class EngineRuns:
-    """What one engine made of one scene."""
+    """Runs of one engine in one scene."""
 
     scene: Scene
     name: str
@@ -67,7 +67,7 @@ class EngineRuns:
         return {role: v for role in self.runs if (v := self.verdict(role)) is not None}
 
     def verdict(self, role: Role) -> Verdict | None:
-        """What the comparison says of one level; None without it, its other run or the truth."""
+        """Verdict on one level; None without its run, its other run or the reference solution."""
         mine, other = self.runs.get(role), self.runs.get(OTHER.get(role, role))
         if self.solution is None or mine is None or other is None or role not in OTHER:
             return None
@@ -80,10 +80,10 @@ class EngineRuns:
 
     def mean_step_s(self, role: Role) -> float | None:
         """Mean step of one level, s; None where its engine does not count them."""
-        engine_runs, setting = self.trajectory(role), self.settings.get(role)
-        if engine_runs is None or setting is None:
+        trajectory, setting = self.trajectory(role), self.settings.get(role)
+        if trajectory is None or setting is None:
             return None
         if setting.parameter is AccuracyParameter.STEPS_PER_ORBIT:
             return step_s(self.scene, setting.value)
-        steps = float(engine_runs.info.get("steps", 0.0))
-        return float(engine_runs.t_s[-1]) / steps if steps else None
+        steps = float(trajectory.info.get("steps", 0.0))
+        return float(trajectory.t_s[-1]) / steps if steps else None

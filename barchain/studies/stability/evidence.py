@@ -67,7 +67,7 @@ def drift_numbers(scene: Scene, trajectory: Trajectory) -> dict[str, float]:
 
 
 def against_solution(trajectory: Trajectory, solution: ReferenceSolution) -> dict[str, float | None]:
-    """Differences from the truth that need no tolerance."""
+    """Differences from the reference solution that need no tolerance."""
     error = attitude_error(trajectory, solution)
     return {
         "attitude_rad": None if error is None else float(error[1].max()),
@@ -77,7 +77,7 @@ def against_solution(trajectory: Trajectory, solution: ReferenceSolution) -> dic
 
 
 def judged_numbers(rows: list[Row]) -> dict[str, Any]:
-    """Worst ratio of each kind of check, the quantity it is of, and the horizon."""
+    """Worst ratio of each kind of check, the quantity it is of, and the predictability limit."""
     found: dict[str, Any] = {}
     for metric, name in (("normalised_error", "normalised_error_of"), ("bound_ratio", "bound_of")):
         own = [r for r in rows if r["metric"] == metric]
@@ -88,7 +88,7 @@ def judged_numbers(rows: list[Row]) -> dict[str, Any]:
 
 
 def condition_range(scene: Scene, solution: ReferenceSolution) -> tuple[float, float] | None:
-    """Least and largest condition number of the joint system along the truth; None of chains of too many bars."""
+    """Least and largest condition number of the joint system along the reference solution; None of too many bars."""
     angle = solution.trajectory.angle_rad
     if angle is None or scene.bars > MOST_BARS:
         return None
@@ -99,7 +99,7 @@ def condition_range(scene: Scene, solution: ReferenceSolution) -> tuple[float, f
 
 
 def plain_row(engine_runs: EngineRuns) -> dict[str, Any] | None:
-    """A SciPy solver at its own default tolerances; None of other engines, and without a truth."""
+    """A SciPy solver at its own default tolerances; None of other engines, and without a reference solution."""
     result = engine_runs.runs.get(Role.PLAIN)
     if result is None or engine_runs.solution is None:
         return None
@@ -121,7 +121,7 @@ def plain_row(engine_runs: EngineRuns) -> dict[str, Any] | None:
 def followed(
     scene: Scene, trajectory: Trajectory, solution: ReferenceSolution | None
 ) -> dict[str, tuple[Array, Array]]:
-    """What is followed over time in a long scene: its energy's drift, and the attitude's difference from the truth."""
+    """Quantities followed over time in a long scene: drift of the energy, error of the attitude."""
     found = {}
     if "energy" in (kept := drifts(scene, trajectory)):
         found["energy"] = trajectory.t_s, kept["energy"]

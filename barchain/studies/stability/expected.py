@@ -1,4 +1,4 @@
-"""Outcomes as they are recorded, and what changed since: a change either way is told."""
+"""Recorded outcomes, and changes since, for better or worse."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Pair = tuple[str, str]
 
 
 @dataclass(frozen=True)
-class Change:
+class OutcomeChange:
     """An outcome that is not the one recorded."""
 
     scene: str
@@ -62,20 +62,20 @@ def recorded(path: Path = PATH) -> dict[Pair, str]:
 
 
 def word_of(finding: Finding) -> str:
-    """How a finding is recorded."""
+    """Recorded word of a finding."""
     return SLOW if finding.slow else str(finding.stability)
 
 
-def change(scene: str, engine: str, before: str | None, finding: Finding) -> Change | None:
-    """What changed, if anything counts as a change.
+def change(scene: str, engine: str, before: str | None, finding: Finding) -> OutcomeChange | None:
+    """Change of an outcome; None where nothing counts as a change.
 
-    A run that was not in time before may be in time now, or fail otherwise before its time is over: that tells of the
-    machine. The other way round, an outcome that was there is lost.
+    A run that timed out before may finish now, or fail otherwise before its time limit: the cause is the machine. An
+    outcome that is replaced by a time-out is a change.
     """
     now = word_of(finding)
     if before is None or before in (now, SLOW) or stability_of(before) is finding.stability:
         return None
-    return Change(scene, engine, before, now)
+    return OutcomeChange(scene, engine, before, now)
 
 
 def accept(found: Mapping[Pair, Finding], path: Path = PATH) -> None:

@@ -1,4 +1,4 @@
-"""Whether a run blows up: its energy beside the truth's, its departure beside what the scene itself makes of one."""
+"""Whether a run is unstable: its energy, and the growth of its error beside the scene's error amplification."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from barchain.solutions.reference import ReferenceSolution
 
-CLEAR = 10.0  # times its first size, or the truth's own error: what has grown so far is growth and no longer its seed
+CLEAR = 10.0  # times the first size, or the reference solution's own error, from which an error counts as grown
 FEWEST = 5  # samples of a fit
 UNSTABLE = "unstable"  # tag of scenes on an unstable equilibrium
 
 
-def attitude_error(engine_runs: Trajectory, solution: ReferenceSolution) -> tuple[Array, Array] | None:
-    """Instants up to the truth's horizon, and the difference from it there, rad: each (n,); None without attitude."""
-    apart = differences(engine_runs, solution.trajectory).get("attitude")
+def attitude_error(trajectory: Trajectory, solution: ReferenceSolution) -> tuple[Array, Array] | None:
+    """Instants up to the predictability limit, s, and attitude errors there, rad, each (n,); None without attitude."""
+    apart = differences(trajectory, solution.trajectory).get("attitude")
     if apart is None:
         return None
     t = solution.trajectory.t_s[: len(apart)]
@@ -41,35 +41,36 @@ def exponential_rate(t_s: Array, size: Array, inside: NDArray[np.bool_]) -> tupl
 
 
 def linear_rate(solution: ReferenceSolution) -> tuple[float, float] | None:
-    """Rate at which the scene itself makes a small departure grow, 1/s: the twin's, while it is linear."""
+    """Rate of the scene's error amplification, 1/s: that of the perturbed run while it is linear."""
     amplification = solution.amplification
     inside = (amplification > CLEAR) & (amplification < PARTED_RAD / PERTURBATION_RAD)
     return exponential_rate(solution.trajectory.t_s[: len(amplification)], amplification, inside)
 
 
 def own_motion(solution: ReferenceSolution) -> Array:
-    """How far the truth itself has left where it stood, (n,) rad, never falling: against its own horizontal."""
-    engine_runs = solution.trajectory
-    assert engine_runs.angle_rad is not None
-    longitude = np.unwrap(np.arctan2(engine_runs.com_m[:, 1], engine_runs.com_m[:, 0]))
-    stood = engine_runs.angle_rad - longitude[:, None]
+    """Largest departure of the reference solution from its initial attitude so far, (n,) rad, to its own horizontal."""
+    trajectory = solution.trajectory
+    assert trajectory.angle_rad is not None
+    longitude = np.unwrap(np.arctan2(trajectory.com_m[:, 1], trajectory.com_m[:, 0]))
+    stood = trajectory.angle_rad - longitude[:, None]
     largest: Array = np.maximum.accumulate(np.abs(stood - stood[0]).max(axis=1))
     return largest
 
 
-def growth_excess(engine_runs: Trajectory, solution: ReferenceSolution) -> float | None:
-    """How many times more a departure from the truth grew than the scene's linear growth; None where none is seen.
+def growth_excess(trajectory: Trajectory, solution: ReferenceSolution) -> float | None:
+    """Growth of an error over the scene's linear error amplification; None where no growth is resolved.
 
     Asked of scenes on an unstable equilibrium (tag `unstable`): elsewhere nothing grows exponentially from the start.
 
     Both rates are fitted, and that of the departure is taken at the lower end of its interval. Errors that are added
     on the way make a departure grow faster than the linear rate at first only: from ten times its first size on by
-    less than a tenth more in all. It is asked while the departure exceeds the truth's own motion: where the truth moves
-    more, a method errs in proportion to a motion that itself grows, which feeds the departure and is no instability.
+    less than a tenth more in all. The fit covers instants at which the departure exceeds the reference solution's own
+    motion. Where the reference solution moves more, a method errs in proportion to a motion that itself grows, which
+    feeds the departure and is no instability.
     """
     if UNSTABLE not in solution.scene.tags:
         return None
-    error, own = attitude_error(engine_runs, solution), linear_rate(solution)
+    error, own = attitude_error(trajectory, solution), linear_rate(solution)
     if error is None or own is None:
         return None
     t, apart = error
@@ -86,5 +87,5 @@ def growth_excess(engine_runs: Trajectory, solution: ReferenceSolution) -> float
 
 
 def grows_too_fast(excess: float | None) -> bool:
-    """Whether a departure grew by more than the scene's growth and the slack that every band has."""
+    """Whether an error grew by more than the scene's amplification and the slack of every bound."""
     return excess is not None and excess > NORM_SLACK

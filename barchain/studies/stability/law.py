@@ -18,7 +18,7 @@ FEWEST = 5
 
 
 @dataclass(frozen=True)
-class Law:
+class GrowthLaw:
     """``drift = at_end (t/T)^exponent`` over the last decade of a run that ends at T."""
 
     exponent: float
@@ -33,7 +33,7 @@ class Law:
         return f"as t^{self.exponent:.2f} ({self.low:.2f} to {self.high:.2f}), {self.at_end:.2g} at the end"
 
 
-def law(t_s: Array, drift: Array) -> Law | None:
+def law(t_s: Array, drift: Array) -> GrowthLaw | None:
     """Law of a drift, fitted to its running maximum by least squares in both logarithms.
 
     Parameters
@@ -55,4 +55,4 @@ def law(t_s: Array, drift: Array) -> Law | None:
     if len(at) < FEWEST:
         return None
     found = slope(np.log(t[at]), np.log(largest[at]))
-    return Law(found.value, found.low, found.high, float(largest[-1]))
+    return GrowthLaw(found.value, found.low, found.high, float(largest[-1]))

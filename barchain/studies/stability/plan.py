@@ -1,4 +1,4 @@
-"""What is run: scenes, engines, and each engine's three settings in a scene."""
+"""Plan of a stability study: scenes, engines, and each engine's three settings in a scene."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ HUGE = "huge"  # tag of scenes that take hours, and are run where they are named
 LONG = "long"  # tag of scenes whose drifts are followed over time
 
 SOLUTION_LIMIT_S = (
-    600.0  # a truth is run four times, at its tightest and at close samples; without it nothing is judged
+    600.0  # a reference solution is run four times, at its tightest and at close samples; without it nothing is judged
 )
 LEVELS = (Role.COARSE, Role.MAIN, Role.FINER)
 COARSER_RTOL, COARSER_STEPS = 100.0, 0.25  # two decades of a request; two halvings of a step
@@ -36,17 +36,16 @@ SCIPY = "scipy-"
 
 
 @dataclass(frozen=True)
-class Plan:
-    """What is to be run."""
+class StabilityPlan:
+    """Scenes, engines and limits of a study."""
 
     scenes: tuple[Scene, ...]
     engines: dict[str, Registration]
     time_limit_s: float = TIME_LIMIT_S
     workers: int | None = None
-    resume: bool = False
 
     @property
-    def total(self) -> int:
+    def turns(self) -> int:
         """Number of runs, for the progress."""
         classes = [r.load() for r in self.engines.values()]
         able = [(s, e) for s in self.scenes for e in classes if e.unsupported(s) is None]

@@ -1,4 +1,4 @@
-"""The outcome of one engine in one scene, by rules that are asked in turn; docs/stability.md gives them in words."""
+"""The outcome of one engine in one scene, by rules applied in turn; docs/stability.md gives them in words."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from barchain.run.job import Role
 from barchain.solutions.reference import PARTED_RAD, RICHARDSON, predictability_limit
 from barchain.studies.stability.engine_runs import JUDGED, LEVEL_WORDS, WITH_TRAJECTORY
 from barchain.studies.stability.growth import attitude_error, grows_too_fast, growth_excess
-from barchain.studies.stability.law import Law, law
+from barchain.studies.stability.law import GrowthLaw, law
 from reports.tables.outcome import Outcome
 from reports.tables.stability import Stability
 
@@ -29,7 +29,7 @@ DRIFT = "drift"
 
 @dataclass(frozen=True)
 class Finding:
-    """How an engine fares in a scene."""
+    """Outcome of an engine in a scene."""
 
     stability: Stability
     reason: str = ""
@@ -37,12 +37,12 @@ class Finding:
     """Whether a faster machine might see another outcome"""
     quantity: str = ""
     """What drifts"""
-    law: Law | None = None
+    law: GrowthLaw | None = None
     """How"""
 
 
 def finding(engine_runs: EngineRuns) -> Finding:
-    """Outcome by the first rule that applies: the gravest one, as they are asked."""
+    """Outcome by the first rule that applies; the most severe rules come first."""
     for rule in (rejected, failed, unstable, inaccurate, drifting):
         found = rule(engine_runs)
         if found is not None:
@@ -51,15 +51,15 @@ def finding(engine_runs: EngineRuns) -> Finding:
 
 
 def rejected(engine_runs: EngineRuns) -> Finding | None:
-    """The engine says, in one line and before its first step, that it will not."""
+    """Rejected: the engine raises a reason before its first step."""
     main = engine_runs.runs[Role.MAIN]
     return Finding(Stability.REJECTED, main.reason) if main.rejected else None
 
 
 def failed(engine_runs: EngineRuns) -> Finding | None:
-    """No finite trajectory to the end at the default or the finer setting, another end than the truth's, or no truth.
+    """Failed: no finite trajectory to the reference solution's end at the default or the finer setting.
 
-    Time-outs hang on the machine, and are marked so.
+    Also where there is no reference solution. Time-outs depend on the machine, and are marked so.
     """
     for role in JUDGED:
         result = engine_runs.runs[role]
@@ -67,7 +67,7 @@ def failed(engine_runs: EngineRuns) -> Finding | None:
             said = result.reason or result.outcome.advice
             return Finding(Stability.FAILED, said + at(role), result.outcome is Outcome.TIMED_OUT)
     if engine_runs.solution is None:
-        return Finding(Stability.FAILED, "the truth of the scene could not be run")
+        return Finding(Stability.FAILED, "the reference solution of the scene could not be run")
     for role in JUDGED:
         for row in engine_runs.rows(role):
             if row["quantity"] == "run" and row["outcome"] == Outcome.INCOMPLETE:
@@ -76,7 +76,7 @@ def failed(engine_runs: EngineRuns) -> Finding | None:
 
 
 def unstable(engine_runs: EngineRuns) -> Finding | None:
-    """Finite, and blown up at the default or the finer setting."""
+    """Unstable: finite, and blown up at the default or the finer setting."""
     if engine_runs.solution is None:
         return None
     for role in JUDGED:
@@ -89,7 +89,7 @@ def unstable(engine_runs: EngineRuns) -> Finding | None:
 
 
 def blown_up(trajectory: Trajectory, solution: ReferenceSolution) -> str:
-    """Kinetic energy about the centre of mass beyond all that there can be, after the attitude has left the truth's."""
+    """Kinetic energy about the centre of mass above its maximum, after the attitude has left the reference solution."""
     ratio = kinetic_ratio(trajectory, solution)
     if ratio is None or ratio <= MAX_KINETIC_RATIO:
         return ""
@@ -109,7 +109,7 @@ def ran_away(trajectory: Trajectory, solution: ReferenceSolution) -> str:
 
 
 def grows_with_finer(engine_runs: EngineRuns, solution: ReferenceSolution) -> str:
-    """An attitude that was followed at the default setting and gets worse, and wrong, at the finer one."""
+    """Attitude that is accurate at the default setting, and inconsistent at the finer one."""
     errors = [
         e for role in JUDGED if (t := engine_runs.trajectory(role)) is not None and (e := attitude_error(t, solution))
     ]
@@ -123,7 +123,7 @@ def grows_with_finer(engine_runs: EngineRuns, solution: ReferenceSolution) -> st
 
 
 def inaccurate(engine_runs: EngineRuns) -> Finding | None:
-    """Finite, and wrong: what the comparison refuses point by point, up to the horizon."""
+    """Inaccurate: finite, and rejected by the comparison point by point, up to the predictability limit."""
     for role in JUDGED:
         result = engine_runs.runs[role]
         if result.outcome is Outcome.JOINTS_IGNORED:
@@ -138,7 +138,7 @@ def inaccurate(engine_runs: EngineRuns) -> Finding | None:
 def refuses(row: Row, engine_runs: EngineRuns) -> bool:
     """Whether a row stands against an engine.
 
-    Settings that part early do so only if that is early beside the truth's own horizon: chaos is physics.
+    Settings that part early count only where the reference solution's own predictability limit is later.
     """
     outcome = Outcome(row["outcome"])
     if outcome is Outcome.NOTHING_COMPARED:
@@ -147,7 +147,7 @@ def refuses(row: Row, engine_runs: EngineRuns) -> bool:
 
 
 def worst(wrong: list[Row]) -> str:
-    """The row farthest outside, in words; those that are inconsistent before those that are out of band.
+    """The row farthest outside, in words; inconsistent rows before those that exceed a bound.
 
     Of a quantity that is out of band, the row of its largest difference says where.
     """
@@ -164,7 +164,7 @@ def worst(wrong: list[Row]) -> str:
 
 
 def drifting(engine_runs: EngineRuns) -> Finding | None:
-    """What should stay drifts out of its band at the default or the finer setting."""
+    """Drifting: an invariant exceeds its drift bound at the default or the finer setting."""
     for role in JUDGED:
         trajectory = engine_runs.trajectory(role)
         out = [r for r in engine_runs.rows(role) if r["metric"] == DRIFT and not Outcome(r["outcome"]).ok]
@@ -179,5 +179,5 @@ def drifting(engine_runs: EngineRuns) -> Finding | None:
 
 
 def at(role: Role) -> str:
-    """Which setting, where it is not the default one."""
+    """Name of the setting, where it is not the default."""
     return "" if role is Role.MAIN else f" (at its {LEVEL_WORDS[role]} setting)"

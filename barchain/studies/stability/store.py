@@ -5,46 +5,39 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
-
-from barchain.record.files import write_atomically
 from barchain.run.job import Job, RunResult
 from barchain.run.store import Store
 from barchain.studies.stability.evidence import evidence, plain_row
 from reports.tables.outcome import Outcome
-from reports.tables.schema import read_record
-from reports.tables.stability import EVIDENCE, LAWS, OUTCOMES, PLAIN, SERIES
+from reports.tables.stability import TABLES
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    import pandas as pd
 
     from barchain.studies.stability.engine_runs import EngineRuns
-    from barchain.studies.stability.expected import Change
+    from barchain.studies.stability.expected import OutcomeChange
     from barchain.studies.stability.rules import Finding
+    from barchain.studies.store import StudyStore
 
 MOST_BARS_KEPT = 2000  # a table has six columns a bar, and takes minutes to write beyond
-TABLES = {"outcomes": OUTCOMES, "evidence": EVIDENCE, "plain": PLAIN, "laws": LAWS, "long": SERIES}
 
 
 class StabilityStore(Store):
     """Runs as a comparison keeps them, and the study's own tables."""
 
-    def __init__(self, folder: Path, record: dict[str, Any], order: list[tuple[str, str]]) -> None:
-        """Open `folder`; tables that an earlier study left there are replaced."""
-        super().__init__(folder, record, order)
+    def __init__(self, store: StudyStore, time_limit_s: float, order: list[tuple[str, str]]) -> None:
+        """Start with empty tables; their rows are sorted by `order`, pairs of scene and engine."""
+        super().__init__(store.folder, store.record, order)
+        self.study, self.time_limit_s = store, time_limit_s
         self.tables: dict[str, list[dict[str, Any]]] = {name: [] for name in TABLES}
 
     def earlier_runs(self) -> dict[str, dict[str, Any]]:
-        """Runs that an earlier, cut-off study in the same folder recorded, by key: also those that failed.
+        """Runs that an interrupted study in the same folder recorded, by key, failures among them.
 
-        A time-out counts only if as much time was allowed as is now.
+        A time-out counts only if that study allowed a run at least as much time.
         """
-        path = self.folder / "run.json"
-        if not path.is_file():
-            return {}
-        record = read_record(path)
-        short = float(record.get("time_limit_s", 0.0)) < self.record["time_limit_s"]
-        runs = [run for run in record.get("runs", []) if "rejected" in run]
+        short = float(self.study.earlier.get("time_limit_s", 0.0)) < self.time_limit_s
+        runs = [run for run in self.study.earlier.get("runs", []) if "rejected" in run]
         return {run["key"]: run for run in runs if not (short and run["outcome"] == Outcome.TIMED_OUT)}
 
     def recall(self, job: Job, earlier: dict[str, dict[str, Any]]) -> RunResult | None:
@@ -68,7 +61,7 @@ class StabilityStore(Store):
         self.record["runs"][-1]["rejected"] = result.rejected
 
     def keep_finding(
-        self, engine_runs: EngineRuns, finding: Finding, before: str | None, changed: Change | None
+        self, engine_runs: EngineRuns, finding: Finding, before: str | None, changed: OutcomeChange | None
     ) -> None:
         """Write an outcome and its evidence."""
         self.tables["outcomes"].append(outcome_row(engine_runs.scene.name, engine_runs.name, finding, before, changed))
@@ -81,7 +74,7 @@ class StabilityStore(Store):
         self.write("evidence")
 
     def keep_left_out(
-        self, scene: str, engine: str, finding: Finding, before: str | None, changed: Change | None
+        self, scene: str, engine: str, finding: Finding, before: str | None, changed: OutcomeChange | None
     ) -> None:
         """Write the outcome of an engine that was not run."""
         self.tables["outcomes"].append(outcome_row(scene, engine, finding, before, changed))
@@ -95,15 +88,14 @@ class StabilityStore(Store):
         self.write("long")
 
     def write(self, name: str) -> None:
-        """Write one table, rows in the order of scenes and engines asked for."""
+        """Write one table, rows in the order of the scenes and engines of the plan."""
         place = self.place
         rows = sorted(self.tables[name], key=lambda r: place.get((r["scene"], r["engine"]), len(place)))
-        text = pd.DataFrame(rows, columns=list(TABLES[name])).to_csv(index=False)
-        write_atomically(self.folder / f"{name}.csv", text)
+        self.study.write(name, rows)
 
 
 def outcome_row(
-    scene: str, engine: str, finding: Finding, before: str | None, changed: Change | None
+    scene: str, engine: str, finding: Finding, before: str | None, changed: OutcomeChange | None
 ) -> dict[str, Any]:
     """Row of the table of outcomes."""
     law = finding.law

@@ -1,264 +1,75 @@
-"""A stability study from start to tables: what the command line and notebooks call."""
+"""The stability study: every engine in every hard scene at three settings, judged and compared with the record."""
 
 from __future__ import annotations
 
-import time
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from barchain.judge.support import unsupported
-from barchain.record.environment import provenance
-from barchain.run.compilation import announcement
-from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult, failure
-from barchain.run.pool import run_jobs
-from barchain.solutions.reference import SOLUTION_RTOL, ReferenceSolution
-from barchain.solutions.reference_runs import SolutionFailedError, solution_engine, solution_jobs, solution_of
-from barchain.studies.stability import expected
-from barchain.studies.stability.engine_runs import LEVEL_WORDS, WITH_TRAJECTORY, EngineRuns
-from barchain.studies.stability.evidence import condition_range, laws
-from barchain.studies.stability.growth import linear_rate
-from barchain.studies.stability.plan import LEVELS, LONG, SOLUTION_LIMIT_S, Plan, exact_jobs, settings
-from barchain.studies.stability.rules import ILL_POSED, Finding, finding
-from barchain.studies.stability.store import StabilityStore
-from reports.tables.outcome import Outcome
-from reports.tables.stability import FOLDER, Stability
+from barchain.run.selection import unique_names
+from barchain.studies.stability.limits import TIME_LIMIT_S
+from barchain.studies.stability.plan import StabilityPlan, chosen_engines, hard_scenes
+from barchain.studies.stability.run import OURS, StabilityResult, StabilityRun
+from reports.tables.stability import FILES
+from scenarios import load_scene
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Sequence
     from pathlib import Path
 
-    from adapters.engine import Engine
+    from barchain.studies.store import StudyStore
+    from barchain.studies.study import Reporter
+    from reports.tables.files import StudyFiles
     from scenarios import Scene
-
-OURS = ("reference", "reference-fast")
-"""Engines that must be stable in all scenes that are well-posed"""
-OURS_PATIENCE = 10.0
-"""Times the time limit that these are given: they are to be judged, and NumPy takes minutes for a thousand orbits"""
-WAVES = ((Role.COARSE, Role.PLAIN, Role.EXACT), (Role.MAIN,), (Role.FINER,))
-"""Runs in the order in which they are made: those that take longest come last, and only if there is hope"""
-
-Pair = tuple[str, str]
-
-
-@dataclass
-class SceneStudy:
-    """One scene as its results come."""
-
-    scene: Scene
-    certified_solutions: dict[Role, RunResult] = field(default_factory=dict)
-    runs: dict[str, dict[Role, RunResult]] = field(default_factory=dict)
-    solution: ReferenceSolution | None = None
-    solution_failed: str = ""
 
 
 @dataclass(frozen=True)
-class Result:
-    """What a study found."""
+class StabilityOptions:
+    """Options of a stability study."""
 
-    findings: dict[Pair, Finding]
-    changes: tuple[expected.Change, ...]
-    ours: tuple[Pair, ...]
-    """Scenes that are well-posed, and in which a form of the reference is not stable"""
-
-    @property
-    def passed(self) -> bool:
-        """Whether ours are stable and nothing changed."""
-        return not self.ours and not self.changes
-
-
-class Study:
-    """One study of many scenes and engines."""
-
-    def __init__(
-        self, plan: Plan, store: StabilityStore, report: Callable[[str, str, str], None], note: Callable[[str], None]
-    ) -> None:
-        """Prepare; `report` is told (scene, engine, outcome) after each run, `note` what goes on before."""
-        self.plan, self.store, self.report, self.note = plan, store, report, note
-        self.scenes = {scene.name: SceneStudy(scene) for scene in plan.scenes}
-        self.classes: dict[str, type[Engine]] = {name: r.load() for name, r in plan.engines.items()}
-        self.recorded = expected.recorded()
-        self.findings: dict[Pair, Finding] = {}
-        self.changes: list[expected.Change] = []
-        self.earlier: dict[str, dict[str, Any]] = {}
-
-    def run(self) -> Result:
-        """Make all runs, and judge each engine in each scene as soon as its last one is there."""
-        start = time.perf_counter()
-        self.earlier = self.store.earlier_runs() if self.plan.resume else {}
-        self.store.write_record()
-        self.leave_out()
-        self.make([job for s in self.plan.scenes for job in solution_jobs(s)])
-        for wave in WAVES:
-            self.make(self.hopeful(self.jobs(wave)))
-        self.store.record.update(finished=True, seconds=time.perf_counter() - start)
-        self.store.write_record()
-        return Result(self.findings, tuple(self.changes), self.unstable_ours())
-
-    def jobs(self, roles: Iterable[Role]) -> list[Job]:
-        """Runs of some roles in all scenes."""
-        wanted, found = tuple(roles), []
-        for scene in self.plan.scenes:
-            if Role.EXACT in wanted:
-                found += exact_jobs(scene)
-            for name, registration in self.plan.engines.items():
-                if (scene.name, name) not in self.findings:
-                    own = settings(scene, self.classes[name])
-                    found += [Job(scene, name, registration, own[r], r) for r in wanted if r in own]
-        return found
-
-    def leave_out(self) -> None:
-        """Settle the engines that can't carry a scene."""
-        for scene in self.plan.scenes:
-            for name, engine in self.classes.items():
-                reason = engine.unsupported(scene)
-                if reason is not None:
-                    self.settle(scene.name, name, Finding(Stability.UNSUPPORTED, reason))
-
-    def hopeful(self, jobs: list[Job]) -> list[Job]:
-        """Runs that may come in time; none does whose coarser one took longer than is allowed, and is settled so."""
-        found = []
-        for job in jobs:
-            late = self.late_before(job)
-            if late is None:
-                found.append(job)
-            else:
-                said = f"not run: the {LEVEL_WORDS[late]} setting already took longer than {self.limit_s(job):g} s"
-                self.take(job, failure(Outcome.TIMED_OUT, said))
-        return found
-
-    def limit_s(self, job: Job) -> float:
-        """Wall time allowed to a run."""
-        if job.role in SOLUTION_ROLES:
-            return SOLUTION_LIMIT_S
-        return self.plan.time_limit_s * (OURS_PATIENCE if job.engine in OURS else 1.0)
-
-    def late_before(self, job: Job) -> Role | None:
-        """Coarser level of a job's engine that was not in time, if there is one."""
-        before = LEVELS[: LEVELS.index(job.role)] if job.role in LEVELS else ()
-        runs = self.scenes[job.scene.name].runs.get(job.engine, {})
-        return next((r for r in before if r in runs and runs[r].outcome is Outcome.TIMED_OUT), None)
-
-    def make(self, jobs: list[Job]) -> None:
-        """Make some runs, or recall them; those with the same limit side by side."""
-        waiting = []
-        for job in jobs:
-            recalled = self.store.recall(job, self.earlier)
-            if recalled is None:
-                waiting.append(job)
-            else:
-                self.take(job, recalled)
-        said = announcement(waiting)
-        if said:
-            self.note(said)
-        for limit_s in sorted({self.limit_s(job) for job in waiting}):
-            alike = [job for job in waiting if self.limit_s(job) == limit_s]
-            for job, result in run_jobs(alike, time_limit_s=limit_s, workers=self.plan.workers):
-                self.take(job, result)
-
-    def take(self, job: Job, result: RunResult) -> None:
-        """Note a result, and judge what it completes."""
-        self.store.keep_run(job, result)
-        said = "pass" if result.outcome is Outcome.PASS else f"{result.outcome}: {result.reason}"
-        self.report(job.scene.name, job.engine, f"{job.setting} {said}" if said != "pass" else said)
-        progress = self.scenes[job.scene.name]
-        if job.role in SOLUTION_ROLES:
-            progress.certified_solutions[job.role] = result
-            self.found_solution(progress)
-        elif job.role is Role.EXACT:
-            self.follow(progress, job, result)
-        else:
-            progress.runs.setdefault(job.engine, {})[job.role] = result
-            if job.role is Role.FINER:
-                self.judge(progress, job.engine)
-
-    def found_solution(self, progress: SceneStudy) -> None:
-        """Establish the truth once its runs are there."""
-        scene, facts = progress.scene, self.store.record["scenes"][progress.scene.name]
-        try:
-            progress.solution = solution_of(scene, progress.certified_solutions)
-        except SolutionFailedError as error:
-            progress.solution_failed = facts["solution_failed"] = str(error)
-            self.note(f"{scene.name} has no truth: {error}")
-        if progress.solution is None:
-            return
-        facts |= solution_facts(progress.solution)
-        job = next(j for j in solution_jobs(scene) if j.role is Role.SOLUTION)
-        self.follow(progress, job, progress.certified_solutions[Role.SOLUTION])
-        self.store.write_record()
-
-    def follow(self, progress: SceneStudy, job: Job, result: RunResult) -> None:
-        """Fit how a run's drifts grow, in a scene that is followed over time."""
-        if LONG not in progress.scene.tags or result.trajectory is None or result.outcome not in WITH_TRAJECTORY:
-            return
-        level = LEVEL_WORDS[job.role]
-        self.store.keep_laws(
-            *laws(progress.scene, job.engine, level, job.setting, result.trajectory, progress.solution)
-        )
-
-    def judge(self, progress: SceneStudy, engine: str) -> None:
-        """Judge an engine whose runs are all there."""
-        scene, runs, own = progress.scene, progress.runs[engine], self.classes[engine]
-        engine_runs = EngineRuns(scene, engine, own, settings(scene, own), runs, progress.solution)
-        reason = unsupported(own, progress.solution) if progress.solution is not None else None
-        found = finding(engine_runs) if reason is None else Finding(Stability.UNSUPPORTED, reason)
-        self.settle(scene.name, engine, found, engine_runs)
-        for role in (Role.MAIN, Role.FINER):
-            job = Job(scene, engine, self.plan.engines[engine], engine_runs.settings[role], role)
-            self.follow(progress, job, runs[role])
-
-    def settle(self, scene: str, engine: str, found: Finding, engine_runs: EngineRuns | None = None) -> None:
-        """Keep an outcome, and see whether it is the one recorded."""
-        before = self.recorded.get((scene, engine))
-        changed = expected.change(scene, engine, before, found)
-        self.findings[scene, engine] = found
-        if changed:
-            self.changes.append(changed)
-        if engine_runs is None:
-            self.store.keep_left_out(scene, engine, found, before, changed)
-        else:
-            self.store.keep_finding(engine_runs, found, before, changed)
-
-    def unstable_ours(self) -> tuple[Pair, ...]:
-        """Well-posed scenes in which ours are not stable; a run that was not in time tells of the machine."""
-        posed = {s.name for s in self.plan.scenes if ILL_POSED not in s.tags}
-        return tuple(
-            (scene, engine)
-            for (scene, engine), found in self.findings.items()
-            if engine in OURS and scene in posed and not found.slow and found.stability is not Stability.STABLE
-        )
+    scenes: Sequence[str | Path] = ()
+    """Names or files; all of ``hard/`` by default, except scenes tagged ``huge``"""
+    engines: Sequence[str] = ()
+    """The everyday engines and SciPy's solvers by default"""
+    time_limit_s: float = TIME_LIMIT_S
+    """Wall time of one run; a form of the reference gets ten times as much"""
+    workers: int | None = None
+    """Processes side by side; all cores by default"""
 
 
-def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
-    """What the record says of a scene's truth."""
-    condition, rate = condition_range(solution.scene, solution), linear_rate(solution)
-    inside = solution.trajectory.t_s[: len(solution.amplification)] <= solution.limit_s
-    return {
-        "solution_setting": f"rtol={SOLUTION_RTOL:g}",
-        "solution_engine": solution_engine(),
-        "solution_method": str(solution.trajectory.info.get("method", "")),
-        "solution_steps": solution.trajectory.info.get("steps"),
-        "solution_error_rad": float(solution.error["attitude"][: len(inside)][inside].max()),
-        "solution_limit_s": solution.limit_s,
-        "growth_total": float(solution.amplification[-1]),
-        "growth_rate_per_s": None if rate is None else rate[0],
-        "condition": None if condition is None else list(condition),
-        "ended": solution.trajectory.ended,
-    }
+@dataclass(frozen=True)
+class StabilityStudy:
+    """The stability study."""
 
+    files: ClassVar[StudyFiles] = FILES
 
-def new_record(plan: Plan, command: str) -> dict[str, Any]:
-    """run.json before the first run."""
-    return provenance(command) | {
-        "time_limit_s": plan.time_limit_s,
-        "scenes": {s.name: scene_words(s) for s in plan.scenes},
-        "engines": {name: r.load().title for name, r in plan.engines.items()},
-        "ours": [name for name in OURS if name in plan.engines],
-        "runs": [],
-    }
+    def plan(self, options: StabilityOptions) -> StabilityPlan:
+        """Scenes, engines and limits.
+
+        Raises
+        ------
+        SceneError, UnknownEngineError
+            For a scene or an engine that does not exist.
+        """
+        scenes = unique_names([load_scene(s) for s in options.scenes or hard_scenes()])
+        return StabilityPlan(tuple(scenes), chosen_engines(options.engines), options.time_limit_s, options.workers)
+
+    def record(self, plan: StabilityPlan) -> dict[str, Any]:
+        """Scenes, engines and limits; runs are added as they come."""
+        return {
+            "time_limit_s": plan.time_limit_s,
+            "scenes": {s.name: scene_words(s) for s in plan.scenes},
+            "engines": {name: r.load().title for name, r in plan.engines.items()},
+            "ours": [name for name in OURS if name in plan.engines],
+            "runs": [],
+        }
+
+    def run(self, plan: StabilityPlan, store: StudyStore, reporter: Reporter) -> StabilityResult:
+        """Make all runs, and judge each engine in each scene."""
+        return StabilityRun(plan, store, reporter).run()
 
 
 def scene_words(scene: Scene) -> dict[str, Any]:
-    """What the record says of a scene."""
+    """Entry of a scene in the record."""
     return {
         "title": scene.title,
         "description": scene.description.strip(),
@@ -268,34 +79,3 @@ def scene_words(scene: Scene) -> dict[str, Any]:
         "period_s": scene.period_s,
         "samples": scene.run.samples,
     }
-
-
-def stability(
-    plan: Plan,
-    out: Path,
-    *,
-    command: str,
-    report: Callable[[str, str, str], None] = lambda *_: None,
-    note: Callable[[str], None] = lambda _: None,
-) -> Result:
-    """Run every engine in every scene at three settings, and write tables into ``out/stability`` as they come.
-
-    Parameters
-    ----------
-    plan : Plan
-    out : Path
-        Result folder; a comparison that is there already is left alone.
-    command : str
-        What was typed, for the record.
-    report : callable
-        Told (scene, engine, what came of it) after each run.
-    note : callable
-        Told what goes on before, in words.
-
-    Returns
-    -------
-    Result
-    """
-    order = [(s.name, name) for s in plan.scenes for name in plan.engines]
-    store = StabilityStore(out / FOLDER, new_record(plan, command), order)
-    return Study(plan, store, report, note).run()

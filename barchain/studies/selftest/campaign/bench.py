@@ -1,4 +1,4 @@
-"""Trials from runs to cells: sound engines first, then faults, each with the further runs that its verdict asks for."""
+"""Trials from runs to cells: unmodified engines, then faults, each with the further runs of its verdict."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from adapters.registry import find_engine
 from barchain.judge.support import unsupported
 from barchain.solutions.reference_runs import SolutionFailedError, solution_jobs, solution_of
 from barchain.solutions.sampling import closely_sampled
-from barchain.studies.selftest.campaign.cells import Cell, Kind
-from barchain.studies.selftest.campaign.trial import FIRST, Case, Trial
+from barchain.studies.selftest.campaign.cells import CampaignCell, CellClass
+from barchain.studies.selftest.campaign.trial import FIRST, CampaignCase, CampaignTrial
 from reports.tables.crossval import REFERENCE_SOLUTION
 from reports.tables.outcome import Outcome
 
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.selftest.campaign.court import Judged
     from barchain.studies.selftest.campaign.judging import Court
-    from barchain.studies.selftest.campaign.runs import Runs
+    from barchain.studies.selftest.campaign.runs import RunCache
     from scenarios import Scene
 
 
-class Bench:
+class TrialBench:
     """Scenes whose engines are tried, with their runs."""
 
-    def __init__(self, runs: Runs, court: Court) -> None:
+    def __init__(self, runs: RunCache, court: Court) -> None:
         self.runs, self.court = runs, court
         self.certified_solutions: dict[str, ReferenceSolution] = {}
         self.failed: dict[str, str] = {}
@@ -50,22 +50,26 @@ class Bench:
             self.certified_solutions[scene.name] = solution
         return scenes
 
-    def try_sound(self, scene: Scene, engines: Iterable[str]) -> tuple[list[Cell], list[Trial]]:
+    def try_sound(self, scene: Scene, engines: Iterable[str]) -> tuple[list[CampaignCell], list[CampaignTrial]]:
         """Cells of engines that are not run on a scene, and trials of those that are."""
         if scene.name in self.failed:
             why, failed = self.failed[scene.name], str(Outcome.FAILED)
-            return [Cell(scene.name, REFERENCE_SOLUTION, "", Kind.FALSE_ALARM, failed, reason=why)], []
+            return [CampaignCell(scene.name, REFERENCE_SOLUTION, "", CellClass.FALSE_ALARM, failed, reason=why)], []
         cells, trials = [], []
         for name in engines:
             host = find_engine(name).load()
             reason = host.unsupported(scene) or unsupported(host, self.certified_solutions[scene.name])
             if reason is not None:
-                cells.append(Cell(scene.name, name, "", Kind.UNSUPPORTED, str(Outcome.UNSUPPORTED), reason=reason))
+                cells.append(
+                    CampaignCell(scene.name, name, "", CellClass.UNSUPPORTED, str(Outcome.UNSUPPORTED), reason=reason)
+                )
             else:
-                trials.append(Trial(scene, name))
+                trials.append(CampaignTrial(scene, name))
         return cells, trials
 
-    def plant(self, scene: Scene, host: str, faults: Iterable[str], most_reruns: int) -> tuple[list[Cell], list[Trial]]:
+    def plant(
+        self, scene: Scene, host: str, faults: Iterable[str], most_reruns: int
+    ) -> tuple[list[CampaignCell], list[CampaignTrial]]:
         """Cells of faults that can't be put into a host, and trials of those that can.
 
         Parameters
@@ -77,19 +81,19 @@ class Bench:
             Faults that need runs of their own, of all that there are; the scene chooses them.
         """
         sound = self.sound.get((scene.name, host))
-        if sound is None or sound.cell.kind not in (Kind.PASS, Kind.LIMITED):
+        if sound is None or sound.cell.kind not in (CellClass.PASS, CellClass.LIMITED):
             return [], []
         cells, trials = [], []
         for fault in faults:
-            trial = Trial(scene, host, fault)
+            trial = CampaignTrial(scene, host, fault)
             left_out = trial.left_out(self.certified_solutions[scene.name])
             if left_out:
-                cells.append(Cell(scene.name, host, fault, Kind.NOTHING, reason=left_out))
+                cells.append(CampaignCell(scene.name, host, fault, CellClass.NOTHING, reason=left_out))
             else:
                 trials.append(trial)
         return cells, thinned(trials, most_reruns)
 
-    def settle(self, trials: list[Trial]) -> list[Cell]:
+    def settle(self, trials: list[CampaignTrial]) -> list[CampaignCell]:
         """Cells of trials; where the first runs do not decide a verdict, after those that it asks for besides."""
         self.runs.make(job for trial in trials for job in trial.jobs())
         found = self.court([self.case(trial) for trial in trials])
@@ -103,17 +107,17 @@ class Bench:
                 self.sound[trial.scene.name, trial.engine] = one
         return [one.cell for one in found]
 
-    def case(self, trial: Trial, asked: tuple[Role, ...] = ()) -> Case:
+    def case(self, trial: CampaignTrial, asked: tuple[Role, ...] = ()) -> CampaignCase:
         """A trial with its runs."""
         made = {job.role: (job, self.runs[job]) for job in trial.jobs((*FIRST, *asked))}
         if not trial.fault:
-            return Case(trial, self.certified_solutions[trial.scene.name], made)
-        sound = {job.role: self.runs[job] for job in Trial(trial.scene, trial.engine).jobs()}
+            return CampaignCase(trial, self.certified_solutions[trial.scene.name], made)
+        sound = {job.role: self.runs[job] for job in CampaignTrial(trial.scene, trial.engine).jobs()}
         limits = self.sound[trial.scene.name, trial.engine].limits
-        return Case(trial, self.certified_solutions[trial.scene.name], made, sound, limits)
+        return CampaignCase(trial, self.certified_solutions[trial.scene.name], made, sound, limits)
 
 
-def thinned(trials: list[Trial], most_reruns: int) -> list[Trial]:
+def thinned(trials: list[CampaignTrial], most_reruns: int) -> list[CampaignTrial]:
     """Trials of which no more than some need runs of their own, in the same order."""
     own = [k for k, trial in enumerate(trials) if not trial.replays]
     if len(own) <= most_reruns:

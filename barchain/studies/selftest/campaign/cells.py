@@ -1,4 +1,4 @@
-"""What became of each engine on each scene, and of each fault: the cells of a campaign."""
+"""Outcome of each engine on each scene, and of each fault: the cells of a campaign."""
 
 from __future__ import annotations
 
@@ -12,48 +12,48 @@ COLUMNS = (
 )  # fmt: skip
 
 
-class Kind(StrEnum):
+class CellClass(StrEnum):
     """Class of a cell."""
 
     PASS = "pass"
-    """A sound engine that the judge finds right"""
+    """An unmodified engine that the judge accepts"""
     LIMITED = "limited"
-    """A sound engine that its round-off limits, as the judge says"""
+    """An unmodified engine that round-off limits, by the verdict"""
     UNSUPPORTED = "unsupported"
-    """An engine that can't carry the scene, and says so"""
-    LATE = "not in time"
-    """An engine whose run is ended by the campaign's limit of time: nobody says that it is wrong"""
+    """An engine that does not support the scene"""
+    LATE = "timed out"
+    """An engine whose run reaches the campaign's time limit: no verdict"""
     FALSE_ALARM = "false alarm"
-    """A sound engine that the judge refuses"""
+    """An unmodified engine that the judge rejects"""
     CAUGHT = "caught"
-    """A fault that the judge refuses"""
+    """A faulty engine that the judge rejects"""
     BELOW = "below the limit"
-    """A fault that is not seen, and is smaller than the verdict says that it would detect"""
-    BEYOND = "beyond the horizon"
-    """A fault that is not seen, and is larger than that only where the verdict compares nothing with the reference"""
+    """An undetected fault below the detection limit of the verdict"""
+    BEYOND = "beyond the predictability limit"
+    """An undetected fault above the detection limit only where the verdict compares nothing with the reference"""
     MISSED = "missed"
-    """A fault that is not seen, though the verdict says that it would be"""
+    """An undetected fault above the detection limit of the verdict"""
     NOTHING = "nothing to spoil"
-    """A fault that changes nothing there, or can't be put in"""
+    """A fault that changes nothing in the scene, or can't be put in"""
     BROKEN = "broken"
-    """A spoilt engine that fails where it should run: no verdict on the judge"""
+    """A faulty engine that fails where it should run: the fault is not put in as meant"""
 
 
-SOUND = (Kind.PASS, Kind.LIMITED, Kind.FALSE_ALARM)
-"""Classes of sound engines that ran"""
-TRIED = (Kind.CAUGHT, Kind.MISSED)
-"""Classes of faults that a verdict has to see"""
+SOUND = (CellClass.PASS, CellClass.LIMITED, CellClass.FALSE_ALARM)
+"""Classes of unmodified engines that ran"""
+TRIED = (CellClass.CAUGHT, CellClass.MISSED)
+"""Classes of faults that a verdict has to detect"""
 
 
 @dataclass(frozen=True)
-class Cell:
+class CampaignCell:
     """One engine on one scene, as it is or with a fault in it."""
 
     scene: str
     engine: str
     fault: str
     """Empty: the engine as it is"""
-    kind: Kind
+    kind: CellClass
     outcome: str = ""
     """The judge's; empty where nothing was judged"""
     quantity: str = ""
@@ -71,7 +71,7 @@ class Cell:
     @property
     def is_finding(self) -> bool:
         """Whether it speaks against the judge."""
-        return self.kind in (Kind.MISSED, Kind.FALSE_ALARM)
+        return self.kind in (CellClass.MISSED, CellClass.FALSE_ALARM)
 
     def row(self) -> dict[str, Any]:
         """Row of the table."""

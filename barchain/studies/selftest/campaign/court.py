@@ -1,4 +1,4 @@
-"""The production judge's verdict on a trial, and what it says of the judge."""
+"""The production judge's verdict on a trial, and its rating as right or wrong."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from barchain.judge.scales import scales
-from barchain.studies.selftest.campaign.cells import Cell, Kind
+from barchain.studies.selftest.campaign.cells import CampaignCell, CellClass
 from barchain.studies.selftest.campaign.sizes import larger, sizes
-from barchain.studies.selftest.campaign.trial import FIRST, Case, Limit, verdict_of
+from barchain.studies.selftest.campaign.trial import FIRST, CampaignCase, DetectionLimit, verdict_of
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -24,16 +24,16 @@ UNRUN = (Outcome.FAILED, Outcome.TIMED_OUT, Outcome.MISSING)
 
 
 class Judged(NamedTuple):
-    """A trial's cell, and what its verdict leaves to be done."""
+    """A trial's cell, and the further runs that its verdict needs."""
 
-    cell: Cell
-    limits: dict[str, Limit]
+    cell: CampaignCell
+    limits: dict[str, DetectionLimit]
     """What the verdict says that it would detect"""
     further_runs: tuple[Role, ...]
     """Further runs that would settle it"""
 
 
-def judged(case: Case) -> Judged:
+def judged(case: CampaignCase) -> Judged:
     """Cell of a trial."""
     results = case.results
     if case.trial.fault:
@@ -45,23 +45,25 @@ def judged(case: Case) -> Judged:
     return Judged(cell, limits_of(verdict), verdict.further_runs)
 
 
-def limits_of(verdict: Verdict) -> dict[str, Limit]:
+def limits_of(verdict: Verdict) -> dict[str, DetectionLimit]:
     """Detection limits that a verdict states."""
     return {
-        row["quantity"]: Limit(float(row["value"]), math.inf if row["limit_s"] is None else float(row["limit_s"]))
+        row["quantity"]: DetectionLimit(
+            float(row["value"]), math.inf if row["limit_s"] is None else float(row["limit_s"])
+        )
         for row in verdict.rows
         if row["metric"] == DETECTION_LIMIT
     }
 
 
-def unjudged(case: Case, results: dict[Role, RunResult]) -> Cell | None:
+def unjudged(case: CampaignCase, results: dict[Role, RunResult]) -> CampaignCell | None:
     """Cell of a fault that changes nothing, or whose runs fail; None where there is something to judge."""
     failed = next((results[role] for role in FIRST if results[role].outcome in UNRUN), None)
     if failed:
-        return new_cell(case, Kind.BROKEN, outcome=str(failed.outcome), reason=failed.reason)
+        return new_cell(case, CellClass.BROKEN, outcome=str(failed.outcome), reason=failed.reason)
     fault = case.trial.planted
     if fault and not fault.declares and all(same(case.sound_trajectory(r), results[r].trajectory) for r in FIRST):
-        return new_cell(case, Kind.NOTHING, reason="it changes nothing there")
+        return new_cell(case, CellClass.NOTHING, reason="it changes nothing there")
     return None
 
 
@@ -77,34 +79,34 @@ def same(a: Trajectory | None, b: Trajectory | None) -> bool:
     )  # fmt: skip
 
 
-def sound_cell(case: Case, verdict: Verdict) -> Cell:
-    """Cell of a sound engine."""
+def sound_cell(case: CampaignCase, verdict: Verdict) -> CampaignCell:
+    """Cell of an unmodified engine."""
     outcome = verdict.outcome
     if outcome is Outcome.TIMED_OUT:
-        return rejected(case, verdict, Kind.LATE)
+        return rejected(case, verdict, CellClass.LATE)
     if not outcome.ok:
-        return rejected(case, verdict, Kind.FALSE_ALARM)
-    kinds = {Outcome.UNSUPPORTED: Kind.UNSUPPORTED, Outcome.ROUNDOFF_LIMITED: Kind.LIMITED}
-    kind = kinds.get(outcome, Kind.PASS)
+        return rejected(case, verdict, CellClass.FALSE_ALARM)
+    kinds = {Outcome.UNSUPPORTED: CellClass.UNSUPPORTED, Outcome.ROUNDOFF_LIMITED: CellClass.LIMITED}
+    kind = kinds.get(outcome, CellClass.PASS)
     said = next((row["reason"] for row in verdict.rows if row["outcome"] == outcome), "")
-    return new_cell(case, kind, outcome=str(outcome), reason="" if kind is Kind.PASS else said)
+    return new_cell(case, kind, outcome=str(outcome), reason="" if kind is CellClass.PASS else said)
 
 
-def fault_cell(case: Case, results: dict[Role, RunResult], verdict: Verdict) -> Cell:
-    """Cell of a fault: whether it is caught, and if not, whether it is as small as is said."""
+def fault_cell(case: CampaignCase, results: dict[Role, RunResult], verdict: Verdict) -> CampaignCell:
+    """Cell of a fault: detected, or smaller or larger than the stated detection limit."""
     whole, compared = (fault_sizes(case, results, to_limit=inside) for inside in (False, True))
     if not verdict.outcome.ok or verdict.outcome is Outcome.UNSUPPORTED:  # that is no pass
-        return rejected(case, verdict, Kind.CAUGHT, whole)
+        return rejected(case, verdict, CellClass.CAUGHT, whole)
     limits = stated(case.limits, limits_of(verdict))
     quantity, excess = worst(limits, compared)
     if excess > 1.0:
-        return compared_cell(case, verdict, Kind.MISSED, quantity, compared)
+        return compared_cell(case, verdict, CellClass.MISSED, quantity, compared)
     quantity, excess = worst(limits, whole)
-    return compared_cell(case, verdict, Kind.BEYOND if excess > 1.0 else Kind.BELOW, quantity, whole)
+    return compared_cell(case, verdict, CellClass.BEYOND if excess > 1.0 else CellClass.BELOW, quantity, whole)
 
 
-def fault_sizes(case: Case, results: dict[Role, RunResult], *, to_limit: bool) -> dict[str, float]:
-    """Largest change in the main or the finer run; up to where the sound verdict compares, or in all of the run."""
+def fault_sizes(case: CampaignCase, results: dict[Role, RunResult], *, to_limit: bool) -> dict[str, float]:
+    """Largest change in the main or the finer run; up to the end of the unmodified verdict's comparison, or overall."""
     until = {name: limit.until_s for name, limit in case.limits.items()} if to_limit else None
     scale, found = scales(case.solution), dict[str, float]()
     for role in FIRST:
@@ -114,15 +116,15 @@ def fault_sizes(case: Case, results: dict[Role, RunResult], *, to_limit: bool) -
     return found
 
 
-def stated(sound: dict[str, Limit], own: dict[str, Limit]) -> dict[str, Limit]:
-    """Limits that a fault is held against: the larger share of those in the sound verdict and in the fault's own.
+def stated(sound: dict[str, DetectionLimit], own: dict[str, DetectionLimit]) -> dict[str, DetectionLimit]:
+    """Detection limits for a fault: the larger share of the unmodified and of the faulty engine's verdict.
 
     A fault that differs from run to run makes the engine's error estimate larger, and its own verdict says so.
     """
     return {name: max(limit, own.get(name, limit), key=lambda each: each.share) for name, limit in sound.items()}
 
 
-def worst(limits: dict[str, Limit], found: dict[str, float]) -> tuple[str, float]:
+def worst(limits: dict[str, DetectionLimit], found: dict[str, float]) -> tuple[str, float]:
     """Quantity whose change is largest over its detection limit, and that ratio; 0 where nothing with a limit changes.
 
     A limit that is not a number is none.
@@ -136,16 +138,18 @@ def worst(limits: dict[str, Limit], found: dict[str, float]) -> tuple[str, float
     return quantity, ratios.get(quantity, 0.0)
 
 
-def rejected(case: Case, verdict: Verdict, kind: Kind, found: dict[str, float] | None = None) -> Cell:
-    """Cell of a run that the judge refuses: what it says first."""
+def rejected(
+    case: CampaignCase, verdict: Verdict, kind: CellClass, found: dict[str, float] | None = None
+) -> CampaignCell:
+    """Cell of a run that the judge rejects, with its first reason."""
     row = next(r for r in verdict.rows if r["outcome"] == verdict.outcome)
     reason = row["reason"] or row["metric"]
     return compared_cell(case, verdict, kind, row["quantity"], found or {}, reason=reason)
 
 
 def compared_cell(
-    case: Case, verdict: Verdict, kind: Kind, quantity: str, found: dict[str, float], *, reason: str = ""
-) -> Cell:
+    case: CampaignCase, verdict: Verdict, kind: CellClass, quantity: str, found: dict[str, float], *, reason: str = ""
+) -> CampaignCell:
     """Cell of a fault with its size in one quantity, and the limits of that."""
     limit, own = (
         limits[quantity].share if quantity in limits else None for limits in (case.limits, limits_of(verdict))
@@ -156,9 +160,9 @@ def compared_cell(
     )  # fmt: skip
 
 
-def new_cell(case: Case, kind: Kind, **known: Any) -> Cell:
+def new_cell(case: CampaignCase, kind: CellClass, **known: Any) -> CampaignCell:
     """Cell of a trial, with the time that its own runs took."""
     trial = case.trial
     own = case.made.values() if not trial.fault or not trial.replays else ()
     seconds = sum(sum(result.seconds.values()) for _, result in own)
-    return Cell(trial.scene.name, trial.engine, trial.fault, kind, seconds=seconds, **known)
+    return CampaignCell(trial.scene.name, trial.engine, trial.fault, kind, seconds=seconds, **known)

@@ -1,4 +1,4 @@
-"""What speaks against the judge: one scene of each kind, made simpler and written down."""
+"""Wrong verdicts of the judge: one scene of each kind, simplified and written."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from pathlib import Path
 
-    from barchain.studies.selftest.campaign.cells import Cell
-    from barchain.studies.selftest.campaign.store import CampaignStore
+    from barchain.studies.selftest.campaign.cells import CampaignCell
+    from barchain.studies.selftest.campaign.tables import CampaignTables
     from scenarios import Scene
 
 MOST_SHRUNK = 5
@@ -29,49 +29,49 @@ START_S = 60.0
 
 
 @dataclass(frozen=True)
-class Found:
+class KeptFinding:
     """A finding and its scene."""
 
-    cell: Cell
+    cell: CampaignCell
     """First one of its kind"""
     times: int
     """Cells of its kind"""
     path: Path
 
 
-def kinds(findings: Iterable[Cell]) -> list[list[Cell]]:
+def kinds(findings: Iterable[CampaignCell]) -> list[list[CampaignCell]]:
     """Findings that differ by their scene alone, together; missed faults first."""
-    groups: dict[tuple[str, ...], list[Cell]] = {}
+    groups: dict[tuple[str, ...], list[CampaignCell]] = {}
     for cell in findings:
         groups.setdefault((cell.engine, cell.fault, cell.outcome, cell.quantity), []).append(cell)
     return sorted(groups.values(), key=lambda cells: not cells[0].fault)
 
 
 def kept_findings(
-    groups: list[list[Cell]], store: CampaignStore, seconds: float, done: Callable[[int], None]
-) -> list[Found]:
+    groups: list[list[CampaignCell]], tables: CampaignTables, seconds: float, done: Callable[[int], None]
+) -> list[KeptFinding]:
     """Write a scene of each kind of finding; of the first few, one as simple as is found in some seconds each."""
     kept = []
     for k, cells in enumerate(groups):
-        first, path = cells[0], store.scene_path(cells[0])
+        first, path = cells[0], tables.scene_path(cells[0])
         scene = draw(int(first.scene.rpartition("/")[2]))
         write_scene(scene, first, path)
         if k < MOST_SHRUNK and seconds > 0.0:
             shrink(scene, first, path, seconds)
-        kept.append(Found(first, len(cells), path))
+        kept.append(KeptFinding(first, len(cells), path))
         done(1)
     return kept
 
 
-def write_scene(scene: Scene, cell: Cell, path: Path) -> None:
-    """Write a scene with what it shows."""
+def write_scene(scene: Scene, cell: CampaignCell, path: Path) -> None:
+    """Write a scene with its finding as description."""
     what = f"{cell.engine} with {cell.fault}" if cell.fault else cell.engine
     said = f"{what}: {cell.kind}, {cell.outcome}. {cell.quantity} {cell.reason}".strip()
     named = replace(scene, title=f"From {cell.scene}", description=said)
     write_atomically(path, scene_toml(named))
 
 
-def shrink(scene: Scene, cell: Cell, path: Path, seconds: float) -> None:
+def shrink(scene: Scene, cell: CampaignCell, path: Path, seconds: float) -> None:
     """Look for a simpler scene in a process of its own: an engine that dies or hangs there ends the search alone."""
     pool = ProcessPool(1, context=multiprocessing.get_context("spawn"))
     try:
@@ -84,7 +84,7 @@ def shrink(scene: Scene, cell: Cell, path: Path, seconds: float) -> None:
         pool.join()
 
 
-def search(scene: Scene, cell: Cell, path: Path, seconds: float) -> None:
+def search(scene: Scene, cell: CampaignCell, path: Path, seconds: float) -> None:
     """Write ever simpler scenes."""
     simplest(
         scene,

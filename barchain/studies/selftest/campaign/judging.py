@@ -5,19 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from barchain.run.verdict_workers import Judges
-from barchain.studies.selftest.campaign.cells import Cell, Kind
+from barchain.studies.selftest.campaign.cells import CampaignCell, CellClass
 from barchain.studies.selftest.campaign.court import Judged, judged
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from barchain.studies.selftest.campaign.trial import Case
+    from barchain.studies.selftest.campaign.trial import CampaignCase
 
-    Court = Callable[[list[Case]], list[Judged]]
+    Court = Callable[[list[CampaignCase]], list[Judged]]
 
 
-def at_once(cases: list[Case]) -> list[Judged]:
+def at_once(cases: list[CampaignCase]) -> list[Judged]:
     """Judge in this process."""
     return [judged(case) for case in cases]
 
@@ -28,7 +28,7 @@ class CourtRoom:
     def __init__(self, workers: int) -> None:
         self.judges: Judges[int] = Judges(workers)
 
-    def __call__(self, cases: list[Case]) -> list[Judged]:
+    def __call__(self, cases: list[CampaignCase]) -> list[Judged]:
         """Judge; a verdict that does not come is a mistake in the campaign, and costs one cell."""
         for number, case in enumerate(cases):
             self.judges.submit(number, judged, case)
@@ -36,13 +36,15 @@ class CourtRoom:
         return [self.cell(case, found[number]) for number, case in enumerate(cases)]
 
     @staticmethod
-    def cell(case: Case, found: Judged | BaseException) -> Judged:
+    def cell(case: CampaignCase, found: Judged | BaseException) -> Judged:
         """Verdict, or why there is none."""
         if isinstance(found, Judged):
             return found
         trial, said = case.trial, f"no verdict: {type(found).__name__}: {found}"
-        kind = Kind.BROKEN if trial.fault else Kind.FALSE_ALARM
-        return Judged(Cell(trial.scene.name, trial.engine, trial.fault, kind, str(Outcome.FAILED), reason=said), {}, ())
+        kind = CellClass.BROKEN if trial.fault else CellClass.FALSE_ALARM
+        return Judged(
+            CampaignCell(trial.scene.name, trial.engine, trial.fault, kind, str(Outcome.FAILED), reason=said), {}, ()
+        )
 
     def close(self) -> None:
         """End the processes."""

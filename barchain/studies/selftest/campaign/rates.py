@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from scipy.stats import binomtest
 
-from barchain.studies.selftest.campaign.cells import SOUND, TRIED, Kind
+from barchain.studies.selftest.campaign.cells import SOUND, TRIED, CellClass
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from barchain.studies.selftest.campaign.cells import Cell
+    from barchain.studies.selftest.campaign.cells import CampaignCell
 
 CONFIDENCE = 0.95
 MOST_FALSE_ALARMS = 0.005
@@ -52,36 +52,38 @@ class Rate:
         return asdict(self) | {"rate": self.rate, "low": low, "high": high}
 
 
-def rates(cells: list[Cell]) -> list[Rate]:
+def rates(cells: list[CampaignCell]) -> list[Rate]:
     """All rates, those over everything first."""
     sound = [c for c in cells if not c.fault and c.kind in SOUND]
     tried = [c for c in cells if c.fault and c.kind in TRIED]
-    planted = [c for c in cells if c.fault and c.kind in (*TRIED, Kind.BELOW, Kind.BEYOND)]
-    found = [Rate(str(Kind.FALSE_ALARM), ALL, ALL, len(sound), count(sound, Kind.FALSE_ALARM))]
-    found.append(Rate(str(Kind.MISSED), ALL, ALL, len(tried), count(tried, Kind.MISSED)))
-    alarms = {c.outcome: None for c in sound if c.kind is Kind.FALSE_ALARM}
-    found += [Rate(str(Kind.FALSE_ALARM), "outcome", o, len(sound), sum(c.outcome == o for c in sound)) for o in alarms]
-    found += each(sound, Kind.FALSE_ALARM, "engine", lambda c: c.engine)
-    found += each(sound, Kind.LIMITED, "engine", lambda c: c.engine)
-    found += each(tried, Kind.MISSED, "engine", lambda c: c.engine)
-    found += each(tried, Kind.MISSED, "fault", lambda c: c.fault)
-    found += each(planted, Kind.BELOW, "fault", lambda c: c.fault)
-    return found + each(planted, Kind.BEYOND, "fault", lambda c: c.fault)
+    planted = [c for c in cells if c.fault and c.kind in (*TRIED, CellClass.BELOW, CellClass.BEYOND)]
+    found = [Rate(str(CellClass.FALSE_ALARM), ALL, ALL, len(sound), count(sound, CellClass.FALSE_ALARM))]
+    found.append(Rate(str(CellClass.MISSED), ALL, ALL, len(tried), count(tried, CellClass.MISSED)))
+    alarms = {c.outcome: None for c in sound if c.kind is CellClass.FALSE_ALARM}
+    found += [
+        Rate(str(CellClass.FALSE_ALARM), "outcome", o, len(sound), sum(c.outcome == o for c in sound)) for o in alarms
+    ]
+    found += each(sound, CellClass.FALSE_ALARM, "engine", lambda c: c.engine)
+    found += each(sound, CellClass.LIMITED, "engine", lambda c: c.engine)
+    found += each(tried, CellClass.MISSED, "engine", lambda c: c.engine)
+    found += each(tried, CellClass.MISSED, "fault", lambda c: c.fault)
+    found += each(planted, CellClass.BELOW, "fault", lambda c: c.fault)
+    return found + each(planted, CellClass.BEYOND, "fault", lambda c: c.fault)
 
 
-def each(cells: list[Cell], kind: Kind, by: str, key: Callable[[Cell], str]) -> list[Rate]:
+def each(cells: list[CampaignCell], kind: CellClass, by: str, key: Callable[[CampaignCell], str]) -> list[Rate]:
     """Rate of a class for each engine or fault, in the order in which they come."""
     names = dict.fromkeys(map(key, cells))
     groups = {name: [c for c in cells if key(c) == name] for name in names}
     return [Rate(str(kind), by, name, len(group), count(group, kind)) for name, group in groups.items()]
 
 
-def count(cells: list[Cell], kind: Kind) -> int:
+def count(cells: list[CampaignCell], kind: CellClass) -> int:
     """Cells of a class."""
     return sum(c.kind is kind for c in cells)
 
 
-def passed(cells: list[Cell]) -> bool:
+def passed(cells: list[CampaignCell]) -> bool:
     """Whether no fault above its detection limit is missed, and false alarms are as rare as they have to be."""
     false, missed = rates(cells)[:2]
     return missed.count == 0 and false.count <= math.ceil(MOST_FALSE_ALARMS * false.n)

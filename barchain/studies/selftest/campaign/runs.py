@@ -26,7 +26,7 @@ TIME_LIMIT_S = 120.0
 
 @dataclass(frozen=True)
 class Planted(Registration):
-    """What a worker needs to make an engine with a fault in it: two names."""
+    """Names from which a worker makes an engine with a fault in it."""
 
     host: str = ""
     fault: str = ""
@@ -62,7 +62,7 @@ def in_this_process(jobs: list[Job]) -> Iterator[tuple[Job, RunResult]]:
             yield job, run_job(job, Path(folder) / "log")
 
 
-class Runs:
+class RunCache:
     """Results of runs by their key."""
 
     def __init__(self, run: Runner) -> None:

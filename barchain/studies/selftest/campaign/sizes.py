@@ -1,4 +1,4 @@
-"""How large a fault is in what a run shows: relative to the sizes of the quantities, as detection limits are."""
+"""Size of a fault in a run's samples, relative to the sizes of the quantities, as detection limits are."""
 
 from __future__ import annotations
 

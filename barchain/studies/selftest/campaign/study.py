@@ -1,34 +1,32 @@
-"""A random campaign from start to tables: what the command line and notebooks call."""
+"""The random campaign: engines and faults on random scenes, and the rates of wrong verdicts."""
 
 from __future__ import annotations
 
 import itertools
-import time
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from barchain.record.environment import provenance
-from barchain.studies.selftest.campaign.bench import Bench
-from barchain.studies.selftest.campaign.faults.catalogue import FAULTS
+from barchain.run.selection import chosen_engines
+from barchain.studies.selftest.campaign.bench import TrialBench
+from barchain.studies.selftest.campaign.cells import CampaignCell
+from barchain.studies.selftest.campaign.faults.catalogue import FAULTS, find
 from barchain.studies.selftest.campaign.findings import kept_findings, kinds
 from barchain.studies.selftest.campaign.rates import passed, rates
-from barchain.studies.selftest.campaign.runs import Runs
+from barchain.studies.selftest.campaign.runs import RunCache
 from barchain.studies.selftest.campaign.scenes.draw import draw
-from barchain.studies.selftest.campaign.store import FOLDER, CampaignStore
+from barchain.studies.selftest.campaign.tables import FILES, CampaignTables
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from contextlib import AbstractContextManager
-    from pathlib import Path
+    from collections.abc import Iterator
 
-    from barchain.studies.selftest.campaign.cells import Cell
-    from barchain.studies.selftest.campaign.findings import Found
+    from barchain.studies.selftest.campaign.findings import KeptFinding
     from barchain.studies.selftest.campaign.judging import Court
     from barchain.studies.selftest.campaign.rates import Rate
     from barchain.studies.selftest.campaign.runs import Runner
+    from barchain.studies.store import StudyStore
+    from barchain.studies.study import Reporter
+    from reports.tables.files import StudyFiles
     from scenarios import Scene
-
-    Counter = Callable[[str, int], AbstractContextManager[Callable[[int], None]]]
 
 HOSTS = ("reference", "exudyn", "exudyn-tree", "pymunk")
 """Steps that are chosen; multipliers of second order; a tree of sixth order; impulses"""
@@ -38,25 +36,36 @@ SHRINK_S = 60.0
 
 
 @dataclass(frozen=True)
-class Plan:
-    """What is to be tried."""
+class CampaignOptions:
+    """Options of a campaign."""
 
     scenes: int
+    """Number of random scenes"""
     seed: int = 0
-    """Number of the first scene; the others follow"""
+    """Number of the first scene"""
     engines: tuple[str, ...] = ()
+    """Engines that are judged unmodified; all installed everyday engines by default"""
     hosts: tuple[str, ...] = HOSTS
-    """Engines that faults are put into; none: sound engines alone"""
-    faults: tuple[str, ...] = tuple(FAULTS)
+    """Engines that faults are put into; none: unmodified engines alone"""
+    faults: tuple[str, ...] = ()
+    """Names; all by default"""
     most_reruns: int = MOST_RERUNS
     """Faults in one host on one scene that need runs of their own"""
     shrink_s: float = SHRINK_S
-    """Time for a simpler scene of one finding; 0: none is looked for"""
+    """Time for the search of a simpler scene of one finding; 0: no search"""
     workers: int | None = None
+    """Processes side by side; all cores by default"""
+
+
+@dataclass(frozen=True)
+class CampaignPlan(CampaignOptions):
+    """Options with every engine and fault named."""
+
+    faults: tuple[str, ...] = tuple(FAULTS)
 
     @property
     def sound(self) -> tuple[str, ...]:
-        """Engines that are judged as they are: hosts too, as their verdicts say what they would detect."""
+        """Engines that are judged unmodified: hosts too, as their verdicts state the detection limits."""
         return tuple(dict.fromkeys((*self.engines, *self.hosts)))
 
     def drawn(self) -> Iterator[Scene]:
@@ -66,63 +75,86 @@ class Plan:
 
 @dataclass(frozen=True)
 class Campaign:
-    """What a campaign found."""
+    """Result of a campaign."""
 
-    plan: Plan
-    cells: list[Cell]
+    plan: CampaignPlan
+    cells: list[CampaignCell]
     rates: list[Rate]
-    findings: list[Found] = field(default_factory=list)
+    findings: list[KeptFinding] = field(default_factory=list)
 
     @property
     def passed(self) -> bool:
-        """Whether the judge misses nothing that it says it would see, and hardly ever refuses a sound engine."""
+        """Whether no fault above its detection limit is missed, and false alarms are rare enough."""
         return passed(self.cells)
 
 
-def campaign(plan: Plan, out: Path, run: Runner, court: Court, *, command: str, counted: Counter) -> Campaign:
-    """Try engines and faults on random scenes, and write the tables into ``out/campaign`` as they come.
+def make_plan(options: CampaignOptions) -> CampaignPlan:
+    """Plan of a campaign, with the default engines and faults by name.
 
-    Parameters
-    ----------
-    plan : Plan
-    out : Path
-        Result folder.
-    run : callable
-        Makes runs, see `barchain.studies.selftest.campaign.runs`.
-    court : callable
-        Gives verdicts, see `barchain.studies.selftest.campaign.judging`.
-    command : str
-        What was typed, for the record.
-    counted : callable
-        Given what is done and how often, a context with a callback to count it.
-
-    Returns
-    -------
-    Campaign
+    Raises
+    ------
+    UnknownFaultError
+        For a fault that does not exist.
     """
-    start = time.perf_counter()
-    store = CampaignStore(out / FOLDER, new_record(plan, command))
-    cells: list[Cell] = []
-    with counted("scenes", plan.scenes) as done:
-        drawn = plan.drawn()
-        while scenes := list(itertools.islice(drawn, CHUNK)):
-            found = tried(plan, scenes, run, court)
-            cells += found
-            store.keep_cells(found)
-            store.keep_rates(rates(cells))
-            done(len(scenes))
-    groups = kinds(cell for cell in cells if cell.is_finding)
-    with counted("findings", len(groups)) as done:
-        kept = kept_findings(groups, store, plan.shrink_s, done)
-    result = Campaign(plan, cells, rates(cells), kept)
-    store.record.update(finished=True, passed=result.passed, seconds=time.perf_counter() - start)
-    store.write_record()
-    return result
+    installed = tuple(name for name, r in chosen_engines(None).items() if not r.missing)
+    faults = tuple(find(name).name for name in dict.fromkeys(options.faults or FAULTS))
+    return CampaignPlan(**(vars(options) | {"engines": options.engines or installed, "faults": faults}))
 
 
-def tried(plan: Plan, drawn: list[Scene], run: Runner, court: Court) -> list[Cell]:
+@dataclass(frozen=True)
+class CampaignStudy:
+    """The random campaign."""
+
+    runner: Runner
+    """Makes runs, see :mod:`barchain.studies.selftest.campaign.runs`"""
+    court: Court
+    """Gives verdicts, see :mod:`barchain.studies.selftest.campaign.judging`"""
+    files: ClassVar[StudyFiles] = FILES
+
+    def plan(self, options: CampaignOptions) -> CampaignPlan:
+        """Engines and faults by name.
+
+        Raises
+        ------
+        UnknownFaultError
+            For a fault that does not exist.
+        """
+        return make_plan(options)
+
+    def record(self, plan: CampaignPlan) -> dict[str, Any]:
+        """Scenes, engines and faults."""
+        faults = {name: {"words": FAULTS[name].words, "group": str(FAULTS[name].group)} for name in plan.faults}
+        return {
+            "seed": plan.seed,
+            "scenes": plan.scenes,
+            "engines": list(plan.sound),
+            "hosts": list(plan.hosts),
+            "most_reruns": plan.most_reruns,
+            "faults": faults,
+        }
+
+    def run(self, plan: CampaignPlan, store: StudyStore, reporter: Reporter) -> Campaign:
+        """Try engines and faults on random scenes, and write tables as cells come."""
+        tables, cells = CampaignTables(store), list[CampaignCell]()
+        with reporter.counted("scenes", plan.scenes) as done:
+            drawn = plan.drawn()
+            while scenes := list(itertools.islice(drawn, CHUNK)):
+                found = tried(plan, scenes, self.runner, self.court)
+                cells += found
+                tables.keep_cells(found)
+                tables.keep_rates(rates(cells))
+                done(len(scenes))
+        groups = kinds(cell for cell in cells if cell.is_finding)
+        with reporter.counted("findings", len(groups)) as done:
+            kept = kept_findings(groups, tables, plan.shrink_s, done)
+        result = Campaign(plan, cells, rates(cells), kept)
+        store.record["passed"] = result.passed
+        return result
+
+
+def tried(plan: CampaignPlan, drawn: list[Scene], run: Runner, court: Court) -> list[CampaignCell]:
     """Cells of some scenes."""
-    bench = Bench(Runs(run), court)
+    bench = TrialBench(RunCache(run), court)
     scenes = bench.establish(drawn)
     cells, trials = [], []
     for scene in scenes:
@@ -136,15 +168,3 @@ def tried(plan: Plan, drawn: list[Scene], run: Runner, court: Court) -> list[Cel
         cells += left_out
         trials += more
     return cells + bench.settle(trials)
-
-
-def new_record(plan: Plan, command: str) -> dict[str, object]:
-    """campaign.json before the first run."""
-    return provenance(command) | {
-        "seed": plan.seed,
-        "scenes": plan.scenes,
-        "engines": list(plan.sound),
-        "hosts": list(plan.hosts),
-        "most_reruns": plan.most_reruns,
-        "faults": {name: {"words": FAULTS[name].words, "group": str(FAULTS[name].group)} for name in plan.faults},
-    }

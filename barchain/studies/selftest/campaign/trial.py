@@ -31,7 +31,7 @@ FIRST = (Role.MAIN, Role.FINER)
 
 
 @dataclass(frozen=True)
-class Trial:
+class CampaignTrial:
     """One engine on one scene; of the fault only the name, so that worker processes can take it."""
 
     scene: Scene
@@ -46,17 +46,17 @@ class Trial:
 
     @property
     def planted(self) -> Fault | None:
-        """The fault; None of a sound engine."""
+        """The fault; None of an unmodified engine."""
         return find(self.fault) if self.fault else None
 
     @property
     def replays(self) -> bool:
-        """Whether it takes no runs besides those of the sound engine."""
+        """Whether the runs of the unmodified engine suffice."""
         return self.planted is None or self.planted.replays
 
     @property
     def registration(self) -> Registration:
-        """What is run: the engine as it is where only what is read out or declared is spoilt."""
+        """Engine that is run: the unmodified one where the fault changes only samples or declarations."""
         return find_engine(self.engine) if self.replays else planted(self.engine, self.fault)
 
     @property
@@ -82,8 +82,8 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Limit:
-    """Smallest error that a verdict says it would have called."""
+class DetectionLimit:
+    """Smallest error that a verdict states it would detect."""
 
     share: float
     """Of the quantity's scale"""
@@ -92,21 +92,21 @@ class Limit:
 
 
 @dataclass(frozen=True)
-class Case:
+class CampaignCase:
     """A trial with its runs: all that a verdict takes."""
 
-    trial: Trial
+    trial: CampaignTrial
     solution: ReferenceSolution
     made: dict[Role, tuple[Job, RunResult]]
     """Runs by role, with what was asked: of the sound engine where the trial replays them"""
     sound: dict[Role, RunResult] = field(default_factory=dict)
     """Runs of the sound engine; empty where the trial is that"""
-    limits: dict[str, Limit] = field(default_factory=dict)
+    limits: dict[str, DetectionLimit] = field(default_factory=dict)
     """What the sound engine's verdict says that it would detect"""
 
     @property
     def results(self) -> dict[Role, RunResult]:
-        """Runs by role, spoilt."""
+        """Runs by role, with the fault in them."""
         return {role: self.with_fault(job, result) for role, (job, result) in self.made.items()}
 
     def with_fault(self, job: Job, result: RunResult) -> RunResult:
@@ -118,18 +118,18 @@ class Case:
 
     @property
     def judged_as(self) -> type[Engine]:
-        """Class that is judged, with what it declares."""
+        """Class that is judged, with its declarations."""
         fault = self.trial.planted
         if fault is None:
             return self.trial.host
         return spoilt(fault, fault.natural, self.trial.host, main=self.sound_trajectory(Role.MAIN))
 
     def sound_trajectory(self, role: Role) -> Trajectory | None:
-        """What the sound engine saw."""
+        """Trajectory of the unmodified engine."""
         return self.sound[role].trajectory if role in self.sound else None
 
 
-def verdict_of(case: Case, results: dict[Role, RunResult]) -> Verdict:
+def verdict_of(case: CampaignCase, results: dict[Role, RunResult]) -> Verdict:
     """Verdict of the production comparison."""
     evidence = gathered(results)
     assert evidence is not None  # the two first runs are always made

@@ -1,1 +1,1 @@
-"""Faults of the kill matrix, by what they spoil, and the engine that carries them."""
+"""Faults of the kill matrix, by the part of the engine that they change, and the faulty engine."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from barchain.studies.selftest.faults import equations, events, forces, misprints, output
-from barchain.studies.selftest.faults.fault import Fault, Group
+from barchain.studies.selftest.faults.fault import Fault, FaultGroup
 from scenarios import nearest
 
 SOUND = "sound"
-CONTROLS = {f.name: f for f in (Fault(SOUND, "the engine as it is", "no fault", Group.CONTROL), misprints.CONTROL)}
-ORDER = tuple(Group)
+CONTROLS = {f.name: f for f in (Fault(SOUND, "the engine as it is", "no fault", FaultGroup.CONTROL), misprints.CONTROL)}
+ORDER = tuple(FaultGroup)
 FAULTS = {
     f.name: f
     for f in sorted(

@@ -13,7 +13,7 @@ from adapters.common.initial_state import chain_model
 from adapters.reference import numpy_engines as reference_adapter
 from adapters.reference.numpy_engines import Reference
 from barchain.studies.selftest.faults import reasons
-from barchain.studies.selftest.faults.fault import Fault, Group, Size
+from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
 from reference_impl.model import relative
 from reference_impl.model.gravity import point_field
 from reference_impl.model.relative import ReactionSolution, external_accelerations
@@ -48,12 +48,12 @@ def scaled(values: Array, bar: int, factor: float) -> Array:
 def less_centrifugal(size: float) -> AbstractContextManager[object]:
     """Ends of bars without a part of theta'^2 l/2."""
 
-    class Wrong(ReactionSolution):
+    class WrongReactions(ReactionSolution):
         def __init__(self, model: ChainModel, state: State, *given: Any, **how: Any) -> None:
             slower = dataclasses.replace(state, rate_rad_s=state.rate_rad_s * np.sqrt(1.0 - size))
             super().__init__(model, slower, *given, **how)
 
-    return patch.object(relative, "ReactionSolution", Wrong)
+    return patch.object(relative, "ReactionSolution", WrongReactions)
 
 
 def wrong_lever(size: float) -> AbstractContextManager[object]:
@@ -90,7 +90,7 @@ def open_joints(size: float) -> Iterator[None]:
 
 
 def particle(size: float) -> AbstractContextManager[object]:
-    """Centre of mass without what the bars' own places add to its pull."""
+    """Centre of mass without the bars' own positions in its gravity."""
 
     def wrong(model: ChainModel, state: State, unit: ComplexArray) -> tuple[Array, ComplexArray, Array]:
         field, tide, spin = external_accelerations(model, state, unit)
@@ -141,33 +141,35 @@ SINGLE = Fault(
     "float32-model",
     "masses, lengths, moments of inertia and mu through single precision",
     "a model file written in single precision",
-    Group.ACCURACY,
+    FaultGroup.ACCURACY,
     code=other_model(single_numbers),
     nothing=same_in_single,
 )
 FAULTS = (
     Fault("centrifugal-missing", "the ends' accelerations without (a part of) theta'² l/2",
-          "a term forgotten in eq. (19)", Group.EQUATIONS, code=less_centrifugal, size=PART, nothing=reasons.joints),
+          "a term forgotten in eq. (19)", FaultGroup.EQUATIONS, code=less_centrifugal, size=PART,
+          nothing=reasons.joints),
     Fault("lever-sign", "the reaction at a bar's left end turns it the wrong way",
-          "R_j - R_(j-1) for R_j + R_(j-1) in eq. (15)", Group.EQUATIONS, code=wrong_lever, nothing=reasons.joints),
+          "R_j - R_(j-1) for R_j + R_(j-1) in eq. (15)", FaultGroup.EQUATIONS, code=wrong_lever,
+          nothing=reasons.joints),
     Fault("joints-ignored", "bars move as if free, and their ends part", "constraints not assembled",
-          Group.EQUATIONS, code=open_joints, nothing=reasons.first_of(reasons.joints, reasons.no_motor)),
+          FaultGroup.EQUATIONS, code=open_joints, nothing=reasons.first_of(reasons.joints, reasons.no_motor)),
     Fault("joints-ignored-in-silence", "bars turn as if free, gaps are said to be closed",
-          "constraint forces computed and not applied", Group.EQUATIONS, code=silent_joints,
+          "constraint forces computed and not applied", FaultGroup.EQUATIONS, code=silent_joints,
           nothing=reasons.first_of(reasons.joints, reasons.no_motor)),
-    Fault("inertia", "moments of inertia too large", "m l²/12 with another length or mass", Group.EQUATIONS,
+    Fault("inertia", "moments of inertia too large", "m l²/12 with another length or mass", FaultGroup.EQUATIONS,
           code=other_model(lambda m, s: dataclasses.replace(m, inertia_kg_m2=m.inertia_kg_m2 * (1.0 + s))),
           size=PERCENT, nothing=reasons.inertia),
     Fault("mass", "the last bar too heavy, its moment of inertia right", "one entry of a mass matrix",
-          Group.EQUATIONS, size=PERCENT, nothing=reasons.joints,
+          FaultGroup.EQUATIONS, size=PERCENT, nothing=reasons.joints,
           code=other_model(lambda m, s: dataclasses.replace(m, mass_kg=scaled(m.mass_kg, -1, 1.0 + s)))),
-    Fault("length", "the first bar too long", "a joint in the wrong place", Group.EQUATIONS,
+    Fault("length", "the first bar too long", "a joint in the wrong place", FaultGroup.EQUATIONS,
           code=other_model(lambda m, s: dataclasses.replace(m, length_m=scaled(m.length_m, 0, 1.0 + s))),
           size=PERCENT, nothing=reasons.joints),
     Fault("com-decoupled", "the centre of mass moves as a particle, whatever the bars' places",
-          "global and relative motion not coupled, eq. (9)", Group.EQUATIONS, code=particle, size=PART,
+          "global and relative motion not coupled, eq. (9)", FaultGroup.EQUATIONS, code=particle, size=PART,
           nothing=reasons.first_of(reasons.gravity, reasons.joints)),
     Fault("tide-missing", "the motion about the centre of mass without (a part of) the differences of gravity",
-          "relative motion not coupled to the orbit, eq. (13)", Group.EQUATIONS, code=no_tide, size=PART,
+          "relative motion not coupled to the orbit, eq. (13)", FaultGroup.EQUATIONS, code=no_tide, size=PART,
           nothing=reasons.first_of(reasons.gravity, reasons.joints)),
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Events met late or missed, starts that are a little off, and settings that are not what is said."""
+"""Events met late or missed, inexact initial states, and settings that differ from the request."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from unittest.mock import patch
 from adapters.engine import AccuracyParameter
 from barchain.studies.selftest.faults import reasons
 from barchain.studies.selftest.faults.equations import SINGLE
-from barchain.studies.selftest.faults.fault import Fault, Group, Size
+from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
 from barchain.studies.selftest.faults.forces import SLEW, THRUST, effect
 from reference_impl.integrate import stepper
 from reference_impl.integrate.discrete_modes import DiscreteModes
@@ -108,7 +108,7 @@ def stretched(scene: Scene, size: float) -> Scene:
 
 
 def on_time(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
-    """Samples said to be where they should be."""
+    """Samples labelled with the requested instants."""
     del size
     return trajectory.replace(t_s=scene.times_s[: len(trajectory.t_s)])
 
@@ -126,7 +126,7 @@ def stuck(setting: Setting, size: float) -> Setting:
 
 
 SECOND = Size(1.0, "s")
-START, ACCURACY, EVENTS = Group.START, Group.ACCURACY, Group.EVENTS
+START, ACCURACY, EVENTS = FaultGroup.START, FaultGroup.ACCURACY, FaultGroup.EVENTS
 FAULTS = (
     Fault("slew-late", "slews that start late", "a step that straddles a break", EVENTS, size=SECOND, nothing=SLEW,
           scene=effect("prescribed_rotation", later)),

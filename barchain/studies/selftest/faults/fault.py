@@ -1,4 +1,4 @@
-"""What a seeded fault is: where it is put in, how large it is, and where it has nothing to spoil."""
+"""A seeded fault: where it is put in, its size, and where it changes nothing."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ if TYPE_CHECKING:
     Foreign = Callable[[type[Engine]], str]
 
 
-class Group(StrEnum):
+class FaultGroup(StrEnum):
     """Where a fault comes from."""
 
     CONTROL = "control"
-    """No fault: nothing may kill it"""
+    """No fault: no check may reject it"""
     PAPER = "misprints of the paper"
     EQUATIONS = "equations of motion"
     FORCES = "what acts"
@@ -68,7 +68,7 @@ class Size:
 
 
 def everywhere(solution: ReferenceSolution) -> str:
-    """No scene without something to spoil."""
+    """No reason: the fault changes something in every scene."""
     del solution
     return ""
 
@@ -92,7 +92,7 @@ class Fault:
     """What is wrong"""
     stands_for: str
     """Mistake that it stands for"""
-    group: Group
+    group: FaultGroup
     scene: SceneChange | None = None
     setting: SettingChange | None = None
     code: CodeChange | None = None
@@ -108,7 +108,7 @@ class Fault:
     """Runs that are spoilt; None: all"""
     size: Size | None = None
     nothing: Nothing = everywhere
-    """Why it has nothing to spoil in the scene of a truth; empty if it has"""
+    """Reason why it changes nothing in the scene of a reference solution; empty if it changes something"""
     foreign: Foreign = in_any_engine
     """Why it can't be put into an engine; empty if it can"""
     like: str = "sound"
@@ -125,7 +125,7 @@ class Fault:
 
     @property
     def replays(self) -> bool:
-        """Whether it spoils only what is read out: then a sound run serves."""
+        """Whether only samples change: then a run of the unmodified engine serves."""
         return not (self.scene or self.setting or self.code or self.stuck)
 
     def spoils(self, role: Role) -> bool:
@@ -145,7 +145,7 @@ class Fault:
         return self.code(size) if self.code else contextlib.nullcontext()
 
     def output_of(self, trajectory: Trajectory, scene: Scene, setting: Setting, size: float) -> Trajectory:
-        """What is read out of a run of a scene at a setting."""
+        """Samples of a run of a scene at a setting."""
         if self.output:
             trajectory = self.output(trajectory, scene, size)
         return self.fresh(trajectory, scene, size, numbers_of(scene, setting)) if self.fresh else trajectory

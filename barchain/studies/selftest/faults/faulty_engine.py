@@ -23,7 +23,7 @@ DECLARED = (
 )  # fmt: skip
 
 
-class Spoilt(Engine):
+class FaultyEngine(Engine):
     """A host engine with a fault put in; :func:`spoilt` makes the final class."""
 
     host: ClassVar[type[Engine]]
@@ -48,7 +48,7 @@ class Spoilt(Engine):
         return cls.host.noise(scene, setting, t_s)
 
     def build(self, scene: Scene, setting: Setting) -> None:
-        """Give the host what it should not have."""
+        """Give the host the faulty scene and setting."""
         self.scene, self.setting = scene, setting
         self.sound = self.recorded.get(setting) if self.fault.replays else None
         if self.sound is None:
@@ -64,7 +64,7 @@ class Spoilt(Engine):
                 self.inner.simulate()
 
     def read(self) -> Trajectory:
-        """Spoil what it shows."""
+        """Put the fault into its samples."""
         if self.sound is not None:
             return self.fault.output_of(self.sound, self.scene, self.setting, self.size)
         with self.fault.within(self.size):
@@ -79,16 +79,16 @@ def spoilt(
     recorded: Mapping[Setting, Trajectory] | None = None,
     main: Trajectory | None = None,
 ) -> type[Engine]:
-    """Class of a host engine with a fault in it; without a `main` run of the host it declares what its host does."""
+    """Class of a host engine with a fault; without a `main` run of the host it has the host's declarations."""
     kept: dict[str, Any] = {name: getattr(host, name) for name in DECLARED}
     own = {"host": host, "fault": fault, "size": size, "recorded": recorded or {}}
     wrong = fault.declares(host, main) if fault.declares and main is not None else {}
-    return type(f"Spoilt{host.__name__}", (Spoilt,), kept | own | wrong)
+    return type(f"Spoilt{host.__name__}", (FaultyEngine,), kept | own | wrong)
 
 
 @dataclass(frozen=True)
 class Seeded(Registration):
-    """What a worker needs to make the class: names and a number."""
+    """Names and a number from which a worker makes the class."""
 
     host: str = "reference"
     fault: str = ""

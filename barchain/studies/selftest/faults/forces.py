@@ -1,4 +1,4 @@
-"""What acts, put in too strong, too weak, the wrong way round or not at all; mostly by way of the scene."""
+"""Forces too strong, too weak, of the wrong sign or missing; mostly by way of the scene."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from unittest.mock import patch
 
 from barchain.studies.selftest.faults import reasons
 from barchain.studies.selftest.faults.equations import PART, PERCENT, other_model
-from barchain.studies.selftest.faults.fault import Fault, Group, Size
+from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
 from reference_impl.effects import impulse
 from reference_impl.effects.slender import SlenderBarEffect
 from reference_impl.model import relative
@@ -92,11 +92,11 @@ def blow_lever(size: float) -> AbstractContextManager[object]:
     """Impulsive reactions that turn the bars the wrong way."""
     del size
 
-    class Wrong(ReactionSolution):
+    class WrongImpulse(ReactionSolution):
         def rotation_from_reactions(self, reaction: ComplexArray) -> Array:
             return -super().rotation_from_reactions(reaction)
 
-    return patch.object(impulse, "ReactionSolution", Wrong)
+    return patch.object(impulse, "ReactionSolution", WrongImpulse)
 
 
 def swapped_axes(one: Any, _: float) -> Any:
@@ -128,7 +128,7 @@ LIGHT = reasons.needs("solar_pressure", "sunlight")
 SPRINGS = reasons.needs("joint_spring_damper", "springs or dampers")
 THRUST = reasons.needs("thrust", "thrust")
 SLEW = reasons.needs("prescribed_rotation", "prescribed rotation")
-FORCES = Group.FORCES
+FORCES = FaultGroup.FORCES
 FAULTS = (
     Fault("gravity-torque-off", "no gravity torque (or a part of it less)", "a load not switched on", FORCES,
           code=lambda s: torque_times(1.0 - s), size=PART, nothing=reasons.turning),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from unittest.mock import patch
 
 from barchain.studies.selftest.faults import reasons
-from barchain.studies.selftest.faults.fault import Fault, Group
+from barchain.studies.selftest.faults.fault import Fault, FaultGroup
 from reference_impl.model import relative
 from reference_impl.paper.form import paper_accelerations, solve
 from reference_impl.paper.matrices import longitudes
@@ -87,7 +87,7 @@ def misprint(which: Misprint, nothing: Nothing) -> Fault:
         f"misprint-{which.value.replace('_', '-')}",
         f"{entry.place}: {entry.printed}, right: {entry.right}",
         entry.reason,
-        Group.PAPER,
+        FaultGroup.PAPER,
         code=paper_form(which),
         nothing=nothing,
         like=FORM,
@@ -100,7 +100,7 @@ CONTROL = Fault(
     FORM,
     "the paper's own form with every misprint put right",
     "no fault",
-    Group.CONTROL,
+    FaultGroup.CONTROL,
     code=paper_form(),
     nothing=reasons.papers_own,
 )
@@ -110,7 +110,7 @@ FAULTS = (
         "misprint-beta-in-phi",
         "(B.6) as printed, phi integrated and the longitude taken from the places",
         "theta = phi + omega - 90° with an omega'' that is not the one in phi''",
-        Group.PAPER,
+        FaultGroup.PAPER,
         code=replacing(local_angles),
         nothing=reasons.first_of(reasons.papers_own, reasons.central_pull),
         like=FORM,
@@ -119,7 +119,7 @@ FAULTS = (
         "misprint-stability-text",
         "the chain set up as section 6 words it, a quarter turn from where it is meant",
         "even multiples of 90° printed as stable, odd ones are",
-        Group.PAPER,
+        FaultGroup.PAPER,
         scene=quarter_turn,
         nothing=reasons.gravity,
     ),

@@ -1,4 +1,4 @@
-"""Mistakes in what is read out of a sound run: signs, axes, units, order, instants, holes."""
+"""Mistakes in the samples of an unmodified run: signs, axes, units, order, instants, holes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from barchain.studies.selftest.faults import reasons
-from barchain.studies.selftest.faults.fault import Fault, Group, Size
+from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
 from barchain.studies.selftest.faults.forces import SLEW
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ CHANNELS = {
 }
 ALWAYS = ("com", "com-velocity")
 MEASURED = ("gap", "com_residual")
-OUTPUT, ACCURACY, START = Group.OUTPUT, Group.ACCURACY, Group.START
+OUTPUT, ACCURACY, START = FaultGroup.OUTPUT, FaultGroup.ACCURACY, FaultGroup.START
 
 
 def values(trajectory: Trajectory, channel: str) -> Array:
@@ -238,7 +238,9 @@ def varies(channel: str) -> Nothing:
     return nothing
 
 
-def each(channels: tuple[str, ...], name: str, words: str, stands: str, change: object, group: Group) -> list[Fault]:
+def each(
+    channels: tuple[str, ...], name: str, words: str, stands: str, change: object, group: FaultGroup
+) -> list[Fault]:
     """The same fault in several channels."""
     assert callable(change)
     nothing = varies if name in ("repeated", "late") else there

@@ -1,4 +1,4 @@
-"""Why a fault has nothing to spoil in a scene."""
+"""Reasons why a fault changes nothing in a scene."""
 
 from __future__ import annotations
 

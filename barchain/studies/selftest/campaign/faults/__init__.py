@@ -1,1 +1,1 @@
-"""Faults of the random self-test, by what they spoil."""
+"""Faults of the random self-test, by the part of the engine that they change."""

@@ -1,4 +1,4 @@
-"""What an engine's class says of itself, said wrongly: its noise, its order, its coordinates."""
+"""Wrong declarations of an engine's class: its noise, its order, its coordinates."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from adapters.engine import AccuracyParameter, Coordinates
 from barchain.studies.selftest.campaign.faults.garbage import largest
 from barchain.studies.selftest.campaign.faults.physics import HEAVIER
-from barchain.studies.selftest.faults.fault import Fault, Group
+from barchain.studies.selftest.faults.fault import Fault, FaultGroup
 
 if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
@@ -34,7 +34,7 @@ def noisy(engine: type[Engine], main: Trajectory) -> dict[str, Any]:
 
 
 def declares(name: str, value: object) -> dict[str, Any]:
-    """What a fault needs to declare one attribute wrongly; it can't be put in where that is right."""
+    """Arguments of a fault that declares one attribute wrongly; it can't be put in where the value is right."""
 
     def wrong(engine: type[Engine], main: Trajectory) -> dict[str, Any]:
         del engine, main
@@ -54,7 +54,7 @@ def equal_steps_only(foreign: Foreign) -> Foreign:
 
 
 FIRST = declares("order", 1.0)
-DECLARED = Group.DECLARED
+DECLARED = FaultGroup.DECLARED
 FAULTS = (
     Fault("declares-noise", "declares a noise of a radian and of its largest reaction", "a bound of no use", DECLARED,
           declares=noisy),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from barchain.run.job import Role
-from barchain.studies.selftest.faults.fault import Fault, Group
+from barchain.studies.selftest.faults.fault import Fault, FaultGroup
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -79,14 +79,14 @@ def everywhere(run: str, begins: str, *, growing: bool) -> Fault:
     words = f"centre of mass, angles and reactions: {how} garbage after {begins} % of the run, {where}"
     stands = "an unstable method" if growing else "a buffer overwritten"
     spoil = garbage(SHARES[begins], growing=growing)
-    return Fault(f"garbage-{how}-{begins}-{run}", words, stands, Group.GARBAGE, fresh=spoil, roles=roles)
+    return Fault(f"garbage-{how}-{begins}-{run}", words, stands, FaultGroup.GARBAGE, fresh=spoil, roles=roles)
 
 
 def in_one(channel: str) -> Fault:
     """Garbage in one channel from half of the run on."""
     spoil = garbage(0.5, growing=False, channels=(channel,))
     words = f"{channel}: garbage after half of the run, in all runs"
-    return Fault(f"garbage-{channel}", words, "one array overwritten", Group.GARBAGE, fresh=spoil)
+    return Fault(f"garbage-{channel}", words, "one array overwritten", FaultGroup.GARBAGE, fresh=spoil)
 
 
 FAULTS = (

@@ -12,7 +12,7 @@ from adapters.engine import AccuracyParameter
 from barchain.studies.selftest.faults import reasons
 from barchain.studies.selftest.faults.equations import scaled
 from barchain.studies.selftest.faults.events import later, loosened, of_chain, on_time
-from barchain.studies.selftest.faults.fault import Fault, Group, Size
+from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
 from barchain.studies.selftest.faults.forces import effect
 from scenarios import Gravity
 
@@ -88,13 +88,13 @@ def late(name: str, words: str, first: Callable[[Any], float], late_s: float) ->
     """Effect that begins late by a millisecond or a second."""
     said = {1e-3: "millisecond", 1.0: "second"}[late_s]
     return Fault(
-        f"{name}-late-{said}", f"{words} a {said} late", "an event at the end of a step", Group.EVENTS,
+        f"{name}-late-{said}", f"{words} a {said} late", "an event at the end of a step", FaultGroup.EVENTS,
         scene=effect(name, later), nothing=beyond_end(name, first, late_s), size=Size(late_s, "s"),
     )  # fmt: skip
 
 
 def many_steps(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
-    """Run that says it took a great many steps."""
+    """Run that reports a great many steps."""
     del scene, size
     return dataclasses.replace(trajectory, info=trajectory.info | {"steps": CLAIMED_STEPS})
 
@@ -104,9 +104,9 @@ def equal_steps(engine: type[Engine]) -> str:
     return "" if engine.sweep.parameter is AccuracyParameter.RTOL else "it takes equal steps"
 
 
-FORCES, START, ACCURACY = Group.FORCES, Group.START, Group.ACCURACY
+FORCES, START, ACCURACY = FaultGroup.FORCES, FaultGroup.START, FaultGroup.ACCURACY
 HEAVIER = Fault("mass", "the last bar too heavy, its moment of inertia right", "one entry of a mass matrix",
-                Group.EQUATIONS, scene=heavier, nothing=reasons.joints, size=Size(1e-2))  # fmt: skip
+                FaultGroup.EQUATIONS, scene=heavier, nothing=reasons.joints, size=Size(1e-2))  # fmt: skip
 FAULTS = (
     Fault("gravity-model", "the next simpler model of gravity", "a load not switched on", FORCES,
           scene=simpler_gravity, nothing=simplest),

@@ -1,4 +1,4 @@
-"""Small mistakes in what is read out: rounding, noise, interpolation, joints said to be closed, an invented end."""
+"""Small mistakes in the samples: rounding, noise, interpolation, joints reported closed, an invented end."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from adapters.trajectory import Observable
 from barchain.studies.selftest.campaign.faults.garbage import largest
-from barchain.studies.selftest.faults.fault import Fault, Group, Size
+from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
 from barchain.studies.selftest.faults.output import damped, negative, rows_of
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def closed(trajectory: Trajectory) -> dict[str, Any]:
 
 
 def torn(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
-    """Bars that turn freely from half of the run on, without reactions, and joints said to be closed."""
+    """Bars that turn freely from half of the run on, without reactions, and joints reported closed."""
     del size
     late = trajectory.t_s > 0.5 * scene.run.duration_s
     if trajectory.angle_rad is None or trajectory.rate_rad_s is None or trajectory.reaction_N is None or not late.any():
@@ -109,7 +109,7 @@ def torn(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
 
 
 def parted(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
-    """Bars whose places part along the chain in the course of the run, and joints said to be closed."""
+    """Bars whose positions separate along the chain during the run, and joints reported closed."""
     places = getattr(trajectory, "position_m", None)
     if places is None:
         return trajectory
@@ -125,7 +125,7 @@ def no_gaps(engine: type[Engine]) -> str:
 
 
 def landed(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
-    """First part of a run, said to have ended at the surface."""
+    """First part of a run, reported to have ended at the surface."""
     kept = trajectory.t_s <= size * scene.run.duration_s
     if kept.all():
         return trajectory
@@ -133,7 +133,7 @@ def landed(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     return dataclasses.replace(rows_of(trajectory, slice(0, int(kept.sum()))), ended=said)
 
 
-OUTPUT, ACCURACY = Group.OUTPUT, Group.ACCURACY
+OUTPUT, ACCURACY = FaultGroup.OUTPUT, FaultGroup.ACCURACY
 FAULTS = (
     Fault("com-millimetres", "centre of mass written to the millimetre", "a format with three decimals", ACCURACY,
           output=in_millimetres),

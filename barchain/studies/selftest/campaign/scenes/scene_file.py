@@ -1,4 +1,4 @@
-"""From a scene to the TOML file that says it, digit for digit."""
+"""From a scene to its TOML file, digit for digit."""
 
 from __future__ import annotations
 

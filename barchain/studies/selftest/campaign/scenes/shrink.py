@@ -6,9 +6,9 @@ import contextlib
 import time
 from typing import TYPE_CHECKING, Any
 
-from barchain.studies.selftest.campaign.bench import Bench
+from barchain.studies.selftest.campaign.bench import TrialBench
 from barchain.studies.selftest.campaign.judging import at_once
-from barchain.studies.selftest.campaign.runs import Runs, in_this_process
+from barchain.studies.selftest.campaign.runs import RunCache, in_this_process
 from barchain.studies.selftest.campaign.scenes.simpler import EXACT, Form, effects_of, simplified, whole
 from reports.tables.crossval import REFERENCE_SOLUTION
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from hypothesis.strategies import SearchStrategy
 
-    from barchain.studies.selftest.campaign.cells import Cell
+    from barchain.studies.selftest.campaign.cells import CampaignCell
     from scenarios import Scene
 
 EXAMPLES = 60
@@ -94,9 +94,9 @@ def simplest(
     return best
 
 
-def cell_of(scene: Scene, engine: str, fault: str) -> Cell | None:
-    """What becomes of an engine, or of a fault in it, on a scene, all in this process; None where it can't be tried."""
-    bench = Bench(Runs(in_this_process), at_once)
+def cell_of(scene: Scene, engine: str, fault: str) -> CampaignCell | None:
+    """Cell of an engine, or of a fault in it, on a scene, all in this process; None where it can't be tried."""
+    bench = TrialBench(RunCache(in_this_process), at_once)
     (sampled,) = bench.establish([scene])
     cells, trials = bench.try_sound(sampled, [] if engine == REFERENCE_SOLUTION else [engine])
     cells += bench.settle(trials)
@@ -106,8 +106,8 @@ def cell_of(scene: Scene, engine: str, fault: str) -> Cell | None:
     return cells[0] if cells else None
 
 
-def alike(found: Cell | None, cell: Cell) -> bool:
-    """Whether a scene shows what another one does."""
+def alike(found: CampaignCell | None, cell: CampaignCell) -> bool:
+    """Whether a scene shows the same finding as another."""
     if found is None or (found.engine, found.kind) != (cell.engine, cell.kind):
         return False
     return bool(cell.fault) or found.outcome == cell.outcome

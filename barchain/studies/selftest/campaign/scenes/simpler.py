@@ -27,7 +27,7 @@ INSTANTS = {"at_s", "start_s", "times_s", "duration_s"}
 
 @dataclass(frozen=True)
 class Form:
-    """What is kept of a scene."""
+    """Parts of a scene that are kept."""
 
     effects: tuple[bool, ...]
     """For each of :func:`effects_of`, whether it is kept"""

@@ -1,4 +1,4 @@
-"""What the cure costs: time of an evaluation in relative coordinates over that in absolute ones."""
+"""Cost of relative coordinates: time of an evaluation over that in absolute coordinates."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.studies.roundoff.states import Case, Kind, exact_case
+from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind, exact_case
 from barchain.timing.divided_chain import SCENE, divided
 from barchain.timing.evaluation import batch_s, calibrated, numpy_loop
 from barchain.timing.statistics import interval
@@ -35,7 +35,7 @@ class Pair:
     """Evaluated in one call"""
 
     def row(self) -> dict[str, Any]:
-        """Row of times.csv; the two take turns, so that what disturbs the one disturbs the other."""
+        """Row of times.csv; both are timed in turn, so that disturbances meet both."""
         counts = [calibrated(loop, LEAST_S) for loop in (self.relative, self.absolute)]
         gc.collect()
         gc.disable()
@@ -55,7 +55,7 @@ def many_states(arithmetic: str, bars: int) -> Pair:
     """Both formulations of the study on many states at once."""
     a = ARITHMETICS[arithmetic]
     with exact_numbers():
-        exact = exact_case(Case(Kind.GENERIC, bars, 1e-5, MEMBERS))
+        exact = exact_case(EvaluationCase(StateKind.GENERIC, bars, 1e-5, MEMBERS))
         chain, state, places = exact.bars.cast(a), exact.state.cast(a), exact.state.absolute.cast(a)
 
     def by_relative(times: int) -> None:
@@ -76,7 +76,7 @@ def one_state(bars: int) -> Pair:
 
 
 def from_angles(bars: int) -> Pair:
-    """The same, its places made from the angles: what the reference runs by default."""
+    """The same with positions computed from the angles, as the reference runs by default."""
     scene = divided(load_scene(SCENE), bars)
     code = "reference, places from angles"
     return Pair(code, "float64", bars, numpy_loop(scene, "minimal"), numpy_loop(scene, "absolute"))

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 import gmpy2
 import numpy as np
 
-from barchain.studies.roundoff.evaluation import quantiles
-from barchain.studies.roundoff.states import EQUATOR_M
+from barchain.studies.roundoff.formulations.states import EQUATOR_M
+from barchain.studies.roundoff.parts.evaluation import quantiles
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT, LONG, Values, exact_numbers
 from reference_impl.precision.chain import ChainParameters
 from reference_impl.precision.coordinates import ChainObservables, InitialChains
@@ -27,15 +27,15 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from scenarios import Scene
 
-SOLUTION_STEPS = 64, 48  # an orbit, of order 14: the truth's, and those that tell its error
+SOLUTION_STEPS = 64, 48  # an orbit, of order 14: the high-precision solution's, and those that tell its error
 GROWS_FROM = 1.0  # orbits: the motion's own oscillation is averaged out
 REDRAWN = 400  # times that members are drawn again
-MARGIN = 10.0  # a truth tells errors this many times its own
+MARGIN = 10.0  # a high-precision solution tells errors this many times its own
 
 
 @dataclass(frozen=True)
-class Family:
-    """A scene at several sizes, seen `samples` times in a number of orbits."""
+class ScaledScene:
+    """A scene at several sizes, sampled `samples` times in a number of orbits."""
 
     scene: Scene
     ratios: tuple[float, ...]
@@ -71,13 +71,13 @@ class Family:
 class HighPrecisionSolution:
     """Motion at each size from longitude 0, and how well it is known."""
 
-    family: Family
+    family: ScaledScene
     seen: tuple[ChainObservables, ...]
     error: dict[str, Array]
     """(sizes,) of each quantity over the whole run, by another step size"""
 
 
-def solution_of(family: Family) -> HighPrecisionSolution:
+def solution_of(family: ScaledScene) -> HighPrecisionSolution:
     """Integrate in long double, by a method that nothing else here uses, at two steps."""
     ratios = np.array(family.ratios)
     with exact_numbers():
@@ -94,7 +94,7 @@ def solution_of(family: Family) -> HighPrecisionSolution:
 def judged(
     solution: HighPrecisionSolution, seen: Iterable[ChainObservables], longitudes: Array, sizes: Values
 ) -> dict[str, Array]:
-    """Errors (samples, B) of runs from `longitudes`, the `sizes`-th of the truth's, largest over bars and joints.
+    """Errors (samples, B) of runs from `longitudes` at the solution's `sizes`-th sizes, largest over bars and joints.
 
     Attitude in rad; reactions over the largest of the run; gaps and the centre of mass over a bar's length.
     """
@@ -122,7 +122,7 @@ def rotated(vectors: Values, turn: Values) -> Values:
     return np.stack([c * vectors[0] - s * vectors[1], s * vectors[0] + c * vectors[1]])
 
 
-def columns(family: Family) -> tuple[Values, Array]:
+def columns(family: ScaledScene) -> tuple[Values, Array]:
     """Sizes (their place in the family's) and longitudes of all runs, (B,)."""
     random = np.random.default_rng(family.members)
     longitudes = random.uniform(0.0, 2.0 * np.pi, family.members)
@@ -233,7 +233,7 @@ def summed_up(
     sizes: Values,
     evaluations: Array | None = None,
 ) -> list[dict[str, Any]]:
-    """One row for each size and quantity; errors that the truth can't tell are marked."""
+    """One row for each size and quantity; errors that the high-precision solution does not resolve are marked."""
     rows = []
     for k, ratio in enumerate(solution.family.ratios):
         count = {} if evaluations is None else {"evaluations": float(np.median(evaluations[sizes == k]))}

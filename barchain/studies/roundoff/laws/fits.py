@@ -1,4 +1,4 @@
-"""Power laws of errors: what is expected, what was measured, and the size at which the last digit goes."""
+"""Power laws of errors: expected and measured exponents, and the size at which the last digit is lost."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from barchain.studies.roundoff.evaluation import BOTH, FORMULA, INPUT, REACTION
-from barchain.studies.roundoff.formulations import LONGEST_STEP
-from barchain.studies.roundoff.states import Kind
-from barchain.studies.roundoff.third_parties import FALLS, THIRD_PARTIES
-from barchain.studies.roundoff.trajectories import GROWS_FROM
+from barchain.studies.roundoff.formulations.definitions import LONGEST_STEP
+from barchain.studies.roundoff.formulations.states import StateKind
+from barchain.studies.roundoff.formulations.third_parties import FALLS, THIRD_PARTIES
+from barchain.studies.roundoff.parts.evaluation import BOTH, FORMULA, INPUT, REACTION
+from barchain.studies.roundoff.parts.trajectories import GROWS_FROM
 from barchain.timing.orders import FEWEST, slope
 from reference_impl.precision.arithmetic import ARITHMETICS
 from reports.tables.roundoff import BEST_LAW_COLUMNS, GROWTH_LAW_COLUMNS, LAW_COLUMNS, RUN
@@ -37,10 +37,10 @@ def expected_exponent(state: str, formulation: str, yardstick: str, source: str 
     Counted from the body's centre, a place is known to u r, gravity's differences over a bar, n² l, to n² u r: 1/ratio
     of them. Counted from the centre of mass, everything is known to u of itself. Reactions of a horizontal chain are
     m n² l times the ratio squared, and against them either error is larger by that. Third parties' frames have
-    exponents of their own, :mod:`barchain.studies.roundoff.third_parties`.
+    exponents of their own, :mod:`barchain.studies.roundoff.formulations.third_parties`.
     """
     base = own_exponent(formulation, source)
-    return base - 2.0 if state == Kind.HORIZONTAL.value and yardstick == REACTION else base
+    return base - 2.0 if state == StateKind.HORIZONTAL.value and yardstick == REACTION else base
 
 
 def own_exponent(formulation: str, source: str) -> float:
@@ -76,7 +76,7 @@ def evaluation_laws(evaluation: pd.DataFrame) -> pd.DataFrame:
 
 
 def with_floors(evaluation: pd.DataFrame) -> pd.DataFrame:
-    """The table with a column ``floor``: what the relative formulation's formula leaves in the same state, or u."""
+    """The table with a column ``floor``: the error of the relative formulation in the same state, or u."""
     by = ["state", "bars", "ratio", "arithmetic", "yardstick"]
     own = evaluation[(evaluation.formulation == "relative") & (evaluation.source == FORMULA)]
     joined = evaluation.merge(own[[*by, "median"]].rename(columns={"median": "floor"}), on=by, how="left")
@@ -161,7 +161,7 @@ def growth_law(key: dict[str, Any], own: pd.DataFrame) -> dict[str, Any]:
     closed = key["coordinates"] == "minimal" and key["quantity"] == "gap"
     time, error = own.orbits.to_numpy(float), own["median"].to_numpy(float)
     used = (time >= GROWS_FROM) & (error > 0.0) & (error < SMALL_ERROR) & own.known.astype(bool).to_numpy()
-    words = "" if used.sum() >= FEWEST else "errors too large, or too small for the truth to tell"
+    words = "" if used.sum() >= FEWEST else "errors too large, or too small for the high-precision solution to tell"
     found = {**key, **line(time[used], error[used]), "expected": 0.0 if closed else 1.5, "remark": words}
     if "exponent_low" in own and used.sum() >= FEWEST:
         found |= {"low": float(own.exponent_low.iloc[0]), "high": float(own.exponent_high.iloc[0])}

@@ -1,4 +1,4 @@
-"""Ways to the joint reactions: what each is given, what it makes of that, and what it should have made.
+"""Formulations of the joint reactions: their inputs, their results, and the exact results.
 
 The relative formulation, the absolute one, and reactions read off from known motion by Newton's second law, as the
 paper's introduction warns against; for measure, the last with relative motion too.
@@ -19,7 +19,7 @@ from reference_impl.precision.formulations import absolute, newton_reactions, po
 from reference_impl.precision.steppers import extrapolated
 
 if TYPE_CHECKING:
-    from barchain.studies.roundoff.states import Exact
+    from barchain.studies.roundoff.formulations.states import Exact
 
 EXACT_SUBSTEPS = (2, 4, 6, 8)  # to the neighbouring instants: order 8, far below what differencing leaves
 
@@ -41,7 +41,7 @@ class Given:
 
 
 @dataclass(frozen=True)
-class Moving:
+class MovingBars:
     """Bars whose motion is known."""
 
     com_m: Values
@@ -70,7 +70,7 @@ class Snapshots:
 
 @dataclass(frozen=True)
 class Turned:
-    """What the reference integrates."""
+    """The coordinates of the reference."""
 
     com_m: Values
     """(2, B)"""
@@ -166,7 +166,7 @@ class AbsoluteAccelerations(Formulation):
         del to
         at = exact.state.absolute
         found = absolute(EXACT, exact.bars, at)
-        return Given(exact.bars, Moving(0 * exact.state.com_m, at.place_m, found.place_m_s2))
+        return Given(exact.bars, MovingBars(0 * exact.state.com_m, at.place_m, found.place_m_s2))
 
     def reactions(self, a: Arithmetic, given: Given) -> Values:
         """Eq. (8), summed up from the free end."""

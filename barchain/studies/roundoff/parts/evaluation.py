@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.studies.roundoff.formulations import FORMULATIONS
-from barchain.studies.roundoff.production import PRODUCTION
-from barchain.studies.roundoff.states import exact_case
-from barchain.studies.roundoff.third_parties import THIRD_PARTIES
+from barchain.studies.roundoff.formulations.definitions import FORMULATIONS
+from barchain.studies.roundoff.formulations.production import PRODUCTION
+from barchain.studies.roundoff.formulations.states import exact_case
+from barchain.studies.roundoff.formulations.third_parties import THIRD_PARTIES
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT, Values, exact_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from adapters.trajectory import Array
-    from barchain.studies.roundoff.formulations import Formulation
-    from barchain.studies.roundoff.states import Case, Exact
+    from barchain.studies.roundoff.formulations.definitions import Formulation
+    from barchain.studies.roundoff.formulations.states import EvaluationCase, Exact
     from reference_impl.precision.arithmetic import Arithmetic
 
 SHARES = {"q05": 0.05, "median": 0.5, "q95": 0.95, "largest": 1.0}
@@ -39,7 +39,7 @@ def errors(formulation: Formulation, a: Arithmetic, exact: Exact, solution: Valu
     formulation : Formulation
     a : Arithmetic
     exact : Exact
-    truth : ndarray of objects, shape (2, N-1, B), optional
+    solution : ndarray of objects, shape (2, N-1, B), optional
         Exact reactions of the exact state; found here if not given.
 
     Returns
@@ -74,7 +74,7 @@ def over(difference: Values, yard: Values) -> Array:
     return np.asarray(largest(difference) / yard, dtype=float)
 
 
-def rows_of(case: Case, formulations: Iterable[str], arithmetics: Iterable[str]) -> list[dict[str, Any]]:
+def rows_of(case: EvaluationCase, formulations: Iterable[str], arithmetics: Iterable[str]) -> list[dict[str, Any]]:
     """Rows of evaluation.csv for a case."""
     found: list[dict[str, Any]] = []
     with exact_numbers():

@@ -11,21 +11,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.stats import kruskal
 
-from barchain.studies.roundoff.evaluation import FORMULA, INPUT, REACTION, errors, quantiles
-from barchain.studies.roundoff.formulations import FORMULATIONS
-from barchain.studies.roundoff.states import exact_case, longitude_rad
+from barchain.studies.roundoff.formulations.definitions import FORMULATIONS
+from barchain.studies.roundoff.formulations.states import exact_case, longitude_rad
+from barchain.studies.roundoff.parts.evaluation import FORMULA, INPUT, REACTION, errors, quantiles
 from reference_impl.precision.arithmetic import ARITHMETICS, exact_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from adapters.trajectory import Array
-    from barchain.studies.roundoff.states import Case
+    from barchain.studies.roundoff.formulations.states import EvaluationCase
 
 SECTORS = 8
 
 
-def longitude_rows(case: Case, formulations: Iterable[str], arithmetics: Iterable[str]) -> list[dict[str, Any]]:
+def longitude_rows(
+    case: EvaluationCase, formulations: Iterable[str], arithmetics: Iterable[str]
+) -> list[dict[str, Any]]:
     """Rows of longitudes.csv: errors in each eighth of the circle, and the chance that all eighths are alike."""
     rows: list[dict[str, Any]] = []
     with exact_numbers():

@@ -17,27 +17,27 @@ from adapters.engine import AccuracyParameter, Coordinates, EngineError, Setting
 from adapters.registry import find_engine
 from adapters.trajectory import Observable
 from barchain.run.trajectory_checks import fault
-from barchain.studies.roundoff.evaluation import SHARES, quantiles
-from barchain.studies.roundoff.states import EQUATOR_M
-from barchain.studies.roundoff.trajectories import MARGIN, judged
+from barchain.studies.roundoff.formulations.states import EQUATOR_M
+from barchain.studies.roundoff.parts.evaluation import SHARES, quantiles
+from barchain.studies.roundoff.parts.trajectories import MARGIN, judged
 from reference_impl.precision.coordinates import ChainObservables
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from adapters.engine import Engine
     from adapters.trajectory import Array, Trajectory
-    from barchain.studies.roundoff.trajectories import Family, HighPrecisionSolution
+    from barchain.studies.roundoff.parts.trajectories import HighPrecisionSolution, ScaledScene
     from scenarios import Scene
 
 INERTIAL, MOVING = "inertial", "moving"
-APART = "-absolute"  # in the name of an engine's twin in the inertial frame
+APART = "-absolute"  # in the name of an engine's counterpart in the inertial frame
 SETTLED = 0.5  # of a run, after which errors are judged: index 3 starts its multipliers with an error of first order in
 # the step and damps it in some 50 steps, which is neither truncation of the method's order nor round-off
 QUANTITIES = {"attitude": Observable.ATTITUDE, "reaction": Observable.REACTION, "gap": Observable.GAP}
 
 
 @dataclass(frozen=True)
-class Fault:
+class RunFault:
     """Why a run gives no errors."""
 
     outcome: Outcome
@@ -49,11 +49,11 @@ def engine_rows(solution: HighPrecisionSolution, name: str, size: int, value: fl
 
     Parameters
     ----------
-    truth : Truth
+    solution : HighPrecisionSolution
     name : str
-        Registered name; what has a twin in the other frame goes by the same name as that in the table.
+        Registered name; an engine with a counterpart in the other frame goes by the same name as that in the table.
     size : int
-        Place of the size ratio in the truth's family.
+        Place of the size ratio in the high-precision solution's family.
     value : float
         Steps in an orbit (those of the scene's own period, as in trajectories.csv), or what is asked of a step.
 
@@ -74,7 +74,7 @@ def engine_rows(solution: HighPrecisionSolution, name: str, size: int, value: fl
     setting = setting_of(engine, scenes[0], value)
     head = {"engine": name.replace(APART, ""), "frame": frame_of(engine), "ratio": ratio, **columns(scenes[0], setting)}
     shown = [q for q, observable in QUANTITIES.items() if observable in engine.observables]
-    rejection = Fault(Outcome.MISSING, registration.missing) if registration.missing else rejected(engine, scenes[0])
+    rejection = RunFault(Outcome.MISSING, registration.missing) if registration.missing else rejected(engine, scenes[0])
     if rejection:
         return [head | empty(q, rejection) for q in shown]
     runs = [attempt(engine, scene, setting) for scene in scenes]
@@ -82,14 +82,14 @@ def engine_rows(solution: HighPrecisionSolution, name: str, size: int, value: fl
 
 
 def judged_rows(
-    solution: HighPrecisionSolution, size: int, longitudes: Array, runs: list[Trajectory | Fault], shown: list[str]
+    solution: HighPrecisionSolution, size: int, longitudes: Array, runs: list[Trajectory | RunFault], shown: list[str]
 ) -> list[dict[str, Any]]:
-    """Quantiles of each quantity, and what became of the runs."""
-    faults = [run for run in runs if isinstance(run, Fault)]
-    whole = [not isinstance(run, Fault) for run in runs]
+    """Quantiles of each quantity, and the outcomes of the runs."""
+    faults = [run for run in runs if isinstance(run, RunFault)]
+    whole = [not isinstance(run, RunFault) for run in runs]
     if not any(whole):
         return [empty(q, faults[0]) for q in shown]
-    seen = instants([run for run in runs if not isinstance(run, Fault)])
+    seen = instants([run for run in runs if not isinstance(run, RunFault)])
     found = judged(solution, seen, longitudes[whole], np.full(len(seen[0].gap_m), size))
     rows = []
     for quantity in shown:
@@ -107,38 +107,38 @@ def settled(errors: Array) -> Array:
     return largest
 
 
-def ending(faults: list[Fault], members: int) -> dict[str, Any]:
+def ending(faults: list[RunFault], members: int) -> dict[str, Any]:
     """Outcome and reason of an ensemble that has errors to show."""
     if not faults:
         return {"outcome": str(Outcome.REPORTED), "reason": ""}
     return {"outcome": str(faults[0].outcome), "reason": f"{len(faults)} of {members} runs: {faults[0].reason}"}
 
 
-def empty(quantity: str, fault: Fault) -> dict[str, Any]:
+def empty(quantity: str, fault: RunFault) -> dict[str, Any]:
     """Row without errors."""
     none = dict.fromkeys(SHARES, np.nan)
     said = {"outcome": str(fault.outcome), "reason": fault.reason}
     return {"quantity": quantity, **none, "members": 0, "known": False, **said}
 
 
-def attempt(engine: type[Engine], scene: Scene, setting: Setting) -> Trajectory | Fault:
+def attempt(engine: type[Engine], scene: Scene, setting: Setting) -> Trajectory | RunFault:
     """Run one member; whatever goes wrong is its own."""
     try:
         found = engine().run(scene, setting)
     except EngineError as error:
-        return Fault(Outcome.FAILED, str(error))
+        return RunFault(Outcome.FAILED, str(error))
     except Exception as error:
-        return Fault(Outcome.FAILED, f"{type(error).__name__}: {error}".splitlines()[0])
+        return RunFault(Outcome.FAILED, f"{type(error).__name__}: {error}".splitlines()[0])
     if found.ended:
-        return Fault(Outcome.INCOMPLETE, found.ended)
+        return RunFault(Outcome.INCOMPLETE, found.ended)
     wrong = fault(scene, engine, found)
-    return Fault(*wrong) if wrong else found
+    return RunFault(*wrong) if wrong else found
 
 
-def rejected(engine: type[Engine], scene: Scene) -> Fault | None:
+def rejected(engine: type[Engine], scene: Scene) -> RunFault | None:
     """Why an engine can't do the scene."""
     reason = engine.unsupported(scene)
-    return Fault(Outcome.UNSUPPORTED, reason) if reason else None
+    return RunFault(Outcome.UNSUPPORTED, reason) if reason else None
 
 
 def instants(runs: list[Trajectory]) -> list[ChainObservables]:
@@ -160,7 +160,7 @@ def frame_of(engine: type[Engine]) -> str:
 
 
 def setting_of(engine: type[Engine], scene: Scene, value: float) -> Setting:
-    """Setting of an engine's knob, whose unit of steps may be another orbit than the scene's own."""
+    """Setting of an engine's accuracy parameter, whose unit of steps may be another orbit than the scene's own."""
     parameter = engine.sweep.parameter
     return Setting(
         parameter,
@@ -176,7 +176,7 @@ def columns(scene: Scene, setting: Setting) -> dict[str, float]:
     return {"steps_per_orbit": steps * scene.period_s / scene.run.duration_s}
 
 
-def scene_at(family: Family, ratio: float, longitude_rad: float) -> Scene:
+def scene_at(family: ScaledScene, ratio: float, longitude_rad: float) -> Scene:
     """Scene of a family's run: its chain scaled, its orbit turned."""
     scene, chain = family.scene, family.scene.chain
     scale = ratio * EQUATOR_M / max(chain.length_m)

@@ -25,8 +25,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from barchain.studies.roundoff.engines import INERTIAL
-from barchain.studies.roundoff.laws import grouped, line
+from barchain.studies.roundoff.laws.fits import grouped, line
+from barchain.studies.roundoff.parts.engines import INERTIAL
 from barchain.timing.orders import FEWEST, LEAST_SLOPE, SCATTERED, STRAIGHT
 from reports.tables.roundoff import ENGINE_COLUMNS, ENGINE_LAW_COLUMNS
 
@@ -83,7 +83,7 @@ def engine_laws(engines: pd.DataFrame) -> pd.DataFrame:
 
 
 def usable(engines: pd.DataFrame) -> pd.DataFrame:
-    """Rows whose median is a number that the truth can tell."""
+    """Rows whose median is resolved by the high-precision solution."""
     engines = engines.reindex(columns=list(ENGINE_COLUMNS))
     median = engines["median"].astype(float)
     kept = np.isfinite(median) & (median > 0.0) & engines.known.astype(bool)
@@ -171,7 +171,7 @@ def too_few(steps: Array, error: Array) -> str:
 
 
 def remark(fit: dict[str, Any], what: str, none: str) -> str:
-    """What rules where a line was fitted, and why it is not as expected; or why there is no line."""
+    """Remark on a fit: the dominant error, and why the exponent differs or no line was fitted."""
     if not math.isfinite(fit["exponent"]):
         return none
     words = "" if what == RATIO else what

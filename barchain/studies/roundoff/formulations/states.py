@@ -29,7 +29,7 @@ MASS_RATIO = 1e6
 MEMBERS = 32
 
 
-class Kind(StrEnum):
+class StateKind(StrEnum):
     """Kinds of states."""
 
     GENERIC = "generic"
@@ -45,10 +45,10 @@ class Kind(StrEnum):
 
 
 @dataclass(frozen=True)
-class Case:
+class EvaluationCase:
     """One point of the study: a state at a size ratio."""
 
-    kind: Kind
+    kind: StateKind
     bars: int
     ratio: float
     """epsilon: length of a bar over the Earth's radius"""
@@ -71,14 +71,14 @@ class Exact:
         return bars.mass_kg.sum(axis=0) / len(bars.mass_kg) * rate2 * bars.length_m.max(axis=0)
 
 
-def exact_case(case: Case) -> Exact:
+def exact_case(case: EvaluationCase) -> Exact:
     """Members of a case; to be called where exact numbers are in force.
 
     The same draw serves all size ratios, so that they differ by nothing else.
     """
     random = np.random.default_rng(zlib.crc32(f"{case.kind} {case.bars}".encode()))
     mass, length, angle, factor = configuration(case, random)
-    blurred = case.kind is not Kind.HORIZONTAL  # which must stay exactly so
+    blurred = case.kind is not StateKind.HORIZONTAL  # which must stay exactly so
     shape = (case.bars, case.members)
     lengths = EXACT.cast(length)[:, None] * gmpy2.mpfr(case.ratio) * EQUATOR_M * ulps(random, shape)
     masses = EXACT.cast(mass)[:, None] * ulps(random, shape)
@@ -93,17 +93,17 @@ def exact_case(case: Case) -> Exact:
     return Exact(bars, joined_chain_state(EXACT, bars, com, turned, rate * (ulps(random, shape) if blurred else 1)))
 
 
-def configuration(case: Case, random: Generator) -> tuple[Array, Array, Array, Array]:
+def configuration(case: EvaluationCase, random: Generator) -> tuple[Array, Array, Array, Array]:
     """Masses, lengths over the nominal one, angles from the horizontal and rates over the orbital one, each (N,)."""
     n = case.bars
-    if case.kind in (Kind.STRAIGHT, Kind.HORIZONTAL):
-        angle = np.radians(80.0) if case.kind is Kind.STRAIGHT else 0.0
+    if case.kind in (StateKind.STRAIGHT, StateKind.HORIZONTAL):
+        angle = np.radians(80.0) if case.kind is StateKind.STRAIGHT else 0.0
         return np.full(n, MASS_KG), np.ones(n), np.full(n, angle), np.ones(n)
     mass, length = MASS_KG * 10.0 ** random.uniform(-0.5, 0.5, n), random.uniform(0.5, 1.0, n)
     angle, factor = random.uniform(-np.pi, np.pi, n), random.uniform(-3.0, 3.0, n)
-    if case.kind is Kind.SPIN:
+    if case.kind is StateKind.SPIN:
         factor = np.full(n, SPIN_FACTOR)
-    if case.kind is Kind.UNEQUAL:
+    if case.kind is StateKind.UNEQUAL:
         mass[1::2] /= MASS_RATIO
     return mass, length, angle, factor
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.studies.roundoff.formulations import Given, MinimalAngles, RelativePlaces
+from barchain.studies.roundoff.formulations.definitions import Given, MinimalAngles, RelativePlaces
 from reference_impl.model import relative
 from reference_impl.model.chain import ChainModel
 from reference_impl.model.state import State

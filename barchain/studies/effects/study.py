@@ -1,0 +1,76 @@
+"""The effects study: size, influence and cost of each effect of a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from barchain.record.facts import scene_words
+from barchain.solutions.reference import PARTED_RAD
+from barchain.studies.effects.budget import EffectsBudget
+from barchain.studies.effects.effect_toggles import switches
+from barchain.studies.effects.limits import MATTERS, REPEATS, RTOL, SECONDS
+from barchain.studies.effects.plan import EffectsPlan
+from barchain.studies.effects.sensitivity import LOOSER
+from reports.tables.effects import FILES
+
+if TYPE_CHECKING:
+    from barchain.studies.store import StudyStore
+    from barchain.studies.study import Reporter
+    from reports.tables.files import StudyFiles
+    from scenarios import Scene
+
+
+@dataclass(frozen=True)
+class EffectsOptions:
+    """Options of an effects study."""
+
+    scene: Scene
+    rtol: float = RTOL
+    """Accuracy of a step of the tighter run"""
+    matters: float = MATTERS
+    """Change from which an effect is relevant: see :mod:`reports.chapters.effects.advice`"""
+    repeats: int = REPEATS
+    """Rounds of timing"""
+    seconds: float = SECONDS
+    """Time after which no further round of timing is begun"""
+    workers: int | None = None
+    """Processes side by side; all cores by default"""
+    engine: str | None = None
+    """Form of the reference for all runs; by default the compiled one where it supports them"""
+
+
+@dataclass(frozen=True)
+class EffectsStudy:
+    """The effects study."""
+
+    files: ClassVar[StudyFiles] = FILES
+
+    def plan(self, options: EffectsOptions) -> EffectsPlan:
+        """All effects of a scene, present or absent there."""
+        return EffectsPlan(switches=switches(options.scene), **vars(options))
+
+    def record(self, plan: EffectsPlan) -> dict[str, Any]:
+        """Scene, and the limits of the advice."""
+        return {
+            "scene": scene_words(plan.scene) | facts(plan.scene),
+            "rtol": plan.rtol,
+            "looser": LOOSER,
+            "parted_rad": PARTED_RAD,
+            "matters": plan.matters,
+        }
+
+    def run(self, plan: EffectsPlan, store: StudyStore, reporter: Reporter) -> None:
+        """Run the scene with each effect switched, then time the runs."""
+        EffectsBudget(plan, store, reporter).run()
+
+
+def facts(scene: Scene) -> dict[str, Any]:
+    """Units in which the advice measures changes."""
+    return {
+        "name": scene.name,
+        "gravity": str(scene.effects.gravity),
+        "bound": scene.bound,
+        "period_s": scene.period_s,
+        "radius0_m": scene.radius0_m,
+    }

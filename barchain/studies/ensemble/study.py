@@ -1,0 +1,62 @@
+"""The ensemble study: many perturbed copies of a scene, and quantiles of attitude and reactions over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from barchain.record.facts import scene_facts
+from barchain.studies.ensemble.ensemble import EnsembleResult, run_ensemble
+from barchain.studies.ensemble.plan import make_plan
+from reports.tables.ensemble import FILES
+
+if TYPE_CHECKING:
+    from barchain.studies.ensemble.plan import EnsembleOptions, EnsemblePlan
+    from barchain.studies.store import StudyStore
+    from barchain.studies.study import Reporter
+    from reports.tables.files import StudyFiles
+
+
+@dataclass(frozen=True)
+class EnsembleStudy:
+    """The ensemble study."""
+
+    files: ClassVar[StudyFiles] = FILES
+
+    def plan(self, options: EnsembleOptions) -> EnsemblePlan:
+        """Scene and variations, checked.
+
+        Raises
+        ------
+        SceneError, VariationError
+            For options that can't be met.
+        """
+        return make_plan(options)
+
+    def record(self, plan: EnsemblePlan) -> dict[str, Any]:
+        """Scene, distributions and settings; outcomes and times are added at the end."""
+        return {
+            "scene": {"name": plan.scene.name} | scene_facts(plan.scene),
+            "vary": [v.text for v in plan.variations],
+            "runs": plan.runs,
+            "rtol": plan.rtol,
+            "seed": plan.seed,
+            "dask": bool(plan.dask),
+        }
+
+    def run(self, plan: EnsemblePlan, store: StudyStore, reporter: Reporter) -> EnsembleResult:
+        """Draw, run and reduce the copies.
+
+        Raises
+        ------
+        ClusterError
+            If the plan names a Dask scheduler that can't be used.
+        """
+        with reporter.counted("runs", plan.runs) as done:
+            result = run_ensemble(plan, done)
+        store.write("quantiles", result.quantiles)
+        store.write("runs", result.runs)
+        store.record["outcomes"] = result.runs["outcome"].value_counts().to_dict()
+        store.record["evaluations"] = int(result.runs["evaluations"].sum())
+        store.record["phases_s"] = result.seconds
+        return result

@@ -1,0 +1,1 @@
+"""Power laws fitted to the tables of errors."""

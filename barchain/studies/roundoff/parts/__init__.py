@@ -1,0 +1,1 @@
+"""Parts of the study: each measures the rows of one table."""

@@ -1,0 +1,241 @@
+"""Runs of a stability study, wave after wave, each engine judged as soon as its last run is there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from barchain.judge.support import unsupported
+from barchain.run.compilation import announcement
+from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult, failure
+from barchain.run.pool import run_jobs
+from barchain.solutions.reference import SOLUTION_RTOL, ReferenceSolution
+from barchain.solutions.reference_runs import SolutionFailedError, solution_engine, solution_jobs, solution_of
+from barchain.studies.stability import expected
+from barchain.studies.stability.engine_runs import LEVEL_WORDS, WITH_TRAJECTORY, EngineRuns
+from barchain.studies.stability.evidence import condition_range, laws
+from barchain.studies.stability.growth import linear_rate
+from barchain.studies.stability.plan import LEVELS, LONG, SOLUTION_LIMIT_S, exact_jobs, settings
+from barchain.studies.stability.rules import ILL_POSED, Finding, finding
+from barchain.studies.stability.store import StabilityStore
+from reports.tables.outcome import Outcome
+from reports.tables.stability import Stability
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from adapters.engine import Engine
+    from barchain.studies.stability.plan import StabilityPlan
+    from barchain.studies.store import StudyStore
+    from barchain.studies.study import Reporter
+    from scenarios import Scene
+
+OURS = ("reference", "reference-fast")
+"""Engines that must be stable in all scenes that are well-posed"""
+OURS_PATIENCE = 10.0
+"""Times the time limit that these are given: they are to be judged, and NumPy takes minutes for a thousand orbits"""
+WAVES = ((Role.COARSE, Role.PLAIN, Role.EXACT), (Role.MAIN,), (Role.FINER,))
+"""Runs in the order in which they are made: those that take longest come last, and only if there is hope"""
+
+Pair = tuple[str, str]
+
+
+@dataclass
+class HardSceneRuns:
+    """One scene as its results come."""
+
+    scene: Scene
+    certified_solutions: dict[Role, RunResult] = field(default_factory=dict)
+    runs: dict[str, dict[Role, RunResult]] = field(default_factory=dict)
+    solution: ReferenceSolution | None = None
+    solution_failed: str = ""
+
+
+@dataclass(frozen=True)
+class StabilityResult:
+    """Result of a study."""
+
+    findings: dict[Pair, Finding]
+    changes: tuple[expected.OutcomeChange, ...]
+    ours: tuple[Pair, ...]
+    """Scenes that are well-posed, and in which a form of the reference is not stable"""
+
+    @property
+    def passed(self) -> bool:
+        """Whether the reference is stable and no outcome changed."""
+        return not self.ours and not self.changes
+
+
+class StabilityRun:
+    """One study of many scenes and engines."""
+
+    def __init__(self, plan: StabilityPlan, store: StudyStore, reporter: Reporter) -> None:
+        """Prepare; `reporter` gets scene, engine and outcome after each run."""
+        order = [(s.name, name) for s in plan.scenes for name in plan.engines]
+        self.plan, self.report, self.note = plan, reporter.step, reporter.note
+        self.store = StabilityStore(store, plan.time_limit_s, order)
+        self.scenes = {scene.name: HardSceneRuns(scene) for scene in plan.scenes}
+        self.classes: dict[str, type[Engine]] = {name: r.load() for name, r in plan.engines.items()}
+        self.recorded = expected.recorded()
+        self.findings: dict[Pair, Finding] = {}
+        self.changes: list[expected.OutcomeChange] = []
+        self.earlier = self.store.earlier_runs()
+
+    def run(self) -> StabilityResult:
+        """Make all runs, and judge each engine in each scene as soon as its last one is there."""
+        self.leave_out()
+        self.make([job for s in self.plan.scenes for job in solution_jobs(s)])
+        for wave in WAVES:
+            self.make(self.hopeful(self.jobs(wave)))
+        return StabilityResult(self.findings, tuple(self.changes), self.unstable_references())
+
+    def jobs(self, roles: Iterable[Role]) -> list[Job]:
+        """Runs of some roles in all scenes."""
+        wanted, found = tuple(roles), []
+        for scene in self.plan.scenes:
+            if Role.EXACT in wanted:
+                found += exact_jobs(scene)
+            for name, registration in self.plan.engines.items():
+                if (scene.name, name) not in self.findings:
+                    own = settings(scene, self.classes[name])
+                    found += [Job(scene, name, registration, own[r], r) for r in wanted if r in own]
+        return found
+
+    def leave_out(self) -> None:
+        """Settle the engines that do not support a scene."""
+        for scene in self.plan.scenes:
+            for name, engine in self.classes.items():
+                reason = engine.unsupported(scene)
+                if reason is not None:
+                    self.settle(scene.name, name, Finding(Stability.UNSUPPORTED, reason))
+
+    def hopeful(self, jobs: list[Job]) -> list[Job]:
+        """Runs expected within the time limit; a run whose coarser run timed out is settled as timed out."""
+        found = []
+        for job in jobs:
+            late = self.late_before(job)
+            if late is None:
+                found.append(job)
+            else:
+                said = f"not run: the {LEVEL_WORDS[late]} setting already took longer than {self.limit_s(job):g} s"
+                self.take(job, failure(Outcome.TIMED_OUT, said))
+        return found
+
+    def limit_s(self, job: Job) -> float:
+        """Wall time allowed to a run."""
+        if job.role in SOLUTION_ROLES:
+            return SOLUTION_LIMIT_S
+        return self.plan.time_limit_s * (OURS_PATIENCE if job.engine in OURS else 1.0)
+
+    def late_before(self, job: Job) -> Role | None:
+        """Coarser level of a job's engine that timed out, if there is one."""
+        before = LEVELS[: LEVELS.index(job.role)] if job.role in LEVELS else ()
+        runs = self.scenes[job.scene.name].runs.get(job.engine, {})
+        return next((r for r in before if r in runs and runs[r].outcome is Outcome.TIMED_OUT), None)
+
+    def make(self, jobs: list[Job]) -> None:
+        """Make some runs, or recall them; those with the same limit side by side."""
+        waiting = []
+        for job in jobs:
+            recalled = self.store.recall(job, self.earlier)
+            if recalled is None:
+                waiting.append(job)
+            else:
+                self.take(job, recalled)
+        said = announcement(waiting)
+        if said:
+            self.note(said)
+        for limit_s in sorted({self.limit_s(job) for job in waiting}):
+            alike = [job for job in waiting if self.limit_s(job) == limit_s]
+            for job, result in run_jobs(alike, time_limit_s=limit_s, workers=self.plan.workers):
+                self.take(job, result)
+
+    def take(self, job: Job, result: RunResult) -> None:
+        """Note a result, and judge what it completes."""
+        self.store.keep_run(job, result)
+        said = "pass" if result.outcome is Outcome.PASS else f"{result.outcome}: {result.reason}"
+        self.report(job.scene.name, job.engine, f"{job.setting} {said}" if said != "pass" else said)
+        progress = self.scenes[job.scene.name]
+        if job.role in SOLUTION_ROLES:
+            progress.certified_solutions[job.role] = result
+            self.found_solution(progress)
+        elif job.role is Role.EXACT:
+            self.follow(progress, job, result)
+        else:
+            progress.runs.setdefault(job.engine, {})[job.role] = result
+            if job.role is Role.FINER:
+                self.judge(progress, job.engine)
+
+    def found_solution(self, progress: HardSceneRuns) -> None:
+        """Establish the reference solution once its runs are made."""
+        scene, facts = progress.scene, self.store.record["scenes"][progress.scene.name]
+        try:
+            progress.solution = solution_of(scene, progress.certified_solutions)
+        except SolutionFailedError as error:
+            progress.solution_failed = facts["solution_failed"] = str(error)
+            self.note(f"{scene.name} has no reference solution: {error}")
+        if progress.solution is None:
+            return
+        facts |= solution_facts(progress.solution)
+        job = next(j for j in solution_jobs(scene) if j.role is Role.SOLUTION)
+        self.follow(progress, job, progress.certified_solutions[Role.SOLUTION])
+        self.store.write_record()
+
+    def follow(self, progress: HardSceneRuns, job: Job, result: RunResult) -> None:
+        """Fit how a run's drifts grow, in a scene that is followed over time."""
+        if LONG not in progress.scene.tags or result.trajectory is None or result.outcome not in WITH_TRAJECTORY:
+            return
+        level = LEVEL_WORDS[job.role]
+        self.store.keep_laws(
+            *laws(progress.scene, job.engine, level, job.setting, result.trajectory, progress.solution)
+        )
+
+    def judge(self, progress: HardSceneRuns, engine: str) -> None:
+        """Judge an engine whose runs are all there."""
+        scene, runs, own = progress.scene, progress.runs[engine], self.classes[engine]
+        engine_runs = EngineRuns(scene, engine, own, settings(scene, own), runs, progress.solution)
+        reason = unsupported(own, progress.solution) if progress.solution is not None else None
+        found = finding(engine_runs) if reason is None else Finding(Stability.UNSUPPORTED, reason)
+        self.settle(scene.name, engine, found, engine_runs)
+        for role in (Role.MAIN, Role.FINER):
+            job = Job(scene, engine, self.plan.engines[engine], engine_runs.settings[role], role)
+            self.follow(progress, job, runs[role])
+
+    def settle(self, scene: str, engine: str, found: Finding, engine_runs: EngineRuns | None = None) -> None:
+        """Keep an outcome, and see whether it is the one recorded."""
+        before = self.recorded.get((scene, engine))
+        changed = expected.change(scene, engine, before, found)
+        self.findings[scene, engine] = found
+        if changed:
+            self.changes.append(changed)
+        if engine_runs is None:
+            self.store.keep_left_out(scene, engine, found, before, changed)
+        else:
+            self.store.keep_finding(engine_runs, found, before, changed)
+
+    def unstable_references(self) -> tuple[Pair, ...]:
+        """Well-posed scenes in which the reference is not stable; time-outs of a slow machine are left out."""
+        posed = {s.name for s in self.plan.scenes if ILL_POSED not in s.tags}
+        return tuple(
+            (scene, engine)
+            for (scene, engine), found in self.findings.items()
+            if engine in OURS and scene in posed and not found.slow and found.stability is not Stability.STABLE
+        )
+
+
+def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
+    """Entries of a scene's reference solution in the record."""
+    condition, rate = condition_range(solution.scene, solution), linear_rate(solution)
+    inside = solution.trajectory.t_s[: len(solution.amplification)] <= solution.limit_s
+    return {
+        "solution_setting": f"rtol={SOLUTION_RTOL:g}",
+        "solution_engine": solution_engine(),
+        "solution_method": str(solution.trajectory.info.get("method", "")),
+        "solution_steps": solution.trajectory.info.get("steps"),
+        "solution_error_rad": float(solution.error["attitude"][: len(inside)][inside].max()),
+        "solution_limit_s": solution.limit_s,
+        "growth_total": float(solution.amplification[-1]),
+        "growth_rate_per_s": None if rate is None else rate[0],
+        "condition": None if condition is None else list(condition),
+        "ended": solution.trajectory.ended,
+    }

@@ -1,0 +1,147 @@
+"""The protocol of studies (options, plan, run that fills tables), and a study from start to tables.
+
+Studies differ in their loops, and share all else: the folder (:class:`barchain.studies.store.StudyStore`), the record's
+beginning (:func:`barchain.record.environment.provenance`), the reporter, and :func:`run_study`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+from barchain.record.environment import provenance
+from barchain.studies.store import StudyStore
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from contextlib import AbstractContextManager
+    from pathlib import Path
+
+    from reports.tables.files import StudyFiles
+
+PlanT = TypeVar("PlanT")
+OptionsT_contra = TypeVar("OptionsT_contra", contravariant=True)
+ResultT_co = TypeVar("ResultT_co", covariant=True)
+
+
+def ignore(*_: object) -> None:
+    """Report nothing."""
+
+
+@contextlib.contextmanager
+def uncounted(what: str, total: int) -> Iterator[Callable[[int], None]]:
+    """Count nothing."""
+    del what, total
+    yield ignore
+
+
+@dataclass(frozen=True)
+class Reporter:
+    """Callbacks for the progress of a study; by default they do nothing."""
+
+    step: Callable[[str, str, str], None] = ignore
+    """Called with subject, run and outcome after each step"""
+    note: Callable[[str], None] = ignore
+    """Called with a sentence on what goes on between steps"""
+    counted: Callable[[str, int], AbstractContextManager[Callable[[int], None]]] = uncounted
+    """Given a task and its size, a context whose value is called with each number of items done"""
+
+
+class Study(Protocol[OptionsT_contra, PlanT, ResultT_co]):
+    """One study: its name is that of its folder of tables, its page and its command."""
+
+    @property
+    def files(self) -> StudyFiles:
+        """Tables and record, with the study's name."""
+
+    def plan(self, options: OptionsT_contra) -> PlanT:
+        """Scenes, engines and limits to be run.
+
+        Raises
+        ------
+        ValueError
+            If the options can't be met; nothing has been run then.
+        """
+
+    def record(self, plan: PlanT) -> dict[str, Any]:
+        """Entries of the record that are known before the first run."""
+
+    def run(self, plan: PlanT, store: StudyStore, reporter: Reporter) -> ResultT_co:
+        """Run the plan, and write tables as results come."""
+
+
+class Limited(Protocol):
+    """A plan whose measurements are repeated within a budget."""
+
+    @property
+    def repeats(self) -> int:
+        """Times that each point is measured."""
+
+    @property
+    def minutes(self) -> float:
+        """Budget of the study."""
+
+    @property
+    def time_limit_s(self) -> float:
+        """Longest run."""
+
+
+def limits_of(plan: Limited) -> dict[str, float]:
+    """Entry ``limits`` of the record."""
+    return {"repeats": plan.repeats, "minutes": plan.minutes, "time_limit_s": plan.time_limit_s}
+
+
+def run_study(
+    study: Study[Any, PlanT, ResultT_co],
+    plan: PlanT,
+    out: Path,
+    *,
+    command: str = "",
+    reporter: Reporter | None = None,
+    resume: bool = False,
+) -> ResultT_co:
+    """Run a planned study, and write its tables and record into ``out/<name>``.
+
+    Parameters
+    ----------
+    study : Study
+    plan : plan of the study
+        From ``study.plan(options)``.
+    out : Path
+        Result folder; tables of other studies and of comparisons in it stay as they are.
+    command : str
+        Command line, for the record.
+    reporter : Reporter, optional
+        Callbacks for progress; none by default.
+    resume : bool
+        Continue from the tables that an interrupted study left in `out`.
+
+    Returns
+    -------
+    result of the study
+
+    Notes
+    -----
+    The record is written before the first run and after the last, also when the run is interrupted; ``finished`` is
+    true only if the run came to its end.
+    """
+    start = time.perf_counter()
+    store = StudyStore(study.files, out, new_record(study, plan, command), resume=resume)
+    store.write_record()
+    try:
+        result = study.run(plan, store, reporter or Reporter())
+        store.record["finished"] = True
+    finally:
+        store.finish(time.perf_counter() - start)
+    return result
+
+
+def new_record(study: Study[Any, PlanT, Any], plan: PlanT, command: str) -> dict[str, Any]:
+    """Record of a study before its first run: provenance, then the study's own entries.
+
+    Versions of further ``packages`` in the study's entries are added to those of the provenance.
+    """
+    own = study.record(plan)
+    return provenance(command, own.pop("packages", None)) | own

@@ -1,0 +1,118 @@
+"""What all studies share: the folder, the record's beginning and end, and going on from an interrupted study."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import pandas as pd
+import pytest
+
+from barchain.studies.store import StudyStore
+from barchain.studies.study import Reporter, limits_of, run_study
+from reports.tables.files import StudyFiles
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FILES = StudyFiles(
+    "squares", {"squares": ("number", "square", "word"), "roots": ("root",)}, ("word",), frozenset({"roots"})
+)
+
+
+@dataclass(frozen=True)
+class SquaresPlan:
+    """Numbers to be squared."""
+
+    numbers: tuple[int, ...]
+    repeats: int = 1
+    minutes: float = 2.0
+    time_limit_s: float = 3.0
+
+
+@dataclass(frozen=True)
+class SquaresStudy:
+    """A study of a few lines."""
+
+    files: ClassVar[StudyFiles] = FILES
+
+    def plan(self, options: tuple[int, ...]) -> SquaresPlan:
+        """All numbers, once each."""
+        return SquaresPlan(tuple(dict.fromkeys(options)))
+
+    def record(self, plan: SquaresPlan) -> dict[str, Any]:
+        """Limits, and a package more."""
+        return {"packages": {"abacus": "1.0"}, "limits": limits_of(plan)}
+
+    def run(self, plan: SquaresPlan, store: StudyStore, reporter: Reporter) -> int:
+        """Append a row for each number that is not there yet."""
+        done = set(store.read("squares").number) if store.resume else set()
+        if not store.resume:
+            store.remove("squares")
+        for number in plan.numbers:
+            if number not in done:
+                store.append("squares", [{"number": number, "square": number**2}])
+                reporter.step(str(number), "squared", "pass")
+        return len(plan.numbers)
+
+
+STUDY = SquaresStudy()
+
+
+def record_of(folder: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((folder / "squares" / "record.json").read_text(encoding="utf-8"))
+    return found
+
+
+def test_a_study_leaves_its_tables_and_a_finished_record(tmp_path: Path) -> None:
+    told: list[tuple[str, str, str]] = []
+    plan = STUDY.plan((3, 1, 3))
+    assert run_study(STUDY, plan, tmp_path, command="typed", reporter=Reporter(lambda *a: told.append(a))) == 2
+    table = FILES.read(tmp_path, "squares")
+    assert table.columns.tolist() == ["number", "square", "word"]
+    assert table.square.tolist() == [9, 1]
+    assert table.word.tolist() == ["", ""]  # an empty cell of text is no NaN
+    assert [subject for subject, *_ in told] == ["3", "1"]
+    record = record_of(tmp_path)
+    assert record["finished"]
+    assert record["command"] == "typed"
+    assert record["seconds"] > 0.0
+    assert record["limits"] == {"repeats": 1, "minutes": 2.0, "time_limit_s": 3.0}
+    assert record["packages"]["abacus"] == "1.0"
+    assert "numpy" in record["packages"]
+
+
+def test_an_interrupted_study_leaves_its_rows_and_goes_on_from_them(tmp_path: Path) -> None:
+    def cut(number: str, *_: str) -> None:
+        if number == "2":
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_study(STUDY, STUDY.plan((1, 2, 3)), tmp_path, reporter=Reporter(cut))
+    assert not record_of(tmp_path)["finished"]
+    assert FILES.read(tmp_path, "squares").number.tolist() == [1, 2]
+    again: list[str] = []
+    run_study(STUDY, STUDY.plan((1, 2, 3)), tmp_path, resume=True, reporter=Reporter(lambda *a: again.append(a[0])))
+    assert again == ["3"]
+    assert record_of(tmp_path)["finished"]
+
+
+def test_the_earlier_record_is_read_before_it_is_written_anew(tmp_path: Path) -> None:
+    first = StudyStore(FILES, tmp_path, {"runs": [1, 2]})
+    first.write_record()
+    second = StudyStore(FILES, tmp_path, {"runs": []}, resume=True)
+    second.write_record()
+    assert second.earlier == {"runs": [1, 2]}
+    assert StudyStore(FILES, tmp_path, {}).earlier == {}
+
+
+def test_a_missing_table_is_empty_only_if_it_is_optional(tmp_path: Path) -> None:
+    store = StudyStore(FILES, tmp_path)
+    assert store.read("roots").columns.tolist() == ["root"]
+    with pytest.raises(FileNotFoundError):
+        store.read("squares")
+    store.write("squares", ())
+    assert store.has("squares")
+    store.append("squares", [{"number": 2, "square": 4}])
+    pd.testing.assert_series_equal(store.read("squares").number, pd.Series([2], name="number"))
