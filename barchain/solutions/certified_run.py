@@ -1,6 +1,6 @@
 """A fresh truth: two runs in quadruple precision, and what stands between them.
 
-See design/oracle.md for why two tolerances in one precision, and not two precisions.
+See docs/certified_solutions.md for why two tolerances in one precision, and not two precisions.
 """
 
 from __future__ import annotations
