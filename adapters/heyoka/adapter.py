@@ -1,4 +1,4 @@
-"""The oracle: heyoka's Taylor integration of equations derived apart from the reference's; see docs/certified_solutions.md."""
+"""Heyoka's Taylor integration of equations derived apart from the reference's; see docs/certified_solutions.md."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ def test_what_an_engine_changes_in_its_process_is_gone_for_the_next():
     assert found.outcomes[SCENE, "SeesTraces"] is Outcome.PASS
 
 
-def test_the_truth_is_run_where_no_engine_was():
+def test_the_reference_solution_is_run_where_no_engine_was():
     scene = load_scene(SCENE)
     ours = Job(scene, "exudyn", ENGINES["exudyn"], Setting(AccuracyParameter.STEPS_PER_ORBIT, 100.0), Role.MAIN)
     theirs = dataclasses.replace(ours, engine="Sound", registration=registered(["Sound"])["Sound"])

@@ -18,6 +18,7 @@ FENCE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 SPAN = re.compile(r"`([^`\n]+)`")
 LINK = re.compile(r"\]\(([^)\s#]+)(?:#[^)]*)?\)")
 WORD = re.compile(r"[\w.<>*/\-]+")
+MADE = {"benchmarks/history.csv"}  # made by a command, never committed
 COMMAND = re.compile(r"^(?:.*?&& )?(?:\.venv/bin/)?barchain( [a-z-].*)?$")
 PLACEHOLDER = re.compile(r"[\[<|…]|\.\.\.|\b[A-Z]{2,}\b|\s{2}")
 
@@ -55,14 +56,14 @@ def paths(document: Path) -> Iterator[Mention]:
     for start, code in spans_and_fences(text):
         for word in WORD.finditer(code):
             path = word.group().rstrip(".")
-            if "<" not in path and (path.split("/")[0] in FOLDERS and "/" in path or path.endswith(".py")):
+            if "<" not in path and ((path.split("/")[0] in FOLDERS and "/" in path) or path.endswith(".py")):
                 yield mention(document, text, start + word.start(), path)
 
 
 def exists(path: str) -> bool:
     """Whether a path leads to something in the project; a file's bare name may lie anywhere in it."""
     if "/" in path:
-        return any(ROOT.glob(path.rstrip("/")))
+        return path in MADE or any(ROOT.glob(path.rstrip("/")))
     return any(any((ROOT / folder).rglob(path)) for folder in FOLDERS)
 
 

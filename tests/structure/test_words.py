@@ -31,7 +31,9 @@ def test_every_allowance_has_a_reason(words: Words) -> None:
     assert all(len(each.reason.split()) > 2 for each in words.allowances)
 
 
-@pytest.mark.parametrize("text", ["the truth of a scene", "engines that can't\n    carry it", "2 bands", "a spoilt run"])
+@pytest.mark.parametrize(
+    "text", ["the truth of a scene", "engines that can't\n    carry it", "2 bands", "a spoilt run"]
+)
 def test_a_retired_word_is_found(text: str, words: Words) -> None:
     assert any(word.pattern.search(text) for word in words.retired)
 

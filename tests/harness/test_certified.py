@@ -1,4 +1,4 @@
-"""A truth that carries its own error: where it comes from, what it promises, and how the reference stands to it."""
+"""Certified solutions: their sources, their error bars, and the reference's difference from them."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def quick():
 
 
 @pytest.mark.parametrize("name", TOLD)
-def test_every_shipped_scene_has_a_committed_truth_of_its_run_and_its_first_orbit(name, tmp_path):
+def test_every_shipped_scene_has_a_committed_solution_of_its_run_and_its_first_orbit(name, tmp_path):
     for scene in (over(name), over(name, orbits=1.0)):
         found = certified(scene, cache=tmp_path)
         assert found.source == "committed"
@@ -81,11 +81,13 @@ def reference_runs(scene):
     + [pytest.param(name, None, marks=pytest.mark.slow) for name in HARD if name in TOLD]
     + [(name, 1.0) for name in LONG_RUNS],
 )  # fmt: skip
-def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_horizon(name, orbits, record_property):
-    """|reference - oracle| <= 2 E_reference + E_oracle + floor.
+def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_predictability_limit(
+    name, orbits, record_property
+):
+    """|reference - certified| <= 2 E_reference + E_certified + floor.
 
     E_reference from a run ten times looser; 2 is Richardson's. Floor: the comparison's own round-off of double
-    precision, carried on by the measured growth.
+    precision, amplified as measured.
     """
     scene = over(name, orbits=orbits)
     judge = certified(scene)
@@ -97,7 +99,7 @@ def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_horizon(nam
     for quantity, apart in differences(seen.trajectory, judge.trajectory).items():
         allowed = 2.0 * seen.error[quantity][:n] + judge.error[quantity][:n] + floor[quantity][:n]
         record_property(f"{quantity}_apart", float(apart[:n].max()))
-        record_property(f"{quantity}_oracle_error", float(judge.error[quantity][n - 1]))
+        record_property(f"{quantity}_certified_error", float(judge.error[quantity][n - 1]))
         assert np.all(apart[:n] <= allowed), (quantity, (apart[:n] / allowed).max())
 
 
@@ -112,7 +114,7 @@ def test_a_fresh_run_agrees_with_the_committed_table_inside_both_error_bars(name
 
 
 def test_long_double_agrees_to_its_own_round_off():
-    """Another arithmetic: a random walk of its roundings, carried on by the first orbit's growth, e^(sqrt(3) 2 pi)."""
+    """Another arithmetic: a random walk of its roundings, amplified over the first orbit by e^(sqrt(3) 2 pi)."""
     scene = over("paper/fig05", orbits=1.0)
     seen = HeyokaLong().run(scene, Setting(AccuracyParameter.RTOL, 1e-19))
     amplification, lengths, roundings = np.exp(np.sqrt(3.0) * 2.0 * np.pi), 5.0, 16.0
@@ -121,7 +123,7 @@ def test_long_double_agrees_to_its_own_round_off():
     assert apart <= walk * amplification + certified(scene).error["attitude"][-1]
 
 
-def test_a_truth_is_run_once_and_then_served_from_the_cache_bit_for_bit(quick, tmp_path):
+def test_a_solution_is_computed_once_and_then_served_from_the_cache_bit_for_bit(quick, tmp_path):
     first, again = certified(quick, cache=tmp_path), certified(quick, cache=tmp_path)
     assert (first.source, again.source) == ("computed", "cache")
     assert first.precision == again.precision
@@ -153,7 +155,7 @@ def test_a_damaged_file_in_the_cache_is_made_again(damage, quick, tmp_path):
 
 
 @pytest.mark.parametrize("what", ["versions", "code", "physics", "instants"])
-def test_another_version_code_or_scene_is_another_truth(what, quick, tmp_path, monkeypatch):
+def test_another_version_code_or_scene_is_another_solution(what, quick, tmp_path, monkeypatch):
     certified(quick, cache=tmp_path)
     if what == "versions":
         monkeypatch.setattr(certified_module, "package_version", lambda name: f"{name} 99")
@@ -196,9 +198,9 @@ def test_instants_that_differ_in_their_last_bits_are_served_with_what_that_moves
 
 
 def test_without_heyoka_tables_are_served_and_all_else_says_how_to_install_it(quick, tmp_path, monkeypatch):
-    monkeypatch.setattr(Registration, "missing", "heyoka is not installed; try: pip install '.[oracle]'")
+    monkeypatch.setattr(Registration, "missing", "heyoka is not installed; try: pip install '.[certified]'")
     assert certified(over(QUICK), cache=tmp_path).source == "committed"
-    with pytest.raises(CertifiedSolutionError, match=r"no committed truth .* pip install '\.\[oracle\]'"):
+    with pytest.raises(CertifiedSolutionError, match=r"no committed .* pip install '\.\[certified\]'"):
         certified(quick, cache=tmp_path)
     made = CliRunner().invoke(certified_solutions, [QUICK])
     assert made.exit_code == 2

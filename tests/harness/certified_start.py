@@ -1,4 +1,4 @@
-"""The oracle's equations at a scene's initial state: accelerations of a lone bar, in SI units and many digits."""
+"""The certified solution's equations at a scene's initial state: of a lone bar, in SI units and many digits."""
 
 from __future__ import annotations
 
