@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 import shlex
 
@@ -22,12 +23,12 @@ def fault(words: str, *, whole: bool) -> str:
     whole
         Whether all arguments are there. Otherwise only the command's and the options' names are checked.
     """
-    tokens = words.split()
+    tokens = after_flags(words.split())
     command, context = descend(tokens)
     if tokens and command is cli and not tokens[0].startswith("-"):
         return f"there is no command {tokens[0]}"
     known = {name for each in command.get_params(context) for name in (*each.opts, *each.secondary_opts)}
-    unknown = [name for name in OPTION.findall(words.partition(" #")[0]) if name not in known]
+    unknown = [name for name in OPTION.findall(" ".join(tokens)) if name not in known]
     if unknown:
         return f"no option {', '.join(unknown)}; there are: {', '.join(sorted(known))}"
     return complaint(words) if whole else ""
@@ -45,9 +46,16 @@ def descend(tokens: list[str]) -> tuple[click.Command, click.Context]:
     return command, context
 
 
+def after_flags(tokens: list[str]) -> list[str]:
+    """Words without the leading flags of barchain itself, if a command follows them."""
+    flags = {name for each in cli.params if isinstance(each, click.Option) and each.is_flag for name in each.opts}
+    rest = [*itertools.dropwhile(flags.__contains__, tokens)]
+    return rest or tokens
+
+
 def complaint(words: str) -> str:
     """Message of the error that parsing a whole command line ends with; empty if it parses."""
-    tokens = shlex.split(words)
+    tokens = after_flags(shlex.split(words))
     command, context = descend(tokens)
     depth = len(context.command_path.split()) - 1
     try:
