@@ -98,7 +98,7 @@ def _more(module: str, name: str, requires: str, imported: str = "", *, ours: bo
 
 
 def _certified(name: str, *, in_default_set: bool = True) -> Registration:
-    install = "pip install '.[oracle]'"
+    install = "pip install '.[certified]'"
     return Registration(
         f"adapters.heyoka.adapter:{name}",
         "heyoka",

@@ -5,7 +5,7 @@
 The bar of `hard/long_1000` is started at several angles and longitudes, and each engine's errors are taken as the root
 mean square of all: a single run's exponent tells of one random walk. Energy needs no judge; places are compared with
 heyoka's in long double, whose roundings are two thousand times smaller. Exponents are fitted as everywhere else
-(`barchain.studies.stability.law`): the running maximum over the last decade of time. Needs the `oracle` extra.
+(`barchain.studies.stability.law`): the running maximum over the last decade of time. Needs the `certified` extra.
 """
 
 from __future__ import annotations

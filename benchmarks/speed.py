@@ -3,7 +3,7 @@
     python benchmarks/speed.py [--history FILE]
 
 One evaluation of the compiled reference against the number of bars; times to reach an attitude error on a scene's first
-orbit, engines taken in turn on one core, the least of the repeats, straight between the points of their ladders in both
+orbit, engines taken in turn on one core, the least of the repeats, straight between the points of their sweeps in both
 logarithms, compiling apart; an ensemble of ten thousand orbits.
 """
 

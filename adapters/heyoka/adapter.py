@@ -1,4 +1,4 @@
-"""heyoka adapter: Taylor integration of independently derived equations; see design/oracle.md."""
+"""heyoka adapter: Taylor integration of independently derived equations; see docs/certified_solutions.md."""
 
 from __future__ import annotations
 

@@ -123,6 +123,6 @@ def test_damaged_results_are_one_readable_line(tmp_path, capsys):
 
 
 def test_the_remedy_for_a_missing_engine_names_its_extra(capsys):
-    registration = Registration("nowhere:Nothing", "nowhere", install="pip install '.[oracle]'")
+    registration = Registration("nowhere:Nothing", "nowhere", install="pip install '.[certified]'")
     show_engines({"nothing": registration})
-    assert "pip install '.[oracle]'" in capsys.readouterr().out
+    assert "pip install '.[certified]'" in capsys.readouterr().out

@@ -89,7 +89,7 @@ def test_a_digest_of_what_is_not_there_is_that_of_nothing() -> None:
     assert digest_of("nobodys_package") == digest_of("__main__") == digest_of()
 
 
-def test_engines_of_ours_share_one_digest_that_third_parties_have_too() -> None:
+def test_built_in_engines_share_one_digest_that_third_parties_have_too() -> None:
     ours = {source_digest(r.target) for r in ENGINES.values()}
     assert len(ours) == 1
     assert source_digest("tests.support.faulty_engines:Sound").startswith(f"{ours.pop()}+")

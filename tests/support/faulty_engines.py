@@ -150,7 +150,7 @@ class SeesTraces(Faulty):
 
 
 class NeedsOneThread(Faulty):
-    """Refuses to run where libraries may use several threads."""
+    """Rejects a run where libraries may use several threads."""
 
     def build(self, scene, setting):
         several = [name for name in THREADS if os.environ.get(name) != "1"]

@@ -9,6 +9,6 @@ HARD = [name for name in ALL if name.startswith("hard/")]
 MANY = ("bars_100", "bars_1000", "bars_10000", "whip", "long_1000", "long_10000")
 STIFF = ("springs_stiff", "damping_heavy")
 UNTOLD = [f"hard/{name}" for name in MANY + STIFF]
-"""Too many bars or orbits for an oracle of thirty digits, or too stiff for its explicit steps: judged by closed forms,
-by what they conserve and by each other's form"""
+"""Too many bars or orbits for a certified solution of thirty digits, or too stiff for its explicit steps: judged by
+closed forms, by what they conserve and by each other's form"""
 TOLD = [name for name in ALL if name not in UNTOLD]

@@ -105,14 +105,14 @@ class WillNot(Faulty):
 
 
 class CanNotFactor(Faulty):
-    """Arithmetic that fails while it builds: no refusal."""
+    """Arithmetic that fails while it builds: no rejection."""
 
     def build(self, scene: Scene, setting: Setting) -> None:
         raise np.linalg.LinAlgError("not positive definite")
 
 
 class Lands(Faulty):
-    """Ends where the truth does not."""
+    """Ends where the reference solution does not."""
 
     def spoil(self, engine_runs: Trajectory) -> Trajectory:
         early = faulty_engines.StopsEarly.spoil(self, engine_runs)
@@ -120,7 +120,7 @@ class Lands(Faulty):
 
 
 class CanNot(Faulty):
-    """Carries nothing."""
+    """Supports nothing."""
 
     effects: ClassVar = frozenset()
 

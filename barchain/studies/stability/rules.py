@@ -1,4 +1,4 @@
-"""The outcome of one engine in one scene, by rules applied in turn; docs/stability.md gives them in words."""
+"""The outcome of one engine in one scene, by rules applied in turn; see docs/studies/stability.md."""
 
 from __future__ import annotations
 

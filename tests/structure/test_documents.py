@@ -1,0 +1,55 @@
+"""What the documents name is there: links, paths, scenes, and command lines that parse."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from scenarios import scene_names
+from tests.structure.commands import fault
+from tests.structure.documents import command_lines, docstring_paths, documents, exists, links, paths, scenes
+from tests.structure.product import ROOT, relative
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+every_document = pytest.mark.parametrize("document", documents(), ids=relative)
+
+
+@every_document
+def test_links_lead_to_files(document: Path) -> None:
+    lost = [str(mention) for mention, target in links(document) if not target.exists()]
+    assert not lost, "\n".join(lost)
+
+
+@every_document
+def test_paths_exist(document: Path) -> None:
+    lost = [str(mention) for mention in paths(document) if not exists(mention.text)]
+    assert not lost, "\n".join(lost)
+
+
+@every_document
+def test_scenes_exist(document: Path) -> None:
+    names = scene_names()
+    lost = [str(mention) for mention in scenes(document) if mention.text not in names]
+    assert not lost, "\n".join(lost)
+
+
+@every_document
+def test_command_lines_parse(document: Path) -> None:
+    faults = [(mention, fault(mention.text, whole=whole)) for mention, whole in command_lines(document)]
+    assert not any(reason for _, reason in faults), "\n".join(f"{m}: {reason}" for m, reason in faults if reason)
+
+
+def test_a_path_in_a_docstring_of_the_product_exists() -> None:
+    lost = [str(mention) for mention in docstring_paths() if not (ROOT / mention.text).exists()]
+    assert not lost, "\n".join(lost)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [("no-such", "no command"), ("compare paper/fig05 --no-such", "no option"), ("compare", "Missing")],
+)
+def test_a_command_line_with_a_fault_is_found(words: str, said: str) -> None:
+    assert said in fault(words, whole=True)
