@@ -28,14 +28,19 @@ def ours(job: Job) -> bool:
 
 
 def mark(scene: Scene) -> Path:
-    """Marker file of a scene's set of effects, named by the types that the code is specialised on."""
+    """Marker file of a scene's set of effects, named by the types that the code is specialised on.
+
+    Numba keys its cache by the place of a source file and the time of its last change, so that another checkout
+    compiles anew. The name of the marker file therefore depends on both.
+    """
     import numba  # noqa: PLC0415  # an extra
 
-    from reference_impl.fast.jit import cache_folder  # noqa: PLC0415
+    from reference_impl.fast.jit import cache_folder, sources  # noqa: PLC0415
     from reference_impl.fast.layout import compiled_chain  # noqa: PLC0415
 
     kind = str(numba.typeof(compiled_chain(chain_model(scene))))
-    return cache_folder() / "sets" / hashlib.sha256(kind.encode()).hexdigest()[:16]
+    stamps = [(str(source), source.stat().st_mtime_ns) for source in sources()]
+    return cache_folder() / "sets" / hashlib.sha256(f"{kind} {stamps}".encode()).hexdigest()[:16]
 
 
 def compiled(job: Job) -> None:

@@ -33,7 +33,7 @@ class StudyStore:
         record : dict, optional
             The study fills it in; :meth:`write_record` writes it as it stands.
         resume : bool
-            Whether the study continues from the tables in the folder; :attr:`earlier` is then the record beside them.
+            Whether the study continues from the tables in the folder; ``earlier`` is then the record beside them.
         """
         self.files, self.out, self.resume = files, out, resume
         self.record: dict[str, Any] = {} if record is None else record

@@ -54,11 +54,16 @@ def with_cache(function: F, options: dict[str, object]) -> F:
     return made
 
 
+def sources() -> list[Path]:
+    """Files of all compiled code, sorted."""
+    return sorted(Path(__file__).parent.rglob("*.py"))
+
+
 @cache
 def cache_folder() -> Path:
     """Folder of compiled code: Numba's own if set, otherwise the user's, by the hash of all compiled sources."""
     digest = hashlib.sha256(f"{numba.__version__} {scipy.__version__} {IMPORTED_CONSTANTS}".encode())
-    for source in sorted(Path(__file__).parent.rglob("*.py")):
+    for source in sources():
         digest.update(source.read_bytes())
     root = Path(numba.config.CACHE_DIR) if numba.config.CACHE_DIR else user_cache_path("barchain") / "compiled"
     return root / digest.hexdigest()[:16]

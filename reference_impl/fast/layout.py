@@ -91,7 +91,8 @@ class Workspace(NamedTuple):
     bars: Array
     """(25, N) rows U unit vectors, D positions from the first bar's, G field, ANGULAR, LEFT and RIGHT accelerations of
     the ends without reactions, K = c n nᵀ, R reactions (N-1 of them), P and H of the sweep, L and H of the factors, B
-    relative accelerations of the joined ends without reactions; after gravity, D and B serve :func:`joints.refine`
+    relative accelerations of the joined ends without reactions; after gravity, D and B serve the refinement of
+    :mod:`reference_impl.fast.joints`
     """
     responses: Array
     """(P, 2, N) reactions to a unit of each prescribed torque"""

@@ -6,7 +6,7 @@ A result folder holds
     tidy, one value a row, columns :data:`METRIC_COLUMNS`. An engine in parentheses stands for several engines
     together, or for a missing reference solution; the scene :data:`ALL_SCENES` for all scenes together;
 ``run.json``
-    what ran where, see :class:`RunRecord`;
+    provenance, scenes, engines, and the outcome of every run;
 ``trajectories/<scene>/<engine>.parquet``
     one row per sample; ``solution.parquet`` is the reference solution;
 ``differences/<scene>/<engine>.parquet``

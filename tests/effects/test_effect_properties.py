@@ -291,7 +291,7 @@ if {blocked}:
             if name.startswith("reference_impl.effects") or name == "adapters.common.scene_effects":
                 raise ImportError(name)
     sys.meta_path.insert(0, Blocked())
-from adapters.engine import Knob, Setting
+from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference, ReferenceAbsolute
 from scenarios import load_scene
 if not {blocked} and {others}:
@@ -304,7 +304,7 @@ for name in {names}:
     run = dataclasses.replace(scene.run, duration_s=min(scene.run.duration_s, 100.0), samples=5)
     scene = dataclasses.replace(scene, run=run)
     for engine in (Reference, ReferenceAbsolute):
-        seen = engine().run(scene, Setting(Knob.RTOL, 1e-7))
+        seen = engine().run(scene, Setting(AccuracyParameter.RTOL, 1e-7))
         parts = (seen.com_m, seen.com_velocity_m_s, seen.angle_rad, seen.rate_rad_s, seen.reaction_N, seen.torque_N_m)
         bits[name + engine.__name__] = hashlib.sha256(b"".join(p.tobytes() for p in parts)).hexdigest()
 loaded = [m for m in sys.modules if m.startswith("reference_impl.effects") or m == "adapters.common.scene_effects"]

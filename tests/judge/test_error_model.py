@@ -16,7 +16,7 @@ from barchain.judge.comparison import judge
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import Evidence
 from barchain.run.job import RunResult
-from barchain.solutions.reference import ReferenceSolution, establish, twin
+from barchain.solutions.reference import ReferenceSolution, establish, with_perturbed_start
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 
@@ -41,7 +41,7 @@ def run(scene: Any, rtol: float) -> Trajectory:
 def solution() -> ReferenceSolution:
     scene = load_scene("paper/fig15")
     scene = dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=0.1 * scene.period_s, samples=21))
-    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(twin(scene), 1e-13))
+    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(with_perturbed_start(scene), 1e-13))
 
 
 def counted(counts: collections.Counter[str], name: str, function: Callable[..., Any]) -> Callable[..., Any]:

@@ -196,7 +196,7 @@ def test_garbage_from_any_instant_on_in_either_run_does_not_pass(chaotic, unmodi
 
 
 @pytest.mark.parametrize(
-    "spoil",
+    "change",
     [
         lambda s, late: s.replace(angle_rad=s.angle_rad + late[:, None] * 1.0),
         lambda s, late: s.replace(rate_rad_s=s.rate_rad_s * (1.0 + 0.5 * late[:, None])),

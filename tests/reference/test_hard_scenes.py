@@ -155,7 +155,7 @@ from adapters.reference.compiled_engine import ReferenceFast
 from scenarios import load_scene
 scene = load_scene("hard/bars_10000")
 scene = replace(scene, run=replace(scene.run, duration_s=float(sys.argv[1]) * scene.run.duration_s))
-seen = ReferenceFast().run(scene, ReferenceFast.ladder.setting(1e-6))
+seen = ReferenceFast().run(scene, ReferenceFast.sweep.setting(1e-6))
 status = dict(line.split(":", 1) for line in open("/proc/self/status"))
 print(status["VmHWM"].split()[0], seen.info["steps"])
 """

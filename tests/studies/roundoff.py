@@ -32,7 +32,7 @@ LONGEST_M = 1e4
 
 
 @dataclass(frozen=True)
-class EvaluationCase:
+class Case:
     """A chain and its state."""
 
     model: ChainModel
@@ -47,7 +47,7 @@ def case(
     laws: tuple[Prescription, ...] = (),
     *,
     turning: float = 3.0,
-) -> EvaluationCase:
+) -> Case:
     """Masses and lengths spread over `decades`, inertias around a slender bar's, any attitude, any orbit."""
     random = np.random.default_rng(seed)
     mass = 10.0 ** random.uniform(-decades / 2, decades / 2, bars) * 100.0
@@ -64,7 +64,7 @@ def case(
         random.uniform(-np.pi, np.pi, bars),
         speed / radius * random.uniform(-turning, turning, bars),
     )
-    return EvaluationCase(model, joined_state(model, radius * radial, velocity, angle, rate))
+    return Case(model, joined_state(model, radius * radial, velocity, angle, rate))
 
 
 def sums(reaction: Array) -> tuple[Array, Array]:
@@ -88,7 +88,7 @@ class Magnitudes:
     """(N,) rad/s²"""
 
 
-def magnitudes(c: EvaluationCase, a: Accelerations) -> Magnitudes:
+def magnitudes(c: Case, a: Accelerations) -> Magnitudes:
     m, s = c.model, c.state
     n2 = MU / np.linalg.norm(s.com_m) ** 3 if m.gravity != "none" else 0.0
     ends = sums(np.abs(a.reaction_N))[0].sum(axis=1)
@@ -107,7 +107,7 @@ def magnitudes(c: EvaluationCase, a: Accelerations) -> Magnitudes:
     )
 
 
-def joint_bound(c: EvaluationCase, a: Accelerations) -> Array:
+def joint_bound(c: Case, a: Accelerations) -> Array:
     """Round-off allowed in a joint's relative acceleration, (N-1,), m/s²: see the module's docstring."""
     m, size = c.model, magnitudes(c, a)
     diagonal = m.inverse_mass[:-1] + m.inverse_mass[1:] + m.compliance[:-1] + m.compliance[1:]
@@ -135,7 +135,7 @@ def joint_system(model: ChainModel, angle_rad: Array) -> Array:
     return full
 
 
-def forward(c: EvaluationCase, opening: Array) -> Array:
+def forward(c: Case, opening: Array) -> Array:
     """Change (N-1,), N, of the reactions that changes b (N-1,) of the right sides can cause: |A^-1| b."""
     full = joint_system(c.model, c.state.angle_rad)
     scale = 1.0 / np.sqrt(np.diag(full))  # scaled, the inverse is computed well however unequal the bars are

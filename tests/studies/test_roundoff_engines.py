@@ -12,7 +12,7 @@ from adapters.exudyn.adapter import ExudynAbsoluteIndex3
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES, Registration, UnknownEngineError
 from barchain.studies.roundoff import plan
-from barchain.studies.roundoff.formulations.definitions import third_parties
+from barchain.studies.roundoff.formulations import third_parties
 from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind, exact_case
 from barchain.studies.roundoff.formulations.third_parties import THIRD_PARTIES, present
 from barchain.studies.roundoff.laws.engine_fits import NEAR, UNEXPLAINED, engine_laws

@@ -19,7 +19,7 @@ def shipped_scene_names() -> list[str]:
     return sorted(p.relative_to(f).with_suffix("").as_posix() for f in folders for p in f.rglob("*.toml"))
 
 
-class SceneType(click.ParamType):
+class SceneType(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.5 on
     """Name of a scene that comes with barchain, or path of a scene file."""
 
     name = "scene"
@@ -30,7 +30,7 @@ class SceneType(click.ParamType):
         return names or [CompletionItem(incomplete, type="file")]
 
 
-class EngineType(click.ParamType):
+class EngineType(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.5 on
     """Name of an installed engine; a missing one ends the command with its own exit code."""
 
     name = "engine"

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, TypeVar
 
 import click
 
 from barchain.cli.common.names import ENGINE, SCENE
 from barchain.cli.common.settings import FORM, SETTING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+F = TypeVar("F", bound="Callable[..., object]")
 
 POSITIVE = click.FloatRange(min=0, min_open=True)
 WORKERS = "Run N runs side by side; default: as many as there are cores."
@@ -28,7 +33,7 @@ overwrite_option = click.option("--overwrite", is_flag=True, help="Replace resul
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
 
 
-def engine_option(default: str, names: str = "names") -> Any:
+def engine_option(default: str, names: str = "names") -> Callable[[F], F]:
     """`--engine NAME`, repeatable; `default` says which engines take part without it."""
     return click.option(
         "--engine", names, multiple=True, metavar="NAME", type=ENGINE,
@@ -36,7 +41,7 @@ def engine_option(default: str, names: str = "names") -> Any:
     )  # fmt: skip
 
 
-def out_option(default: str | None = "report", *, required: bool = False, help_text: str = "") -> Any:
+def out_option(default: str | None = "report", *, required: bool = False, help_text: str = "") -> Callable[[F], F]:
     """`--out DIR`: where results are written."""
     return click.option(
         "--out", metavar="DIR", type=click.Path(path_type=Path, file_okay=False), required=required,
@@ -45,7 +50,7 @@ def out_option(default: str | None = "report", *, required: bool = False, help_t
     )  # fmt: skip
 
 
-def time_limit_option(default_s: float, more: str = "") -> Any:
+def time_limit_option(default_s: float, more: str = "") -> Callable[[F], F]:
     """`--time-limit S`: wall time after which one run is ended."""
     return click.option(
         "--time-limit", metavar="S", type=POSITIVE, default=default_s, show_default=True,
@@ -53,7 +58,7 @@ def time_limit_option(default_s: float, more: str = "") -> Any:
     )  # fmt: skip
 
 
-def minutes_option(default: float, shown: str | None = None, more: str = "") -> Any:
+def minutes_option(default: float, shown: str | None = None, more: str = "") -> Callable[[F], F]:
     """`--minutes M`: wall time that a study may take."""
     return click.option(
         "--minutes", metavar="M", type=click.FloatRange(min=0), default=default, show_default=shown or True,
@@ -61,7 +66,7 @@ def minutes_option(default: float, shown: str | None = None, more: str = "") -> 
     )  # fmt: skip
 
 
-def repeats_option(default: int) -> Any:
+def repeats_option(default: int) -> Callable[[F], F]:
     """`--repeats N`: how often each point is timed."""
     return click.option(
         "--repeats", metavar="N", type=click.IntRange(min=1), default=default, show_default=True,

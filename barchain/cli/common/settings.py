@@ -30,7 +30,7 @@ class GivenSetting:
         return f"{self.engine}:{self.key}={self.value:g}".lstrip(":")
 
 
-class SettingType(click.ParamType):
+class SettingType(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.5 on
     """Text of the form ``[ENGINE:]KEY=VALUE``."""
 
     name = FORM

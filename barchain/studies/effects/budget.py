@@ -19,7 +19,7 @@ from barchain.studies.effects.cost_ratio import (
     timed_span_s,
 )
 from barchain.studies.effects.limits import TIME_LIMIT_S
-from barchain.studies.effects.sensitivity import EffectChange, RunPair, change, sizes
+from barchain.studies.effects.sensitivity import RunPair, SwitchResponse, change, sizes
 from barchain.studies.effects.sizes import sizes_over
 from reports.tables.effects import COLUMNS, UNITS
 from reports.tables.outcome import Outcome
@@ -169,7 +169,7 @@ def size_columns(plan: EffectsPlan, switch: Switch, scene: RunPair) -> dict[str,
     return {f"{name}_{when}": value for when, all_sizes in named for name, value in all_sizes._asdict().items()}
 
 
-def change_columns(found: EffectChange) -> dict[str, float]:
+def change_columns(found: SwitchResponse) -> dict[str, float]:
     """Columns of the changes that a switch causes."""
     columns = {"compared_s": found.compared_s}
     for name, unit in UNITS.items():

@@ -38,7 +38,7 @@ class RunPair:
 
 
 @dataclass(frozen=True)
-class EffectChange:
+class SwitchResponse:
     """Changes that a switch causes; a quantity that either scene lacks is left out."""
 
     largest: dict[str, float]
@@ -49,14 +49,14 @@ class EffectChange:
     """Until when"""
 
 
-def change(scene: RunPair, switched: RunPair) -> EffectChange:
+def change(scene: RunPair, switched: RunPair) -> SwitchResponse:
     """Largest differences of two scenes over their common samples."""
     until = min(scene.limit_s, switched.limit_s)
     apart = upto(until, scene.tight, switched.tight)
     own, other = (upto(until, runs.tight, runs.loose) for runs in (scene, switched))
     size = sizes(scene.tight, until)
     noise = {name: own[name] + other[name] + ROUNDING * size[name] for name in apart}
-    return EffectChange(apart, noise, until)
+    return SwitchResponse(apart, noise, until)
 
 
 def upto(until_s: float, a: Trajectory, b: Trajectory) -> dict[str, float]:

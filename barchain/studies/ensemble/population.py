@@ -133,7 +133,7 @@ def check(population: Population) -> None:
 
 
 def batch(population: Population, rtol: float) -> Batch:
-    """Arrays for the compiled loop, at the accuracy `rtol` of a step, as :class:`Simulation` counts it."""
+    """Arrays for the compiled loop, at the accuracy `rtol` of a step, as a single run counts it."""
     scene, runs = population.scene, population.runs
     mu, surface = scene.central_body.mu_m3_s2, scene.central_body.radius_m
     radius = surface + population.altitude_m
