@@ -31,7 +31,7 @@ class Registration:
     target: str
     """``module:Class``"""
     requires: str = ""
-    """Distribution that provides the external engine; empty if there is none."""
+    """Distribution that provides the third-party engine; empty if there is none."""
     module: str = ""
     """Module to import from the distribution, where its name differs."""
     install: str = ""
@@ -73,7 +73,7 @@ class Registration:
 
     @property
     def version(self) -> str:
-        """Installed version of the external engine; barchain's own version for the reference."""
+        """Installed version of the third-party engine; barchain's own version for the reference."""
         try:
             return version(self.requires or "barchain")
         except PackageNotFoundError:

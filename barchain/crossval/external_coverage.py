@@ -1,4 +1,4 @@
-"""Support of a scene by external engines: effects they lack, instants they reject, certified solutions committed.
+"""Support of a scene by engines with independent physics: effects they lack, instants they reject, certified solutions.
 
 Engines of equal steps reject instants at which no step ends. Such a rejection is no lack of an effect. Another number
 of samples, or a slightly later end of the run, makes every instant a sample or the middle between two.
@@ -29,13 +29,14 @@ MAX_SUGGESTED_SAMPLES = 20_001
 
 
 def external_coverage(scene: Scene, requested: Mapping[str, Registration]) -> dict[str, Any]:
-    """Entry of run.json: requested external engines that lack an effect or reject instants, and others that would do.
+    """Entry of run.json: requested engines with independent physics that can't run the scene, and others that can.
 
     Returns
     -------
     dict
         ``lack``: effects that each engine lacks; ``instants``: see :func:`unaligned_instants`; ``not_requested``:
-        external engines that support the scene; ``solution``: precision of its certified solution, or empty.
+        engines with independent physics that support the scene; ``solution``: precision of its certified solution, or
+        empty.
     """
     outside = {name: found for name, r in requested.items() if r.external and (found := loaded(r))}
     return {

@@ -51,7 +51,7 @@ class ComparisonPlan:
     """Setting of an engine other than its default"""
     resume: bool = False
     need_external: bool = False
-    """Whether a scene that no external engine passes is a failure"""
+    """Whether a scene that no engine with independent physics passes is a failure"""
     named: bool = False
     """Whether the engines were requested by name: an engine that was compared on no scene is then a failure"""
 
@@ -272,7 +272,7 @@ class Suite:
         self.report(scene, engine, verdict.outcome)
 
     def require_external(self) -> None:
-        """Settle scenes that no external engine passes: they have not been cross-validated."""
+        """Settle scenes that no engine with independent physics passes: they have not been cross-validated."""
         if not self.plan.need_external:
             return
         for name, progress in self.progress.items():
@@ -280,7 +280,7 @@ class Suite:
                 continue
             outside = [v.outcome for e, v in progress.verdicts.items() if self.plan.engines[e].external]
             if Outcome.PASS not in outside:
-                reason = "no external engine was compared and passed on this scene"
+                reason = "no engine with independent physics was compared and passed on this scene"
                 self.settle(name, ANY_EXTERNAL, no_verdict(name, ANY_EXTERNAL, None, Outcome.NOTHING_COMPARED, reason))
 
     def require_compared(self) -> None:

@@ -1,4 +1,4 @@
-"""Committed truths made, and made again to be compared with what is committed."""
+"""Tables of certified solutions: made for the repository, and compared with fresh runs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def make(scene: Scene) -> CertifiedTable:
-    """Truth of a shipped scene at the instants of its table, its errors seen at all samples of the run."""
+    """Certified solution of a shipped scene at the instants of its table, with errors from all samples of the run."""
     wanted = table_times(scene)
     every = np.unique(np.concatenate([wanted, scene.times_s]))
     full = fresh(scene, every)
@@ -52,7 +52,7 @@ def commit(scene: Scene, folder: Path) -> CertifiedTable:
 
 @dataclass(frozen=True)
 class CommittedTableCheck:
-    """How a fresh truth compares with the committed one."""
+    """Comparison of a fresh certified solution with the committed one."""
 
     scene: str
     share: dict[str, float]
@@ -74,7 +74,7 @@ class CommittedTableCheck:
 
 
 def check(scene: Scene) -> CommittedTableCheck:
-    """Compare a fresh truth with the committed one, inside both error bars."""
+    """Compare a fresh certified solution with the committed one, inside both error bars."""
     path = table_path(scene)
     if not path.is_file():
         return CommittedTableCheck(scene.name, {}, f"has no certified solution; make it: {maker(scene.name)}")
@@ -88,7 +88,7 @@ def check(scene: Scene) -> CommittedTableCheck:
 
 
 def compare(name: str, kept: CertifiedTable, again: CertifiedTable) -> CommittedTableCheck:
-    """Differences of two truths at the same instants over their error bars."""
+    """Differences of two certified solutions at the same instants relative to their error bars."""
     if kept.trajectory.t_s.shape != again.trajectory.t_s.shape:
         return CommittedTableCheck(name, {}, f"has other instants than committed; make it again: {kept.command}")
     apart = differences(kept.trajectory, again.trajectory)

@@ -70,7 +70,7 @@ class ThrustEffect(ChainEffect):
         return self.segment_at(at.t_s * (1.0 - SAME_INSTANT), "left" if at.t_s > 0.0 else "right")
 
     def segment_mode(self, start_s: float, end_s: float) -> Array:
-        """Segment between two breaks."""
+        """Segment between two known instants."""
         return self.segment_at(0.5 * (start_s + end_s), "left")
 
     def segment_at(self, t_s: float, side: str) -> Array:

@@ -68,7 +68,7 @@ def run_batch(batch: Batch, t_s: Array, stretches_s: Array) -> BatchResult:
     batch : Batch
     t_s : ndarray, shape (n,)
     stretches_s : ndarray, shape (k, 2)
-        Smooth segments between breaks.
+        Smooth segments between known instants.
     """
     runs, _, bars = batch.bars.shape
     n = len(t_s)

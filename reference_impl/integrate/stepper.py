@@ -141,7 +141,10 @@ def partial_step(solver: Solver, until_s: float) -> Array:
 
 
 def smooth_segments(t_s: Array, breaks_s: tuple[float, ...]) -> list[tuple[float, float]]:
-    """Segments of the integration between breaks; a sample that rounding puts just after a break ends a segment."""
+    """Segments of the integration between known instants.
+
+    A sample that rounding puts just after a known instant ends the segment.
+    """
     slack = TIME_EVENT_TOLERANCE * (t_s[-1] - t_s[0])
     snapped = (t_s[np.searchsorted(t_s, t + slack, side="right") - 1] for t in breaks_s)
     marks = [max(t, at) if at - t <= slack else t for t, at in zip(breaks_s, snapped, strict=True)]
@@ -166,7 +169,7 @@ class EventHandler(Protocol):
     """Whether any state event is possible"""
 
     def begin_segment(self, start_s: float, end_s: float, y: Array) -> Array:
-        """Set the modes from a break to the next; return the state just after the events at the break."""
+        """Set the modes from a known instant to the next; return the state just after the events at the first."""
 
     def find_event(self, dense: Callable[[float], Array], start_s: float, end_s: float) -> float | None:
         """First instant inside a step at which a mode ends, or None."""

@@ -29,7 +29,7 @@ QUICK = "basics/libration"
         (f"simulate {QUICK} --set rtol=-1 --out x.csv", ["rtol=-1 given", "allowed"]),
         (f"simulate {QUICK} --set rtol=nan --out x.csv", ["rtol=nan given", "allowed"]),
         (f"simulate {QUICK} --out x.csv --time-limit -1", ["--time-limit", "-1"]),
-        ("simulate paper/fig17 --engine pymunk --out x.csv", ["pymunk can't do paper/fig17"]),
+        ("simulate paper/fig17 --engine pymunk --out x.csv", ["pymunk does not support paper/fig17"]),
         ("compare --out x", ["SCENE"]),
         (f"compare {QUICK} --out x --set rtl=1", ["no engine has rtl", "did you mean rtol?"]),
         (f"compare {QUICK} --out x --set exudin:rtol=1", ["--set", "did you mean exudyn?"]),

@@ -49,7 +49,7 @@ def test_scenes_are_filtered_by_tag_folder_and_effect(capsys):
 def test_a_scene_is_shown_with_its_values_and_the_engines_that_support_it(capsys):
     assert run(["scenes", "show", "paper/fig17"]) == 0
     text = capsys.readouterr().out
-    assert "100.0 (5 times)" in text
+    assert "10.0 (5 times)" in text
     assert "engines.reference " in text
     shown = printed_json(capsys, "scenes show paper/fig17 --json")
     assert shown["chain"]["mass_kg"] == list(load_scene("paper/fig17").chain.mass_kg)

@@ -266,7 +266,7 @@ def test_ensembles_carry_what_is_smooth_and_refuse_the_rest() -> None:
     assert (found.runs.outcome == "finished").all()
     assert np.abs(found.angle_rad - alone.angle_rad).max() <= worst
     assert np.abs(ReferenceFast().run(without).angle_rad - alone.angle_rad).max() > 1e3 * worst  # it acts
-    with pytest.raises(VariationError, match="ensembles do not carry drag"):
+    with pytest.raises(VariationError, match="ensembles do not support drag"):
         ensemble("effects/drag", ["angle_deg=normal(0, 1)"], runs=2)
 
 

@@ -15,12 +15,19 @@ from reports.chapters.registry import CHAPTERS
 from reports.render import render_all
 from reports.tables.crossval import METRIC_COLUMNS
 from reports.tables.effects import COLUMNS
+from reports.tables.schema import KEY, SCHEMA_VERSION
 from reports.text.glossary import TERMS, Glossary
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-MADE = {"created": "2026-01-05T10:20:30+00:00", "seconds": 1.0, "command": "barchain", "finished": True}
+MADE = {
+    KEY: SCHEMA_VERSION,
+    "created": "2026-01-05T10:20:30+00:00",
+    "seconds": 1.0,
+    "command": "barchain",
+    "finished": True,
+}
 
 
 @pytest.fixture
@@ -30,7 +37,7 @@ def folder(tmp_path: Path) -> Path:
     (tmp_path / "run.json").write_text(json.dumps(MADE))
     scene = {"name": "some/scene", "title": "Some scene"}
     write(tmp_path / "effects", "effects.csv", COLUMNS, MADE | {"scene": scene})
-    spent = {"seconds": {"run": 1.0, "draw": 0.1, "reduce": 0.1}, "outcomes": {"finished": 4}}
+    spent = {"phases_s": {"run": 1.0, "draw": 0.1, "reduce": 0.1}, "outcomes": {"finished": 4}}
     ensemble = (
         MADE | spent | {"scene": scene} | {"runs": 4, "rtol": 1e-10, "vary": ["mass"], "seed": 1, "evaluations": 1000}
     )

@@ -38,7 +38,7 @@ from barchain.studies.selftest.campaign.study import Campaign, CampaignPlan, Cam
 from barchain.studies.selftest.campaign.tables import FILES, CampaignTables
 from barchain.studies.selftest.campaign.trial import CampaignTrial
 from barchain.studies.selftest.faults.catalogue import UnknownFaultError
-from barchain.studies.selftest.faults.faulty_engine import spoilt
+from barchain.studies.selftest.faults.faulty_engine import engine_with_fault
 from barchain.studies.store import StudyStore
 from barchain.studies.study import run_study
 from reports.tables.outcome import Outcome
@@ -279,7 +279,7 @@ def test_a_sloppy_engine_claims_many_steps(scene: Scene) -> None:
 
 def test_false_declarations_are_those_of_the_class(scene: Scene, sound: Trajectory) -> None:
     def said(name: str, host: type[Engine]) -> type[Engine]:
-        return spoilt(FAULTS[name], 1.0, host, main=sound)
+        return engine_with_fault(FAULTS[name], 1.0, host, main=sound)
 
     noise = said("declares-noise", Reference).noise(scene, MAIN, sound.t_s)
     assert noise["attitude"] == 1.0

@@ -12,6 +12,7 @@ import pytest
 from barchain.studies.store import StudyStore
 from barchain.studies.study import Reporter, limits_of, run_study
 from reports.tables.files import StudyFiles
+from reports.tables.schema import KEY, SCHEMA_VERSION
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -99,11 +100,11 @@ def test_an_interrupted_study_leaves_its_rows_and_goes_on_from_them(tmp_path: Pa
 
 
 def test_the_earlier_record_is_read_before_it_is_written_anew(tmp_path: Path) -> None:
-    first = StudyStore(FILES, tmp_path, {"runs": [1, 2]})
+    first = StudyStore(FILES, tmp_path, {KEY: SCHEMA_VERSION, "runs": [1, 2]})
     first.write_record()
     second = StudyStore(FILES, tmp_path, {"runs": []}, resume=True)
     second.write_record()
-    assert second.earlier == {"runs": [1, 2]}
+    assert second.earlier == {KEY: SCHEMA_VERSION, "runs": [1, 2]}
     assert StudyStore(FILES, tmp_path, {}).earlier == {}
 
 

@@ -130,7 +130,7 @@ def reached_columns(mine: Reached | None, fastest: Reached | None, baseline: Rea
 
 
 def floor_of(rows: pd.DataFrame, quantity: str) -> float:
-    """Oracle's own error of a quantity on a scene; 0 if it is not known."""
+    """Certified solution's own error of a quantity on a scene; 0 if unknown."""
     name = QUANTITIES[quantity][1]
     return float(rows[name].max()) if name in rows and rows[name].notna().any() else 0.0
 

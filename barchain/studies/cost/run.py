@@ -112,7 +112,7 @@ class CostRun:
         self.store.record["certified_solutions"][solution.scene.name] = words | {"error": error}
 
     def first_pass(self, bench: TimingBench, solution: SolutionSource, runs: dict[str, list[Job]]) -> None:
-        """One turn of every point, rung by rung over the engines; rungs past the time limit are not run."""
+        """One turn of every point, setting by setting over the engines; settings past the time limit are not run."""
         for rung in by_rung(runs):
             for job in rung:
                 if job.key not in self.measured.rows:
@@ -188,7 +188,7 @@ class CostRun:
 
 
 def by_rung(runs: dict[str, list[Job]]) -> list[list[Job]]:
-    """Runs of all engines, one rung of their sweeps after the other: neighbours are different engines'."""
+    """Runs of all engines, one setting of their sweeps after the other: neighbours belong to different engines."""
     return [[job for job in rung if job] for rung in itertools.zip_longest(*runs.values())]
 
 

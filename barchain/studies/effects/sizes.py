@@ -10,8 +10,9 @@ where g is the pull of the central body as of a point, and n² = mu/r³ at the c
 gravity, the push is what it adds to the scene's own. What is told is exact to rounding of the effect's own parts:
 large common parts are never subtracted.
 
-An effect is looked at in samples of the scene's own run, and at both ends of each stretch between its breaks: a thrust
-that comes and goes between two samples is largest at one of them. The state there is the cubic through its neighbours.
+An effect is evaluated at the samples of the scene's own run, and at both ends of each segment between its events: a
+thrust that comes and goes between two samples is largest at one of them. The state there is the cubic through its
+neighbours.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ def sizes_over(scene: Scene, switch: Switch, trajectory: Trajectory) -> tuple[Si
 
 
 def inside_stretches_s(breaks_s: tuple[float, ...], end_s: float) -> Iterator[float]:
-    """Instants just inside each stretch between two breaks: an effect shows what is just before its break."""
+    """Instants just inside each segment between two known instants: an effect has the value just before its event."""
     for start, until in itertools.pairwise(sorted({min(t, end_s) for t in breaks_s})):
         yield min(start + JUST * end_s, 0.5 * (start + until))
         yield until

@@ -92,7 +92,7 @@ def populate(scene: Scene, variations: tuple[Variation, ...], runs: int, seed: i
     return made
 
 
-HELD = ("drag", "solar_pressure", "thrust", "impulse")  # settled between compiled stretches, run by run
+HELD = ("drag", "solar_pressure", "thrust", "impulse")  # settled between compiled segments, run by run
 
 
 def check_effects(scene: Scene, variations: tuple[Variation, ...]) -> None:
@@ -106,7 +106,7 @@ def check_effects(scene: Scene, variations: tuple[Variation, ...]) -> None:
     held = [name for name in HELD if getattr(scene.effects, name)]
     if held:
         raise VariationError(
-            f"ensembles do not carry {', '.join(held)}, whose jumps are found run by run; "
+            f"ensembles do not support {', '.join(held)}, whose events are located run by run; "
             "allowed: effects that are smooth at all times"
         )
     if scene.effects.gravity is Gravity.SLENDER and any(v.key == "inertia_kg_m2" for v in variations):

@@ -70,7 +70,7 @@ class RoundoffPlan:
 
     @property
     def certified_solutions(self) -> tuple[ScaledScene, ...]:
-        """Truths that tasks want, each once."""
+        """Reference solutions of the tasks, each once."""
         return tuple(dict.fromkeys(t.solution for t in self.tasks if t.solution is not None))
 
 

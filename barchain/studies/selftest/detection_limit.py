@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from barchain.studies.selftest.faults.fault import Fault, Size
     from barchain.studies.selftest.trial import SelftestCase
 
-OCTAVES = 44  # below the natural size: 6e-14 of it, with the natural 1 % less than a rounding of what is spoilt
+OCTAVES = 44  # below the natural size: 6e-14 of it, with the natural 1 % less than a rounding of the faulty value
 
 
 @dataclass(frozen=True)

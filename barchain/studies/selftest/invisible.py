@@ -32,12 +32,12 @@ def moved_beyond_rounding(trial: FaultTrial) -> float:
     place of the largest value: sums such as phi'' + omega'' round the parts, which are larger than the sum.
     """
     case, fault = trial.case, trial.fault
-    spoilt, control = evaluated(case, fault, trial.size), evaluated(case, CONTROLS[fault.like], 0.0)
+    faulty, control = evaluated(case, fault, trial.size), evaluated(case, CONTROLS[fault.like], 0.0)
     sound = evaluated(case, CONTROLS[SOUND], 0.0)
     shares = [0.0]
     for name, right in control.items():
         allowed = ROUNDINGS * MACHINE_EPSILON * largest(right) + largest(right - sound[name])
-        apart = largest(spoilt[name] - right)
+        apart = largest(faulty[name] - right)
         shares.append(0.0 if apart == 0.0 else apart / allowed)
     return max(shares)
 

@@ -67,7 +67,7 @@ STAGES = {
         Stage("paper/fig15", 900.0, 46, "the paper's chain on an ellipse"),
         Stage("paper/fig17", 80.0, 41, "a slew against the local horizontal, torque from outside"),
         Stage("effects/slews", 200.0, 41, "slews against inertial axes, a motor in a joint"),
-        Stage("effects/impulse", 400.0, 41, "a blow, bars of different length"),
+        Stage("effects/impulse", 400.0, 41, "an impulse, bars of different length"),
         Stage(BRIEF, 160.0, 41, "all effects, exact bars, an entry into the shadow"),
         Stage(FALL, 150.0, 61, "the surface ends the run"),
     )

@@ -13,7 +13,7 @@ from barchain.run.job import Job, Role, RunResult
 from barchain.run.pool import PoolGroup, TimeLimit, run_jobs, run_together
 from barchain.run.worker import run_phases
 from barchain.solutions.reference_runs import NUMPY, solution_jobs, solution_of
-from barchain.studies.selftest.faults.faulty_engine import seeded, spoilt
+from barchain.studies.selftest.faults.faulty_engine import engine_with_fault, seeded
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ class TrialResult:
 def selftest_cases(
     scenes: Iterable[Scene], host: str, *, workers: int | None = None, done: Callable[[int], None] = lambda _: None
 ) -> list[SelftestCase]:
-    """Truths of scenes that a host can do, established as a comparison does it.
+    """Reference solutions of scenes that a host supports, established as in a comparison.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def run_trials(trials: Iterable[FaultTrial], *, workers: int | None = None) -> I
 def replayed(trial: FaultTrial, job: Job) -> RunResult:
     """Result of a recorded run with the fault in it."""
     case = trial.case
-    return run_phases(job, spoilt(trial.fault, trial.size, case.engine, case.sound))
+    return run_phases(job, engine_with_fault(trial.fault, trial.size, case.engine, case.sound))
 
 
 def judged(trial: FaultTrial, main: RunResult, finer: RunResult) -> TrialResult:

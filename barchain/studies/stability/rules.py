@@ -149,7 +149,7 @@ def refuses(row: Row, engine_runs: EngineRuns) -> bool:
 def worst(wrong: list[Row]) -> str:
     """The row farthest outside, in words; inconsistent rows before those that exceed a bound.
 
-    Of a quantity that is out of band, the row of its largest difference says where.
+    A quantity beyond its expected-error bound is represented by the row of its largest difference.
     """
 
     def grave(row: Row) -> tuple[bool, bool, float]:

@@ -59,7 +59,7 @@ class StabilityStudy:
             "time_limit_s": plan.time_limit_s,
             "scenes": {s.name: scene_words(s) for s in plan.scenes},
             "engines": {name: r.load().title for name, r in plan.engines.items()},
-            "ours": [name for name in OURS if name in plan.engines],
+            "references": [name for name in OURS if name in plan.engines],
             "runs": [],
         }
 

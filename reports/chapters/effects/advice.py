@@ -2,8 +2,8 @@
 
 An effect is relevant if it changes, over the compared time, the attitude by more than M radians, the reactions by more
 than M of the largest, or the position of the centre of mass by more than M of its initial distance from the centre of
-the body. The last threshold rotates the local horizon by M radians. An unresolved change counts by its bound: above M
-the effect is undecided.
+the body. The last threshold rotates the local horizontal by M radians. An unresolved change counts by its bound: above
+M the effect is undecided.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ SOURCE_DASHES: dict[str, tuple[float, ...]] = {FORMULA: (), INPUT: (2, 1.6)}
 SIZE_LABEL = "bar's length / Earth's radius"
 OF_REACTION, OF_ORDINARY = "error / largest reaction", "error / (m n² l)"
 SHADED = "Shaded: no digit left."
-FITTED = "Bands: 5 to 95 %; thin: fitted laws."
+FITTED = "Shaded: 5 to 95 %; thin: fitted laws."
 COMPARED_AT = 1e-8  # size at which digits are set against the number of bars
 
 

@@ -61,20 +61,20 @@ class StabilityView:
     @property
     def unstable_reference(self) -> tuple[EngineStability, ...]:
         """Outcomes of forms of the reference that finished in time and are not stable."""
-        mine = self.record.get("ours") or ()
+        mine = self.record.get("references") or ()
         found = (o for o in self.outcomes if o.engine in mine and not o.slow)
         return tuple(o for o in found if o.stability is not Stability.STABLE)
 
     @property
     def late(self) -> tuple[EngineStability, ...]:
         """Outcomes of forms of the reference that timed out."""
-        mine = self.record.get("ours") or ()
+        mine = self.record.get("references") or ()
         return tuple(o for o in self.outcomes if o.engine in mine and o.slow)
 
     @property
     def headline(self) -> str:
         """Result in one sentence."""
-        mine = " and ".join(self.record.get("ours") or ())
+        mine = " and ".join(self.record.get("references") or ())
         if not mine:
             return f"{len(self.engines)} engines in {len(self.scenes)} scenes."
         if not self.unstable_reference:

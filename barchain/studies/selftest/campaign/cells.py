@@ -33,7 +33,7 @@ class CellClass(StrEnum):
     """An undetected fault above the detection limit only where the verdict compares nothing with the reference"""
     MISSED = "missed"
     """An undetected fault above the detection limit of the verdict"""
-    NOTHING = "nothing to spoil"
+    NOTHING = "not applicable"
     """A fault that changes nothing in the scene, or can't be put in"""
     BROKEN = "broken"
     """A faulty engine that fails where it should run: the fault is not put in as meant"""
@@ -57,14 +57,14 @@ class CampaignCell:
     outcome: str = ""
     """The judge's; empty where nothing was judged"""
     quantity: str = ""
-    """That is refused, or that the fault changes most"""
+    """Quantity that is rejected, or that the fault changes most"""
     reason: str = ""
     size: float | None = None
     """Largest change of the quantity, over its scale"""
     limit: float | None = None
-    """Smallest change that the sound engine's verdict says it would detect"""
+    """Smallest detectable change by the unmodified engine's verdict"""
     own_limit: float | None = None
-    """The same of the spoilt engine's own verdict: what a user would read"""
+    """Smallest detectable change by the faulty engine's own verdict, which a user would read"""
     seconds: float = 0.0
     """Time of its own runs"""
 

@@ -110,9 +110,9 @@ def fault_sizes(case: CampaignCase, results: dict[Role, RunResult], *, to_limit:
     until = {name: limit.until_s for name, limit in case.limits.items()} if to_limit else None
     scale, found = scales(case.solution), dict[str, float]()
     for role in FIRST:
-        sound, spoilt = case.sound_trajectory(role), results[role].trajectory
-        if sound is not None and spoilt is not None:
-            found = larger(found, sizes(sound, spoilt, scale, until))
+        sound, faulty = case.sound_trajectory(role), results[role].trajectory
+        if sound is not None and faulty is not None:
+            found = larger(found, sizes(sound, faulty, scale, until))
     return found
 
 

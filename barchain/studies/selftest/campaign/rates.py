@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 CONFIDENCE = 0.95
 MOST_FALSE_ALARMS = 0.005
-"""Share of verdicts on sound engines that may be false alarms"""
+"""Share of verdicts on unmodified engines that may be false alarms"""
 ALL = "all"
 RATE_COLUMNS = ("what", "by", "name", "n", "count", "rate", "low", "high")
 

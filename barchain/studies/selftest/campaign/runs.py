@@ -11,7 +11,7 @@ from adapters.registry import Registration, find_engine
 from barchain.run.pool import PoolGroup, TimeLimit, run_jobs, run_together
 from barchain.run.worker import run_job
 from barchain.studies.selftest.campaign.faults.catalogue import find
-from barchain.studies.selftest.faults.faulty_engine import spoilt
+from barchain.studies.selftest.faults.faulty_engine import engine_with_fault
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -34,7 +34,7 @@ class Planted(Registration):
     def load(self) -> type[Engine]:
         """Make the class."""
         fault = find(self.fault)
-        return spoilt(fault, fault.natural, find_engine(self.host).load())
+        return engine_with_fault(fault, fault.natural, find_engine(self.host).load())
 
 
 def planted(host: str, fault: str) -> Planted:
@@ -43,7 +43,7 @@ def planted(host: str, fault: str) -> Planted:
 
 
 def in_workers(workers: int | None, time_limit_s: float = TIME_LIMIT_S) -> Runner:
-    """Worker processes; engines with a fault share theirs, as they are our own."""
+    """Worker processes; engines with a fault share processes, as they are barchain's."""
 
     def run(jobs: list[Job]) -> Iterator[tuple[Job, RunResult]]:
         own = [job for job in jobs if isinstance(job.registration, Planted)]

@@ -13,7 +13,7 @@ from barchain.run.job import Job, Role
 from barchain.run.worker import run_phases
 from barchain.studies.selftest.campaign.faults.catalogue import find
 from barchain.studies.selftest.campaign.runs import planted
-from barchain.studies.selftest.faults.faulty_engine import spoilt
+from barchain.studies.selftest.faults.faulty_engine import engine_with_fault
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -98,23 +98,25 @@ class CampaignCase:
     trial: CampaignTrial
     solution: ReferenceSolution
     made: dict[Role, tuple[Job, RunResult]]
-    """Runs by role, with what was asked: of the sound engine where the trial replays them"""
+    """Runs by role, with their settings: of the unmodified engine where the trial replays them"""
     sound: dict[Role, RunResult] = field(default_factory=dict)
-    """Runs of the sound engine; empty where the trial is that"""
+    """Runs of the unmodified engine; empty in the trial of the unmodified engine"""
     limits: dict[str, DetectionLimit] = field(default_factory=dict)
-    """What the sound engine's verdict says that it would detect"""
+    """Detection limits from the unmodified engine's verdict"""
 
     @property
     def results(self) -> dict[Role, RunResult]:
         """Runs by role, with the fault in them."""
-        return {role: self.with_fault(job, result) for role, (job, result) in self.made.items()}
+        return {role: self.engine_with_fault(job, result) for role, (job, result) in self.made.items()}
 
-    def with_fault(self, job: Job, result: RunResult) -> RunResult:
+    def engine_with_fault(self, job: Job, result: RunResult) -> RunResult:
         """Result of a run with the fault in it."""
         fault = self.trial.planted
         if fault is None or not fault.replays or not fault.spoils(job.role) or result.trajectory is None:
             return result
-        return run_phases(job, spoilt(fault, fault.natural, self.trial.host, {job.setting: result.trajectory}))
+        return run_phases(
+            job, engine_with_fault(fault, fault.natural, self.trial.host, {job.setting: result.trajectory})
+        )
 
     @property
     def judged_as(self) -> type[Engine]:
@@ -122,7 +124,7 @@ class CampaignCase:
         fault = self.trial.planted
         if fault is None:
             return self.trial.host
-        return spoilt(fault, fault.natural, self.trial.host, main=self.sound_trajectory(Role.MAIN))
+        return engine_with_fault(fault, fault.natural, self.trial.host, main=self.sound_trajectory(Role.MAIN))
 
     def sound_trajectory(self, role: Role) -> Trajectory | None:
         """Trajectory of the unmodified engine."""

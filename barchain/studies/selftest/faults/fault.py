@@ -105,7 +105,7 @@ class Fault:
     stuck: bool = False
     """Whether every run is at the host's default setting, whatever setting is asked for"""
     roles: frozenset[Role] | None = None
-    """Runs that are spoilt; None: all"""
+    """Runs that get the fault; None: all"""
     size: Size | None = None
     nothing: Nothing = everywhere
     """Reason why it changes nothing in the scene of a reference solution; empty if it changes something"""
@@ -114,7 +114,7 @@ class Fault:
     like: str = "sound"
     """Control that it is without its fault"""
     refuses: bool = False
-    """Whether the spoilt engine is expected to fail; of any other a failure is a mistake in the fault"""
+    """Whether the faulty engine is expected to fail; of any other fault a failure is a mistake in the fault"""
     invisible: str = ""
     """Proof that no observable changes; empty: it has to be caught"""
 

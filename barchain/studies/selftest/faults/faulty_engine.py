@@ -24,13 +24,13 @@ DECLARED = (
 
 
 class FaultyEngine(Engine):
-    """A host engine with a fault put in; :func:`spoilt` makes the final class."""
+    """A host engine with a fault put in; :func:`engine_with_fault` makes the final class."""
 
     host: ClassVar[type[Engine]]
     fault: ClassVar[Fault]
     size: ClassVar[float]
     recorded: ClassVar[Mapping[Setting, Trajectory]]
-    """Sound runs that serve where only what is read out is spoilt"""
+    """Runs of the unmodified engine, which serve a fault in the read-out alone"""
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
@@ -72,7 +72,7 @@ class FaultyEngine(Engine):
         return self.fault.output_of(seen, self.scene, self.setting, self.size)
 
 
-def spoilt(
+def engine_with_fault(
     fault: Fault,
     size: float,
     host: type[Engine],
@@ -83,7 +83,7 @@ def spoilt(
     kept: dict[str, Any] = {name: getattr(host, name) for name in DECLARED}
     own = {"host": host, "fault": fault, "size": size, "recorded": recorded or {}}
     wrong = fault.declares(host, main) if fault.declares and main is not None else {}
-    return type(f"Spoilt{host.__name__}", (FaultyEngine,), kept | own | wrong)
+    return type(f"Faulty{host.__name__}", (FaultyEngine,), kept | own | wrong)
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Seeded(Registration):
 
     def load(self) -> type[Engine]:
         """Make the class."""
-        return spoilt(find(self.fault), self.size, find_engine(self.host).load())
+        return engine_with_fault(find(self.fault), self.size, find_engine(self.host).load())
 
 
 def seeded(host: str, fault: Fault, size: float) -> Seeded:

@@ -88,7 +88,7 @@ def point_pull(size: float) -> AbstractContextManager[object]:
     return patch.object(SlenderBarEffect, "accelerations", push)
 
 
-def blow_lever(size: float) -> AbstractContextManager[object]:
+def impulse_lever(size: float) -> AbstractContextManager[object]:
     """Impulsive reactions that turn the bars the wrong way."""
     del size
 
@@ -163,12 +163,12 @@ FAULTS = (
           scene=effect("thrust", swapped_axes), nothing=THRUST),
     Fault("thrust-end", "thrust on the bar's other end", "left for right", FORCES,
           scene=effect("thrust", other_end), nothing=THRUST),
-    Fault("blow", "blows too strong", "a wrong size", FORCES, scene=stronger("impulse", "impulse_N_s"), size=PERCENT,
-          nothing=reasons.blows),
-    Fault("blow-reaction-sign", "impulsive reactions turn the bars the wrong way", "a sign in the jump", FORCES,
-          code=blow_lever, nothing=reasons.blows),
-    Fault("blow-end", "blows on the bar's other end", "left for right", FORCES, scene=effect("impulse", other_end),
-          nothing=reasons.blows),
+    Fault("impulse-size", "impulses too strong", "a wrong size", FORCES,
+          scene=stronger("impulse", "impulse_N_s"), size=PERCENT, nothing=reasons.impulses),
+    Fault("impulse-reaction-sign", "impulsive reactions turn the bars the wrong way", "a sign in the jump", FORCES,
+          code=impulse_lever, nothing=reasons.impulses),
+    Fault("impulse-end", "impulses on the bar's other end", "left for right", FORCES,
+          scene=effect("impulse", other_end), nothing=reasons.impulses),
     Fault("slew", "slews by too large an angle", "a wrong amplitude of eq. (28)", FORCES,
           scene=stronger("prescribed_rotation", "amplitude_rad"), size=PERCENT, nothing=SLEW),
     Fault("slew-frame", "slews against the other direction: inertial axes or the local horizontal",

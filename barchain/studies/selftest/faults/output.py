@@ -222,7 +222,7 @@ def there(channel: str) -> Nothing:
         return lambda _: ""
     if channel == "torque":
         return SLEW
-    return reasons.blows if channel == "impulse" else reasons.joints
+    return reasons.impulses if channel == "impulse" else reasons.joints
 
 
 def varies(channel: str) -> Nothing:

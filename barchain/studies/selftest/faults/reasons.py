@@ -90,10 +90,10 @@ def lands(solution: ReferenceSolution) -> str:
     return "" if solution.trajectory.ended else "no bar reaches the surface"
 
 
-def blows(solution: ReferenceSolution) -> str:
+def impulses(solution: ReferenceSolution) -> str:
     """Scenes in which something strikes before the end."""
     struck = solution.trajectory.impulse_N_s
-    return "" if struck is not None and np.any(struck) else "no blow"
+    return "" if struck is not None and np.any(struck) else "no impulse"
 
 
 def rest_angles(solution: ReferenceSolution) -> str:

@@ -110,7 +110,7 @@ HEAVIER = Fault("mass", "the last bar too heavy, its moment of inertia right", "
 FAULTS = (
     Fault("gravity-model", "the next simpler model of gravity", "a load not switched on", FORCES,
           scene=simpler_gravity, nothing=simplest),
-    *(late("impulse", "blows", lambda one: one.at_s, s) for s in (1e-3, 1.0)),
+    *(late("impulse", "impulses", lambda one: one.at_s, s) for s in (1e-3, 1.0)),
     *(late("thrust", "thrusts", lambda one: one.times_s[0], s) for s in (1e-3, 1.0)),
     Fault("sloppy", "a tolerance loosened by this factor, and a billion steps claimed", "options not passed on",
           ACCURACY, setting=loosened, output=many_steps, size=Size(1e3, "times", none=1.0), foreign=equal_steps),

@@ -203,7 +203,7 @@ def draw_thrust(random: Generator, scene: Scene) -> Thrust:
 
 
 def draw_impulse(random: Generator, scene: Scene) -> Impulse:
-    """A blow that turns its bar at up to twice the orbital rate."""
+    """An impulse that turns its bar at up to twice the orbital rate."""
     bar = int(random.integers(1, scene.bars + 1))
     at = int(random.integers(1, scene.run.samples - 1)) / (scene.run.samples - 1)
     blow = 2.0 * scene.chain.inertia_kg_m2[bar - 1] * scene.orbital_rate_rad_s / scene.chain.length_m[bar - 1]
