@@ -110,4 +110,4 @@ def test_the_record_says_which_form_made_a_reference_solution(tmp_path: Path, mo
         record = json.loads((tmp_path / "run.json").read_text())
         assert record["scenes"][scene.name]["solution_engine"] == form
         assert {r["engine"] for r in record["runs"] if r["role"] == "solution"} == {form}
-        assert f"- Truth: {form}, rtol=1e-13" in render(tmp_path)[1].read_text()
+        assert f"- Reference solution: {form}, rtol=1e-13" in render(tmp_path)[1].read_text()
