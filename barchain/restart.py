@@ -39,7 +39,7 @@ ASIDE_RTOL = 1e-6  # of the perturbed run, whose distance is asked for, to some 
 ASIDE_RAD = 3e-5  # of the perturbed run: thirty times what its steps leave, yet linear until 3e3 times larger
 FIRST_TRY = 1.2  # times the length of the stretch before: how far the reference walks before it is known how far to
 SHORTER = 0.2  # of what is predictable from exact initial values: an engine's own samples have errors of reading
-IN_A_ROW = 10
+IN_A_ROW = 7
 """Stretches one after the other from the predictability limit on"""
 SPREAD_OUT = 15
 """Stretches spread over the rest of the run, where those in a row do not reach its end"""
