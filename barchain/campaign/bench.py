@@ -109,8 +109,8 @@ class Bench:
         if not trial.fault:
             return Case(trial, self.truths[trial.scene.name], made)
         sound = {job.role: self.runs[job] for job in Trial(trial.scene, trial.engine).jobs()}
-        limits = self.sound[trial.scene.name, trial.engine].limits
-        return Case(trial, self.truths[trial.scene.name], made, sound, limits)
+        before = self.sound[trial.scene.name, trial.engine]
+        return Case(trial, self.truths[trial.scene.name], made, sound, before.limits, before.cell.kind is Kind.PASS)
 
 
 def thinned(trials: list[Trial], most_reruns: int) -> list[Trial]:

@@ -93,7 +93,8 @@ def sound_cell(case: Case, verdict: Verdict) -> Cell:
 def fault_cell(case: Case, results: dict[Role, RunResult], verdict: Verdict) -> Cell:
     """Cell of a fault: whether it is caught, and if not, whether it is as small as is said."""
     whole, compared = (fault_sizes(case, results, to_horizon=inside) for inside in (False, True))
-    if not verdict.outcome.ok or verdict.outcome is Outcome.UNSUPPORTED:  # that is no pass
+    told = verdict.outcome is Outcome.ROUNDOFF_LIMITED and case.passes
+    if told or not verdict.outcome.ok or verdict.outcome is Outcome.UNSUPPORTED:  # none of these is a pass
         return refused(case, verdict, Kind.CAUGHT, whole)
     limits = stated(case.limits, limits_of(verdict))
     quantity, excess = worst(limits, compared)

@@ -102,6 +102,8 @@ class Case:
     """Runs of the sound engine; empty where the trial is that"""
     limits: dict[str, Limit] = field(default_factory=dict)
     """What the sound engine's verdict says that it would detect"""
+    passes: bool = False
+    """Whether the sound engine passes: then a fault that is limited by round-off is told, and with its size"""
 
     @property
     def results(self) -> dict[Role, RunResult]:
