@@ -163,6 +163,11 @@ class Trajectory:
         """Copy with some arrays exchanged."""
         return dataclasses.replace(self, **changes)  # type: ignore[arg-type]
 
+    def samples(self, rows: slice | NDArray[np.intp]) -> Trajectory:
+        """Some of the samples, in every array, as a trajectory."""
+        arrays = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
+        return self.replace(**{name: v[rows] for name, v in arrays.items() if isinstance(v, np.ndarray)})
+
 
 class EngineError(RuntimeError):
     """An engine could not finish a scene; the message says why, in one line."""

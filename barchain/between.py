@@ -13,7 +13,7 @@ import numpy as np
 
 from adapters.engine import EngineError
 from barchain.quantities import differences
-from barchain.restart import RTOL, Stretch, part, walked
+from barchain.restart import RTOL, Stretch, walked
 from barchain.truth import PARTED_RAD
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def own_states(
     }
     for k in map(int, left):
         right = state_of(errors.scene, seen, k)
-        apart = differences(part(seen, k, k), right)
+        apart = differences(seen.samples(slice(k, k + 1)), right)
         for name in names:
             allowed = shares[name] * max(size(right, name), float(np.median(sizes[name])))
             allowed += float(room[name][k]) if name in room else 0.0

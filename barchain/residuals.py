@@ -34,8 +34,11 @@ if TYPE_CHECKING:
 HALVED = 4.0  # noise of differences over a step goes as 1/h²
 FINER_NOISE = 4.0 / 3.0  # what an extrapolation of second order makes of the finer run's noise
 FINEST_NOISE = 4.0 * FINER_NOISE  # of the finer run's, after another halving: noise of differences goes as 1/h²
-MOST_MEASURED = 1e-6  # of a quantity's scale: measured round-off, in coordinates no larger than the chain; 4e-7 in 300
-# random scenes, where last digits change which steps a solver takes
+MOST_MEASURED = 1e-6
+"""Of a quantity's scale: measured round-off in coordinates no larger than the chain.
+
+In 300 random scenes 4e-7 at most, where last digits change which steps a solver takes.
+"""
 SHRINKS = 0.5  # of the error at the main setting, two settings finer: a method of first order leaves a quarter
 
 

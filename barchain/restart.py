@@ -169,7 +169,7 @@ def compared(errors: ErrorModel, seen: Trajectory, first: int, last: int) -> Str
         read_off = max(read_off, before.get("rate", 0.0))
     model.start_rad = read_off / own_rate(errors.scene) + declared_rad(errors, first)
     n = int(np.count_nonzero(model.t_s <= model.limit_s))
-    rows = part(seen, first, last)
+    rows = seen.samples(slice(first, last + 1))
     if rows.impulse_N_s is not None:  # the restarted reference counts its blows from its own start
         rows = rows.replace(impulse_N_s=rows.impulse_N_s - rows.impulse_N_s[0])
     apart = differences(rows, restarted.trajectory)
@@ -202,16 +202,6 @@ def declared_rad(errors: ErrorModel, first: int) -> float:
     return min(said, MOST_ATTITUDE_NOISE_RAD)
 
 
-def part(seen: Trajectory, first: int, last: int) -> Trajectory:
-    """Samples `first` to `last` of a run, as a run."""
-    return dataclasses.replace(seen, **{k: v[first : last + 1] for k, v in vars(seen).items() if is_rows(v)})
-
-
-def is_rows(value: object) -> bool:
-    """Whether a field of a trajectory has a row for each sample."""
-    return isinstance(value, np.ndarray)
-
-
 def restarted_truth(truth: Truth, seen: Trajectory, first: int, last: int, rtol: float) -> Truth:
     """Reference solution from a sample of a run on: growth, derivatives and its own error as the scene's truth has."""
     scene = truth.scene
@@ -221,8 +211,7 @@ def restarted_truth(truth: Truth, seen: Trajectory, first: int, last: int, rtol:
     closely[::between] = times
     fine = walked(scene, seen, first, closely, rtol, 0.0)
     aside = walked(scene, seen, first, times, max(rtol, ASIDE_RTOL), ASIDE_RAD)
-    arrays = {k: v[::between] for k, v in vars(fine).items() if is_rows(v)}
-    main = dataclasses.replace(fine, **arrays)
+    main = fine.samples(slice(None, None, between))
     parted = differences(main, aside)
     n = min(len(main.t_s), len(aside.t_s))
     attitude = np.maximum.accumulate(parted["attitude"])[:n]

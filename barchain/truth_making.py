@@ -10,7 +10,7 @@ import numpy as np
 from barchain.oracle import committed_tables, table_path, table_times
 from barchain.oracle_run import fresh
 from barchain.quantities import differences
-from barchain.truth_tables import DamagedTableError, TruthTable, physics_digest, read_table, taken, write_table
+from barchain.truth_tables import DamagedTableError, TruthTable, physics_digest, read_table, write_table
 
 if TYPE_CHECKING:
     from adapters.engine import Array
@@ -25,7 +25,7 @@ def make(scene: Scene) -> TruthTable:
     row = np.searchsorted(full.trajectory.t_s, wanted[wanted <= full.trajectory.t_s[-1]])
     error = {name: values[row] for name, values in full.error.items()}
     command = f"barchain truths {scene.name}"
-    return TruthTable(full.scene, full.physics, full.precision, command, taken(full.trajectory, row), error)
+    return TruthTable(full.scene, full.physics, full.precision, command, full.trajectory.samples(row), error)
 
 
 def commit(scene: Scene) -> TruthTable:

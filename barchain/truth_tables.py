@@ -23,8 +23,6 @@ from barchain.store import write_atomically
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
     from adapters.engine import Array, Trajectory
     from scenarios import Scene
 
@@ -147,13 +145,7 @@ def rows_at(scene: Scene, table: TruthTable) -> tuple[Trajectory, dict[str, Arra
     late = wanted - have[row]
     if not len(wanted) or np.any(np.abs(late) > SAME_INSTANT * wanted):
         return None
-    return moved(scene, taken(table.trajectory, row), {k: e[row] for k, e in table.error.items()}, wanted, late)
-
-
-def taken(seen: Trajectory, row: NDArray[np.intp]) -> Trajectory:
-    """Some rows of a trajectory."""
-    arrays = {f.name: getattr(seen, f.name) for f in dataclasses.fields(seen)}
-    return seen.replace(**{k: v[row] for k, v in arrays.items() if isinstance(v, np.ndarray)})
+    return moved(scene, table.trajectory.samples(row), {k: e[row] for k, e in table.error.items()}, wanted, late)
 
 
 def moved(

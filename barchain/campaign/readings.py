@@ -11,7 +11,7 @@ from scipy.interpolate import CubicHermiteSpline
 from adapters.engine import Observable
 from barchain.campaign.garbage import largest
 from barchain.selftest.fault import Fault, Group, Size
-from barchain.selftest.output import damped, negative, rows_of
+from barchain.selftest.output import damped, negative
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -129,7 +129,7 @@ def landed(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
     if kept.all():
         return seen
     said = f"a bar reached the surface at t = {size * scene.run.duration_s:.6f} s"
-    return dataclasses.replace(rows_of(seen, slice(0, int(kept.sum()))), ended=said)
+    return dataclasses.replace(seen.samples(slice(0, int(kept.sum()))), ended=said)
 
 
 OUTPUT, ACCURACY = Group.OUTPUT, Group.ACCURACY

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from adapters.engine import Array, Trajectory
     from barchain.selftest.fault import Nothing, OutputChange
     from barchain.truth import Truth
-    from reference_impl.effect import Indices
     from scenarios import Scene
 
 CHANNELS = {
@@ -111,31 +110,25 @@ def one_repeated(channel: str) -> OutputChange:
     return change
 
 
-def rows_of(seen: Trajectory, rows: Indices | slice) -> Trajectory:
-    """Trajectory with some of its rows."""
-    arrays: dict[str, Any] = {k: v[rows] for k, v in vars(seen).items() if isinstance(v, np.ndarray)}
-    return dataclasses.replace(seen, **arrays)
-
-
 def repeated(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
     """One sample that is the one before in every channel but the time."""
     del scene, size
     order = np.arange(len(seen.t_s))
     order[len(order) // 2] -= 1
-    return dataclasses.replace(rows_of(seen, order), t_s=seen.t_s)
+    return dataclasses.replace(seen.samples(order), t_s=seen.t_s)
 
 
 def twice(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
     """One sample written twice, its time with it."""
     del scene, size
     middle = len(seen.t_s) // 2
-    return rows_of(seen, np.insert(np.arange(len(seen.t_s)), middle, middle))
+    return seen.samples(np.insert(np.arange(len(seen.t_s)), middle, middle))
 
 
 def cut(seen: Trajectory, scene: Scene, size: float) -> Trajectory:
     """First half, without a word."""
     del scene, size
-    return dataclasses.replace(rows_of(seen, slice(0, len(seen.t_s) // 2)), ended="")
+    return dataclasses.replace(seen.samples(slice(0, len(seen.t_s) // 2)), ended="")
 
 
 def by_angle(reaction: Array, angle: Array) -> Array:
