@@ -91,6 +91,11 @@ class Trajectory:
         """Copy with some arrays replaced."""
         return dataclasses.replace(self, **changes)  # type: ignore[arg-type]
 
+    def samples(self, rows: slice | NDArray[np.intp]) -> Trajectory:
+        """Some of the samples, in every array, as a trajectory."""
+        arrays = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
+        return self.replace(**{name: v[rows] for name, v in arrays.items() if isinstance(v, np.ndarray)})
+
 
 def to_frame(trajectory: Trajectory) -> pd.DataFrame:
     """Table with one row per sample; a quantity that the engine lacks has no column.

@@ -36,7 +36,7 @@ FINER_NOISE = 4.0 / 3.0
 """Noise in an extrapolation of second order relative to the finer run's noise"""
 FINEST_NOISE = 4.0 * FINER_NOISE
 """The same for the extrapolation of the finer and the finest run, relative to the finer run's noise"""
-MAX_MEASURED_SHARE = 1e-5
+MAX_MEASURED_SHARE = 1e-6
 """Largest measured round-off relative to a quantity's scale, in coordinates no larger than the chain"""
 CONVERGED_SHARE = 0.5
 """An error shrinks if it is below this two settings finer, relative to the main one: first order leaves a quarter"""

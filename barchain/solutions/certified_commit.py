@@ -15,7 +15,6 @@ from barchain.solutions.certified_table import (
     DamagedTableError,
     physics_digest,
     read_table,
-    taken,
     write_table,
 )
 
@@ -34,7 +33,7 @@ def make(scene: Scene) -> CertifiedTable:
     row = np.searchsorted(full.trajectory.t_s, wanted[wanted <= full.trajectory.t_s[-1]])
     error = {name: values[row] for name, values in full.error.items()}
     command = maker(scene.name)
-    return CertifiedTable(full.scene, full.physics, full.precision, command, taken(full.trajectory, row), error)
+    return CertifiedTable(full.scene, full.physics, full.precision, command, full.trajectory.samples(row), error)
 
 
 def maker(name: str) -> str:

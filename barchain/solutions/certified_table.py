@@ -22,8 +22,6 @@ from barchain.record.files import write_atomically
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
@@ -146,13 +144,7 @@ def rows_at(scene: Scene, table: CertifiedTable) -> tuple[Trajectory, dict[str, 
     late = wanted - have[row]
     if not len(wanted) or np.any(np.abs(late) > SAME_INSTANT * wanted):
         return None
-    return moved(scene, taken(table.trajectory, row), {k: e[row] for k, e in table.error.items()}, wanted, late)
-
-
-def taken(trajectory: Trajectory, row: NDArray[np.intp]) -> Trajectory:
-    """Some rows of a trajectory."""
-    arrays = {f.name: getattr(trajectory, f.name) for f in dataclasses.fields(trajectory)}
-    return trajectory.replace(**{k: v[row] for k, v in arrays.items() if isinstance(v, np.ndarray)})
+    return moved(scene, table.trajectory.samples(row), {k: e[row] for k, e in table.error.items()}, wanted, late)
 
 
 def moved(

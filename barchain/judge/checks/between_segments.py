@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.engine import EngineError
-from barchain.judge.checks.restart import RTOL, RestartSegment, restarted_run, samples_between
+from barchain.judge.checks.restart import RTOL, RestartSegment, restarted_run
 from barchain.metrics.quantities import differences
 from barchain.solutions.reference import PARTED_RAD
 
@@ -67,7 +67,7 @@ def own_state_ratios(
     }
     for k in map(int, left):
         right = reference_at(errors.scene, trajectory, k)
-        apart = differences(samples_between(trajectory, k, k), right)
+        apart = differences(trajectory.samples(slice(k, k + 1)), right)
         for name in names:
             allowed = shares[name] * max(size(right, name), float(np.median(sizes[name])))
             allowed += float(extra[name][k]) if name in extra else 0.0

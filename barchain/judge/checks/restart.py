@@ -49,7 +49,7 @@ LOOK_AHEAD = 1.2
 FIRST_SEGMENT_SHARE = 0.2
 """Length of the first segment relative to the run up to the predictability limit: an engine's samples have errors of
 reading, exact initial values have none"""
-CONSECUTIVE = 10
+CONSECUTIVE = 7
 """Consecutive segments from the predictability limit on"""
 SCATTERED = 15
 """Segments spread over the rest of the run, where the consecutive ones do not reach its end"""
@@ -168,7 +168,7 @@ def compare_segment(errors: ErrorModel, trajectory: Trajectory, first: int, last
     restarted = restarted_solution(errors.solution, trajectory, first, last, rtol)
     model = RestartErrorModel(errors, restarted, trajectory, first)
     n = int(np.count_nonzero(model.t_s <= model.limit_s))
-    rows = samples_between(trajectory, first, last)
+    rows = trajectory.samples(slice(first, last + 1))
     if rows.impulse_N_s is not None:  # the restarted reference counts its impulses from its own start
         rows = rows.replace(impulse_N_s=rows.impulse_N_s - rows.impulse_N_s[0])
     apart = differences(rows, restarted.trajectory)
@@ -227,18 +227,6 @@ def declared_noise_rad(errors: ErrorModel, first: int) -> float:
     return min(said, MAX_ATTITUDE_NOISE_RAD)
 
 
-def samples_between(trajectory: Trajectory, first: int, last: int) -> Trajectory:
-    """Samples `first` to `last` of a run, as a run."""
-    return dataclasses.replace(
-        trajectory, **{k: v[first : last + 1] for k, v in vars(trajectory).items() if is_rows(v)}
-    )
-
-
-def is_rows(value: object) -> bool:
-    """Whether a field of a trajectory has a row for each sample."""
-    return isinstance(value, np.ndarray)
-
-
 def restarted_solution(
     solution: ReferenceSolution, trajectory: Trajectory, first: int, last: int, rtol: float
 ) -> ReferenceSolution:
@@ -250,8 +238,7 @@ def restarted_solution(
     closely[::between] = times
     fine = restarted_run(scene, trajectory, first, closely, rtol, 0.0)
     aside = restarted_run(scene, trajectory, first, times, max(rtol, PERTURBED_RTOL), RESTART_PERTURBATION_RAD)
-    arrays = {k: v[::between] for k, v in vars(fine).items() if is_rows(v)}
-    main = dataclasses.replace(fine, **arrays)
+    main = fine.samples(slice(None, None, between))
     parted = differences(main, aside)
     n = min(len(main.t_s), len(aside.t_s))
     attitude = np.maximum.accumulate(parted["attitude"])[:n]

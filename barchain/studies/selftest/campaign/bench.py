@@ -113,8 +113,9 @@ class TrialBench:
         if not trial.fault:
             return CampaignCase(trial, self.certified_solutions[trial.scene.name], made)
         sound = {job.role: self.runs[job] for job in CampaignTrial(trial.scene, trial.engine).jobs()}
-        limits = self.sound[trial.scene.name, trial.engine].limits
-        return CampaignCase(trial, self.certified_solutions[trial.scene.name], made, sound, limits)
+        before = self.sound[trial.scene.name, trial.engine]
+        passes = before.cell.kind is CellClass.PASS
+        return CampaignCase(trial, self.certified_solutions[trial.scene.name], made, sound, before.limits, passes)
 
 
 def thinned(trials: list[CampaignTrial], most_reruns: int) -> list[CampaignTrial]:

@@ -95,7 +95,8 @@ def sound_cell(case: CampaignCase, verdict: Verdict) -> CampaignCell:
 def fault_cell(case: CampaignCase, results: dict[Role, RunResult], verdict: Verdict) -> CampaignCell:
     """Cell of a fault: detected, or smaller or larger than the stated detection limit."""
     whole, compared = (fault_sizes(case, results, to_limit=inside) for inside in (False, True))
-    if not verdict.outcome.ok or verdict.outcome is Outcome.UNSUPPORTED:  # that is no pass
+    limited = verdict.outcome is Outcome.ROUNDOFF_LIMITED and case.passes
+    if limited or not verdict.outcome.ok or verdict.outcome is Outcome.UNSUPPORTED:  # none of these is a pass
         return rejected(case, verdict, CellClass.CAUGHT, whole)
     limits = stated(case.limits, limits_of(verdict))
     quantity, excess = worst(limits, compared)

@@ -103,6 +103,8 @@ class CampaignCase:
     """Runs of the unmodified engine; empty in the trial of the unmodified engine"""
     limits: dict[str, DetectionLimit] = field(default_factory=dict)
     """Detection limits from the unmodified engine's verdict"""
+    passes: bool = False
+    """Whether the unmodified engine passes; a fault that is then limited by round-off is detected"""
 
     @property
     def results(self) -> dict[Role, RunResult]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.selftest.faults.fault import Nothing, OutputChange
-    from reference_impl.model.effect import Indices
     from scenarios import Scene
 
 CHANNELS = {
@@ -111,31 +110,25 @@ def one_repeated(channel: str) -> OutputChange:
     return change
 
 
-def rows_of(trajectory: Trajectory, rows: Indices | slice) -> Trajectory:
-    """Trajectory with some of its rows."""
-    arrays: dict[str, Any] = {k: v[rows] for k, v in vars(trajectory).items() if isinstance(v, np.ndarray)}
-    return dataclasses.replace(trajectory, **arrays)
-
-
 def repeated(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """One sample that is the one before in every channel but the time."""
     del scene, size
     order = np.arange(len(trajectory.t_s))
     order[len(order) // 2] -= 1
-    return dataclasses.replace(rows_of(trajectory, order), t_s=trajectory.t_s)
+    return dataclasses.replace(trajectory.samples(order), t_s=trajectory.t_s)
 
 
 def twice(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """One sample written twice, its time with it."""
     del scene, size
     middle = len(trajectory.t_s) // 2
-    return rows_of(trajectory, np.insert(np.arange(len(trajectory.t_s)), middle, middle))
+    return trajectory.samples(np.insert(np.arange(len(trajectory.t_s)), middle, middle))
 
 
 def cut(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """First half, without a word."""
     del scene, size
-    return dataclasses.replace(rows_of(trajectory, slice(0, len(trajectory.t_s) // 2)), ended="")
+    return dataclasses.replace(trajectory.samples(slice(0, len(trajectory.t_s) // 2)), ended="")
 
 
 def by_angle(reaction: Array, angle: Array) -> Array:

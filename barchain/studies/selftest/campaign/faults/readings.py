@@ -11,7 +11,7 @@ from scipy.interpolate import CubicHermiteSpline
 from adapters.trajectory import Observable
 from barchain.studies.selftest.campaign.faults.garbage import largest
 from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
-from barchain.studies.selftest.faults.output import damped, negative, rows_of
+from barchain.studies.selftest.faults.output import damped, negative
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -130,7 +130,7 @@ def landed(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     if kept.all():
         return trajectory
     said = f"a bar reached the surface at t = {size * scene.run.duration_s:.6f} s"
-    return dataclasses.replace(rows_of(trajectory, slice(0, int(kept.sum()))), ended=said)
+    return dataclasses.replace(trajectory.samples(slice(0, int(kept.sum()))), ended=said)
 
 
 OUTPUT, ACCURACY = FaultGroup.OUTPUT, FaultGroup.ACCURACY
