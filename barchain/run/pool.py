@@ -24,6 +24,7 @@ from pebble import ProcessExpired, ProcessPool
 from adapters.registry import ENGINES
 from barchain.run.compilation import compiled
 from barchain.run.job import SOLUTION_ROLES, Job, RunResult, failure
+from barchain.run.limits import SOLUTION_PATIENCE
 from barchain.run.threads import one_thread_each
 from barchain.run.worker import run_job
 from reports.tables.outcome import Outcome
@@ -104,8 +105,9 @@ def run_jobs(
     ----------
     jobs : iterable of Job
     time_limit_s : float
-        Wall time after which a run's process is ended, s. An engine that compiles has `compile_s` more, and the limit
-        holds for its `simulate` alone.
+        Wall time after which a run's process is ended, s. A run for the reference solution has
+        :data:`~barchain.run.limits.SOLUTION_PATIENCE` times that. An engine that compiles has `compile_s` more, and the
+        limit holds for its `simulate` alone.
     workers : int, optional
         Number of processes side by side; all cores by default.
     compile_s : float
@@ -115,7 +117,8 @@ def run_jobs(
     for group in PoolGroup:
         own = [job for job in waiting if pool_group(job) is group]
         if own:
-            yield from run_together(own, group, TimeLimit(time_limit_s, compile_s), workers)
+            limit_s = time_limit_s * (SOLUTION_PATIENCE if group is PoolGroup.SOLUTION else 1.0)
+            yield from run_together(own, group, TimeLimit(limit_s, compile_s), workers)
 
 
 def run_together(

@@ -19,7 +19,7 @@ from barchain.cli.common.options import (
     workers_option,
 )
 from barchain.record.command import typed
-from barchain.run.limits import TIME_LIMIT_S
+from barchain.run.limits import SOLUTION_PATIENCE, TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,11 +31,18 @@ if TYPE_CHECKING:
 
 CORE = ("paper/", "basics/")
 OUT = "Write report and tables into this folder."
+PATIENT = f"; a run for the reference solution after {SOLUTION_PATIENCE:g} times that"
 
 
 def run_options(command: Callable[..., None]) -> Callable[..., None]:
     """Options that compare and crossval share."""
-    for option in (overwrite_option, resume_option, workers_option, time_limit_option(TIME_LIMIT_S), set_option):
+    for option in (
+        overwrite_option,
+        resume_option,
+        workers_option,
+        time_limit_option(TIME_LIMIT_S, PATIENT),
+        set_option,
+    ):
         command = option(command)
     return command
 
