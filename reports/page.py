@@ -14,7 +14,7 @@ from reports.text.mathematics import effect
 from reports.text.numerals import as_given, given_markup, number, powers_in, significant, span, typeset
 from reports.text.ratios import decade, ratio_text, span_text
 from reports.text.record import mapping
-from reports.text.words import anchor
+from reports.text.words import anchor, breakable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -45,6 +45,7 @@ def templates() -> Environment:
         "number_words": powers_in,
         "span": span,
         "anchor": anchor,
+        "breakable": breakable,
         "span_text": span_text,
         "ratio_text": ratio_text,
         "decade": decade,

@@ -97,7 +97,12 @@ def pool_group(job: Job) -> PoolGroup:
 
 
 def run_jobs(
-    jobs: Iterable[Job], *, time_limit_s: float, workers: int | None = None, compile_s: float = COMPILE_S
+    jobs: Iterable[Job],
+    *,
+    time_limit_s: float,
+    workers: int | None = None,
+    compile_s: float = COMPILE_S,
+    solution_patience: float = SOLUTION_PATIENCE,
 ) -> Iterator[tuple[Job, RunResult]]:
     """Run jobs in worker processes and yield each result as it comes.
 
@@ -105,19 +110,20 @@ def run_jobs(
     ----------
     jobs : iterable of Job
     time_limit_s : float
-        Wall time after which a run's process is ended, s. A run for the reference solution has
-        :data:`~barchain.run.limits.SOLUTION_PATIENCE` times that. An engine that compiles has `compile_s` more, and the
-        limit holds for its `simulate` alone.
+        Wall time after which a run's process is ended, s. An engine that compiles has `compile_s` more, and the limit
+        holds for its `simulate` alone.
     workers : int, optional
         Number of processes side by side; all cores by default.
     compile_s : float
         Additional wall time for compiling, s; 0 if everything is known to be compiled.
+    solution_patience : float
+        Limit of a run for the reference solution, relative to `time_limit_s`.
     """
     waiting = list(jobs)
     for group in PoolGroup:
         own = [job for job in waiting if pool_group(job) is group]
         if own:
-            limit_s = time_limit_s * (SOLUTION_PATIENCE if group is PoolGroup.SOLUTION else 1.0)
+            limit_s = time_limit_s * (solution_patience if group is PoolGroup.SOLUTION else 1.0)
             yield from run_together(own, group, TimeLimit(limit_s, compile_s), workers)
 
 

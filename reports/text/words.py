@@ -1,9 +1,11 @@
-"""Enumerations in words, and anchors of links."""
+"""Enumerations in words, and names as anchors and in narrow columns."""
 
 from __future__ import annotations
 
 import re
 from typing import TYPE_CHECKING
+
+from markupsafe import Markup
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,3 +19,8 @@ def anchor(name: str) -> str:
 def joined(parts: Sequence[str]) -> str:
     """``a, b and c``."""
     return " and ".join([", ".join(parts[:-1]), parts[-1]]) if len(parts) > 1 else "".join(parts)
+
+
+def breakable(name: str) -> Markup:
+    """Name that a narrow column breaks after a slash or an underscore."""
+    return Markup("").join(Markup("{}<wbr>").format(part) for part in re.findall(r"[^/_]*[/_]|[^/_]+", name))

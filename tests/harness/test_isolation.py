@@ -102,7 +102,7 @@ def test_why_a_reference_solution_failed_is_said_once(tmp_path):
     plan = ComparisonPlan([load_scene(SCENE)], {})
     suite = Suite(plan, Store(tmp_path, new_record(plan, "test"), []), lambda *_: None)
     progress = suite.progress[SCENE]
-    progress.certified_solutions = {role: failure(Outcome.FAILED, "no steps left") for role in SOLUTION_ROLES}
+    progress.solution_runs = {role: failure(Outcome.FAILED, "no steps left") for role in SOLUTION_ROLES}
     suite.found_solution(progress)
     assert progress.solution_failed == "the reference solution could not be run (no steps left)"
 

@@ -292,7 +292,7 @@ class Line:
     def height(self, y):
         return y[0]
 
-    def clear(self, before, after, step_s):
+    def clears_surface(self, before, after, step_s):
         return False
 
 

@@ -9,11 +9,11 @@ import pytest
 
 from reports.chapters.crossval.orbit import Geometry, joints
 from reports.chapters.crossval.reactions import Reactions, nearest, spread
-from reports.chapters.crossval.report import breakable
 from reports.plotting.palette import PAPER, SERIES, engine_pen
 from reports.plotting.panels import ChartFrame, Line, log_panel
 from reports.plotting.series import decade_range, thin
 from reports.text.numerals import as_given, powers, prefixed, significant, typeset
+from reports.text.words import breakable
 
 LEAST_CONTRAST = 3.0  # WCAG 2 for graphical objects
 

@@ -18,11 +18,12 @@ from adapters.reference.numpy_engines import Reference
 from adapters.registry import find_engine
 from adapters.trajectory import ENDED
 from barchain.cli.main import run as command
+from barchain.judge.comparison import JUDGED_METRICS
 from barchain.run.job import Role
 from barchain.run.worker import run_job
 from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, with_perturbed_start
 from barchain.studies.selftest import matrix as matrix_module
-from barchain.studies.selftest.check_results import cell, nothing
+from barchain.studies.selftest.check_results import CHECKS, cell, nothing, reading
 from barchain.studies.selftest.detection_limit import OCTAVES, Bracket, brackets, settled
 from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, SOUND, find
 from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
@@ -31,6 +32,8 @@ from barchain.studies.selftest.scenes import FALL, STAGES, find_scene
 from barchain.studies.selftest.trial import FaultTrial, SelftestCase, judged, replayed
 from reference_impl.effects.slender import SlenderBarEffect
 from reference_impl.model import relative
+from reports.chapters.selftest.rows import CHECK_WORDS
+from reports.chapters.selftest.rows import CHECKS as SIGNS
 from reports.chapters.selftest.view import view_selftest
 from reports.render import render_study
 from reports.tables.outcome import Outcome
@@ -350,3 +353,28 @@ def test_the_full_matrix_has_no_survivor() -> None:
     assert whole.passed, ([f.name for f in whole.unkilled], whole.wrong)
     tried_somewhere = {c.fault.name for c in whole.cells if c.fate is not FaultOutcome.NOTHING}
     assert tried_somewhere == set(FAULTS) | set(CONTROLS)
+
+
+def test_every_metric_that_can_reject_a_run_is_a_check_with_a_sign_and_words() -> None:
+    """A metric left out would call a fault that it alone detects a survivor."""
+    rejecting = JUDGED_METRICS | {"restart_ratio", "own_state_ratio", "judged_share"}
+    assert set(CHECKS) == rejecting
+    checks = set(CHECKS.values()) | {o for o in Outcome if not o.ok}
+    assert set(SIGNS) == set(CHECK_WORDS) == checks
+
+
+def test_a_run_that_only_its_extrapolation_rejects_is_a_detected_fault() -> None:
+    row = {"quantity": "attitude", "metric": "extrapolation_ratio", "value": 3.0, "tolerance": 1.0, "reason": "why"}
+    rejected, accepted = (reading(row | {"outcome": str(o)}) for o in (Outcome.INCONSISTENT, Outcome.PASS))
+    assert rejected is not None
+    assert accepted is not None
+    assert (rejected.check, rejected.ratio, rejected.killed) == ("extrapolated", 3.0, True)
+    assert not accepted.killed
+
+
+def test_too_small_a_judged_share_is_a_rejection_and_a_large_one_is_no_reading() -> None:
+    row = {"quantity": "run", "metric": "judged_share", "value": 0.02, "tolerance": 0.1, "reason": "why"}
+    rejected = reading(row | {"outcome": str(Outcome.NOTHING_COMPARED)})
+    assert rejected is not None
+    assert rejected.killed
+    assert reading(row | {"value": 1.0, "tolerance": None, "outcome": str(Outcome.REPORTED)}) is None

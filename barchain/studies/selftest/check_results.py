@@ -22,9 +22,12 @@ CHECKS = {
     "bound_ratio": "bound",
     "finer_bound_ratio": "bound",
     "restart_ratio": "restarted",
+    "own_state_ratio": "own_state",
+    "extrapolation_ratio": "extrapolated",
     "drift": "drift",
+    "judged_share": "judged_share",
 }
-"""Metrics that judge, and what their checks are called; `max` is judged as `bound_ratio` is"""
+"""Metrics that judge, and the names of their checks; `max` is judged as `bound_ratio`"""
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,8 @@ def reading(row: Row) -> Reading | None:
         return Reading(row["quantity"], str(outcome), np.inf if killed else 0.0, killed, row["reason"])
     if row["metric"] not in CHECKS or row["value"] is None:
         return None
+    if row["metric"] == "judged_share":  # a lower bound, and no measure of how near a fault is to its detection
+        return Reading(row["quantity"], CHECKS[row["metric"]], np.inf, True, row["reason"]) if killed else None
     value, allowed = float(row["value"]), float(row["tolerance"])
     ratio = 0.0 if value == 0.0 else value / allowed if allowed else np.inf
     return Reading(row["quantity"], CHECKS[row["metric"]], ratio, killed, row["reason"])

@@ -49,8 +49,8 @@ class StabilityPlan:
         """Number of runs, for the progress."""
         classes = [r.load() for r in self.engines.values()]
         able = [(s, e) for s in self.scenes for e in classes if e.unsupported(s) is None]
-        certified_solutions = sum(len(SOLUTION_ROLES) + len(exact_jobs(s)) for s in self.scenes)
-        return certified_solutions + sum(len(settings(s, e)) for s, e in able)
+        solutions = sum(len(SOLUTION_ROLES) + len(exact_jobs(s)) for s in self.scenes)
+        return solutions + sum(len(settings(s, e)) for s, e in able)
 
 
 def hard_scenes() -> list[str]:

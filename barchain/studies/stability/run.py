@@ -45,7 +45,7 @@ class HardSceneRuns:
     """One scene as its results come."""
 
     scene: Scene
-    certified_solutions: dict[Role, RunResult] = field(default_factory=dict)
+    solution_runs: dict[Role, RunResult] = field(default_factory=dict)
     runs: dict[str, dict[Role, RunResult]] = field(default_factory=dict)
     solution: ReferenceSolution | None = None
     solution_failed: str = ""
@@ -147,7 +147,7 @@ class StabilityRun:
             self.note(said)
         for limit_s in sorted({self.limit_s(job) for job in waiting}):
             alike = [job for job in waiting if self.limit_s(job) == limit_s]
-            for job, result in run_jobs(alike, time_limit_s=limit_s, workers=self.plan.workers):
+            for job, result in run_jobs(alike, time_limit_s=limit_s, workers=self.plan.workers, solution_patience=1.0):
                 self.take(job, result)
 
     def take(self, job: Job, result: RunResult) -> None:
@@ -157,7 +157,7 @@ class StabilityRun:
         self.report(job.scene.name, job.engine, f"{job.setting} {said}" if said != "pass" else said)
         progress = self.scenes[job.scene.name]
         if job.role in SOLUTION_ROLES:
-            progress.certified_solutions[job.role] = result
+            progress.solution_runs[job.role] = result
             self.found_solution(progress)
         elif job.role is Role.EXACT:
             self.follow(progress, job, result)
@@ -170,7 +170,7 @@ class StabilityRun:
         """Establish the reference solution once its runs are made."""
         scene, facts = progress.scene, self.store.record["scenes"][progress.scene.name]
         try:
-            progress.solution = solution_of(scene, progress.certified_solutions)
+            progress.solution = solution_of(scene, progress.solution_runs)
         except SolutionFailedError as error:
             progress.solution_failed = facts["solution_failed"] = str(error)
             self.note(f"{scene.name} has no reference solution: {error}")
@@ -178,7 +178,7 @@ class StabilityRun:
             return
         facts |= solution_facts(progress.solution)
         job = next(j for j in solution_jobs(scene) if j.role is Role.SOLUTION)
-        self.follow(progress, job, progress.certified_solutions[Role.SOLUTION])
+        self.follow(progress, job, progress.solution_runs[Role.SOLUTION])
         self.store.write_record()
 
     def follow(self, progress: HardSceneRuns, job: Job, result: RunResult) -> None:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Any
-
-from markupsafe import Markup
 
 from reports.chapters.crossval.external_coverage import coverage_words
 from reports.chapters.crossval.facts import facts
@@ -25,6 +22,8 @@ from reports.text.record import mapping, rows
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
+
+    from jinja2 import Environment
 
     from reports.chapter import Chapter, ChapterView
 
@@ -70,18 +69,19 @@ def write_report(folder: Path, chapters: Mapping[Chapter, ChapterView]) -> tuple
     summary = summarise(results)
     shared = context(results, summary) | {"chapters": list(chapters)} | {c.name: v for c, v in chapters.items()}
     views = [view_scene(results, summary, s) for s in summary.scenes]
-    environment = templates()
-    environment.filters |= {
-        "breakable": breakable,
-        "cell_text": cell_text,
-        "facts": facts,
-        "why": failure_words,
-    }
+    environment = report_templates()
     page, text = folder / "index.html", folder / "report.md"
     html, markdown = (environment.get_template(f"crossval/report.{kind}.j2") for kind in ("html", "md"))
     page.write_text(html.render(shared, views=views, glossary=Glossary()), encoding="utf-8")
     text.write_text(markdown.render(shared, glossary=Glossary()), encoding="utf-8")
     return page, text
+
+
+def report_templates() -> Environment:
+    """Jinja environment with the filters of the cross-validation's chapter."""
+    made = templates()
+    made.filters |= {"cell_text": cell_text, "facts": facts, "why": failure_words}
+    return made
 
 
 def context(results: Results, summary: Summary) -> dict[str, Any]:
@@ -127,11 +127,6 @@ def kind(outcome: Outcome) -> str:
     if outcome in (Outcome.MISSING, Outcome.NOTHING_COMPARED, Outcome.TIMED_OUT, Outcome.INCOMPLETE):
         return "gone"
     return "fail"
-
-
-def breakable(name: str) -> Markup:
-    """Name that a narrow column breaks after a slash or an underscore."""
-    return Markup("").join(Markup("{}<wbr>").format(part) for part in re.findall(r"[^/_]*[/_]|[^/_]+", name))
 
 
 def orbits(summary: Summary, cell: RunCell) -> str:

@@ -16,11 +16,18 @@ CHECKS = {
     "normalised_error": "≠",
     "bound": "▲",
     "drift": "≈",
+    "restarted": "↻",
+    "own_state": "↔",
+    "extrapolated": "½",
+    "judged_share": "○",
     Outcome.INCONSISTENT: "≠",
     Outcome.INCOMPLETE: "◐",
     Outcome.NOT_FINITE: "?",
     Outcome.JOINTS_IGNORED: "¦",
     Outcome.NOTHING_COMPARED: "○",
+    Outcome.EXCEEDS_BOUND: "▲",
+    Outcome.MALFORMED: "#",
+    Outcome.MISSING: "✗",
     Outcome.FAILED: "✗",
     Outcome.TIMED_OUT: "◷",
 }
@@ -29,11 +36,18 @@ CHECK_WORDS = {
     "normalised_error": "normalised error above 1",
     "bound": "error above the expected-error bound",
     "drift": "drift of a conserved quantity above its bound",
+    "restarted": "deviation from the reference restarted at the engine's own sample",
+    "own_state": "reactions or torques that do not belong to the engine's own state",
+    "extrapolated": "error above that of the two runs' Richardson extrapolation",
+    "judged_share": "too small a share of the run can be judged",
     Outcome.INCONSISTENT: "instant of surface contact unexplained by both errors",
     Outcome.INCOMPLETE: "channel, sample, instant or reason of the end missing or wrong",
     Outcome.NOT_FINITE: "NaN or infinity",
     Outcome.JOINTS_IGNORED: "open joints",
     Outcome.NOTHING_COMPARED: "too little of the run can be compared",
+    Outcome.EXCEEDS_BOUND: "error of the whole run above its bound",
+    Outcome.MALFORMED: "values with too few digits, or undeclared channels",
+    Outcome.MISSING: "engine that does not import",
     Outcome.FAILED: "failure of the engine",
     Outcome.TIMED_OUT: "run ended at its time limit",
 }
@@ -76,7 +90,7 @@ class Detection:
     def text(self) -> str:
         """``≠ reaction``, ``◐ incomplete``."""
         whole = LANDING if self.check == Outcome.INCONSISTENT else self.check.replace("_", " ")
-        return f"{CHECKS.get(self.check, '')} {self.name or whole}".strip()
+        return f"{CHECKS[self.check]} {self.name or whole}".strip()
 
 
 @dataclass(frozen=True)

@@ -106,6 +106,11 @@ class SelftestView:
         return found
 
     @property
+    def outcomes(self) -> tuple[FaultOutcome, ...]:
+        """Outcomes of a fault that no check detects, for the legend."""
+        return tuple(o for o in FaultOutcome if o is not FaultOutcome.KILLED)
+
+    @property
     def signs(self) -> tuple[tuple[str, str, str], ...]:
         """Sign, name and meaning of every check that detects a fault."""
         used = {c.check for c in self.checks}

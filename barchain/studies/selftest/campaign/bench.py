@@ -31,7 +31,7 @@ class TrialBench:
 
     def __init__(self, runs: RunCache, court: Court) -> None:
         self.runs, self.court = runs, court
-        self.certified_solutions: dict[str, ReferenceSolution] = {}
+        self.solutions: dict[str, ReferenceSolution] = {}
         self.failed: dict[str, str] = {}
         self.sound: dict[tuple[str, str], Judged] = {}
 
@@ -47,7 +47,7 @@ class TrialBench:
                 self.failed[scene.name] = f"the reference solution could not be run ({error})"
                 continue
             assert solution is not None  # all of its runs are there
-            self.certified_solutions[scene.name] = solution
+            self.solutions[scene.name] = solution
         return scenes
 
     def try_sound(self, scene: Scene, engines: Iterable[str]) -> tuple[list[CampaignCell], list[CampaignTrial]]:
@@ -58,7 +58,7 @@ class TrialBench:
         cells, trials = [], []
         for name in engines:
             host = find_engine(name).load()
-            reason = host.unsupported(scene) or unsupported(host, self.certified_solutions[scene.name])
+            reason = host.unsupported(scene) or unsupported(host, self.solutions[scene.name])
             if reason is not None:
                 cells.append(
                     CampaignCell(scene.name, name, "", CellClass.UNSUPPORTED, str(Outcome.UNSUPPORTED), reason=reason)
@@ -86,7 +86,7 @@ class TrialBench:
         cells, trials = [], []
         for fault in faults:
             trial = CampaignTrial(scene, host, fault)
-            left_out = trial.left_out(self.certified_solutions[scene.name])
+            left_out = trial.left_out(self.solutions[scene.name])
             if left_out:
                 cells.append(CampaignCell(scene.name, host, fault, CellClass.NOTHING, reason=left_out))
             else:
@@ -111,11 +111,11 @@ class TrialBench:
         """A trial with its runs."""
         made = {job.role: (job, self.runs[job]) for job in trial.jobs((*FIRST, *asked))}
         if not trial.fault:
-            return CampaignCase(trial, self.certified_solutions[trial.scene.name], made)
+            return CampaignCase(trial, self.solutions[trial.scene.name], made)
         sound = {job.role: self.runs[job] for job in CampaignTrial(trial.scene, trial.engine).jobs()}
         before = self.sound[trial.scene.name, trial.engine]
         passes = before.cell.kind is CellClass.PASS
-        return CampaignCase(trial, self.certified_solutions[trial.scene.name], made, sound, before.limits, passes)
+        return CampaignCase(trial, self.solutions[trial.scene.name], made, sound, before.limits, passes)
 
 
 def thinned(trials: list[CampaignTrial], most_reruns: int) -> list[CampaignTrial]:
