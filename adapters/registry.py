@@ -4,16 +4,25 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import re
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, entry_points, version
+from importlib.metadata import EntryPoint, PackageNotFoundError, entry_points, version
 from typing import TYPE_CHECKING
 
 from scenarios import nearest
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from adapters.engine import Engine
 
 ENTRY_POINT_GROUP = "barchain.engines"  # for third parties; barchain's own engines are in the dict below
+
+
+SAFE_NAME = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
+TARGET = r"[A-Za-z_][\w.]*:[A-Za-z_]\w*"
+RESERVED = frozenset({"solution", "solution-check", "solution-dense", "perturbed-start", "amplification"})
+"""Names of the reference solution's own files beside those of engines"""
 
 
 class UnknownEngineError(KeyError):
@@ -45,11 +54,15 @@ class Registration:
     it"""
     compiles: bool = False
     """Whether `build` compiles code for the scene's effects, which may take longer than the run"""
+    distribution: str = ""
+    """Distribution that registers the engine, of another package; its version and files decide a stored result"""
+    rejected: str = ""
+    """Reason why the engine can't be selected: its name is taken, or is none"""
 
     @property
     def by_default(self) -> bool:
         """Whether a command without engine names selects the engine here."""
-        return self.in_default_set and not (self.optional and self.missing)
+        return self.in_default_set and not self.rejected and not (self.optional and self.missing)
 
     @property
     def external(self) -> bool:
@@ -65,6 +78,8 @@ class Registration:
     @property
     def missing(self) -> str | None:
         """Missing distribution and the command that installs it; None if the engine can be used here."""
+        if self.rejected:
+            return self.rejected
         if not self.requires:
             return None
         if importlib.util.find_spec(self.module or self.requires) is None:
@@ -73,9 +88,15 @@ class Registration:
 
     @property
     def version(self) -> str:
-        """Installed version of the third-party engine; barchain's own version for the reference."""
+        """Installed version of the engine's distribution; barchain's own version for the reference.
+
+        An engine of another package without a distribution (a module on the path) has no version.
+        """
+        own = "" if self in ENGINES.values() else self.distribution
+        if not own and self not in ENGINES.values():
+            return "none"
         try:
-            return version(self.requires or "barchain")
+            return version(own or self.requires or "barchain")
         except PackageNotFoundError:
             return "not installed"
 
@@ -145,12 +166,52 @@ ENGINES: dict[str, Registration] = {
 
 
 def engines() -> dict[str, Registration]:
-    """All registered engines: barchain's, then those of installed third parties."""
-    third_party = {
-        e.name: Registration(e.value, install=f"reinstall {e.dist.name if e.dist else e.value}")
-        for e in entry_points(group=ENTRY_POINT_GROUP)
-    }
-    return ENGINES | third_party
+    """All registered engines: barchain's, then those of installed third parties.
+
+    A third party can't take a name of barchain's, nor one that another distribution registers too, nor one that is no
+    file name. Such an engine is listed as missing, with the reason; its class is not imported.
+    """
+    return ENGINES | third_party(entry_points(group=ENTRY_POINT_GROUP))
+
+
+def third_party(found: Iterable[EntryPoint]) -> dict[str, Registration]:
+    """Registrations of other packages' engines, by names that are all different and safe as file names."""
+    points = sorted(found, key=lambda e: (e.name, origin(e)))
+    origins: dict[str, set[str]] = {}
+    for e in points:
+        origins.setdefault(e.name.lower(), set()).add(origin(e))
+    made = {}
+    for e in points:
+        reason, name = name_fault(e, origins[e.name.lower()]), printable(e.name)
+        if reason:
+            name = f"{name} ({origin(e)})"
+        distribution = e.dist.name if e.dist else ""
+        install = f"pip install --force-reinstall {distribution}" if distribution else ""
+        made[name] = Registration(e.value, install=install, distribution=distribution, rejected=reason)
+    return made
+
+
+def name_fault(point: EntryPoint, origins: set[str]) -> str:
+    """Reason against an engine's name; empty if it is safe and its own."""
+    if point.name.lower() in ENGINES or point.name.lower() in RESERVED:
+        return f"the name {printable(point.name)} is barchain's own; {origin(point)} must register another"
+    if len(origins) > 1:
+        return f"the name {printable(point.name)} is registered by {' and by '.join(sorted(origins))}"
+    if not re.fullmatch(SAFE_NAME, point.name):
+        return f"the name {printable(point.name)!r} is not made of 1 to 60 letters, digits, _ and -"
+    if not re.fullmatch(TARGET, point.value):
+        return f"its entry point {printable(point.value)!r} is not module:Class"
+    return ""
+
+
+def origin(point: EntryPoint) -> str:
+    """Distribution that an entry point belongs to, or its module."""
+    return point.dist.name if point.dist else printable(point.value.partition(":")[0])
+
+
+def printable(text: str) -> str:
+    """One line of at most 60 printable characters."""
+    return "".join(c if c.isprintable() else "?" for c in text[:60])
 
 
 def find_engine(name: str) -> Registration:
@@ -163,5 +224,10 @@ def find_engine(name: str) -> Registration:
     """
     known = engines()
     if name not in known:
-        raise UnknownEngineError(f"{name}: no such engine{nearest(name, known)}; available: {', '.join(known)}")
+        allowed = [n for n, r in known.items() if not r.rejected]
+        reasons = [r.rejected for n, r in known.items() if r.rejected and n.partition(" (")[0] == name]
+        said = f"; {'; '.join(reasons)}" if reasons else ""
+        raise UnknownEngineError(
+            f"{name}: no such engine{nearest(name, allowed)}; available: {', '.join(allowed)}{said}"
+        )
     return known[name]

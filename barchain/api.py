@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from adapters.engine import EngineError
 from adapters.registry import engines as registered_engines
 from adapters.registry import find_engine
+from barchain.boundary.declared import engine_class
 from barchain.crossval.run import run_comparison
 from barchain.run.job import Job, Role
 from barchain.run.limits import TIME_LIMIT_S
@@ -101,11 +102,11 @@ def simulate(
     registration = find_engine(engine)
     if registration.missing:
         raise EngineError(f"{engine}: {registration.missing}")
-    engine_class = registration.load()
-    reason = engine_class.unsupported(loaded)
+    declared = engine_class(registration)
+    reason = declared.unsupported(loaded)
     if reason:
         raise ValueError(f"{engine} does not support {loaded.name}: {reason}")
-    if condition and "condition" not in engine_class.options:
+    if condition and "condition" not in declared.options:
         raise ValueError(f"{engine} has no condition number; the reference has one")
     options = frozenset({"condition"} if condition else ())
     job = Job(loaded, engine, registration, choose_setting(engine, setting), Role.MAIN, options)

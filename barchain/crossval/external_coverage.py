@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.common.step_alignment import inner_events_s, misalignment
 from adapters.registry import engines
+from barchain.boundary.declared import engine_class
 from barchain.solutions.certified import committed_tables
 from barchain.solutions.certified_table import physics_digest, read_head
 from scenarios.scene import Run
@@ -50,7 +51,7 @@ def external_coverage(scene: Scene, requested: Mapping[str, Registration]) -> di
 def loaded(registration: Registration) -> type[Engine] | None:
     """Engine's class; None if it is not installed or does not load."""
     try:
-        return None if registration.missing else registration.load()
+        return None if registration.missing else engine_class(registration)
     except Exception:
         return None
 
@@ -60,7 +61,7 @@ def supports(registration: Registration, scene: Scene) -> bool:
     if not registration.external or not registration.in_default_set:
         return False
     try:
-        return registration.load().unsupported(scene) is None
+        return engine_class(registration).unsupported(scene) is None
     except Exception:
         return False
 

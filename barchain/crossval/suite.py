@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from adapters.common.equal_steps import finer_setting
+from adapters.engine import EngineError
+from barchain.boundary.declared import engine_class
+from barchain.boundary.message import plain_text
 from barchain.judge.comparison import Verdict, judge, no_verdict
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import follow_up_jobs, gathered
@@ -167,10 +170,11 @@ class Suite:
         if registration.missing:
             return Outcome.MISSING, registration.missing
         try:
-            self.classes[engine] = registration.load()
+            self.classes[engine] = engine_class(registration)
+            reason = self.classes[engine].unsupported(scene)
         except Exception as error:
-            return Outcome.FAILED, f"its adapter does not load: {type(error).__name__}: {error}"
-        reason = self.classes[engine].unsupported(scene)
+            said = str(error) if isinstance(error, EngineError) else f"{type(error).__name__}: {error}"
+            return Outcome.FAILED, f"its adapter does not load: {said}"
         return None if reason is None else (Outcome.UNSUPPORTED, reason)
 
     def engine_jobs(self, scene: Scene, engine: str, registration: Registration) -> list[Job]:
@@ -241,21 +245,30 @@ class Suite:
         loaded, name, solution = self.classes[engine], progress.scene.name, progress.solution
         run = evidence.main.trajectory
         errors = None if run is None else ErrorModel(loaded, setting, solution, run)
-        if errors is None or not goes_beyond(errors):
-            self.judged(name, engine, judge(engine, loaded, setting, evidence, solution, errors))
+        try:
+            if errors is None or not goes_beyond(errors):
+                self.judged(name, engine, judge(engine, loaded, setting, evidence, solution, errors))
+                return
+            finer = finer_setting(progress.scene, loaded.sweep, setting)
+            loaded.noise(progress.scene, finer, errors.t_s)  # an engine of another package is asked here alone
+        except Exception as error:
+            self.fail(name, engine, error)
             return
-        registration = self.plan.engines[engine]
-        self.judges.submit((name, engine), judge_loaded, engine, registration, setting, evidence, solution, errors)
+        self.judges.submit((name, engine), judge_loaded, engine, loaded, setting, evidence, solution, errors)
 
     def collect(self, *, wait: bool) -> None:
         """Take verdicts from other processes; a verdict that fails becomes the reason of its engine's row."""
         for (name, engine), verdict in self.judges.collected(wait=wait):
             if isinstance(verdict, Verdict):
                 self.judged(name, engine, verdict)
-                continue
-            said = f"no verdict: {type(verdict).__name__}: {verdict}"
-            setting = self.plan.setting(engine, self.classes[engine])
-            self.settle(name, engine, no_verdict(name, engine, setting, Outcome.FAILED, said))
+            else:
+                self.fail(name, engine, verdict)
+
+    def fail(self, name: str, engine: str, error: BaseException) -> None:
+        """Settle a pair whose verdict could not be given: values or claims of the engine that no check foresees."""
+        said = f"no verdict: {error if isinstance(error, EngineError) else f'{type(error).__name__}: {error}'}"
+        setting = self.plan.setting(engine, self.classes[engine])
+        self.settle(name, engine, no_verdict(name, engine, setting, Outcome.FAILED, plain_text(said)))
 
     def judged(self, name: str, engine: str, verdict: Verdict) -> None:
         """Settle a verdict, or wait for the further runs that it requests."""
@@ -304,14 +317,13 @@ class Suite:
 
 def judge_loaded(
     name: str,
-    registration: Registration,
+    engine: type[Engine],
     setting: Setting,
     evidence: Evidence,
     solution: ReferenceSolution,
     errors: ErrorModel,
 ) -> Verdict:
-    """Verdict in a process that has to load the engine's class itself; arguments as of `judge`."""
-    engine = registration.load()
+    """Verdict in another process, to which an error model comes without the engine's class; arguments as of `judge`."""
     return judge(name, engine, setting, evidence, solution, errors.of_engine(engine))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from barchain.boundary.declared import engine_class
 from barchain.record.scene_description import effect_words, invariant_words
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ def engine_facts(registration: Registration) -> dict[str, Any]:
         "missing": registration.missing,
     }
     try:
-        loaded = registration.load()
+        loaded = engine_class(registration)
     except Exception as error:
         return facts | {"missing": facts["missing"] or f"its adapter does not load: {error}"}
     return facts | {

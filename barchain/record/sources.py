@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 from functools import cache
+from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,16 +18,35 @@ COMPILED = {".so", ".pyd", ".dylib", ".dll"}
 DIGITS = 16
 
 
-def source_digest(target: str) -> str:
+def source_digest(target: str, distribution: str = "") -> str:
     """Digest of the sources behind an engine: barchain's, and those of a third party's package or file.
 
     Parameters
     ----------
     target : str
         ``module:Class``, as it is registered. The module is not imported.
+    distribution : str
+        Distribution that registers the engine, of another package: all its files count, and its version.
     """
     top = target.partition(":")[0].partition(".")[0]
-    return our_digest() if top in OURS else f"{our_digest()}+{digest_of(top)}"
+    if top in OURS and not distribution:
+        return our_digest()
+    return f"{our_digest()}+{digest_of(top)}{installed_digest(distribution) if distribution else ''}"
+
+
+@cache
+def installed_digest(distribution: str) -> str:
+    """Digest of a distribution's version and of the sizes and contents of its installed files."""
+    try:
+        found = metadata.distribution(distribution)
+    except metadata.PackageNotFoundError:
+        return "+none"
+    digest = hashlib.sha256(str(found.version).encode())
+    for file in sorted(found.files or (), key=str):
+        path = Path(str(file.locate()))
+        if path.is_file() and path.suffix != ".pyc":
+            digest.update(f"{file}\0".encode() + fingerprint(path))
+    return f"+{digest.hexdigest()[:DIGITS]}"
 
 
 @cache

@@ -81,7 +81,7 @@ class Job:
                 self.scene.digest,
                 self.registration.target,
                 self.registration.version,
-                source_digest(self.registration.target),
+                source_digest(self.registration.target, self.registration.distribution),
                 str(self.setting),
                 self.role,
             ]

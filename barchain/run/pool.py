@@ -22,10 +22,11 @@ from typing import TYPE_CHECKING
 from pebble import ProcessExpired, ProcessPool
 
 from adapters.registry import ENGINES
+from barchain.boundary.threads import one_thread_each, temporary_root
 from barchain.run.compilation import compiled
 from barchain.run.job import SOLUTION_ROLES, Job, RunResult, failure
 from barchain.run.limits import SOLUTION_PATIENCE
-from barchain.run.threads import one_thread_each
+from barchain.run.outside_runs import run_outside
 from barchain.run.worker import run_job
 from reports.tables.outcome import Outcome
 
@@ -46,22 +47,7 @@ class PoolGroup(IntEnum):
     REGISTERED = 1
     """Engines behind barchain's own adapters"""
     THIRD_PARTY = 2
-    """Engines that other packages register: one run, one process"""
-
-    @property
-    def runs_per_worker(self) -> int:
-        """Number of runs after which a process ends."""
-        return 1 if self is PoolGroup.THIRD_PARTY else RUNS_PER_WORKER
-
-    @property
-    def start_method(self) -> str:
-        """Start method of the processes: spawned, as loaded engines are not safe to fork.
-
-        Processes for one run are forked from a server that has loaded the harness and no engine: spawning takes
-        seconds.
-        """
-        known = multiprocessing.get_all_start_methods()
-        return "forkserver" if self is PoolGroup.THIRD_PARTY and "forkserver" in known else "spawn"
+    """Engines that other packages register: one run, one process behind the boundary"""
 
 
 @dataclass(frozen=True)
@@ -124,20 +110,19 @@ def run_jobs(
         own = [job for job in waiting if pool_group(job) is group]
         if own:
             limit_s = time_limit_s * (solution_patience if group is PoolGroup.SOLUTION else 1.0)
-            yield from run_together(own, group, TimeLimit(limit_s, compile_s), workers)
+            if group is PoolGroup.THIRD_PARTY:
+                yield from run_outside(own, limit_s, workers)
+            else:
+                yield from run_together(own, TimeLimit(limit_s, compile_s), workers)
 
 
-def run_together(
-    jobs: list[Job], group: PoolGroup, limit: TimeLimit, workers: int | None
-) -> Iterator[tuple[Job, RunResult]]:
+def run_together(jobs: list[Job], limit: TimeLimit, workers: int | None) -> Iterator[tuple[Job, RunResult]]:
     """Run the jobs of one group of processes, and yield each result as it comes."""
     done: queue.SimpleQueue[tuple[Job, Path, ProcessFuture]] = queue.SimpleQueue()
-    context = multiprocessing.get_context(group.start_method)
-    if group.start_method == "forkserver":
-        context.set_forkserver_preload(["barchain.run.worker"])
+    context = multiprocessing.get_context("spawn")  # loaded engines are not safe to fork
     count = min(workers or os.cpu_count() or 1, len(jobs))
-    with tempfile.TemporaryDirectory() as logs, one_thread_each():
-        pool = ProcessPool(count, max_tasks=group.runs_per_worker, context=context)
+    with one_thread_each(), tempfile.TemporaryDirectory(dir=temporary_root()) as logs:
+        pool = ProcessPool(count, max_tasks=RUNS_PER_WORKER, context=context)
         try:
             for number, job in enumerate(jobs, start=1):
                 log = Path(logs) / f"{number}.log"
@@ -162,7 +147,9 @@ def collect(future: ProcessFuture, log: Path, time_limit_s: float) -> RunResult:
         return failure(Outcome.TIMED_OUT, f"no result within {time_limit_s:g} s")
     except ProcessExpired as error:
         return failure(Outcome.FAILED, f"its process died ({describe_exit(error.exitcode)}){last_words(log)}")
-    except Exception as error:
+    except BaseException as error:  # an exit that a worker hands on as an exception is no request to end
+        if isinstance(error, KeyboardInterrupt):
+            raise
         return failure(Outcome.FAILED, f"its result could not be brought back: {type(error).__name__}: {error}")
     return result
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import find_engine
+from barchain.boundary.declared import engine_class
 from scenarios import nearest
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def choose_setting(engine: str, given: Mapping[str, float]) -> Setting:
     SettingError
         If the engine has another accuracy parameter, or the value is out of its range.
     """
-    sweep = find_engine(engine).load().sweep
+    sweep = engine_class(find_engine(engine)).sweep
     for name, value in given.items():
         if name != sweep.parameter:
             raise SettingError(

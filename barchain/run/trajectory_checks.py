@@ -61,8 +61,17 @@ def undeclared_channel(scene: Scene, engine: type[Engine], trajectory: Trajector
 def wrong_shape(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
     """Find arrays without one row per sample or with a wrong number of columns."""
     del engine
+    return shape_fault(scene, trajectory)
+
+
+def shape_fault(scene: Scene, trajectory: Trajectory) -> tuple[Outcome, str] | None:
+    """Find values that can't be stored: no arrays of float64, without one row per sample, or with wrong columns."""
+    if not isinstance(trajectory.t_s, np.ndarray) or trajectory.t_s.ndim != 1:
+        return Outcome.INCOMPLETE, f"t_s is a {type(trajectory.t_s).__name__}, expected an array of shape (n,)"
     n, bars = len(trajectory.t_s), scene.bars
     shapes = {
+        "t_s": (n,),
+        "condition": (n,),
         "com_m": (n, 2),
         "com_velocity_m_s": (n, 2),
         "angle_rad": (n, bars),
@@ -76,13 +85,13 @@ def wrong_shape(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> t
     }
     for name in ("t_s", "com_m", "com_velocity_m_s"):
         if not isinstance(getattr(trajectory, name), np.ndarray):
-            return Outcome.INCOMPLETE, f"{name} is a {type(getattr(trajectory, name)).__name__}, wanted an array"
+            return Outcome.INCOMPLETE, f"{name} is a {type(getattr(trajectory, name)).__name__}, expected an array"
     for name, value in arrays(trajectory).items():
         if value.dtype != np.float64:
-            return Outcome.INCOMPLETE, f"{name} holds {value.dtype}, wanted float64"
+            return Outcome.INCOMPLETE, f"{name} holds {value.dtype}, expected float64"
     for name, value in arrays(trajectory).items():
         if name in shapes and value.shape != shapes[name]:
-            return Outcome.INCOMPLETE, f"{name} has shape {value.shape}, wanted {shapes[name]}"
+            return Outcome.INCOMPLETE, f"{name} has shape {value.shape}, expected {shapes[name]}"
     return None
 
 

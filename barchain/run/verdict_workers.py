@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pebble import ProcessPool
 
-from barchain.run.threads import one_thread_each
+from barchain.boundary.threads import one_thread_each
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterator

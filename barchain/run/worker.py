@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from adapters.engine import EngineError
+from barchain.boundary.threads import temporary_root
 from barchain.run.job import Job, RunResult, failure
 from barchain.run.trajectory_checks import fault
 from reports.tables.outcome import Outcome
@@ -35,7 +36,7 @@ def run_job(job: Job, log: Path) -> RunResult:
     log : Path
         File for the engine's output; it outlives a crash of the process.
     """
-    with quietly(log), tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+    with quietly(log), temporary_folder() as folder, contextlib.chdir(folder):
         try:
             return run_phases(job, job.registration.load())
         except ImportError as error:
@@ -44,6 +45,13 @@ def run_job(job: Job, log: Path) -> RunResult:
             return failure(Outcome.FAILED, str(error), rejected=rejection(error))
         except Exception as error:
             return failure(Outcome.FAILED, f"{type(error).__name__}: {error}", rejected=rejection(error))
+        except BaseException as error:  # an engine's library calls sys.exit: that ends its run and no more
+            return failure(Outcome.FAILED, f"it ended its process by {type(error).__name__}({error})")
+
+
+def temporary_folder() -> tempfile.TemporaryDirectory[str]:
+    """Folder for one run, removed with the comparing process's at the latest."""
+    return tempfile.TemporaryDirectory(dir=temporary_root(), ignore_cleanup_errors=True)
 
 
 def rejection(error: Exception) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from barchain.boundary.declared import engine_class
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ def cannot(scene: Scene, engine: str, registration: Registration) -> LeftOut | N
     if registration.missing:
         return LeftOut(scene.name, engine, Outcome.MISSING, registration.missing)
     try:
-        loaded: type[Engine] = registration.load()
+        loaded: type[Engine] = engine_class(registration)
     except Exception as error:
         reason = f"its adapter does not load: {type(error).__name__}: {error}"
         return LeftOut(scene.name, engine, Outcome.FAILED, reason)

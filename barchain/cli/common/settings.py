@@ -89,9 +89,10 @@ def engines_of(setting: GivenSetting, names: list[str]) -> list[str]:
 def keys(names: Iterable[str]) -> dict[str, str]:
     """Accuracy parameter of each engine that is installed."""
     from adapters.registry import find_engine  # noqa: PLC0415
+    from barchain.boundary.declared import engine_class  # noqa: PLC0415
 
     found = {name: find_engine(name) for name in names}
-    return {name: str(r.load().sweep.parameter) for name, r in found.items() if not r.missing}
+    return {name: str(engine_class(r).sweep.parameter) for name, r in found.items() if not r.missing}
 
 
 def unknown_key(setting: GivenSetting, names: list[str]) -> list[str]:

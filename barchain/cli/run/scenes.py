@@ -13,6 +13,7 @@ from barchain.cli.common.options import json_option, scene_argument
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+    from adapters.registry import Registration
     from scenarios import Scene
 
 HEADINGS = ("scene", "bars", "orbits", "tags", "title")
@@ -134,7 +135,17 @@ def support(scene: Scene) -> dict[str, str]:
     """For each engine "supports the scene", or the reason why the engine does not or is missing."""
     from adapters.registry import engines  # noqa: PLC0415
 
-    return {name: r.missing or r.load().unsupported(scene) or "supports the scene" for name, r in engines().items()}
+    return {name: r.missing or of_engine(r, scene) for name, r in engines().items()}
+
+
+def of_engine(registration: Registration, scene: Scene) -> str:
+    """An engine's own answer whether it supports a scene, or why it gives none."""
+    from barchain.boundary.declared import engine_class  # noqa: PLC0415
+
+    try:
+        return engine_class(registration).unsupported(scene) or "supports the scene"
+    except Exception as error:
+        return f"its adapter does not load: {error}"
 
 
 def lines(values: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, str]]:

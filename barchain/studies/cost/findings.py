@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from adapters.engine import AccuracyParameter
+from barchain.boundary.declared import engine_class
 from barchain.studies.cost.points import TELLS
 from barchain.studies.cost.reach import MEASURES, QUANTITIES, curves_of, least_error, reach_rows
 from barchain.timing.orders import SCATTERED, STRAIGHT, OrderFit, fit_order, price_of_a_digit
@@ -80,7 +81,7 @@ def orders_table(
     """All orders; `extra` are rows measured apart."""
     rows = []
     for (_, engine), own in points.groupby(["scene", "engine"], sort=False):
-        theory = engines[str(engine)].load().order
+        theory = engine_class(engines[str(engine)]).order
         shown = [q for q, (error, _) in QUANTITIES.items() if error in own and own[error].notna().any()]
         wanted = shown if shown == ["com"] else [q for q in shown if q != "com"]
         rows += [order_row(own, quantity, theory) for quantity in wanted]

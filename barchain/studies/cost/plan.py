@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
+from barchain.boundary.declared import engine_class
 from barchain.run.job import Job, Role
 from barchain.studies.cost.limits import MINUTES, REPEATS, TIME_LIMIT_S
 from barchain.timing.left_out import LeftOut, cannot
@@ -62,6 +63,6 @@ def sweeps(scene: Scene, engines: dict[str, Registration]) -> tuple[dict[str, li
         if reason is not None:
             out.append(reason)
             continue
-        settings = distinct(scene, registration.load().sweep)
+        settings = distinct(scene, engine_class(registration).sweep)
         runs[name] = [Job(scene, name, registration, s, Role.MAIN) for s in settings]
     return runs, out

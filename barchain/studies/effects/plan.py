@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
+from barchain.boundary.declared import engine_class
 from barchain.run.job import Job, Role
 from barchain.studies.effects.effect_toggles import Switch, switches
 from barchain.studies.effects.limits import FAST, MATTERS, REPEATS, RTOL, SECONDS, SLOW
@@ -87,5 +88,5 @@ def compiled_can(scenes: Iterable[Scene]) -> bool:
     registration = ENGINES[FAST]
     if registration.missing:
         return False
-    engine = registration.load()
+    engine = engine_class(registration)
     return all(engine.unsupported(s) is None for s in scenes)

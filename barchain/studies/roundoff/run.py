@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pebble import ProcessPool
 
-from barchain.run.threads import one_thread_each
+from barchain.boundary.threads import one_thread_each
 from barchain.studies.roundoff.parts.times import time_rows
 from barchain.studies.roundoff.parts.trajectories import solution_of
 from barchain.studies.roundoff.rows import RoundoffRows

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from barchain.boundary.declared import engine_class
 from barchain.run.job import Job, Role
 from barchain.studies.scaling.limits import BARS, MINUTES, REPEATS, TIME_LIMIT_S
 from barchain.timing.divided_chain import divided
@@ -45,7 +46,11 @@ class ScalingPlan:
         """Run of the chain of `bars` bars over a share of its orbit, at the engine's default setting."""
         registration = self.engines[engine]
         return Job(
-            divided(self.scene, bars, share), engine, registration, registration.load().sweep.setting(), Role.MAIN
+            divided(self.scene, bars, share),
+            engine,
+            registration,
+            engine_class(registration).sweep.setting(),
+            Role.MAIN,
         )
 
 

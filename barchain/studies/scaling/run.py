@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING, Any
 from pebble import ProcessPool
 
 from adapters.trajectory import Observable
+from barchain.boundary.declared import engine_class
+from barchain.boundary.threads import one_thread_each
 from barchain.run.pool import collect
-from barchain.run.threads import one_thread_each
 from barchain.studies.scaling.measured_points import ScalingPoints
 from barchain.studies.scaling.memory import installed
 from barchain.studies.scaling.plan import BUILDS, MEMORY_SHARE, SHARES, affordable, predicted
@@ -129,7 +130,7 @@ class ScalingRun:
 
     def tracks_one(self, engine: str) -> LeftOut | None:
         """Why an engine whose cost can't know of the bars is not measured."""
-        if Observable.ATTITUDE in self.plan.engines[engine].load().observables:
+        if Observable.ATTITUDE in engine_class(self.plan.engines[engine]).observables:
             return None
         reason = "it follows the centre of mass alone, whatever the number of bars"
         return LeftOut(self.plan.scene.name, engine, Outcome.UNSUPPORTED, reason)

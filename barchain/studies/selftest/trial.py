@@ -10,7 +10,7 @@ from adapters.registry import find_engine
 from barchain.judge.comparison import Verdict, judge
 from barchain.judge.evidence import Evidence
 from barchain.run.job import Job, Role, RunResult
-from barchain.run.pool import PoolGroup, TimeLimit, run_jobs, run_together
+from barchain.run.pool import TimeLimit, run_jobs, run_together
 from barchain.run.worker import run_phases
 from barchain.solutions.reference_runs import NUMPY, solution_jobs, solution_of
 from barchain.studies.selftest.faults.faulty_engine import engine_with_fault, seeded
@@ -123,7 +123,7 @@ def run_trials(trials: Iterable[FaultTrial], *, workers: int | None = None) -> I
     jobs = [job for t in waiting.values() if not t.replays for job in t.jobs()]
     if not jobs:
         return
-    for job, result in run_together(jobs, PoolGroup.REGISTERED, TimeLimit(TIME_LIMIT_S), workers):
+    for job, result in run_together(jobs, TimeLimit(TIME_LIMIT_S), workers):
         trial = by_job[job.key]
         both = runs.setdefault(trial.key, {})
         both[job.role] = result

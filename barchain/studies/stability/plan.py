@@ -9,6 +9,7 @@ from adapters.common.equal_steps import finer_setting, steps_between_samples
 from adapters.engine import AccuracyParameter, Setting
 from adapters.ode_solvers.scipy_engines import ScipyEngine
 from adapters.registry import ENGINES, engines, find_engine
+from barchain.boundary.declared import engine_class
 from barchain.run.compilation import COMPILED
 from barchain.run.job import SOLUTION_ROLES, Job, Role
 from barchain.studies.stability.limits import TIME_LIMIT_S
@@ -47,7 +48,7 @@ class StabilityPlan:
     @property
     def turns(self) -> int:
         """Number of runs, for the progress."""
-        classes = [r.load() for r in self.engines.values()]
+        classes = [engine_class(r) for r in self.engines.values()]
         able = [(s, e) for s in self.scenes for e in classes if e.unsupported(s) is None]
         solutions = sum(len(SOLUTION_ROLES) + len(exact_jobs(s)) for s in self.scenes)
         return solutions + sum(len(settings(s, e)) for s, e in able)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from barchain.boundary.declared import engine_class
 from barchain.judge.support import unsupported
 from barchain.run.compilation import announcement
 from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult, failure
@@ -75,7 +76,7 @@ class StabilityRun:
         self.plan, self.report, self.note = plan, reporter.step, reporter.note
         self.store = StabilityStore(store, plan.time_limit_s, order)
         self.scenes = {scene.name: HardSceneRuns(scene) for scene in plan.scenes}
-        self.classes: dict[str, type[Engine]] = {name: r.load() for name, r in plan.engines.items()}
+        self.classes: dict[str, type[Engine]] = {name: engine_class(r) for name, r in plan.engines.items()}
         self.recorded = expected.recorded()
         self.findings: dict[Pair, Finding] = {}
         self.changes: list[expected.OutcomeChange] = []

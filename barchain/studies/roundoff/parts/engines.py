@@ -16,6 +16,7 @@ from adapters.common.equal_steps import steps_between_samples
 from adapters.engine import AccuracyParameter, Coordinates, EngineError, Setting
 from adapters.registry import find_engine
 from adapters.trajectory import Observable
+from barchain.boundary.declared import engine_class
 from barchain.run.trajectory_checks import fault
 from barchain.studies.roundoff.formulations.states import EQUATOR_M
 from barchain.studies.roundoff.parts.evaluation import SHARES, quantiles
@@ -68,7 +69,7 @@ def engine_rows(solution: HighPrecisionSolution, name: str, size: int, value: fl
         If there is no such engine.
     """
     registration, family = find_engine(name), solution.family
-    engine, ratio = registration.load(), family.ratios[size]
+    engine, ratio = engine_class(registration), family.ratios[size]
     longitudes = np.random.default_rng(family.members).uniform(0.0, 2.0 * np.pi, family.members)
     scenes = [scene_at(family, ratio, longitude) for longitude in longitudes.tolist()]
     setting = setting_of(engine, scenes[0], value)

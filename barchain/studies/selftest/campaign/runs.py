@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from adapters.registry import Registration, find_engine
-from barchain.run.pool import PoolGroup, TimeLimit, run_jobs, run_together
+from barchain.run.pool import TimeLimit, run_jobs, run_together
 from barchain.run.worker import run_job
 from barchain.studies.selftest.campaign.faults.catalogue import find
 from barchain.studies.selftest.faults.faulty_engine import engine_with_fault
@@ -50,7 +50,7 @@ def in_workers(workers: int | None, time_limit_s: float = TIME_LIMIT_S) -> Runne
         sound = [job for job in jobs if not isinstance(job.registration, Planted)]
         yield from run_jobs(sound, time_limit_s=time_limit_s, workers=workers)
         if own:
-            yield from run_together(own, PoolGroup.REGISTERED, TimeLimit(time_limit_s), workers)
+            yield from run_together(own, TimeLimit(time_limit_s), workers)
 
     return run
 

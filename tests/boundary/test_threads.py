@@ -9,10 +9,10 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
+from barchain.boundary.threads import THREADS, one_thread_each
 from barchain.run import pool
 from barchain.run.job import Job, Role
 from barchain.run.pool import PoolGroup, pool_group, run_jobs
-from barchain.run.threads import THREADS, one_thread_each
 from barchain.timing.bench import TimingBench
 from reports.tables.outcome import Outcome
 from scenarios import load_scene

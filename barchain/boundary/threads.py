@@ -1,8 +1,12 @@
-"""Limit of one thread in each worker process.
+"""Environment of worker processes: one thread each, and a temporary folder that goes with the process that compares.
 
 Threads of several workers would wait for each other, and a library whose order of summation depends on the number of
 threads would change the last bits. Libraries read the number when they are loaded. The environment must therefore hold
 it when a process starts, also when a process replaces another during a run.
+
+All temporary folders of workers lie in one folder. A watchman, a process without any of barchain, removes that folder
+when the comparing process ends. If it was killed, the watchman also kills the processes that it has started: they carry
+the folder's name in their environment.
 """
 
 from __future__ import annotations
@@ -11,6 +15,8 @@ import contextlib
 import os
 import threading
 from typing import TYPE_CHECKING
+
+from barchain.boundary.watchman import Watchman
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,19 +32,27 @@ THREADS = (
 )
 
 
-class Pinned:
-    """Count of active contexts, and the environment before the first of them."""
+FOLDER = "BARCHAIN_TEMPORARY"
+"""Variable that holds the temporary folder of a comparing process, and marks the processes that belong to it"""
+
+
+class WorkerEnvironment:
+    """Count of active contexts, the environment before the first of them, and their temporary folder."""
 
     def __init__(self) -> None:
         self.lock, self.users = threading.Lock(), 0
         self.before: dict[str, str | None] = {}
+        self.watchman: Watchman | None = None
 
     def enter(self) -> None:
         """Set the environment if this context is the first."""
         with self.lock:
             if not self.users:
-                self.before = {name: os.environ.get(name) for name in THREADS}
+                self.before = {name: os.environ.get(name) for name in (*THREADS, FOLDER)}
                 os.environ.update(dict.fromkeys(THREADS, "1"))
+                if FOLDER not in os.environ:  # a worker's own workers use its folder
+                    self.watchman = Watchman()
+                    os.environ[FOLDER] = self.watchman.folder
             self.users += 1
 
     def leave(self) -> None:
@@ -52,16 +66,24 @@ class Pinned:
                     os.environ.pop(name, None)
                 else:
                     os.environ[name] = value
+            if self.watchman is not None:
+                self.watchman.dismiss()
+                self.watchman = None
 
 
-PINNED = Pinned()
+ENVIRONMENT = WorkerEnvironment()
 
 
 @contextlib.contextmanager
 def one_thread_each() -> Iterator[None]:
     """Start processes with one thread each inside this context; contexts may overlap and end in any order."""
-    PINNED.enter()
+    ENVIRONMENT.enter()
     try:
         yield
     finally:
-        PINNED.leave()
+        ENVIRONMENT.leave()
+
+
+def temporary_root() -> str | None:
+    """Folder for temporary folders of runs; None, the system's, outside :func:`one_thread_each`."""
+    return os.environ.get(FOLDER)

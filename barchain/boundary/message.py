@@ -1,0 +1,105 @@
+"""Wire format of answers: JSON text and float64 arrays in one file, read without running code."""
+
+from __future__ import annotations
+
+import json
+import math
+import zipfile
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from barchain.boundary.limits import TEXT_LENGTH
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from adapters.trajectory import Array
+
+HEADER = "header"
+MAX_INFO = 50
+"""Entries of `info` that are kept"""
+
+
+class MessageError(ValueError):
+    """An answer that is not in the wire format; the message names the part and its type."""
+
+
+def write_message(path: Path, header: dict[str, Any], arrays: dict[str, Array]) -> None:
+    """Write an answer; `header` is JSON, every array float64."""
+    text = np.frombuffer(json.dumps(header, allow_nan=False).encode("ascii"), np.uint8)
+    half = path.with_name(path.name + ".part")
+    with half.open("wb") as file:
+        np.savez(file, **{HEADER: text}, **arrays)  # type: ignore[arg-type]
+    half.replace(path)
+
+
+def read_message(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
+    """Header and arrays of an answer.
+
+    Raises
+    ------
+    MessageError
+        If the file is damaged, holds other types than text and float64, or its header is no JSON object.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            found = {name: file[name] for name in file.files}
+        header = json.loads(found.pop(HEADER).tobytes().decode("ascii"))
+    except (OSError, ValueError, KeyError, EOFError, RecursionError, zipfile.BadZipFile) as error:
+        raise MessageError(f"its answer is damaged: {plain_text(error)}") from None
+    if not isinstance(header, dict):
+        raise MessageError(f"its answer is a {type(header).__name__}, expected an object")
+    for name, values in found.items():
+        if values.dtype != np.float64:
+            raise MessageError(f"{plain_text(name)} holds {values.dtype}, expected float64")
+    return header, found
+
+
+def plain_text(value: object, length: int = TEXT_LENGTH) -> str:
+    """One printable line of text: control characters, lone surrogates and bidirectional marks become spaces."""
+    try:
+        text = str(value)
+    except Exception as error:
+        text = f"a {type(value).__name__} whose text raises {type(error).__name__}"
+    printable = "".join(c if c.isprintable() else " " for c in text[: 4 * length])
+    return " ".join(printable.split())[:length]
+
+
+def plain_number(value: object) -> float | int | None:
+    """Finite Python number; None of anything else. A NumPy scalar is converted."""
+    if isinstance(value, np.generic) and value.ndim == 0:
+        value = value.item()
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return None
+    try:
+        return value if math.isfinite(value) else None
+    except OverflowError:
+        return None
+
+
+def plain_info(info: object) -> dict[str, float | int | str]:
+    """Counters and words of an engine as JSON values.
+
+    Raises
+    ------
+    MessageError
+        If `info` is no mapping of names to finite numbers and text.
+    """
+    if not isinstance(info, dict):
+        raise MessageError(f"info is a {type(info).__name__}, expected a dict")
+    if len(info) > MAX_INFO:
+        raise MessageError(f"info has {len(info)} entries, at most {MAX_INFO} are allowed")
+    found: dict[str, float | int | str] = {}
+    for key, value in info.items():
+        number = plain_number(value)
+        if not isinstance(key, str) or (number is None and not isinstance(value, str)):
+            said = f"a {type(value).__name__}" if plain_number(value) is None and not is_number(value) else repr(value)
+            raise MessageError(f"info[{plain_text(key, 40)!r}] is {said}, expected a finite number or text")
+        found[plain_text(key, 60)] = plain_text(value) if number is None else number
+    return found
+
+
+def is_number(value: object) -> bool:
+    """Whether a value is a number, finite or not."""
+    return isinstance(value, (int, float, np.number))

@@ -1,0 +1,150 @@
+"""Ask an engine of another package, and get an answer or one line on why there is none."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import multiprocessing
+import signal
+import tempfile
+import threading
+import time
+from dataclasses import dataclass, field
+from multiprocessing import connection
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from barchain.boundary.limits import OutsideLimits
+from barchain.boundary.message import MessageError, plain_text, read_message
+from barchain.boundary.supervisor import ANSWER, END, last_words, supervise
+from barchain.boundary.threads import one_thread_each, temporary_root
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from multiprocessing.context import ForkServerContext
+
+    from adapters.trajectory import Array
+
+GRACE_S = 5.0  # for the supervisor to end its processes after a limit
+LOOK_S = 0.2  # between looks whether the comparison was interrupted
+PRELOADED = ["barchain.boundary.supervisor"]
+
+
+class Stop:
+    """Request to end all questions: a comparison that is interrupted does not wait for its engines."""
+
+    def __init__(self) -> None:
+        self.event = threading.Event()
+
+    @contextlib.contextmanager
+    def armed(self) -> Iterator[None]:
+        """Questions inside this context end if :meth:`set` is called; it is cleared at the end."""
+        self.event.clear()
+        try:
+            yield
+        finally:
+            self.event.clear()
+
+    def set(self) -> None:
+        """End all questions."""
+        self.event.set()
+
+
+STOP = Stop()
+
+
+@dataclass(frozen=True)
+class Reply:
+    """Answer of an engine's process, or the reason why there is none."""
+
+    header: dict[str, Any] = field(default_factory=dict)
+    arrays: dict[str, Array] = field(default_factory=dict)
+    problem: str = ""
+    """Reason without an answer, in one line; empty with one"""
+    kind: str = ""
+    """``missing``, ``failed``, ``timed_out``; empty with an answer"""
+    rejected: bool = False
+    """Whether the engine rejected the scene before its first step"""
+
+
+def ask(question: str, *given: Any, limits: OutsideLimits | None = None) -> Reply:
+    """Ask an engine in a process of its own.
+
+    Parameters
+    ----------
+    question : str
+        Name of a function in :mod:`barchain.boundary.questions`.
+    *given : Any
+        Its arguments.
+    limits : OutsideLimits, optional
+
+    Returns
+    -------
+    Reply
+        Never raises for what the engine does.
+    """
+    limits = limits or OutsideLimits()
+    with one_thread_each(), tempfile.TemporaryDirectory(dir=temporary_root(), ignore_cleanup_errors=True) as folder:
+        process = server().Process(target=supervise, args=(folder, limits, question, given))
+        process.start()
+        waited = wait(process, limits.time_s)
+        return reply(Path(folder), limits, waited)
+
+
+def server() -> ForkServerContext:
+    """Server that forks supervisors; it has loaded barchain and no engine."""
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(PRELOADED)
+    return context
+
+
+def wait(process: multiprocessing.process.BaseProcess, time_s: float) -> bool:
+    """Wait for a supervisor's end, or end it; whether it ended by itself."""
+    until = time.monotonic() + time_s + GRACE_S
+    while process.is_alive() and time.monotonic() < until and not STOP.event.is_set():
+        connection.wait([process.sentinel], LOOK_S)
+    in_time = not process.is_alive()
+    for end in (process.terminate, process.kill):
+        if process.is_alive():
+            end()
+            process.join(GRACE_S)
+    process.close()
+    return in_time
+
+
+def reply(folder: Path, limits: OutsideLimits, in_time: bool) -> Reply:
+    """Answer from a supervisor's folder."""
+    ended = read_end(folder) if in_time else {"limit": "time", "words": f"no result within {limits.time_s:g} s"}
+    if "limit" in ended:
+        kind = "timed_out" if ended["limit"] == "time" else "failed"
+        return Reply(problem=str(ended["words"]), kind=kind)
+    if not (folder / ANSWER).is_file():
+        return Reply(problem=f"its process {ended['how']} and gave no result{last_words(folder)}", kind="failed")
+    try:
+        header, arrays = read_message(folder / ANSWER)
+    except MessageError as error:
+        return Reply(problem=str(error), kind="failed")
+    if "failed" not in header:
+        return Reply(header, arrays)
+    kind = "missing" if header["failed"] == "missing" else "failed"
+    rejected = bool(header.get("rejected")) and header.get("phase") == "build"
+    return Reply(problem=plain_text(header.get("words", "")), kind=kind, rejected=rejected)
+
+
+def read_end(folder: Path) -> dict[str, Any]:
+    """How an engine's process ended, by its supervisor."""
+    try:
+        found: dict[str, Any] = json.loads((folder / END).read_text(encoding="ascii"))
+    except (OSError, ValueError):
+        return {"how": "died with its supervisor"}
+    return found | {"how": describe_exit(found["code"])} if "code" in found else found
+
+
+def describe_exit(code: int) -> str:
+    """``died (signal 11, SIGSEGV)`` or ``ended with exit code 3``."""
+    if code >= 0:
+        return f"ended with exit code {code}"
+    try:
+        return f"died (signal {-code}, {signal.Signals(-code).name})"
+    except ValueError:
+        return f"died (signal {-code})"

@@ -1,0 +1,182 @@
+"""Questions to an engine, answered in its own process as JSON and float64 arrays."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError
+from adapters.trajectory import Observable, Trajectory
+from barchain.boundary.message import MessageError, plain_info, plain_number, plain_text
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from adapters.engine import Setting
+    from adapters.registry import Registration
+    from adapters.trajectory import Array
+    from scenarios import Scene
+
+Answer = tuple[dict[str, Any], dict[str, "Array"]]
+ARRAYS = tuple(f.name for f in dataclasses.fields(Trajectory) if f.name not in {"ended", "info"})
+
+
+class DeclarationError(TypeError):
+    """A declaration of an engine that is missing or of a wrong type; the message names it."""
+
+
+def failed(error: BaseException) -> dict[str, Any]:
+    """Answer of an engine whose code raised an exception."""
+    phase = next(iter(getattr(error, "__notes__", ())), "")
+    if isinstance(error, ImportError):
+        return {"failed": "missing", "words": f"does not import ({plain_text(error)})", "phase": "", "rejected": False}
+    if isinstance(error, (EngineError, DeclarationError, MessageError)):
+        words = plain_text(error) or type(error).__name__
+    elif isinstance(error, Exception):
+        words = f"{type(error).__name__}: {plain_text(error)}"
+    else:
+        words = f"it ended its process by {type(error).__name__}({plain_text(error)})"
+    rejects = isinstance(error, (EngineError, ValueError)) and not isinstance(error, np.linalg.LinAlgError)
+    return {"failed": "failed", "words": words, "phase": plain_text(phase, 20), "rejected": rejects}
+
+
+def declarations(registration: Registration) -> Answer:
+    """Declarations of an engine's class, checked."""
+    engine = loaded(registration)
+    sweep = declared(engine, "sweep", AccuracySweep)
+    values = tuple(float(v) for v in sweep.values)
+    if not values or list(values) not in (sorted(values), sorted(values, reverse=True)):
+        raise DeclarationError("sweep.values are not sorted from coarse to fine")
+    order = declared(engine, "order", float, int, type(None))
+    observables = declared(engine, "observables", frozenset, set)
+    effects = declared(engine, "effects", frozenset, set)
+    reasons = declared(engine, "unsupported_reasons", dict)
+    return {
+        "title": plain_text(declared(engine, "title", str), 200),
+        "coordinates": str(Coordinates(declared(engine, "coordinates", str))),
+        "order": None if order is None else float(order),
+        "sweep": {
+            "parameter": str(AccuracyParameter(sweep.parameter)),
+            "values": values,
+            "default": float(sweep.default),
+            "finer_rtol": float(sweep.finer_rtol),
+        },
+        "effects": sorted(plain_text(e, 60) for e in effects),
+        "observables": sorted(str(Observable(o)) for o in observables),
+        "options": sorted(plain_text(o, 60) for o in declared(engine, "options", frozenset, set)),
+        "joints_in_place": bool(engine.joints_in_place),
+        "track_by_length": bool(engine.track_by_length),
+        "step_constant": float(engine.step_constant),
+        "unsupported_reasons": {plain_text(k, 60): plain_text(v) for k, v in reasons.items()},
+        "asks": sorted(n for n in ("unsupported", "unsupported_motion", "noise") if overrides(engine, n)),
+    }, {}
+
+
+def loaded(registration: Registration) -> type[Engine]:
+    """Class of an engine, imported here."""
+    found: object = registration.load()
+    if not (isinstance(found, type) and issubclass(found, Engine)):
+        raise DeclarationError(f"{registration.target} is no subclass of adapters.engine.Engine")
+    if inspect.isabstract(found):
+        lacking = ", ".join(sorted(found.__abstractmethods__))
+        raise DeclarationError(f"{registration.target} does not define {lacking}")
+    return found
+
+
+def declared(engine: type[Engine], name: str, *types: type) -> Any:
+    """Declaration of an engine, if it is there and of one of the types."""
+    if not hasattr(engine, name):
+        raise DeclarationError(f"it does not declare {name}")
+    value = getattr(engine, name)
+    if not isinstance(value, types) or (isinstance(value, bool) and bool not in types):
+        wanted = " or ".join("None" if t is type(None) else t.__name__ for t in types)
+        raise DeclarationError(f"{name} is a {type(value).__name__}, expected {wanted}")
+    return value
+
+
+def overrides(engine: type[Engine], name: str) -> bool:
+    """Whether an engine replaces a method of the contract."""
+    return getattr(engine, name).__func__ is not getattr(Engine, name).__func__
+
+
+def unsupported(registration: Registration, scenes: list[Scene]) -> Answer:
+    """Reason for each scene that the engine does not support, or None."""
+    engine = loaded(registration)
+    return {"reasons": [reason_text(engine.unsupported(scene)) for scene in scenes]}, {}
+
+
+def unsupported_motion(registration: Registration, scene: Scene, motion: Trajectory) -> Answer:
+    """Reason if the engine does not support a motion, or None."""
+    return {"reasons": [reason_text(loaded(registration).unsupported_motion(scene, motion))]}, {}
+
+
+def reason_text(reason: object) -> str | None:
+    """Reason as one line."""
+    if reason is None:
+        return None
+    if not isinstance(reason, str) or not reason.strip():
+        raise DeclarationError(f"its reason against a scene is a {type(reason).__name__}, expected text or None")
+    return plain_text(reason)
+
+
+def noise(registration: Registration, scene: Scene, setting: Setting, t_s: Array) -> Answer:
+    """Errors that the engine declares, as arrays of shape (n,)."""
+    said = loaded(registration).noise(scene, setting, t_s)
+    if not isinstance(said, dict):
+        raise DeclarationError(f"noise is a {type(said).__name__}, expected a dict")
+    found = {}
+    for name, values in said.items():
+        try:
+            found[plain_text(name, 60)] = np.array(np.broadcast_to(np.asarray(values, float), t_s.shape))
+        except (TypeError, ValueError):
+            raise DeclarationError(
+                f"noise of {plain_text(name, 60)!r} is no number and no array of {t_s.shape}"
+            ) from None
+    return {}, found
+
+
+def run(registration: Registration, options: frozenset[str], scene: Scene, setting: Setting) -> Answer:
+    """Build, simulate and read, each timed."""
+    seconds: dict[str, float] = {}
+    engine = loaded(registration)(**dict.fromkeys(options, True))
+    timed(seconds, "build", lambda: engine.build(scene, setting))
+    timed(seconds, "simulate", engine.simulate)
+    result = timed(seconds, "read", engine.read)
+    if not isinstance(result, Trajectory):
+        raise MessageError(f"read() returned a {type(result).__name__}, expected a Trajectory")
+    ended = result.ended
+    if not isinstance(ended, str):
+        raise MessageError(f"ended is a {type(ended).__name__}, expected text")
+    info = plain_info(result.info)
+    return {"seconds": seconds, "ended": plain_text(ended), "info": info}, sendable(result)
+
+
+def sendable(result: Trajectory) -> dict[str, Array]:
+    """Arrays of a trajectory, all float64."""
+    found = {}
+    for name in ARRAYS:
+        value = getattr(result, name)
+        if value is None and name not in {"t_s", "com_m", "com_velocity_m_s"}:
+            continue
+        if not isinstance(value, np.ndarray):
+            raise MessageError(f"{name} is a {type(value).__name__}, expected an array of float64")
+        if value.dtype != np.float64:
+            raise MessageError(f"{name} holds {plain_text(value.dtype, 40)}, expected float64")
+        found[name] = np.ascontiguousarray(np.asarray(value))
+    return found
+
+
+def timed(seconds: dict[str, float], phase: str, call: Callable[[], Any]) -> Any:
+    """Result of `call`; its wall time is noted, and an exception carries the phase as a note."""
+    start = time.perf_counter()
+    try:
+        result = call()
+    except BaseException as error:
+        error.add_note(phase)
+        raise
+    seconds[phase] = plain_number(time.perf_counter() - start) or 0.0
+    return result

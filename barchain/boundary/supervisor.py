@@ -1,0 +1,167 @@
+"""Supervisor of one engine process: it enforces limits, and ends every process that the engine has started.
+
+The supervisor holds nothing of the engine. It adopts orphans (a subreaper on Linux), so that a child that detaches
+itself is found and ended too. It ends by itself if the server that forked it does.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import resource
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import psutil
+
+from barchain.boundary import questions
+from barchain.boundary.limits import FILE_B
+from barchain.boundary.message import plain_text, write_message
+
+if TYPE_CHECKING:
+    from barchain.boundary.limits import OutsideLimits
+
+ANSWER, LOG, END, WORK = "answer.npz", "output.log", "end.json", "work"
+POLL_S = 0.05  # between looks at memory and output: an engine fills some 100 MB in that time
+PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36
+LINUX = sys.platform.startswith("linux")
+
+
+def supervise(folder: str, limits: OutsideLimits, question: str, given: tuple[Any, ...]) -> None:
+    """Answer a question about an engine in a child process, and write its answer and how it ended.
+
+    Parameters
+    ----------
+    folder : str
+        Folder for the answer, the engine's output and its working folder.
+    limits : OutsideLimits
+    question : str
+        Name of a function in :mod:`questions`.
+    given : tuple
+        Its arguments.
+    """
+    os.setsid()
+    process_control(PR_SET_PDEATHSIG, signal.SIGTERM)
+    process_control(PR_SET_CHILD_SUBREAPER, 1)
+    awaited = {signal.SIGCHLD, signal.SIGTERM, signal.SIGHUP, signal.SIGINT}
+    signal.pthread_sigmask(signal.SIG_BLOCK, awaited)
+    start = time.monotonic()
+    engine = os.fork()
+    if engine == 0:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, awaited)
+        answer(Path(folder), limits, question, given)
+    ended = watch(engine, Path(folder), limits, start, awaited)
+    end_descendants()
+    (Path(folder) / END).write_text(json.dumps(ended), encoding="ascii")
+    os._exit(0)
+
+
+def watch(
+    engine: int, folder: Path, limits: OutsideLimits, start: float, awaited: set[signal.Signals]
+) -> dict[str, Any]:
+    """Wait for the engine's end, or the first limit that it exceeds: ``code``, or ``limit`` and words."""
+    while True:
+        if interrupted(awaited):
+            return {"limit": "interrupted", "words": "interrupted"}
+        pid, status = os.waitpid(engine, os.WNOHANG)
+        if pid:
+            return {"code": os.waitstatus_to_exitcode(status)}
+        if (folder / ANSWER).is_file():  # threads of the engine may hold its process: the answer is there
+            return {"code": 0}
+        if time.monotonic() - start > limits.time_s:
+            return {"limit": "time", "words": f"no result within {limits.time_s:g} s"}
+        printed = (folder / LOG).stat().st_size if (folder / LOG).exists() else 0
+        if printed > limits.output_B:
+            return {"limit": "output", "words": f"printed more than {limits.output_B / 2**20:.0f} MB"}
+        if memory_B() > limits.memory_B:
+            return {"limit": "memory", "words": f"used more than {limits.memory_B / 2**30:.3g} GB of memory"}
+
+
+def interrupted(awaited: set[signal.Signals]) -> bool:
+    """Wait for a signal or for the next look; whether the signal asks for the end."""
+    if not hasattr(signal, "sigtimedwait"):  # macOS
+        time.sleep(POLL_S)
+        return bool(signal.sigpending() - {signal.SIGCHLD})
+    got = signal.sigtimedwait(awaited, POLL_S)
+    return got is not None and got.si_signo != signal.SIGCHLD
+
+
+def memory_B() -> int:
+    """Resident memory of all descendants, B."""
+    total = 0
+    for process in psutil.Process().children(recursive=True):
+        try:
+            total += process.memory_info().rss
+        except psutil.Error:
+            continue
+    return total
+
+
+def end_descendants() -> None:
+    """Kill all descendants, orphans among them, until none is left."""
+    while True:
+        found = psutil.Process().children(recursive=True)
+        for process in found:
+            try:
+                process.kill()
+            except psutil.Error:
+                continue
+        try:
+            while True:
+                os.waitpid(-1, 0 if found else os.WNOHANG)
+                found = []
+        except ChildProcessError:
+            return
+
+
+def answer(folder: Path, limits: OutsideLimits, question: str, given: tuple[Any, ...]) -> None:
+    """Answer a question in this process, which ends without running the engine's exit handlers."""
+    process_control(PR_SET_PDEATHSIG, signal.SIGKILL)
+    redirect(folder / LOG)
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (FILE_B, FILE_B))
+    if LINUX:
+        resource.setrlimit(resource.RLIMIT_DATA, (2 * limits.memory_B, 2 * limits.memory_B))
+    (folder / WORK).mkdir()
+    os.chdir(folder / WORK)
+    path, code = folder / ANSWER, 1
+    try:
+        try:
+            header, arrays = getattr(questions, question)(*given)
+        except BaseException as error:  # also SystemExit, KeyboardInterrupt and GeneratorExit: all are the engine's
+            header, arrays = questions.failed(error), {}
+        write_message(path, header, arrays)
+        code = 0
+    finally:
+        os._exit(code)
+
+
+def redirect(log: Path) -> None:
+    """Send the output of this process and its children to a file, and give it no input."""
+    for target, path, flags in ((0, os.devnull, os.O_RDONLY), (1, log, os.O_WRONLY | os.O_CREAT | os.O_APPEND)):
+        handle = os.open(path, flags, 0o600)
+        os.dup2(handle, target)
+        os.close(handle)
+    os.dup2(1, 2)
+
+
+def process_control(option: int, value: int) -> None:
+    """Set an attribute of this process on Linux; nothing elsewhere."""
+    if LINUX:
+        ctypes.CDLL(None).prctl(option, int(value), 0, 0, 0)
+
+
+def last_words(folder: Path) -> str:
+    """Last line that an engine has printed; empty without one."""
+    path = folder / LOG
+    if not path.is_file():
+        return ""
+    with path.open("rb") as file:
+        file.seek(max(0, path.stat().st_size - 4096))
+        tail = file.read().decode("utf-8", "replace")
+    said = [line for line in tail.splitlines() if line.strip()]
+    return f"; last output: {plain_text(said[-1], 200)}" if said else ""

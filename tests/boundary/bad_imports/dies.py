@@ -1,0 +1,5 @@
+"""Module that misbehaves when it is imported."""
+
+import ctypes
+
+ctypes.string_at(0)

@@ -1,0 +1,1 @@
+"""Module that misbehaves when it is imported."""

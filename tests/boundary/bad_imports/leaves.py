@@ -1,0 +1,5 @@
+"""Module that misbehaves when it is imported."""
+
+import os
+
+os._exit(0)

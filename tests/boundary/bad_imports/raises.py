@@ -1,0 +1,3 @@
+"""Module that misbehaves when it is imported."""
+
+raise RuntimeError("at import")

@@ -1,0 +1,118 @@
+"""Whatever an engine of another package does costs its own row, with a reason, and leaves nothing behind."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import psutil
+import pytest
+
+from adapters.registry import Registration
+from barchain.boundary import limits
+from barchain.boundary.threads import FOLDER
+from barchain.crossval.run import run_comparison
+from reports.render import render
+from reports.tables.outcome import Outcome
+from tests.boundary.misbehaving import ENGINES, FINE
+
+if TYPE_CHECKING:
+    from barchain.crossval.run import ComparisonResult
+
+SCENE = "basics/two_bars_free"
+LIMIT_S = 4.0
+IMPORTS = {
+    "exits": "SystemExit(0)",
+    "leaves": "exit code 0",
+    "hangs": "no result within",
+    "raises": "at import",
+    "interrupts": "KeyboardInterrupt",
+    "missing": "a_library_that_is_not_there",
+    "dies": "SIGSEGV",
+    "empty": "Engine",
+}
+QUICK = (
+    "simulate_exits_0", "simulate_leaves_0", "read_exits_bye", "build_interrupts", "info_code", "info_set",
+    "gives_complex", "gives_list_for_array", "unsupported_raises", "lacks_title", "claims_noise_misspelt",
+)  # fmt: skip
+"""Misbehaviours that every test run tries; the others are slow"""
+
+
+def registered(names: dict[str, str]) -> dict[str, Registration]:
+    return {name: Registration(target) for name, target in names.items()}
+
+
+def compared(names: dict[str, str], folder: Path, limit_s: float = LIMIT_S) -> ComparisonResult:
+    return run_comparison([SCENE], out=folder, time_limit_s=limit_s, registered=registered(names))
+
+
+def targets(names: object) -> dict[str, str]:
+    return {name: f"tests.boundary.misbehaving:{name}" for name in names}
+
+
+def ours() -> set[int]:
+    """Processes that carry the mark of a comparison of this one."""
+    found = set()
+    for process in psutil.process_iter():
+        try:
+            if FOLDER in process.environ() and process.ppid() != os.getpid():
+                found.add(process.pid)
+        except psutil.Error:
+            continue
+    return found
+
+
+def check(result: ComparisonResult, folder: Path, names: object) -> None:
+    """Every engine has a row that is no pass, with a readable reason; the report is written."""
+    for name in names:
+        assert not result.outcomes[SCENE, name].ok, name
+        reasons = result.metrics.query("engine == @name and outcome != 'pass' and outcome != 'reported'").reason
+        assert reasons.str.len().max() > 0, name
+        assert all(r.isprintable() and len(r) <= limits.TEXT_LENGTH + 200 for r in reasons), (name, list(reasons))
+        assert not reasons.str.contains("Traceback").any(), name
+    assert result.outcomes[SCENE, "plain"] is Outcome.PASS
+    assert all(path.is_file() for path in render(folder))
+    assert not Path("/tmp/barchain-was-here").exists()
+
+
+def test_an_engine_that_exits_dies_or_lies_costs_its_own_row(tmp_path: Path) -> None:
+    result = compared(targets([*QUICK, "plain"]), tmp_path)
+    check(result, tmp_path, QUICK)
+    assert not result.passed
+
+
+@pytest.mark.slow
+def test_every_misbehaviour_costs_its_own_row_and_leaves_no_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert len(ENGINES) >= 100
+    monkeypatch.setattr("barchain.boundary.declared.QUESTION_LIMITS", limits.OutsideLimits(4.0))
+    before = ours()
+    result = compared(targets([*ENGINES, "plain"]), tmp_path)
+    check(result, tmp_path, ENGINES)
+    time.sleep(1.0)
+    assert ours() <= before
+
+
+def test_harmless_engines_pass_whatever_they_start(tmp_path: Path) -> None:
+    before = ours()
+    result = compared(targets(FINE), tmp_path, 20.0)
+    assert {name: result.outcomes[SCENE, name] for name in FINE} == dict.fromkeys(FINE, Outcome.PASS)
+    time.sleep(0.5)
+    assert ours() <= before
+    assert not [p for p in psutil.process_iter(["cmdline"]) if p.info["cmdline"] == ["sleep", "600"]]
+
+
+def test_a_package_that_misbehaves_at_import_costs_its_own_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "bad_syntax.py").write_text("def")
+    monkeypatch.setattr("barchain.boundary.declared.QUESTION_LIMITS", limits.OutsideLimits(2.0))
+    names = {name: f"tests.boundary.bad_imports.{name}:Engine" for name in IMPORTS}
+    names |= {"syntax": "bad_syntax:Engine", "nowhere": "there_is_no_such_package:Engine"}
+    result = compared(names | targets(["plain"]), tmp_path / "out")
+    check(result, tmp_path / "out", names)
+    for name, words in (IMPORTS | {"syntax": "SyntaxError", "nowhere": "there_is_no_such_package"}).items():
+        reasons = list(result.metrics.query("engine == @name").reason)
+        assert any(words in r for r in reasons), (name, reasons)
