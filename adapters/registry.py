@@ -231,3 +231,19 @@ def find_engine(name: str) -> Registration:
             f"{name}: no such engine{nearest(name, allowed)}; available: {', '.join(allowed)}{said}"
         )
     return known[name]
+
+
+def find_own_engine(name: str) -> Registration:
+    """Registration of one of barchain's own adapters, whose class may be loaded in this process.
+
+    Raises
+    ------
+    UnknownEngineError
+        If there is none, or the engine is another package's.
+    """
+    found = find_engine(name)
+    if name not in ENGINES:
+        raise UnknownEngineError(
+            f"{name}: an engine of another package; faults are inserted into barchain's own: {', '.join(ENGINES)}"
+        )
+    return found

@@ -155,6 +155,26 @@ def run(registration: Registration, options: frozenset[str], scene: Scene, setti
     return {"seconds": seconds, "ended": plain_text(ended), "info": info}, sendable(result)
 
 
+def turn(
+    registration: Registration, options: frozenset[str], scene: Scene, setting: Setting, least_s: float, most: int
+) -> Answer:
+    """Run once untimed, then until `simulate` has taken `least_s`, at most `most` times: the least time of each phase.
+
+    ``runs`` is the number of timed runs, ``cold`` the additional time of the first to build and simulate.
+    """
+    header, arrays = run(registration, options, scene, setting)
+    cold: dict[str, float] = header["seconds"]
+    timings: list[dict[str, float]] = []
+    while len(timings) < most and sum(s["simulate"] for s in timings) < least_s:
+        header, arrays = run(registration, options, scene, setting)
+        timings.append(header["seconds"])
+        if sum(sum(s.values()) for s in timings) >= 5.0 * least_s:
+            break
+    least = {phase: min(s[phase] for s in timings) for phase in cold}
+    more = sum(cold[phase] - least[phase] for phase in ("build", "simulate"))
+    return header | {"seconds": least | {"runs": float(len(timings)), "cold": more}}, arrays
+
+
 def sendable(result: Trajectory) -> dict[str, Array]:
     """Arrays of a trajectory, all float64."""
     found = {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,7 @@ import pandas as pd
 
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
-from barchain.boundary.declared import engine_class
+from barchain.boundary.declared import OutsideEngine, engine_class
 from barchain.boundary.message import plain_text
 from barchain.judge.comparison import Verdict, judge, no_verdict
 from barchain.judge.error_model import ErrorModel
@@ -154,6 +155,7 @@ class Suite:
     def jobs(self) -> list[Job]:
         """All runs to make; engines that do not support a scene get their verdict at once."""
         jobs = []
+        self.prepare()
         for name, progress in self.progress.items():
             scene = progress.scene
             jobs += solution_jobs(scene)
@@ -164,6 +166,14 @@ class Suite:
                 else:
                     jobs += self.engine_jobs(scene, engine, registration)
         return jobs
+
+    def prepare(self) -> None:
+        """Ask engines of other packages about all scenes at once; a failure is told with each scene."""
+        for registration in self.plan.engines.values():
+            with contextlib.suppress(EngineError):
+                asked = None if registration.missing else engine_class(registration)
+                if asked is not None and issubclass(asked, OutsideEngine):
+                    asked.prepare(p.scene for p in self.progress.values())
 
     def cannot(self, engine: str, registration: Registration, scene: Scene) -> tuple[Outcome, str] | None:
         """Outcome and reason if an engine is not run on a scene, or None."""

@@ -72,7 +72,7 @@ def scene_facts(scene: Scene) -> dict[str, Any]:
 
 def external_versions(engines: Mapping[str, Registration]) -> dict[str, str]:
     """Versions of the distributions that the engines require."""
-    return {r.requires: r.version for r in engines.values() if r.requires}
+    return {name: r.version for r in engines.values() if (name := r.requires or r.distribution)}
 
 
 def scene_words(scene: Scene) -> dict[str, Any]:

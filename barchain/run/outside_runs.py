@@ -41,7 +41,18 @@ def run_outside(jobs: list[Job], time_s: float, workers: int | None) -> Iterator
 
 def one_run(job: Job, time_s: float) -> RunResult:
     """Result of one run; never an exception for what the engine does."""
-    reply = ask("run", job.registration, job.options, job.scene, job.setting, limits=OutsideLimits(time_s))
+    asked = (job.registration, job.options, job.scene, job.setting)
+    return result_of(job, ask("run", *asked, limits=OutsideLimits(time_s)))
+
+
+def one_turn(job: Job, time_s: float, least_s: float, most: int) -> RunResult:
+    """Result of a timed turn, in one process: see :func:`barchain.boundary.questions.turn`."""
+    asked = (job.registration, job.options, job.scene, job.setting, least_s, most)
+    return result_of(job, ask("turn", *asked, limits=OutsideLimits(time_s)))
+
+
+def result_of(job: Job, reply: Reply) -> RunResult:
+    """Result of a run from its answer."""
     if reply.problem:
         outcome = OUTCOMES.get(reply.kind, Outcome.FAILED)
         hint = f"; try: {job.registration.install}" if outcome is Outcome.MISSING else ""

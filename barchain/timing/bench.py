@@ -17,9 +17,11 @@ from typing import TYPE_CHECKING
 
 from pebble import ProcessPool
 
-from barchain.boundary.threads import one_thread_each
+from adapters.registry import ENGINES
+from barchain.boundary.threads import one_thread_each, temporary_root
 from barchain.run.job import Job, RunResult
-from barchain.run.pool import TimeLimit, collect
+from barchain.run.outside_runs import one_turn
+from barchain.run.pool import PoolGroup, TimeLimit, collect, pool_group
 from barchain.run.worker import run_job
 from reports.tables.outcome import Outcome
 
@@ -109,12 +111,13 @@ class TimingBench:
         self.least_s, self.core = least_s, quietest_core()
         self.pools: dict[str, ProcessPool] = {}
         self.started: set[tuple[str, str]] = set()
-        self.logs = tempfile.TemporaryDirectory()
+        self.logs = ""
         self.threads = contextlib.ExitStack()
 
     def __enter__(self) -> TimingBench:
         """Limit all processes to one thread, also processes that replace a crashed one."""
         self.threads.enter_context(one_thread_each())
+        self.logs = self.threads.enter_context(tempfile.TemporaryDirectory(dir=temporary_root()))
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -124,16 +127,17 @@ class TimingBench:
         for pool in self.pools.values():
             pool.join()
         self.threads.close()
-        self.logs.cleanup()
 
     def start(self, engines: Iterable[str]) -> None:
         """Start the processes side by side, before anything is timed: imports are most of a short study."""
-        for future in [self.pool(name).schedule(awake) for name in engines]:
+        for future in [self.pool(name).schedule(awake) for name in engines if name in ENGINES]:
             future.exception()
 
     def run(self, job: Job, time_limit_s: float) -> RunResult:
         """Run one turn; the first turn of a scene or after a crash has more time for imports and compiling."""
-        log, pair = Path(self.logs.name) / f"{job.engine}.log", (job.engine, job.scene.digest)
+        if pool_group(job) is PoolGroup.THIRD_PARTY:
+            return one_turn(job, 2.0 * time_limit_s + STARTUP_S, self.least_s, MOST_RUNS)
+        log, pair = Path(self.logs) / f"{job.engine}.log", (job.engine, job.scene.digest)
         allowed = time_limit_s if pair in self.started else TimeLimit(time_limit_s).allowed_s(job) + STARTUP_S
         future = self.pool(job.engine).schedule(turn, (job, log, self.least_s), timeout=allowed)
         result = collect(future, log, allowed)

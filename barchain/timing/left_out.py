@@ -9,7 +9,6 @@ from barchain.boundary.declared import engine_class
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from adapters.engine import Engine
     from adapters.registry import Registration
     from scenarios import Scene
 
@@ -31,9 +30,8 @@ def cannot(scene: Scene, engine: str, registration: Registration) -> LeftOut | N
     if registration.missing:
         return LeftOut(scene.name, engine, Outcome.MISSING, registration.missing)
     try:
-        loaded: type[Engine] = engine_class(registration)
+        unsupported = engine_class(registration).unsupported(scene)
     except Exception as error:
         reason = f"its adapter does not load: {type(error).__name__}: {error}"
         return LeftOut(scene.name, engine, Outcome.FAILED, reason)
-    unsupported = loaded.unsupported(scene)
     return None if unsupported is None else LeftOut(scene.name, engine, Outcome.UNSUPPORTED, unsupported)

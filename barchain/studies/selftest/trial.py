@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 from adapters.common.equal_steps import finer_setting
-from adapters.registry import find_engine
+from adapters.registry import find_own_engine
 from barchain.judge.comparison import Verdict, judge
 from barchain.judge.evidence import Evidence
 from barchain.run.job import Job, Role, RunResult
@@ -94,7 +94,7 @@ def selftest_cases(
     SelftestError
         If a reference solution can't be run.
     """
-    engine = find_engine(host).load()
+    engine = find_own_engine(host).load()
     wanted = {s.name: s for s in scenes}
     runs: dict[str, dict[Role, RunResult]] = {name: {} for name in wanted}
     jobs = [(name, job) for name, s in wanted.items() for job in solution_jobs(s, NUMPY)]

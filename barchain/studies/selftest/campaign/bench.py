@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.registry import find_engine
+from barchain.boundary.declared import engine_class
 from barchain.judge.support import unsupported
 from barchain.solutions.reference_runs import SolutionFailedError, solution_jobs, solution_of
 from barchain.solutions.sampling import closely_sampled
@@ -57,7 +58,7 @@ class TrialBench:
             return [CampaignCell(scene.name, REFERENCE_SOLUTION, "", CellClass.FALSE_ALARM, failed, reason=why)], []
         cells, trials = [], []
         for name in engines:
-            host = find_engine(name).load()
+            host = engine_class(find_engine(name))
             reason = host.unsupported(scene) or unsupported(host, self.solutions[scene.name])
             if reason is not None:
                 cells.append(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from adapters.registry import Registration, find_engine
+from adapters.registry import Registration, find_own_engine
 from barchain.run.pool import TimeLimit, run_jobs, run_together
 from barchain.run.worker import run_job
 from barchain.studies.selftest.campaign.faults.catalogue import find
@@ -34,12 +34,12 @@ class Planted(Registration):
     def load(self) -> type[Engine]:
         """Make the class."""
         fault = find(self.fault)
-        return engine_with_fault(fault, fault.natural, find_engine(self.host).load())
+        return engine_with_fault(fault, fault.natural, find_own_engine(self.host).load())
 
 
 def planted(host: str, fault: str) -> Planted:
     """Registration of a host with a fault."""
-    return Planted(f"planted:{fault}:{host}", compiles=find_engine(host).compiles, host=host, fault=fault)
+    return Planted(f"planted:{fault}:{host}", compiles=find_own_engine(host).compiles, host=host, fault=fault)
 
 
 def in_workers(workers: int | None, time_limit_s: float = TIME_LIMIT_S) -> Runner:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting
 from adapters.registry import find_engine
+from barchain.boundary.declared import engine_class
 from barchain.judge.comparison import judge
 from barchain.judge.evidence import follow_up_jobs, gathered
 from barchain.run.job import Job, Role
@@ -42,7 +43,7 @@ class CampaignTrial:
     @property
     def host(self) -> type[Engine]:
         """The engine as it is."""
-        return find_engine(self.engine).load()
+        return engine_class(find_engine(self.engine))
 
     @property
     def planted(self) -> Fault | None:

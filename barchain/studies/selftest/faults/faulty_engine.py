@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from adapters.engine import Engine
-from adapters.registry import Registration, find_engine
+from adapters.registry import Registration, find_own_engine
 from barchain.studies.selftest.faults.catalogue import find
 
 if TYPE_CHECKING:
@@ -96,10 +96,10 @@ class Seeded(Registration):
 
     def load(self) -> type[Engine]:
         """Make the class."""
-        return engine_with_fault(find(self.fault), self.size, find_engine(self.host).load())
+        return engine_with_fault(find(self.fault), self.size, find_own_engine(self.host).load())
 
 
 def seeded(host: str, fault: Fault, size: float) -> Seeded:
     """Registration of a host with a fault."""
-    name, compiles = f"seeded:{fault.name}={size!r}:{host}", find_engine(host).compiles
+    name, compiles = f"seeded:{fault.name}={size!r}:{host}", find_own_engine(host).compiles
     return Seeded(name, compiles=compiles, host=host, fault=fault.name, size=size)
