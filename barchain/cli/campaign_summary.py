@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from barchain.studies.selftest.campaign.study import Campaign
 
 PLANTED = (CellClass.CAUGHT, CellClass.MISSED, CellClass.BELOW, CellClass.BEYOND, CellClass.NOTHING, CellClass.BROKEN)
-ENGINES = (CellClass.PASS, CellClass.LIMITED, CellClass.FALSE_ALARM, CellClass.UNSUPPORTED)
+ENGINES = (CellClass.PASS, CellClass.LIMITED, CellClass.FALSE_ALARM, CellClass.UNSUPPORTED, CellClass.LATE)
 
 
 def show_campaign(found: Campaign, *, kept: bool) -> None:

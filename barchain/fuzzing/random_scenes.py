@@ -126,7 +126,10 @@ def draw_laws(random: Generator, scene: Scene, duration_s: float) -> tuple[Presc
 
 
 def draw_law(random: Generator, bar: int, duration_s: float, *, most_rad: float) -> PrescribedRotation:
-    """Slew over a share of the run, at most at the rate that would turn a bar by `most_rad` in the whole run."""
+    """Slew over a share of the run, at a mean rate of at most half of that which turns a bar by `most_rad` in the run.
+
+    The largest rate of the law is 12 pi/16 = 2.36 times its mean.
+    """
     low, high = np.log10(SLEW_TURNS)
     share = 10.0 ** random.uniform(low, high)
     amplitude = random.uniform(-2.0, 2.0) * min(1.0, 0.25 * share * most_rad)

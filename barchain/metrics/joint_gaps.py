@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.bar_loads.drift_bound import drift_bound_m
+from adapters.common.departure import departure
 from adapters.engine import Coordinates
-from adapters.exudyn.frames.departure import departure
 
 if TYPE_CHECKING:
     from adapters.engine import Engine

@@ -25,7 +25,7 @@ class Batch(NamedTuple):
     gravity: int
     """One of `layout.GRAVITY_CODES`, equal for all chains"""
     bars: Array
-    """(runs, 9, N)"""
+    """(runs, 10, N) rows as in `layout.CompiledChain.bars`"""
     laws: Array
     """(runs, P, 7)"""
     effects: Effects

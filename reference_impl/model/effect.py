@@ -178,7 +178,10 @@ class ChainEffect(ABC):
         return ()
 
     def largest_acceleration_m_s2(self, model: ChainProperties) -> float:
-        """Upper bound of the centre of mass' acceleration, m/s²; 0 where the effect is small relative to gravity."""
+        """Contribution to the upper bound of the centre of mass' acceleration, m/s².
+
+        Effects small relative to gravity contribute 0.
+        """
         del model
         return 0.0
 

@@ -59,7 +59,7 @@ def extra_load(scene: Scene, *, absolute: bool, bar: int = 0) -> tuple[np.ndarra
     (x, y), (vx, vy) = place[0].T, motion[0].T
     m = BarMotion(x, y, vx, vy, np.cos(turn), np.sin(turn), RATE - axes.rate_rad_s)
     orbit = OrbitNumbers(*orbit_given(frame.orbit)(t, t).T) if isinstance(frame, OrbitFrame) else None
-    fx, fy, torque = loading.on(bar, m, orbit, list(loading.given(t, t).T), np)
+    fx, fy, torque = loading.on(bar, m, orbit, list(loading.time_inputs(t, t).T), np)
     force = turned(np.array([fx[0], fy[0]]), axes.turn_rad[0])
     return force, 0.0 if torque is None else float(torque[0])
 

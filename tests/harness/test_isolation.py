@@ -16,7 +16,7 @@ from barchain.run.pool import PoolGroup, pool_group
 from barchain.run.store import Store
 from barchain.solutions.reference_runs import solution_jobs
 from reports.chapters.crossval.summary import summarise
-from reports.chapters.crossval.verdict import judge
+from reports.chapters.crossval.verdict import summary_verdict
 from reports.render import render
 from reports.tables.crossval import read_results
 from reports.tables.outcome import Outcome
@@ -135,7 +135,7 @@ def test_a_scene_without_a_reference_solution_is_one_failure_and_none_of_its_eng
 
 def test_the_report_tells_of_a_scene_without_a_reference_solution_once(unsolved):
     folder, _ = unsolved
-    verdict = judge(summarise(read_results(folder)))
+    verdict = summary_verdict(summarise(read_results(folder)))
     assert not verdict.good
     could_not = "the reference solution of scene basics/libration could not be run"
     assert verdict.headline == f"The one comparison passed, but {could_not}."
@@ -154,7 +154,7 @@ def test_an_engine_compared_on_no_scene_is_a_failure_if_it_was_named(names, tmp_
     both = registered(["Sound"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
     result = run_comparison([SCENE], names, tmp_path, registered=both)
     assert result.passed is (names is None)
-    verdict = judge(summarise(read_results(tmp_path)))
+    verdict = summary_verdict(summarise(read_results(tmp_path)))
     assert verdict.good is result.passed
     reason = CanNot.unsupported(load_scene(SCENE))
     if names:
@@ -169,7 +169,7 @@ def test_an_engine_that_can_do_none_of_several_scenes_is_a_failure_though_nobody
     result = run_comparison([SCENE, "basics/free_rotation"], out=tmp_path, registered=both)
     assert not result.passed
     assert {pair for pair, o in result.outcomes.items() if not o.ok} == {("(all scenes)", "CanNot")}
-    assert not judge(summarise(read_results(tmp_path))).good
+    assert not summary_verdict(summarise(read_results(tmp_path))).good
 
 
 def test_results_so_far_are_kept_and_resumed(tmp_path, monkeypatch):

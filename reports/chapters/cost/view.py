@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from reports.chapters.cost.charts import FLOOR_MARGIN, CostCurve, Setup, by_family, overview
-from reports.tables.cost import BASELINE, CostTables, read_cost
+from reports.tables.cost import BASELINE, NOT_RUN, CostTables, read_cost
 from reports.tables.outcome import Outcome
 from reports.text.numerals import is_nan, number
 from reports.text.record import mapping, rows
@@ -154,7 +154,7 @@ def setup(points: pd.DataFrame, quantity: str, cost: str, name: str) -> Setup:
 
 def cost_curve(own: pd.DataFrame, error: str, floor: str, cost: str) -> CostCurve:
     """Points of one engine, without runs skipped for their length."""
-    run = own[~own.reason.str.startswith("not run")]
+    run = own[~own.reason.str.startswith(NOT_RUN)]
     off = run[error].to_numpy(float)
     return CostCurve(
         str(own.engine.iloc[0]),

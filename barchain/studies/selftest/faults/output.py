@@ -204,7 +204,7 @@ def from_start(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
 
 
 def stretched(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
-    """A clock that runs slow."""
+    """Instants multiplied by 1 + `size`."""
     del scene
     return trajectory.replace(t_s=trajectory.t_s * (1.0 + size))
 
