@@ -135,7 +135,7 @@ def chain_model(scene: Scene) -> ChainModel:
     )
     if not scene.effects.more:
         return model
-    from adapters.common.scene_effects import effects_of, impulses_of
+    from adapters.common.reference_effects import effects_of, impulses_of
 
     return dataclasses.replace(
         model,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenarios.forces import Actuator, Effects, Frame, Gravity, JointSpringDamper, PrescribedRotation
+from scenarios.effect_types import Actuator, Effects, Frame, Gravity, JointSpringDamper, PrescribedRotation
 from scenarios.scene import CentralBody, Chain, Orbit, Run, Scene
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ from barchain.judge.declared_noise import (
 from barchain.judge.error_units import NORM_SLACK
 from barchain.judge.local_errors import MAX_STEP_CONSTANT, ROUNDINGS, error_constant
 from barchain.judge.residuals import MAX_MEASURED_SHARE
-from barchain.judge.roundoff_limit import SPREAD_FACTOR
+from barchain.judge.measured_roundoff import SPREAD_FACTOR
 from barchain.solutions.reference import (
     FINE_PER_RADIAN,
     PARTED_RAD,

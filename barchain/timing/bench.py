@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING
 from pebble import ProcessPool
 
 from barchain.run.job import Job, RunResult
-from barchain.run.pool import TimeLimit, collect
+from barchain.run.pool import collect
 from barchain.run.threads import one_thread_each
+from barchain.run.time_limits import TimeLimit
 from barchain.run.worker import run_job
 from reports.tables.outcome import Outcome
 

@@ -142,7 +142,7 @@ class DiscreteModes:
         return min(found + 2.0 * slack, end_s)
 
     def apply_event(
-        self, exact: Callable[[float], Array], t_s: float, step: tuple[float, float]
+        self, state_at: Callable[[float], Array], t_s: float, step: tuple[float, float]
     ) -> tuple[float, Array]:
         """Change the modes whose event functions crossed zero in :meth:`find_event`; return event time and state.
 
@@ -152,14 +152,14 @@ class DiscreteModes:
 
         Parameters
         ----------
-        exact : callable
+        state_at : callable
             State at an instant of the step, by the method itself.
         t_s : float
             Event time by the step's interpolant.
         step : tuple of float
             Start and end of the step.
         """
-        t_s, y = self.refine_event(exact, t_s, step)
+        t_s, y = self.refine_event(state_at, t_s, step)
         at, modes, offset = self.effect_state(t_s, y), list(self.modes or ()), 0
         for i, (effect, mode) in enumerate(zip(self.model.effects, modes, strict=True)):
             if mode is not None and effect.has_state_events:
@@ -171,7 +171,7 @@ class DiscreteModes:
         return t_s, y
 
     def refine_event(
-        self, exact: Callable[[float], Array], t_s: float, step: tuple[float, float]
+        self, state_at: Callable[[float], Array], t_s: float, step: tuple[float, float]
     ) -> tuple[float, Array]:
         """Event time near `t_s` by the method's own states, by the secant method; the state there.
 
@@ -183,7 +183,7 @@ class DiscreteModes:
         slack_s = EVENT_TOLERANCE * (end_s - start_s)
 
         def margin(t: float) -> tuple[float, Array]:
-            y = exact(t)
+            y = state_at(t)
             return float(self.event_functions(t, y)[fallen].max()), y
 
         aside_s = max(t_s - SECANT_SPAN * (end_s - start_s), start_s)

@@ -15,7 +15,7 @@ from reference_impl.effects.solar_pressure import SolarPressureEffect
 from reference_impl.effects.thrust import ThrustEffect
 from reference_impl.integrate.coordinate_sets import MinimalCoordinates
 from reference_impl.integrate.discrete_modes import DiscreteModes
-from reference_impl.integrate.stepper import StepLog
+from reference_impl.integrate.stepper import SampledRun
 from reference_impl.model.chain import BarImpulse, ChainModel, Prescription
 from reference_impl.model.kinematics import joined_state
 from scenarios import load_scene
@@ -46,7 +46,7 @@ class Watch:
 @pytest.fixture
 def watch(monkeypatch: pytest.MonkeyPatch) -> Watch:
     """Every step, every evaluation with what is held in it, and every event."""
-    seen, step, fall = Watch(), StepLog.step, DiscreteModes.apply_event
+    seen, step, fall = Watch(), SampledRun.step, DiscreteModes.apply_event
     plain = MinimalCoordinates.rhs
 
     def rhs(self: MinimalCoordinates, t: float, y: Array) -> Array:
@@ -54,7 +54,7 @@ def watch(monkeypatch: pytest.MonkeyPatch) -> Watch:
         seen.evaluations.append((float(t), held))
         return plain(self, t, y)
 
-    def stepped(self: StepLog, solver: Any, *more: Any) -> Any:
+    def stepped(self: SampledRun, solver: Any, *more: Any) -> Any:
         found = step(self, solver, *more)
         seen.steps.append((float(solver.t_old), float(solver.t)))
         seen.marks.append(len(seen.evaluations))
@@ -67,7 +67,7 @@ def watch(monkeypatch: pytest.MonkeyPatch) -> Watch:
         return found
 
     monkeypatch.setattr(MinimalCoordinates, "rhs", rhs)
-    monkeypatch.setattr(StepLog, "step", stepped)
+    monkeypatch.setattr(SampledRun, "step", stepped)
     monkeypatch.setattr(DiscreteModes, "apply_event", fell)
     return seen
 

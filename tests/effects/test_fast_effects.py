@@ -14,7 +14,7 @@ import pytest
 from adapters.common.initial_state import chain_model
 from adapters.reference.compiled_engine import ReferenceFast
 from adapters.reference.numpy_engines import Reference
-from barchain.studies.ensemble.ensemble import ensemble
+from barchain.studies.ensemble.execution import ensemble
 from barchain.studies.ensemble.variation import VariationError
 from reference_impl.effects.drag import DragEffect
 from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect

@@ -20,13 +20,12 @@ from barchain.cli.campaign_summary import finding_words, rate_words, show_campai
 from barchain.cli.main import run as command
 from barchain.judge.comparison import no_verdict
 from barchain.run.job import Role
-from barchain.studies.selftest.campaign import court
-from barchain.studies.selftest.campaign.bench import TrialBench, thinned
+from barchain.studies.selftest.campaign import rating
 from barchain.studies.selftest.campaign.cells import COLUMNS, CampaignCell, CellClass
 from barchain.studies.selftest.campaign.faults.catalogue import FAULTS, find
 from barchain.studies.selftest.campaign.faults.garbage import LEAST, SHARES
 from barchain.studies.selftest.campaign.findings import kept_findings, kinds, search
-from barchain.studies.selftest.campaign.judging import at_once
+from barchain.studies.selftest.campaign.judging import judge_serially
 from barchain.studies.selftest.campaign.rates import RATE_COLUMNS, Rate, passed, rates
 from barchain.studies.selftest.campaign.runs import RunCache, in_this_process, planted
 from barchain.studies.selftest.campaign.scenes.draw import draw
@@ -37,6 +36,7 @@ from barchain.studies.selftest.campaign.sizes import sizes
 from barchain.studies.selftest.campaign.study import Campaign, CampaignPlan, CampaignStudy
 from barchain.studies.selftest.campaign.tables import FILES, CampaignTables
 from barchain.studies.selftest.campaign.trial import CampaignTrial
+from barchain.studies.selftest.campaign.trial_runner import TrialRunner, thinned
 from barchain.studies.selftest.faults.catalogue import UnknownFaultError
 from barchain.studies.selftest.faults.faulty_engine import engine_with_fault
 from barchain.studies.store import StudyStore
@@ -440,40 +440,42 @@ def test_a_finding_is_alike_only_in_its_kind() -> None:
 
 
 @pytest.fixture(scope="module")
-def benches() -> dict[int, tuple[TrialBench, Scene]]:
+def runners() -> dict[int, tuple[TrialRunner, Scene]]:
     """Scenes with their sound engines judged."""
     found = {}
     for seed in (SEED, FREE):
-        bench = TrialBench(RunCache(in_this_process), at_once)
-        (sampled,) = bench.establish([draw(seed)])
-        _, trials = bench.try_sound(sampled, ("reference", "pymunk"))
-        assert {cell.kind for cell in bench.settle(trials)} == {CellClass.PASS}
-        found[seed] = bench, sampled
+        runner = TrialRunner(RunCache(in_this_process), judge_serially)
+        (sampled,) = runner.establish([draw(seed)])
+        _, trials = runner.unmodified_trials(sampled, ("reference", "pymunk"))
+        assert {cell.kind for cell in runner.judge_trials(trials)} == {CellClass.PASS}
+        found[seed] = runner, sampled
     return found
 
 
 @pytest.mark.parametrize(("seed", "host"), [(SEED, "reference"), (FREE, "pymunk")])
-def test_gross_faults_are_caught(benches, seed: int, host: str) -> None:  # type: ignore[no-untyped-def]
-    bench, sampled = benches[seed]
+def test_gross_faults_are_caught(runners, seed: int, host: str) -> None:  # type: ignore[no-untyped-def]
+    runner, sampled = runners[seed]
     gross = [name for name in FAULTS if name.startswith("garbage")]
     names = (*gross, "noise-reactions-large", "sign-reaction", "damped-rate", "interpolated-2000", "mass-stuck")
-    left_out, trials = bench.plant(sampled, host, names, 10)
+    left_out, trials = runner.fault_trials(sampled, host, names, 10)
     assert not left_out
-    found = bench.settle(trials)
+    found = runner.judge_trials(trials)
     assert {c.fault: c.kind for c in found if c.kind is not CellClass.CAUGHT} == {}
     assert all(c.seconds > 0.0 for c in found if c.fault == "mass-stuck")
     assert all(c.seconds == 0.0 for c in found if c.fault != "mass-stuck")
 
 
-def test_a_judge_that_sees_nothing_misses_what_it_says_it_would_see(benches, monkeypatch) -> None:  # type: ignore[no-untyped-def]
-    bench, sampled = benches[SEED]
+def test_a_judge_that_sees_nothing_misses_what_it_says_it_would_see(runners, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    runner, sampled = runners[SEED]
 
     def blind(case, results):  # type: ignore[no-untyped-def]
         return no_verdict(sampled.name, case.trial.engine, case.trial.setting, Outcome.PASS, "")
 
-    monkeypatch.setattr(court, "verdict_of", blind)
-    left_out, trials = bench.plant(sampled, "reference", ("sign-reaction", "attitude-creeps", "thrust-late-second"), 10)
-    found = {c.fault: c for c in (*left_out, *bench.settle(trials))}
+    monkeypatch.setattr(rating, "verdict_of", blind)
+    left_out, trials = runner.fault_trials(
+        sampled, "reference", ("sign-reaction", "attitude-creeps", "thrust-late-second"), 10
+    )
+    found = {c.fault: c for c in (*left_out, *runner.judge_trials(trials))}
     missed = found["sign-reaction"]
     assert (missed.kind, missed.quantity) == (CellClass.MISSED, "reaction")
     assert missed.size is not None
@@ -487,9 +489,9 @@ def test_a_judge_that_sees_nothing_misses_what_it_says_it_would_see(benches, mon
     assert (small.kind is CellClass.BELOW) == (small.size <= small.limit)
 
 
-def test_a_fault_in_an_engine_that_is_refused_as_it_is_is_not_tried(benches) -> None:  # type: ignore[no-untyped-def]
-    bench, sampled = benches[SEED]
-    assert bench.plant(sampled, "exudyn", ["mu"], 10) == ([], [])
+def test_a_fault_in_an_engine_that_is_refused_as_it_is_is_not_tried(runners) -> None:  # type: ignore[no-untyped-def]
+    runner, sampled = runners[SEED]
+    assert runner.fault_trials(sampled, "exudyn", ["mu"], 10) == ([], [])
 
 
 def test_runs_of_their_own_are_chosen_by_the_scene() -> None:
@@ -513,7 +515,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> tuple[Campaign, Path]:
     faults = ("garbage-growing-90-finer", "garbage-sudden-50-all", "com-millimetres", "mass", "mu", "declares-order")
     plan = CampaignPlan(1, FREE, ("reference", "exudyn"), ("pymunk",), faults, 1, 0.0)
     other = dataclasses.replace(plan, seed=SEED)
-    found = [run_study(CampaignStudy(in_this_process, at_once), p, out) for p in (plan, other)]
+    found = [run_study(CampaignStudy(in_this_process, judge_serially), p, out) for p in (plan, other)]
     both = [c for f in found for c in f.cells]
     return Campaign(other, both, rates(both), []), out
 
@@ -560,7 +562,7 @@ def test_a_findings_scene_is_written_simpler_and_simpler(tmp_path: Path, monkeyp
         verdict = no_verdict(case.trial.scene.name, case.trial.engine, case.trial.setting, Outcome.PASS, "")
         return dataclasses.replace(verdict, rows=[*verdict.rows, verdict.rows[0] | limit])
 
-    monkeypatch.setattr(court, "verdict_of", blind)
+    monkeypatch.setattr(rating, "verdict_of", blind)
     cell = CampaignCell(f"random/{SEED}", "reference", "sign-reaction", CellClass.MISSED, "pass", "reaction")
     tables = CampaignTables(StudyStore(FILES, tmp_path))
     (kept,) = kept_findings([[cell, cell]], tables, 0.0, lambda _: None)
@@ -577,7 +579,7 @@ def test_a_findings_scene_is_written_simpler_and_simpler(tmp_path: Path, monkeyp
 @pytest.mark.slow
 def test_a_campaign_passes(tmp_path: Path) -> None:
     plan = CampaignPlan(6, 100, ("reference-absolute", "exudyn-index3", "rebound", "pymunk-absolute"), shrink_s=0.0)
-    found = run_study(CampaignStudy(in_this_process, at_once), plan, tmp_path)
+    found = run_study(CampaignStudy(in_this_process, judge_serially), plan, tmp_path)
     assert found.passed, [c for c in found.cells if c.is_finding]
     assert not [c for c in found.cells if c.kind is CellClass.BROKEN]
 

@@ -13,7 +13,7 @@ from adapters.exudyn.frames.axes import FrameAxes, OrbitFrame, ReferenceFrame, f
 from adapters.exudyn.frames.clock import Clock
 from adapters.exudyn.frames.numbers import BarMotion
 from adapters.exudyn.library import exu, items, symbolic_function
-from adapters.exudyn.loads.loading import Loading
+from adapters.exudyn.loads.total_load import Loading
 from adapters.exudyn.timetable import Timetable
 
 if TYPE_CHECKING:

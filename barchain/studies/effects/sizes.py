@@ -25,7 +25,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from adapters.common.initial_state import chain_model
-from adapters.common.scene_effects import effects_of
+from adapters.common.reference_effects import effects_of
 from reference_impl.model.complex_vectors import squared_norm, unit_along
 from reference_impl.model.effect import EffectAccelerations, EffectState, total_accelerations
 from reference_impl.model.gravity import complex_field_differences

@@ -10,7 +10,8 @@ from adapters.registry import find_engine
 from barchain.judge.comparison import Verdict, judge
 from barchain.judge.evidence import Evidence
 from barchain.run.job import Job, Role, RunResult
-from barchain.run.pool import PoolGroup, TimeLimit, run_jobs, run_together
+from barchain.run.pool import PoolGroup, run_jobs, run_together
+from barchain.run.time_limits import TimeLimit
 from barchain.run.worker import run_phases
 from barchain.solutions.reference_runs import NUMPY, solution_jobs, solution_of
 from barchain.studies.selftest.faults.faulty_engine import engine_with_fault, seeded

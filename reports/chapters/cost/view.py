@@ -9,6 +9,7 @@ import numpy as np
 
 from reports.chapters.cost.charts import FLOOR_MARGIN, CostCurve, Setup, by_family, overview
 from reports.tables.cost import BASELINE, NOT_RUN, CostTables, read_cost
+from reports.tables.files import flags
 from reports.tables.outcome import Outcome
 from reports.text.numerals import is_nan, number
 from reports.text.record import mapping, rows
@@ -167,7 +168,7 @@ def cost_curve(own: pd.DataFrame, error: str, floor: str, cost: str) -> CostCurv
 
 def front(points: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
     """Work-precision front, from the coarsest point."""
-    best = points[points.on_front.astype(str) == "True"].sort_values("attitude_error_rad", ascending=False)
+    best = points[flags(points.on_front)].sort_values("attitude_error_rad", ascending=False)
     return best.attitude_error_rad.to_numpy(float), best.seconds.to_numpy(float)
 
 

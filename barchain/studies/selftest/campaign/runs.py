@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from adapters.registry import Registration, find_engine
-from barchain.run.pool import PoolGroup, TimeLimit, run_jobs, run_together
+from barchain.run.pool import PoolGroup, run_jobs, run_together
+from barchain.run.time_limits import TimeLimit
 from barchain.run.worker import run_job
 from barchain.studies.selftest.campaign.faults.catalogue import find
 from barchain.studies.selftest.faults.faulty_engine import engine_with_fault

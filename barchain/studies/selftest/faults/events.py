@@ -12,7 +12,7 @@ from barchain.studies.selftest.faults import reasons
 from barchain.studies.selftest.faults.equations import SINGLE
 from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
 from barchain.studies.selftest.faults.forces import SLEW, THRUST, effect
-from reference_impl.integrate import stepper
+from reference_impl.integrate import stepper, surface_contact
 from reference_impl.integrate.discrete_modes import DiscreteModes
 from scenarios import load_scene
 from scenarios.scene import CentralBody
@@ -51,7 +51,7 @@ def switches_late(size: float) -> AbstractContextManager[object]:
 
 def landing_late(size: float) -> AbstractContextManager[object]:
     """Surface met late."""
-    right = stepper.contact_instant
+    right = surface_contact.contact_instant
 
     def landing(*given: Any) -> float | None:
         found = right(*given)

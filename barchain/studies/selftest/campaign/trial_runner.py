@@ -20,17 +20,17 @@ if TYPE_CHECKING:
 
     from barchain.run.job import Role
     from barchain.solutions.reference import ReferenceSolution
-    from barchain.studies.selftest.campaign.court import Judged
-    from barchain.studies.selftest.campaign.judging import Court
+    from barchain.studies.selftest.campaign.judging import JudgeCases
+    from barchain.studies.selftest.campaign.rating import Judged
     from barchain.studies.selftest.campaign.runs import RunCache
     from scenarios import Scene
 
 
-class TrialBench:
+class TrialRunner:
     """Scenes whose engines are tried, with their runs."""
 
-    def __init__(self, runs: RunCache, court: Court) -> None:
-        self.runs, self.court = runs, court
+    def __init__(self, runs: RunCache, judge_cases: JudgeCases) -> None:
+        self.runs, self.judge_cases = runs, judge_cases
         self.solutions: dict[str, ReferenceSolution] = {}
         self.failed: dict[str, str] = {}
         self.sound: dict[tuple[str, str], Judged] = {}
@@ -50,7 +50,7 @@ class TrialBench:
             self.solutions[scene.name] = solution
         return scenes
 
-    def try_sound(self, scene: Scene, engines: Iterable[str]) -> tuple[list[CampaignCell], list[CampaignTrial]]:
+    def unmodified_trials(self, scene: Scene, engines: Iterable[str]) -> tuple[list[CampaignCell], list[CampaignTrial]]:
         """Cells of engines that are not run on a scene, and trials of those that are."""
         if scene.name in self.failed:
             why, failed = self.failed[scene.name], str(Outcome.FAILED)
@@ -67,7 +67,7 @@ class TrialBench:
                 trials.append(CampaignTrial(scene, name))
         return cells, trials
 
-    def plant(
+    def fault_trials(
         self, scene: Scene, host: str, faults: Iterable[str], most_reruns: int
     ) -> tuple[list[CampaignCell], list[CampaignTrial]]:
         """Cells of faults that can't be put into a host, and trials of those that can.
@@ -93,13 +93,13 @@ class TrialBench:
                 trials.append(trial)
         return cells, thinned(trials, most_reruns)
 
-    def settle(self, trials: list[CampaignTrial]) -> list[CampaignCell]:
+    def judge_trials(self, trials: list[CampaignTrial]) -> list[CampaignCell]:
         """Cells of trials; where the first runs do not decide a verdict, after those that it asks for besides."""
         self.runs.make(job for trial in trials for job in trial.jobs())
-        found = self.court([self.case(trial) for trial in trials])
+        found = self.judge_cases([self.case(trial) for trial in trials])
         asking = [k for k, one in enumerate(found) if one.further_runs]
         self.runs.make(job for k in asking for job in trials[k].jobs(found[k].further_runs))
-        again = self.court([self.case(trials[k], found[k].further_runs) for k in asking])
+        again = self.judge_cases([self.case(trials[k], found[k].further_runs) for k in asking])
         for k, one in zip(asking, again, strict=True):
             found[k] = one
         for trial, one in zip(trials, found, strict=True):
