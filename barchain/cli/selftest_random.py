@@ -56,7 +56,7 @@ def random_options(command: Callable[..., None]) -> Callable[..., None]:
         click.option("--seed", type=click.IntRange(min=0), metavar="N",
                      help="With --random: begin with scene number N; default: 0."),
         click.option("--host", "hosts", multiple=True, metavar="NAME", type=HOST,
-                     help="With --random: put faults into this engine, or none for no faults. May be repeated; "
+                     help="With --random: insert faults into this engine, or none for no faults. May be repeated; "
                           "default: reference, exudyn, exudyn-tree and pymunk."),
         click.option("--reruns", type=click.IntRange(min=0), metavar="K",
                      help="With --random: run K faults that need an own run in each host and scene; default: 3."),

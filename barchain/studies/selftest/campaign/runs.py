@@ -26,7 +26,7 @@ TIME_LIMIT_S = 120.0
 
 
 @dataclass(frozen=True)
-class Planted(Registration):
+class CampaignRegistration(Registration):
     """Names from which a worker makes an engine with a fault in it."""
 
     host: str = ""
@@ -38,18 +38,18 @@ class Planted(Registration):
         return engine_with_fault(fault, fault.natural, find_engine(self.host).load())
 
 
-def planted(host: str, fault: str) -> Planted:
+def campaign_registration(host: str, fault: str) -> CampaignRegistration:
     """Registration of a host with a fault."""
-    return Planted(f"planted:{fault}:{host}", compiles=find_engine(host).compiles, host=host, fault=fault)
+    return CampaignRegistration(f"fault:{fault}:{host}", compiles=find_engine(host).compiles, host=host, fault=fault)
 
 
 def in_workers(workers: int | None, time_limit_s: float = TIME_LIMIT_S) -> Runner:
     """Worker processes; engines with a fault share processes, as they are barchain's."""
 
     def run(jobs: list[Job]) -> Iterator[tuple[Job, RunResult]]:
-        own = [job for job in jobs if isinstance(job.registration, Planted)]
-        sound = [job for job in jobs if not isinstance(job.registration, Planted)]
-        yield from run_jobs(sound, time_limit_s=time_limit_s, workers=workers)
+        own = [job for job in jobs if isinstance(job.registration, CampaignRegistration)]
+        unmodified = [job for job in jobs if not isinstance(job.registration, CampaignRegistration)]
+        yield from run_jobs(unmodified, time_limit_s=time_limit_s, workers=workers)
         if own:
             yield from run_together(own, PoolGroup.REGISTERED, TimeLimit(time_limit_s), workers)
 

@@ -46,7 +46,7 @@ class CampaignOptions:
     engines: tuple[str, ...] = ()
     """Engines that are judged unmodified; all installed everyday engines by default"""
     hosts: tuple[str, ...] = HOSTS
-    """Engines that faults are put into; none: unmodified engines alone"""
+    """Engines that faults are inserted into; none: unmodified engines alone"""
     faults: tuple[str, ...] = ()
     """Names; all by default"""
     most_reruns: int = MOST_RERUNS
@@ -64,7 +64,7 @@ class CampaignPlan(CampaignOptions):
     faults: tuple[str, ...] = tuple(FAULTS)
 
     @property
-    def sound(self) -> tuple[str, ...]:
+    def unmodified(self) -> tuple[str, ...]:
         """Engines that are judged unmodified: hosts too, as their verdicts state the detection limits."""
         return tuple(dict.fromkeys((*self.engines, *self.hosts)))
 
@@ -127,7 +127,7 @@ class CampaignStudy:
         return {
             "seed": plan.seed,
             "scenes": plan.scenes,
-            "engines": list(plan.sound),
+            "engines": list(plan.unmodified),
             "hosts": list(plan.hosts),
             "most_reruns": plan.most_reruns,
             "faults": faults,
@@ -158,7 +158,7 @@ def tried(plan: CampaignPlan, drawn: list[Scene], run: Runner, judge_cases: Judg
     scenes = runner.establish(drawn)
     cells, trials = [], []
     for scene in scenes:
-        left_out, more = runner.unmodified_trials(scene, plan.sound)
+        left_out, more = runner.unmodified_trials(scene, plan.unmodified)
         cells += left_out
         trials += more
     cells += runner.judge_trials(trials)

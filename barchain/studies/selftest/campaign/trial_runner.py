@@ -33,7 +33,7 @@ class TrialRunner:
         self.runs, self.judge_cases = runs, judge_cases
         self.solutions: dict[str, ReferenceSolution] = {}
         self.failed: dict[str, str] = {}
-        self.sound: dict[tuple[str, str], Judged] = {}
+        self.unmodified: dict[tuple[str, str], Judged] = {}
 
     def establish(self, drawn: Iterable[Scene]) -> list[Scene]:
         """Scenes as a comparison samples them, their reference solutions found."""
@@ -70,7 +70,7 @@ class TrialRunner:
     def fault_trials(
         self, scene: Scene, host: str, faults: Iterable[str], most_reruns: int
     ) -> tuple[list[CampaignCell], list[CampaignTrial]]:
-        """Cells of faults that can't be put into a host, and trials of those that can.
+        """Cells of faults that can't be inserted into a host, and trials of those that can.
 
         Parameters
         ----------
@@ -80,8 +80,8 @@ class TrialRunner:
         most_reruns : int
             Faults that need runs of their own, of all that there are; the scene chooses them.
         """
-        sound = self.sound.get((scene.name, host))
-        if sound is None or sound.cell.kind not in (CellClass.PASS, CellClass.LIMITED):
+        unmodified = self.unmodified.get((scene.name, host))
+        if unmodified is None or unmodified.cell.kind not in (CellClass.PASS, CellClass.LIMITED):
             return [], []
         cells, trials = [], []
         for fault in faults:
@@ -104,7 +104,7 @@ class TrialRunner:
             found[k] = one
         for trial, one in zip(trials, found, strict=True):
             if not trial.fault:
-                self.sound[trial.scene.name, trial.engine] = one
+                self.unmodified[trial.scene.name, trial.engine] = one
         return [one.cell for one in found]
 
     def case(self, trial: CampaignTrial, asked: tuple[Role, ...] = ()) -> CampaignCase:
@@ -112,10 +112,10 @@ class TrialRunner:
         made = {job.role: (job, self.runs[job]) for job in trial.jobs((*FIRST, *asked))}
         if not trial.fault:
             return CampaignCase(trial, self.solutions[trial.scene.name], made)
-        sound = {job.role: self.runs[job] for job in CampaignTrial(trial.scene, trial.engine).jobs()}
-        before = self.sound[trial.scene.name, trial.engine]
+        unmodified = {job.role: self.runs[job] for job in CampaignTrial(trial.scene, trial.engine).jobs()}
+        before = self.unmodified[trial.scene.name, trial.engine]
         passes = before.cell.kind is CellClass.PASS
-        return CampaignCase(trial, self.solutions[trial.scene.name], made, sound, before.limits, passes)
+        return CampaignCase(trial, self.solutions[trial.scene.name], made, unmodified, before.limits, passes)
 
 
 def thinned(trials: list[CampaignTrial], most_reruns: int) -> list[CampaignTrial]:

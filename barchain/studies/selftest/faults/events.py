@@ -11,7 +11,7 @@ from adapters.engine import AccuracyParameter
 from barchain.studies.selftest.faults import reasons
 from barchain.studies.selftest.faults.equations import SINGLE
 from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
-from barchain.studies.selftest.faults.forces import SLEW, THRUST, effect
+from barchain.studies.selftest.faults.forces import THRUST, effect
 from reference_impl.integrate import stepper, surface_contact
 from reference_impl.integrate.discrete_modes import DiscreteModes
 from scenarios import load_scene
@@ -128,8 +128,8 @@ def stuck(setting: Setting, size: float) -> Setting:
 SECOND = Size(1.0, "s")
 START, ACCURACY, EVENTS = FaultGroup.START, FaultGroup.ACCURACY, FaultGroup.EVENTS
 FAULTS = (
-    Fault("slew-late", "slews that start late", "a step that straddles a break", EVENTS, size=SECOND, nothing=SLEW,
-          scene=effect("prescribed_rotation", later)),
+    Fault("slew-late", "slews that start late", "a step that straddles a break", EVENTS, size=SECOND,
+          nothing=reasons.SLEW, scene=effect("prescribed_rotation", later)),
     Fault("thrust-late", "thrusts that start and end late", "a step that straddles a break", EVENTS, size=SECOND,
           scene=effect("thrust", later), nothing=THRUST),
     Fault("impulse-late", "impulses that act late", "an impulse at the end of a step", EVENTS, size=SECOND,
