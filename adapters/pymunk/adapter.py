@@ -277,7 +277,7 @@ class Pymunk(PymunkEngine):
     @staticmethod
     def farthest_m(scene: Scene) -> float:
         """Bars stay within the chain's length of the frame's origin, plus the drift by nongravitational forces."""
-        if not scene.effects.more:
+        if not scene.effects.beyond_basic:
             return scene.size_m
         from adapters.bar_loads.drift_bound import drift_bound_m
 

@@ -16,7 +16,7 @@ from barchain.judge.local_errors import MACHINE_EPSILON, ROUNDINGS
 from barchain.metrics.quantities import conserved
 from reference_impl.model import invariants
 from reference_impl.model.joints import DIVERGED
-from reference_impl.model.kinematics import joined_state
+from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.relative import accelerations
 from scenarios import Actuator, Frame
 
@@ -98,7 +98,7 @@ def other_reactions(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
 
 def reactions_at(model: ChainModel, trajectory: Trajectory, k: int, angle_rad: Array) -> Array:
     """Reactions of the NumPy form at sample k with other angles, (N-1, 2), N."""
-    state = joined_state(
+    state = consistent_state(
         model, trajectory.com_m[k], trajectory.com_velocity_m_s[k], angle_rad, attitude(trajectory)[1][k]
     )
     return accelerations(model, float(trajectory.t_s[k]), state).reaction_N

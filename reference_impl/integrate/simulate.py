@@ -17,7 +17,7 @@ from reference_impl.model.arrays import Array
 from reference_impl.model.complex_vectors import as_complex, unit_along
 from reference_impl.model.gravity import perigee_m
 from reference_impl.model.joints import condition_number, joint_matrix
-from reference_impl.model.kinematics import joined_state
+from reference_impl.model.kinematics import consistent_state
 
 if TYPE_CHECKING:
     from reference_impl.model.chain import ChainModel
@@ -115,7 +115,7 @@ class Simulation:
         """
         self.model = model
         self.coordinates = COORDINATE_SETS[coordinates](model)
-        start = joined_state(model, com_m, com_velocity_m_s, angle_rad, rate_rad_s)
+        start = consistent_state(model, com_m, com_velocity_m_s, angle_rad, rate_rad_s)
         self.y0 = self.coordinates.pack(start)
         radius = float(np.linalg.norm(com_m))
         rate = max(np.sqrt(model.mu_m3_s2 / radius**3), float(np.abs(rate_rad_s).max()))

@@ -58,7 +58,7 @@ def nothing_amiss(trajectory: Trajectory) -> Trajectory:
     return trajectory.replace(gap_m=np.zeros((n, bars - 1)), identity_m=np.zeros(n))
 
 
-# what sound engines give
+# what unmodified engines give
 
 
 @pytest.mark.parametrize("name", ["paper/fig13", "effects/drag", "effects/tip_masses"])

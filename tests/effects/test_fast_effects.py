@@ -25,7 +25,7 @@ from reference_impl.effects.solar_pressure import SolarPressureEffect
 from reference_impl.effects.third_body import ThirdBodyEffect
 from reference_impl.effects.thrust import ThrustEffect
 from reference_impl.model import relative
-from reference_impl.model.kinematics import joined_state
+from reference_impl.model.kinematics import consistent_state
 from scenarios import load_scene, scene_names
 from tests.effects.effect_sizes import sizes
 from tests.reference.laws import LAWS
@@ -180,7 +180,7 @@ def accelerations_apart(scene: Scene, trajectory: Trajectory) -> tuple[float, fl
         trajectory.rate_rad_s,
         strict=True,
     ):
-        c = Case(model, joined_state(model, *parts))
+        c = Case(model, consistent_state(model, *parts))
         found.append(allowed(c, relative.accelerations(model, t, c.state), t)[1:])
     return max(float(angular.max()) for angular, _ in found), max(com for _, com in found)
 

@@ -43,7 +43,7 @@ FAULTS = {
     "WrongVelocity": (Outcome.INCONSISTENT, "times the explained error"),
     "IsSloppy": (Outcome.INCONSISTENT, "times the expected-error bound"),
     "NotThere": (Outcome.FAILED, "its adapter does not load"),
-    "Sound": (Outcome.PASS, ""),
+    "Unmodified": (Outcome.PASS, ""),
     "Chatters": (Outcome.PASS, ""),
 }
 
@@ -54,7 +54,7 @@ def registered(names):
 
 @pytest.fixture(scope="module")
 def spoiled(tmp_path_factory):
-    """One comparison over every fault, with sound engines among them."""
+    """One comparison over every fault, with unmodified engines among them."""
     folder = tmp_path_factory.mktemp("spoiled")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
@@ -92,7 +92,7 @@ def test_what_an_engine_changes_in_its_process_is_gone_for_the_next():
 def test_reference_solutions_run_in_processes_without_other_engines():
     scene = load_scene(SCENE)
     ours = Job(scene, "exudyn", ENGINES["exudyn"], Setting(AccuracyParameter.STEPS_PER_ORBIT, 100.0), Role.MAIN)
-    theirs = dataclasses.replace(ours, engine="Sound", registration=registered(["Sound"])["Sound"])
+    theirs = dataclasses.replace(ours, engine="Unmodified", registration=registered(["Unmodified"])["Unmodified"])
     assert {pool_group(job) for job in solution_jobs(scene)} == {PoolGroup.SOLUTION}
     assert (pool_group(ours), pool_group(theirs)) == (PoolGroup.REGISTERED, PoolGroup.THIRD_PARTY)
     assert PoolGroup.THIRD_PARTY.runs_per_worker == 1
@@ -111,7 +111,10 @@ def test_why_a_reference_solution_failed_is_said_once(tmp_path):
 def unsolved(tmp_path_factory):
     """Two scenes, of which one has no reference solution, and an engine that can do neither."""
     folder = tmp_path_factory.mktemp("unsolved")
-    names = {"Sound": "tests.support.faulty_engines:Sound", "CanNot": "tests.support.stability_engines:CanNot"}
+    names = {
+        "Unmodified": "tests.support.faulty_engines:Unmodified",
+        "CanNot": "tests.support.stability_engines:CanNot",
+    }
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(ENGINES, "planted", registered(["LosesItsGrip"])["LosesItsGrip"])
         patch.setattr("barchain.solutions.reference_runs.solution_engine", lambda: "planted")
@@ -123,7 +126,7 @@ def unsolved(tmp_path_factory):
 def test_a_scene_without_a_reference_solution_is_one_failure_and_none_of_its_engines(unsolved):
     _, result = unsolved
     assert result.outcomes == {
-        (SCENE, "Sound"): Outcome.PASS,
+        (SCENE, "Unmodified"): Outcome.PASS,
         (SCENE, "CanNot"): Outcome.UNSUPPORTED,
         (UNSOLVABLE, "CanNot"): Outcome.UNSUPPORTED,
         (UNSOLVABLE, "(reference solution)"): Outcome.FAILED,
@@ -149,9 +152,9 @@ def test_the_report_tells_of_a_scene_without_a_reference_solution_once(unsolved)
     assert "No engine was compared on" not in text.read_text()
 
 
-@pytest.mark.parametrize("names", [["Sound", "CanNot"], None])
+@pytest.mark.parametrize("names", [["Unmodified", "CanNot"], None])
 def test_an_engine_compared_on_no_scene_is_a_failure_if_it_was_named(names, tmp_path):
-    both = registered(["Sound"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
+    both = registered(["Unmodified"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
     result = run_comparison([SCENE], names, tmp_path, registered=both)
     assert result.passed is (names is None)
     verdict = summary_verdict(summarise(read_results(tmp_path)))
@@ -165,7 +168,7 @@ def test_an_engine_compared_on_no_scene_is_a_failure_if_it_was_named(names, tmp_
 
 
 def test_an_engine_that_can_do_none_of_several_scenes_is_a_failure_though_nobody_named_it(tmp_path):
-    both = registered(["Sound"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
+    both = registered(["Unmodified"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
     result = run_comparison([SCENE, "basics/free_rotation"], out=tmp_path, registered=both)
     assert not result.passed
     assert {pair for pair, o in result.outcomes.items() if not o.ok} == {("(all scenes)", "CanNot")}
@@ -173,15 +176,15 @@ def test_an_engine_that_can_do_none_of_several_scenes_is_a_failure_though_nobody
 
 
 def test_results_so_far_are_kept_and_resumed(tmp_path, monkeypatch):
-    first = run_comparison([SCENE], out=tmp_path, registered=registered(["Sound", "GivesUp"]))
+    first = run_comparison([SCENE], out=tmp_path, registered=registered(["Unmodified", "GivesUp"]))
     record = json.loads((tmp_path / "run.json").read_text())
     assert record["finished"]
     made = []
     monkeypatch.setattr("barchain.crossval.suite.run_jobs", lambda jobs, **_: made.extend(jobs) or iter(()))
-    second = run_comparison([SCENE], out=tmp_path, resume=True, registered=registered(["Sound", "GivesUp"]))
+    second = run_comparison([SCENE], out=tmp_path, resume=True, registered=registered(["Unmodified", "GivesUp"]))
     assert [job.engine for job in made] == ["GivesUp", "GivesUp"]  # only what failed is tried again
-    kept = first.metrics.query("engine == 'Sound'")
-    pd.testing.assert_frame_equal(second.metrics.query("engine == 'Sound'"), kept)
+    kept = first.metrics.query("engine == 'Unmodified'")
+    pd.testing.assert_frame_equal(second.metrics.query("engine == 'Unmodified'"), kept)
 
 
 def test_a_comparison_cut_off_leaves_the_tables_it_had(tmp_path):
@@ -189,10 +192,10 @@ def test_a_comparison_cut_off_leaves_the_tables_it_had(tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_comparison([SCENE], out=tmp_path, registered=registered(["Sound"]), progress=stop)
+        run_comparison([SCENE], out=tmp_path, registered=registered(["Unmodified"]), progress=stop)
     record = json.loads((tmp_path / "run.json").read_text())
     assert not record["finished"]
-    assert set(pd.read_csv(tmp_path / "metrics.csv").engine) == {"Sound"}
+    assert set(pd.read_csv(tmp_path / "metrics.csv").engine) == {"Unmodified"}
 
 
 def test_a_scene_that_no_external_engine_passes_is_a_failure():

@@ -41,7 +41,7 @@ class Faulty(Engine):
         return seen
 
 
-class Sound(Faulty):
+class Unmodified(Faulty):
     """No fault."""
 
 

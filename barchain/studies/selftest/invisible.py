@@ -15,7 +15,7 @@ from adapters.common.initial_state import chain_model
 from barchain.judge.local_errors import MACHINE_EPSILON, ROUNDINGS
 from barchain.studies.selftest.faults.catalogue import CONTROLS, UNMODIFIED
 from reference_impl.model import relative
-from reference_impl.model.kinematics import joined_state
+from reference_impl.model.kinematics import consistent_state
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array
@@ -49,7 +49,7 @@ def evaluated(case: SelftestCase, fault: Fault, size: float) -> dict[str, Array]
     assert seen.rate_rad_s is not None
     moving = zip(seen.t_s, seen.com_m, seen.com_velocity_m_s, seen.angle_rad, seen.rate_rad_s, strict=True)
     with fault.within(size):
-        found = [relative.accelerations(model, t, joined_state(model, *state)) for t, *state in moving]
+        found = [relative.accelerations(model, t, consistent_state(model, *state)) for t, *state in moving]
     return {name: np.array([getattr(a, name) for a in found]) for name in COMPARED}
 
 
