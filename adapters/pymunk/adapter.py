@@ -48,7 +48,7 @@ class PymunkEngine(Engine):
         AccuracyParameter.STEPS_PER_ORBIT, (500, 1000, 2000, 5000, 10000, 20000, 50000, 100000, 200000), default=10000
     )
     effects = SUPPORTED
-    observables = frozenset(Observable) - {Observable.IDENTITY, Observable.TORQUE}
+    observables = frozenset(Observable) - {Observable.COM_RESIDUAL, Observable.TORQUE}
     unsupported_reasons: ClassVar[dict[str, str]] = {
         f"prescribed_rotation.{what}": NO_PRESCRIBED_ROTATION
         for what in ("inertial", "local_horizontal", "external", "joint")

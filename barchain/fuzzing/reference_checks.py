@@ -60,12 +60,14 @@ def not_numbers(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
 def open_joints(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
     """Find open joints: places follow from the angles, so gaps and eq. (6) are round-off of sums over the bars."""
     del rtol
-    if trajectory.gap_m is None or trajectory.identity_m is None:
+    if trajectory.gap_m is None or trajectory.com_residual_m is None:
         return ""
     allowed = ROUNDINGS * MACHINE_EPSILON * scene.size_m * scene.bars
-    gap, identity = trajectory.gap_m.max(initial=0.0), trajectory.identity_m.max()
+    gap, residual = trajectory.gap_m.max(initial=0.0), trajectory.com_residual_m.max()
     return (
-        "" if max(gap, identity) <= allowed else f"gap {gap:.3g} m, identity {identity:.3g} m, allowed {allowed:.3g} m"
+        ""
+        if max(gap, residual) <= allowed
+        else f"gap {gap:.3g} m, centre-of-mass residual {residual:.3g} m, allowed {allowed:.3g} m"
     )
 
 

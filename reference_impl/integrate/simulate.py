@@ -44,7 +44,7 @@ class History:
     """(n, N-1, 2) force on bar j from bar j+1"""
     gap_m: Array
     """(n, N-1)"""
-    identity_m: Array
+    com_residual_m: Array
     """(n,) |sum mu_j d_j|, centre-of-mass residual, eq. (6)"""
     torque_N_m: Array
     """(n, P)"""
@@ -228,7 +228,7 @@ class Simulation:
             rate_rad_s=np.array([s.rate_rad_s for s in states]),
             reaction_N=np.array([a.reaction_N for a in found]),
             gap_m=np.array([coordinates.joint_gaps_m(y) for y in result.y]),
-            identity_m=np.array([np.linalg.norm(weight @ s.position_m) for s in states]),
+            com_residual_m=np.array([np.linalg.norm(weight @ s.position_m) for s in states]),
             torque_N_m=np.array([a.torque_N_m for a in found]),
             impulse_N_s=self.events.impulse_sums(result.t_s) if self.events else None,
             condition=np.array([self.condition(s) for s in states]) if condition else None,

@@ -25,7 +25,7 @@ CHANNELS = {
     "rate": "rate_rad_s",
     "reaction": "reaction_N",
     "gap": "gap_m",
-    "com_residual": "identity_m",
+    "com_residual": "com_residual_m",
     "torque": "torque_N_m",
     "impulse": "impulse_N_s",
 }
@@ -283,7 +283,7 @@ FAULTS = (
           size=Size(1e-4)),
     Fault("opened-gap", "joints that open by this much in the course of the run", "drift of constraints", OUTPUT,
           output=opened, size=Size(1e-6, "m", most=1e3), nothing=there("gap")),
-    Fault("off-identity", "bars' weighted centre beside the centre of mass", "places of two instants", OUTPUT,
+    Fault("off-com-residual", "bars' weighted centre beside the centre of mass", "places of two instants", OUTPUT,
           output=off_centre, size=Size(1e-6, "m"), nothing=there("com_residual")),
     *each(tuple(c for c in ALL if c not in ALWAYS), "dropped", "left out", "a channel that is declared and not there",
           dropped, OUTPUT),
