@@ -116,8 +116,8 @@ def unsolved(tmp_path_factory):
         "CanNot": "tests.support.stability_engines:CanNot",
     }
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(ENGINES, "planted", registered(["LosesItsGrip"])["LosesItsGrip"])
-        patch.setattr("barchain.solutions.reference_runs.solution_engine", lambda: "planted")
+        patch.setitem(ENGINES, "faulty", registered(["LosesItsGrip"])["LosesItsGrip"])
+        patch.setattr("barchain.solutions.reference_runs.solution_engine", lambda: "faulty")
         both = {name: Registration(target) for name, target in names.items()}
         result = run_comparison([SCENE, UNSOLVABLE], out=folder, registered=both, need_external=True)
     return folder, result

@@ -1,4 +1,4 @@
-"""Engines planted for the stability study, each wrong in one way, and the scenes in which they show it."""
+"""Faulty engines for the stability study, each wrong in one way, and the scenes in which they show it."""
 
 from __future__ import annotations
 
@@ -143,5 +143,5 @@ def scene(name: str) -> Scene:
 
 
 def registration(engine: type[Faulty]) -> Registration:
-    """How a planted engine is registered."""
+    """How a faulty engine is registered."""
     return Registration(f"{engine.__module__}:{engine.__name__}", ours=True)
