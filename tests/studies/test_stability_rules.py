@@ -77,8 +77,8 @@ def seen_of(engine: type[Faulty], name: str, tmp_path: Path) -> EngineRuns:
 
 
 CASES = [
-    (faulty_engines.Sound, FREE, Stability.STABLE, ""),
-    (faulty_engines.Sound, FALLS, Stability.STABLE, ""),
+    (faulty_engines.Unmodified, FREE, Stability.STABLE, ""),
+    (faulty_engines.Unmodified, FALLS, Stability.STABLE, ""),
     (Drifts, FREE, Stability.DRIFTING, "gap: "),
     (faulty_engines.SwapsSign, FREE, Stability.INACCURATE, "reaction: "),
     (faulty_engines.IgnoresJointsInSilence, FREE, Stability.INACCURATE, "attitude"),
@@ -121,7 +121,7 @@ def test_a_drift_says_how_it_grows(tmp_path: Path) -> None:
 
 
 def test_a_time_out_is_a_failure_that_hangs_on_the_machine(tmp_path: Path) -> None:
-    engine_runs = seen_of(faulty_engines.Sound, FREE, tmp_path)
+    engine_runs = seen_of(faulty_engines.Unmodified, FREE, tmp_path)
     late = engine_runs.runs | {Role.FINER: failure(Outcome.TIMED_OUT, "no result within 60 s")}
     found = finding(dataclasses.replace(engine_runs, runs=late))
     assert (found.stability, found.slow) == (Stability.FAILED, True)
@@ -129,7 +129,7 @@ def test_a_time_out_is_a_failure_that_hangs_on_the_machine(tmp_path: Path) -> No
 
 
 def test_without_a_truth_nothing_is_stable(tmp_path: Path) -> None:
-    engine_runs = seen_of(faulty_engines.Sound, FREE, tmp_path)
+    engine_runs = seen_of(faulty_engines.Unmodified, FREE, tmp_path)
     assert finding(dataclasses.replace(engine_runs, solution=None)).stability is Stability.FAILED
 
 
