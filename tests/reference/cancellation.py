@@ -78,7 +78,7 @@ def seen_by_both(given, member: int) -> dict[str, np.ndarray]:
         "reference relative": a.position_m_s2.T,
         "reference com": a.com_m_s2,
         "reference gap": run.coordinates.joint_gaps_m(run.y0) / model.length_m.max(),
-        "reference centre-of-mass residual": seen.com_residual_m / model.length_m.max(),
+        "reference com residual gap": seen.com_residual_m / model.length_m.max(),
         "reference velocity": start.velocity_m_s.T,
         "reference kinetic": relative_kinetic_energy(model, angle[None], rate[None]),
         "reference momentum": relative_angular_momentum(model, angle[None], rate[None]),
