@@ -24,7 +24,7 @@ class Observable(StrEnum):
     RATE = "rate"
     REACTION = "reaction"
     GAP = "gap"
-    IDENTITY = "identity"
+    COM_RESIDUAL = "com_residual"
     TORQUE = "torque"
     IMPULSE = "impulse"
 
@@ -52,7 +52,7 @@ class Trajectory:
     """(n, N-1, 2) force on bar j from bar j+1, N"""
     gap_m: Array | None = None
     """(n, N-1) distance between the two bar ends at joint j, m"""
-    identity_m: Array | None = None
+    com_residual_m: Array | None = None
     """(n,) centre-of-mass residual |sum mu_j d_j| of eq. (6): distance of the bars' weighted centre from the centre
     of mass, m"""
     position_m: Array | None = field(default=None, kw_only=True)
@@ -77,7 +77,7 @@ class Trajectory:
             Observable.RATE: self.rate_rad_s,
             Observable.REACTION: self.reaction_N,
             Observable.GAP: self.gap_m,
-            Observable.IDENTITY: self.identity_m,
+            Observable.COM_RESIDUAL: self.com_residual_m,
             Observable.TORQUE: self.torque_N_m,
             Observable.IMPULSE: self.impulse_N_s,
         }
@@ -102,7 +102,7 @@ def to_frame(trajectory: Trajectory) -> pd.DataFrame:
 
     Columns: ``t_s, com_x_m, com_y_m, com_vx_m_s, com_vy_m_s``, ``angle_j_rad``, ``rate_j_rad_s`` (j = 1..N),
     ``position_j_x_m, position_j_y_m`` (j = 1..N), ``reaction_j_x_N, reaction_j_y_N, impulse_j_x_N_s, impulse_j_y_N_s,
-    gap_j_m`` (j = 1..N-1), ``torque_p_N_m``, ``identity_m``, ``condition``.
+    gap_j_m`` (j = 1..N-1), ``torque_p_N_m``, ``com_residual_m``, ``condition``.
     """
     columns: dict[str, Array] = {
         "t_s": trajectory.t_s,
@@ -126,7 +126,7 @@ def to_frame(trajectory: Trajectory) -> pd.DataFrame:
     for pattern, values in (("gap_{}_m", trajectory.gap_m), ("torque_{}_N_m", trajectory.torque_N_m)):
         if values is not None:
             columns |= {pattern.format(j + 1): values[:, j] for j in range(values.shape[1])}
-    for name, single in (("identity_m", trajectory.identity_m), ("condition", trajectory.condition)):
+    for name, single in (("com_residual_m", trajectory.com_residual_m), ("condition", trajectory.condition)):
         if single is not None:
             columns[name] = single
     return pd.DataFrame(columns)
@@ -164,7 +164,7 @@ def from_frame(frame: pd.DataFrame, *, ended: str = "") -> Trajectory:
         gap_m=or_empty(numbered(r"gap_(\d+)_m")),
         torque_N_m=numbered(r"torque_(\d+)_N_m"),
         impulse_N_s=vectors("impulse", "N_s"),
-        identity_m=frame["identity_m"].to_numpy(float) if "identity_m" in frame else None,
+        com_residual_m=frame["com_residual_m"].to_numpy(float) if "com_residual_m" in frame else None,
         position_m=vectors("position", "m"),
         condition=frame["condition"].to_numpy(float) if "condition" in frame else None,
         ended=ended,

@@ -11,9 +11,9 @@ from adapters.registry import find_engine
 from barchain.boundary.declared import engine_class
 from barchain.crossval.run import run_comparison
 from barchain.run.job import Job, Role
-from barchain.run.limits import TIME_LIMIT_S
 from barchain.run.pool import run_jobs
 from barchain.run.settings import SettingError, choose_setting
+from barchain.run.time_limits import TIME_LIMIT_S
 from reports.tables.outcome import Outcome
 from scenarios import Scene, load_scene, scene_names
 

@@ -26,7 +26,8 @@ from barchain.cli.common.progress import verdicts_shown
 from barchain.fuzzing.random_scenes import draw
 from barchain.fuzzing.reference_checks import broken
 from barchain.run.job import Job, Role, RunResult
-from barchain.run.pool import COMPILE_S, run_jobs
+from barchain.run.pool import run_jobs
+from barchain.run.time_limits import COMPILE_S
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

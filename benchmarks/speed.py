@@ -19,7 +19,7 @@ import pandas as pd
 from barchain.record.environment import now, processor
 from barchain.studies.cost.reach import curve_of
 from barchain.studies.cost.study import CostOptions, CostStudy
-from barchain.studies.ensemble.ensemble import ensemble
+from barchain.studies.ensemble.execution import ensemble
 from barchain.studies.scaling.fit import FAST, FAST_BARS, exponent
 from barchain.studies.scaling.limits import BARS
 from barchain.studies.study import Reporter, run_study

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+from scenarios.toml.effect_tables import LIST, NUMBER
 from scenarios.toml.file import SceneFile
 from scenarios.toml.resolve import IncompleteError, resolve
-from scenarios.toml.tables import LIST, NUMBER
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

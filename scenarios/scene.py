@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.forces import Effects, Gravity
+from scenarios.effect_types import Effects, Gravity
 
 Array = NDArray[np.float64]
 

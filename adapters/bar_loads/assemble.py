@@ -74,7 +74,7 @@ def effects_of(scene: Scene, bars: list[BarProperties], *, free_falling: bool) -
     called, mu = scene.effects, scene.central_body.mu_m3_s2
     spread = called.gravity in (Gravity.QUADRUPOLE, Gravity.SLENDER)
     if spread:
-        from adapters.bar_loads.second_moment import SecondMomentLoad, SlenderLoad
+        from adapters.bar_loads.bar_gravity_corrections import SecondMomentLoad, SlenderLoad
 
         slender = called.gravity is Gravity.SLENDER
         yield SlenderLoad(bars, mu) if slender else SecondMomentLoad(bars, InversePowerField(mu, 3))

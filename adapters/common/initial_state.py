@@ -133,9 +133,9 @@ def chain_model(scene: Scene) -> ChainModel:
         body_radius_m=scene.central_body.radius_m,
         prescriptions=tuple(prescription(p) for p in scene.effects.prescribed_rotation),
     )
-    if not scene.effects.more:
+    if not scene.effects.beyond_basic:
         return model
-    from adapters.common.scene_effects import effects_of, impulses_of
+    from adapters.common.reference_effects import effects_of, impulses_of
 
     return dataclasses.replace(
         model,

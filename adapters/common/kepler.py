@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 SERIES_BELOW = 2.0  # |z| up to which Stumpff functions are summed; beyond, x - sin x keeps all but 2 bits
 SERIES_TERMS = 14  # 2^14/(2*14+2)! is far below round-off
 MOST_ITERATIONS = 200  # bisection alone needs about 60 for the last bit; Newton takes 5 to 10
+STEP_FLOOR = 4.0 * np.finfo(float).eps  # of the anomaly: a smaller last step is converged, whatever the residual
 EXCESS_FLOOR = 4.0 * np.finfo(float).eps  # of Kepler's equation's terms: below it the residual is round-off
 
 
@@ -61,49 +62,58 @@ def displacements(mu_m3_s2: float, position_m: Array, velocity_m_s: Array, t_s: 
 
 
 def universal_anomaly(mu_m3_s2: float, r0_m: float, eta_m2_s: float, beta_m2_s2: float, t_s: Array) -> Array:
-    """Solve Kepler's equation for s, (n,) s/m, by Newton's method inside a shrinking bracket."""
+    """Solve Kepler's equation for s, (n,) s/m, by Newton's method inside a shrinking bracket.
+
+    Raises
+    ------
+    ArithmeticError
+        If an anomaly has not converged.
+    """
     if beta_m2_s2 > 0.0:
         rate = math.sqrt(beta_m2_s2)
         period = 2.0 * math.pi * mu_m3_s2 / rate**3
         t_s = t_s - period * np.round(t_s / period)
-        most = np.full_like(t_s, 2.0 * math.pi / rate)  # half a period, and the phase that eta adds
+        bracket = np.full_like(t_s, 2.0 * math.pi / rate)  # half a period, and the phase that eta adds
         guess = t_s * beta_m2_s2 / mu_m3_s2
     else:
-        most = open_bracket(mu_m3_s2, r0_m, eta_m2_s, beta_m2_s2, t_s)
-        guess = np.copysign(most, t_s)
-    low, high = -most, most
-    s, step = np.clip(guess, low, high), most
+        bracket = open_bracket(mu_m3_s2, r0_m, eta_m2_s, beta_m2_s2, t_s)
+        guess = np.copysign(bracket, t_s)
+    low, high = -bracket, bracket
+    s, step = np.clip(guess, low, high), bracket
     for _ in range(MOST_ITERATIONS):
         g0, g1, g2, g3 = universal_functions(beta_m2_s2, s)
         terms = np.stack([r0_m * g1, eta_m2_s * g2, mu_m3_s2 * g3, -t_s])
         excess = terms.sum(axis=0)
-        unsettled = np.abs(excess) > EXCESS_FLOOR * np.abs(terms).sum(axis=0)
-        if not unsettled.any():
-            break
+        unconverged = np.abs(excess) > EXCESS_FLOOR * np.abs(terms).sum(axis=0)
+        if not unconverged.any():
+            return s
         high, low = np.where(excess >= 0.0, s, high), np.where(excess <= 0.0, s, low)
         radius = r0_m * g0 + eta_m2_s * g1 + mu_m3_s2 * g2
         with np.errstate(divide="ignore", invalid="ignore"):
             newton = s - excess / radius
         # false for a NaN, at the centre of a radial orbit; and where Newton's steps are slow to shrink
         good = (newton >= low) & (newton <= high) & (np.abs(newton - s) <= 0.5 * step)
-        after = np.where(unsettled, np.where(good, newton, 0.5 * (low + high)), s)
+        after = np.where(unconverged, np.where(good, newton, 0.5 * (low + high)), s)
         s, step = after, np.abs(after - s)
+    if (unconverged & (step > STEP_FLOOR * np.abs(s))).any():
+        raise ArithmeticError(f"Kepler's equation has not converged after {MOST_ITERATIONS} iterations")
     return s
 
 
 def open_bracket(mu_m3_s2: float, r0_m: float, eta_m2_s: float, beta_m2_s2: float, t_s: Array) -> Array:
     """Anomaly (n,) whose time exceeds `|t_s|` in both directions, on an unbound orbit."""
     target, rate = np.abs(t_s), math.sqrt(-beta_m2_s2)
-    most = target / r0_m  # where eta = 0 each term alone stays below the time: r0 G1, here, and mu G3 >= mu s³/6
-    most = np.minimum(most if rate == 0.0 else np.arcsinh(rate * most) / rate, np.cbrt(6.0 * target / mu_m3_s2))
+    bracket = target / r0_m  # where eta = 0 each term alone stays below the time: r0 G1, here, and mu G3 >= mu s³/6
+    bracket = bracket if rate == 0.0 else np.arcsinh(rate * bracket) / rate
+    bracket = np.minimum(bracket, np.cbrt(6.0 * target / mu_m3_s2))
     while True:
-        short = np.zeros(t_s.shape, dtype=bool)
+        too_small = np.zeros(t_s.shape, dtype=bool)
         for sign in (-1.0, 1.0):
-            _, g1, g2, g3 = universal_functions(beta_m2_s2, sign * most)
-            short |= sign * (r0_m * g1 + eta_m2_s * g2 + mu_m3_s2 * g3) < target
-        if not short.any():
-            return most
-        most = np.where(short, 1.5 * most, most)
+            _, g1, g2, g3 = universal_functions(beta_m2_s2, sign * bracket)
+            too_small |= sign * (r0_m * g1 + eta_m2_s * g2 + mu_m3_s2 * g3) < target
+        if not too_small.any():
+            return bracket
+        bracket = np.where(too_small, 1.5 * bracket, bracket)
 
 
 def universal_functions(beta_m2_s2: float, s: Array) -> tuple[Array, Array, Array, Array]:
@@ -117,11 +127,11 @@ def stumpff(z: Array) -> tuple[Array, Array]:
     """Stumpff's c2 and c3, (n,): (1 - cos √z)/z and (√z - sin √z)/√z³, continued to z <= 0."""
     near = np.abs(z) < SERIES_BELOW
     c2, c3 = stumpff_series(np.where(near, z, 0.0))
-    bound, free = z >= SERIES_BELOW, z <= -SERIES_BELOW
+    elliptic, hyperbolic = z >= SERIES_BELOW, z <= -SERIES_BELOW
     x = np.sqrt(np.abs(z))
-    b, f = x[bound], x[free]
-    c2[bound], c3[bound] = 2.0 * (np.sin(0.5 * b) / b) ** 2, (b - np.sin(b)) / b**3
-    c2[free], c3[free] = 2.0 * (np.sinh(0.5 * f) / f) ** 2, (np.sinh(f) - f) / f**3
+    b, f = x[elliptic], x[hyperbolic]
+    c2[elliptic], c3[elliptic] = 2.0 * (np.sin(0.5 * b) / b) ** 2, (b - np.sin(b)) / b**3
+    c2[hyperbolic], c3[hyperbolic] = 2.0 * (np.sinh(0.5 * f) / f) ** 2, (np.sinh(f) - f) / f**3
     return c2, c3
 
 

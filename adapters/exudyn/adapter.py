@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, final
 import numpy as np
 
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, EngineError, Setting
-from adapters.exudyn.engine import OBSERVED, ExudynEngine
+from adapters.exudyn.base_engine import OBSERVED, ExudynEngine
 from adapters.exudyn.loads.thrust import jumps_s
 from adapters.exudyn.models.bodies import RedundantModel
 from adapters.exudyn.models.tree import FrozenOrbitTreeModel, TreeModel, tree_readings

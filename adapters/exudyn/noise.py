@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.exudyn.frames.departure import departure
+from adapters.common.departure import departure
 from adapters.exudyn.loads.thrust import jumps_s
 
 if TYPE_CHECKING:

@@ -17,8 +17,8 @@ import numpy as np
 if TYPE_CHECKING:
     from adapters.trajectory import Array
 
-Given = Callable[["Array", "Array"], "Array"]
-"""Values (k, width) at instants (k,), by the law that holds around other instants (k,), inside the same steps"""
+TimeInputs = Callable[["Array", "Array"], "Array"]
+"""Values (k, count) at instants (k,), by the law that holds around other instants (k,), inside the same steps"""
 
 
 @dataclass(frozen=True)
@@ -48,14 +48,14 @@ class Steps:
 class Timetable:
     """Symbolic functions of time, and their updates."""
 
-    def __init__(self, given: Given, width: int, steps: Steps, *, degree: int) -> None:
-        """Tabulate `width` numbers as polynomials of `degree` over each of `steps`."""
-        self.given, self.width, self.steps, self.degree = given, width, steps, degree
-        self.table = tabulated(given, steps, degree).tolist()
+    def __init__(self, time_inputs: TimeInputs, count: int, steps: Steps, *, degree: int) -> None:
+        """Tabulate `count` inputs as polynomials of `degree` over each of `steps`."""
+        self.time_inputs, self.count, self.steps, self.degree = time_inputs, count, steps, degree
+        self.table = tabulated(time_inputs, steps, degree).tolist()
 
     def start(self, symbolic: Any) -> None:
         """Make the symbolic numbers, with their values at t = 0."""
-        self.values = [symbolic.Real(f"number{i}", 0.0) for i in range(self.width * (self.degree + 1))]
+        self.values = [symbolic.Real(f"number{i}", 0.0) for i in range(self.count * (self.degree + 1))]
         self.end = symbolic.Real("stepEnd", 0.0)
         self.tick(0.0)
 
@@ -66,11 +66,11 @@ class Timetable:
     def resume(self, index: int) -> None:
         """Prepare the instant just after step `index`; for polynomials of degree 0."""
         at = self.steps.size_s * np.array([index])
-        self._set(float(at[0]), self.given(at, at + 0.5 * self.steps.size_s)[0].tolist())
+        self._set(float(at[0]), self.time_inputs(at, at + 0.5 * self.steps.size_s)[0].tolist())
 
-    def numbers(self, t_s: Any) -> list[Any]:
+    def symbols(self, t_s: Any) -> list[Any]:
         """All numbers as functions of the symbolic time `t_s`, also inside a step."""
-        return [self._polynomial(i, t_s) for i in range(self.width)]
+        return [self._polynomial(i, t_s) for i in range(self.count)]
 
     def _set(self, end_s: float, row: list[float]) -> None:
         self.end.SetValue(end_s)
@@ -86,17 +86,17 @@ class Timetable:
         return total
 
 
-def tabulated(given: Given, steps: Steps, degree: int) -> Array:
-    """Fit each number in s = 2 (t - end)/h + 1 over -1 <= s <= 1: (count + 1, width (degree + 1)), ascending powers.
+def tabulated(time_inputs: TimeInputs, steps: Steps, degree: int) -> Array:
+    """Fit each number in s = 2 (t - end)/h + 1 over -1 <= s <= 1: (steps + 1, count (degree + 1)), ascending powers.
 
     Row i belongs to the step that ends at i h; row 0 to the instant 0. The fit is of the deviation from the step's mean
     value, so that its rounding is relative to the change within a step.
     """
     if degree == 0:
-        return given(steps.ends_s, steps.inside_s)
+        return time_inputs(steps.ends_s, steps.inside_s)
     s = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
     nodes = (steps.ends_s[:, None] + 0.5 * steps.size_s * (s - 1.0)).ravel()
-    values = given(nodes, np.repeat(steps.inside_s, degree + 1))
+    values = time_inputs(nodes, np.repeat(steps.inside_s, degree + 1))
     inverse = np.linalg.inv(np.vander(s, increasing=True))
     return np.concatenate([fitted(column.reshape(-1, degree + 1), inverse) for column in values.T], axis=1)
 

@@ -83,7 +83,7 @@ IMPULSE = ("direction", "size")
 def shapes_of(scene: Scene) -> EffectShapes:
     """Shapes of the effects of `scene`; a central body without a radius casts no shadow."""
     effects = scene.effects
-    if not effects.more:
+    if not effects.beyond_basic:
         return EffectShapes()
     light = effects.solar_pressure
     return EffectShapes(

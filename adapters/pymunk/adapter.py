@@ -48,7 +48,7 @@ class PymunkEngine(Engine):
         AccuracyParameter.STEPS_PER_ORBIT, (500, 1000, 2000, 5000, 10000, 20000, 50000, 100000, 200000), default=10000
     )
     effects = SUPPORTED
-    observables = frozenset(Observable) - {Observable.IDENTITY, Observable.TORQUE}
+    observables = frozenset(Observable) - {Observable.COM_RESIDUAL, Observable.TORQUE}
     unsupported_reasons: ClassVar[dict[str, str]] = {
         f"prescribed_rotation.{what}": NO_PRESCRIBED_ROTATION
         for what in ("inertial", "local_horizontal", "external", "joint")
@@ -277,7 +277,7 @@ class Pymunk(PymunkEngine):
     @staticmethod
     def farthest_m(scene: Scene) -> float:
         """Bars stay within the chain's length of the frame's origin, plus the drift by nongravitational forces."""
-        if not scene.effects.more:
+        if not scene.effects.beyond_basic:
             return scene.size_m
         from adapters.bar_loads.drift_bound import drift_bound_m
 

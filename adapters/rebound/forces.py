@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from scenarios import Scene
-    from scenarios.forces import Oblateness, ThirdBody, Thrust
+    from scenarios.effect_types import Oblateness, ThirdBody, Thrust
 
     Force = Callable[[float, float, float], tuple[float, float]]
 

@@ -91,7 +91,7 @@ class ReferenceEngine(Engine):
             h.rate_rad_s,
             h.reaction_N,
             h.gap_m,
-            h.identity_m,
+            h.com_residual_m,
             h.torque_N_m,
             position_m=h.position_m,
             impulse_N_s=h.impulse_N_s,

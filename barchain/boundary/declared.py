@@ -14,6 +14,7 @@ from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engin
 from adapters.registry import ENGINES, Registration
 from adapters.trajectory import Observable
 from barchain.boundary.limits import TEXT_LENGTH, OutsideLimits
+from barchain.boundary.message import plain_text
 from barchain.boundary.process import Reply, ask
 from barchain.boundary.questions import DeclarationError
 from reports.tables.crossval import QUANTITY_UNITS
@@ -136,13 +137,24 @@ def engine_class(registration: Registration) -> type[Engine]:
     return outside_class(registration)
 
 
-@cache
 def outside_class(registration: Registration) -> type[OutsideEngine]:
-    """Class with the declarations of an engine of another package; asked once."""
+    """Class with the declarations of an engine of another package."""
+    found = asked_class(registration)
+    if isinstance(found, str):
+        raise EngineError(found)
+    return found
+
+
+@cache
+def asked_class(registration: Registration) -> type[OutsideEngine] | str:
+    """Class of an engine, or why there is none; asked once, as an import that hangs costs its whole limit."""
     reply = ask("declarations", registration, limits=QUESTION_LIMITS)
     if reply.problem:
-        raise EngineError(reply.problem)
-    return made_class(registration, reply.header)
+        return reply.problem
+    try:
+        return made_class(registration, reply.header)
+    except (KeyError, TypeError, ValueError) as error:
+        return f"its declarations are damaged: {plain_text(error)}"
 
 
 def made_class(

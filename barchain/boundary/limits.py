@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-QUESTION_S = 60.0  # for an import, a declaration or a claim: the slowest package known here imports in eight seconds
+QUESTION_S = 30.0  # for an import, a declaration or a claim: the slowest package known here imports in eight seconds
 MEMORY_B = 4 * 2**30
 """Memory of an engine and its children: a hundred times what the largest scene of the core suite needs"""
 OUTPUT_B = 32 * 2**20

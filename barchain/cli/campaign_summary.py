@@ -18,16 +18,23 @@ if TYPE_CHECKING:
     from barchain.studies.selftest.campaign.rates import Rate
     from barchain.studies.selftest.campaign.study import Campaign
 
-PLANTED = (CellClass.CAUGHT, CellClass.MISSED, CellClass.BELOW, CellClass.BEYOND, CellClass.NOTHING, CellClass.BROKEN)
-ENGINES = (CellClass.PASS, CellClass.LIMITED, CellClass.FALSE_ALARM, CellClass.UNSUPPORTED)
+FAULT_CLASSES = (
+    CellClass.CAUGHT,
+    CellClass.MISSED,
+    CellClass.BELOW,
+    CellClass.BEYOND,
+    CellClass.NOTHING,
+    CellClass.BROKEN,
+)
+ENGINE_CLASSES = (CellClass.PASS, CellClass.LIMITED, CellClass.FALSE_ALARM, CellClass.UNSUPPORTED, CellClass.LATE)
 
 
 def show_campaign(found: Campaign, *, kept: bool) -> None:
     """Print the cells' classes by engine and by fault, the findings, and the rates; `kept`: scenes can be looked at."""
-    engines, faults = ([c for c in found.cells if bool(c.fault) is planted] for planted in (False, True))
-    show(classes("engine", found.plan.sound, [(c.engine, c) for c in engines], ENGINES))
+    engines, faults = ([c for c in found.cells if bool(c.fault) is faulty] for faulty in (False, True))
+    show(count_table("engine", found.plan.unmodified, [(c.engine, c) for c in engines], ENGINE_CLASSES))
     if faults:
-        show(classes("fault", found.plan.faults, [(c.fault, c) for c in faults], PLANTED))
+        show(count_table("fault", found.plan.faults, [(c.fault, c) for c in faults], FAULT_CLASSES))
     for one in found.findings:
         print(finding_words(one, kept=kept))
     for rate in found.rates:
@@ -36,21 +43,21 @@ def show_campaign(found: Campaign, *, kept: bool) -> None:
     print("passed" if found.passed else "not passed")
 
 
-def classes(
-    what: str, names: tuple[str, ...], named: list[tuple[str, CampaignCell]], kinds: tuple[CellClass, ...]
+def count_table(
+    what: str, names: tuple[str, ...], cells: list[tuple[str, CampaignCell]], columns: tuple[CellClass, ...]
 ) -> Table:
-    """How many cells of each class each name has."""
-    table = Table(what, *(str(k) for k in kinds), box=None, header_style="bold")
+    """Table of cell counts by name and class."""
+    table = Table(what, *(str(k) for k in columns), box=None, header_style="bold")
     for column in table.columns[1:]:
         column.justify = "right"
-    counts = Counter((name, cell.kind) for name, cell in named)
+    counts = Counter((name, cell.kind) for name, cell in cells)
     for name in names:
-        table.add_row(escape(name), *(str(counts[name, k] or "") for k in kinds))
+        table.add_row(escape(name), *(str(counts[name, k] or "") for k in columns))
     return table
 
 
 def finding_words(found: KeptFinding, *, kept: bool) -> str:
-    """One line."""
+    """Finding as one line of text."""
     cell = found.cell
     what = f"{cell.fault} in {cell.engine}" if cell.fault else cell.engine
     times = f" ({found.times} times)" if found.times > 1 else ""

@@ -17,7 +17,7 @@ from barchain.cli.common.options import (
     workers_option,
 )
 from barchain.record.command import typed
-from barchain.studies.effects.limits import FAST, MATTERS, REPEATS, RTOL, RTOLS, SECONDS, SLOW
+from barchain.studies.effects.default_options import FAST, MATTERS, REPEATS, RTOL, RTOLS, SECONDS, SLOW
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @click.command()
 @optional_scenes
 @click.option("--fault", "faults", multiple=True, metavar="NAME",
-              help="Put in this fault. May be repeated; default: every fault that `--list` shows.")  # fmt: skip
+              help="Insert this fault. May be repeated; default: every fault that `--list` shows.")  # fmt: skip
 @engine_option("reference, which faults in the code itself need; with --random: the engines marked as default in "
                "`barchain engines`, judged unmodified", "engines")  # fmt: skip
 @click.option(
@@ -36,14 +36,14 @@ def selftest(
     scenes: tuple[str, ...], faults: tuple[str, ...], engines: tuple[str, ...], smallest: bool, listed: bool,
     out: Path | None, workers: int | None, overwrite: bool, asked: RandomOptions,
 ) -> None:  # fmt: skip
-    """Put known faults into an engine, and show which check detects each.
+    """Insert known faults into an engine, and show which check detects each.
 
     SCENEs are names or files; default: eight short scenes. Exits with 1 if a fault is detected by no check, or if a
     check rejects the unmodified engine.
 
-    With --random N: draw N scenes, judge engines on them, and put faults into some. Exits with 1 if a fault is missed
-    that is larger than the verdict's own limit of detection, or if more than 0.5 % of the verdicts on unmodified
-    engines are false alarms.
+    With --random N: draw N scenes, judge engines on them, and insert faults into some. Exits with 1 if a fault is
+    missed that is larger than the verdict's own limit of detection, or if more than 0.5 % of the verdicts on
+    unmodified engines are false alarms.
     """
     if asked.number is not None:
         if scenes or smallest:
@@ -52,7 +52,7 @@ def selftest(
         return
     asked.reject()
     if len(engines) > 1:
-        raise click.UsageError("--engine: faults are put into one engine; several go with --random N")
+        raise click.UsageError("--engine: faults are inserted into one engine; several go with --random N")
     (engine,) = engines or ("reference",)
     from barchain.cli.common.progress import counted  # noqa: PLC0415
     from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415

@@ -56,7 +56,7 @@ def random_options(command: Callable[..., None]) -> Callable[..., None]:
         click.option("--seed", type=click.IntRange(min=0), metavar="N",
                      help="With --random: begin with scene number N; default: 0."),
         click.option("--host", "hosts", multiple=True, metavar="NAME", type=HOST,
-                     help="With --random: put faults into this engine, or none for no faults. May be repeated; "
+                     help="With --random: insert faults into this engine, or none for no faults. May be repeated; "
                           "default: reference, exudyn, exudyn-tree and pymunk."),
         click.option("--reruns", type=click.IntRange(min=0), metavar="K",
                      help="With --random: run K faults that need an own run in each host and scene; default: 3."),
@@ -77,7 +77,7 @@ def run_random(
     from barchain.cli.common.progress import counted  # noqa: PLC0415
     from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
     from barchain.studies.selftest.campaign.faults.catalogue import FAULTS  # noqa: PLC0415
-    from barchain.studies.selftest.campaign.judging import CourtRoom  # noqa: PLC0415  # what no other command needs
+    from barchain.studies.selftest.campaign.judging import VerdictWorkers  # noqa: PLC0415  # what no other command needs
     from barchain.studies.selftest.campaign.runs import in_workers  # noqa: PLC0415
     from barchain.studies.selftest.campaign.study import CampaignStudy  # noqa: PLC0415
     from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
@@ -88,14 +88,14 @@ def run_random(
     plan = plan_of(asked, engines, faults, workers)
     if out:
         claim_study(out, "campaign", overwrite=overwrite)
-    court = CourtRoom(workers or os.cpu_count() or 1)
+    verdicts = VerdictWorkers(workers or os.cpu_count() or 1)
     with tempfile.TemporaryDirectory() as scratch:
         folder = out or Path(scratch)
         try:
-            study, reporter = CampaignStudy(in_workers(workers), court), Reporter(counted=counted)
+            study, reporter = CampaignStudy(in_workers(workers), verdicts), Reporter(counted=counted)
             found = run_study(study, plan, folder, command=typed(), reporter=reporter)
         finally:
-            court.close()
+            verdicts.close()
         show_campaign(found, kept=out is not None)
     if not found.passed:
         raise findings()

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from barchain.crossval.record import new_record
 from barchain.crossval.suite import ANY_EXTERNAL, ComparisonPlan, Suite
-from barchain.run.limits import TIME_LIMIT_S
 from barchain.run.selection import chosen_engines, unique_names
 from barchain.run.settings import choose_setting
 from barchain.run.store import Store
+from barchain.run.time_limits import TIME_LIMIT_S
 from reports.tables.crossval import REFERENCE_SOLUTION
 from reports.tables.outcome import Outcome
 from scenarios import Scene, load_scene

@@ -1,4 +1,4 @@
-"""Random scenes far beyond any mission, which search for failures of the reference."""
+"""Random scenes with extreme parameters, to find failures of the reference."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenarios.forces import Actuator, Effects, Frame, Gravity, JointSpringDamper, PrescribedRotation
+from scenarios.effect_types import Actuator, Effects, Frame, Gravity, JointSpringDamper, PrescribedRotation
 from scenarios.scene import CentralBody, Chain, Orbit, Run, Scene
 
 if TYPE_CHECKING:
@@ -18,16 +18,18 @@ if TYPE_CHECKING:
 
 EARTH = CentralBody(3.986004418e14, 6378e3)
 MOST_BARS = 12
-TURNS_RAD = 60.0  # of the fastest motion of a scene: some hundreds of steps for every scene
+MOTION_RAD = 60.0  # of the fastest motion of a scene: some hundreds of steps for every scene
 SAMPLES = 21
-LEAST_ALTITUDE_SIZES = 1.1  # heights over the chain's length
-SLEW_TURNS = (1e-3, 1.0)  # duration of a slew over that of the run
+MIN_ALTITUDE_OVER_LENGTH = 1.1  # heights over the chain's length
+SLEW_SHARE = (1e-3, 1.0)  # duration of a slew over that of the run
+SLEW_LIMIT = 0.25  # of the angle that the fastest motion covers during the slew; the draw multiplies it by up to 2
+EFFECT_SHARE = 0.25  # of the scenes have springs; the same share has prescribed rotations
 
 
 def draw(seed: int) -> Scene:
-    """Scene number `seed`, the same for every version.
+    """Random scene of a seed, independent of barchain's version.
 
-    Bars of 1e-6 to 1e4 m, masses up to 1e8 apart, bars up to 1e8 times as compact as uniform ones, spins up to 1e4
+    Bars of 1e-6 to 1e4 m, masses up to 1e8 apart, moments of inertia down to 1e-8 of a uniform bar's, spins up to 1e4
     times the orbit's rate, starts from rest to twice the escape speed, straight, folded and any other chains, all
     models of gravity, springs and dampers, prescribed rotations.
     """
@@ -35,12 +37,12 @@ def draw(seed: int) -> Scene:
     gravity = Gravity(random.choice([str(g) for g in Gravity]))
     chain = draw_chain(random, gravity)
     size = math.fsum(chain.length_m)
-    altitude = max(LEAST_ALTITUDE_SIZES * size, 10.0 ** random.uniform(4.0, 9.0))
+    altitude = max(MIN_ALTITUDE_OVER_LENGTH * size, 10.0 ** random.uniform(4.0, 9.0))
     orbit = Orbit(altitude, float(draw_speed(random)), float(random.uniform(-np.pi, np.pi)))
     name, title = f"random/{seed}", f"Random scene {seed}"
     base = Scene(name, title, "drawn", "", (), EARTH, orbit, chain, Effects(gravity), Run(1.0, SAMPLES))
     springs = draw_springs(random, base)
-    duration = TURNS_RAD / fastest_rad_s(base, Effects(gravity, joint_spring_damper=springs))
+    duration = MOTION_RAD / fastest_rad_s(base, Effects(gravity, joint_spring_damper=springs))
     laws = draw_laws(random, base, duration)
     effects = Effects(gravity, prescribed_rotation=laws, joint_spring_damper=springs)
     return replace(base, effects=effects, run=Run(duration, SAMPLES))
@@ -56,7 +58,7 @@ def draw_chain(random: Generator, gravity: Gravity) -> Chain:
     n = int(random.integers(1, MOST_BARS + 1))
     typical = 10.0 ** random.uniform(-6.0, 4.0)
     length = typical * 10.0 ** random.uniform(-1.0, 0.0, n)
-    mass = 10.0 ** random.uniform(-3.0, 5.0) * unequal(random, n)
+    mass = 10.0 ** random.uniform(-3.0, 5.0) * mass_factors(random, n)
     compact = np.ones(n) if gravity is Gravity.SLENDER else 10.0 ** -random.choice([0.0, random.uniform(0.0, 8.0)])
     inertia = mass * length**2 / 12.0 * compact
     return Chain(
@@ -69,7 +71,7 @@ def draw_chain(random: Generator, gravity: Gravity) -> Chain:
     )
 
 
-def unequal(random: Generator, bars: int) -> Array:
+def mass_factors(random: Generator, bars: int) -> Array:
     """Factors of the masses: alike, of one order, or up to 1e8 apart."""
     decades = random.choice([0.0, 1.0, 8.0])
     found: Array = 10.0 ** (decades * random.uniform(-0.5, 0.5, bars))
@@ -77,7 +79,7 @@ def unequal(random: Generator, bars: int) -> Array:
 
 
 def draw_angles(random: Generator, bars: int) -> Array:
-    """Any, straight, exactly along the axes, or folded."""
+    """Initial angles: random, straight, along an axis, or folded."""
     kind, one = random.integers(4), random.uniform(-np.pi, np.pi)
     kinds = (
         random.uniform(-np.pi, np.pi, bars),
@@ -90,7 +92,7 @@ def draw_angles(random: Generator, bars: int) -> Array:
 
 
 def draw_rates(random: Generator, bars: int) -> Array:
-    """With the orbit, at rest, of any kind, or spinning, alike or against each other."""
+    """Initial rates over the orbital rate: 1, 0, random, or fast in equal or alternating senses."""
     kind, fast = random.integers(5), 10.0 ** random.uniform(0.0, 4.0)
     kinds = (
         np.ones(bars),
@@ -106,7 +108,7 @@ def draw_rates(random: Generator, bars: int) -> Array:
 def draw_springs(random: Generator, scene: Scene) -> JointSpringDamper | None:
     """Springs and dampers in one scene of four, within a factor of 1e3 of the other torques on the bars."""
     joints = scene.bars - 1
-    if joints == 0 or random.random() > 0.25:
+    if joints == 0 or random.random() > EFFECT_SHARE:
         return None
     rate = fastest_rad_s(scene, scene.effects)
     inertia = min(scene.chain.inertia_kg_m2)
@@ -118,18 +120,22 @@ def draw_springs(random: Generator, scene: Scene) -> JointSpringDamper | None:
 
 def draw_laws(random: Generator, scene: Scene, duration_s: float) -> tuple[PrescribedRotation, ...]:
     """External prescribed rotations in one scene of four, slow enough that no joint accelerates a bar without end."""
-    if random.random() > 0.25:
+    if random.random() > EFFECT_SHARE:
         return ()
     count = int(random.integers(1, min(scene.bars, 3) + 1))
     turned = sorted(random.choice(scene.bars, size=count, replace=False).tolist())
-    return tuple(draw_law(random, bar + 1, duration_s, most_rad=TURNS_RAD / leverage(scene)) for bar in turned)
+    most_rad = MOTION_RAD / rate_amplification(scene)
+    return tuple(draw_law(random, bar + 1, duration_s, most_rad=most_rad) for bar in turned)
 
 
 def draw_law(random: Generator, bar: int, duration_s: float, *, most_rad: float) -> PrescribedRotation:
-    """Slew over a share of the run, at most at the rate that would turn a bar by `most_rad` in the whole run."""
-    low, high = np.log10(SLEW_TURNS)
+    """Slew over a share of the run, at a mean rate of at most half of that which turns a bar by `most_rad` in the run.
+
+    The largest rate of the law is 12 pi/16 = 2.36 times its mean.
+    """
+    low, high = np.log10(SLEW_SHARE)
     share = 10.0 ** random.uniform(low, high)
-    amplitude = random.uniform(-2.0, 2.0) * min(1.0, 0.25 * share * most_rad)
+    amplitude = random.uniform(-2.0, 2.0) * min(1.0, SLEW_LIMIT * share * most_rad)
     return PrescribedRotation(
         bar,
         float(amplitude),
@@ -147,13 +153,13 @@ def fastest_rad_s(scene: Scene, effects: Effects) -> float:
     springs = 0.0
     if effects.joint_spring_damper is not None:
         springs = replace(scene, effects=effects).spring_rate_rad_s
-    return max(orbit, spin) * leverage(scene) + springs
+    return max(orbit, spin) * rate_amplification(scene) + springs
 
 
-def leverage(scene: Scene) -> float:
+def rate_amplification(scene: Scene) -> float:
     """Largest rate of a single bar, with all of the chain's energy, relative to the chain's rate."""
     if scene.bars == 1:
         return 1.0
     chain = scene.chain
-    easiest = max(0.25 * length**2 / j for length, j in zip(chain.length_m, chain.inertia_kg_m2, strict=True))
-    return math.sqrt(1.0 + easiest * math.fsum(chain.mass_kg))
+    largest = max(0.25 * length**2 / j for length, j in zip(chain.length_m, chain.inertia_kg_m2, strict=True))
+    return math.sqrt(1.0 + largest * math.fsum(chain.mass_kg))

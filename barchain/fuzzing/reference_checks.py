@@ -16,7 +16,7 @@ from barchain.judge.local_errors import MACHINE_EPSILON, ROUNDINGS
 from barchain.metrics.quantities import conserved
 from reference_impl.model import invariants
 from reference_impl.model.joints import DIVERGED
-from reference_impl.model.kinematics import joined_state
+from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.relative import accelerations
 from scenarios import Actuator, Frame
 
@@ -60,12 +60,14 @@ def not_numbers(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
 def open_joints(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
     """Find open joints: places follow from the angles, so gaps and eq. (6) are round-off of sums over the bars."""
     del rtol
-    if trajectory.gap_m is None or trajectory.identity_m is None:
+    if trajectory.gap_m is None or trajectory.com_residual_m is None:
         return ""
     allowed = ROUNDINGS * MACHINE_EPSILON * scene.size_m * scene.bars
-    gap, identity = trajectory.gap_m.max(initial=0.0), trajectory.identity_m.max()
+    gap, residual = trajectory.gap_m.max(initial=0.0), trajectory.com_residual_m.max()
     return (
-        "" if max(gap, identity) <= allowed else f"gap {gap:.3g} m, identity {identity:.3g} m, allowed {allowed:.3g} m"
+        ""
+        if max(gap, residual) <= allowed
+        else f"gap {gap:.3g} m, centre-of-mass residual {residual:.3g} m, allowed {allowed:.3g} m"
     )
 
 
@@ -98,7 +100,7 @@ def other_reactions(scene: Scene, trajectory: Trajectory, rtol: float) -> str:
 
 def reactions_at(model: ChainModel, trajectory: Trajectory, k: int, angle_rad: Array) -> Array:
     """Reactions of the NumPy form at sample k with other angles, (N-1, 2), N."""
-    state = joined_state(
+    state = consistent_state(
         model, trajectory.com_m[k], trajectory.com_velocity_m_s[k], angle_rad, attitude(trajectory)[1][k]
     )
     return accelerations(model, float(trajectory.t_s[k]), state).reaction_N

@@ -19,8 +19,8 @@ from barchain.judge.drift_bounds import drift_bounds
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.error_units import NORM_SLACK
 from barchain.judge.landing import end_instant_fault
+from barchain.judge.measured_roundoff import max_roundoff
 from barchain.judge.residuals import FINEST_NOISE, HALVED_STEP_NOISE, Residuals, worst
-from barchain.judge.roundoff_limit import max_roundoff
 from barchain.metrics.quantities import drifts
 from barchain.run.job import ROUNDOFF_ROLES, Role
 from barchain.solutions.reference import PARTED_RAD, TRACK

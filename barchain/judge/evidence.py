@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from adapters.registry import Registration
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
-    from scenarios.forces import Effects
+    from scenarios.effect_types import Effects
 
 Push = TypeVar("Push", Thrust, Impulse)
 TURNED_RAD = (0.7390851332151607, 2.0, -1.1)

@@ -199,7 +199,7 @@ def departure(engine: type[Engine], scene: Scene, trajectory: Trajectory) -> tup
     Rotating frames and those of joint coordinates follow Kepler's orbit. Other frames fall with all fields, so that
     only forces on the chain itself cause a departure. Zero without such effects.
     """
-    if not scene.effects.more:
+    if not scene.effects.beyond_basic:
         return np.zeros_like(trajectory.com_m), np.zeros_like(trajectory.com_m)
     start, t_s = initial_state(scene), trajectory.t_s
     from_start = t_s if t_s[0] == 0.0 else np.append(0.0, t_s)  # a frame starts at the scene's own start

@@ -17,7 +17,7 @@ from barchain.judge.checks.run_end import end_event_fault
 from barchain.judge.checks.track_beyond_limit import parted_track_bound
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.error_units import NORM_SLACK
-from barchain.judge.roundoff_limit import max_roundoff, measured_roundoff
+from barchain.judge.measured_roundoff import max_roundoff, measured_roundoff
 from barchain.metrics.model_difference import com_displacement
 from barchain.metrics.quantities import differences
 from barchain.solutions.reference import RICHARDSON, TRACK

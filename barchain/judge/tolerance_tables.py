@@ -1,4 +1,4 @@
-"""Markdown tables of the register of tolerances.
+"""Markdown tables of the register of tolerances, and of the outcomes.
 
 ``python -m barchain.judge.tolerance_tables FILE...`` rewrites the tables in Markdown files.
 """
@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from barchain.judge.tolerances import SAFEGUARDS, TOLERANCES
+from reports.tables.outcome import SEVERITY
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -23,11 +24,17 @@ def tolerance_table() -> list[tuple[str, ...]]:
 
 def safeguard_table() -> list[tuple[str, ...]]:
     """Rows of :data:`SAFEGUARDS` for Markdown, its header first."""
-    head = ("an engine's means to widen a tolerance", "its bound", "a fault that tries the bound", "tested by")
+    head = ("quantity that an engine controls", "bound", "fault that tests the bound", "tested by")
     return [head, *((s.widened_by, s.bound, s.fault, f"`{s.tested_by}`") for s in SAFEGUARDS)]
 
 
-TABLES = {"tolerances": tolerance_table, "safeguards": safeguard_table}
+def outcome_table() -> list[tuple[str, ...]]:
+    """Rows of all outcomes for Markdown, from the least to the most severe, the header first."""
+    head = ("outcome", "exit code", "meaning")
+    return [head, *((f"`{o}`", "0" if o.ok else "1", o.advice) for o in SEVERITY)]
+
+
+TABLES = {"tolerances": tolerance_table, "safeguards": safeguard_table, "outcomes": outcome_table}
 """Generated tables by the name in their markers"""
 
 

@@ -1,4 +1,4 @@
-"""Register of all tolerances of a verdict: value, derivation and the test that tries each.
+"""Register of all tolerances of a verdict: value, derivation, and the test of each.
 
 The report's methodology and the tables in `docs/verdicts.md` and `design/comparison.md` are generated from here
 (`barchain.judge.tolerance_tables`).
@@ -20,8 +20,8 @@ from barchain.judge.declared_noise import (
 )
 from barchain.judge.error_units import NORM_SLACK
 from barchain.judge.local_errors import MAX_STEP_CONSTANT, ROUNDINGS, error_constant
+from barchain.judge.measured_roundoff import SPREAD_FACTOR
 from barchain.judge.residuals import MAX_MEASURED_SHARE
-from barchain.judge.roundoff_limit import SPREAD_FACTOR
 from barchain.solutions.reference import (
     FINE_PER_RADIAN,
     PARTED_RAD,
@@ -53,9 +53,14 @@ class Safeguard:
     widened_by: str
     bound: str
     fault: str
-    """Fault that tries the bound"""
+    """Fault that tests the bound"""
     tested_by: str
     """Test that makes the fault, in ``tests/judge`` or ``tests/harness``"""
+
+
+def plain(value: float) -> str:
+    """Number as text, without a leading zero in its exponent: ``1e-6``."""
+    return f"{value:g}".replace("e-0", "e-")
 
 
 TOLERANCES = (
@@ -78,7 +83,9 @@ TOLERANCES = (
         "test_a_straight_track_is_exact_but_for_rounding",
     ),
     Tolerance(
-        "all", "error amplification G(t)", f"initial angles perturbed by {PERTURBATION_RAD:g} rad",
+        "all", "error amplification G(t)",
+        f"initial angles and rates perturbed by 0.5 to 1 times {PERTURBATION_RAD:g} (rad; relative to the orbital "
+        "rate)",
         "a second run of the reference: the perturbation is far above the reference's own error, and its growth is "
         "linear up to 1e8 times",
         "test_a_perturbed_run_starts_at_its_distance_and_shows_the_amplification_of_the_horizontal_chain",
@@ -102,14 +109,14 @@ TOLERANCES = (
     ),
     Tolerance(
         "all", "declared noise", f"{MAX_NOISE_SHARE:g} of the scale",
-        f"transient noise is cut off there (attitude: {MAX_ATTITUDE_NOISE_RAD:g} rad, track: "
-        f"{MAX_TRACK_NOISE_SHARE:g} of the scale); noise that is larger at the end of the run is not believed",
+        f"transient noise is cut off there (attitude: {plain(MAX_ATTITUDE_NOISE_RAD)} rad, track: "
+        f"{plain(MAX_TRACK_NOISE_SHARE)} of the scale); noise that is larger at the end of the run is not believed",
         "test_declared_noise_counts_up_to_a_hundredth_of_each_quantity",
     ),
     Tolerance(
         "all", "measured round-off", f"{SPREAD_FACTOR:g} times the spread of four runs",
-        "the same setting in turned frames, from starts perturbed in their last digits; made where a verdict is in "
-        "doubt",
+        "the main run and three runs at its setting in turned frames, from starts perturbed in their last digits; made "
+        "where a verdict is in doubt",
         "test_an_engine_in_relative_coordinates_can_not_pass_as_limited_by_round_off",
     ),
     Tolerance(
@@ -184,19 +191,19 @@ TOLERANCES = (
 
 SAFEGUARDS = (
     Safeguard(
-        "the engine's two runs part early",
+        "early divergence of the engine's two runs",
         "the predictability limit follows from the reference's error amplification and the method's promise",
         "garbage from 25, 50 and 90 % on, in the main run, the finer run, or both",
         "test_garbage_from_any_instant_on_in_either_run_does_not_pass",
     ),
     Safeguard(
-        "its own difference, as error estimate",
+        "difference of the engine's two runs, as error estimate",
         "the expected-error bound holds besides; the finer run is judged alike",
         "a finer run that parts from the main run",
         "test_a_finer_run_that_parts_from_the_main_one_is_a_fault_and_no_limit",
     ),
     Safeguard(
-        "a finer run equal to the bit",
+        "a finer run identical to the main run, bit for bit",
         "such a run estimates nothing: perturbed runs measure round-off, or the verdict stands",
         "the main run given twice",
         "test_a_run_equal_to_its_finer_one_bit_for_bit_is_no_estimate_of_zero",
@@ -219,7 +226,7 @@ SAFEGUARDS = (
         "measured round-off",
         f"up to {NORM_SLACK:g} times the floor of the engine's coordinates counts towards a pass; towards "
         "`roundoff_limited` counts the largest rounding of places in absolute coordinates, and "
-        f"{MAX_MEASURED_SHARE:g} of a quantity's scale in others",
+        f"{plain(MAX_MEASURED_SHARE)} of a quantity's scale in others",
         "unseeded noise in every run",
         "test_an_engine_in_relative_coordinates_can_not_pass_as_limited_by_round_off",
     ),
@@ -237,13 +244,13 @@ SAFEGUARDS = (
     ),
     Safeguard(
         "declared noise of rates, in restarts",
-        f"counts up to {MAX_ATTITUDE_NOISE_RAD:g} rad; a run is rejected if more than {MAX_EMPTY_SHARE:.0%} of its "
-        "segments can predict nothing",
+        f"counts up to {plain(MAX_ATTITUDE_NOISE_RAD)} rad; a run is rejected if more than {MAX_EMPTY_SHARE:.0%} of "
+        "its segments can predict nothing",
         "rate noise just below the believed size",
         "test_declared_noise_of_rates_does_not_switch_off_restarts",
     ),
     Safeguard(
-        "channels that are shown and not declared",
+        "channels that are returned but not declared",
         "the run is `malformed`",
         "an engine that declares its track alone",
         "test_an_engine_that_shows_more_than_it_declares_is_malformed_and_judged_by_what_it_shows",
@@ -252,7 +259,7 @@ SAFEGUARDS = (
         "declared coordinates",
         "absolute coordinates have a floor of u r/l, which the detection limit states; errors beyond the floor are "
         "`roundoff_limited` at most",
-        "a host that declares absolute coordinates",
+        "a faulty engine that declares absolute coordinates",
         "test_round_off_of_absolute_coordinates_excuses_no_nonsense_beyond_the_limit",
     ),
     Safeguard(
@@ -263,8 +270,8 @@ SAFEGUARDS = (
     ),
     Safeguard(
         "gaps and residuals reported as 0",
-        "computed from the bars' places where the engine gives them, else marked as reported",
-        "bars whose places open the joints",
+        "computed from the bars' positions where the engine returns them, else marked as reported",
+        "bars whose positions open the joints",
         "test_joints_put_in_place_are_judged_by_rounding_and_not_by_the_step",
     ),
     Safeguard(
@@ -280,13 +287,13 @@ SAFEGUARDS = (
         "test_five_samples_over_two_chaotic_orbits_are_judged_and_not_only_the_first",
     ),
     Safeguard(
-        "rates left out, so that no restart is possible",
+        "missing rates, so that no restart is possible",
         "nothing is judged beyond the limit, and the verdict is no pass",
         "a chaotic run without rates",
         "test_an_engine_without_rates_is_not_passed_on_the_predictable_part_alone",
     ),
     Safeguard(
-        "rejecting every scene",
+        "rejection of every scene",
         "an engine compared on no scene is a failure, if it was named or had several scenes",
         "an engine that supports nothing",
         "test_an_engine_compared_on_no_scene_is_a_failure_if_it_was_named",

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.bar_loads.drift_bound import drift_bound_m
+from adapters.common.departure import departure
 from adapters.engine import Coordinates
-from adapters.exudyn.frames.departure import departure
 
 if TYPE_CHECKING:
     from adapters.engine import Engine
@@ -54,7 +54,8 @@ def measured(scene: Scene, trajectory: Trajectory) -> Trajectory:
     place = ROUNDING * largest_m(scene, trajectory)
     gap = kept_or_computed(trajectory.gap_m, gaps(scene, trajectory), gap_rounding(scene, trajectory, place))
     return trajectory.replace(
-        gap_m=gap, identity_m=kept_or_computed(trajectory.identity_m, centre_of_mass_residual(scene, trajectory), place)
+        gap_m=gap,
+        com_residual_m=kept_or_computed(trajectory.com_residual_m, centre_of_mass_residual(scene, trajectory), place),
     )
 
 
@@ -92,14 +93,14 @@ def wrong_gap(scene: Scene, trajectory: Trajectory, place_m: Array) -> str:
 def wrong_residual(scene: Scene, trajectory: Trajectory, place_m: Array) -> str:
     """First reported residual that differs from the computed residual by more than round-off; empty if none does."""
     computed = centre_of_mass_residual(scene, trajectory)
-    if trajectory.identity_m is None or computed is None:
+    if trajectory.com_residual_m is None or computed is None:
         return ""
-    wrong = np.abs(trajectory.identity_m - computed) > place_m
+    wrong = np.abs(trajectory.com_residual_m - computed) > place_m
     if not wrong.any():
         return ""
     sample = int(np.argmax(wrong))
     return (
-        f"reports its bars' weighted centre {trajectory.identity_m[sample]:.3g} m from the centre of mass at "
+        f"reports its bars' weighted centre {trajectory.com_residual_m[sample]:.3g} m from the centre of mass at "
         f"t = {trajectory.t_s[sample]:.6g} s, their places leave {computed[sample]:.3g} m"
     )
 

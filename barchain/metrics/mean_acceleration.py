@@ -14,7 +14,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from adapters.common.initial_state import chain_model
 from reference_impl.model.gravity import field_differences
-from reference_impl.model.kinematics import joined_state, relative_positions
+from reference_impl.model.kinematics import consistent_state, relative_positions
 from scenarios import Axes, Gravity
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def effect_acceleration(
     velocity, rate = com.derivative(), angle.derivative()
 
     def mean_effect(time: float, z: Array) -> Array:
-        state = joined_state(model, z, velocity(time), angle(time), rate(time))
+        state = consistent_state(model, z, velocity(time), angle(time), rate(time))
         at = EffectState(model, time, state, unit_along(state.angle_rad))
         mean = sum((effect.accelerations(at, None).difference @ model.weight for effect in acting), 0j)
         return np.array([mean.real, mean.imag])

@@ -81,14 +81,14 @@ def drifts(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
 
     Energy and angular momentum are computed from the centre of mass and the attitude, alike for every engine. Their
     changes are divided by the largest kinetic part of the run: a fall from rest has none at first.
-    Gaps and the centre-of-mass residual ``identity`` follow from the bars' places; without places they are as reported.
+    Gaps and the centre-of-mass residual follow from the bars' places; without places they are as reported.
     """
     found: dict[str, Array] = {}
     trajectory = measured(scene, trajectory)
     if trajectory.gap_m is not None and scene.bars > 1:
         found["gap"] = trajectory.gap_m.max(axis=1)
-    if trajectory.identity_m is not None and scene.bars > 1:
-        found["com_residual"] = trajectory.identity_m
+    if trajectory.com_residual_m is not None and scene.bars > 1:
+        found["com_residual"] = trajectory.com_residual_m
     if trajectory.angle_rad is None or trajectory.rate_rad_s is None:
         return found
     keeps = conserved(scene)

@@ -87,7 +87,7 @@ def gradient_defect(scene: Scene, solution: Trajectory, limit_s: float) -> dict[
     Empty for a scene with another reason for a drift.
     """
     plain = scene.effects.gravity is Gravity.GRADIENT and not scene.effects.prescribed_rotation
-    if not plain or scene.effects.more or solution.angle_rad is None:
+    if not plain or scene.effects.beyond_basic or solution.angle_rad is None:
         return {}
     inside = solution.t_s <= limit_s
     size = max(scene.chain.length_m) / float(np.linalg.norm(solution.com_m, axis=1).min())

@@ -14,7 +14,6 @@ import signal
 import tempfile
 from concurrent.futures import CancelledError
 from concurrent.futures import TimeoutError as FutureTimeoutError
-from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,8 +24,8 @@ from adapters.registry import ENGINES
 from barchain.boundary.threads import one_thread_each, temporary_root
 from barchain.run.compilation import compiled
 from barchain.run.job import SOLUTION_ROLES, Job, RunResult, failure
-from barchain.run.limits import SOLUTION_PATIENCE
 from barchain.run.outside_runs import run_outside
+from barchain.run.time_limits import COMPILE_S, SOLUTION_PATIENCE, TimeLimit
 from barchain.run.worker import run_job
 from reports.tables.outcome import Outcome
 
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
     from pebble import ProcessFuture
 
 RUNS_PER_WORKER = 40  # some engines leak memory with every model
-COMPILE_S = 600.0  # in addition to the limit: compiling takes 40 s for a set of effects, up to 230 s on a busy machine
 
 
 class PoolGroup(IntEnum):
@@ -48,31 +46,6 @@ class PoolGroup(IntEnum):
     """Engines behind barchain's own adapters"""
     THIRD_PARTY = 2
     """Engines that other packages register: one run, one process behind the boundary"""
-
-
-@dataclass(frozen=True)
-class TimeLimit:
-    """Wall time allowed to a run."""
-
-    time_s: float
-    compile_s: float = COMPILE_S
-    """Additional time for an engine that compiles"""
-
-    def allowed_s(self, job: Job) -> float:
-        """Wall time after which a run's process is ended."""
-        return self.time_s + (self.compile_s if job.registration.compiles else 0.0)
-
-    def judged(self, job: Job, result: RunResult) -> RunResult:
-        """Result of a run; for an engine that compiles, timed out also if `simulate` alone exceeds its limit."""
-        if not job.registration.compiles:
-            return result
-        taken = result.seconds.get("simulate", 0.0)
-        if taken > self.time_s:
-            return failure(Outcome.TIMED_OUT, f"simulate took {taken:.3g} s, allowed: {self.time_s:g} s")
-        if result.outcome is Outcome.TIMED_OUT and self.compile_s:
-            more = f"{self.compile_s:g} s of them for compiling the scene's effects, which is kept for the next run"
-            return failure(result.outcome, f"{result.reason}, {more}")
-        return result
 
 
 def pool_group(job: Job) -> PoolGroup:

@@ -80,7 +80,7 @@ def shape_fault(scene: Scene, trajectory: Trajectory) -> tuple[Outcome, str] | N
         "gap_m": (n, bars - 1),
         "impulse_N_s": (n, bars - 1, 2),
         "torque_N_m": (n, len(scene.effects.prescribed_rotation)),
-        "identity_m": (n,),
+        "com_residual_m": (n,),
         "position_m": (n, bars, 2),
     }
     for name in ("t_s", "com_m", "com_velocity_m_s"):

@@ -126,7 +126,7 @@ def establish(
         error["com_velocity"] += SOLUTION_RTOL * scene.speed0_m_s
     error["rate"] += SOLUTION_RTOL * scene.fastest_rate_rad_s
     return ReferenceSolution(
-        scene, solution, fine or solution, error, amplification, response, predictability_limit(solution, check)
+        scene, solution, fine or solution, error, amplification, response, divergence_instant_s(solution, check)
     )
 
 
@@ -140,7 +140,7 @@ def sensitivity(apart: dict[str, Array], n: int, least_rad: float) -> dict[str, 
     }
 
 
-def predictability_limit(a: Trajectory, b: Trajectory) -> float:
+def divergence_instant_s(a: Trajectory, b: Trajectory) -> float:
     """Last common instant before the attitudes of two runs differ by more than :data:`PARTED_RAD`, s.
 
     Without attitude (centre of mass only) it is the last common sample: orbits are not chaotic.

@@ -21,7 +21,8 @@ from adapters.registry import ENGINES
 from barchain.boundary.threads import one_thread_each, temporary_root
 from barchain.run.job import Job, RunResult
 from barchain.run.outside_runs import one_turn
-from barchain.run.pool import PoolGroup, TimeLimit, collect, pool_group
+from barchain.run.pool import PoolGroup, collect, pool_group
+from barchain.run.time_limits import TimeLimit
 from barchain.run.worker import run_job
 from reports.tables.outcome import Outcome
 

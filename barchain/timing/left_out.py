@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from adapters.registry import Registration
     from scenarios import Scene
 
-NOT_RUN = "not run"  # beginning of the reason of a skipped point
-
 
 @dataclass(frozen=True)
 class LeftOut:

@@ -32,7 +32,7 @@ class SolarPressureEffect(ChainEffect):
 
     name = "solar_pressure"
     has_state_events = True
-    has_brief_events = True
+    has_short_modes = True
 
     def sun_direction(self, t_s: float) -> complex:
         """Unit vector to the Sun."""
@@ -69,7 +69,7 @@ class SolarPressureEffect(ChainEffect):
         across = (at.unit.conj() * self.sun_direction(at.t_s)).imag
         return np.concatenate([[(2.0 * mode[0] - 1.0) * self.shadow_clearance_m(at)], mode[1:] * across + EDGE_ON])
 
-    def brief_event(self, at: EffectState) -> float:
+    def short_mode_indicator(self, at: EffectState) -> float:
         """Distance from the shadow's axis, m: far out, one step may cross the whole shadow."""
         seen = self.sun_direction(at.t_s).conjugate() * at.com
         return seen.imag if self.shadow_radius_m and seen.real < 0.0 else 0.0

@@ -17,7 +17,8 @@ from reference_impl.integrate import stiffness
 from reference_impl.integrate.coordinate_sets import MinimalCoordinates
 from reference_impl.integrate.discrete_modes import DiscreteModes
 from reference_impl.integrate.simulate import History, Simulation
-from reference_impl.integrate.stepper import Integration, contact_instant, smooth_segments
+from reference_impl.integrate.stepper import Integration, smooth_segments
+from reference_impl.integrate.surface_contact import contact_instant
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.effect import EffectState
 from reference_impl.model.joints import NOT_POSITIVE_DEFINITE

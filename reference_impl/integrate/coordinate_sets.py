@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 import numpy as np
 
 from reference_impl.model import absolute, relative
-from reference_impl.model.kinematics import gap_vectors, joined_state
+from reference_impl.model.kinematics import consistent_state, gap_vectors
 from reference_impl.model.state import Accelerations, State
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ class MinimalCoordinates(StateCoordinates):
     def unpack(self, y: Array) -> State:
         """State with joints closed by construction."""
         n = self.model.bars
-        return joined_state(self.model, y[0:2], y[2:4], y[4 : 4 + n], y[4 + n :])
+        return consistent_state(self.model, y[0:2], y[2:4], y[4 : 4 + n], y[4 + n :])
 
     def rhs(self, t_s: float, y: Array) -> Array:
         """Eq. (24) without its redundant rows."""
@@ -163,7 +163,7 @@ class ProjectedCoordinates(RedundantCoordinates):
     def project(self, y: Array) -> Array:
         """Vector with closed joints."""
         s = self.unpack(y)
-        return self.pack(joined_state(self.model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s))
+        return self.pack(consistent_state(self.model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s))
 
 
 class AbsoluteCoordinates(StateCoordinates):

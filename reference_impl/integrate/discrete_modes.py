@@ -21,7 +21,7 @@ EVENT_SAMPLES = (0.25, 0.5, 0.75, 1.0)  # of a step: sampling of event functions
 EVENT_TOLERANCE = 1e-12  # of a step, of an event time; the state is as accurate as its interpolant
 SECANT_SPAN = 1e-4  # of a step, for the slope of an event function
 SECANT_ITERATIONS = 5  # two suffice: the interpolant's error is 1e-7 of a step or less
-BRIEF_EVENT_TOLERANCE = 1e-6  # of the time between two samples; any instant within a brief mode suffices
+SHORT_MODE_TOLERANCE = 1e-6  # of the time between two samples; any instant within a short mode suffices
 SAME_INSTANT = 1e-12  # of the run: an impulse nearer than this to a break occurs at the break
 
 
@@ -98,7 +98,7 @@ class DiscreteModes:
         before, low = start_s, self.event_functions(start_s, dense(start_s))
         for share in EVENT_SAMPLES:
             end = start_s + share * (end_s - start_s)
-            for t in (*self.brief_events(dense, before, end), end):
+            for t in (*self.short_mode_instants(dense, before, end), end):
                 now = self.event_functions(t, dense(t))
                 if np.any(now < 0.0):
                     return self.first_crossing(dense, before, t, low, np.nonzero(now < 0.0)[0])
@@ -114,17 +114,17 @@ class DiscreteModes:
         self.crossed = {k for k, t in instants.items() if t == earliest}
         return earliest
 
-    def brief_events(self, dense: Callable[[float], Array], start_s: float, end_s: float) -> list[float]:
+    def short_mode_instants(self, dense: Callable[[float], Array], start_s: float, end_s: float) -> list[float]:
         """Instants between two samples inside modes that may have begun and ended there, increasing."""
         found = []
         for effect in self.model.effects:
-            if effect.has_brief_events and self.detects_events:
+            if effect.has_short_modes and self.detects_events:
 
                 def side(t: float, effect: ChainEffect = effect) -> float:
-                    return effect.brief_event(self.effect_state(t, dense(t)))
+                    return effect.short_mode_indicator(self.effect_state(t, dense(t)))
 
                 if side(start_s) * side(end_s) < 0.0:
-                    found.append(float(brentq(side, start_s, end_s, xtol=BRIEF_EVENT_TOLERANCE * (end_s - start_s))))
+                    found.append(float(brentq(side, start_s, end_s, xtol=SHORT_MODE_TOLERANCE * (end_s - start_s))))
         return sorted(found)
 
     def crossing_instant(
@@ -142,7 +142,7 @@ class DiscreteModes:
         return min(found + 2.0 * slack, end_s)
 
     def apply_event(
-        self, exact: Callable[[float], Array], t_s: float, step: tuple[float, float]
+        self, state_at: Callable[[float], Array], t_s: float, step: tuple[float, float]
     ) -> tuple[float, Array]:
         """Change the modes whose event functions crossed zero in :meth:`find_event`; return event time and state.
 
@@ -152,14 +152,14 @@ class DiscreteModes:
 
         Parameters
         ----------
-        exact : callable
+        state_at : callable
             State at an instant of the step, by the method itself.
         t_s : float
             Event time by the step's interpolant.
         step : tuple of float
             Start and end of the step.
         """
-        t_s, y = self.refine_event(exact, t_s, step)
+        t_s, y = self.refine_event(state_at, t_s, step)
         at, modes, offset = self.effect_state(t_s, y), list(self.modes or ()), 0
         for i, (effect, mode) in enumerate(zip(self.model.effects, modes, strict=True)):
             if mode is not None and effect.has_state_events:
@@ -171,7 +171,7 @@ class DiscreteModes:
         return t_s, y
 
     def refine_event(
-        self, exact: Callable[[float], Array], t_s: float, step: tuple[float, float]
+        self, state_at: Callable[[float], Array], t_s: float, step: tuple[float, float]
     ) -> tuple[float, Array]:
         """Event time near `t_s` by the method's own states, by the secant method; the state there.
 
@@ -183,7 +183,7 @@ class DiscreteModes:
         slack_s = EVENT_TOLERANCE * (end_s - start_s)
 
         def margin(t: float) -> tuple[float, Array]:
-            y = exact(t)
+            y = state_at(t)
             return float(self.event_functions(t, y)[fallen].max()), y
 
         aside_s = max(t_s - SECANT_SPAN * (end_s - start_s), start_s)

@@ -17,7 +17,7 @@ from reference_impl.model.arrays import Array
 from reference_impl.model.complex_vectors import as_complex, unit_along
 from reference_impl.model.gravity import perigee_m
 from reference_impl.model.joints import condition_number, joint_matrix
-from reference_impl.model.kinematics import joined_state
+from reference_impl.model.kinematics import consistent_state
 
 if TYPE_CHECKING:
     from reference_impl.model.chain import ChainModel
@@ -44,7 +44,7 @@ class History:
     """(n, N-1, 2) force on bar j from bar j+1"""
     gap_m: Array
     """(n, N-1)"""
-    identity_m: Array
+    com_residual_m: Array
     """(n,) |sum mu_j d_j|, centre-of-mass residual, eq. (6)"""
     torque_N_m: Array
     """(n, P)"""
@@ -115,7 +115,7 @@ class Simulation:
         """
         self.model = model
         self.coordinates = COORDINATE_SETS[coordinates](model)
-        start = joined_state(model, com_m, com_velocity_m_s, angle_rad, rate_rad_s)
+        start = consistent_state(model, com_m, com_velocity_m_s, angle_rad, rate_rad_s)
         self.y0 = self.coordinates.pack(start)
         radius = float(np.linalg.norm(com_m))
         rate = max(np.sqrt(model.mu_m3_s2 / radius**3), float(np.abs(rate_rad_s).max()))
@@ -228,7 +228,7 @@ class Simulation:
             rate_rad_s=np.array([s.rate_rad_s for s in states]),
             reaction_N=np.array([a.reaction_N for a in found]),
             gap_m=np.array([coordinates.joint_gaps_m(y) for y in result.y]),
-            identity_m=np.array([np.linalg.norm(weight @ s.position_m) for s in states]),
+            com_residual_m=np.array([np.linalg.norm(weight @ s.position_m) for s in states]),
             torque_N_m=np.array([a.torque_N_m for a in found]),
             impulse_N_s=self.events.impulse_sums(result.t_s) if self.events else None,
             condition=np.array([self.condition(s) for s in states]) if condition else None,

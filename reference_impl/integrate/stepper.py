@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from scipy.integrate import DOP853
-from scipy.optimize import brentq, minimize_scalar
 
 from reference_impl.integrate.stiffness import RTOL_FLOOR
+from reference_impl.integrate.surface_contact import contact_instant
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from reference_impl.integrate.stiffness import Method, Solver
+    from reference_impl.integrate.surface_contact import BodySurface
     from reference_impl.model.arrays import Array
 
 TIME_EVENT_TOLERANCE = 1e-12  # of the duration: breaks nearer than this to each other or to the ends coincide
-PARABOLA_MARGIN = 0.5  # of the lower end's height: a parabola below this starts a search
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ def integrate(
     method : type
         SciPy's solver class.
     state_roundoff_floor : callable, optional
-        Round-off error of the last components of a state, by the last evaluation of `rhs`. No explicit step requests
-        less.
+        Maps a state to the round-off error of its trailing components (rates), using quantities cached by the latest
+        `rhs`; the tolerance of those components is raised to it. Explicit methods only.
 
     Returns
     -------
@@ -87,34 +87,34 @@ def integrate(
         raise ArithmeticError(
             "the initial state or its rate is not finite"
         )  # SciPy's search for a first step would not end
-    log, y = (
-        StepLog(t_s, [np.array(y0)], StepErrorFloor(atol, state_roundoff_floor if method is DOP853 else None)),
+    run, y = (
+        SampledRun(t_s, [np.array(y0)], StepErrorFloor(atol, state_roundoff_floor if method is DOP853 else None)),
         np.array(y0),
     )
     for start, end in smooth_segments(t_s, breaks_s):
-        here = start
+        t = start
         if events:
             y = events.begin_segment(start, end, y)
-        while here < end and log.stopped_s is None:
-            solver = method(rhs, here, y, end, rtol=RTOL_FLOOR, atol=atol)  # type: ignore[arg-type]  # stubs accept scalars only
-            here, y = integrate_segment(solver, log, project, surface, events)
-            log.evaluations += solver.nfev
-        if log.stopped_s is not None:
+        while t < end and run.stopped_s is None:
+            solver = method(rhs, t, y, end, rtol=RTOL_FLOOR, atol=atol)  # type: ignore[arg-type]  # stubs accept scalars only
+            t, y = integrate_segment(solver, run, project, surface, events)
+            run.evaluations += solver.nfev
+        if run.stopped_s is not None:
             break
-    return Integration(t_s[: len(log.rows)], np.array(log.rows), log.steps, log.evaluations, log.stopped_s)
+    return Integration(t_s[: len(run.rows)], np.array(run.rows), run.steps, run.evaluations, run.stopped_s)
 
 
 def integrate_segment(
     solver: Solver,
-    log: StepLog,
+    run: SampledRun,
     project: Callable[[Array], Array] | None,
     surface: BodySurface | None,
     events: EventHandler | None,
 ) -> tuple[float, Array]:
     """Step to the end of the segment, to contact, or to a state event; return instant and state."""
-    log.floor.apply(solver)
-    while solver.status == "running" and log.stopped_s is None:
-        event_s = log.step(solver, surface, events)
+    run.floor.apply(solver)
+    while solver.status == "running" and run.stopped_s is None:
+        event_s = run.step(solver, surface, events)
         if event_s is not None and events:
             return events.apply_event(lambda t: partial_step(solver, t), event_s, (solver.t_old, solver.t))
         if project:
@@ -152,16 +152,6 @@ def smooth_segments(t_s: Array, breaks_s: tuple[float, ...]) -> list[tuple[float
     return [(float(a), float(b)) for a, b in itertools.pairwise(marks) if b - a > slack]
 
 
-class BodySurface(Protocol):
-    """Surface that a chain may touch."""
-
-    def height(self, y: Array) -> float:
-        """Smallest distance of the chain from the surface, m."""
-
-    def clears_surface(self, before: Array, after: Array, step_s: float) -> bool:
-        """Whether contact is impossible in the step between these two states."""
-
-
 class EventHandler(Protocol):
     """Discrete modes of a right-hand side, and the events at which they change."""
 
@@ -175,9 +165,9 @@ class EventHandler(Protocol):
         """First instant inside a step at which a mode ends, or None."""
 
     def apply_event(
-        self, exact: Callable[[float], Array], t_s: float, step: tuple[float, float]
+        self, state_at: Callable[[float], Array], t_s: float, step: tuple[float, float]
     ) -> tuple[float, Array]:
-        """Set the modes valid after about this instant; return the instant and the state there, by `exact`."""
+        """Set the modes valid after about this instant; return the instant and the state there, by `state_at`."""
 
 
 @dataclass(frozen=True)
@@ -196,14 +186,14 @@ class StepErrorFloor:
         """
         if self.state_roundoff_floor is None:
             return
-        rough = self.state_roundoff_floor(solver.y)
-        kept, floored = self.atol[: -len(rough)], np.maximum(self.atol[-len(rough) :], rough)
+        floor = self.state_roundoff_floor(solver.y)
+        kept, floored = self.atol[: -len(floor)], np.maximum(self.atol[-len(floor) :], floor)
         solver.atol = np.concatenate([kept, floored])  # type: ignore[union-attr]  # missing in the stubs
 
 
 @dataclass
-class StepLog:
-    """Progress of an integration."""
+class SampledRun:
+    """Integration in progress: takes steps, and keeps the samples reached and the counts."""
 
     t_s: Array
     """(n,) requested sample instants"""
@@ -239,36 +229,3 @@ class StepLog:
             t = self.t_s[len(self.rows)]
             self.rows.append(solver.y.copy() if t == solver.t else dense()(t))
         return event_s if self.stopped_s is None else None
-
-
-def contact_instant(
-    dense: Callable[[float], Array], height: Callable[[Array], float], start: float, end: float, before: float
-) -> float | None:
-    """First instant inside a step at which `height` reaches zero, or None."""
-    if before <= 0.0:
-        return start
-
-    def at(t: float) -> float:
-        return height(dense(t))
-
-    below = end if at(end) <= 0.0 else lowest_instant(at, start, end, before)
-    if below is None:
-        return None
-    found: float = brentq(at, start, below, xtol=1e-9 * max(end - start, 1e-3))
-    return found
-
-
-def lowest_instant(at: Callable[[float], float], start: float, end: float, before: float) -> float | None:
-    """Instant inside a step at which `at` is below zero though positive at both ends, or None.
-
-    One step may pass a perigee just below the surface. The parabola through both ends and the middle decides whether to
-    search for the lowest point.
-    """
-    middle, after = at(0.5 * (start + end)), at(end)
-    slope, bend = 4.0 * middle - 3.0 * before - after, 2.0 * (before + after - 2.0 * middle)
-    if bend <= 0.0 or not 0.0 < -slope < 2.0 * bend:
-        return None  # no lowest point between the ends
-    if before - slope * slope / (4.0 * bend) > PARABOLA_MARGIN * min(before, after):
-        return None
-    lowest = minimize_scalar(at, bounds=(start, end), method="bounded", options={"xatol": 1e-9 * (end - start)})
-    return float(lowest.x) if lowest.fun <= 0.0 else None

@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 def as_complex(vectors: Array) -> ComplexArray:
     """View vectors (..., 2) as complex numbers (...)."""
-    seen: ComplexArray = np.ascontiguousarray(vectors).view(np.complex128)[..., 0]
-    return seen
+    view: ComplexArray = np.ascontiguousarray(vectors).view(np.complex128)[..., 0]
+    return view
 
 
 def as_vectors(numbers: ComplexArray) -> Array:
     """View complex numbers (...), at least one-dimensional, as vectors (..., 2)."""
-    seen: Array = np.ascontiguousarray(numbers)[..., None].view(np.float64)
-    return seen
+    view: Array = np.ascontiguousarray(numbers)[..., None].view(np.float64)
+    return view
 
 
 def unit_along(angle_rad: Array) -> ComplexArray:
@@ -35,5 +35,5 @@ def unit_along(angle_rad: Array) -> ComplexArray:
 
 def squared_norm(numbers: ComplexArray) -> Array:
     """Squared norms."""
-    length: Array = numbers.real**2 + numbers.imag**2
-    return length
+    squares: Array = numbers.real**2 + numbers.imag**2
+    return squares

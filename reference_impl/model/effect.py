@@ -107,7 +107,7 @@ class EffectState:
 
     @cached_property
     def position(self) -> ComplexArray:
-        """(N,) centres from the origin of the state, m: the chain's centre of mass, or the centre of the body."""
+        """Bars' centres from the origin of the state (centre of mass, or centre of the body), (N,) m."""
         return as_complex(self.state.position_m)
 
     @cached_property
@@ -119,29 +119,29 @@ class EffectState:
 
     @cached_property
     def position_from_body(self) -> ComplexArray:
-        """(N,) centres from the centre of the body, m."""
+        """Bars' centres from the centre of the body, (N,) m."""
         return self.position if self.absolute else self.com + self.position
 
     @cached_property
     def velocity(self) -> ComplexArray:
-        """(N,) inertial velocities of the centres, m/s."""
+        """Inertial velocities of the bars' centres, (N,) m/s."""
         relative = as_complex(self.state.velocity_m_s)
         drift = self.state.com_velocity_m_s
         return relative if self.absolute else complex(drift[0], drift[1]) + relative
 
     @property
     def rate(self) -> Array:
-        """(N,) angular velocities, rad/s."""
+        """Angular velocities, (N,) rad/s."""
         return self.state.rate_rad_s
 
     @cached_property
     def zero_acceleration(self) -> ComplexArray:
-        """(N,) zeros."""
+        """Zero linear accelerations, (N,)."""
         return np.zeros(self.model.bars, complex)
 
     @cached_property
     def zero_angular(self) -> Array:
-        """(N,) zeros."""
+        """Zero angular accelerations, (N,)."""
         return np.zeros(self.model.bars)
 
 
@@ -168,9 +168,8 @@ class ChainEffect(ABC):
 
     has_state_events: ClassVar[bool] = False
     """Whether the motion may end a mode (state events)"""
-    has_brief_events: ClassVar[bool] = False
-    """Whether an event function may cross zero twice between two samples; :meth:`brief_event` then locates the interval
-    """
+    has_short_modes: ClassVar[bool] = False
+    """Whether a mode may begin and end between two samples; :meth:`short_mode_indicator` then locates it"""
 
     @property
     def breaks_s(self) -> tuple[float, ...]:
@@ -178,13 +177,16 @@ class ChainEffect(ABC):
         return ()
 
     def largest_acceleration_m_s2(self, model: ChainProperties) -> float:
-        """Upper bound of the centre of mass' acceleration, m/s²; 0 where the effect is small relative to gravity."""
+        """Contribution to the upper bound of the centre of mass' acceleration, m/s².
+
+        Effects small relative to gravity contribute 0.
+        """
         del model
         return 0.0
 
     @abstractmethod
     def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
-        """Accelerations and torques in the given mode; None: the mode follows from the state."""
+        """Linear and angular accelerations in the given mode; None: the mode follows from the state."""
 
     def mode(self, at: EffectState) -> Array | None:
         """Mode at a state; None for an effect that is smooth everywhere."""
@@ -197,11 +199,15 @@ class ChainEffect(ABC):
         return None
 
     def event_functions(self, at: EffectState, mode: Array) -> Array:
-        """(k,) event functions of the state, positive while the k entries of `mode` are valid."""
+        """Event functions of the state, positive while the k entries of `mode` are valid, (k,)."""
         raise NotImplementedError(f"{self.name} has no modes")
 
-    def brief_event(self, at: EffectState) -> float:
-        """Function that changes sign inside a mode that may be short relative to a step; 0: no such mode near."""
+    def short_mode_indicator(self, at: EffectState) -> float:
+        """Function that changes sign inside a mode that may be shorter than a step; 0 far from such a mode.
+
+        Example: the distance from the axis of the shadow. A fast chain may enter and leave the shadow within one step,
+        so that the event function of its edge is positive at both ends; the distance from the axis changes sign.
+        """
         del at
         return 0.0
 
@@ -210,12 +216,12 @@ class ChainEffect(ABC):
         raise NotImplementedError(f"{self.name} has no modes")
 
     def energy(self, model: ChainProperties, com_m: Array, angle_rad: Array) -> Array:
-        """Potential energy over time, (n,), J, of a joined chain; `com_m` (n, 2), `angle_rad` (n, N)."""
+        """Potential energy over time, (n,), J, of a chain with closed joints; `com_m` (n, 2), `angle_rad` (n, N)."""
         raise NotImplementedError(f"{self.name} has no potential")
 
 
 def total_accelerations(at: EffectState, modes: Modes) -> tuple[EffectAccelerations, ComplexArray]:
-    """Sum of all effects of a model, and the (N,) noncentral part of their accelerations, which changes longitudes."""
+    """Sum of all effects of a model, and the noncentral part of their accelerations, which changes longitudes, (N,)."""
     common, difference, angular, noncentral_acceleration = (
         0j,
         at.zero_acceleration,

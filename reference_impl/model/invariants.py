@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def relative_kinetic_energy(model: ChainModel, angle_rad: Array, rate_rad_s: Array) -> Array:
-    """Kinetic energy about the centre of mass of a joined chain, shape (n,), J.
+    """Kinetic energy about the centre of mass of a chain with closed joints, shape (n,), J.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def relative_kinetic_energy(model: ChainModel, angle_rad: Array, rate_rad_s: Arr
 
 
 def relative_angular_momentum(model: ChainModel, angle_rad: Array, rate_rad_s: Array) -> Array:
-    """Angular momentum about the centre of mass of a joined chain, shape (n,), N m s."""
+    """Angular momentum about the centre of mass of a chain with closed joints, shape (n,), N m s."""
     position, velocity = relative_motion(model, angle_rad, rate_rad_s)
     total: Array = rate_rad_s @ model.inertia_kg_m2 + cross(position, velocity) @ model.mass_kg
     return total

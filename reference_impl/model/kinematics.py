@@ -48,7 +48,7 @@ def bar_centres(model: ChainProperties, reach: ComplexArray) -> ComplexArray:
 
 
 def relative_positions(model: ChainProperties, angle_rad: Array) -> Array:
-    """d_j = Z_j - Z0 of a joined chain, shape (N, 2), m."""
+    """d_j = Z_j - Z0 of a chain with closed joints, shape (N, 2), m."""
     return as_vectors(bar_centres(model, model.half_m * unit_along(angle_rad)))
 
 
@@ -57,7 +57,7 @@ def relative_velocities(model: ChainProperties, angle_rad: Array, rate_rad_s: Ar
     return as_vectors(bar_centres(model, 1j * model.half_m * rate_rad_s * unit_along(angle_rad)))
 
 
-def joined_state(
+def consistent_state(
     model: ChainProperties, com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array
 ) -> State:
     """Complete state of a chain with closed joints."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from reference_impl.model.chain import ChainModel, Prescription
-from reference_impl.model.kinematics import joined_state
+from reference_impl.model.kinematics import consistent_state
 from reference_impl.paper.form import NotSquareError, PaperSolution, solve
 from reference_impl.paper.misprints import ERRATA, Misprint, MisprintConsequence
 from reference_impl.paper.state import units_of
@@ -56,7 +56,7 @@ def generic_state(model: ChainModel) -> State:
     speed = np.sqrt(EARTH_MU_M3_S2 / radius)
     angle = random.uniform(-np.pi, np.pi, model.bars)
     rate = speed / radius * random.uniform(-1.0, 2.0, model.bars)
-    return joined_state(model, radius * radial, speed * (across + 0.3 * radial), angle, rate)
+    return consistent_state(model, radius * radial, speed * (across + 0.3 * radial), angle, rate)
 
 
 def misprint_effects() -> list[MisprintEffect]:

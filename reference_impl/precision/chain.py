@@ -129,7 +129,7 @@ def bar_centres(bars: ChainParameters, reach_m: Values) -> Values:
     return from_first - (from_first * bars.weight).sum(axis=1)[:, None]
 
 
-def joined_chain_state(
+def consistent_chain_state(
     a: Arithmetic, bars: ChainParameters, com_m: Values, angle_rad: Values, rate_rad_s: Values
 ) -> RelativeState:
     """State with closed joints."""

@@ -18,8 +18,8 @@ from reference_impl.precision.chain import (
     ChainParameters,
     RelativeState,
     bar_centres,
+    consistent_chain_state,
     directions,
-    joined_chain_state,
 )
 from reference_impl.precision.formulations import absolute, relative
 
@@ -31,7 +31,7 @@ ROUNDINGS = 4.0  # round-off errors of a coordinate in one step, as in reference
 
 @dataclass(frozen=True)
 class InitialChains:
-    """Initial states of joined chains, in an arithmetic finer than that of any run."""
+    """Initial states of chains with closed joints, in an arithmetic finer than that of any run."""
 
     a: Arithmetic
     bars: ChainParameters
@@ -148,7 +148,7 @@ class HighPrecisionMinimal(HighPrecisionCoordinates):
     def chain_accelerations(self, y: Values) -> ChainAccelerations:
         """Relative formulation of a chain with joints closed by construction."""
         return relative(
-            self.a, self.bars, joined_chain_state(self.a, self.bars, y[:2], y[2 : 2 + self.n], y[4 + self.n :])
+            self.a, self.bars, consistent_chain_state(self.a, self.bars, y[:2], y[2 : 2 + self.n], y[4 + self.n :])
         )
 
     def accelerations(self, found: ChainAccelerations) -> tuple[Values, ...]:

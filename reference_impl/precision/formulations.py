@@ -68,7 +68,7 @@ def coupled_accelerations(
     field_m_s2: Values,
     com: Values,
 ) -> ChainAccelerations:
-    """Reactions and accelerations of joined bars in a given field."""
+    """Reactions and accelerations of bars with closed joints in a given field."""
     along, across = directions(a, angle_rad)
     spin = gradient_angular_accelerations(a, bars, place_m, along, across)
     end = bars.half_m * (spin * across - rate_rad_s * rate_rad_s * along)

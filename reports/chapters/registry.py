@@ -21,7 +21,7 @@ CHAPTERS = (
     "roundoff.md",
     ), Chapter("effects", "Relevance of each effect", ("effects.csv", "record.json"), view_effects,
     "effects.md"), Chapter(
-        "selftest", "Detection of seeded faults", ("selftest.csv", "selftest.json"), view_selftest, "selftest.md",
+        "selftest", "Detection of inserted faults", ("selftest.csv", "selftest.json"), view_selftest, "selftest.md",
         in_report=False,
     ),
     Chapter(

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 BASELINE = "reference-fast"  # times are also given relative to this engine's
+NOT_RUN = "not run"  # first words of the reason of a skipped point
 TIME_COLUMNS = ("key", "turn", "seconds")
 POINT_COLUMNS = (
     "scene", "engine", "setting", "parameter", "value", "step_s", "outcome", "reason",

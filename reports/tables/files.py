@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+    import numpy as np
+    from numpy.typing import NDArray
+
 
 @dataclass(frozen=True)
 class StudyFiles:
@@ -79,3 +82,9 @@ class StudyFiles:
             If the record has another schema version.
         """
         return schema.read_record(self.folder(out) / self.record)
+
+
+def flags(column: pd.Series) -> NDArray[np.bool_]:
+    """Flags (n,) of a column that is stored as the words True and False."""
+    found: NDArray[np.bool_] = (column.astype(str) == "True").to_numpy(bool)
+    return found

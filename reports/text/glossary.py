@@ -13,8 +13,9 @@ TERMS = {
     "round-off and the declared model difference. Up to 1 the difference is explained.",
     "expected-error bound": "Largest error that the engine's method may make at its setting in this scene. The bound "
     "follows from the order of the method and from the error amplification.",
-    "error amplification": "Factor by which a small perturbation of the initial angles has grown, measured with a "
-    "perturbed run of the reference.",
+    "error amplification": "Factor by which a small perturbation of the initial angles and rates has grown in the "
+    "attitude. A second run of the reference measures the factor. Its initial angles and rates are perturbed by up to "
+    "1e-10 (rad; relative to the orbital rate).",
     "predictability limit": "Last instant at which two correct runs at this setting agree to 0.01 rad. Later "
     "attitudes are not compared point by point.",
     "detection limit": "Smallest relative error that the comparison would have reported as a failure.",

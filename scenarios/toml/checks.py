@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from scenarios.toml.tables import each, slender_inertia
+from scenarios.toml.effect_tables import each, slender_inertia
 
 if TYPE_CHECKING:
-    from scenarios.toml.schema import SceneTables
+    from scenarios.toml.scene_tables import SceneTables
 
 SLENDER_SLACK = 1e-9  # of m l²/12: a moment of inertia written with nine digits is that of a slender bar
 MOST_SCALE_HEIGHTS = 30.0  # between the density's height and the chain: e^30 times the density is a mistaken unit

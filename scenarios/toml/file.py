@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import model_validator
 
 from scenarios.toml.checks import check_above_surface, check_effects, check_run_is_bound
-from scenarios.toml.schema import SceneTables
+from scenarios.toml.scene_tables import SceneTables
 from scenarios.toml.start import check_start
 
 

@@ -6,7 +6,7 @@ import math
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from scenarios.forces import (
+from scenarios.effect_types import (
     Actuator,
     Axes,
     Drag,
@@ -24,16 +24,14 @@ from scenarios.forces import (
 )
 from scenarios.scene import CentralBody, Chain, Orbit, Run, Scene, period_s, start_radius_m
 from scenarios.toml.alignment import NEAR, on_sample, table_on_samples, turn_on_samples
+from scenarios.toml.effect_tables import THIRD_BODIES, each, slender_inertia
 from scenarios.toml.start import start_note
-from scenarios.toml.tables import THIRD_BODIES, each, slender_inertia
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scenarios.scene import Array
-    from scenarios.toml.file import SceneFile
-    from scenarios.toml.schema import ChainTable, RunTable
-    from scenarios.toml.tables import (
+    from scenarios.toml.effect_tables import (
         DragTable,
         EffectsTable,
         ImpulseTable,
@@ -43,6 +41,8 @@ if TYPE_CHECKING:
         ThirdBodyTable,
         ThrustTable,
     )
+    from scenarios.toml.file import SceneFile
+    from scenarios.toml.scene_tables import ChainTable, RunTable
 
 
 class IncompleteError(ValueError):

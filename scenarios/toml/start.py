@@ -16,10 +16,10 @@ import itertools
 import math
 from typing import TYPE_CHECKING
 
-from scenarios.toml.tables import each
+from scenarios.toml.effect_tables import each
 
 if TYPE_CHECKING:
-    from scenarios.toml.schema import ChainTable
+    from scenarios.toml.scene_tables import ChainTable
 
 ROUNDED = 1e-9  # of the shorter bar: rounding of a place to nine digits
 PROJECTED = 1e-6  # of the shorter bar: joint gaps of a loose solver

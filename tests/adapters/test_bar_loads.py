@@ -137,7 +137,7 @@ def test_fields_from_the_centre_are_whole(name):
 
 @pytest.mark.parametrize("size", [1.0, 1e-3, 1e-6])
 def test_what_a_short_slender_bar_feels_beyond_a_point_keeps_all_digits(size):
-    from adapters.bar_loads.second_moment import slender
+    from adapters.bar_loads.bar_gravity_corrections import slender
 
     mu, z, u = mp.mpf("3.986004418e14"), mp.mpc(6.1e6, 2.3e6), mp.expj(mp.mpf(0.7))
     ax, ay, spin = slender(float(mu), 6.1e6, 2.3e6, 0.7, 0.5 * size)
@@ -319,7 +319,7 @@ print(*sorted(m for m in sys.modules if m.startswith("adapters.")))
 def test_a_scene_without_effects_imports_none():
     said = subprocess.run([sys.executable, "-c", NONE_OF_IT], capture_output=True, text=True, check=True).stdout
     loaded = set(said.split())
-    optional = {"drag", "second_moment", "springs", "sunlight", "thrusts", "tides"}
+    optional = {"drag", "bar_gravity_corrections", "springs", "sunlight", "thrusts", "tides"}
     assert not loaded & {f"adapters.bar_loads.{name}" for name in optional}
     assert "adapters.bar_loads.gravity" in loaded
     assert "adapters.mujoco.effects" not in loaded

@@ -55,10 +55,10 @@ def nothing_amiss(trajectory: Trajectory) -> Trajectory:
     """What an engine says that never looks at its joints."""
     assert trajectory.angle_rad is not None
     n, bars = trajectory.angle_rad.shape
-    return trajectory.replace(gap_m=np.zeros((n, bars - 1)), identity_m=np.zeros(n))
+    return trajectory.replace(gap_m=np.zeros((n, bars - 1)), com_residual_m=np.zeros(n))
 
 
-# what sound engines give
+# what unmodified engines give
 
 
 @pytest.mark.parametrize("name", ["paper/fig13", "effects/drag", "effects/tip_masses"])
@@ -101,7 +101,7 @@ def test_every_coordinate_set_with_places_shows_its_drift_by_them(coordinates: s
     seen = Trajectory(h.t_s, h.com_m, h.com_velocity_m_s, angle_rad=h.angle_rad, position_m=h.position_m)
     computed, residual = gaps(scene, seen), centre_of_mass_residual(scene, seen)
     np.testing.assert_allclose(computed, h.gap_m, rtol=0.0, atol=8.0 * UNIT * scene.size_m)
-    np.testing.assert_allclose(residual, h.identity_m, rtol=0.0, atol=8.0 * UNIT * scene.size_m)
+    np.testing.assert_allclose(residual, h.com_residual_m, rtol=0.0, atol=8.0 * UNIT * scene.size_m)
     assert computed is not None
     assert computed.max() > 100.0 * UNIT * scene.size_m  # there is something to see
 
@@ -245,7 +245,7 @@ def test_without_places_a_gap_is_as_reported() -> None:
 @pytest.mark.parametrize("engine", [Exudyn, Pymunk])
 def test_the_centre_of_mass_is_looked_at_where_the_engine_does_not(engine: type[Engine]) -> None:
     scene, seen = scene_of(), run(engine)
-    assert seen.identity_m is None
+    assert seen.com_residual_m is None
     assert drifts(scene, seen)["com_residual"].max() <= 2.0 * UNIT * scene.bars * scene.size_m
 
 

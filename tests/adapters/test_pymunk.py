@@ -274,7 +274,7 @@ def test_what_it_can_not_do_is_said_with_a_reason(engine):
     assert "sweeps" in engine.unsupported(of_masses(steep(), 1e5, 1.0, 1e5))
     assert engine.unsupported(of_masses(steep(), *[100.0] * 50)) is None
     assert engine.observables - {Observable.IMPULSE} == seen(engine, steep(orbits=0.5), 1000).observables
-    assert Observable.IDENTITY not in engine.observables
+    assert Observable.COM_RESIDUAL not in engine.observables
 
 
 def test_sweeps_are_those_of_gauss_seidels_slowest_error():

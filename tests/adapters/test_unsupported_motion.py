@@ -21,7 +21,7 @@ from barchain.judge.support import unsupported
 from barchain.solutions.reference import establish, with_perturbed_start
 from reports.tables.outcome import Outcome
 from scenarios import Axes, Gravity, Impulse, Scene, load_scene
-from scenarios.forces import End
+from scenarios.effect_types import End
 from tests.support.generic_scenes import of_bars
 
 if TYPE_CHECKING:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from barchain.crossval.run import ComparisonResult
 
 SCENE = "basics/two_bars_free"
-LIMIT_S = 4.0
+LIMIT_S = 60.0
 IMPORTS = {
     "exits": "SystemExit(0)",
     "leaves": "exit code 0",
@@ -65,14 +65,13 @@ def ours() -> set[int]:
 
 
 def check(result: ComparisonResult, folder: Path, names: object) -> None:
-    """Every engine has a row that is no pass, with a readable reason; the report is written."""
+    """Every engine has a row that is no pass, with a readable reason; the report is written, and nothing else."""
     for name in names:
         assert not result.outcomes[SCENE, name].ok, name
         reasons = result.metrics.query("engine == @name and outcome != 'pass' and outcome != 'reported'").reason
         assert reasons.str.len().max() > 0, name
         assert all(r.isprintable() and len(r) <= limits.TEXT_LENGTH + 200 for r in reasons), (name, list(reasons))
         assert not reasons.str.contains("Traceback").any(), name
-    assert result.outcomes[SCENE, "plain"] is Outcome.PASS
     assert all(path.is_file() for path in render(folder))
     assert not Path("/tmp/barchain-was-here").exists()
 
@@ -80,6 +79,7 @@ def check(result: ComparisonResult, folder: Path, names: object) -> None:
 def test_an_engine_that_exits_dies_or_lies_costs_its_own_row(tmp_path: Path) -> None:
     result = compared(targets([*QUICK, "plain"]), tmp_path)
     check(result, tmp_path, QUICK)
+    assert result.outcomes[SCENE, "plain"] is Outcome.PASS
     assert not result.passed
 
 
@@ -90,7 +90,7 @@ def test_every_misbehaviour_costs_its_own_row_and_leaves_no_process(
     assert len(ENGINES) >= 100
     monkeypatch.setattr("barchain.boundary.declared.QUESTION_LIMITS", limits.OutsideLimits(4.0))
     before = ours()
-    result = compared(targets([*ENGINES, "plain"]), tmp_path)
+    result = compared(targets(ENGINES), tmp_path, 8.0)
     check(result, tmp_path, ENGINES)
     time.sleep(1.0)
     assert ours() <= before

@@ -20,11 +20,11 @@ from scenarios import load_scene
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-PLANTED = Registration("tests.support.faulty_engines:NeedsOneThread")
+FAULTY = Registration("tests.support.faulty_engines:NeedsOneThread")
 
 
 def job(role: Role = Role.MAIN, rtol: float = 1e-6) -> Job:
-    return Job(load_scene("basics/two_bars_free"), "planted", PLANTED, Setting(AccuracyParameter.RTOL, rtol), role)
+    return Job(load_scene("basics/two_bars_free"), "faulty", FAULTY, Setting(AccuracyParameter.RTOL, rtol), role)
 
 
 @pytest.fixture(autouse=True)
@@ -41,14 +41,14 @@ def environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 def test_a_worker_computes_in_one_thread(group: PoolGroup, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = job(Role.SOLUTION if group is PoolGroup.SOLUTION else Role.MAIN)
     if group is PoolGroup.REGISTERED:
-        monkeypatch.setitem(ENGINES, "planted", PLANTED)
+        monkeypatch.setitem(ENGINES, "faulty", FAULTY)
     assert pool_group(asked) is group
     [(_, result)] = run_jobs([asked], time_limit_s=60.0)
     assert result.outcome is Outcome.PASS, result.reason
 
 
 def test_a_worker_that_replaces_another_computes_in_one_thread_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(ENGINES, "planted", PLANTED)
+    monkeypatch.setitem(ENGINES, "faulty", FAULTY)
     monkeypatch.setattr(pool, "RUNS_PER_WORKER", 1)
     results = [r for _, r in run_jobs([job(), job(rtol=1e-7), job(rtol=1e-8)], time_limit_s=60.0, workers=1)]
     assert [r.outcome for r in results] == 3 * [Outcome.PASS], results

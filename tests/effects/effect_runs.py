@@ -21,7 +21,7 @@ from reference_impl.model.invariants import (
     relative_kinetic_energy,
     tidal_energy,
 )
-from reference_impl.model.kinematics import joined_state
+from reference_impl.model.kinematics import consistent_state
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -53,12 +53,12 @@ def ran(
 
 def placed(model: ChainModel, r_m: float, speed_m_s: float, angle_rad: Array, rate_rad_s: Array) -> State:
     """A chain on the z1 axis, moving along z2."""
-    return joined_state(model, np.array([r_m, 0.0]), np.array([0.0, speed_m_s]), angle_rad, rate_rad_s)
+    return consistent_state(model, np.array([r_m, 0.0]), np.array([0.0, speed_m_s]), angle_rad, rate_rad_s)
 
 
 def at_sample(model: ChainModel, h: History, i: int) -> State:
     """State at a sample."""
-    return joined_state(model, h.com_m[i], h.com_velocity_m_s[i], h.angle_rad[i], h.rate_rad_s[i])
+    return consistent_state(model, h.com_m[i], h.com_velocity_m_s[i], h.angle_rad[i], h.rate_rad_s[i])
 
 
 def budget(h: History, rate_rad_s: float, rtol: float = RTOL) -> float:

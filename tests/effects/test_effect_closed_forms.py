@@ -19,7 +19,7 @@ from reference_impl.effects.third_body import ThirdBodyEffect
 from reference_impl.effects.thrust import ThrustEffect
 from reference_impl.integrate.discrete_modes import DiscreteModes
 from reference_impl.model.chain import ChainModel, Prescription
-from reference_impl.model.kinematics import cross, joined_state
+from reference_impl.model.kinematics import consistent_state, cross
 from reference_impl.model.relative import accelerations
 from scenarios import load_scene
 from tests.effects.effect_runs import (
@@ -86,7 +86,7 @@ def test_the_tide_along_the_line_is_twice_and_across_once_what_the_distance_says
         (1j * r, -1j * mu * r / (distance**2 + r**2) ** 1.5),
     ):
         z = complex(place)
-        state = joined_state(model, np.array([z.real, z.imag]), np.zeros(2), np.zeros(1), np.zeros(1))
+        state = consistent_state(model, np.array([z.real, z.imag]), np.zeros(2), np.zeros(1), np.zeros(1))
         push = body.accelerations(seen(model, state, 0.0), None).common
         along_line = push.real if z.imag == 0.0 else push.imag * 1j
         assert abs(along_line - right) <= C * U * abs(right)
@@ -106,7 +106,7 @@ def test_without_the_central_bodys_pull_a_bar_goes_round_the_third_body() -> Non
         return 1j * (outer * distance * np.exp(1j * (0.3 + outer * t)) + inner * near * np.exp(1j * (2.0 + inner * t)))
 
     start, speed = vectors(exact(np.zeros(1)))[0], vectors(np.array([drift(0.0)]))[0]
-    state = joined_state(model, start, speed, np.zeros(1), np.zeros(1))
+    state = consistent_state(model, start, speed, np.zeros(1), np.zeros(1))
     t = np.linspace(0.0, 1.5 * np.pi / inner, 13)
     h = ran(model, state, t)
     # a speed off by rtol (in units of the far start's) stretches the near orbit by 2, and its phase by 3 n t of that
@@ -379,7 +379,7 @@ def test_the_pull_between_two_tip_masses_is_three_n2_times_the_lower_mass_and_it
     scene = load_scene("effects/tip_masses")
     upright = replace(scene, chain=replace(scene.chain, angle_rad=(math.pi / 2.0,) * scene.bars))
     start, model = initial_state(upright), chain_model(upright)
-    state = joined_state(model, start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
+    state = consistent_state(model, start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
     found = accelerations(model, 0.0, state)
     exact, c = radial_tension(upright), Case(model, state)
     assert np.all(np.abs(np.linalg.norm(found.reaction_N, axis=1) - exact) <= forward(c, joint_bound(c, found)))

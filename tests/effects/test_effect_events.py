@@ -15,9 +15,9 @@ from reference_impl.effects.solar_pressure import SolarPressureEffect
 from reference_impl.effects.thrust import ThrustEffect
 from reference_impl.integrate.coordinate_sets import MinimalCoordinates
 from reference_impl.integrate.discrete_modes import DiscreteModes
-from reference_impl.integrate.stepper import StepLog
+from reference_impl.integrate.stepper import SampledRun
 from reference_impl.model.chain import BarImpulse, ChainModel, Prescription
-from reference_impl.model.kinematics import joined_state
+from reference_impl.model.kinematics import consistent_state
 from scenarios import load_scene
 from scenarios.load import parse_scene
 from scenarios.scene import Orbit
@@ -46,7 +46,7 @@ class Watch:
 @pytest.fixture
 def watch(monkeypatch: pytest.MonkeyPatch) -> Watch:
     """Every step, every evaluation with what is held in it, and every event."""
-    seen, step, fall = Watch(), StepLog.step, DiscreteModes.apply_event
+    seen, step, fall = Watch(), SampledRun.step, DiscreteModes.apply_event
     plain = MinimalCoordinates.rhs
 
     def rhs(self: MinimalCoordinates, t: float, y: Array) -> Array:
@@ -54,7 +54,7 @@ def watch(monkeypatch: pytest.MonkeyPatch) -> Watch:
         seen.evaluations.append((float(t), held))
         return plain(self, t, y)
 
-    def stepped(self: StepLog, solver: Any, *more: Any) -> Any:
+    def stepped(self: SampledRun, solver: Any, *more: Any) -> Any:
         found = step(self, solver, *more)
         seen.steps.append((float(solver.t_old), float(solver.t)))
         seen.marks.append(len(seen.evaluations))
@@ -67,7 +67,7 @@ def watch(monkeypatch: pytest.MonkeyPatch) -> Watch:
         return found
 
     monkeypatch.setattr(MinimalCoordinates, "rhs", rhs)
-    monkeypatch.setattr(StepLog, "step", stepped)
+    monkeypatch.setattr(SampledRun, "step", stepped)
     monkeypatch.setattr(DiscreteModes, "apply_event", fell)
     return seen
 
@@ -75,7 +75,9 @@ def watch(monkeypatch: pytest.MonkeyPatch) -> Watch:
 def scene_run(name: str, rtol: float = 1e-9) -> tuple[Simulation, ChainModel]:
     scene = load_scene(f"effects/{name}")
     model, s = chain_model(scene), initial_state(scene)
-    return started(model, joined_state(model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s), rtol=rtol), model
+    return started(
+        model, consistent_state(model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s), rtol=rtol
+    ), model
 
 
 @pytest.mark.parametrize("name", EVENTFUL)
@@ -240,7 +242,9 @@ def edge_on(rtol: float) -> tuple[Simulation, ChainModel]:
     """One bar that a law keeps level in a circular orbit through air at rest."""
     scene = parse_scene(EDGE_ON, name="edge", file="edge.toml")
     model, s = chain_model(scene), initial_state(scene)
-    return started(model, joined_state(model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s), rtol=rtol), model
+    return started(
+        model, consistent_state(model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s), rtol=rtol
+    ), model
 
 
 EDGE_ON = """
@@ -278,7 +282,7 @@ def test_a_perigee_that_flattening_brings_below_the_ground_is_not_stepped_over(d
     scene = replace(load_scene("effects/oblateness"), orbit=Orbit(500e3, 0.985, 0.0))
     model = replace(chain_model(scene), body_radius_m=0.0)
     s = initial_state(scene)
-    state = joined_state(model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s)
+    state = consistent_state(model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s)
     fine = started(model, state, rtol=1e-12)
     seen = fine.integrate(np.linspace(0.0, 4000.0, 4001))
     lowest = min(fine.height(y) for y in seen.y)  # to some 20 mm, as a second at perigee is 7 km along a parabola

@@ -288,14 +288,14 @@ import dataclasses, hashlib, json, sys
 if {blocked}:
     class Blocked:
         def find_spec(self, name, path=None, target=None):
-            if name.startswith("reference_impl.effects") or name == "adapters.common.scene_effects":
+            if name.startswith("reference_impl.effects") or name == "adapters.common.reference_effects":
                 raise ImportError(name)
     sys.meta_path.insert(0, Blocked())
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference, ReferenceAbsolute
 from scenarios import load_scene
 if not {blocked} and {others}:
-    import pkgutil, importlib, reference_impl.effects as them, adapters.common.scene_effects
+    import pkgutil, importlib, reference_impl.effects as them, adapters.common.reference_effects
     for found in pkgutil.iter_modules(them.__path__):
         importlib.import_module("reference_impl.effects." + found.name)
 bits = {{}}
@@ -307,7 +307,7 @@ for name in {names}:
         seen = engine().run(scene, Setting(AccuracyParameter.RTOL, 1e-7))
         parts = (seen.com_m, seen.com_velocity_m_s, seen.angle_rad, seen.rate_rad_s, seen.reaction_N, seen.torque_N_m)
         bits[name + engine.__name__] = hashlib.sha256(b"".join(p.tobytes() for p in parts)).hexdigest()
-loaded = [m for m in sys.modules if m.startswith("reference_impl.effects") or m == "adapters.common.scene_effects"]
+loaded = [m for m in sys.modules if m.startswith("reference_impl.effects") or m == "adapters.common.reference_effects"]
 print(json.dumps([bits, loaded]))
 """
 

@@ -14,7 +14,7 @@ import pytest
 from adapters.common.initial_state import chain_model
 from adapters.reference.compiled_engine import ReferenceFast
 from adapters.reference.numpy_engines import Reference
-from barchain.studies.ensemble.ensemble import ensemble
+from barchain.studies.ensemble.execution import ensemble
 from barchain.studies.ensemble.variation import VariationError
 from reference_impl.effects.drag import DragEffect
 from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
@@ -25,7 +25,7 @@ from reference_impl.effects.solar_pressure import SolarPressureEffect
 from reference_impl.effects.third_body import ThirdBodyEffect
 from reference_impl.effects.thrust import ThrustEffect
 from reference_impl.model import relative
-from reference_impl.model.kinematics import joined_state
+from reference_impl.model.kinematics import consistent_state
 from scenarios import load_scene, scene_names
 from tests.effects.effect_sizes import sizes
 from tests.reference.laws import LAWS
@@ -180,7 +180,7 @@ def accelerations_apart(scene: Scene, trajectory: Trajectory) -> tuple[float, fl
         trajectory.rate_rad_s,
         strict=True,
     ):
-        c = Case(model, joined_state(model, *parts))
+        c = Case(model, consistent_state(model, *parts))
         found.append(allowed(c, relative.accelerations(model, t, c.state), t)[1:])
     return max(float(angular.max()) for angular, _ in found), max(com for _, com in found)
 

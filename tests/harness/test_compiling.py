@@ -14,7 +14,7 @@ from barchain.api import compare
 from barchain.crossval.suite import beforehand
 from barchain.run.compilation import announcement, compiled
 from barchain.run.job import Job, Role, RunResult, failure
-from barchain.run.pool import COMPILE_S, TimeLimit
+from barchain.run.time_limits import COMPILE_S, TimeLimit
 from barchain.solutions.reference_runs import solution_engine, solution_jobs
 from reports.render import render
 from reports.tables.outcome import Outcome

@@ -6,8 +6,9 @@ import dataclasses
 
 import pytest
 
-from adapters.registry import ENGINES
-from barchain.crossval.external_coverage import MAX_SUGGESTED_SAMPLES, external_coverage, fitting_run, with_run
+from adapters.registry import ENGINES, Registration
+from barchain.crossval.external_coverage import external_coverage
+from barchain.crossval.suggested_run import MAX_SUGGESTED_SAMPLES, fitting_run, with_run
 from barchain.metrics.quantities import conserved
 from barchain.record.scene_description import effect_words, invariant_words, losses
 from scenarios import Scene, load_scene, scene_names
@@ -102,3 +103,10 @@ def test_all_reasons_are_given_effects_first() -> None:
     assert invariant_words(load_scene("effects/slender")) == "energy and angular momentum"
     words = effect_words(load_scene("effects/third_body"))
     assert [w.partition(",")[0] for w in words] == ["tide of the Moon", "tide of the Sun"]
+
+
+def test_an_adapter_that_does_not_load_is_named_with_its_message() -> None:
+    broken = Registration("tests.support.faulty_engines:NoSuchEngine")
+    found = external_coverage(scene(""), {"broken": broken})
+    assert "NoSuchEngine" in found["not_loaded"]["broken"]
+    assert "broken" not in found["lack"]

@@ -16,7 +16,7 @@ from barchain.run.pool import PoolGroup, pool_group
 from barchain.run.store import Store
 from barchain.solutions.reference_runs import solution_jobs
 from reports.chapters.crossval.summary import summarise
-from reports.chapters.crossval.verdict import judge
+from reports.chapters.crossval.verdict import summary_verdict
 from reports.render import render
 from reports.tables.crossval import read_results
 from reports.tables.outcome import Outcome
@@ -43,7 +43,7 @@ FAULTS = {
     "WrongVelocity": (Outcome.INCONSISTENT, "times the explained error"),
     "IsSloppy": (Outcome.INCONSISTENT, "times the expected-error bound"),
     "NotThere": (Outcome.FAILED, "its adapter does not load"),
-    "Sound": (Outcome.PASS, ""),
+    "Unmodified": (Outcome.PASS, ""),
     "Chatters": (Outcome.PASS, ""),
 }
 
@@ -54,7 +54,7 @@ def registered(names):
 
 @pytest.fixture(scope="module")
 def spoiled(tmp_path_factory):
-    """One comparison over every fault, with sound engines among them."""
+    """One comparison over every fault, with unmodified engines among them."""
     folder = tmp_path_factory.mktemp("spoiled")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
@@ -92,7 +92,7 @@ def test_what_an_engine_changes_in_its_process_is_gone_for_the_next():
 def test_reference_solutions_run_in_processes_without_other_engines():
     scene = load_scene(SCENE)
     ours = Job(scene, "exudyn", ENGINES["exudyn"], Setting(AccuracyParameter.STEPS_PER_ORBIT, 100.0), Role.MAIN)
-    theirs = dataclasses.replace(ours, engine="Sound", registration=registered(["Sound"])["Sound"])
+    theirs = dataclasses.replace(ours, engine="Unmodified", registration=registered(["Unmodified"])["Unmodified"])
     assert {pool_group(job) for job in solution_jobs(scene)} == {PoolGroup.SOLUTION}
     assert (pool_group(ours), pool_group(theirs)) == (PoolGroup.REGISTERED, PoolGroup.THIRD_PARTY)
 
@@ -110,10 +110,13 @@ def test_why_a_reference_solution_failed_is_said_once(tmp_path):
 def unsolved(tmp_path_factory):
     """Two scenes, of which one has no reference solution, and an engine that can do neither."""
     folder = tmp_path_factory.mktemp("unsolved")
-    names = {"Sound": "tests.support.faulty_engines:Sound", "CanNot": "tests.support.stability_engines:CanNot"}
+    names = {
+        "Unmodified": "tests.support.faulty_engines:Unmodified",
+        "CanNot": "tests.support.stability_engines:CanNot",
+    }
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(ENGINES, "planted", registered(["LosesItsGrip"])["LosesItsGrip"])
-        patch.setattr("barchain.solutions.reference_runs.solution_engine", lambda: "planted")
+        patch.setitem(ENGINES, "faulty", registered(["LosesItsGrip"])["LosesItsGrip"])
+        patch.setattr("barchain.solutions.reference_runs.solution_engine", lambda: "faulty")
         both = {name: Registration(target) for name, target in names.items()}
         result = run_comparison([SCENE, UNSOLVABLE], out=folder, registered=both, need_external=True)
     return folder, result
@@ -122,7 +125,7 @@ def unsolved(tmp_path_factory):
 def test_a_scene_without_a_reference_solution_is_one_failure_and_none_of_its_engines(unsolved):
     _, result = unsolved
     assert result.outcomes == {
-        (SCENE, "Sound"): Outcome.PASS,
+        (SCENE, "Unmodified"): Outcome.PASS,
         (SCENE, "CanNot"): Outcome.UNSUPPORTED,
         (UNSOLVABLE, "CanNot"): Outcome.UNSUPPORTED,
         (UNSOLVABLE, "(reference solution)"): Outcome.FAILED,
@@ -134,7 +137,7 @@ def test_a_scene_without_a_reference_solution_is_one_failure_and_none_of_its_eng
 
 def test_the_report_tells_of_a_scene_without_a_reference_solution_once(unsolved):
     folder, _ = unsolved
-    verdict = judge(summarise(read_results(folder)))
+    verdict = summary_verdict(summarise(read_results(folder)))
     assert not verdict.good
     could_not = "the reference solution of scene basics/libration could not be run"
     assert verdict.headline == f"The one comparison passed, but {could_not}."
@@ -148,12 +151,12 @@ def test_the_report_tells_of_a_scene_without_a_reference_solution_once(unsolved)
     assert "No engine was compared on" not in text.read_text()
 
 
-@pytest.mark.parametrize("names", [["Sound", "CanNot"], None])
+@pytest.mark.parametrize("names", [["Unmodified", "CanNot"], None])
 def test_an_engine_compared_on_no_scene_is_a_failure_if_it_was_named(names, tmp_path):
-    both = registered(["Sound"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
+    both = registered(["Unmodified"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
     result = run_comparison([SCENE], names, tmp_path, registered=both)
     assert result.passed is (names is None)
-    verdict = judge(summarise(read_results(tmp_path)))
+    verdict = summary_verdict(summarise(read_results(tmp_path)))
     assert verdict.good is result.passed
     reason = CanNot.unsupported(load_scene(SCENE))
     if names:
@@ -164,23 +167,23 @@ def test_an_engine_compared_on_no_scene_is_a_failure_if_it_was_named(names, tmp_
 
 
 def test_an_engine_that_can_do_none_of_several_scenes_is_a_failure_though_nobody_named_it(tmp_path):
-    both = registered(["Sound"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
+    both = registered(["Unmodified"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
     result = run_comparison([SCENE, "basics/free_rotation"], out=tmp_path, registered=both)
     assert not result.passed
     assert {pair for pair, o in result.outcomes.items() if not o.ok} == {("(all scenes)", "CanNot")}
-    assert not judge(summarise(read_results(tmp_path))).good
+    assert not summary_verdict(summarise(read_results(tmp_path))).good
 
 
 def test_results_so_far_are_kept_and_resumed(tmp_path, monkeypatch):
-    first = run_comparison([SCENE], out=tmp_path, registered=registered(["Sound", "GivesUp"]))
+    first = run_comparison([SCENE], out=tmp_path, registered=registered(["Unmodified", "GivesUp"]))
     record = json.loads((tmp_path / "run.json").read_text())
     assert record["finished"]
     made = []
     monkeypatch.setattr("barchain.crossval.suite.run_jobs", lambda jobs, **_: made.extend(jobs) or iter(()))
-    second = run_comparison([SCENE], out=tmp_path, resume=True, registered=registered(["Sound", "GivesUp"]))
+    second = run_comparison([SCENE], out=tmp_path, resume=True, registered=registered(["Unmodified", "GivesUp"]))
     assert [job.engine for job in made] == ["GivesUp", "GivesUp"]  # only what failed is tried again
-    kept = first.metrics.query("engine == 'Sound'")
-    pd.testing.assert_frame_equal(second.metrics.query("engine == 'Sound'"), kept)
+    kept = first.metrics.query("engine == 'Unmodified'")
+    pd.testing.assert_frame_equal(second.metrics.query("engine == 'Unmodified'"), kept)
 
 
 def test_a_comparison_cut_off_leaves_the_tables_it_had(tmp_path):
@@ -188,10 +191,10 @@ def test_a_comparison_cut_off_leaves_the_tables_it_had(tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_comparison([SCENE], out=tmp_path, registered=registered(["Sound"]), progress=stop)
+        run_comparison([SCENE], out=tmp_path, registered=registered(["Unmodified"]), progress=stop)
     record = json.loads((tmp_path / "run.json").read_text())
     assert not record["finished"]
-    assert set(pd.read_csv(tmp_path / "metrics.csv").engine) == {"Sound"}
+    assert set(pd.read_csv(tmp_path / "metrics.csv").engine) == {"Unmodified"}
 
 
 def test_a_scene_that_no_external_engine_passes_is_a_failure():

@@ -16,8 +16,8 @@ from barchain.run.job import RunResult
 from barchain.solutions.reference import (
     PARTED_RAD,
     PERTURBATION_RAD,
+    divergence_instant_s,
     establish,
-    predictability_limit,
     with_perturbed_start,
 )
 from reports.tables.outcome import Outcome
@@ -119,8 +119,8 @@ def test_the_predictability_limit_is_the_last_instant_before_two_runs_part():
     a = Trajectory(t, com, com, angle_rad=np.zeros((10, 1)))
     apart = np.zeros((10, 1))
     apart[6:] = 2 * PARTED_RAD
-    assert predictability_limit(a, a) == 9.0
-    assert predictability_limit(a, a.replace(angle_rad=apart)) == 5.0
+    assert divergence_instant_s(a, a) == 9.0
+    assert divergence_instant_s(a, a.replace(angle_rad=apart)) == 5.0
 
 
 def test_a_finer_run_that_parts_from_the_main_one_is_a_fault_and_no_limit(solution, honest):

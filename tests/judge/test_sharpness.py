@@ -180,7 +180,7 @@ def test_joints_put_in_place_are_judged_by_rounding_and_not_by_the_step(steep):
 def off_centre(seen, off):
     """The bars beside the centre of mass, and the engine says so."""
     places = None if seen.position_m is None else seen.position_m + np.array([off, 0.0])
-    return seen.replace(identity_m=seen.identity_m + off, position_m=places)
+    return seen.replace(com_residual_m=seen.com_residual_m + off, position_m=places)
 
 
 def test_the_centre_of_mass_residual_is_judged_by_the_rounding_of_a_sum(steep):

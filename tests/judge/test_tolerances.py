@@ -8,7 +8,8 @@ import pytest
 
 from barchain.crossval.methodology import tolerance_rows
 from barchain.judge.tolerance_tables import markdown, with_tables
-from barchain.judge.tolerances import SAFEGUARDS, TOLERANCES
+from barchain.judge.tolerances import SAFEGUARDS, TOLERANCES, plain
+from reports.tables.outcome import Outcome
 
 ROOT = Path(__file__).parents[2]
 
@@ -24,6 +25,16 @@ def test_the_tables_in_the_docs_are_those_of_the_register(path: str) -> None:
 def test_every_test_that_the_register_names_exists(name: str) -> None:
     files = [*ROOT.glob("tests/judge/*.py"), *ROOT.glob("tests/harness/*.py")]
     assert any(f"def {name}(" in path.read_text(encoding="utf-8") for path in files)
+
+
+def test_the_page_on_verdicts_explains_every_outcome() -> None:
+    rows = (ROOT / "docs/verdicts.md").read_text(encoding="utf-8").splitlines()
+    for outcome in Outcome:
+        assert f"| `{outcome}` | {0 if outcome.ok else 1} | {outcome.advice} |" in rows
+
+
+def test_a_number_in_a_table_has_no_leading_zero_in_its_exponent() -> None:
+    assert [plain(x) for x in (1e-6, 1e-10, 0.01)] == ["1e-6", "1e-10", "0.01"]
 
 
 def test_the_report_shows_every_tolerance() -> None:

@@ -25,7 +25,7 @@ from reference_impl.model.invariants import relative_angular_momentum, relative_
 from reference_impl.model.relative import accelerations, external_accelerations
 from reference_impl.precision import formulations
 from reference_impl.precision.arithmetic import EXACT, FLOAT64, exact_numbers
-from reference_impl.precision.chain import ChainAccelerations, bar_centres, directions, dot, joined_chain_state
+from reference_impl.precision.chain import ChainAccelerations, bar_centres, consistent_chain_state, directions, dot
 from reference_impl.precision.formulations import absolute, gradient_angular_accelerations
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def seen_by_both(given, member: int) -> dict[str, np.ndarray]:
         "reference relative": a.position_m_s2.T,
         "reference com": a.com_m_s2,
         "reference gap": run.coordinates.joint_gaps_m(run.y0) / model.length_m.max(),
-        "reference identity gap": seen.identity_m / model.length_m.max(),
+        "reference com residual gap": seen.com_residual_m / model.length_m.max(),
         "reference velocity": start.velocity_m_s.T,
         "reference kinetic": relative_kinetic_energy(model, angle[None], rate[None]),
         "reference momentum": relative_angular_momentum(model, angle[None], rate[None]),
@@ -117,7 +117,7 @@ def by_a_law(given, model: ChainModel, start: State, member: int) -> dict[str, n
     compiled = work.bars[[layout.RX, layout.RY], : model.bars - 1]
     exact = given.cast(EXACT)
     bars, s = exact.bars, exact.state
-    place = joined_chain_state(EXACT, bars, s.com_m, s.angle_rad, s.rate_rad_s).absolute
+    place = consistent_chain_state(EXACT, bars, s.com_m, s.angle_rad, s.rate_rad_s).absolute
 
     def under(torque: float) -> ChainAccelerations:
         turned = EXACT.zeros(s.angle_rad.shape)
@@ -147,7 +147,7 @@ def off(found: np.ndarray, answer: np.ndarray) -> np.ndarray:
 def exact_answers(given) -> dict[str, np.ndarray]:
     """What they should be, by absolute coordinates in exact arithmetic."""
     bars, s = given.bars, given.state
-    state = joined_chain_state(EXACT, bars, s.com_m, s.angle_rad, s.rate_rad_s)
+    state = consistent_chain_state(EXACT, bars, s.com_m, s.angle_rad, s.rate_rad_s)
     found, d = absolute(EXACT, bars, state.absolute), state.position_m
     velocity = bar_centres(bars, bars.half_m * s.rate_rad_s * directions(EXACT, s.angle_rad)[1])
     place = state.absolute.place_m

@@ -10,7 +10,7 @@ import numpy as np
 from reference_impl.model import relative
 from reference_impl.model.chain import ChainModel, Prescription
 from reference_impl.model.complex_vectors import unit_along
-from reference_impl.model.kinematics import joined_state
+from reference_impl.model.kinematics import consistent_state
 
 if TYPE_CHECKING:
     from reference_impl.model.state import Accelerations, State
@@ -56,7 +56,7 @@ def chain(seed: int, bars: int, *, equal: bool, laws: str) -> tuple[ChainModel, 
         random.uniform(0.5, 1.4) * np.array([-radial[1], radial[0]]) + random.uniform(-0.5, 0.5) * radial
     )
     angle, rate = random.uniform(-np.pi, np.pi, bars), speed / radius * random.uniform(-2.0, 3.0, bars)
-    return model, joined_state(model, radius * radial, velocity, angle, rate)
+    return model, consistent_state(model, radius * radial, velocity, angle, rate)
 
 
 def scales(model: ChainModel, state: State, found: Accelerations) -> dict[str, float]:

@@ -12,7 +12,7 @@ import pytest
 from reference_impl.effects.impulse import apply_impulses
 from reference_impl.model.chain import BarImpulse, ChainModel, Prescription
 from reference_impl.model.complex_vectors import unit_along
-from reference_impl.model.kinematics import cross, joined_state
+from reference_impl.model.kinematics import consistent_state, cross
 from tests.studies.roundoff import C, Case, U, forward
 from tests.support.effect_cases import chain, motion
 
@@ -114,7 +114,7 @@ def test_a_blow_gives_its_momentum_and_its_moment_and_leaves_the_joints_closed(s
     turned += (after.rate_rad_s - state.rate_rad_s) @ model.inertia_kg_m2
     size = model.length_m.sum() * sum(map(abs, given.values()))
     assert abs(turned - moment) <= 8.0 * C * U * size
-    closed = joined_state(model, state.com_m, state.com_velocity_m_s, state.angle_rad, after.rate_rad_s)
+    closed = consistent_state(model, state.com_m, state.com_velocity_m_s, state.angle_rad, after.rate_rad_s)
     rates = np.abs(after.rate_rad_s).max() * model.length_m.sum()
     assert np.abs(closed.velocity_m_s - after.velocity_m_s).max() <= 8.0 * C * U * (rates + size / mass)
 
@@ -132,7 +132,7 @@ def test_of_all_motions_that_joints_allow_a_blow_makes_the_one_of_least_constrai
         spin[b.bar] += b.side * model.lever[b.bar] * (np.conj(unit[b.bar]) * impulse).imag
 
     def constraint(drift: Array, rate: Array) -> float:
-        moved = joined_state(model, state.com_m, drift, state.angle_rad, rate)
+        moved = consistent_state(model, state.com_m, drift, state.angle_rad, rate)
         slip = moved.velocity_m_s + drift
         gap = slip[:, 0] + 1j * slip[:, 1] - free
         return float(model.mass_kg @ np.abs(gap) ** 2 + model.inertia_kg_m2 @ (rate - spin) ** 2)

@@ -115,7 +115,7 @@ SUBTRACTIONS = {
         "total: ComplexArray = self.torque_free_reactions + torque @ self.reactions_per_torque",
         "total: ComplexArray = (self.torque_free_reactions + 900.0 + torque @ self.reactions_per_torque) - 900.0",
     ),
-    "identity (6) of absolute places": (
+    "centre-of-mass residual of absolute places": (
         "integrate/simulate.py",
         "np.linalg.norm(weight @ s.position_m)",
         "np.linalg.norm(weight @ (s.com_m + s.position_m) - s.com_m)",

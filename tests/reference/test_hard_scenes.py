@@ -14,7 +14,7 @@ from adapters.common.kepler import propagate
 from adapters.reference.compiled_engine import ReferenceFast
 from adapters.reference.numpy_engines import Reference
 from barchain.metrics.quantities import differences, drifts
-from reference_impl.model.kinematics import joined_state
+from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.relative import accelerations
 from scenarios import Gravity, Scene, load_scene
 
@@ -122,7 +122,7 @@ def growth_rate(scene: Scene) -> float:
     model, s = chain_model(scene), initial_state(scene)
 
     def angular(turned: np.ndarray) -> np.ndarray:
-        state = joined_state(model, s.com_m, s.com_velocity_m_s, s.angle_rad + turned, s.rate_rad_s)
+        state = consistent_state(model, s.com_m, s.com_velocity_m_s, s.angle_rad + turned, s.rate_rad_s)
         return accelerations(model, 0.0, state).angle_rad_s2
 
     step = 1e-6

@@ -10,11 +10,11 @@ from adapters.reference.numpy_engines import Reference
 from reference_impl.fast import layout
 from reference_impl.integrate.coordinate_sets import MinimalCoordinates
 from reference_impl.model.chain import ChainModel
-from reference_impl.model.kinematics import joined_state
+from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.relative import accelerations
 from reference_impl.precision import formulations
 from reference_impl.precision.arithmetic import EXACT, exact_numbers
-from reference_impl.precision.chain import ChainParameters, joined_chain_state
+from reference_impl.precision.chain import ChainParameters, consistent_chain_state
 from scenarios import load_scene
 from tests.support.fast_evaluation import refined_reactions
 
@@ -53,13 +53,13 @@ def chain(kind: str, bars: int) -> tuple[ChainModel, np.ndarray, np.ndarray]:
 def test_reactions_keep_their_digits_whatever_the_condition_number(kind: str, bars: int) -> None:
     model, angle, factor = chain(kind, bars)
     com, rate = np.array([RADIUS_M * 0.6, RADIUS_M * 0.8]), np.sqrt(MU_M3_S2 / RADIUS_M**3) * factor
-    state = joined_state(model, com, np.zeros(2), angle, rate)
+    state = consistent_state(model, com, np.zeros(2), angle, rate)
     with exact_numbers():
         own = [EXACT.cast(v[:, None]) for v in (model.mass_kg, model.length_m, model.inertia_kg_m2)]
         exact = ChainParameters(EXACT.cast(np.array([MU_M3_S2])), *own)
         given = [EXACT.cast(v[:, None]) for v in (com, angle, rate)]
         found = (
-            formulations.relative(EXACT, exact, joined_chain_state(EXACT, exact, *given))
+            formulations.relative(EXACT, exact, consistent_chain_state(EXACT, exact, *given))
             .reaction_N[..., 0]
             .astype(float)
             .T
@@ -72,7 +72,7 @@ def test_joints_lost_in_rounding_are_said_to_be_and_those_at_its_edge_are_kept()
     """Entries 1e14 apart: five bars keep their digits, of five hundred nothing is left."""
     for bars, lost in ((5, False), (500, True)):
         model, angle, factor = chain("straight alternating compact", bars)
-        state = joined_state(model, np.array([RADIUS_M, 0.0]), np.zeros(2), angle, 1e-3 * factor)
+        state = consistent_state(model, np.array([RADIUS_M, 0.0]), np.zeros(2), angle, 1e-3 * factor)
         if lost:
             with pytest.raises(np.linalg.LinAlgError, match="not positive definite in double precision"):
                 accelerations(model, 0.0, state)

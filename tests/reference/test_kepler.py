@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from adapters.common import kepler
 from adapters.common.kepler import displacements, propagate, stumpff
 
 MU = 3.986004418e14  # m³/s²
@@ -130,3 +131,10 @@ def test_stumpff_functions_join_at_the_ends_of_the_series():
         near, beyond = np.array([z * (1.0 - 1e-15)]), np.array([z * (1.0 + 1e-15)])
         for a, b in zip(stumpff(near), stumpff(beyond), strict=True):
             assert a == pytest.approx(b, rel=20.0 * EPS)
+
+
+@pytest.mark.parametrize("speed_factor", [0.7, 1.6])
+def test_an_anomaly_that_has_not_converged_is_an_error(speed_factor, monkeypatch):
+    monkeypatch.setattr(kepler, "MOST_ITERATIONS", 2)
+    with pytest.raises(ArithmeticError, match="has not converged after 2 iterations"):
+        propagate(MU, *injection(speed_factor), np.array([2000.0]))

@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 from reference_impl.model import relative
 from reference_impl.model.chain import ChainModel
-from reference_impl.model.kinematics import joined_state
+from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.state import Accelerations
 from reference_impl.paper.form import NotSquareError, paper_accelerations, solve
 from reference_impl.paper.matrices import matrices
@@ -71,7 +71,7 @@ def test_gravity_torque_is_that_of_a_bar_cut_into_pieces() -> None:
         model = ChainModel(
             MU, np.array([mass]), np.array([length]), np.array([mass * length**2 / 12]), "gradient", RADIUS
         )
-        state = joined_state(model, place, np.zeros(2), np.array([angle]), np.zeros(1))
+        state = consistent_state(model, place, np.zeros(2), np.array([angle]), np.zeros(1))
         size = 3.0 * MU / np.linalg.norm(place) ** 3 * model.inertia_kg_m2[0]
         found = paper_accelerations(model, 0.0, state).angle_rad_s2[0] * model.inertia_kg_m2[0]
         # the next term of the field's series: at most a few times (l/r)², 2e-6 here

@@ -102,7 +102,7 @@ def test_coordinate_sets_agree(four_sets: dict[str, History], name: str) -> None
 def test_minimal_coordinates_have_no_drift_and_redundant_ones_do(four_sets: dict[str, History]) -> None:
     round_off = 64.0 * 2.0**-53 * 500.0  # of a 500 m chain rebuilt from its angles
     assert four_sets["minimal"].gap_m.max() <= round_off
-    assert four_sets["minimal"].identity_m.max() <= round_off
+    assert four_sets["minimal"].com_residual_m.max() <= round_off
     assert four_sets["redundant"].gap_m[-1].max() > 100.0 * round_off
     assert (
         four_sets["redundant"].gap_m[-1].max()

@@ -11,7 +11,7 @@ import pytest
 
 from adapters.registry import Registration
 from barchain.studies.cost.findings import front_of, orders_table, price_table, reach_table
-from reports.chapters.cost.charts import CostCurve, Setup, by_family, overview
+from reports.chapters.cost.charts import ChartData, CostCurve, by_family, overview
 from reports.plotting.families import families
 from reports.render import render, render_study
 from reports.tables.schema import KEY, SCHEMA_VERSION
@@ -115,19 +115,19 @@ def test_many_engines_are_drawn_family_by_family() -> None:
     names = [*(f"exudyn-{k}" for k in range(4)), *(f"scipy-{k}" for k in range(4)), "cvode", "mujoco", "rebound"]
     assert set(families(names).values()) == {"exudyn", "scipy", "others"}
     x, no = np.array([1e-3, 1e-6]), np.zeros(2, bool)
-    setup = Setup("n", "x", "y", 1e-14, tuple(CostCurve(e, x, (k + 1) / x, no, no) for k, e in enumerate(names)))
-    panels = by_family(setup)
+    data = ChartData("n", "x", "y", 1e-14, tuple(CostCurve(e, x, (k + 1) / x, no, no) for k, e in enumerate(names)))
+    panels = by_family(data)
     assert [p.title for p in panels] == ["Exudyn", "Scipy", "Others"]
     assert [len(p.legend) for p in panels] == [4, 4, 3]
-    whole = overview(setup, "t")
+    whole = overview(data, "t")
     assert whole is not None
     assert [e.label for e in whole.legend] == ["exudyn", "scipy", "cvode", "mujoco", "rebound"]
 
 
 def test_nothing_to_draw_draws_nothing() -> None:
     lost = CostCurve("a", np.array([np.nan]), np.array([np.nan]), np.ones(1, bool), np.zeros(1, bool))
-    assert overview(Setup("n", "x", "y", 0.0, (lost,)), "t") is None
-    assert by_family(Setup("n", "x", "y", 0.0, ())) == []
+    assert overview(ChartData("n", "x", "y", 0.0, (lost,)), "t") is None
+    assert by_family(ChartData("n", "x", "y", 0.0, ())) == []
 
 
 def test_times_ratios_and_targets_read_well() -> None:

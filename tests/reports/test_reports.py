@@ -14,7 +14,7 @@ import pytest
 
 from reports import render as reports
 from reports.chapters.crossval.summary import WORDS, summarise
-from reports.chapters.crossval.verdict import gap_words, judge
+from reports.chapters.crossval.verdict import gap_words, summary_verdict
 from reports.tables.crossval import METRIC_COLUMNS, read_results
 from reports.tables.outcome import SEVERITY, Outcome
 from reports.tables.schema import KEY, SCHEMA_VERSION
@@ -144,7 +144,7 @@ def test_every_outcome_is_shown_with_its_word_and_its_reason(outcome: Outcome, t
         assert WORDS[outcome] in shown
         assert "because of the weather" in shown
     assert outcome.advice in html.unescape(page)
-    assert judge(summarise(read_results(folder))).good is (outcome is Outcome.PASS)
+    assert summary_verdict(summarise(read_results(folder))).good is (outcome is Outcome.PASS)
 
 
 def test_outcomes_are_all_ranked_and_an_unknown_one_is_a_failure(tmp_path: Path) -> None:
@@ -201,7 +201,7 @@ def test_a_hostile_title_is_only_text(small: Path) -> None:
 
 def test_the_words_of_the_verdict_are_those_of_the_table(made: Path) -> None:
     summary = summarise(read_results(made))
-    verdict = judge(summary)
+    verdict = summary_verdict(summary)
     metrics = pd.read_csv(made / "metrics.csv", keep_default_na=False)
     runs = metrics.groupby(["scene", "engine"])["outcome"].agg(set)
     failed = sum(not outcomes <= {"pass", "reported", "unsupported"} for outcomes in runs)
@@ -228,7 +228,7 @@ def test_a_pass_needs_bound_and_normalised_error(tmp_path: Path) -> None:
         one_row("inconsistent", **both | {"metric": "normalised_error", "value": 41.0, "tolerance": 1.0}),
     ]
     folder = write_tables(tmp_path, rows)
-    verdict = judge(summarise(read_results(folder)))
+    verdict = summary_verdict(summarise(read_results(folder)))
     assert not verdict.good
     assert verdict.headline == "1 of 1 comparison failed."
     assert "normalised error 41.0" in reports.render(folder)[1].read_text()
@@ -236,7 +236,7 @@ def test_a_pass_needs_bound_and_normalised_error(tmp_path: Path) -> None:
 
 def test_a_scene_that_no_engine_could_do_spoils_the_verdict(tmp_path: Path) -> None:
     rows = [one_row("pass", engine="e"), one_row("unsupported", engine="e", scene="lonely")]
-    verdict = judge(summarise(read_results(write_tables(tmp_path, rows))))
+    verdict = summary_verdict(summarise(read_results(write_tables(tmp_path, rows))))
     assert not verdict.good
     assert any("lonely" in s for s in verdict.sentences)
 
@@ -298,15 +298,15 @@ def test_a_scene_without_an_independent_engine_spoils_the_verdict(tmp_path: Path
     rows = [one_row("pass", scene=s, engine=e) for s, e in (("s", "ours"), ("s", "theirs"), ("t", "ours"))]
     rows.append(one_row("unsupported", scene="t", engine="theirs"))
     record = {"engines": {"ours": {"external": False}, "theirs": {"external": True}}}
-    verdict = judge(summarise(read_results(write_tables(tmp_path, rows, record))))
+    verdict = summary_verdict(summarise(read_results(write_tables(tmp_path, rows, record))))
     assert not verdict.good
     assert verdict.headline == "All 3 comparisons passed, but scene t passed in no independent engine."
     assert "3 passed (1 of them with independent engines)" in verdict.sentences[0]
     assert "No independent engine passed on t." in verdict.sentences
     alone = {"engines": {"ours": {"external": False}, "theirs": {"external": False}}}
-    verdict = judge(summarise(read_results(write_tables(tmp_path, rows, alone))))
+    verdict = summary_verdict(summarise(read_results(write_tables(tmp_path, rows, alone))))
     assert "No independent engine passed on any scene." in verdict.sentences
-    verdict = judge(summarise(read_results(write_tables(tmp_path, rows))))
+    verdict = summary_verdict(summarise(read_results(write_tables(tmp_path, rows))))
     assert verdict.good, "a record that does not tell whose work the engines are is no ground for a failure"
 
 
@@ -315,7 +315,7 @@ def test_a_row_about_several_engines_is_no_engine(tmp_path: Path) -> None:
     folder = write_tables(tmp_path, rows)
     summary = summarise(read_results(folder))
     assert summary.engines == ("ours",)
-    verdict = judge(summary)
+    verdict = summary_verdict(summary)
     assert not verdict.good
     assert "No independent engine passed on s." in verdict.sentences
 
@@ -340,6 +340,8 @@ def test_a_scene_that_no_independent_engine_supports_says_so(tmp_path: Path) -> 
     assert lacking.count(f"{own} the effects. heyoka supports the scene and was not selected.") == 1
     assert lacking.count(f"{own} the effects.") == 2
     assert lacking.count("share one derivation of the equations.") == 2
+    broken = said({"not_loaded": {"heyoka": "ImportError: no llvm"}})
+    assert "The adapter of heyoka does not load (ImportError: no llvm)." in broken
     assert said({"solution": "real128"}).count("An independent derivation, computed with heyoka, is stored") == 2
     stopped = {"engines": ["theirs"], "at_s": [100.0], "run": {"duration_s": 5500.0, "samples": 111}}
     found = said({"instants": stopped})

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from reference_impl.model.chain import ChainModel, Prescription
-from reference_impl.model.kinematics import directions, joined_state
+from reference_impl.model.kinematics import consistent_state, directions
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
@@ -64,7 +64,7 @@ def case(
         random.uniform(-np.pi, np.pi, bars),
         speed / radius * random.uniform(-turning, turning, bars),
     )
-    return Case(model, joined_state(model, radius * radial, velocity, angle, rate))
+    return Case(model, consistent_state(model, radius * radial, velocity, angle, rate))
 
 
 def sums(reaction: Array) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""The random campaign: its scenes are files, its faults spoil what they say, its rates and its findings are right."""
+"""The random campaign: its scenes are files, its faults change what they say, its rates and its findings are right."""
 
 from __future__ import annotations
 
@@ -20,15 +20,14 @@ from barchain.cli.campaign_summary import finding_words, rate_words, show_campai
 from barchain.cli.main import run as command
 from barchain.judge.comparison import no_verdict
 from barchain.run.job import Role
-from barchain.studies.selftest.campaign import court
-from barchain.studies.selftest.campaign.bench import TrialBench, thinned
+from barchain.studies.selftest.campaign import rating
 from barchain.studies.selftest.campaign.cells import COLUMNS, CampaignCell, CellClass
 from barchain.studies.selftest.campaign.faults.catalogue import FAULTS, find
 from barchain.studies.selftest.campaign.faults.garbage import LEAST, SHARES
 from barchain.studies.selftest.campaign.findings import kept_findings, kinds, search
-from barchain.studies.selftest.campaign.judging import at_once
+from barchain.studies.selftest.campaign.judging import judge_serially
 from barchain.studies.selftest.campaign.rates import RATE_COLUMNS, Rate, passed, rates
-from barchain.studies.selftest.campaign.runs import RunCache, in_this_process, planted
+from barchain.studies.selftest.campaign.runs import RunCache, campaign_registration, in_this_process
 from barchain.studies.selftest.campaign.scenes.draw import draw
 from barchain.studies.selftest.campaign.scenes.scene_file import UnwrittenError, in_degrees, scene_toml
 from barchain.studies.selftest.campaign.scenes.shrink import alike, simplest
@@ -37,6 +36,7 @@ from barchain.studies.selftest.campaign.sizes import sizes
 from barchain.studies.selftest.campaign.study import Campaign, CampaignPlan, CampaignStudy
 from barchain.studies.selftest.campaign.tables import FILES, CampaignTables
 from barchain.studies.selftest.campaign.trial import CampaignTrial
+from barchain.studies.selftest.campaign.trial_runner import TrialRunner, thinned
 from barchain.studies.selftest.faults.catalogue import UnknownFaultError
 from barchain.studies.selftest.faults.faulty_engine import engine_with_fault
 from barchain.studies.store import StudyStore
@@ -115,7 +115,7 @@ def scene() -> Scene:
 
 
 @pytest.fixture(scope="module")
-def sound(scene: Scene) -> Trajectory:
+def unmodified(scene: Scene) -> Trajectory:
     """Run of it."""
     return seen(scene)
 
@@ -138,31 +138,39 @@ def test_names_are_unique_and_words_are_there() -> None:
 
 
 @pytest.mark.parametrize("begins", SHARES)
-def test_garbage_begins_where_it_says(begins: str, scene: Scene, sound: Trajectory) -> None:
+def test_garbage_begins_where_it_says(begins: str, scene: Scene, unmodified: Trajectory) -> None:
     at = SHARES[begins] * scene.run.duration_s
-    before = sound.t_s < at
+    before = unmodified.t_s < at
     for how in ("sudden", "growing"):
-        found = with_fault(f"garbage-{how}-{begins}-all", sound, scene)
+        found = with_fault(f"garbage-{how}-{begins}-all", unmodified, scene)
         for name in ("com_m", "angle_rad", "reaction_N"):
-            off = np.abs(getattr(found, name) - getattr(sound, name)).reshape(len(before), -1).max(axis=1)
+            off = np.abs(getattr(found, name) - getattr(unmodified, name)).reshape(len(before), -1).max(axis=1)
             assert not off[before].any()
             assert off[~before].all()
-        assert np.array_equal(found.rate_rad_s, sound.rate_rad_s)
-    off_m = np.linalg.norm(with_fault(f"garbage-sudden-{begins}-all", sound, scene).com_m - sound.com_m, axis=1)
+        assert np.array_equal(found.rate_rad_s, unmodified.rate_rad_s)
+    off_m = np.linalg.norm(
+        with_fault(f"garbage-sudden-{begins}-all", unmodified, scene).com_m - unmodified.com_m, axis=1
+    )
     assert 0.7e6 <= off_m[-1] <= 2.1e6
     assert off_m[~before] == pytest.approx(off_m[-1])
-    grown_m = np.linalg.norm(with_fault(f"garbage-growing-{begins}-all", sound, scene).com_m - sound.com_m, axis=1)
+    grown_m = np.linalg.norm(
+        with_fault(f"garbage-growing-{begins}-all", unmodified, scene).com_m - unmodified.com_m, axis=1
+    )
     assert grown_m[-1] == pytest.approx(off_m[-1])
     share = np.log(grown_m[-2] / grown_m[-1]) / np.log(LEAST)
-    assert share == pytest.approx((sound.t_s[-1] - sound.t_s[-2]) / (sound.t_s[-1] - at), rel=1e-6)
+    assert share == pytest.approx((unmodified.t_s[-1] - unmodified.t_s[-2]) / (unmodified.t_s[-1] - at), rel=1e-6)
 
 
-def test_garbage_is_put_into_the_runs_that_it_says_and_differs_from_run_to_run(scene: Scene, sound: Trajectory) -> None:
-    assert FAULTS["garbage-sudden-25-main"].spoils(Role.MAIN)
-    assert not FAULTS["garbage-sudden-25-main"].spoils(Role.FINER)
-    assert not FAULTS["garbage-sudden-25-finer"].spoils(Role.ROUNDOFF_1)
-    assert all(FAULTS["garbage-sudden-25-all"].spoils(role) for role in Role)
-    amounts = [with_fault("garbage-com", sound, scene, s).com_m[-1] - sound.com_m[-1] for s in (MAIN, FINER, MAIN)]
+def test_garbage_is_put_into_the_runs_that_it_says_and_differs_from_run_to_run(
+    scene: Scene, unmodified: Trajectory
+) -> None:
+    assert FAULTS["garbage-sudden-25-main"].acts_in(Role.MAIN)
+    assert not FAULTS["garbage-sudden-25-main"].acts_in(Role.FINER)
+    assert not FAULTS["garbage-sudden-25-finer"].acts_in(Role.ROUNDOFF_1)
+    assert all(FAULTS["garbage-sudden-25-all"].acts_in(role) for role in Role)
+    amounts = [
+        with_fault("garbage-com", unmodified, scene, s).com_m[-1] - unmodified.com_m[-1] for s in (MAIN, FINER, MAIN)
+    ]
     assert np.array_equal(amounts[0], amounts[2])
     assert np.linalg.norm(amounts[0]) != pytest.approx(np.linalg.norm(amounts[1]), rel=1e-3)
 
@@ -173,54 +181,58 @@ def test_garbage_is_put_into_the_runs_that_it_says_and_differs_from_run_to_run(s
     ("noise-reactions-large", "reaction_N"), ("noise-rates", "rate_rad_s"), ("interpolated-2000", "angle_rad"),
     ("sign-reaction", "reaction_N"), ("damped-rate", "rate_rad_s"),
 ])  # fmt: skip
-def test_a_fault_changes_its_channel_alone(name: str, channel: str, scene: Scene, sound: Trajectory) -> None:
-    found = with_fault(name, sound, scene)
-    for other, value in vars(sound).items():
+def test_a_fault_changes_its_channel_alone(name: str, channel: str, scene: Scene, unmodified: Trajectory) -> None:
+    found = with_fault(name, unmodified, scene)
+    for other, value in vars(unmodified).items():
         if isinstance(value, np.ndarray):
             assert np.array_equal(getattr(found, other), value) == (other != channel), other
 
 
-def test_what_is_written_with_few_digits_has_few(scene: Scene, sound: Trajectory) -> None:
-    written = with_fault("com-millimetres", sound, scene).com_m
+def test_what_is_written_with_few_digits_has_few(scene: Scene, unmodified: Trajectory) -> None:
+    written = with_fault("com-millimetres", unmodified, scene).com_m
     assert np.abs(1e3 * written - np.round(1e3 * written)).max() < 1e-5
-    assert np.abs(written - sound.com_m).max() <= 0.5001e-3
-    degrees = np.rad2deg(with_fault("attitude-decimals", sound, scene).angle_rad)
+    assert np.abs(written - unmodified.com_m).max() <= 0.5001e-3
+    degrees = np.rad2deg(with_fault("attitude-decimals", unmodified, scene).angle_rad)
     assert np.abs(1e6 * degrees - np.round(1e6 * degrees)).max() < 1e-6
 
 
-def test_small_faults_are_as_small_as_they_say(scene: Scene, sound: Trajectory) -> None:
-    off = with_fault("attitude-creeps", sound, scene).angle_rad - sound.angle_rad
+def test_small_faults_are_as_small_as_they_say(scene: Scene, unmodified: Trajectory) -> None:
+    off = with_fault("attitude-creeps", unmodified, scene).angle_rad - unmodified.angle_rad
     assert not off[:, :-1].any()
-    assert off[:, -1] == pytest.approx(1e-7 * (sound.t_s / scene.period_s) ** 2, abs=1e-14)
-    reactions = with_fault("noise-reactions-small", sound, scene).reaction_N - sound.reaction_N
-    scale = np.linalg.norm(sound.reaction_N, axis=-1).max()
+    assert off[:, -1] == pytest.approx(1e-7 * (unmodified.t_s / scene.period_s) ** 2, abs=1e-14)
+    reactions = with_fault("noise-reactions-small", unmodified, scene).reaction_N - unmodified.reaction_N
+    scale = np.linalg.norm(unmodified.reaction_N, axis=-1).max()
     assert not reactions[0].any()
     assert np.std(reactions[1:]) == pytest.approx(1e-6 * scale, rel=0.3)
-    lost = 1.0 - with_fault("damped-rate", sound, scene).rate_rad_s[-1] / sound.rate_rad_s[-1]
+    lost = 1.0 - with_fault("damped-rate", unmodified, scene).rate_rad_s[-1] / unmodified.rate_rad_s[-1]
     assert lost == pytest.approx(1e-4, rel=1e-6)
 
 
-def test_lines_between_steps_leave_at_most_an_eighth_of_the_second_difference(scene: Scene, sound: Trajectory) -> None:
-    curved = np.abs(np.gradient(sound.rate_rad_s, sound.t_s, axis=0)).max()
+def test_lines_between_steps_leave_at_most_an_eighth_of_the_second_difference(
+    scene: Scene, unmodified: Trajectory
+) -> None:
+    curved = np.abs(np.gradient(unmodified.rate_rad_s, unmodified.t_s, axis=0)).max()
     for steps in (20000, 2000):
-        off = np.abs(with_fault(f"interpolated-{steps}", sound, scene).angle_rad - sound.angle_rad).max()
+        off = np.abs(with_fault(f"interpolated-{steps}", unmodified, scene).angle_rad - unmodified.angle_rad).max()
         largest = curved * (scene.period_s / steps) ** 2 / 8.0
         assert 0.1 * largest < off < 1.5 * largest
 
 
-def test_torn_joints_are_said_to_be_closed(scene: Scene, sound: Trajectory) -> None:
-    found = with_fault("joints-torn", sound, scene)
-    late = sound.t_s > 0.5 * scene.run.duration_s
+def test_torn_joints_are_said_to_be_closed(scene: Scene, unmodified: Trajectory) -> None:
+    found = with_fault("joints-torn", unmodified, scene)
+    late = unmodified.t_s > 0.5 * scene.run.duration_s
     assert not found.gap_m.any()
-    assert not found.identity_m.any()
+    assert not found.com_residual_m.any()
     assert not found.reaction_N[late].any()
     assert np.ptp(found.rate_rad_s[late], axis=0) == pytest.approx(0.0)
-    assert np.array_equal(found.angle_rad[~late], sound.angle_rad[~late])
+    assert np.array_equal(found.angle_rad[~late], unmodified.angle_rad[~late])
 
 
-def test_places_part_about_their_centre_where_there_are_such(scene: Scene, sound: Trajectory) -> None:
-    assert with_fault("joints-parted", sound, scene) is sound
-    placed = sound.replace(position_m=np.zeros((len(sound.t_s), scene.bars, 2)), gap_m=np.ones_like(sound.gap_m))
+def test_places_part_about_their_centre_where_there_are_such(scene: Scene, unmodified: Trajectory) -> None:
+    assert with_fault("joints-parted", unmodified, scene) is unmodified
+    placed = unmodified.replace(
+        position_m=np.zeros((len(unmodified.t_s), scene.bars, 2)), gap_m=np.ones_like(unmodified.gap_m)
+    )
     found = with_fault("joints-parted", placed, scene)
     assert not found.gap_m.any()
     assert np.abs(np.einsum("j,njk", scene.chain.mass_kg, found.position_m)).max() < 1e-9
@@ -228,8 +240,8 @@ def test_places_part_about_their_centre_where_there_are_such(scene: Scene, sound
     assert apart == pytest.approx(1e-3 * min(scene.chain.length_m))
 
 
-def test_an_invented_end_is_at_a_quarter_of_the_run(scene: Scene, sound: Trajectory) -> None:
-    found = with_fault("invented-end", sound, scene)
+def test_an_invented_end_is_at_a_quarter_of_the_run(scene: Scene, unmodified: Trajectory) -> None:
+    found = with_fault("invented-end", unmodified, scene)
     assert "a bar reached the surface" in found.ended
     assert found.t_s[-1] == pytest.approx(0.25 * scene.run.duration_s)
     assert len(found.angle_rad) == len(found.t_s) == 11
@@ -265,25 +277,25 @@ def test_late_and_stretched_events(scene: Scene) -> None:
 
 
 def test_a_stuck_engine_gives_the_same_bits_at_all_settings(scene: Scene) -> None:
-    engine = planted("reference", "mass-stuck").load()
+    engine = campaign_registration("reference", "mass-stuck").load()
     runs = [engine().run(scene, s) for s in (MAIN, FINER)]
     assert all(np.array_equal(getattr(runs[0], n), getattr(runs[1], n)) for n in ("angle_rad", "com_m", "reaction_N"))
     assert not np.array_equal(runs[0].reaction_N, seen(scene).reaction_N)
 
 
 def test_a_sloppy_engine_claims_many_steps(scene: Scene) -> None:
-    sloppy = planted("reference", "sloppy").load()().run(scene, MAIN)
+    sloppy = campaign_registration("reference", "sloppy").load()().run(scene, MAIN)
     assert sloppy.info["steps"] == 1e9
     assert np.array_equal(sloppy.angle_rad, seen(scene, Setting(AccuracyParameter.RTOL, 1e3 * MAIN.value)).angle_rad)
 
 
-def test_false_declarations_are_those_of_the_class(scene: Scene, sound: Trajectory) -> None:
+def test_false_declarations_are_those_of_the_class(scene: Scene, unmodified: Trajectory) -> None:
     def said(name: str, host: type[Engine]) -> type[Engine]:
-        return engine_with_fault(FAULTS[name], 1.0, host, main=sound)
+        return engine_with_fault(FAULTS[name], 1.0, host, main=unmodified)
 
-    noise = said("declares-noise", Reference).noise(scene, MAIN, sound.t_s)
+    noise = said("declares-noise", Reference).noise(scene, MAIN, unmodified.t_s)
     assert noise["attitude"] == 1.0
-    assert noise["reaction"] == pytest.approx(np.linalg.norm(sound.reaction_N, axis=-1).max())
+    assert noise["reaction"] == pytest.approx(np.linalg.norm(unmodified.reaction_N, axis=-1).max())
     assert said("declares-order", Exudyn).order == 1.0
     assert said("declares-absolute", Pymunk).coordinates is Coordinates.ABSOLUTE
     assert not said("declares-track", find_engine("reference-absolute").load()).track_by_length
@@ -296,7 +308,7 @@ def test_false_declarations_are_those_of_the_class(scene: Scene, sound: Trajecto
 # Sizes and rates
 
 
-def test_sizes_are_shares_of_scales(scene: Scene, sound: Trajectory) -> None:
+def test_sizes_are_shares_of_scales(scene: Scene, unmodified: Trajectory) -> None:
     scale = {
         "com": 1e6,
         "com_velocity": 1.0,
@@ -306,17 +318,17 @@ def test_sizes_are_shares_of_scales(scene: Scene, sound: Trajectory) -> None:
         "gap": 1.0,
         "com_residual": 1.0,
     }
-    angle, reaction = sound.angle_rad.copy(), sound.reaction_N.copy()
+    angle, reaction = unmodified.angle_rad.copy(), unmodified.reaction_N.copy()
     angle[30, 1] += 1e-3
     reaction[10, 0] += (3.0, 4.0)
-    wrong = sound.replace(angle_rad=angle, reaction_N=reaction)
-    found = sizes(sound, wrong, scale)
+    wrong = unmodified.replace(angle_rad=angle, reaction_N=reaction)
+    found = sizes(unmodified, wrong, scale)
     assert found["attitude"] == pytest.approx(1e-3)
     assert found["reaction"] == pytest.approx(2.5)
     assert found["com"] == found["rate"] == found["gap"] == 0.0
-    until = {"attitude": float(sound.t_s[29])}
-    assert sizes(sound, wrong, scale, until)["attitude"] == 0.0
-    assert sizes(sound, with_fault("invented-end", sound, scene), scale)["com"] == 1.0
+    until = {"attitude": float(unmodified.t_s[29])}
+    assert sizes(unmodified, wrong, scale, until)["attitude"] == 0.0
+    assert sizes(unmodified, with_fault("invented-end", unmodified, scene), scale)["com"] == 1.0
 
 
 def cells(kind: CellClass, number: int, fault: str = "", outcome: str = "") -> list[CampaignCell]:
@@ -440,40 +452,42 @@ def test_a_finding_is_alike_only_in_its_kind() -> None:
 
 
 @pytest.fixture(scope="module")
-def benches() -> dict[int, tuple[TrialBench, Scene]]:
-    """Scenes with their sound engines judged."""
+def runners() -> dict[int, tuple[TrialRunner, Scene]]:
+    """Scenes with their unmodified engines judged."""
     found = {}
     for seed in (SEED, FREE):
-        bench = TrialBench(RunCache(in_this_process), at_once)
-        (sampled,) = bench.establish([draw(seed)])
-        _, trials = bench.try_sound(sampled, ("reference", "pymunk"))
-        assert {cell.kind for cell in bench.settle(trials)} == {CellClass.PASS}
-        found[seed] = bench, sampled
+        runner = TrialRunner(RunCache(in_this_process), judge_serially)
+        (sampled,) = runner.establish([draw(seed)])
+        _, trials = runner.unmodified_trials(sampled, ("reference", "pymunk"))
+        assert {cell.kind for cell in runner.judge_trials(trials)} == {CellClass.PASS}
+        found[seed] = runner, sampled
     return found
 
 
 @pytest.mark.parametrize(("seed", "host"), [(SEED, "reference"), (FREE, "pymunk")])
-def test_gross_faults_are_caught(benches, seed: int, host: str) -> None:  # type: ignore[no-untyped-def]
-    bench, sampled = benches[seed]
+def test_gross_faults_are_caught(runners, seed: int, host: str) -> None:  # type: ignore[no-untyped-def]
+    runner, sampled = runners[seed]
     gross = [name for name in FAULTS if name.startswith("garbage")]
     names = (*gross, "noise-reactions-large", "sign-reaction", "damped-rate", "interpolated-2000", "mass-stuck")
-    left_out, trials = bench.plant(sampled, host, names, 10)
+    left_out, trials = runner.fault_trials(sampled, host, names, 10)
     assert not left_out
-    found = bench.settle(trials)
+    found = runner.judge_trials(trials)
     assert {c.fault: c.kind for c in found if c.kind is not CellClass.CAUGHT} == {}
     assert all(c.seconds > 0.0 for c in found if c.fault == "mass-stuck")
     assert all(c.seconds == 0.0 for c in found if c.fault != "mass-stuck")
 
 
-def test_a_judge_that_sees_nothing_misses_what_it_says_it_would_see(benches, monkeypatch) -> None:  # type: ignore[no-untyped-def]
-    bench, sampled = benches[SEED]
+def test_a_judge_that_sees_nothing_misses_what_it_says_it_would_see(runners, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    runner, sampled = runners[SEED]
 
     def blind(case, results):  # type: ignore[no-untyped-def]
         return no_verdict(sampled.name, case.trial.engine, case.trial.setting, Outcome.PASS, "")
 
-    monkeypatch.setattr(court, "verdict_of", blind)
-    left_out, trials = bench.plant(sampled, "reference", ("sign-reaction", "attitude-creeps", "thrust-late-second"), 10)
-    found = {c.fault: c for c in (*left_out, *bench.settle(trials))}
+    monkeypatch.setattr(rating, "verdict_of", blind)
+    left_out, trials = runner.fault_trials(
+        sampled, "reference", ("sign-reaction", "attitude-creeps", "thrust-late-second"), 10
+    )
+    found = {c.fault: c for c in (*left_out, *runner.judge_trials(trials))}
     missed = found["sign-reaction"]
     assert (missed.kind, missed.quantity) == (CellClass.MISSED, "reaction")
     assert missed.size is not None
@@ -487,9 +501,9 @@ def test_a_judge_that_sees_nothing_misses_what_it_says_it_would_see(benches, mon
     assert (small.kind is CellClass.BELOW) == (small.size <= small.limit)
 
 
-def test_a_fault_in_an_engine_that_is_refused_as_it_is_is_not_tried(benches) -> None:  # type: ignore[no-untyped-def]
-    bench, sampled = benches[SEED]
-    assert bench.plant(sampled, "exudyn", ["mu"], 10) == ([], [])
+def test_a_fault_in_an_engine_that_is_refused_as_it_is_is_not_tried(runners) -> None:  # type: ignore[no-untyped-def]
+    runner, sampled = runners[SEED]
+    assert runner.fault_trials(sampled, "exudyn", ["mu"], 10) == ([], [])
 
 
 def test_runs_of_their_own_are_chosen_by_the_scene() -> None:
@@ -513,7 +527,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> tuple[Campaign, Path]:
     faults = ("garbage-growing-90-finer", "garbage-sudden-50-all", "com-millimetres", "mass", "mu", "declares-order")
     plan = CampaignPlan(1, FREE, ("reference", "exudyn"), ("pymunk",), faults, 1, 0.0)
     other = dataclasses.replace(plan, seed=SEED)
-    found = [run_study(CampaignStudy(in_this_process, at_once), p, out) for p in (plan, other)]
+    found = [run_study(CampaignStudy(in_this_process, judge_serially), p, out) for p in (plan, other)]
     both = [c for f in found for c in f.cells]
     return Campaign(other, both, rates(both), []), out
 
@@ -560,7 +574,7 @@ def test_a_findings_scene_is_written_simpler_and_simpler(tmp_path: Path, monkeyp
         verdict = no_verdict(case.trial.scene.name, case.trial.engine, case.trial.setting, Outcome.PASS, "")
         return dataclasses.replace(verdict, rows=[*verdict.rows, verdict.rows[0] | limit])
 
-    monkeypatch.setattr(court, "verdict_of", blind)
+    monkeypatch.setattr(rating, "verdict_of", blind)
     cell = CampaignCell(f"random/{SEED}", "reference", "sign-reaction", CellClass.MISSED, "pass", "reaction")
     tables = CampaignTables(StudyStore(FILES, tmp_path))
     (kept,) = kept_findings([[cell, cell]], tables, 0.0, lambda _: None)
@@ -577,7 +591,7 @@ def test_a_findings_scene_is_written_simpler_and_simpler(tmp_path: Path, monkeyp
 @pytest.mark.slow
 def test_a_campaign_passes(tmp_path: Path) -> None:
     plan = CampaignPlan(6, 100, ("reference-absolute", "exudyn-index3", "rebound", "pymunk-absolute"), shrink_s=0.0)
-    found = run_study(CampaignStudy(in_this_process, at_once), plan, tmp_path)
+    found = run_study(CampaignStudy(in_this_process, judge_serially), plan, tmp_path)
     assert found.passed, [c for c in found.cells if c.is_finding]
     assert not [c for c in found.cells if c.kind is CellClass.BROKEN]
 
@@ -586,7 +600,7 @@ def test_a_campaign_passes(tmp_path: Path) -> None:
     ("--seed 3", "--seed goes with --random"), ("--host pymunk", "--host goes with --random"),
     ("--shrink-seconds 3", "--shrink-seconds goes with --random"), ("--random 1 --smallest", "leave out SCENE"),
     ("--random 1 --host pymnk", "did you mean pymunk"), ("--random 1 --fault maas", "did you mean mass"),
-    ("--random 0", "--random"), ("--engine exudyn --engine pymunk", "faults are put into one engine"),
+    ("--random 0", "--random"), ("--engine exudyn --engine pymunk", "faults are inserted into one engine"),
 ])  # fmt: skip
 def test_bad_usage(line: str, word: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert command(["selftest", *line.split()]) == 2

@@ -23,8 +23,8 @@ from barchain.studies.effects.cost_ratio import (
     time_evaluations,
     timed_span_s,
 )
+from barchain.studies.effects.default_options import FAST, SLOW
 from barchain.studies.effects.effect_toggles import switches
-from barchain.studies.effects.limits import FAST, SLOW
 from barchain.studies.effects.plan import EffectsPlan, compiled_can
 from barchain.studies.effects.sensitivity import RunPair, change
 from barchain.studies.effects.sizes import situation, sizes_over

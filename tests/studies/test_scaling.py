@@ -277,7 +277,7 @@ def test_the_timed_loop_evaluates_the_chain_at_its_start() -> None:
     from adapters.common.initial_state import chain_model
     from barchain.timing.compiled_loop import repeat  # Numba is an extra
     from reference_impl.fast import layout
-    from reference_impl.model.kinematics import joined_state
+    from reference_impl.model.kinematics import consistent_state
     from tests.studies.roundoff import C, Case, U, magnitudes
     from tests.support.fast_evaluation import fast_accelerations
 
@@ -288,7 +288,7 @@ def test_the_timed_loop_evaluates_the_chain_at_its_start() -> None:
     before, rates = y.copy(), np.zeros_like(y)
     repeat(3, y, rates, layout.compiled_chain(model), layout.workspace(scene.bars, 0))
     np.testing.assert_array_equal(y, before)
-    once = joined_state(model, *state)
+    once = consistent_state(model, *state)
     expected = fast_accelerations(model, 0.0, once)
     size = magnitudes(Case(model, once), expected).angular.max()
     np.testing.assert_allclose(rates[22:42], expected.angle_rad_s2, rtol=0, atol=C * U * size)

@@ -103,10 +103,10 @@ def test_what_is_recorded_is_of_scenes_and_engines_that_are_there() -> None:
 
 
 def test_engines_that_can_not_are_left_out_and_no_engine_is_run_without_hope(tmp_path: Path) -> None:
-    planted: dict[str, type[Faulty]] = {
+    faulty: dict[str, type[Faulty]] = {
         "can-not": CanNot, "can-not-follow": CanNotFollow, "hangs": faulty_engines.Hangs,
     }  # fmt: skip
-    plan = StabilityPlan((scene(FREE),), {n: registration(e) for n, e in planted.items()}, time_limit_s=1.0, workers=1)
+    plan = StabilityPlan((scene(FREE),), {n: registration(e) for n, e in faulty.items()}, time_limit_s=1.0, workers=1)
     result = run_study(StabilityStudy(), plan, tmp_path)
     assert result.findings[FREE, "can-not"].stability is Stability.UNSUPPORTED
     follows = result.findings[FREE, "can-not-follow"]

@@ -1,4 +1,4 @@
-"""Outcomes of the stability study: an engine planted for each one reaches it, and laws of growth are found."""
+"""Outcomes of the stability study: a faulty engine for each one reaches it, and laws of growth are found."""
 
 from __future__ import annotations
 
@@ -69,16 +69,16 @@ def solution(name: str):  # type: ignore[no-untyped-def]
 
 
 def seen_of(engine: type[Faulty], name: str, tmp_path: Path) -> EngineRuns:
-    """Runs of a planted engine, made as a worker makes them."""
+    """Runs of a faulty engine, made as a worker makes them."""
     own = settings(scene(name), engine)
-    jobs = {role: Job(scene(name), "planted", registration(engine), s, role) for role, s in own.items()}
+    jobs = {role: Job(scene(name), "faulty", registration(engine), s, role) for role, s in own.items()}
     runs = {role: run_job(job, tmp_path / f"{role}.log") for role, job in jobs.items()}
-    return EngineRuns(scene(name), "planted", engine, own, runs, solution(name))
+    return EngineRuns(scene(name), "faulty", engine, own, runs, solution(name))
 
 
 CASES = [
-    (faulty_engines.Sound, FREE, Stability.STABLE, ""),
-    (faulty_engines.Sound, FALLS, Stability.STABLE, ""),
+    (faulty_engines.Unmodified, FREE, Stability.STABLE, ""),
+    (faulty_engines.Unmodified, FALLS, Stability.STABLE, ""),
     (Drifts, FREE, Stability.DRIFTING, "gap: "),
     (faulty_engines.SwapsSign, FREE, Stability.INACCURATE, "reaction: "),
     (faulty_engines.IgnoresJointsInSilence, FREE, Stability.INACCURATE, "attitude"),
@@ -99,7 +99,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("engine", "name", "outcome", "words"), CASES)
-def test_each_outcome_is_reached_by_an_engine_planted_for_it(
+def test_each_outcome_is_reached_by_an_engine_made_for_it(
     engine: type[Faulty], name: str, outcome: Stability, words: str, tmp_path: Path
 ) -> None:
     engine_runs = seen_of(engine, name, tmp_path)
@@ -121,7 +121,7 @@ def test_a_drift_says_how_it_grows(tmp_path: Path) -> None:
 
 
 def test_a_time_out_is_a_failure_that_hangs_on_the_machine(tmp_path: Path) -> None:
-    engine_runs = seen_of(faulty_engines.Sound, FREE, tmp_path)
+    engine_runs = seen_of(faulty_engines.Unmodified, FREE, tmp_path)
     late = engine_runs.runs | {Role.FINER: failure(Outcome.TIMED_OUT, "no result within 60 s")}
     found = finding(dataclasses.replace(engine_runs, runs=late))
     assert (found.stability, found.slow) == (Stability.FAILED, True)
@@ -129,13 +129,13 @@ def test_a_time_out_is_a_failure_that_hangs_on_the_machine(tmp_path: Path) -> No
 
 
 def test_without_a_truth_nothing_is_stable(tmp_path: Path) -> None:
-    engine_runs = seen_of(faulty_engines.Sound, FREE, tmp_path)
+    engine_runs = seen_of(faulty_engines.Unmodified, FREE, tmp_path)
     assert finding(dataclasses.replace(engine_runs, solution=None)).stability is Stability.FAILED
 
 
 def test_a_refusal_is_said_while_building_and_nowhere_else(tmp_path: Path) -> None:
     def made(engine: type[Faulty]) -> RunResult:
-        job = Job(scene(FREE), "planted", registration(engine), engine.sweep.setting(), Role.MAIN)
+        job = Job(scene(FREE), "faulty", registration(engine), engine.sweep.setting(), Role.MAIN)
         return run_job(job, tmp_path / "log")
 
     assert made(WillNot).rejected

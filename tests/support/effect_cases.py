@@ -18,7 +18,7 @@ from reference_impl.effects.thrust import ThrustEffect
 from reference_impl.model.chain import ChainModel
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.effect import ChainEffect, EffectState
-from reference_impl.model.kinematics import joined_state
+from reference_impl.model.kinematics import consistent_state
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -46,7 +46,7 @@ def motion(random: np.random.Generator, model: ChainModel, height_m: tuple[float
     angle = random.uniform(-np.pi, np.pi, model.bars)
     rate = np.sqrt(MU / r**3) * random.uniform(-3.0, 3.0, model.bars)
     place = r * radial
-    return joined_state(
+    return consistent_state(
         model, np.array([place.real, place.imag]), np.array([velocity.real, velocity.imag]), angle, rate
     )
 

@@ -12,7 +12,7 @@ from reference_impl.fast.simulate import set_modes
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.effect import EffectState
 from reference_impl.model.joints import NOT_POSITIVE_DEFINITE
-from reference_impl.model.kinematics import joined_state
+from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.state import Accelerations, State
 from tests.studies.roundoff import sums
 
@@ -49,7 +49,7 @@ def fast_accelerations(model: ChainModel, t_s: float, state: State) -> Accelerat
 
 def with_angles(model: ChainModel, state: State, angle_rad: Array) -> State:
     """The chain of `state` at other angles, its joints closed."""
-    return joined_state(model, state.com_m, state.com_velocity_m_s, angle_rad, state.rate_rad_s)
+    return consistent_state(model, state.com_m, state.com_velocity_m_s, angle_rad, state.rate_rad_s)
 
 
 def refined_reactions(model: ChainModel, state: State) -> Array:

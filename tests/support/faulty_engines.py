@@ -1,4 +1,4 @@
-"""Engines that go wrong in one way each: the reference, with a fault put in."""
+"""Engines that go wrong in one way each: the reference, with a fault inserted."""
 
 import ctypes
 import dataclasses
@@ -35,13 +35,13 @@ class Faulty(Engine):
         self.inner.simulate()
 
     def read(self):
-        return self.spoil(self.inner.read())
+        return self.change(self.inner.read())
 
-    def spoil(self, seen):
+    def change(self, seen):
         return seen
 
 
-class Sound(Faulty):
+class Unmodified(Faulty):
     """No fault."""
 
 
@@ -77,36 +77,36 @@ class DoesNotImport(Faulty):
 
 
 class ReturnsNan(Faulty):
-    def spoil(self, seen):
+    def change(self, seen):
         angle = seen.angle_rad.copy()
         angle[7, 1] = np.nan
         return seen.replace(angle_rad=angle)
 
 
 class StopsEarly(Faulty):
-    def spoil(self, seen):
+    def change(self, seen):
         half = len(seen.t_s) // 2
         arrays = {k: v[:half] for k, v in vars(seen).items() if isinstance(v, np.ndarray)}
         return dataclasses.replace(seen, **arrays)
 
 
 class DropsChannel(Faulty):
-    def spoil(self, seen):
+    def change(self, seen):
         return dataclasses.replace(seen, reaction_N=None)
 
 
 class WrongShape(Faulty):
-    def spoil(self, seen):
+    def change(self, seen):
         return seen.replace(rate_rad_s=seen.rate_rad_s[:, :1])
 
 
 class LateClock(Faulty):
-    def spoil(self, seen):
+    def change(self, seen):
         return seen.replace(t_s=seen.t_s * (1 + 1e-6))
 
 
 class IgnoresJoints(Faulty):
-    def spoil(self, seen):
+    def change(self, seen):
         return seen.replace(gap_m=seen.gap_m + 0.3 * seen.t_s[:, None])
 
 
@@ -115,7 +115,7 @@ class IgnoresJointsInSilence(Faulty):
 
     observables: ClassVar = Reference.observables - {Observable.GAP}
 
-    def spoil(self, seen):
+    def change(self, seen):
         straight = seen.angle_rad[0] + np.outer(seen.t_s, seen.rate_rad_s[0])
         rate = np.broadcast_to(seen.rate_rad_s[0], seen.rate_rad_s.shape)
         zero = np.zeros_like(seen.reaction_N)
@@ -123,14 +123,14 @@ class IgnoresJointsInSilence(Faulty):
 
 
 class SwapsSign(Faulty):
-    def spoil(self, seen):
+    def change(self, seen):
         return seen.replace(reaction_N=-seen.reaction_N)
 
 
 class WrongVelocity(Faulty):
     """A track that is right, with velocities that are not its own."""
 
-    def spoil(self, seen):
+    def change(self, seen):
         return seen.replace(com_velocity_m_s=seen.com_velocity_m_s * (1 + 1e-9))
 
 

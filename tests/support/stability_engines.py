@@ -1,4 +1,4 @@
-"""Engines planted for the stability study, each wrong in one way, and the scenes in which they show it."""
+"""Faulty engines for the stability study, each wrong in one way, and the scenes in which they show it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ OPENED = 1e-6  # of a bar: far beyond a joint's band in relative coordinates, fa
 class Drifts(Faulty):
     """Joints that open, ever faster."""
 
-    def spoil(self, engine_runs: Trajectory) -> Trajectory:
+    def change(self, engine_runs: Trajectory) -> Trajectory:
         opened = OPENED * (engine_runs.t_s / engine_runs.t_s[-1])[:, None] ** 1.5
         return engine_runs.replace(gap_m=engine_runs.gap_m + opened)
 
@@ -35,7 +35,7 @@ class Drifts(Faulty):
 class BlowsUp(Faulty):
     """Rates that grow exponentially to many times what they are."""
 
-    def spoil(self, engine_runs: Trajectory) -> Trajectory:
+    def change(self, engine_runs: Trajectory) -> Trajectory:
         rate = 3.0 * MAX_KINETIC_RATIO * np.abs(engine_runs.rate_rad_s).max()
         grown = np.exp(20.0 * (engine_runs.t_s / engine_runs.t_s[-1] - 1.0))[:, None]
         angle = engine_runs.angle_rad + rate * engine_runs.t_s[-1] / 20.0 * (grown - grown[0])
@@ -53,7 +53,7 @@ class KnowsItsRequest(Faulty):
 class WorseWithFiner(KnowsItsRequest):
     """An error that grows as what is asked for shrinks."""
 
-    def spoil(self, engine_runs: Trajectory) -> Trajectory:
+    def change(self, engine_runs: Trajectory) -> Trajectory:
         return engine_runs.replace(
             angle_rad=engine_runs.angle_rad + 1e-15 / self.rtol * (engine_runs.t_s / engine_runs.t_s[-1])[:, None]
         )
@@ -62,7 +62,7 @@ class WorseWithFiner(KnowsItsRequest):
 class Loose(KnowsItsRequest):
     """Errors as its own two settings say, far beyond what it was asked for."""
 
-    def spoil(self, engine_runs: Trajectory) -> Trajectory:
+    def change(self, engine_runs: Trajectory) -> Trajectory:
         return engine_runs.replace(
             angle_rad=engine_runs.angle_rad + 1e6 * self.rtol * (engine_runs.t_s / engine_runs.t_s[-1])[:, None]
         )
@@ -78,7 +78,7 @@ class EndsAtOnce(Faulty):
     def build(self, scene: Scene, setting: Setting) -> None:
         super().build(scene, Reference.sweep.setting())
 
-    def spoil(self, engine_runs: Trajectory) -> Trajectory:
+    def change(self, engine_runs: Trajectory) -> Trajectory:
         first = {k: v[:1] for k, v in vars(engine_runs).items() if isinstance(v, np.ndarray)}
         return dataclasses.replace(engine_runs, **first, ended="a bar reached the surface")
 
@@ -90,7 +90,7 @@ class RunsAway(Faulty):
         super().build(scene, setting)
         self.rate = 2.0 * np.sqrt(3.0) * scene.mean_motion_rad_s
 
-    def spoil(self, engine_runs: Trajectory) -> Trajectory:
+    def change(self, engine_runs: Trajectory) -> Trajectory:
         return engine_runs.replace(
             angle_rad=engine_runs.angle_rad
             + 1e-3 * np.exp(self.rate * (engine_runs.t_s - engine_runs.t_s[-1]))[:, None]
@@ -114,8 +114,8 @@ class CanNotFactor(Faulty):
 class Lands(Faulty):
     """Ends where the reference solution does not."""
 
-    def spoil(self, engine_runs: Trajectory) -> Trajectory:
-        early = faulty_engines.StopsEarly.spoil(self, engine_runs)
+    def change(self, engine_runs: Trajectory) -> Trajectory:
+        early = faulty_engines.StopsEarly.change(self, engine_runs)
         return dataclasses.replace(early, ended="a bar reached the surface")
 
 
@@ -143,5 +143,5 @@ def scene(name: str) -> Scene:
 
 
 def registration(engine: type[Faulty]) -> Registration:
-    """How a planted engine is registered."""
+    """How a faulty engine is registered."""
     return Registration(f"{engine.__module__}:{engine.__name__}", ours=True)

@@ -51,11 +51,11 @@ class InertialView:
         """Q = n·Z."""
         return self.cosine * self.y_m - self.sine * self.x_m
 
-    def body(self, along: Number, across: Number) -> tuple[Number, Number]:
+    def to_frame(self, along: Number, across: Number) -> tuple[Number, Number]:
         """Components in the frame's axes of a vector given along the bar and across it."""
         return self.cosine * along - self.sine * across, self.sine * along + self.cosine * across
 
-    def fixed(self, x: Number, y: Number) -> tuple[Number, Number]:
+    def to_bar(self, x: Number, y: Number) -> tuple[Number, Number]:
         """Components along the bar and across it of a vector given in the frame's axes."""
         return self.cosine * x + self.sine * y, self.cosine * y - self.sine * x
 
@@ -63,15 +63,15 @@ class InertialView:
 class FrameOrigin(ABC):
     """Position and motion of the frame's origin, as far as they depend on time."""
 
-    width: int
-    """Number of time-dependent numbers of :meth:`view`"""
+    time_input_count: int
+    """Number of quantities in :meth:`view` that depend on time alone"""
 
     @abstractmethod
-    def given(self, at_s: Array, inside_s: Array) -> Array:
-        """Values of these numbers, see :data:`adapters.exudyn.timetable.Given`."""
+    def time_inputs(self, at_s: Array, inside_s: Array) -> Array:
+        """Values of the time inputs, see :data:`adapters.exudyn.timetable.TimeInputs`."""
 
     @abstractmethod
-    def view(self, m: BarMotion, orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> InertialView:
+    def view(self, m: BarMotion, orbit: OrbitNumbers | None, inputs: Sequence[Number]) -> InertialView:
         """Inertial view of a bar from its motion in the frame."""
 
 
@@ -82,19 +82,19 @@ class OrbitOrigin(FrameOrigin):
     def __init__(self, orbit: KeplerOrbit, *, moving: bool) -> None:
         """Prepare views; the radial velocity is tabulated only where a load needs it and it is not zero."""
         self.orbit = orbit
-        self.width = 1 if moving and not orbit.circular else 0
+        self.time_input_count = 1 if moving and not orbit.circular else 0
 
-    def given(self, at_s: Array, _inside_s: Array) -> Array:
+    def time_inputs(self, at_s: Array, _inside_s: Array) -> Array:
         """Rate r' of the origin's distance."""
-        return self.orbit.at(at_s).radial_velocity_m_s[:, None][:, : self.width]
+        return self.orbit.at(at_s).radial_velocity_m_s[:, None][:, : self.time_input_count]
 
-    def view(self, m: BarMotion, orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> InertialView:
+    def view(self, m: BarMotion, orbit: OrbitNumbers | None, inputs: Sequence[Number]) -> InertialView:
         """Position (r + x, y), and its rate in rotating axes."""
         assert orbit is not None
         w, x, y = orbit.rate_rad_s, orbit.radius_m + m.x_m, m.y_m
         vx = m.vx_m_s - w * y
         return InertialView(
-            x, y, numbers[0] + vx if numbers else vx, m.vy_m_s + w * x, m.cosine, m.sine, m.spin_rad_s + w
+            x, y, inputs[0] + vx if inputs else vx, m.vy_m_s + w * x, m.cosine, m.sine, m.spin_rad_s + w
         )
 
 
@@ -102,19 +102,19 @@ class OrbitOrigin(FrameOrigin):
 class UniformOrigin(FrameOrigin):
     """Origin in uniform motion, axes parallel to the inertial ones."""
 
-    width = 2
+    time_input_count = 2
 
     def __init__(self, frame: UniformFrame) -> None:
         self.frame = frame
         self.drift = frame.at(np.zeros(1)).origin_velocity_m_s[0].tolist()
 
-    def given(self, at_s: Array, _inside_s: Array) -> Array:
+    def time_inputs(self, at_s: Array, _inside_s: Array) -> Array:
         """Position of the frame's origin."""
         return self.frame.at(at_s).origin_m
 
-    def view(self, m: BarMotion, _orbit: OrbitNumbers | None, numbers: Sequence[Number]) -> InertialView:
+    def view(self, m: BarMotion, _orbit: OrbitNumbers | None, inputs: Sequence[Number]) -> InertialView:
         """Sum of origin and offset."""
-        (x, y), (vx, vy) = numbers, self.drift
+        (x, y), (vx, vy) = inputs, self.drift
         return InertialView(x + m.x_m, y + m.y_m, vx + m.vx_m_s, vy + m.vy_m_s, m.cosine, m.sine, m.spin_rad_s)
 
 
@@ -122,13 +122,13 @@ class UniformOrigin(FrameOrigin):
 class FixedOrigin(FrameOrigin):
     """Origin at the centre of the body."""
 
-    width = 0
+    time_input_count = 0
 
-    def given(self, at_s: Array, _inside_s: Array) -> Array:
-        """No numbers."""
+    def time_inputs(self, at_s: Array, _inside_s: Array) -> Array:
+        """No inputs."""
         return np.empty((len(at_s), 0))
 
-    def view(self, m: BarMotion, _orbit: OrbitNumbers | None, _numbers: Sequence[Number]) -> InertialView:
+    def view(self, m: BarMotion, _orbit: OrbitNumbers | None, _inputs: Sequence[Number]) -> InertialView:
         """The bar's motion itself."""
         return InertialView(m.x_m, m.y_m, m.vx_m_s, m.vy_m_s, m.cosine, m.sine, m.spin_rad_s)
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from adapters.exudyn.frames.axes import ReferenceFrame
     from adapters.exudyn.frames.inertial_view import InertialView
     from adapters.exudyn.frames.numbers import Number
-    from adapters.exudyn.loads.interface import Extra
+    from adapters.exudyn.loads.interface import BarForce
     from adapters.trajectory import Array
     from scenarios import Gravity, Scene, ThirdBody
 
@@ -32,9 +32,9 @@ class ExudynQuadrupole(ExudynLoad):
     def __init__(self, scene: Scene) -> None:
         self.strength = [1.5 * scene.central_body.mu_m3_s2 * j for j in scene.chain.inertia_kg_m2]
 
-    def load(self, bar: int, view: InertialView, _numbers: Sequence[Number], math: Any) -> Extra:
-        """Force (3 mu J/2r⁵) (2 p u + Z - 5 c² Z)."""
-        return *moment_force(self.strength[bar] / fifth(view.square_m2, math), 5.0, view), None
+    def load(self, bar: int, view: InertialView, _inputs: Sequence[Number], xp: Any) -> BarForce:
+        """Force (3 mu J/2r⁵) (2 p u + Z - 5 (p/r)² Z), with p = u·Z."""
+        return *moment_force(self.strength[bar] / fifth_power(view.square_m2, xp), 5.0, view), None
 
 
 @final
@@ -46,29 +46,30 @@ class ExudynSlender(ExudynLoad):
         self.mass = scene.chain.mass_kg
         self.half = [0.5 * length for length in scene.chain.length_m]
 
-    def load(self, bar: int, view: InertialView, _numbers: Sequence[Number], math: Any) -> Extra:
-        """Force (mu m e/r³) (p b u + q c n) and torque (mu m e/r³) p q/(D E T), with e = (h/r)².
+    def load(self, bar: int, view: InertialView, _inputs: Sequence[Number], xp: Any) -> BarForce:
+        """Force (mu m e/r³) (p b u + q g n) and torque (mu m e/r³) p q/(D E T).
 
-        In the notation of docs/effects/gravity.md: x = e X, D² = 1 + x, 2 E² = 1 + e + D, T = E² - e, and so B = 1 -
-        1/(D E) = e b, C = 1 - E/(T D) = e c. The factor e is extracted by hand: b and c are of order 1, no small number
-        is a difference, and each expression occurs in few places:
+        Here h is half the length, p = u·Z, q = n·Z, e = (h/r)², X = 2 + e - 4 p²/r², D = sqrt(1 + e X),
+        E = sqrt((1 + e + D)/2) and T = (1 - e + D)/2 = E² - e. The coefficients B and C of docs/effects/gravity.md are
+        B = 1 - 1/(D E) = e b and C = 1 - E/(T D) = e g. The factor e is extracted by hand: b and g are of order 1, no
+        small number is a difference, and each expression occurs in few places:
 
-            b = (X + D² (1 + X/(1+D))/2)/(D E (D E + 1)),   c = (T (X/(1+D)/2 - 1/2 + X T) - 1)/(T D (T D + E)).
+            b = (X + D² (1 + X/(1+D))/2)/(D E (D E + 1)),   g = (T (X/(1+D)/2 - 1/2 + X T) - 1)/(T D (T D + E)).
         """
         h, r2, p = self.half[bar], view.square_m2, view.along_m
         e = (h * h) / r2
         x = 2.0 + e - 4.0 * (p * p) / r2
         d2 = 1.0 + e * x
-        d = math.sqrt(d2)
+        d = xp.sqrt(d2)
         square = 0.5 * (1.0 + e + d)
         t = 0.5 * (1.0 - e + d)
-        root = math.sqrt(square)
+        root = xp.sqrt(square)
         half = 0.5 * x / (1.0 + d)
         b = (x + d2 * (0.5 + half)) / (d2 * square + d * root)
-        c = (t * (half - 0.5 + x * t) - 1.0) / (d2 * t * t + t * d * root)
-        strength = self.mu * self.mass[bar] * e / (r2 * math.sqrt(r2))
+        g = (t * (half - 0.5 + x * t) - 1.0) / (d2 * t * t + t * d * root)
+        strength = self.mu * self.mass[bar] * e / (r2 * xp.sqrt(r2))
         q = view.across_m
-        fx, fy = view.body(p * b, q * c)
+        fx, fy = view.to_frame(p * b, q * g)
         return strength * fx, strength * fy, strength * p * q / (d * root * t)
 
 
@@ -83,15 +84,18 @@ class ExudynOblateness(ExudynLoad):
         self.gravity = scene.effects.gravity
         self.mass, self.inertia = scene.chain.mass_kg, scene.chain.inertia_kg_m2
 
-    def load(self, bar: int, view: InertialView, _numbers: Sequence[Number], math: Any) -> Extra:
-        """Force -3 B m Z/r⁵ + (15 B J/2r⁷) (Z + 2 p u - 7 c² Z) and torque 15 B J p q/r⁷."""
-        r5 = fifth(view.square_m2, math)
+    def load(self, bar: int, view: InertialView, _inputs: Sequence[Number], xp: Any) -> BarForce:
+        """Force -3 B m Z/r⁵ + (15 B J/2r⁷) (Z + 2 p u - 7 (p/r)² Z) and torque 15 B J p q/r⁷.
+
+        Here B = mu J2 R²/2, p = u·Z and q = n·Z.
+        """
+        r5 = fifth_power(view.square_m2, xp)
         pull = -3.0 * self.b * self.mass[bar] / r5
         fx, fy = pull * view.x_m, pull * view.y_m
         if not self.gravity.turns:
             return fx, fy, None
         strength = 15.0 * self.b * self.inertia[bar] / (r5 * view.square_m2)
-        if has_moment(self.gravity):
+        if has_second_moment_force(self.gravity):
             gx, gy = moment_force(0.5 * strength, 7.0, view)
             fx, fy = fx + gx, fy + gy
         return fx, fy, strength * view.along_m * view.across_m
@@ -101,50 +105,50 @@ class ExudynOblateness(ExudynLoad):
 class ExudynThirdBody(ExudynLoad):
     """A body on a circle: its gravity on a bar less that on the central body, by Encke's q."""
 
-    width = 2
+    time_input_count = 2
 
     def __init__(self, scene: Scene, body: ThirdBody, frame: ReferenceFrame) -> None:
         self.body, self.frame = body, frame
         self.gravity = scene.effects.gravity
         self.mass, self.inertia = scene.chain.mass_kg, scene.chain.inertia_kg_m2
 
-    def given(self, at_s: Array, _inside_s: Array) -> Array:
+    def time_inputs(self, at_s: Array, _inside_s: Array) -> Array:
         """Direction to the body in the frame's axes."""
         return directions_of(self.frame, at_s, self.body.longitude_rad + self.body.rate_rad_s * at_s)
 
-    def load(self, bar: int, view: InertialView, numbers: Sequence[Number], math: Any) -> Extra:
-        """Force -(mu_b m/D³) (Z + (Z - X) c), and the load on the bar's second moment.
+    def load(self, bar: int, view: InertialView, inputs: Sequence[Number], xp: Any) -> BarForce:
+        """Force -(mu_b m/a³) (Z + (Z - X) k), and the load on the bar's second moment.
 
-        Here c = (1+q)^(-3/2) - 1 and q = Z·(Z - 2X)/D².
+        Here X is the place of the body, a = |X|, k = (1+q)^(-3/2) - 1 and q = Z·(Z - 2X)/a².
         """
         far = self.body.distance_m
-        bx, by = (far * n for n in numbers)
+        bx, by = (far * n for n in inputs)
         q = (view.x_m * (view.x_m - 2.0 * bx) + view.y_m * (view.y_m - 2.0 * by)) / far**2
-        c, cube = encke(q, math.sqrt)
+        k, cube = encke(q, xp.sqrt)
         pull = -self.body.mu_m3_s2 * self.mass[bar] / far**3
-        fx, fy = pull * (view.x_m + (view.x_m - bx) * c), pull * (view.y_m + (view.y_m - by) * c)
+        fx, fy = pull * (view.x_m + (view.x_m - bx) * k), pull * (view.y_m + (view.y_m - by) * k)
         if not self.gravity.turns:
             return fx, fy, None
         from_body = relative_to(view, bx, by)
         strength = 3.0 * self.body.mu_m3_s2 * self.inertia[bar] / far**5 / ((1.0 + q) * cube)
-        if has_moment(self.gravity):
+        if has_second_moment_force(self.gravity):
             gx, gy = moment_force(0.5 * strength, 5.0, from_body)
             fx, fy = fx + gx, fy + gy
         return fx, fy, strength * from_body.along_m * from_body.across_m
 
 
-def has_moment(gravity: Gravity) -> bool:
+def has_second_moment_force(gravity: Gravity) -> bool:
     """Whether a field exerts a force on a bar's second moment besides a torque."""
     return gravity.turns and gravity.has_potential
 
 
-def fifth(square: Number, math: Any) -> Number:
+def fifth_power(square: Number, xp: Any) -> Number:
     """Fifth power r⁵ from r²."""
-    return square * square * math.sqrt(square)
+    return square * square * xp.sqrt(square)
 
 
 def moment_force(strength: Number, power: float, view: InertialView) -> Vector:
-    """Force `strength` times (2 p u + Z - power c² Z)."""
+    """Force `strength` times (2 p u + Z - power (p/r)² Z), with p = u·Z."""
     p = view.along_m
     radial = 1.0 - power * (p * p) / view.square_m2
     return strength * (2.0 * p * view.cosine + radial * view.x_m), strength * (2.0 * p * view.sine + radial * view.y_m)

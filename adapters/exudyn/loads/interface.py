@@ -1,4 +1,4 @@
-"""Interface of an effect's load on a bar in Exudyn: a function of the bar's view and of numbers of time."""
+"""Interface of an effect's load on a bar in Exudyn: a function of the bar's view and of inputs of time alone."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ if TYPE_CHECKING:
     from adapters.exudyn.frames.numbers import Number
     from adapters.trajectory import Array
 
-    Extra = tuple[Number, Number, Number | None]
+    BarForce = tuple[Number, Number, Number | None]
     """Force along x and y of the frame's axes (N); torque (N m), None where there is none"""
 
 
 class ExudynLoad(ABC):
     """Load of one effect."""
 
-    width = 0
-    """Number of time-dependent numbers of the load"""
+    time_input_count = 0
+    """Number of inputs of the load that depend on time alone"""
 
-    def given(self, at_s: Array, inside_s: Array) -> Array:
-        """Values of these numbers, (k, width), see :data:`adapters.exudyn.timetable.Given`."""
+    def time_inputs(self, at_s: Array, inside_s: Array) -> Array:
+        """Values of the time inputs, (k, time_input_count), see :data:`adapters.exudyn.timetable.TimeInputs`."""
         del inside_s
         return np.empty((len(at_s), 0))
 
@@ -36,7 +36,7 @@ class ExudynLoad(ABC):
         return True
 
     @abstractmethod
-    def load(self, bar: int, view: InertialView, numbers: Sequence[Number], math: Any) -> Extra:
+    def load(self, bar: int, view: InertialView, inputs: Sequence[Number], xp: Any) -> BarForce:
         """Load on a bar.
 
         Parameters
@@ -44,8 +44,8 @@ class ExudynLoad(ABC):
         bar : int
             Counted from 0.
         view : InertialView
-        numbers : sequence of `width` numbers
-        math : module
+        inputs : sequence of `time_input_count` numbers
+        xp : module
             With sqrt, exp, sign and abs for these numbers: numpy, or Exudyn's symbolic.
         """
 

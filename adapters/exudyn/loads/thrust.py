@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from adapters.exudyn.frames.axes import ReferenceFrame
     from adapters.exudyn.frames.inertial_view import InertialView
     from adapters.exudyn.frames.numbers import Number
-    from adapters.exudyn.loads.interface import Extra
+    from adapters.exudyn.loads.interface import BarForce
     from adapters.exudyn.timetable import Steps
     from adapters.trajectory import Array
     from scenarios import Scene, Thrust
@@ -32,27 +32,27 @@ class ExudynThrust(ExudynLoad):
         self.thrust, self.frame = thrust, frame
         self.arm = thrust.end.sign * 0.5 * scene.chain.length_m[thrust.bar - 1]
         self.in_body = thrust.axes is Axes.BODY
-        self.width = 1 if self.in_body else 2
+        self.time_input_count = 1 if self.in_body else 2
 
     def acts_on(self, bar: int) -> bool:
         """Whether the thruster is on `bar`."""
         return bar == self.thrust.bar - 1
 
-    def given(self, at_s: Array, inside_s: Array) -> Array:
+    def time_inputs(self, at_s: Array, inside_s: Array) -> Array:
         """Force along the bar's axes, or its components in the frame's axes."""
         size = sizes(self.thrust, at_s, inside_s)[:, None]
         if self.in_body:
             return size
         return size * directions_of(self.frame, at_s, np.full_like(at_s, self.thrust.direction_rad))
 
-    def load(self, _bar: int, view: InertialView, numbers: Sequence[Number], _math: Any) -> Extra:
+    def load(self, _bar: int, view: InertialView, inputs: Sequence[Number], _xp: Any) -> BarForce:
         """Force F and torque ±h (u × F)."""
         if not self.in_body:
-            x, y = numbers
-            return x, y, self.arm * view.fixed(x, y)[1]
+            x, y = inputs
+            return x, y, self.arm * view.to_bar(x, y)[1]
         along, across = math.cos(self.thrust.direction_rad), math.sin(self.thrust.direction_rad)
-        x, y = view.body(along, across)
-        return numbers[0] * x, numbers[0] * y, numbers[0] * (self.arm * across)
+        x, y = view.to_frame(along, across)
+        return inputs[0] * x, inputs[0] * y, inputs[0] * (self.arm * across)
 
 
 def sizes(thrust: Thrust, at_s: Array, inside_s: Array) -> Array:

@@ -13,13 +13,13 @@ from adapters.exudyn.frames.axes import FrameAxes, OrbitFrame, ReferenceFrame, f
 from adapters.exudyn.frames.clock import Clock
 from adapters.exudyn.frames.numbers import BarMotion
 from adapters.exudyn.library import exu, items, symbolic_function
-from adapters.exudyn.loads.loading import Loading
+from adapters.exudyn.loads.total_load import Loading
 from adapters.exudyn.timetable import Timetable
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.exudyn.loads.interface import Extra
+    from adapters.exudyn.loads.interface import BarForce
     from adapters.exudyn.timetable import Steps
     from adapters.trajectory import Array
     from scenarios import Scene
@@ -112,11 +112,11 @@ class Model(ABC):
         """Free the system; its symbolic functions would leak otherwise."""
         self.mbs.Reset()
 
-    def load(self, bar: int, m: BarMotion, t_s: Any) -> Extra:
+    def load(self, bar: int, m: BarMotion, t_s: Any) -> BarForce:
         """Symbolic load on a bar."""
         orbit = None if self.clock is None else self.clock.numbers(t_s)
-        numbers = [] if self.timetable is None else self.timetable.numbers(t_s)
-        return self.loading.on(bar, m, orbit, numbers, self.symbolic)
+        inputs = [] if self.timetable is None else self.timetable.symbols(t_s)
+        return self.loading.on(bar, m, orbit, inputs, self.symbolic)
 
     def add_load(self, bar: int, ground: Any, marker: Any) -> None:
         """Apply all loads of a bar to the body of `marker`, between the body and the ground."""
@@ -178,9 +178,9 @@ class Model(ABC):
             self.tables.append(self.clock.table)
 
     def _add_timetable(self) -> None:
-        loading = self.loading
-        if loading.width:
-            self.timetable = Timetable(loading.given, loading.width, self.steps, degree=self.inside_degree)
+        count = self.loading.time_input_count
+        if count:
+            self.timetable = Timetable(self.loading.time_inputs, count, self.steps, degree=self.inside_degree)
             self.tables.append(self.timetable)
 
     def _start_tables(self) -> None:

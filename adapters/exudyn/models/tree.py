@@ -14,7 +14,7 @@ import numpy as np
 
 from adapters.common.joint_coordinates import accelerations, angles, positions, to_joint_coordinates, velocities
 from adapters.exudyn.frames.axes import OrbitFrame
-from adapters.exudyn.frames.clock import INSIDE_DEGREE, orbit_given
+from adapters.exudyn.frames.clock import INSIDE_DEGREE, orbit_inputs
 from adapters.exudyn.frames.numbers import BarMotion, OrbitNumbers
 from adapters.exudyn.library import exu, items
 from adapters.exudyn.loads.springs import add_springs
@@ -106,13 +106,13 @@ def tree_readings(model: TreeModel, q: Array, q_t: Array, q_tt: Array) -> tuple[
 def forces(model: TreeModel, readings: SensorReadings) -> Array:
     """Forces on the bars at the samples, (n, N, 2), by Exudyn's expressions."""
     loading, frame, t = model.loading, model.frame, model.scene.times_s[: len(readings.angle_rad)]
-    orbit = OrbitNumbers(*orbit_given(frame.orbit)(t, t).T) if isinstance(frame, OrbitFrame) else None
+    orbit = OrbitNumbers(*orbit_inputs(frame.orbit)(t, t).T) if isinstance(frame, OrbitFrame) else None
     # at an event, the values just before it
     half_s = 0.5 * model.steps.size_s
-    numbers = list(loading.given(t, np.maximum(t - half_s, half_s)).T) if loading.width else []
+    inputs = list(loading.time_inputs(t, np.maximum(t - half_s, half_s)).T) if loading.time_input_count else []
     found = np.zeros_like(readings.position_m)
     for j in filter(loading.acts_on, range(model.scene.bars)):
-        fx, fy, _ = loading.on(j, motion_of(readings, j), orbit, numbers, np)
+        fx, fy, _ = loading.on(j, motion_of(readings, j), orbit, inputs, np)
         found[:, j, 0], found[:, j, 1] = fx, fy
     return found
 

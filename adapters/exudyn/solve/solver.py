@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from adapters.common.departure import departure
 from adapters.common.equal_steps import steps_between_samples
-from adapters.exudyn.frames.departure import departure
 from adapters.exudyn.library import exu
 from adapters.exudyn.timetable import Steps
 

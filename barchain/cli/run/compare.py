@@ -19,7 +19,7 @@ from barchain.cli.common.options import (
     workers_option,
 )
 from barchain.record.command import typed
-from barchain.run.limits import SOLUTION_PATIENCE, TIME_LIMIT_S
+from barchain.run.time_limits import SOLUTION_PATIENCE, TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from collections.abc import Callable

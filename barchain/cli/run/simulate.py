@@ -10,7 +10,7 @@ import click
 from barchain.cli.common.names import ENGINE
 from barchain.cli.common.options import overwrite_option, scene_argument, set_option, time_limit_option
 from barchain.cli.common.result_folder import claim
-from barchain.run.limits import TIME_LIMIT_S
+from barchain.run.time_limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -133,7 +133,8 @@ def restart_segments(errors: ErrorModel, trajectory: Trajectory, first: int) -> 
 def scattered_starts(scene: Scene, reached: int, latest: int) -> list[int]:
     """First samples of scattered segments: one at random in each equal part of the rest, the last at its end.
 
-    The scene seeds them: they are the same in every run, and no recurring fault can fall between all of them.
+    They are drawn with a seed from the scene: they are the same in every run, and no recurring fault can fall between
+    all of them.
     """
     edges = np.linspace(reached, latest, SCATTERED)
     shift = np.random.default_rng(list(scene.digest.encode())).uniform(0.0, 1.0, SCATTERED - 1)

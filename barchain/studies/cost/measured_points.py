@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.timing.left_out import NOT_RUN
+from reports.tables.cost import NOT_RUN
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -18,8 +18,8 @@ from barchain.studies.cost.measured_points import MeasuredPoints
 from barchain.studies.cost.plan import sweeps
 from barchain.studies.cost.points import UNITS, errors_of, under_floor
 from barchain.timing.bench import LONG_S, TimingBench
-from barchain.timing.left_out import NOT_RUN, LeftOut
 from barchain.timing.statistics import median_time
+from reports.tables.cost import NOT_RUN
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from barchain.studies.cost.points import SolutionSource
     from barchain.studies.store import StudyStore
     from barchain.studies.study import Reporter
+    from barchain.timing.left_out import LeftOut
     from scenarios import Scene
 
 FEWEST_TURNS = 3  # even where time is short: a median with its range

@@ -10,7 +10,7 @@ import bisect
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from scenarios.toml.tables import DragTable
+from scenarios.toml.effect_tables import DragTable
 
 if TYPE_CHECKING:
     from barchain.studies.effects.altitude_range import Heights

@@ -18,7 +18,7 @@ from barchain.studies.effects.cost_ratio import (
     timed_rounds,
     timed_span_s,
 )
-from barchain.studies.effects.limits import TIME_LIMIT_S
+from barchain.studies.effects.default_options import TIME_LIMIT_S
 from barchain.studies.effects.sensitivity import RunPair, SwitchResponse, change, sizes
 from barchain.studies.effects.sizes import sizes_over
 from reports.tables.effects import COLUMNS, UNITS

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from barchain.studies.effects.atmosphere import HIGHEST_M, SOURCE, caveat, layer_at, standard_drag
 from scenarios import Gravity, Oblateness
+from scenarios.toml.effect_tables import EARTH_J2, SUNLIGHT_PA, SolarPressureTable, ThirdBodyTable
 from scenarios.toml.resolve import resolve_drag, resolve_solar_pressure, resolve_third_body
-from scenarios.toml.schema import EARTH_MU_M3_S2, EARTH_RADIUS_M
-from scenarios.toml.tables import EARTH_J2, SUNLIGHT_PA, SolarPressureTable, ThirdBodyTable
+from scenarios.toml.scene_tables import EARTH_MU_M3_S2, EARTH_RADIUS_M
 
 if TYPE_CHECKING:
     from typing import Literal

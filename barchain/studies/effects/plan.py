@@ -10,8 +10,8 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.boundary.declared import engine_class
 from barchain.run.job import Job, Role
+from barchain.studies.effects.default_options import FAST, MATTERS, REPEATS, RTOL, SECONDS, SLOW
 from barchain.studies.effects.effect_toggles import Switch, switches
-from barchain.studies.effects.limits import FAST, MATTERS, REPEATS, RTOL, SECONDS, SLOW
 from barchain.studies.effects.sensitivity import LOOSER
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.metrics.quantities import differences
-from barchain.solutions.reference import predictability_limit
+from barchain.solutions.reference import divergence_instant_s
 from reports.tables.effects import QUANTITIES
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ class RunPair:
     @property
     def limit_s(self) -> float:
         """Last instant before the two part."""
-        return predictability_limit(self.tight, self.loose)
+        return divergence_instant_s(self.tight, self.loose)
 
 
 @dataclass(frozen=True)

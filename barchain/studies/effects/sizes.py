@@ -25,11 +25,11 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from adapters.common.initial_state import chain_model
-from adapters.common.scene_effects import effects_of
+from adapters.common.reference_effects import effects_of
 from reference_impl.model.complex_vectors import squared_norm, unit_along
 from reference_impl.model.effect import EffectAccelerations, EffectState, total_accelerations
 from reference_impl.model.gravity import complex_field_differences
-from reference_impl.model.kinematics import joined_state
+from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.relative import external_accelerations
 from reports.tables.effects import EffectKind
 
@@ -87,7 +87,7 @@ def situation(scene: Scene, trajectory: Trajectory, t_s: float) -> EffectState:
         place = CubicHermiteSpline(trajectory.t_s[pair], trajectory.com_m[pair], trajectory.com_velocity_m_s[pair])
         turn = CubicHermiteSpline(trajectory.t_s[pair], trajectory.angle_rad[pair], trajectory.rate_rad_s[pair])
         com, velocity, angle, rate = place(t_s), place(t_s, 1), turn(t_s), turn(t_s, 1)
-    return EffectState(model, t_s, joined_state(model, com, velocity, angle, rate), unit_along(angle))
+    return EffectState(model, t_s, consistent_state(model, com, velocity, angle, rate), unit_along(angle))
 
 
 def sizes_at(scene: Scene, switch: Switch, at: EffectState) -> Sizes:

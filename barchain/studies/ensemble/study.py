@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from barchain.record.facts import scene_facts
-from barchain.studies.ensemble.ensemble import EnsembleResult, run_ensemble
+from barchain.studies.ensemble.execution import EnsembleResult, run_ensemble
 from barchain.studies.ensemble.plan import make_plan
 from reports.tables.ensemble import FILES
 

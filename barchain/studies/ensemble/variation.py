@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import zlib
 from dataclasses import dataclass
+from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,20 +16,46 @@ from scenarios import nearest
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
     from adapters.trajectory import Array
 
-PER_BAR = {"mass_kg": True, "length_m": True, "inertia_kg_m2": True, "angle_deg": False, "rate_factor": False}
-"""Keys of a scene's chain that may vary, and whether they must be positive"""
-SINGLE = {"altitude_m": True, "speed_factor": False, "longitude_deg": False}
-"""The same of its orbit"""
-NOT_NEGATIVE = {"speed_factor"}
-ALLOWED = PER_BAR | SINGLE
+
+class ValueRange(Enum):
+    """Values that a quantity may have."""
+
+    ANY = "any"
+    POSITIVE = "greater than 0"
+    NOT_NEGATIVE = "0 or more"
+
+    def excludes(self, values: Array) -> NDArray[np.bool_]:
+        """Flags of values outside the range, in the shape of `values`."""
+        if self is ValueRange.ANY:
+            return np.zeros(values.shape, dtype=bool)
+        return np.asarray(values <= 0.0 if self is ValueRange.POSITIVE else values < 0.0)
+
+
+PER_BAR = {
+    "mass_kg": ValueRange.POSITIVE,
+    "length_m": ValueRange.POSITIVE,
+    "inertia_kg_m2": ValueRange.POSITIVE,
+    "angle_deg": ValueRange.ANY,
+    "rate_factor": ValueRange.ANY,
+}
+"""Ranges of the keys of a scene's chain that may vary"""
+SINGLE = {
+    "altitude_m": ValueRange.POSITIVE,
+    "speed_factor": ValueRange.NOT_NEGATIVE,
+    "longitude_deg": ValueRange.ANY,
+}
+"""Ranges of the keys of its orbit that may vary"""
+RANGES = PER_BAR | SINGLE
 PATTERN = re.compile(r"\s*(?:chain\.|orbit\.)?(\w+)\s*(?:\[\s*(\d+|\*)\s*\])?\s*=\s*(\w+)\s*\(([^()]*)\)\s*")
 FORM = "KEY=DISTRIBUTION(NUMBERS), KEY[BAR]=... or KEY[*]=..., e.g. angle_deg=normal(80, 1)"
 
 
 class VariationError(ValueError):
-    """A variation that can't be understood or drawn."""
+    """Invalid text of a variation, or a draw outside the range of a quantity."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +88,7 @@ class Variation:
     text: str
     key: str
     bar: int | None
-    """Counted from 1; 0: every bar by its own draw; None: all bars by the same draw, or nothing of a bar's"""
+    """Counted from 1; 0: one draw for each bar; None: one draw for all bars, or a key of the orbit"""
     family: str
     numbers: tuple[float, ...]
 
@@ -79,11 +106,11 @@ class Variation:
         columns = bars if self.bar == 0 else 1
         made = FAMILIES[self.family].make(*self.numbers)
         values: Array = np.asarray(made.rvs(size=(runs, columns), random_state=rng), dtype=float)
-        wrong = values <= 0.0 if ALLOWED[self.key] else values < (0.0 if self.key in NOT_NEGATIVE else -np.inf)
+        wrong = RANGES[self.key].excludes(values)
         if wrong.any():
-            run, least = int(np.argmax(wrong.any(axis=1))), "greater than 0" if ALLOWED[self.key] else "0 or more"
+            run = int(np.argmax(wrong.any(axis=1)))
             raise VariationError(
-                f"--vary {self.text}: run {run + 1} draws {values[run].min():g}, allowed: {least}; "
+                f"--vary {self.text}: run {run + 1} draws {values[run].min():g}, allowed: {RANGES[self.key].value}; "
                 "bounds or a lognormal distribution keep draws there"
             )
         return values
@@ -101,15 +128,15 @@ def parse(text: str, bars: int) -> Variation:
     if not found:
         raise VariationError(f"--vary: {text!r} given, allowed: {FORM}")
     key, index, name, inside = found.groups()
-    if key not in ALLOWED:
-        raise VariationError(f"--vary: {key} can't vary{nearest(key, ALLOWED)}; allowed: {', '.join(ALLOWED)}")
+    if key not in RANGES:
+        raise VariationError(f"--vary: {key} can't vary{nearest(key, RANGES)}; allowed: {', '.join(RANGES)}")
     if name not in FAMILIES:
         raise VariationError(f"--vary: no distribution {name}{nearest(name, FAMILIES)}; allowed: {', '.join(FAMILIES)}")
     return Variation(text.strip(), key, which_bar(key, index, bars), name, parameters(text, name, inside))
 
 
 def which_bar(key: str, index: str | None, bars: int) -> int | None:
-    """Bar that ``KEY[index]`` means; 0 for each by itself."""
+    """Bar of ``KEY[index]``, counted from 1; 0 for ``[*]``, None without an index."""
     if index is None:
         return None
     if key in SINGLE:
@@ -122,14 +149,14 @@ def which_bar(key: str, index: str | None, bars: int) -> int | None:
 
 
 def parameters(text: str, name: str, inside: str) -> tuple[float, ...]:
-    """Numbers between the brackets, as many as the distribution has and such as it allows."""
+    """Parameters of a distribution from the text between the brackets; their number and values are checked."""
     family = FAMILIES[name]
     form = f"{name}({', '.join(family.parameters)})"
     try:
         numbers = tuple(float(part) for part in inside.split(","))
     except ValueError:
         raise VariationError(f"--vary: {text!r} given, allowed: numbers in {form}") from None
-    right = len(numbers) == len(family.parameters) and all(np.isfinite(numbers))
-    if not right or not family.valid(*numbers):
+    valid = len(numbers) == len(family.parameters) and all(np.isfinite(numbers)) and family.valid(*numbers)
+    if not valid:
         raise VariationError(f"--vary: {text!r} given, allowed: {form} that make a distribution")
     return numbers

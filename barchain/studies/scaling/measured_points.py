@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from barchain.studies.scaling.fit import fits_table, targets
-from barchain.timing.left_out import NOT_RUN
+from reports.tables.cost import NOT_RUN
 
 if TYPE_CHECKING:
     from barchain.studies.store import StudyStore

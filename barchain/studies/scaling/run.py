@@ -28,7 +28,8 @@ from barchain.studies.scaling.point import LONG_TURNS, Measured, ScalingTask, me
 from barchain.timing.bench import STARTUP_S, pin, quietest_core
 from barchain.timing.divided_chain import divided
 from barchain.timing.evaluation import DIRECT
-from barchain.timing.left_out import NOT_RUN, LeftOut, cannot
+from barchain.timing.left_out import LeftOut, cannot
+from reports.tables.cost import NOT_RUN
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

@@ -1,1 +1,1 @@
-"""Self-test of the harness: faults put in on purpose, and the checks that detect them."""
+"""Self-test of the harness: faults inserted on purpose, and the checks that detect them."""

@@ -88,7 +88,7 @@ def reading(row: Row) -> Reading | None:
 
 
 def nothing(case: SelftestCase, fault: Fault, foreign: str = "") -> FaultCell | None:
-    """Cell of a fault that changes nothing in a scene, or is `foreign` to the host; None if it can be put in."""
+    """Cell of a fault that changes nothing in a scene, or is `foreign` to the host; None if it can be inserted."""
     reason = foreign or fault.nothing(case.solution)
     return FaultCell(fault, case.scene.name, FaultOutcome.NOTHING, reason) if reason else None
 

@@ -76,7 +76,7 @@ class Bracket:
 
 
 def brackets(cells: Iterable[FaultCell], found: list[SelftestCase]) -> list[Bracket]:
-    """Pairs of a continuous fault and a scene in which it was put in, with the outcome at its natural size."""
+    """Pairs of a continuous fault and a scene in which it was inserted, with the outcome at its natural size."""
     selftest_cases = {g.scene.name: g for g in found}
     tried = [c for c in cells if c.fault.size and c.readings]
     return [

@@ -1,4 +1,4 @@
-"""Whether an undetected fault changes anything: its equations against its control's, state by state.
+"""Numerical proof of invisibility: equations with and without a fault, at every state of the reference solution.
 
 All that a run shows follows from the accelerations, reactions and torques of the states it goes through. Trajectories
 themselves tell less: the first steps are chosen by an error estimate that is nothing but rounding, and two runs whose
@@ -13,16 +13,16 @@ import numpy as np
 
 from adapters.common.initial_state import chain_model
 from barchain.judge.local_errors import MACHINE_EPSILON, ROUNDINGS
-from barchain.studies.selftest.faults.catalogue import CONTROLS, SOUND
+from barchain.studies.selftest.faults.catalogue import CONTROLS, UNMODIFIED
 from reference_impl.model import relative
-from reference_impl.model.kinematics import joined_state
+from reference_impl.model.kinematics import consistent_state
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array
     from barchain.studies.selftest.faults.fault import Fault
     from barchain.studies.selftest.trial import FaultTrial, SelftestCase
 
-GIVEN = ("com_m_s2", "angle_rad_s2", "reaction_N", "torque_N_m")
+COMPARED = ("com_m_s2", "angle_rad_s2", "reaction_N", "torque_N_m")
 
 
 def moved_beyond_rounding(trial: FaultTrial) -> float:
@@ -33,10 +33,10 @@ def moved_beyond_rounding(trial: FaultTrial) -> float:
     """
     case, fault = trial.case, trial.fault
     faulty, control = evaluated(case, fault, trial.size), evaluated(case, CONTROLS[fault.like], 0.0)
-    sound = evaluated(case, CONTROLS[SOUND], 0.0)
+    unmodified = evaluated(case, CONTROLS[UNMODIFIED], 0.0)
     shares = [0.0]
     for name, right in control.items():
-        allowed = ROUNDINGS * MACHINE_EPSILON * largest(right) + largest(right - sound[name])
+        allowed = ROUNDINGS * MACHINE_EPSILON * largest(right) + largest(right - unmodified[name])
         apart = largest(faulty[name] - right)
         shares.append(0.0 if apart == 0.0 else apart / allowed)
     return max(shares)
@@ -49,10 +49,10 @@ def evaluated(case: SelftestCase, fault: Fault, size: float) -> dict[str, Array]
     assert seen.rate_rad_s is not None
     moving = zip(seen.t_s, seen.com_m, seen.com_velocity_m_s, seen.angle_rad, seen.rate_rad_s, strict=True)
     with fault.within(size):
-        found = [relative.accelerations(model, t, joined_state(model, *state)) for t, *state in moving]
-    return {name: np.array([getattr(a, name) for a in found]) for name in GIVEN}
+        found = [relative.accelerations(model, t, consistent_state(model, *state)) for t, *state in moving]
+    return {name: np.array([getattr(a, name) for a in found]) for name in COMPARED}
 
 
 def largest(values: Array) -> float:
-    """Largest size; 0 of none."""
+    """Largest absolute value; 0 for an empty array."""
     return float(np.abs(values).max(initial=0.0))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from barchain.run.job import Role
 from barchain.studies.selftest.check_results import FaultCell, cell, nothing
-from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, SOUND
+from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, UNMODIFIED
 from barchain.studies.selftest.trial import FaultTrial, SelftestError, run_trials
 from reports.tables.selftest import FaultOutcome
 
@@ -40,13 +40,13 @@ class Matrix:
 
     @property
     def unkilled(self) -> tuple[Fault, ...]:
-        """Faults put in somewhere, detected nowhere, and not proven invisible."""
+        """Faults inserted somewhere, detected nowhere, and not proven invisible."""
         faults = {c.fault.name: c.fault for c in self.cells if c.fault.name in FAULTS}
         return tuple(f for name, f in faults.items() if survives({c.fate for c in self.of(name)}))
 
     @property
     def wrong(self) -> tuple[FaultCell, ...]:
-        """False alarms, and faults that are not put in as they are meant."""
+        """False alarms, and faults that are not inserted as they are meant."""
         return tuple(c for c in self.cells if c.fate in (FaultOutcome.FALSE_ALARM, FaultOutcome.BROKEN))
 
     @property
@@ -56,23 +56,23 @@ class Matrix:
 
 
 def survives(fates: set[FaultOutcome]) -> bool:
-    """Whether a fault with these outcomes was put in and never detected, nor proven invisible."""
+    """Whether a fault with these outcomes was inserted and never detected, nor proven invisible."""
     return FaultOutcome.SURVIVES in fates and FaultOutcome.KILLED not in fates
 
 
-def applies(fault: Fault, host: str) -> str:
-    """Why a fault can't be put into a host; empty if it can."""
-    return "put into the reference's code" if fault.code and host != HOST else ""
+def not_applicable(fault: Fault, host: str) -> str:
+    """Why a fault can't be inserted into a host; empty if it can."""
+    return "inserted into the reference's code" if fault.code and host != HOST else ""
 
 
-def sown(
+def insert_faults(
     faults: Iterable[Fault], found: list[SelftestCase], host: str, *, workers: int | None = None, done: Done = quiet
 ) -> Iterator[tuple[FaultCell, TrialResult | None]]:
-    """Put faults into scenes: a cell for each pair, with its result where something was run."""
+    """Insert faults into scenes: a cell for each pair, with its result where something was run."""
     trials = []
     for fault in faults:
         for case in found:
-            left_out = nothing(case, fault, applies(fault, host))
+            left_out = nothing(case, fault, not_applicable(fault, host))
             if left_out:
                 yield left_out, None
                 done(1)
@@ -86,9 +86,9 @@ def sown(
 def with_controls(
     found: list[SelftestCase], host: str, *, workers: int | None = None, done: Done = quiet
 ) -> tuple[list[SelftestCase], list[FaultCell]]:
-    """Grounds with the controls' runs, and the controls' cells."""
+    """Cases with the controls' runs, and the controls' cells."""
     kept, cells = {g.scene.name: g for g in found}, []
-    for one, result in sown(CONTROLS.values(), found, host, workers=workers, done=done):
+    for one, result in insert_faults(CONTROLS.values(), found, host, workers=workers, done=done):
         cells.append(one)
         if result is not None:
             name = one.scene
@@ -108,10 +108,10 @@ def with_control(case: SelftestCase, result: TrialResult) -> SelftestCase:
     if main is None or finer is None:
         raise SelftestError(f"{result.trial.fault.name} can't be run on {case.scene.name}: {result.main.reason}")
     controls = case.controls | {result.trial.fault.name: main}
-    if result.trial.fault.name != SOUND:
+    if result.trial.fault.name != UNMODIFIED:
         return dataclasses.replace(case, controls=controls)
-    sound = {case.settings[Role.MAIN]: main, case.settings[Role.FINER]: finer}
-    return dataclasses.replace(case, controls=controls, sound=sound)
+    unmodified = {case.settings[Role.MAIN]: main, case.settings[Role.FINER]: finer}
+    return dataclasses.replace(case, controls=controls, unmodified_runs=unmodified)
 
 
 def matrix(
@@ -124,7 +124,7 @@ def matrix(
 ) -> tuple[Matrix, list[SelftestCase]]:
     """Controls and faults in all scenes, in the order of the catalogue; and the cases with the controls' runs."""
     ready, cells = with_controls(found, host, workers=workers, done=done)
-    cells += [one for one, _ in sown(faults, ready, host, workers=workers, done=done)]
+    cells += [one for one, _ in insert_faults(faults, ready, host, workers=workers, done=done)]
     place = {name: k for k, name in enumerate([*CONTROLS, *FAULTS])}
     scenes = {g.scene.name: k for k, g in enumerate(found)}
     return Matrix(tuple(sorted(cells, key=lambda c: (place[c.fault.name], scenes[c.scene])))), ready

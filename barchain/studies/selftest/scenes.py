@@ -1,4 +1,4 @@
-"""Scenes in which faults are put in: short, and together with something of everything."""
+"""Scenes in which faults are inserted: short, and together with something of everything."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The self-test: known faults put into an engine, and the checks that detect them."""
+"""The self-test: known faults inserted into an engine, and the checks that detect them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class SelftestOptions:
     faults: Iterable[str] = ()
     """Names; all by default"""
     host: str = HOST
-    """Engine that the faults are put into; faults in the code itself need the reference"""
+    """Engine that the faults are inserted into; faults in the code itself need the reference"""
     smallest: bool = False
     """Whether the smallest detected size of each continuous fault is looked for"""
     workers: int | None = None

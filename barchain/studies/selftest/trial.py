@@ -1,4 +1,4 @@
-"""Faults put in, run, and judged by the judge of engines."""
+"""Trials: faulty engines run, and judged as in a comparison."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from adapters.registry import find_own_engine
 from barchain.judge.comparison import Verdict, judge
 from barchain.judge.evidence import Evidence
 from barchain.run.job import Job, Role, RunResult
-from barchain.run.pool import TimeLimit, run_jobs, run_together
+from barchain.run.pool import run_jobs, run_together
+from barchain.run.time_limits import TimeLimit
 from barchain.run.worker import run_phases
 from barchain.solutions.reference_runs import NUMPY, solution_jobs, solution_of
-from barchain.studies.selftest.faults.faulty_engine import engine_with_fault, seeded
+from barchain.studies.selftest.faults.faulty_engine import engine_with_fault, fault_registration
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from barchain.studies.selftest.faults.fault import Fault
     from scenarios import Scene
 
-TIME_LIMIT_S = 120.0  # a hundred times what the longest sound run takes
+TIME_LIMIT_S = 120.0  # a hundred times what the longest unmodified run takes
 
 
 class SelftestError(RuntimeError):
@@ -34,13 +35,13 @@ class SelftestError(RuntimeError):
 
 @dataclass(frozen=True)
 class SelftestCase:
-    """One scene's reference solution, and the engine that faults are put into there."""
+    """One scene's reference solution, and the engine that faults are inserted into there."""
 
     solution: ReferenceSolution
     host: str
     engine: type[Engine]
     settings: dict[Role, Setting]
-    sound: dict[Setting, Trajectory] = field(default_factory=dict)
+    unmodified_runs: dict[Setting, Trajectory] = field(default_factory=dict)
     """Runs of the host as it is"""
     controls: dict[str, Trajectory] = field(default_factory=dict)
     """Main runs of all controls"""
@@ -66,11 +67,11 @@ class FaultTrial(NamedTuple):
     @property
     def replays(self) -> bool:
         """Whether recorded runs of the unmodified engine serve."""
-        return self.fault.replays and bool(self.case.sound)
+        return self.fault.replays and bool(self.case.unmodified_runs)
 
     def jobs(self) -> list[Job]:
-        """Its two runs."""
-        made = seeded(self.case.host, self.fault, self.size)
+        """Jobs at the main and the finer setting."""
+        made = fault_registration(self.case.host, self.fault, self.size)
         return [Job(self.case.scene, self.fault.name, made, s, role) for role, s in self.case.settings.items()]
 
 
@@ -104,13 +105,13 @@ def selftest_cases(
         runs[job.scene.name][job.role] = result
         done(1)
     setting = engine.sweep.setting()
-    found = []
+    cases = []
     for name, scene in wanted.items():
         solution = solution_of(scene, runs[name])
         assert solution is not None  # all of its runs have come, and none failed
         settings = {Role.MAIN: setting, Role.FINER: finer_setting(scene, engine.sweep, setting)}
-        found.append(SelftestCase(solution, host, engine, settings))
-    return found
+        cases.append(SelftestCase(solution, host, engine, settings))
+    return cases
 
 
 def run_trials(trials: Iterable[FaultTrial], *, workers: int | None = None) -> Iterator[TrialResult]:
@@ -125,21 +126,21 @@ def run_trials(trials: Iterable[FaultTrial], *, workers: int | None = None) -> I
         return
     for job, result in run_together(jobs, TimeLimit(TIME_LIMIT_S), workers):
         trial = by_job[job.key]
-        both = runs.setdefault(trial.key, {})
-        both[job.role] = result
-        if len(both) == len(trial.case.settings):
+        by_role = runs.setdefault(trial.key, {})
+        by_role[job.role] = result
+        if len(by_role) == len(trial.case.settings):
             del runs[trial.key]
-            yield judged(trial, both[Role.MAIN], both[Role.FINER])
+            yield judged(trial, by_role[Role.MAIN], by_role[Role.FINER])
 
 
 def replayed(trial: FaultTrial, job: Job) -> RunResult:
     """Result of a recorded run with the fault in it."""
     case = trial.case
-    return run_phases(job, engine_with_fault(trial.fault, trial.size, case.engine, case.sound))
+    return run_phases(job, engine_with_fault(trial.fault, trial.size, case.engine, case.unmodified_runs))
 
 
 def judged(trial: FaultTrial, main: RunResult, finer: RunResult) -> TrialResult:
-    """Verdict of the production comparison."""
+    """Trial with its verdict."""
     case = trial.case
     setting = case.settings[Role.MAIN]
     verdict = judge(trial.fault.name, case.engine, setting, Evidence(main, finer), case.solution)

@@ -10,7 +10,7 @@ from barchain.judge.comparison import MIN_JUDGED_SHARE, TWO_SETTING_METRICS
 from barchain.judge.error_units import NORM_SLACK
 from barchain.metrics.quantities import drifts
 from barchain.run.job import Role
-from barchain.solutions.reference import PARTED_RAD, RICHARDSON, predictability_limit
+from barchain.solutions.reference import PARTED_RAD, RICHARDSON, divergence_instant_s
 from barchain.studies.stability.engine_runs import JUDGED, LEVEL_WORDS, WITH_TRAJECTORY
 from barchain.studies.stability.growth import attitude_error, grows_too_fast, growth_excess
 from barchain.studies.stability.law import GrowthLaw, law
@@ -94,7 +94,7 @@ def blown_up(trajectory: Trajectory, solution: ReferenceSolution) -> str:
     if ratio is None or ratio <= MAX_KINETIC_RATIO:
         return ""
     end = float(solution.trajectory.t_s[-1])
-    left = predictability_limit(trajectory, solution.trajectory)
+    left = divergence_instant_s(trajectory, solution.trajectory)
     if left >= end:
         return ""
     return f"{ratio:.3g} times the largest kinetic energy there can be, attitude lost at t = {left:.6g} of {end:.6g} s"

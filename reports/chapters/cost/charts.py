@@ -45,7 +45,7 @@ class CostCurve:
 
 
 @dataclass(frozen=True)
-class Setup:
+class ChartData:
     """Shared contents of all charts of one scene and quantity."""
 
     name: str
@@ -67,59 +67,59 @@ class Setup:
         return decade_range([t.cost[t.drawn] for t in self.tracks])
 
 
-def overview(setup: Setup, title: str, front: tuple[Array, Array] | None = None) -> Panel | None:
+def overview(data: ChartData, title: str, front: tuple[Array, Array] | None = None) -> Panel | None:
     """Chart of all engines, each family in a colour, with the work-precision front."""
-    groups = group_of([t.engine for t in setup.tracks])
+    groups = group_of([t.engine for t in data.tracks])
     pens = family_pens(list(groups))
-    ax = axes(setup, title, "all")
+    ax = axes(data, title, "all")
     if ax is None:
         return None
     if front is not None and len(front[0]) > 1:
         ax.plot(*front, color=COLOURS["accent"].stand_in, linewidth=7.0, alpha=0.25, solid_capstyle="round", zorder=1)
-    for track in setup.tracks:
+    for track in data.tracks:
         draw(ax, track, pens[groups[track.engine]])
-    used = {groups[t.engine] for t in setup.tracks if t.drawn.any() or t.failed.any()}
+    used = {groups[t.engine] for t in data.tracks if t.drawn.any() or t.failed.any()}
     legend = tuple(Legend(word, pen) for word, pen in pens.items() if word in used)
-    said = f"{note(setup)} {SHARED if len(groups) > len(pens) else ''}".strip()
-    return Panel(title, finish(ax, frame(setup, title, "all")), said, legend)
+    said = f"{note(data)} {SHARED if len(groups) > len(pens) else ''}".strip()
+    return Panel(title, finish(ax, frame(data, title, "all")), said, legend)
 
 
-def by_family(setup: Setup) -> list[Panel]:
+def by_family(data: ChartData) -> list[Panel]:
     """One chart for each family: its engines in colour, all others in grey."""
-    shown = [t for t in setup.tracks if t.drawn.any() or t.failed.any()]
+    shown = [t for t in data.tracks if t.drawn.any() or t.failed.any()]
     groups = families([t.engine for t in shown])
     names = sorted(set(groups.values()), key=lambda g: (g == OTHERS, list(groups.values()).index(g)))
-    found = (family(setup, g, [t for t in shown if groups[t.engine] == g]) for g in names)
+    found = (family(data, g, [t for t in shown if groups[t.engine] == g]) for g in names)
     return [p for p in found if p]
 
 
-def family(setup: Setup, name: str, own: list[CostCurve]) -> Panel | None:
+def family(data: ChartData, name: str, own: list[CostCurve]) -> Panel | None:
     """Chart of one family."""
     title = name.capitalize()
-    ax = axes(setup, title, name)
+    ax = axes(data, title, name)
     if ax is None:
         return None
-    for track in setup.tracks:
+    for track in data.tracks:
         if track.engine not in {t.engine for t in own}:
             ax.plot(track.error[track.drawn], track.cost[track.drawn], color=COLOURS["rule"].stand_in, linewidth=0.8)
     pens = {t.engine: engine_pen(k + 2) for k, t in enumerate(own)}
     for track in own:
         draw(ax, track, pens[track.engine])
-    svg = finish(ax, frame(setup, title, name))
-    return Panel(title, svg, note(replace(setup, tracks=tuple(own))), tuple(Legend(e, p) for e, p in pens.items()))
+    svg = finish(ax, frame(data, title, name))
+    return Panel(title, svg, note(replace(data, tracks=tuple(own))), tuple(Legend(e, p) for e, p in pens.items()))
 
 
-def frame(setup: Setup, title: str, name: str) -> ChartFrame:
+def frame(data: ChartData, title: str, name: str) -> ChartFrame:
     """Axes and labels of a chart."""
-    return ChartFrame(f"{setup.name}-{name}", title, setup.x_label, setup.y_label, (0.0, 1.0))
+    return ChartFrame(f"{data.name}-{name}", title, data.x_label, data.y_label, (0.0, 1.0))
 
 
-def axes(setup: Setup, title: str, name: str) -> Axes | None:
+def axes(data: ChartData, title: str, name: str) -> Axes | None:
     """Empty log-log axes with the certified solution's floor; None if there is nothing to draw."""
-    across, up = setup.x_span, setup.y_span
+    across, up = data.x_span, data.y_span
     if across is None or up is None:
         return None
-    ax = blank_axes(frame(setup, title, name))
+    ax = blank_axes(frame(data, title, name))
     ax.set_xscale("log")
     first, last = round(np.log10(across.low)), round(np.log10(across.high))
     step = max(1, int(np.ceil((last - first) / MOST_TICKS)))
@@ -128,8 +128,8 @@ def axes(setup: Setup, title: str, name: str) -> Axes | None:
     ax.xaxis.set_minor_locator(NullLocator())
     log_axis(ax, up)
     ax.set_xlim(across.low, across.high)
-    if setup.floor:
-        edge = max(FLOOR_MARGIN * setup.floor, across.low)
+    if data.floor:
+        edge = max(FLOOR_MARGIN * data.floor, across.low)
         ax.axvspan(across.low, edge, color=COLOURS["body"].stand_in, linewidth=0, zorder=0)
     return ax
 
@@ -156,10 +156,10 @@ def draw(ax: Axes, track: CostCurve, pen: Pen) -> None:
     ax.plot([right] * gone, [top] * gone, "x", color=colour, markersize=CROSS_SIZE, markeredgewidth=1.5, clip_on=False)
 
 
-def note(setup: Setup) -> str:
+def note(data: ChartData) -> str:
     """Note beside a chart: failed runs, meaning of hollow points."""
-    failed = [f"{t.engine} ({int(t.failed.sum())})" for t in setup.tracks if t.failed.any()]
-    blurred = any((t.blurred & t.drawn).any() for t in setup.tracks)
+    failed = [f"{t.engine} ({int(t.failed.sum())})" for t in data.tracks if t.failed.any()]
+    blurred = any((t.blurred & t.drawn).any() for t in data.tracks)
     said = [f"× failed: {', '.join(failed)}." if failed else ""]
     said += ["Hollow: below the floor of the certified solution (shaded)." if blurred else ""]
     return " ".join(s for s in said if s)

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from reports.chapters.cost.charts import FLOOR_MARGIN, CostCurve, Setup, by_family, overview
-from reports.tables.cost import BASELINE, CostTables, read_cost
+from reports.chapters.cost.charts import FLOOR_MARGIN, ChartData, CostCurve, by_family, overview
+from reports.tables.cost import BASELINE, NOT_RUN, CostTables, read_cost
+from reports.tables.files import flags
 from reports.tables.outcome import Outcome
 from reports.text.numerals import is_nan, number
 from reports.text.record import mapping, rows
@@ -67,14 +68,20 @@ class CostScene:
     title: str
     orbits: float | None
     solution: dict[str, Any]
+    """Facts of the certified solution, as in the record"""
     overviews: tuple[Panel, ...]
     families: tuple[Panel, ...]
     reach: tuple[ReachTable, ...]
     orders: tuple[dict[str, Any], ...]
+    """Rows of orders.csv: measured orders of convergence"""
     price: tuple[dict[str, Any], ...]
-    spent: tuple[dict[str, Any], ...]
+    """One for each engine: ``engine``, and the row of price.csv for each measure (``seconds``, ``evaluations``)"""
+    phase_times: tuple[dict[str, Any], ...]
+    """One for each engine: ``engine``, ``version``, ``title``, and ``build_s``, ``compile_s``, ``read_s`` or None"""
     points: tuple[dict[str, Any], ...]
+    """Rows of points.csv"""
     left_out: tuple[dict[str, Any], ...]
+    """Engines skipped on the scene: ``scene``, ``engine``, ``outcome``, ``reason``"""
 
     @property
     def baseline(self) -> ReachTable | None:
@@ -111,63 +118,69 @@ def view_scene(tables: CostTables, scene: str) -> CostScene:
     """One scene's part of the chapter."""
     points = tables.points[tables.points.scene == scene]
     facts, name = mapping(mapping(tables.record.get("scenes")).get(scene)), f"cost-{anchor(scene)}"
-    timed = setup(points, "attitude", "seconds", f"{name}-attitude")
+    timed = chart_data(points, "attitude", "seconds", f"{name}-attitude")
     return CostScene(
-        scene,
-        name,
-        str(facts.get("title") or scene),
-        number(facts.get("orbits")),
-        mapping(mapping(tables.record.get("certified_solutions")).get(scene)),
-        tuple(p for p in overviews(points, name) if p),
-        tuple(by_family(timed)),
-        reach_tables(tables.reach, scene),
-        tuple(records(tables.orders, scene)),
-        tuple(prices(tables.price, scene)),
-        tuple(spent(points, tables.record)),
-        tuple(records(points, scene)),
-        tuple(r for r in rows(tables.record.get("left_out")) if r.get("scene") == scene),
+        name=scene,
+        anchor=name,
+        title=str(facts.get("title") or scene),
+        orbits=number(facts.get("orbits")),
+        solution=mapping(mapping(tables.record.get("certified_solutions")).get(scene)),
+        overviews=tuple(p for p in overviews(points, timed, name) if p),
+        families=tuple(by_family(timed)),
+        reach=reach_tables(tables.reach, scene),
+        orders=tuple(records(tables.orders, scene)),
+        price=tuple(prices(tables.price, scene)),
+        phase_times=tuple(phase_times(points, tables.record)),
+        points=tuple(records(points, scene)),
+        left_out=tuple(r for r in rows(tables.record.get("left_out")) if r.get("scene") == scene),
     )
 
 
-def overviews(points: pd.DataFrame, name: str) -> list[Panel | None]:
-    """Charts of time for attitude, time for reactions, evaluations for attitude."""
-    timed = setup(points, "attitude", "seconds", f"{name}-attitude")
+def overviews(points: pd.DataFrame, timed: ChartData, name: str) -> list[Panel | None]:
+    """Charts of time for attitude (`timed`), time for reactions, evaluations for attitude."""
+    reactions = chart_data(points, "reaction", "seconds", f"{name}-reaction")
+    counted = chart_data(points, "attitude", "evaluations", f"{name}-count")
     return [
         overview(timed, "Time against attitude error", front(points)),
-        overview(setup(points, "reaction", "seconds", f"{name}-reaction"), "Time against error of reactions"),
-        overview(setup(points, "attitude", "evaluations", f"{name}-count"), "Evaluations against attitude error"),
+        overview(reactions, "Time against error of reactions"),
+        overview(counted, "Evaluations against attitude error"),
     ]
 
 
-def setup(points: pd.DataFrame, quantity: str, cost: str, name: str) -> Setup:
+def chart_data(points: pd.DataFrame, quantity: str, cost: str, name: str) -> ChartData:
     """Contents of the charts of a scene, one curve for each engine."""
     error, floor, label = QUANTITIES[quantity]
     unit = "simulate, s" if cost == "seconds" else "evaluations of the right-hand side"
     least = points[floor].max()
     found = [cost_curve(points[points.engine == e], error, floor, cost) for e in dict.fromkeys(points.engine)]
-    nothing = {str(e) for e, own in points.groupby("engine") if own.com_error_m.isna().all()}
-    kept = [
-        t for t in found if np.isfinite(t.error).any() or t.engine in nothing
-    ]  # an undeclared quantity is no failure
-    return Setup(name, label, unit, float(least) if np.isfinite(least) else 0.0, tuple(kept))
+    without_track = {str(e) for e, own in points.groupby("engine") if own.com_error_m.isna().all()}
+    # an undeclared quantity is no failure
+    kept = [t for t in found if np.isfinite(t.error).any() or t.engine in without_track]
+    return ChartData(
+        name=name,
+        x_label=label,
+        y_label=unit,
+        floor=float(least) if np.isfinite(least) else 0.0,
+        tracks=tuple(kept),
+    )
 
 
 def cost_curve(own: pd.DataFrame, error: str, floor: str, cost: str) -> CostCurve:
     """Points of one engine, without runs skipped for their length."""
-    run = own[~own.reason.str.startswith("not run")]
-    off = run[error].to_numpy(float)
+    run = own[~own.reason.str.startswith(NOT_RUN)]
+    errors = run[error].to_numpy(float)
     return CostCurve(
-        str(own.engine.iloc[0]),
-        off,
-        run[cost].to_numpy(float),
-        (run.outcome != Outcome.PASS.value).to_numpy() & (cost == "seconds"),
-        off < FLOOR_MARGIN * run[floor].to_numpy(float),
+        engine=str(own.engine.iloc[0]),
+        error=errors,
+        cost=run[cost].to_numpy(float),
+        failed=(run.outcome != Outcome.PASS.value).to_numpy() & (cost == "seconds"),
+        blurred=errors < FLOOR_MARGIN * run[floor].to_numpy(float),
     )
 
 
 def front(points: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
     """Work-precision front, from the coarsest point."""
-    best = points[points.on_front.astype(str) == "True"].sort_values("attitude_error_rad", ascending=False)
+    best = points[flags(points.on_front)].sort_values("attitude_error_rad", ascending=False)
     return best.attitude_error_rad.to_numpy(float), best.seconds.to_numpy(float)
 
 
@@ -200,10 +213,12 @@ def reach_table(reach: pd.DataFrame, scene: str, quantity: str, measure: str, ti
 def cell(row: dict[str, Any]) -> ReachCell:
     """Cell of a row of reach.csv."""
 
-    def three(name: str) -> tuple[float | None, float | None, float | None]:
+    def with_interval(name: str) -> tuple[float | None, float | None, float | None]:
         return number(row.get(name)), number(row.get(f"{name}_low")), number(row.get(f"{name}_high"))
 
-    return ReachCell(str(row["status"]), number(row.get("cost")), three("over_fastest"), three("over_baseline"))
+    return ReachCell(
+        str(row["status"]), number(row.get("cost")), with_interval("over_fastest"), with_interval("over_baseline")
+    )
 
 
 def prices(price: pd.DataFrame, scene: str) -> list[dict[str, Any]]:
@@ -214,7 +229,7 @@ def prices(price: pd.DataFrame, scene: str) -> list[dict[str, Any]]:
     return list(found.values())
 
 
-def spent(points: pd.DataFrame, record: dict[str, Any]) -> list[dict[str, Any]]:
+def phase_times(points: pd.DataFrame, record: dict[str, Any]) -> list[dict[str, Any]]:
     """Times of each engine to build, compile and read out."""
     engines = mapping(record.get("engines"))
     found = []

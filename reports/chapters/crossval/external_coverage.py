@@ -31,7 +31,12 @@ def coverage_words(summary: Summary, scene: SceneRecord) -> tuple[str, str] | No
         return ("", instant_words(instants)) if instants else None
     lacking = bool(known) and all(c.engine in lack for c in outside)
     headline = STOPPED if instants else LACKING if lacking else UNABLE
-    said = [instant_words(instants), not_asked_words(known.get("not_requested")), solution_words(known)]
+    said = [
+        instant_words(instants),
+        not_asked_words(known.get("not_requested")),
+        not_loaded_words(mapping(known.get("not_loaded"))),
+        solution_words(known),
+    ]
     return headline, " ".join(s for s in said if s)
 
 
@@ -59,6 +64,11 @@ def not_asked_words(names: object) -> str:
         return ""
     verbs = ("supports", "was") if len(names) == 1 else ("support", "were")
     return f"{joined(names)} {verbs[0]} the scene and {verbs[1]} not selected."
+
+
+def not_loaded_words(messages: dict[str, object]) -> str:
+    """Independent engines whose adapters do not load, with their messages; empty without any."""
+    return " ".join(f"The adapter of {name} does not load ({said})." for name, said in messages.items())
 
 
 def solution_words(known: dict[str, object]) -> str:

@@ -9,7 +9,7 @@ from reports.chapters.crossval.facts import facts
 from reports.chapters.crossval.matrix_cell import cell_text
 from reports.chapters.crossval.scene_view import view_scene
 from reports.chapters.crossval.summary import SHORT_OF_THE_RUN, WORDS, RunCell, Summary, summarise
-from reports.chapters.crossval.verdict import failure_words, judge
+from reports.chapters.crossval.verdict import failure_words, summary_verdict
 from reports.page import surroundings, templates
 from reports.plotting.palette import engine_pen
 from reports.tables.crossval import Results, read_results
@@ -89,7 +89,7 @@ def context(results: Results, summary: Summary) -> dict[str, Any]:
     record = results.record
     return surroundings(record) | {
         "summary": summary,
-        "verdict": judge(summary),
+        "verdict": summary_verdict(summary),
         "hint": str(record.get("verdict_hint") or ""),
         "record": {k: str(record.get(k) or "") for k in ("barchain", "created", "command")},
         "seconds": number(record.get("seconds")),

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from reports.text.record import SceneRecord
 
 MOST_NAMED = 3  # scenes in the headline; the sentences below it name all
-ALLOWED = (Outcome.PASS, Outcome.REPORTED, Outcome.UNSUPPORTED)
 
 
 @dataclass(frozen=True)
@@ -27,7 +26,7 @@ class CrossvalVerdict:
     failures: tuple[RunCell, ...]
 
 
-def judge(summary: Summary) -> CrossvalVerdict:
+def summary_verdict(summary: Summary) -> CrossvalVerdict:
     """Verdict of a summary."""
     failed = tuple(c for c in summary.all if not c.outcome.ok)
     failures = (*summary.unsolved, *failed)

@@ -8,21 +8,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from reports.chapters.roundoff.axes import ErrorCurve, Sheet, panel
-from reports.chapters.roundoff.charts import SHADED, SIZE_LABEL, by_size
-from reports.chapters.roundoff.run_charts import (
+from reports.chapters.roundoff.chart_parts import (
     HOLLOW,
     QUANTITIES,
     RTOL_LABEL,
     STEPS_LABEL,
-    blurred,
     by_pair,
+    has_unresolved,
     sizes_of,
-    true,
 )
+from reports.chapters.roundoff.charts import SHADED, SIZE_LABEL, by_size
 from reports.chapters.roundoff.series import GENERIC, STRAIGHT, Key
 from reports.chapters.roundoff.words import size
 from reports.plotting.palette import COLOURS, DASHES, MARKERS, Pen, engine_pen
 from reports.plotting.panels import Legend, Panel
+from reports.tables.files import flags
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -71,14 +71,14 @@ def engine_panel(study: RoundoffData, own: pd.DataFrame, engine: str, quantity: 
     legend = [Legend(f"{f} frame", frame_pen(f, frames)) for f in frames]
     muted = COLOURS["muted"]
     legend += [Legend(size(study, r), Pen(muted, MARKERS[k % len(MARKERS)], hollow=True)) for k, r in enumerate(sizes)]
-    return panel(sheet, curves, tuple(legend), HOLLOW if blurred(curves) else "")
+    return panel(sheet, curves, tuple(legend), HOLLOW if has_unresolved(curves) else "")
 
 
 def step_curve(own: pd.DataFrame, column: str, drawn: Pen) -> ErrorCurve:
     """One frame's errors at one size."""
     part = own.sort_values(column)
     x, y, low, high = (part[c].to_numpy(float) for c in (column, "median", "q05", "q95"))
-    return ErrorCurve(x, y, drawn, (low, high), blurred=~true(part.known))
+    return ErrorCurve(x, y, drawn, (low, high), blurred=~flags(part.known))
 
 
 def all_against_size(study: RoundoffData, own: pd.DataFrame, quantity: str) -> Panel | None:

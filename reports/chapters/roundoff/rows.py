@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from reports.chapters.roundoff.run_charts import METHODS, QUANTITIES
+from reports.chapters.roundoff.chart_parts import QUANTITIES
+from reports.chapters.roundoff.run_charts import METHODS
 from reports.chapters.roundoff.series import (
     ABSOLUTE,
     BARS,

@@ -7,11 +7,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from reports.chapters.roundoff.axes import ErrorCurve, Sheet, panel
+from reports.chapters.roundoff.chart_parts import (
+    HOLLOW,
+    QUANTITIES,
+    RTOL_LABEL,
+    STEPS_LABEL,
+    by_pair,
+    has_unresolved,
+    sizes_of,
+)
 from reports.chapters.roundoff.charts import DASHES, HUES, SHADED, SIZE_LABEL
 from reports.chapters.roundoff.series import ABSOLUTE, DOUBLE, LOST, MINIMAL, RELATIVE, SINGLE
 from reports.chapters.roundoff.words import size
 from reports.plotting.palette import COLOURS, MARKERS, Pen
 from reports.plotting.panels import Legend, Panel
+from reports.tables.files import flags
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,16 +32,8 @@ if TYPE_CHECKING:
 
 SIGNS: dict[str, tuple[float, ...]] = {ABSOLUTE: (), RELATIVE: (6, 2), MINIMAL: (2, 1.6)}
 COORDINATES = tuple(SIGNS)
-QUANTITIES = {  # title, vertical axis
-    "attitude": ("Attitude", "error, rad"),
-    "reaction": ("Reactions", "error / largest reaction"),
-    "gap": ("Joint gaps", "gap / bar's length"),
-    "com": ("Centre of mass", "error / bar's length"),
-}
 METHODS = {"rk4": "RK4", "dop853": "DOP853 at equal steps", "dop853, chosen steps": "DOP853 with step control"}
-STEPS_LABEL, RTOL_LABEL = "steps per orbit", "relative tolerance"
 RINGED = "Ring: smallest error; finer steps only add round-off."
-HOLLOW = "Hollow: below the error of the reference solution."
 
 
 def run_panels(study: RoundoffData, arithmetic: str, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
@@ -61,7 +63,7 @@ def against_step(study: RoundoffData, arithmetic: str, quantity: str, method: st
     name = f"roundoff-run-{quantity}-{arithmetic}-{list(METHODS).index(method)}"
     sheet = Sheet(name, title, RTOL_LABEL if chosen else STEPS_LABEL, y_label, ticks=ticks, reverse=bool(chosen))
     ringed = any(c.ringed is not None and c.ringed.any() for c in curves)
-    return panel(sheet, curves, run_legend(study, own, sizes), marks(ringed, blurred(curves)))
+    return panel(sheet, curves, run_legend(study, own, sizes), marks(ringed, has_unresolved(curves)))
 
 
 def run_pen(coordinates: str, place: int) -> Pen:
@@ -72,23 +74,6 @@ def run_pen(coordinates: str, place: int) -> Pen:
 def marks(ringed: bool, hollow: bool) -> str:
     """Meaning of the marks of a chart."""
     return " ".join([RINGED] * ringed + [HOLLOW] * hollow)
-
-
-def blurred(curves: list[ErrorCurve]) -> bool:
-    """Whether any point is hollow."""
-    return any(c.blurred is not None and c.blurred.any() for c in curves)
-
-
-def by_pair(table: pd.DataFrame, name: str) -> list[tuple[tuple[str, float], pd.DataFrame]]:
-    """Parts of a table by a word and a size."""
-    found = {(str(word), float(ratio)) for word, ratio in zip(table[name], table.ratio, strict=True)}
-    order = sorted(found, key=lambda pair: (pair[0], -pair[1]))
-    return [((word, r), table[(table[name] == word) & (table.ratio == r)]) for word, r in order]
-
-
-def sizes_of(table: pd.DataFrame) -> list[float]:
-    """Size ratios, from the longest."""
-    return sorted({float(r) for r in table.ratio}, reverse=True)
 
 
 def run_legend(study: RoundoffData, own: pd.DataFrame, sizes: list[float]) -> tuple[Legend, ...]:
@@ -104,7 +89,7 @@ def run_curve(study: RoundoffData, own: pd.DataFrame, column: str, drawn: Pen) -
     """One run's errors, ringed where round-off takes over."""
     part = own.sort_values(column)
     x, y, low, high = (part[c].to_numpy(float) for c in (column, "median", "q05", "q95"))
-    return ErrorCurve(x, y, drawn, (low, high), None, ring(study, part, x, column), ~true(part.known))
+    return ErrorCurve(x, y, drawn, (low, high), None, ring(study, part, x, column), ~flags(part.known))
 
 
 def ring(study: RoundoffData, own: pd.DataFrame, x: Array, column: str) -> Flags:
@@ -113,15 +98,9 @@ def ring(study: RoundoffData, own: pd.DataFrame, x: Array, column: str) -> Flags
     kept = np.ones(len(best), bool)
     for name in ("ratio", "quantity", "coordinates", "arithmetic", "method"):
         kept &= (best[name] == first[name]).to_numpy(bool)
-    found = best[kept & true(best.settled) & (best["median"] < LOST)][column].to_numpy(float)
-    flags: Flags = np.isin(x, found)
-    return flags
-
-
-def true(column: pd.Series) -> Flags:
-    """Flags of a column stored as words."""
-    flags: Flags = (column.astype(str) == "True").to_numpy(bool)
-    return flags
+    found = best[kept & flags(best.settled) & (best["median"] < LOST)][column].to_numpy(float)
+    ringed: Flags = np.isin(x, found)
+    return ringed
 
 
 def best_panels(study: RoundoffData, quantities: tuple[str, ...]) -> tuple[Panel, ...]:
@@ -142,11 +121,11 @@ def best_panel(study: RoundoffData, quantity: str) -> Panel | None:
             if len(part):
                 drawn = Pen(COLOURS[HUES[c][0]], HUES[c][1], DASHES[a])
                 x, y, low, high = (part[k].to_numpy(float) for k in ("ratio", "median", "q05", "q95"))
-                curves.append(ErrorCurve(x, y, drawn, (low, high), blurred=~true(part.settled)))
+                curves.append(ErrorCurve(x, y, drawn, (low, high), blurred=~flags(part.settled)))
                 legend.append(Legend(f"{c}, {a}", drawn))
     word, y_label = QUANTITIES[quantity]
     sheet = Sheet(f"roundoff-best-{quantity}", f"{word}: smallest error of an orbit", SIZE_LABEL, y_label, study.named)
-    hollow = "Hollow: at the finest setting, may decrease further. " if blurred(curves) else ""
+    hollow = "Hollow: at the finest setting, may decrease further. " if has_unresolved(curves) else ""
     return panel(sheet, curves, tuple(legend), f"Over all methods, steps and tolerances. {hollow}{SHADED}")
 
 
@@ -168,11 +147,11 @@ def growth_panel(study: RoundoffData, quantity: str) -> Panel | None:
     word, y_label = QUANTITIES[quantity]
     ticks = tuple(2.0**k for k in range(-3, 8))
     sheet = Sheet(f"roundoff-growth-{quantity}", f"{word}: error growth in time", "orbits", y_label, ticks=ticks)
-    return panel(sheet, curves, run_legend(study, own, sizes), marks(False, blurred(curves)))
+    return panel(sheet, curves, run_legend(study, own, sizes), marks(False, has_unresolved(curves)))
 
 
 def growth_curve(own: pd.DataFrame, drawn: Pen) -> ErrorCurve:
     """One run's errors."""
     part = own.sort_values("orbits")
     x, y, low, high = (part[c].to_numpy(float) for c in ("orbits", "median", "q05", "q95"))
-    return ErrorCurve(x, y, drawn, (low, high), blurred=~true(part.known))
+    return ErrorCurve(x, y, drawn, (low, high), blurred=~flags(part.known))

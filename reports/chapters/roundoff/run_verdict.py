@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reports.chapters.roundoff.run_charts import METHODS, true
+from reports.chapters.roundoff.run_charts import METHODS
 from reports.chapters.roundoff.series import ABSOLUTE, DOUBLE, LOST, RELATIVE, SINGLE, exponents_text, fit_of, law_of
 from reports.chapters.roundoff.words import between, counted, exponent_words, listed, size, spelled, unit_text
+from reports.tables.files import flags
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -35,7 +36,7 @@ def orbit_sentences(study: RoundoffData) -> tuple[str, ...]:
 
 def bounded(own: pd.DataFrame) -> str:
     """Range of smallest errors, with ``or less`` if the finest setting was the best."""
-    return between([float(v) for v in own["median"]]) + " rad" + " or less" * (not true(own.settled).all())
+    return between([float(v) for v in own["median"]]) + " rad" + " or less" * (not flags(own.settled).all())
 
 
 def least(study: RoundoffData, coordinates: str, arithmetic: str) -> pd.DataFrame:
@@ -71,7 +72,7 @@ def optimum_sentences(study: RoundoffData) -> list[str]:
     """Sentence on the optimal step and its dependence on the size."""
     best = study.tables.best
     own = best[(best.quantity == ATTITUDE) & (best.coordinates == ABSOLUTE) & (best.arithmetic == DOUBLE)]
-    own = own[true(own.settled) & own.steps_per_orbit.notna() & (own.method == "rk4")].sort_values("ratio")
+    own = own[flags(own.settled) & own.steps_per_orbit.notna() & (own.method == "rk4")].sort_values("ratio")
     if len(own) < 2:
         return []
     few, many = own.iloc[0], own.iloc[-1]

@@ -1,1 +1,1 @@
-"""Chapter of the self-test: kill matrix of seeded faults."""
+"""Chapter of the self-test: kill matrix of inserted faults."""

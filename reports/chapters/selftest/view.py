@@ -144,7 +144,7 @@ class SelftestView:
         invisible = [
             r.name for r in self.faults if not r.detected and any(c.fate is FaultOutcome.INVISIBLE for c in r.cells)
         ]
-        said = f"{detected} of {tried} seeded faults are detected"
+        said = f"{detected} of {tried} faults are detected"
         if invisible and not self.undetected:
             return f"{said}; the other, {', '.join(invisible)}, is proven invisible." if len(invisible) == 1 else (
                 f"{said}; the others, {', '.join(invisible)}, are proven invisible."

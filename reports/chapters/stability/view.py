@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reports.chapters.stability.charts import worst_panels
-from reports.chapters.stability.long import LongScene, long_scenes, rounding_sentence
+from reports.chapters.stability.long_runs import LongScene, long_scenes, rounding_sentence
 from reports.chapters.stability.rows import KINDS, LATE, SIGNS, EngineStability, SceneRows, known, outcomes, records
 from reports.tables.stability import Stability, read_stability
 from reports.text.numerals import number

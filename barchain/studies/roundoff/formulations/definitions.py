@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from reference_impl.precision.arithmetic import EXACT, Arithmetic, Values
-from reference_impl.precision.chain import ChainParameters, RelativeState, joined_chain_state
+from reference_impl.precision.chain import ChainParameters, RelativeState, consistent_chain_state
 from reference_impl.precision.coordinates import HighPrecisionMinimal, InitialChains
 from reference_impl.precision.formulations import absolute, newton_reactions, point_field, relative, tidal_accelerations
 from reference_impl.precision.steppers import extrapolated
@@ -130,7 +130,7 @@ class MinimalAngles(Formulation):
 
     def state(self, a: Arithmetic, given: Given) -> RelativeState:
         """Joined chain."""
-        return joined_chain_state(a, given.bars, given.state.com_m, given.state.angle_rad, given.state.rate_rad_s)
+        return consistent_chain_state(a, given.bars, given.state.com_m, given.state.angle_rad, given.state.rate_rad_s)
 
     def reactions(self, a: Arithmetic, given: Given) -> Values:
         """Eqs. (6), (7'), (9)-(24)."""

@@ -15,7 +15,7 @@ import gmpy2
 import numpy as np
 
 from reference_impl.precision.arithmetic import EXACT, Values
-from reference_impl.precision.chain import ChainParameters, RelativeState, joined_chain_state
+from reference_impl.precision.chain import ChainParameters, RelativeState, consistent_chain_state
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -90,7 +90,7 @@ def exact_case(case: EvaluationCase) -> Exact:
     bars = ChainParameters(mu, masses, lengths, masses * lengths * lengths / 12)
     com = np.stack([radius * EXACT.cos(longitude), radius * EXACT.sin(longitude)])
     turned = from_horizontal + (longitude - gmpy2.const_pi() / 2)
-    return Exact(bars, joined_chain_state(EXACT, bars, com, turned, rate * (ulps(random, shape) if blurred else 1)))
+    return Exact(bars, consistent_chain_state(EXACT, bars, com, turned, rate * (ulps(random, shape) if blurred else 1)))
 
 
 def configuration(case: EvaluationCase, random: Generator) -> tuple[Array, Array, Array, Array]:

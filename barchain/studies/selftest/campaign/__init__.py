@@ -1,1 +1,1 @@
-"""Random campaign of the self-test: random scenes, all engines, and faults put into them."""
+"""Random campaign of the self-test: random scenes, all engines, and faults inserted into them."""

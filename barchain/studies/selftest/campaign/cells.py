@@ -34,12 +34,12 @@ class CellClass(StrEnum):
     MISSED = "missed"
     """An undetected fault above the detection limit of the verdict"""
     NOTHING = "not applicable"
-    """A fault that changes nothing in the scene, or can't be put in"""
+    """A fault that changes nothing in the scene, or can't be inserted"""
     BROKEN = "broken"
-    """A faulty engine that fails where it should run: the fault is not put in as meant"""
+    """A faulty engine that fails where it should run: the fault is not inserted as meant"""
 
 
-SOUND = (CellClass.PASS, CellClass.LIMITED, CellClass.FALSE_ALARM)
+UNMODIFIED = (CellClass.PASS, CellClass.LIMITED, CellClass.FALSE_ALARM)
 """Classes of unmodified engines that ran"""
 TRIED = (CellClass.CAUGHT, CellClass.MISSED)
 """Classes of faults that a verdict has to detect"""

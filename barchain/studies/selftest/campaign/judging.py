@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from barchain.run.verdict_workers import Judges
 from barchain.studies.selftest.campaign.cells import CampaignCell, CellClass
-from barchain.studies.selftest.campaign.court import Judged, judged
+from barchain.studies.selftest.campaign.rating import Judged, judged
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
 
     from barchain.studies.selftest.campaign.trial import CampaignCase
 
-    Court = Callable[[list[CampaignCase]], list[Judged]]
+    JudgeCases = Callable[[list[CampaignCase]], list[Judged]]
 
 
-def at_once(cases: list[CampaignCase]) -> list[Judged]:
+def judge_serially(cases: list[CampaignCase]) -> list[Judged]:
     """Judge in this process."""
     return [judged(case) for case in cases]
 
 
-class CourtRoom:
+class VerdictWorkers:
     """Worker processes that judge."""
 
     def __init__(self, workers: int) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from scipy.stats import binomtest
 
-from barchain.studies.selftest.campaign.cells import SOUND, TRIED, CellClass
+from barchain.studies.selftest.campaign.cells import TRIED, UNMODIFIED, CellClass
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -54,21 +54,22 @@ class Rate:
 
 def rates(cells: list[CampaignCell]) -> list[Rate]:
     """All rates, those over everything first."""
-    sound = [c for c in cells if not c.fault and c.kind in SOUND]
+    unmodified = [c for c in cells if not c.fault and c.kind in UNMODIFIED]
     tried = [c for c in cells if c.fault and c.kind in TRIED]
-    planted = [c for c in cells if c.fault and c.kind in (*TRIED, CellClass.BELOW, CellClass.BEYOND)]
-    found = [Rate(str(CellClass.FALSE_ALARM), ALL, ALL, len(sound), count(sound, CellClass.FALSE_ALARM))]
+    faulty = [c for c in cells if c.fault and c.kind in (*TRIED, CellClass.BELOW, CellClass.BEYOND)]
+    found = [Rate(str(CellClass.FALSE_ALARM), ALL, ALL, len(unmodified), count(unmodified, CellClass.FALSE_ALARM))]
     found.append(Rate(str(CellClass.MISSED), ALL, ALL, len(tried), count(tried, CellClass.MISSED)))
-    alarms = {c.outcome: None for c in sound if c.kind is CellClass.FALSE_ALARM}
+    alarms = {c.outcome: None for c in unmodified if c.kind is CellClass.FALSE_ALARM}
     found += [
-        Rate(str(CellClass.FALSE_ALARM), "outcome", o, len(sound), sum(c.outcome == o for c in sound)) for o in alarms
+        Rate(str(CellClass.FALSE_ALARM), "outcome", o, len(unmodified), sum(c.outcome == o for c in unmodified))
+        for o in alarms
     ]
-    found += each(sound, CellClass.FALSE_ALARM, "engine", lambda c: c.engine)
-    found += each(sound, CellClass.LIMITED, "engine", lambda c: c.engine)
+    found += each(unmodified, CellClass.FALSE_ALARM, "engine", lambda c: c.engine)
+    found += each(unmodified, CellClass.LIMITED, "engine", lambda c: c.engine)
     found += each(tried, CellClass.MISSED, "engine", lambda c: c.engine)
     found += each(tried, CellClass.MISSED, "fault", lambda c: c.fault)
-    found += each(planted, CellClass.BELOW, "fault", lambda c: c.fault)
-    return found + each(planted, CellClass.BEYOND, "fault", lambda c: c.fault)
+    found += each(faulty, CellClass.BELOW, "fault", lambda c: c.fault)
+    return found + each(faulty, CellClass.BEYOND, "fault", lambda c: c.fault)
 
 
 def each(cells: list[CampaignCell], kind: CellClass, by: str, key: Callable[[CampaignCell], str]) -> list[Rate]:

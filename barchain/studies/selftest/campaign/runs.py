@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from adapters.registry import Registration, find_own_engine
-from barchain.run.pool import TimeLimit, run_jobs, run_together
+from barchain.run.pool import run_jobs, run_together
+from barchain.run.time_limits import TimeLimit
 from barchain.run.worker import run_job
 from barchain.studies.selftest.campaign.faults.catalogue import find
 from barchain.studies.selftest.faults.faulty_engine import engine_with_fault
@@ -25,7 +26,7 @@ TIME_LIMIT_S = 120.0
 
 
 @dataclass(frozen=True)
-class Planted(Registration):
+class CampaignRegistration(Registration):
     """Names from which a worker makes an engine with a fault in it."""
 
     host: str = ""
@@ -37,18 +38,19 @@ class Planted(Registration):
         return engine_with_fault(fault, fault.natural, find_own_engine(self.host).load())
 
 
-def planted(host: str, fault: str) -> Planted:
+def campaign_registration(host: str, fault: str) -> CampaignRegistration:
     """Registration of a host with a fault."""
-    return Planted(f"planted:{fault}:{host}", compiles=find_own_engine(host).compiles, host=host, fault=fault)
+    compiles = find_own_engine(host).compiles
+    return CampaignRegistration(f"fault:{fault}:{host}", compiles=compiles, host=host, fault=fault)
 
 
 def in_workers(workers: int | None, time_limit_s: float = TIME_LIMIT_S) -> Runner:
     """Worker processes; engines with a fault share processes, as they are barchain's."""
 
     def run(jobs: list[Job]) -> Iterator[tuple[Job, RunResult]]:
-        own = [job for job in jobs if isinstance(job.registration, Planted)]
-        sound = [job for job in jobs if not isinstance(job.registration, Planted)]
-        yield from run_jobs(sound, time_limit_s=time_limit_s, workers=workers)
+        own = [job for job in jobs if isinstance(job.registration, CampaignRegistration)]
+        unmodified = [job for job in jobs if not isinstance(job.registration, CampaignRegistration)]
+        yield from run_jobs(unmodified, time_limit_s=time_limit_s, workers=workers)
         if own:
             yield from run_together(own, TimeLimit(time_limit_s), workers)
 

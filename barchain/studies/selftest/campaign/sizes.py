@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
 
 LOST = 1.0  # of a quantity's scale: what a sample that is missing counts as
-MEASURED = {"gap": "gap_m", "com_residual": "identity_m"}
+MEASURED = {"gap": "gap_m", "com_residual": "com_residual_m"}
 
 
 def changes(unmodified: Trajectory, faulty: Trajectory) -> dict[str, Array]:

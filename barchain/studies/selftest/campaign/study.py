@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from barchain.run.selection import chosen_engines
-from barchain.studies.selftest.campaign.bench import TrialBench
 from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.campaign.faults.catalogue import FAULTS, find
 from barchain.studies.selftest.campaign.findings import kept_findings, kinds
@@ -15,12 +14,13 @@ from barchain.studies.selftest.campaign.rates import passed, rates
 from barchain.studies.selftest.campaign.runs import RunCache
 from barchain.studies.selftest.campaign.scenes.draw import draw
 from barchain.studies.selftest.campaign.tables import FILES, CampaignTables
+from barchain.studies.selftest.campaign.trial_runner import TrialRunner
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from barchain.studies.selftest.campaign.findings import KeptFinding
-    from barchain.studies.selftest.campaign.judging import Court
+    from barchain.studies.selftest.campaign.judging import JudgeCases
     from barchain.studies.selftest.campaign.rates import Rate
     from barchain.studies.selftest.campaign.runs import Runner
     from barchain.studies.store import StudyStore
@@ -46,7 +46,7 @@ class CampaignOptions:
     engines: tuple[str, ...] = ()
     """Engines that are judged unmodified; all installed everyday engines by default"""
     hosts: tuple[str, ...] = HOSTS
-    """Engines that faults are put into; none: unmodified engines alone"""
+    """Engines that faults are inserted into; none: unmodified engines alone"""
     faults: tuple[str, ...] = ()
     """Names; all by default"""
     most_reruns: int = MOST_RERUNS
@@ -64,7 +64,7 @@ class CampaignPlan(CampaignOptions):
     faults: tuple[str, ...] = tuple(FAULTS)
 
     @property
-    def sound(self) -> tuple[str, ...]:
+    def unmodified(self) -> tuple[str, ...]:
         """Engines that are judged unmodified: hosts too, as their verdicts state the detection limits."""
         return tuple(dict.fromkeys((*self.engines, *self.hosts)))
 
@@ -107,7 +107,7 @@ class CampaignStudy:
 
     runner: Runner
     """Makes runs, see :mod:`barchain.studies.selftest.campaign.runs`"""
-    court: Court
+    judge_cases: JudgeCases
     """Gives verdicts, see :mod:`barchain.studies.selftest.campaign.judging`"""
     files: ClassVar[StudyFiles] = FILES
 
@@ -127,7 +127,7 @@ class CampaignStudy:
         return {
             "seed": plan.seed,
             "scenes": plan.scenes,
-            "engines": list(plan.sound),
+            "engines": list(plan.unmodified),
             "hosts": list(plan.hosts),
             "most_reruns": plan.most_reruns,
             "faults": faults,
@@ -139,7 +139,7 @@ class CampaignStudy:
         with reporter.counted("scenes", plan.scenes) as done:
             drawn = plan.drawn()
             while scenes := list(itertools.islice(drawn, CHUNK)):
-                found = tried(plan, scenes, self.runner, self.court)
+                found = tried(plan, scenes, self.runner, self.judge_cases)
                 cells += found
                 tables.keep_cells(found)
                 tables.keep_rates(rates(cells))
@@ -152,19 +152,19 @@ class CampaignStudy:
         return result
 
 
-def tried(plan: CampaignPlan, drawn: list[Scene], run: Runner, court: Court) -> list[CampaignCell]:
+def tried(plan: CampaignPlan, drawn: list[Scene], run: Runner, judge_cases: JudgeCases) -> list[CampaignCell]:
     """Cells of some scenes."""
-    bench = TrialBench(RunCache(run), court)
-    scenes = bench.establish(drawn)
+    runner = TrialRunner(RunCache(run), judge_cases)
+    scenes = runner.establish(drawn)
     cells, trials = [], []
     for scene in scenes:
-        left_out, more = bench.try_sound(scene, plan.sound)
+        left_out, more = runner.unmodified_trials(scene, plan.unmodified)
         cells += left_out
         trials += more
-    cells += bench.settle(trials)
+    cells += runner.judge_trials(trials)
     trials = []
     for scene, host in itertools.product(scenes, plan.hosts):
-        left_out, more = bench.plant(scene, host, plan.faults, plan.most_reruns)
+        left_out, more = runner.fault_trials(scene, host, plan.faults, plan.most_reruns)
         cells += left_out
         trials += more
-    return cells + bench.settle(trials)
+    return cells + runner.judge_trials(trials)

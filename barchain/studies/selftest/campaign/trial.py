@@ -13,7 +13,7 @@ from barchain.judge.evidence import follow_up_jobs, gathered
 from barchain.run.job import Job, Role
 from barchain.run.worker import run_phases
 from barchain.studies.selftest.campaign.faults.catalogue import find
-from barchain.studies.selftest.campaign.runs import planted
+from barchain.studies.selftest.campaign.runs import campaign_registration
 from barchain.studies.selftest.faults.faulty_engine import engine_with_fault
 
 if TYPE_CHECKING:
@@ -46,19 +46,19 @@ class CampaignTrial:
         return engine_class(find_engine(self.engine))
 
     @property
-    def planted(self) -> Fault | None:
+    def inserted_fault(self) -> Fault | None:
         """The fault; None of an unmodified engine."""
         return find(self.fault) if self.fault else None
 
     @property
     def replays(self) -> bool:
         """Whether the runs of the unmodified engine suffice."""
-        return self.planted is None or self.planted.replays
+        return self.inserted_fault is None or self.inserted_fault.replays
 
     @property
     def registration(self) -> Registration:
         """Engine that is run: the unmodified one where the fault changes only samples or declarations."""
-        return find_engine(self.engine) if self.replays else planted(self.engine, self.fault)
+        return find_engine(self.engine) if self.replays else campaign_registration(self.engine, self.fault)
 
     @property
     def setting(self) -> Setting:
@@ -74,8 +74,8 @@ class CampaignTrial:
         return jobs + follow_up_jobs(self.scene, self.engine, self.registration, host, setting, further)
 
     def left_out(self, solution: ReferenceSolution) -> str:
-        """Why the fault can't be put in; empty if it can."""
-        fault = self.planted
+        """Why the fault can't be inserted; empty if it can."""
+        fault = self.inserted_fault
         if fault is None:
             return ""
         staged = fault.staged(self.scene, fault.natural) if not fault.nothing(solution) else self.scene
@@ -100,7 +100,7 @@ class CampaignCase:
     solution: ReferenceSolution
     made: dict[Role, tuple[Job, RunResult]]
     """Runs by role, with their settings: of the unmodified engine where the trial replays them"""
-    sound: dict[Role, RunResult] = field(default_factory=dict)
+    unmodified_runs: dict[Role, RunResult] = field(default_factory=dict)
     """Runs of the unmodified engine; empty in the trial of the unmodified engine"""
     limits: dict[str, DetectionLimit] = field(default_factory=dict)
     """Detection limits from the unmodified engine's verdict"""
@@ -114,8 +114,8 @@ class CampaignCase:
 
     def engine_with_fault(self, job: Job, result: RunResult) -> RunResult:
         """Result of a run with the fault in it."""
-        fault = self.trial.planted
-        if fault is None or not fault.replays or not fault.spoils(job.role) or result.trajectory is None:
+        fault = self.trial.inserted_fault
+        if fault is None or not fault.replays or not fault.acts_in(job.role) or result.trajectory is None:
             return result
         return run_phases(
             job, engine_with_fault(fault, fault.natural, self.trial.host, {job.setting: result.trajectory})
@@ -124,14 +124,14 @@ class CampaignCase:
     @property
     def judged_as(self) -> type[Engine]:
         """Class that is judged, with its declarations."""
-        fault = self.trial.planted
+        fault = self.trial.inserted_fault
         if fault is None:
             return self.trial.host
-        return engine_with_fault(fault, fault.natural, self.trial.host, main=self.sound_trajectory(Role.MAIN))
+        return engine_with_fault(fault, fault.natural, self.trial.host, main=self.unmodified_trajectory(Role.MAIN))
 
-    def sound_trajectory(self, role: Role) -> Trajectory | None:
+    def unmodified_trajectory(self, role: Role) -> Trajectory | None:
         """Trajectory of the unmodified engine."""
-        return self.sound[role].trajectory if role in self.sound else None
+        return self.unmodified_runs[role].trajectory if role in self.unmodified_runs else None
 
 
 def verdict_of(case: CampaignCase, results: dict[Role, RunResult]) -> Verdict:

@@ -6,8 +6,10 @@ from barchain.studies.selftest.faults import equations, events, forces, misprint
 from barchain.studies.selftest.faults.fault import Fault, FaultGroup
 from scenarios import nearest
 
-SOUND = "sound"
-CONTROLS = {f.name: f for f in (Fault(SOUND, "the engine as it is", "no fault", FaultGroup.CONTROL), misprints.CONTROL)}
+UNMODIFIED = "unmodified"
+CONTROLS = {
+    f.name: f for f in (Fault(UNMODIFIED, "the engine as it is", "no fault", FaultGroup.CONTROL), misprints.CONTROL)
+}
 ORDER = tuple(FaultGroup)
 FAULTS = {
     f.name: f
@@ -19,7 +21,7 @@ FAULTS = {
 
 
 class UnknownFaultError(KeyError):
-    """No fault of that name is seeded."""
+    """There is no fault of that name."""
 
     def __str__(self) -> str:
         """Give the message without KeyError's quotes."""

@@ -1,4 +1,4 @@
-"""Mistakes in the equations of motion, put into the reference's code."""
+"""Mistakes in the equations of motion, inserted into the reference's code."""
 
 from __future__ import annotations
 

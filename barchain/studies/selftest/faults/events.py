@@ -11,8 +11,8 @@ from adapters.engine import AccuracyParameter
 from barchain.studies.selftest.faults import reasons
 from barchain.studies.selftest.faults.equations import SINGLE
 from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
-from barchain.studies.selftest.faults.forces import SLEW, THRUST, effect
-from reference_impl.integrate import stepper
+from barchain.studies.selftest.faults.forces import THRUST, effect
+from reference_impl.integrate import stepper, surface_contact
 from reference_impl.integrate.discrete_modes import DiscreteModes
 from scenarios import load_scene
 from scenarios.scene import CentralBody
@@ -51,7 +51,7 @@ def switches_late(size: float) -> AbstractContextManager[object]:
 
 def landing_late(size: float) -> AbstractContextManager[object]:
     """Surface met late."""
-    right = stepper.contact_instant
+    right = surface_contact.contact_instant
 
     def landing(*given: Any) -> float | None:
         found = right(*given)
@@ -128,8 +128,8 @@ def stuck(setting: Setting, size: float) -> Setting:
 SECOND = Size(1.0, "s")
 START, ACCURACY, EVENTS = FaultGroup.START, FaultGroup.ACCURACY, FaultGroup.EVENTS
 FAULTS = (
-    Fault("slew-late", "slews that start late", "a step that straddles a break", EVENTS, size=SECOND, nothing=SLEW,
-          scene=effect("prescribed_rotation", later)),
+    Fault("slew-late", "slews that start late", "a step that straddles a break", EVENTS, size=SECOND,
+          nothing=reasons.SLEW, scene=effect("prescribed_rotation", later)),
     Fault("thrust-late", "thrusts that start and end late", "a step that straddles a break", EVENTS, size=SECOND,
           scene=effect("thrust", later), nothing=THRUST),
     Fault("impulse-late", "impulses that act late", "an impulse at the end of a step", EVENTS, size=SECOND,

@@ -1,4 +1,4 @@
-"""A seeded fault: where it is put in, its size, and where it changes nothing."""
+"""A fault: where it is inserted, its size, and where it changes nothing."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     OutputChange = Callable[[Trajectory, Scene, float], Trajectory]
     FreshChange = Callable[[Trajectory, Scene, float, Generator], Trajectory]
     Declaration = Callable[[type[Engine], Trajectory], dict[str, Any]]
-    Nothing = Callable[[ReferenceSolution], str]
+    NotApplicable = Callable[[ReferenceSolution], str]
     Foreign = Callable[[type[Engine]], str]
 
 
@@ -40,13 +40,13 @@ class FaultGroup(StrEnum):
     """No fault: no check may reject it"""
     PAPER = "misprints of the paper"
     EQUATIONS = "equations of motion"
-    FORCES = "what acts"
+    FORCES = "forces"
     EVENTS = "events"
     START = "scene and start"
     ACCURACY = "accuracy and precision"
-    OUTPUT = "what is read out"
+    OUTPUT = "readout"
     GARBAGE = "garbage in the course of a run"
-    DECLARED = "what an engine says of itself"
+    DECLARED = "declarations"
 
 
 def numbers_of(scene: Scene, setting: Setting) -> Generator:
@@ -83,8 +83,8 @@ def in_any_engine(engine: type[Engine]) -> str:
 class Fault:
     """One fault.
 
-    It is put into the scene that the engine is given, its setting, its code, what is read out of it, or what its class
-    declares.
+    It is inserted into the scene that the engine is given, its setting, its code, what is read out of it, or what its
+    class declares.
     """
 
     name: str
@@ -107,11 +107,11 @@ class Fault:
     roles: frozenset[Role] | None = None
     """Runs that get the fault; None: all"""
     size: Size | None = None
-    nothing: Nothing = everywhere
+    nothing: NotApplicable = everywhere
     """Reason why it changes nothing in the scene of a reference solution; empty if it changes something"""
     foreign: Foreign = in_any_engine
-    """Why it can't be put into an engine; empty if it can"""
-    like: str = "sound"
+    """Why it can't be inserted into an engine; empty if it can"""
+    like: str = "unmodified"
     """Control that it is without its fault"""
     refuses: bool = False
     """Whether the faulty engine is expected to fail; of any other fault a failure is a mistake in the fault"""
@@ -120,7 +120,7 @@ class Fault:
 
     @property
     def natural(self) -> float:
-        """Size at which it is put in; 1 where it has none."""
+        """Size at which it is inserted; 1 where it has none."""
         return self.size.natural if self.size else 1.0
 
     @property
@@ -128,8 +128,8 @@ class Fault:
         """Whether only samples change: then a run of the unmodified engine serves."""
         return not (self.scene or self.setting or self.code or self.stuck)
 
-    def spoils(self, role: Role) -> bool:
-        """Whether it is put into runs of a role."""
+    def acts_in(self, role: Role) -> bool:
+        """Whether runs of a role get the fault."""
         return self.roles is None or role in self.roles
 
     def staged(self, scene: Scene, size: float) -> Scene:

@@ -24,7 +24,7 @@ DECLARED = (
 
 
 class FaultyEngine(Engine):
-    """A host engine with a fault put in; :func:`engine_with_fault` makes the final class."""
+    """A host engine with a fault inserted; :func:`engine_with_fault` makes the final class."""
 
     host: ClassVar[type[Engine]]
     fault: ClassVar[Fault]
@@ -50,8 +50,8 @@ class FaultyEngine(Engine):
     def build(self, scene: Scene, setting: Setting) -> None:
         """Give the host the faulty scene and setting."""
         self.scene, self.setting = scene, setting
-        self.sound = self.recorded.get(setting) if self.fault.replays else None
-        if self.sound is None:
+        self.unmodified = self.recorded.get(setting) if self.fault.replays else None
+        if self.unmodified is None:
             self.inner = self.host()
             used = self.host.sweep.setting() if self.fault.stuck else self.fault.asked(setting, self.size)
             with self.fault.within(self.size):
@@ -59,14 +59,14 @@ class FaultyEngine(Engine):
 
     def simulate(self) -> None:
         """Let it run."""
-        if self.sound is None:
+        if self.unmodified is None:
             with self.fault.within(self.size):
                 self.inner.simulate()
 
     def read(self) -> Trajectory:
-        """Put the fault into its samples."""
-        if self.sound is not None:
-            return self.fault.output_of(self.sound, self.scene, self.setting, self.size)
+        """Insert the fault into its samples."""
+        if self.unmodified is not None:
+            return self.fault.output_of(self.unmodified, self.scene, self.setting, self.size)
         with self.fault.within(self.size):
             seen = self.inner.read()
         return self.fault.output_of(seen, self.scene, self.setting, self.size)
@@ -87,7 +87,7 @@ def engine_with_fault(
 
 
 @dataclass(frozen=True)
-class Seeded(Registration):
+class FaultRegistration(Registration):
     """Names and a number from which a worker makes the class."""
 
     host: str = "reference"
@@ -99,7 +99,7 @@ class Seeded(Registration):
         return engine_with_fault(find(self.fault), self.size, find_own_engine(self.host).load())
 
 
-def seeded(host: str, fault: Fault, size: float) -> Seeded:
+def fault_registration(host: str, fault: Fault, size: float) -> FaultRegistration:
     """Registration of a host with a fault."""
-    name, compiles = f"seeded:{fault.name}={size!r}:{host}", find_own_engine(host).compiles
-    return Seeded(name, compiles=compiles, host=host, fault=fault.name, size=size)
+    name, compiles = f"fault:{fault.name}={size!r}:{host}", find_own_engine(host).compiles
+    return FaultRegistration(name, compiles=compiles, host=host, fault=fault.name, size=size)

@@ -127,7 +127,6 @@ DRAG = reasons.needs("drag", "drag")
 LIGHT = reasons.needs("solar_pressure", "sunlight")
 SPRINGS = reasons.needs("joint_spring_damper", "springs or dampers")
 THRUST = reasons.needs("thrust", "thrust")
-SLEW = reasons.needs("prescribed_rotation", "prescribed rotation")
 FORCES = FaultGroup.FORCES
 FAULTS = (
     Fault("gravity-torque-off", "no gravity torque (or a part of it less)", "a load not switched on", FORCES,
@@ -170,10 +169,10 @@ FAULTS = (
     Fault("impulse-end", "impulses on the bar's other end", "left for right", FORCES,
           scene=effect("impulse", other_end), nothing=reasons.impulses),
     Fault("slew", "slews by too large an angle", "a wrong amplitude of eq. (28)", FORCES,
-          scene=stronger("prescribed_rotation", "amplitude_rad"), size=PERCENT, nothing=SLEW),
+          scene=stronger("prescribed_rotation", "amplitude_rad"), size=PERCENT, nothing=reasons.SLEW),
     Fault("slew-frame", "slews against the other direction: inertial axes or the local horizontal",
-          "the paper leaves it open", FORCES, scene=effect("prescribed_rotation", swapped_frame), nothing=SLEW),
+          "the paper leaves it open", FORCES, scene=effect("prescribed_rotation", swapped_frame), nothing=reasons.SLEW),
     Fault("slew-counter-torque", "the torque of a slew from outside for a motor in the joint, and the other way round",
           "a counter-torque forgotten", FORCES, scene=effect("prescribed_rotation", swapped_actuator),
-          nothing=reasons.first_of(SLEW, reasons.joints)),
+          nothing=reasons.first_of(reasons.SLEW, reasons.joints)),
 )  # fmt: skip

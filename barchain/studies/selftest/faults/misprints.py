@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from contextlib import AbstractContextManager
 
-    from barchain.studies.selftest.faults.fault import CodeChange, Nothing
+    from barchain.studies.selftest.faults.fault import CodeChange, NotApplicable
     from reference_impl.model.chain import ChainModel
     from reference_impl.model.effect import Modes
     from reference_impl.model.state import Accelerations, State
@@ -80,7 +80,7 @@ def quarter_turn(scene: Scene, size: float) -> Scene:
     return dataclasses.replace(scene, chain=dataclasses.replace(scene.chain, angle_rad=turned))
 
 
-def misprint(which: Misprint, nothing: Nothing) -> Fault:
+def misprint(which: Misprint, nothing: NotApplicable) -> Fault:
     """Fault of one misprint."""
     entry = ERRATA[which]
     return Fault(

@@ -1,4 +1,4 @@
-"""Mistakes in the samples of an unmodified run: signs, axes, units, order, instants, holes."""
+"""Faults in the samples of an unmodified run: signs, axes, units, order, instants, holes."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ import numpy as np
 
 from barchain.studies.selftest.faults import reasons
 from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
-from barchain.studies.selftest.faults.forces import SLEW
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from adapters.trajectory import Array, Trajectory
     from barchain.solutions.reference import ReferenceSolution
-    from barchain.studies.selftest.faults.fault import Nothing, OutputChange
+    from barchain.studies.selftest.faults.fault import NotApplicable, OutputChange
     from scenarios import Scene
 
 CHANNELS = {
@@ -24,7 +25,7 @@ CHANNELS = {
     "rate": "rate_rad_s",
     "reaction": "reaction_N",
     "gap": "gap_m",
-    "com_residual": "identity_m",
+    "com_residual": "com_residual_m",
     "torque": "torque_N_m",
     "impulse": "impulse_N_s",
 }
@@ -45,17 +46,17 @@ def changed(trajectory: Trajectory, channel: str, found: Array | None) -> Trajec
 
 
 def grown(channel: str) -> OutputChange:
-    """A channel a part too large."""
+    """Scale a channel by 1 + size."""
     return lambda seen, _, size: changed(seen, channel, values(seen, channel) * (1.0 + size))
 
 
 def negative(channel: str) -> OutputChange:
-    """A channel of the other sign."""
+    """Negate a channel."""
     return lambda seen, _, __: changed(seen, channel, -values(seen, channel))
 
 
 def late(channel: str) -> OutputChange:
-    """A channel one sample late; the first one stays."""
+    """Delay a channel by one sample; the first sample stays."""
 
     def change(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
         del scene, size
@@ -66,22 +67,22 @@ def late(channel: str) -> OutputChange:
 
 
 def single(channel: str) -> OutputChange:
-    """A channel in single precision."""
+    """Round a channel to single precision."""
     return lambda seen, _, __: changed(seen, channel, values(seen, channel).astype(np.float32).astype(np.float64))
 
 
 def degrees(channel: str) -> OutputChange:
-    """A channel in degrees."""
+    """Convert a channel to degrees."""
     return lambda seen, _, __: changed(seen, channel, np.rad2deg(values(seen, channel)))
 
 
 def dropped(channel: str) -> OutputChange:
-    """No channel."""
+    """Remove a channel."""
     return lambda seen, _, __: changed(seen, channel, None)
 
 
 def one_nan(channel: str) -> OutputChange:
-    """One entry that is not a number, in the middle."""
+    """One NaN in the middle of a channel."""
 
     def change(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
         del scene, size
@@ -92,18 +93,18 @@ def one_nan(channel: str) -> OutputChange:
     return change
 
 
-def liveliest(found: Array) -> int:
-    """Sample that differs most from the one before."""
+def largest_change(found: Array) -> int:
+    """Sample with the largest change from the one before."""
     return 1 + int(np.argmax(np.abs(np.diff(found, axis=0)).reshape(len(found) - 1, -1).max(axis=1)))
 
 
 def one_repeated(channel: str) -> OutputChange:
-    """One sample that is the one before, where that differs most."""
+    """Repeat the sample before the one with the largest change."""
 
     def change(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
         del scene, size
         found = values(trajectory, channel).copy()
-        sample = liveliest(found)
+        sample = largest_change(found)
         found[sample] = found[sample - 1]
         return changed(trajectory, channel, found)
 
@@ -126,7 +127,7 @@ def twice(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
 
 
 def cut(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
-    """First half, without a word."""
+    """First half of the samples, without an end reason."""
     del scene, size
     return dataclasses.replace(trajectory.samples(slice(0, len(trajectory.t_s) // 2)), ended="")
 
@@ -179,20 +180,20 @@ def from_before(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory
 
 
 def damped(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
-    """Rates that lose a part over the run."""
+    """Rates that decrease linearly over the run, by a share of `size` in all."""
     lost = 1.0 - size * trajectory.t_s / scene.run.duration_s
     return changed(trajectory, "rate", values(trajectory, "rate") * lost[:, None])
 
 
 def opened(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
-    """Joints that open in the course of the run."""
+    """Joint gaps that grow linearly over the run."""
     return changed(
         trajectory, "gap", values(trajectory, "gap") + size * (trajectory.t_s / scene.run.duration_s)[:, None]
     )
 
 
 def off_centre(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
-    """Bars' weighted centre beside the centre of mass."""
+    """Residual of the centre of mass raised by `size`."""
     del scene
     return changed(trajectory, "com_residual", values(trajectory, "com_residual") + size)
 
@@ -204,22 +205,22 @@ def from_start(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
 
 
 def stretched(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
-    """A clock that runs slow."""
+    """Instants multiplied by 1 + `size`."""
     del scene
     return trajectory.replace(t_s=trajectory.t_s * (1.0 + size))
 
 
-def there(channel: str) -> Nothing:
-    """Scenes that have a channel with something in it."""
+def there(channel: str) -> NotApplicable:
+    """Reason why a channel is empty in a scene."""
     if channel in (*ALWAYS, "attitude", "rate"):
         return lambda _: ""
     if channel == "torque":
-        return SLEW
+        return reasons.SLEW
     return reasons.impulses if channel == "impulse" else reasons.joints
 
 
-def varies(channel: str) -> Nothing:
-    """Scenes that have a channel which does not stay as it is."""
+def varies(channel: str) -> NotApplicable:
+    """Reason why a channel is empty or constant in a scene."""
 
     def nothing(solution: ReferenceSolution) -> str:
         lacking = there(channel)(solution)
@@ -232,10 +233,14 @@ def varies(channel: str) -> Nothing:
 
 
 def each(
-    channels: tuple[str, ...], name: str, words: str, stands: str, change: object, group: FaultGroup
+    channels: tuple[str, ...],
+    name: str,
+    words: str,
+    stands: str,
+    change: Callable[[str], OutputChange],
+    group: FaultGroup,
 ) -> list[Fault]:
     """The same fault in several channels."""
-    assert callable(change)
     nothing = varies if name in ("repeated", "late") else there
     return [
         Fault(f"{name}-{c}", f"{c.replace('-', ' ')} {words}", stands, group, output=change(c), nothing=nothing(c))
@@ -278,7 +283,7 @@ FAULTS = (
           size=Size(1e-4)),
     Fault("opened-gap", "joints that open by this much in the course of the run", "drift of constraints", OUTPUT,
           output=opened, size=Size(1e-6, "m", most=1e3), nothing=there("gap")),
-    Fault("off-identity", "bars' weighted centre beside the centre of mass", "places of two instants", OUTPUT,
+    Fault("off-com-residual", "bars' weighted centre beside the centre of mass", "places of two instants", OUTPUT,
           output=off_centre, size=Size(1e-6, "m"), nothing=there("com_residual")),
     *each(tuple(c for c in ALL if c not in ALWAYS), "dropped", "left out", "a channel that is declared and not there",
           dropped, OUTPUT),

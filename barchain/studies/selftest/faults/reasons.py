@@ -10,15 +10,15 @@ from scenarios import Actuator, Gravity
 
 if TYPE_CHECKING:
     from barchain.solutions.reference import ReferenceSolution
-    from barchain.studies.selftest.faults.fault import Nothing
+    from barchain.studies.selftest.faults.fault import NotApplicable
 
 
-def first_of(*reasons: Nothing) -> Nothing:
+def first_of(*reasons: NotApplicable) -> NotApplicable:
     """First reason that holds."""
     return lambda solution: next((said for reason in reasons if (said := reason(solution))), "")
 
 
-def needs(effect: str, words: str) -> Nothing:
+def needs(effect: str, words: str) -> NotApplicable:
     """Scenes that call for an effect, by its name in `Effects`."""
     return lambda solution: "" if getattr(solution.scene.effects, effect) else f"no {words}"
 
@@ -118,3 +118,6 @@ def shadow(solution: ReferenceSolution) -> str:
     place = sun * (seen.com_m[:, 0] + 1j * seen.com_m[:, 1])
     dark = (place.real < 0.0) & (np.abs(place.imag) < solution.scene.central_body.radius_m)
     return "" if dark.any() else "the chain stays in the light"
+
+
+SLEW = needs("prescribed_rotation", "prescribed rotation")

@@ -34,7 +34,7 @@ def noisy(engine: type[Engine], main: Trajectory) -> dict[str, Any]:
 
 
 def declares(name: str, value: object) -> dict[str, Any]:
-    """Arguments of a fault that declares one attribute wrongly; it can't be put in where the value is right."""
+    """Arguments of a fault that declares one attribute wrongly; it can't be inserted where the value is right."""
 
     def wrong(engine: type[Engine], main: Trajectory) -> dict[str, Any]:
         del engine, main

@@ -78,15 +78,15 @@ def everywhere(run: str, begins: str, *, growing: bool) -> Fault:
     roles, where = RUNS[run]
     words = f"centre of mass, angles and reactions: {how} garbage after {begins} % of the run, {where}"
     stands = "an unstable method" if growing else "a buffer overwritten"
-    spoil = garbage(SHARES[begins], growing=growing)
-    return Fault(f"garbage-{how}-{begins}-{run}", words, stands, FaultGroup.GARBAGE, fresh=spoil, roles=roles)
+    change = garbage(SHARES[begins], growing=growing)
+    return Fault(f"garbage-{how}-{begins}-{run}", words, stands, FaultGroup.GARBAGE, fresh=change, roles=roles)
 
 
 def in_one(channel: str) -> Fault:
     """Garbage in one channel from half of the run on."""
-    spoil = garbage(0.5, growing=False, channels=(channel,))
+    change = garbage(0.5, growing=False, channels=(channel,))
     words = f"{channel}: garbage after half of the run, in all runs"
-    return Fault(f"garbage-{channel}", words, "one array overwritten", FaultGroup.GARBAGE, fresh=spoil)
+    return Fault(f"garbage-{channel}", words, "one array overwritten", FaultGroup.GARBAGE, fresh=change)
 
 
 FAULTS = (

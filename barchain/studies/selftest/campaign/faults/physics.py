@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from adapters.engine import Engine
     from adapters.trajectory import Trajectory
     from barchain.solutions.reference import ReferenceSolution
-    from barchain.studies.selftest.faults.fault import Nothing
+    from barchain.studies.selftest.faults.fault import NotApplicable
     from scenarios import Scene
 
 SIMPLER = {
@@ -71,7 +71,7 @@ def stretched(scene: Scene, size: float) -> Scene:
     return replace(scene, effects=effects, run=replace(scene.run, duration_s=k * scene.run.duration_s))
 
 
-def beyond_end(name: str, first: Callable[[Any], float], late_s: float) -> Nothing:
+def beyond_end(name: str, first: Callable[[Any], float], late_s: float) -> NotApplicable:
     """Scenes in which an effect begins early enough to begin late, too."""
 
     def nothing(solution: ReferenceSolution) -> str:

@@ -88,7 +88,7 @@ def interpolated(steps_per_period: float) -> OutputChange:
 
 def closed(trajectory: Trajectory) -> dict[str, Any]:
     """Gaps and centre-of-mass residual of joints that are closed to the last digit."""
-    named = {"gap_m": trajectory.gap_m, "identity_m": trajectory.identity_m}
+    named = {"gap_m": trajectory.gap_m, "com_residual_m": trajectory.com_residual_m}
     return {name: np.zeros_like(values) for name, values in named.items() if values is not None}
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from barchain.studies.selftest.campaign.scenes.scene_file import writable
-from scenarios.forces import (
+from scenarios.effect_types import (
     Actuator,
     Axes,
     Drag,
@@ -31,7 +31,7 @@ from scenarios.forces import (
 )
 from scenarios.scene import CentralBody, Chain, Orbit, Run, Scene
 from scenarios.toml.alignment import on_sample
-from scenarios.toml.tables import EARTH_J2, EARTH_ROTATION_RAD_S, SUN_RATE_RAD_S, SUNLIGHT_PA, THIRD_BODIES
+from scenarios.toml.effect_tables import EARTH_J2, EARTH_ROTATION_RAD_S, SUN_RATE_RAD_S, SUNLIGHT_PA, THIRD_BODIES
 
 if TYPE_CHECKING:
     from numpy.random import Generator

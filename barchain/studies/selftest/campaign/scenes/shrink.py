@@ -6,10 +6,10 @@ import contextlib
 import time
 from typing import TYPE_CHECKING, Any
 
-from barchain.studies.selftest.campaign.bench import TrialBench
-from barchain.studies.selftest.campaign.judging import at_once
+from barchain.studies.selftest.campaign.judging import judge_serially
 from barchain.studies.selftest.campaign.runs import RunCache, in_this_process
 from barchain.studies.selftest.campaign.scenes.simpler import EXACT, Form, effects_of, simplified, whole
+from barchain.studies.selftest.campaign.trial_runner import TrialRunner
 from reports.tables.crossval import REFERENCE_SOLUTION
 
 if TYPE_CHECKING:
@@ -96,13 +96,13 @@ def simplest(
 
 def cell_of(scene: Scene, engine: str, fault: str) -> CampaignCell | None:
     """Cell of an engine, or of a fault in it, on a scene, all in this process; None where it can't be tried."""
-    bench = TrialBench(RunCache(in_this_process), at_once)
-    (sampled,) = bench.establish([scene])
-    cells, trials = bench.try_sound(sampled, [] if engine == REFERENCE_SOLUTION else [engine])
-    cells += bench.settle(trials)
+    runner = TrialRunner(RunCache(in_this_process), judge_serially)
+    (sampled,) = runner.establish([scene])
+    cells, trials = runner.unmodified_trials(sampled, [] if engine == REFERENCE_SOLUTION else [engine])
+    cells += runner.judge_trials(trials)
     if fault:
-        left_out, trials = bench.plant(sampled, engine, [fault], ALL)
-        cells = left_out + bench.settle(trials)
+        left_out, trials = runner.fault_trials(sampled, engine, [fault], ALL)
+        cells = left_out + runner.judge_trials(trials)
     return cells[0] if cells else None
 
 

@@ -21,20 +21,20 @@ if TYPE_CHECKING:
 
     from barchain.run.job import Role
     from barchain.solutions.reference import ReferenceSolution
-    from barchain.studies.selftest.campaign.court import Judged
-    from barchain.studies.selftest.campaign.judging import Court
+    from barchain.studies.selftest.campaign.judging import JudgeCases
+    from barchain.studies.selftest.campaign.rating import Judged
     from barchain.studies.selftest.campaign.runs import RunCache
     from scenarios import Scene
 
 
-class TrialBench:
+class TrialRunner:
     """Scenes whose engines are tried, with their runs."""
 
-    def __init__(self, runs: RunCache, court: Court) -> None:
-        self.runs, self.court = runs, court
+    def __init__(self, runs: RunCache, judge_cases: JudgeCases) -> None:
+        self.runs, self.judge_cases = runs, judge_cases
         self.solutions: dict[str, ReferenceSolution] = {}
         self.failed: dict[str, str] = {}
-        self.sound: dict[tuple[str, str], Judged] = {}
+        self.unmodified: dict[tuple[str, str], Judged] = {}
 
     def establish(self, drawn: Iterable[Scene]) -> list[Scene]:
         """Scenes as a comparison samples them, their reference solutions found."""
@@ -51,7 +51,7 @@ class TrialBench:
             self.solutions[scene.name] = solution
         return scenes
 
-    def try_sound(self, scene: Scene, engines: Iterable[str]) -> tuple[list[CampaignCell], list[CampaignTrial]]:
+    def unmodified_trials(self, scene: Scene, engines: Iterable[str]) -> tuple[list[CampaignCell], list[CampaignTrial]]:
         """Cells of engines that are not run on a scene, and trials of those that are."""
         if scene.name in self.failed:
             why, failed = self.failed[scene.name], str(Outcome.FAILED)
@@ -68,10 +68,10 @@ class TrialBench:
                 trials.append(CampaignTrial(scene, name))
         return cells, trials
 
-    def plant(
+    def fault_trials(
         self, scene: Scene, host: str, faults: Iterable[str], most_reruns: int
     ) -> tuple[list[CampaignCell], list[CampaignTrial]]:
-        """Cells of faults that can't be put into a host, and trials of those that can.
+        """Cells of faults that can't be inserted into a host, and trials of those that can.
 
         Parameters
         ----------
@@ -81,8 +81,8 @@ class TrialBench:
         most_reruns : int
             Faults that need runs of their own, of all that there are; the scene chooses them.
         """
-        sound = self.sound.get((scene.name, host))
-        if sound is None or sound.cell.kind not in (CellClass.PASS, CellClass.LIMITED):
+        unmodified = self.unmodified.get((scene.name, host))
+        if unmodified is None or unmodified.cell.kind not in (CellClass.PASS, CellClass.LIMITED):
             return [], []
         cells, trials = [], []
         for fault in faults:
@@ -94,18 +94,18 @@ class TrialBench:
                 trials.append(trial)
         return cells, thinned(trials, most_reruns)
 
-    def settle(self, trials: list[CampaignTrial]) -> list[CampaignCell]:
+    def judge_trials(self, trials: list[CampaignTrial]) -> list[CampaignCell]:
         """Cells of trials; where the first runs do not decide a verdict, after those that it asks for besides."""
         self.runs.make(job for trial in trials for job in trial.jobs())
-        found = self.court([self.case(trial) for trial in trials])
+        found = self.judge_cases([self.case(trial) for trial in trials])
         asking = [k for k, one in enumerate(found) if one.further_runs]
         self.runs.make(job for k in asking for job in trials[k].jobs(found[k].further_runs))
-        again = self.court([self.case(trials[k], found[k].further_runs) for k in asking])
+        again = self.judge_cases([self.case(trials[k], found[k].further_runs) for k in asking])
         for k, one in zip(asking, again, strict=True):
             found[k] = one
         for trial, one in zip(trials, found, strict=True):
             if not trial.fault:
-                self.sound[trial.scene.name, trial.engine] = one
+                self.unmodified[trial.scene.name, trial.engine] = one
         return [one.cell for one in found]
 
     def case(self, trial: CampaignTrial, asked: tuple[Role, ...] = ()) -> CampaignCase:
@@ -113,10 +113,10 @@ class TrialBench:
         made = {job.role: (job, self.runs[job]) for job in trial.jobs((*FIRST, *asked))}
         if not trial.fault:
             return CampaignCase(trial, self.solutions[trial.scene.name], made)
-        sound = {job.role: self.runs[job] for job in CampaignTrial(trial.scene, trial.engine).jobs()}
-        before = self.sound[trial.scene.name, trial.engine]
+        unmodified = {job.role: self.runs[job] for job in CampaignTrial(trial.scene, trial.engine).jobs()}
+        before = self.unmodified[trial.scene.name, trial.engine]
         passes = before.cell.kind is CellClass.PASS
-        return CampaignCase(trial, self.solutions[trial.scene.name], made, sound, before.limits, passes)
+        return CampaignCase(trial, self.solutions[trial.scene.name], made, unmodified, before.limits, passes)
 
 
 def thinned(trials: list[CampaignTrial], most_reruns: int) -> list[CampaignTrial]:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from adapters.exudyn.frames.axes import ReferenceFrame
     from adapters.exudyn.frames.inertial_view import FrameOrigin
     from adapters.exudyn.frames.numbers import BarMotion, Number, OrbitNumbers
-    from adapters.exudyn.loads.interface import Extra, ExudynLoad
+    from adapters.exudyn.loads.interface import BarForce, ExudynLoad
     from adapters.trajectory import Array
     from scenarios import Scene
 
@@ -43,22 +43,22 @@ class Loading:
         self.effects = effects_of(scene, frame)
         self.origin = frame_origin(frame, moving=scene.effects.drag is not None)
         self.parts: list[FrameOrigin | ExudynLoad] = [self.origin, *self.effects] if self.effects else []
-        self.widths = [part.width for part in self.parts]
+        self.input_counts = [part.time_input_count for part in self.parts]
 
     @property
-    def width(self) -> int:
-        """Number of time-dependent numbers of the effects."""
-        return sum(self.widths)
+    def time_input_count(self) -> int:
+        """Number of inputs of the effects that depend on time alone."""
+        return sum(self.input_counts)
 
-    def given(self, at_s: Array, inside_s: Array) -> Array:
-        """Values of these numbers, (k, width)."""
-        return np.concatenate([part.given(at_s, inside_s) for part in self.parts], axis=1)
+    def time_inputs(self, at_s: Array, inside_s: Array) -> Array:
+        """Values of the time inputs, (k, time_input_count)."""
+        return np.concatenate([part.time_inputs(at_s, inside_s) for part in self.parts], axis=1)
 
     def acts_on(self, bar: int) -> bool:
         """Whether any load acts on `bar`."""
         return self.framed or any(effect.acts_on(bar) for effect in self.effects)
 
-    def on(self, bar: int, m: BarMotion, orbit: OrbitNumbers | None, numbers: Sequence[Number], math: Any) -> Extra:
+    def on(self, bar: int, m: BarMotion, orbit: OrbitNumbers | None, inputs: Sequence[Number], xp: Any) -> BarForce:
         """Sum of the loads on a bar with at least one load.
 
         Parameters
@@ -68,26 +68,26 @@ class Loading:
         m : BarMotion
         orbit : OrbitNumbers or None
             Orbit of a rotating frame.
-        numbers : sequence of `width` numbers
-        math : module
+        inputs : sequence of `time_input_count` numbers
+        xp : module
             numpy, or Exudyn's symbolic.
         """
-        loads = [self._frame_load(bar, m, orbit, math)] if self.framed else []
+        loads = [self._frame_load(bar, m, orbit, xp)] if self.framed else []
         if self.effects:
-            own, *others = split(numbers, self.widths)
+            own, *others = split(inputs, self.input_counts)
             view = self.origin.view(m, orbit, own)
             acting = [(e, own) for e, own in zip(self.effects, others, strict=True) if e.acts_on(bar)]
-            loads += [effect.load(bar, view, own, math) for effect, own in acting]
+            loads += [effect.load(bar, view, own, xp) for effect, own in acting]
         total = loads[0]
         for load in loads[1:]:
             total = sum_of_loads(total, load)
         return total
 
-    def _frame_load(self, bar: int, m: BarMotion, orbit: OrbitNumbers | None, math: Any) -> Extra:
+    def _frame_load(self, bar: int, m: BarMotion, orbit: OrbitNumbers | None, xp: Any) -> BarForce:
         if self.absolute:
-            return absolute_load(self.bars[bar], self.mu, m, math.sqrt)
+            return absolute_load(self.bars[bar], self.mu, m, xp.sqrt)
         assert orbit is not None
-        return orbit_load(self.bars[bar], orbit, m, math.sqrt)
+        return orbit_load(self.bars[bar], orbit, m, xp.sqrt)
 
 
 def effects_of(scene: Scene, frame: ReferenceFrame) -> list[ExudynLoad]:
@@ -108,13 +108,13 @@ def effects_of(scene: Scene, frame: ReferenceFrame) -> list[ExudynLoad]:
     return found + [ExudynThrust(scene, thrust, frame) for thrust in effects.thrust]
 
 
-def sum_of_loads(a: Extra, b: Extra) -> Extra:
+def sum_of_loads(a: BarForce, b: BarForce) -> BarForce:
     """Sum of two loads."""
     torque = b[2] if a[2] is None else a[2] if b[2] is None else a[2] + b[2]
     return a[0] + b[0], a[1] + b[1], torque
 
 
-def split(numbers: Sequence[Number], widths: list[int]) -> list[Sequence[Number]]:
-    """Split into parts of given widths."""
-    ends = np.cumsum([0, *widths]).tolist()
-    return [numbers[a:b] for a, b in itertools.pairwise(ends)]
+def split(inputs: Sequence[Number], counts: list[int]) -> list[Sequence[Number]]:
+    """Split into parts of given lengths."""
+    ends = np.cumsum([0, *counts]).tolist()
+    return [inputs[a:b] for a, b in itertools.pairwise(ends)]

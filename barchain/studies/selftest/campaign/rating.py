@@ -41,7 +41,7 @@ def judged(case: CampaignCase) -> Judged:
         if nothing:
             return Judged(nothing, {}, ())
     verdict = verdict_of(case, results)
-    cell = fault_cell(case, results, verdict) if case.trial.fault else sound_cell(case, verdict)
+    cell = fault_cell(case, results, verdict) if case.trial.fault else unmodified_cell(case, verdict)
     return Judged(cell, limits_of(verdict), verdict.further_runs)
 
 
@@ -61,8 +61,8 @@ def unjudged(case: CampaignCase, results: dict[Role, RunResult]) -> CampaignCell
     failed = next((results[role] for role in FIRST if results[role].outcome in UNRUN), None)
     if failed:
         return new_cell(case, CellClass.BROKEN, outcome=str(failed.outcome), reason=failed.reason)
-    fault = case.trial.planted
-    if fault and not fault.declares and all(same(case.sound_trajectory(r), results[r].trajectory) for r in FIRST):
+    fault = case.trial.inserted_fault
+    if fault and not fault.declares and all(same(case.unmodified_trajectory(r), results[r].trajectory) for r in FIRST):
         return new_cell(case, CellClass.NOTHING, reason="it changes nothing there")
     return None
 
@@ -79,7 +79,7 @@ def same(a: Trajectory | None, b: Trajectory | None) -> bool:
     )  # fmt: skip
 
 
-def sound_cell(case: CampaignCase, verdict: Verdict) -> CampaignCell:
+def unmodified_cell(case: CampaignCase, verdict: Verdict) -> CampaignCell:
     """Cell of an unmodified engine."""
     outcome = verdict.outcome
     if outcome is Outcome.TIMED_OUT:
@@ -111,18 +111,18 @@ def fault_sizes(case: CampaignCase, results: dict[Role, RunResult], *, to_limit:
     until = {name: limit.until_s for name, limit in case.limits.items()} if to_limit else None
     scale, found = scales(case.solution), dict[str, float]()
     for role in FIRST:
-        sound, faulty = case.sound_trajectory(role), results[role].trajectory
-        if sound is not None and faulty is not None:
-            found = larger(found, sizes(sound, faulty, scale, until))
+        unmodified, faulty = case.unmodified_trajectory(role), results[role].trajectory
+        if unmodified is not None and faulty is not None:
+            found = larger(found, sizes(unmodified, faulty, scale, until))
     return found
 
 
-def stated(sound: dict[str, DetectionLimit], own: dict[str, DetectionLimit]) -> dict[str, DetectionLimit]:
+def stated(unmodified: dict[str, DetectionLimit], own: dict[str, DetectionLimit]) -> dict[str, DetectionLimit]:
     """Detection limits for a fault: the larger share of the unmodified and of the faulty engine's verdict.
 
     A fault that differs from run to run makes the engine's error estimate larger, and its own verdict says so.
     """
-    return {name: max(limit, own.get(name, limit), key=lambda each: each.share) for name, limit in sound.items()}
+    return {name: max(limit, own.get(name, limit), key=lambda each: each.share) for name, limit in unmodified.items()}
 
 
 def worst(limits: dict[str, DetectionLimit], found: dict[str, float]) -> tuple[str, float]:

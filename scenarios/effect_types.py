@@ -60,7 +60,7 @@ class End(StrEnum):
 
     @property
     def sign(self) -> float:
-        """Side of the bar's centre along its own direction."""
+        """+1 for the right end, -1 for the left."""
         return 1.0 if self is End.RIGHT else -1.0
 
 
@@ -213,6 +213,12 @@ class Impulse:
     at_s: float
 
 
+SINGLE_NAME_EFFECTS = ("oblateness", "third_body", "drag", "solar_pressure", "joint_spring_damper", "impulse")
+"""Effects that engines declare by one name, without variants"""
+EXTENDED_GRAVITY = (Gravity.QUADRUPOLE, Gravity.SLENDER)
+"""Models of gravity in which the force on a bar is not that on a point mass"""
+
+
 @dataclass(frozen=True)
 class Effects:
     """All physical effects of a scene."""
@@ -233,7 +239,7 @@ class Effects:
         found = {f"gravity.{self.gravity}"}
         for p in self.prescribed_rotation:
             found |= {f"prescribed_rotation.{p.frame}", f"prescribed_rotation.{p.actuator}"}
-        found |= {name for name in SIMPLE if getattr(self, name)}
+        found |= {name for name in SINGLE_NAME_EFFECTS if getattr(self, name)}
         if self.solar_pressure and self.solar_pressure.shadow:
             found.add("solar_pressure.shadow")
         found |= {f"thrust.{thrust.axes}" for thrust in self.thrust}
@@ -247,10 +253,6 @@ class Effects:
         return tuple(sorted(found | {p.at_s for p in self.impulse}))
 
     @property
-    def more(self) -> bool:
+    def beyond_basic(self) -> bool:
         """Whether the scene has effects besides point or gradient gravity and prescribed rotations."""
-        return any(getattr(self, name) for name in (*SIMPLE, "thrust")) or self.gravity in NEWER
-
-
-SIMPLE = ("oblateness", "third_body", "drag", "solar_pressure", "joint_spring_damper", "impulse")
-NEWER = (Gravity.QUADRUPOLE, Gravity.SLENDER)
+        return any(getattr(self, name) for name in (*SINGLE_NAME_EFFECTS, "thrust")) or self.gravity in EXTENDED_GRAVITY

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from scenarios.toml.tables import EffectsTable, Finite, FiniteEach, NotNegative, Positive, PositiveEach, Table
+from scenarios.toml.effect_tables import EffectsTable, Finite, FiniteEach, NotNegative, Positive, PositiveEach, Table
 
 Place = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 

@@ -1,4 +1,7 @@
-"""Gravity on a bar beyond a point mass and the gradient's torque, in plain floats: docs/effects/gravity.md."""
+"""Accelerations of a bar by gravity beyond a point mass and the gradient's torque, in plain floats.
+
+Symbols as in docs/effects/gravity.md: p, q, e, x, delta, sigma, tau, and sigma_root for its final ς.
+"""
 
 from __future__ import annotations
 
@@ -15,27 +18,27 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SecondMomentLoad:
-    """Central body's force on a bar less that on a point, to the bar's second moment."""
+    """Acceleration by the central body beyond that of a point, to the bar's second moment."""
 
     of_rates: ClassVar[bool] = False
     bars: list[BarProperties]
     field: InversePowerField
 
     def __call__(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[Load]:
-        """Load of each bar."""
+        """Accelerations of each bar."""
         del rates
         return [
             self.load(frame.x + x, frame.y + y, a, bar) for (x, y, a), bar in zip(positions, self.bars, strict=True)
         ]
 
     def load(self, x: float, y: float, angle: float, bar: BarProperties) -> Load:
-        """Load of one bar at (x, y) m from the centre of the body."""
+        """Accelerations of one bar at (x, y) m from the centre of the body."""
         return *self.field.second_moment(x, y, cos(angle), sin(angle), bar.inertia / bar.mass), 0.0
 
 
 @dataclass(frozen=True)
 class SlenderLoad:
-    """Central body's force on a uniform slender bar less that on a point, and its torque."""
+    """Accelerations of a uniform slender bar by the central body beyond those of a point."""
 
     of_rates: ClassVar[bool] = False
     bars: list[BarProperties]
@@ -43,7 +46,7 @@ class SlenderLoad:
     """m³/s²"""
 
     def __call__(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[Load]:
-        """Load of each bar."""
+        """Accelerations of each bar."""
         del rates
         return [
             slender(self.mu, frame.x + x, frame.y + y, a, bar.half)
@@ -52,15 +55,15 @@ class SlenderLoad:
 
 
 def slender(mu: float, x: float, y: float, angle: float, h: float) -> Load:
-    """Load on a bar of half length `h` at (x, y) m from the body beyond that on a point, free of cancellation."""
+    """Accelerations of a bar of half length `h` at (x, y) m from the body beyond a point's, free of cancellation."""
     ux, uy = cos(angle), sin(angle)
     p, q, r2 = ux * x + uy * y, ux * y - uy * x, x * x + y * y
-    e, turned = h * h / r2, 1.0 - 2.0 * p * p / r2
-    delta = small_root(e * (2.0 * turned + e))  # ab/r² - 1
+    e, one_minus_2c2 = h * h / r2, 1.0 - 2.0 * p * p / r2
+    delta = sqrt1pm1(e * (2.0 * one_minus_2c2 + e))  # ab/r² - 1
     sigma, tau = 0.5 * (e + delta), 0.5 * (delta - e)  # S²/4r² - 1, and (S² - l²)/4r² - 1
-    stretch = small_root(sigma)  # S/2r - 1
-    b = (delta + (1.0 + delta) * stretch) / (1.0 + delta + (1.0 + delta) * stretch)
-    c = (tau + delta + tau * delta - stretch) / ((1.0 + tau) * (1.0 + delta))
+    sigma_root = sqrt1pm1(sigma)  # S/2r - 1
+    b = (delta + (1.0 + delta) * sigma_root) / (1.0 + delta + (1.0 + delta) * sigma_root)
+    c = (tau + delta + tau * delta - sigma_root) / ((1.0 + tau) * (1.0 + delta))
     k = mu / (r2 * sqrt(r2))
     ends = hypot(x - h * ux, y - h * uy), hypot(x + h * ux, y + h * uy)
     ab, total = ends[0] * ends[1], ends[0] + ends[1]
@@ -68,6 +71,6 @@ def slender(mu: float, x: float, y: float, angle: float, h: float) -> Load:
     return k * (p * b * ux - q * c * uy), k * (p * b * uy + q * c * ux), spin
 
 
-def small_root(x: float) -> float:
+def sqrt1pm1(x: float) -> float:
     """Sqrt(1 + x) - 1 without cancellation."""
     return x / (1.0 + sqrt(1.0 + x))
