@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import multiprocessing
+import os
 import signal
 import tempfile
 import threading
@@ -84,6 +85,8 @@ def ask(question: str, *given: Any, limits: OutsideLimits | None = None) -> Repl
         Never raises for what the engine does.
     """
     limits = limits or OutsideLimits()
+    if not hasattr(os, "fork"):
+        return Reply(problem="engines of other packages need a system that forks: Linux or macOS", kind="failed")
     with one_thread_each(), tempfile.TemporaryDirectory(dir=temporary_root(), ignore_cleanup_errors=True) as folder:
         process = server().Process(target=supervise, args=(folder, limits, question, given))
         process.start()

@@ -9,7 +9,6 @@ from __future__ import annotations
 import ctypes
 import json
 import os
-import resource
 import signal
 import sys
 import time
@@ -121,6 +120,8 @@ def end_descendants() -> None:
 def answer(folder: Path, limits: OutsideLimits, question: str, given: tuple[Any, ...]) -> None:
     """Answer a question in this process, which ends without running the engine's exit handlers."""
     process_control(PR_SET_PDEATHSIG, signal.SIGKILL)
+    import resource  # noqa: PLC0415  # not on Windows, where no engine of another package runs
+
     redirect(folder / LOG)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_FSIZE, (FILE_B, FILE_B))
