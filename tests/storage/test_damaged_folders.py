@@ -12,15 +12,16 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from barchain.cli.main import run
+from barchain.record.environment import provenance
 from barchain.studies.store import StudyStore
 from reports.tables.reading import TABLES, digest
-from reports.tables.schema import KEY, SCHEMA_VERSION
+from reports.tables.schema import KEY
 from reports.tables.selftest import FILES
 from tests.support.report_fixture import build
 
 ROW = {"fault": "scale-rate", "scene": "s", "fate": "killed", "why": "", "quantity": "rate", "check": "bound",
        "ratio": 3.0, "killed": True, "reason": "too large"}  # fmt: skip
-TRAJECTORY = "trajectories/basics/radial_equilibrium/reference.parquet"
+SAMPLES = "differences/basics/radial_equilibrium/reference.parquet"
 CONTENTS = {
     "empty": b"", "text": b"earlier results", "junk": bytes(range(256)) * 8, "zeros": bytes(4096),
     "latin": "é,ü\n1,2\n".encode("latin-1"), "utf-16": "a,b\n1,2\n".encode("utf-16"), "mark": b"\xef\xbb\xbf{}",
@@ -29,7 +30,7 @@ CONTENTS = {
     "parquet": b"PAR1" + bytes(60) + b"PAR1", "header": b"scene,engine\n", "surrogate": b'{"a": "\\ud800"}',
     "long": b"9" * 10_000, "quote": b'scene,"engine\n',
 }  # fmt: skip
-PLACES = ("run.json", "metrics.csv", TRAJECTORY, "selftest/selftest.csv", "selftest/selftest.json")
+PLACES = ("run.json", "metrics.csv", SAMPLES, "selftest/selftest.csv", "selftest/selftest.json")
 ENTRIES = {
     "runs": ({}, [1], "x", [{"scene": 1}], [{"outcome": "great"}]), "finished": ("yes", 1, []),
     "seconds": ("1", [], {}),
@@ -49,8 +50,7 @@ def sound(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "run.json").write_text(json.dumps(record))
     fault = {"words": "w", "stands_for": "s", "group": "g", "natural": 1.0, "none": 0.0, "unit": "1", "invisible": ""}
     entries = {"host": "reference", "scenes": {"s": {}}, "faults": {"scale-rate": fault}, "finished": True}
-    entries["created"] = "2026-01-05T10:20:30+00:00"
-    StudyStore(FILES, folder, {KEY: SCHEMA_VERSION, **entries}).write("selftest", [ROW])
+    StudyStore(FILES, folder, provenance("barchain selftest") | entries).write("selftest", [ROW])
     return folder
 
 
@@ -101,7 +101,7 @@ def test_a_truncated_file_is_named(
     one_line_naming(place, folder, capsys)
 
 
-@pytest.mark.parametrize("place", ["run.json", "metrics.csv", TRAJECTORY])
+@pytest.mark.parametrize("place", ["run.json", "metrics.csv", SAMPLES])
 @pytest.mark.parametrize("kind", ["folder", "pipe"])
 def test_a_folder_or_a_pipe_in_place_of_a_file_is_named(
     place: str, kind: str, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
