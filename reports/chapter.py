@@ -2,12 +2,36 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+from reports.tables.reading import DamagedResultsError, brief, damaged
+from reports.tables.schema import SchemaVersionError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
+
+
+T = TypeVar("T")
+
+
+def fitting(place: Path, shown: Callable[[], T]) -> T:
+    """Contents of stored results whose files are sound each, and should fit together.
+
+    Raises
+    ------
+    DamagedResultsError
+        If they don't: a value that one of them names is missing in another, or can't be drawn.
+    """
+    try:
+        return shown()
+    except (DamagedResultsError, SchemaVersionError, OSError):
+        raise
+    except Exception as error:
+        said = f"its tables and record don't fit together ({type(error).__name__}: {brief(error)})"
+        raise damaged(place, said) from error
 
 
 class ChapterView(Protocol):
@@ -45,7 +69,7 @@ class Chapter:
 
     def missing_from(self, folder: Path) -> list[str]:
         """Required files that a result folder lacks, relative to it."""
-        return [f"{self.name}/{table}" for table in self.tables if not (folder / self.name / table).is_file()]
+        return [f"{self.name}/{table}" for table in self.tables if not os.path.lexists(folder / self.name / table)]
 
     def view_of(self, folder: Path) -> ChapterView:
         """View of a result folder.
@@ -54,8 +78,10 @@ class Chapter:
         ------
         FileNotFoundError
             If the folder does not hold the study.
+        DamagedResultsError
+            If its tables and record are damaged, or don't fit together.
         """
         missing = self.missing_from(folder)
         if missing:
             raise FileNotFoundError(f"{folder}: no {missing[0]} there; give a folder that barchain {self.name} wrote")
-        return self.view(folder)
+        return fitting(folder / self.name, lambda: self.view(folder))

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup, escape
 
+from reports.chapter import fitting
 from reports.plotting.palette import variables
+from reports.tables.writing import write_atomically
 from reports.text.glossary import Glossary
 from reports.text.markdown import escape_text, table_row
 from reports.text.mathematics import effect
@@ -79,8 +81,8 @@ def write_text(folder: Path, chapter: Chapter, view: ChapterView) -> Path:
     """Write a study's chapter as Markdown beside its tables, and return the file."""
     text = folder / chapter.name / chapter.text
     shown = subject(chapter, view)
-    made = templates().get_template(f"{chapter.name}/chapter.md.j2").render(shown)
-    text.write_text(made.strip() + "\n", encoding="utf-8")
+    made = fitting(text.parent, lambda: templates().get_template(f"{chapter.name}/chapter.md.j2").render(shown))
+    write_atomically(text, made.strip() + "\n")
     return text
 
 
@@ -88,5 +90,6 @@ def write_page(folder: Path, chapter: Chapter, view: ChapterView) -> Path:
     """Write a study's own page, ``<study>.html``, and return it."""
     page = folder / f"{chapter.name}.html"
     shown = subject(chapter, view) | surroundings(view.record)
-    page.write_text(templates().get_template("study_page.html.j2").render(shown), encoding="utf-8")
+    made = fitting(folder / chapter.name, lambda: templates().get_template("study_page.html.j2").render(shown))
+    write_atomically(page, made)
     return page

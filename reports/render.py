@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING, NamedTuple
 
 from reports.chapters.crossval.report import write_report
 from reports.chapters.registry import CHAPTERS
 from reports.page import write_page, write_text
+from reports.tables.crossval import METRICS, RECORD
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -26,7 +28,7 @@ class Rendered(NamedTuple):
 
 def holds_comparison(folder: Path) -> bool:
     """Whether a result folder holds a comparison."""
-    return (folder / "metrics.csv").is_file() and (folder / "run.json").is_file()
+    return all(os.path.lexists(folder / name) for name in (METRICS, RECORD))
 
 
 def views_in(folder: Path) -> dict[Chapter, ChapterView]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import traceback
 
@@ -34,21 +35,36 @@ SECTIONS = {
 }
 
 
+COMPLETION = "_BARCHAIN_COMPLETE"
+"""Environment variable by which a shell asks for completions; click ends the process itself then"""
+
+
+class EndedEarlyError(RuntimeError):
+    """Raised for a command that something inside it ended: its exit code says nothing of the command."""
+
+
 def main() -> None:
     """Entry point: every fault ends in one readable line and an exit code of its own, but for barchain's own faults."""
     try:
-        sys.exit(run(sys.argv[1:]))
-    except Exception:
+        code = run(sys.argv[1:])
+    except BaseException as error:
+        if isinstance(error, SystemExit) and COMPLETION in os.environ:
+            raise
         traceback.print_exc()
-        sys.exit(ExitCode.INTERNAL_ERROR)
+        code = ExitCode.INTERNAL_ERROR
+    sys.exit(code)
 
 
 def run(arguments: list[str]) -> int:
-    """Exit code of a command line."""
+    """Exit code of a command line; 0 only of a command that came to its own end."""
     try:
         return cli.main(arguments, prog_name="barchain", standalone_mode=False) or ExitCode.OK
     except (click.Abort, KeyboardInterrupt):
         return complain(f"interrupted; results so far are kept{resume_hint(arguments)}", ExitCode.INTERRUPTED)
+    except SystemExit as ended:
+        if COMPLETION in os.environ:
+            raise
+        raise EndedEarlyError(f"something inside asked the process to end with {ended.code!r}") from ended
     except Exception as error:
         known = failure(error)
         if known is None:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 from barchain.crossval.record import new_record
 from barchain.crossval.suite import ANY_EXTERNAL, ComparisonPlan, Suite
+from barchain.record.folder_lock import locked
+from barchain.run.compiler_cache import keep_compiled
 from barchain.run.selection import chosen_engines, unique_names
 from barchain.run.settings import choose_setting
 from barchain.run.store import Store
@@ -87,6 +89,9 @@ def run_comparison(
     )
     with tempfile.TemporaryDirectory() as scratch:
         order = [(s.name, e) for s in plan.scenes for e in [REFERENCE_SOLUTION, *chosen, ANY_EXTERNAL]]
-        store = Store(Path(out) if out is not None else Path(scratch), new_record(plan, command), order)
-        verdicts = Suite(plan, store, progress or (lambda *_: None), notes or (lambda _: None)).run()
+        folder, note = Path(out) if out is not None else Path(scratch), notes or (lambda _: None)
+        with locked(folder):
+            keep_compiled(note)
+            store = Store(folder, new_record(plan, command), order)
+            verdicts = Suite(plan, store, progress or (lambda *_: None), note).run()
         return ComparisonResult(store.metrics(), {pair: v.outcome for pair, v in verdicts.items()})

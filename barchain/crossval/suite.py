@@ -88,6 +88,7 @@ class Suite:
     ) -> None:
         """Prepare; `report` is told (scene, engine, outcome) after each verdict, `note` what goes on before."""
         self.plan, self.store, self.report, self.note = plan, store, report, note
+        store.note = note
         self.progress = {scene.name: SceneProgress(closely_sampled(scene)) for scene in plan.scenes}
         self.classes: dict[str, type[Engine]] = {}
         self.idle: dict[str, Verdict] = {}
@@ -107,7 +108,7 @@ class Suite:
         """Verdicts by (scene, engine), of runs as they come."""
         start = time.perf_counter()
         earlier = self.store.earlier_runs() if self.plan.resume else {}
-        self.store.write_record()
+        self.store.begin(earlier)
         waiting = self.recalled(self.jobs(), earlier)
         for text in beforehand(waiting):
             self.note(text)

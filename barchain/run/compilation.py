@@ -6,6 +6,7 @@ run with that set has returned. Without the marker file compiling is announced.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 from typing import TYPE_CHECKING
 
@@ -48,8 +49,9 @@ def compiled(job: Job) -> None:
     if not ours(job):
         return
     path = mark(job.scene)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.touch()
+    with contextlib.suppress(OSError):  # a marker that can't be kept costs an announcement
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
 
 
 def announcement(jobs: Iterable[Job]) -> str:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from adapters.trajectory import from_frame
-from barchain.record.files import write_atomically, write_parquet
+from adapters.trajectory import Trajectory, from_frame
 from barchain.run.job import Job, RunResult
-from reports.tables.crossval import METRIC_COLUMNS
+from reports.tables.crossval import METRIC_COLUMNS, METRICS, RECORD, ComparisonRecord
 from reports.tables.outcome import Outcome
+from reports.tables.reading import DamagedResultsError, brief, damaged, digest, read_bytes, read_parquet
 from reports.tables.schema import read_record
+from reports.tables.writing import RecordedFolder, make_folder, parquet, sweep
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
 
@@ -24,69 +25,146 @@ Row = dict[str, Any]
 class Store:
     """Result folder that is being written; :mod:`reports.tables.crossval` describes its files."""
 
-    def __init__(self, folder: Path, record: dict[str, Any], order: list[tuple[str, str]]) -> None:
-        """Open `folder`; `order` lists (scene, engine) in the order of the rows."""
+    def __init__(
+        self, folder: Path, record: dict[str, Any], order: list[tuple[str, str]], files: RecordedFolder | None = None
+    ) -> None:
+        """Open `folder`; `order` lists (scene, engine) in the order of the rows.
+
+        `files` are those of a study that shares the folder; by default the folder is a comparison's own.
+        """
         self.folder, self.record = folder, record
         self.place = {pair: i for i, pair in enumerate(order)}
         self.rows: dict[tuple[str, str], list[Row]] = {}
-        folder.mkdir(parents=True, exist_ok=True)
+        self.recalled: dict[str, dict[str, Any]] = {}
+        """Entries of recalled runs by key, until they are kept"""
+        self.note: Callable[[str], None] = lambda _: None
+        """Called with a sentence on each stored run that has to be made anew"""
+        for name in ("trajectories", "differences"):
+            make_folder(folder, name)
+            sweep(folder / name)
+        self.files = RecordedFolder(folder, RECORD, record) if files is None else files
 
     def earlier_runs(self) -> dict[str, dict[str, Any]]:
-        """Complete runs in the record of an earlier, interrupted comparison in the same folder, by key.
+        """Complete runs in the record of an earlier comparison in the same folder, by key.
 
         Raises
         ------
+        DamagedResultsError
+            If the record is damaged.
         SchemaVersionError
             If the record has another schema version.
         """
-        path = self.folder / "run.json"
-        if not path.is_file():
+        try:
+            earlier = read_record(self.folder / RECORD, ComparisonRecord)
+        except FileNotFoundError:
             return {}
-        runs = read_record(path).get("runs", [])
-        return {run["key"]: run for run in runs if run["outcome"] == Outcome.PASS}
+        return {run["key"]: run for run in recorded_runs(earlier) if run["outcome"] == Outcome.PASS}
+
+    def begin(self, earlier: dict[str, dict[str, Any]]) -> None:
+        """Write the record with the earlier runs, and a table without rows.
+
+        From here on the folder holds this comparison, and every earlier run until it is taken over or replaced.
+        """
+        self.record["carried"] = list(earlier.values())
+        self.write_record()
+        self.write_metrics()
 
     def recall(self, job: Job, earlier: dict[str, dict[str, Any]]) -> RunResult | None:
-        """Stored result of `job` from an earlier comparison, or None."""
-        run, path = earlier.get(job.key), self.path(job)
-        if run is None or not path.is_file():
+        """Stored result of `job` from an earlier comparison, or None; of a damaged one a note says so."""
+        run = earlier.get(job.key)
+        if run is None:
             return None
-        trajectory = from_frame(pd.read_parquet(path), ended=run["reason"])
-        trajectory.info.update(run["info"])
-        return RunResult(Outcome(run["outcome"]), run["reason"], trajectory, run["seconds"])
+        try:
+            trajectory = self.stored_trajectory(job, run)
+        except (DamagedResultsError, OSError) as error:
+            self.note(f"run anew, as its stored samples can't be used: {brief(error)}")
+            return None
+        trajectory.info.update(run.get("info", {}))
+        self.recalled[job.key] = run
+        return RunResult(Outcome(run["outcome"]), run.get("reason", ""), trajectory, run.get("seconds", {}))
+
+    def stored_trajectory(self, job: Job, run: dict[str, Any]) -> Trajectory:
+        """Trajectory of a run, as it was recorded.
+
+        Raises
+        ------
+        OSError
+            If there is none.
+        DamagedResultsError
+            If it is another than the record describes, or none at all.
+        """
+        path = self.path(job)
+        content = read_bytes(path)
+        if run.get("digest") is not None and digest(content) != run["digest"]:
+            raise damaged(path, "is not the table that the record describes")
+        try:
+            return from_frame(read_parquet(path, content), ended=run.get("reason", ""))
+        except KeyError as error:
+            raise damaged(path, f"lacks {error}") from None
+
+    def file(self, job: Job) -> str:
+        """File of a job's trajectory, relative to the folder."""
+        return f"trajectories/{job.scene.name}/{job.file_stem}.parquet"
 
     def path(self, job: Job) -> Path:
         """File of a job's trajectory."""
-        return self.folder / "trajectories" / job.scene.name / f"{job.file_stem}.parquet"
+        return self.folder / self.file(job)
 
     def keep_run(self, job: Job, result: RunResult) -> None:
-        """Write a run's trajectory and note it in run.json."""
-        if result.trajectory is not None:
-            write_parquet(result.trajectory.to_frame(), self.path(job))
-        self.record["runs"].append(
-            {
-                "key": job.key,
-                "scene": job.scene.name,
-                "engine": job.engine,
-                "setting": str(job.setting),
-                "role": str(job.role),
-                "outcome": str(result.outcome),
-                "reason": result.reason,
-                "seconds": result.seconds,
-                "info": result.trajectory.info if result.trajectory is not None else {},
-            }
-        )
-        self.write_record()
+        """Write a run's trajectory and note it in run.json; a recalled run stays as it is stored."""
+        stored = self.recalled.pop(job.key, None)
+        if stored is not None:
+            self.note_run(stored)
+            if stored.get("digest") is not None:
+                self.files.tables[self.file(job)] = [stored["digest"]]
+            else:
+                self.files.tables[self.file(job)] = [digest(read_bytes(self.path(job)))]
+            self.write_record()
+            return
+        content = None if result.trajectory is None else parquet(result.trajectory.to_frame())
+        self.note_run(self.entry(job, result, content))
+        if content is None:
+            self.write_record()
+        else:
+            self.files.write(self.file(job), content)
+
+    def entry(self, job: Job, result: RunResult, content: bytes | None) -> dict[str, Any]:
+        """Entry of a run in run.json."""
+        return {
+            "key": job.key,
+            "scene": job.scene.name,
+            "engine": job.engine,
+            "setting": str(job.setting),
+            "role": str(job.role),
+            "outcome": str(result.outcome),
+            "reason": result.reason,
+            "seconds": result.seconds,
+            "info": result.trajectory.info if result.trajectory is not None else {},
+            "file": None if content is None else self.file(job),
+            "digest": None if content is None else digest(content),
+            "rejected": result.rejected,
+        }
+
+    def note_run(self, entry: dict[str, Any]) -> None:
+        """Add a run to the record; it replaces carried ones of the same key or the same file."""
+        self.record["runs"].append(entry)
+        carried = self.record.get("carried", [])
+        self.record["carried"] = [run for run in carried if not replaces(entry, run)]
 
     def keep_rows(self, scene: str, engine: str, rows: list[Row], series: pd.DataFrame | None = None) -> None:
         """Write an engine's rows, and its differences over time."""
         self.rows[scene, engine] = rows
         if series is not None:
-            write_parquet(series, self.folder / "differences" / scene / f"{engine}.parquet")
-        write_atomically(self.folder / "metrics.csv", self.metrics().to_csv(index=False))
+            self.files.write(f"differences/{scene}/{engine}.parquet", parquet(series))
+        self.write_metrics()
+
+    def write_metrics(self) -> None:
+        """Write the table of all rows so far."""
+        self.files.write(METRICS, self.metrics().to_csv(index=False).encode("utf-8"))
 
     def keep_amplification(self, scene: str, frame: pd.DataFrame) -> None:
         """Write the error amplification of a scene over time."""
-        write_parquet(frame, self.folder / "differences" / scene / "amplification.parquet")
+        self.files.write(f"differences/{scene}/amplification.parquet", parquet(frame))
 
     def metrics(self) -> pd.DataFrame:
         """All rows so far, in the given order of scenes and engines."""
@@ -95,4 +173,15 @@ class Store:
 
     def write_record(self) -> None:
         """Write run.json as it stands."""
-        write_atomically(self.folder / "run.json", json.dumps(self.record, indent=1))
+        self.files.write_record()
+
+
+def recorded_runs(record: dict[str, Any]) -> list[dict[str, Any]]:
+    """Runs that a record holds: those carried over first, so that its own count where both have a key."""
+    return [run for run in (*(record.get("carried") or ()), *(record.get("runs") or ())) if run.get("key")]
+
+
+def replaces(entry: dict[str, Any], run: dict[str, Any]) -> bool:
+    """Whether a run takes the place of a carried one."""
+    same_file = entry.get("file") is not None and all(entry[k] == run[k] for k in ("scene", "engine", "role"))
+    return entry["key"] == run["key"] or same_file

@@ -17,7 +17,7 @@ import pandas as pd
 
 from adapters.trajectory import from_frame, to_frame
 from barchain.metrics.rates import rate_scale
-from barchain.record.files import write_atomically
+from reports.tables.writing import write_atomically
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from barchain.record.files import write_atomically
+from reports.tables.reading import TABLES, DamagedResultsError, recorded_content
+from reports.tables.schema import KEY, SCHEMA_VERSION, SchemaVersionError
+from reports.tables.writing import RecordedFolder, make_folder, sweep
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from reports.tables.files import StudyFiles
 
 Row = dict[str, Any]
+RUNS, CARRIED = "runs", "carried"
 
 
 class StudyStore:
@@ -33,13 +35,53 @@ class StudyStore:
         record : dict, optional
             The study fills it in; :meth:`write_record` writes it as it stands.
         resume : bool
-            Whether the study continues from the tables in the folder; ``earlier`` is then the record beside them.
+            Whether the study continues from the tables in the folder; ``earlier`` is then the record beside them, and
+            its tables and runs belong to the new record until they are replaced.
+
+        Raises
+        ------
+        DamagedResultsError, SchemaVersionError
+            If the study continues from a record or tables that are damaged or of another version.
         """
         self.files, self.out, self.resume = files, out, resume
-        self.record: dict[str, Any] = {} if record is None else record
-        self.folder = files.folder(out)
+        self.record: dict[str, Any] = {KEY: SCHEMA_VERSION} if record is None else record
+        self.folder = make_folder(out, files.study)
+        sweep(self.folder)
         self.earlier: dict[str, Any] = files.read_record(out) if resume and files.has_record(out) else {}
-        self.folder.mkdir(parents=True, exist_ok=True)
+        if self.earlier:
+            self.carry_over()
+        elif files.joins:
+            self.join_earlier()
+        self.writer = RecordedFolder(self.folder, files.record, self.record)
+
+    def carry_over(self) -> None:
+        """Take tables, runs and unfinished lists of the earlier record into the new one."""
+        if RUNS in self.record:  # tables then follow from the runs, and are made anew
+            self.record[CARRIED] = [*self.earlier.get(CARRIED, []), *self.earlier.get(RUNS, [])]
+            return
+        for table in self.files.tables:
+            if self.has(table):
+                self.files.recorded(self.out, table, self.earlier)
+        self.record |= {k: self.earlier[k] for k, v in self.record.items() if v in ([], {}) and k in self.earlier}
+        known = self.earlier.get(TABLES)
+        if known is not None:
+            self.record[TABLES] = dict(known)
+
+    def join_earlier(self) -> None:
+        """Let sound tables of an earlier run of the study belong to the new record."""
+        try:
+            earlier = self.files.read_record(self.out)
+        except (OSError, DamagedResultsError, SchemaVersionError):
+            return
+        known = earlier.get(TABLES) or {}
+        self.record[TABLES] = {name: found for name, found in known.items() if self.sound(name, earlier)}
+
+    def sound(self, name: str, record: dict[str, Any]) -> bool:
+        """Whether a table is there as a record describes it."""
+        try:
+            return recorded_content(self.folder, name, record) is not None
+        except (OSError, DamagedResultsError):
+            return False
 
     def has(self, table: str) -> bool:
         """Whether a table was written."""
@@ -54,24 +96,27 @@ class StudyStore:
         return pd.DataFrame(list(rows)).reindex(columns=list(self.files.tables[table]))
 
     def write(self, table: str, content: pd.DataFrame | Iterable[Mapping[str, Any]]) -> None:
-        """Write a table whole."""
+        """Write a table whole, and the record."""
         frame = content if isinstance(content, pd.DataFrame) else self.frame(table, content)
-        write_atomically(self.files.path(self.out, table), frame.to_csv(index=False))
+        self.writer.write(self.files.path(self.out, table).name, frame.to_csv(index=False).encode("utf-8"))
 
     def append(self, table: str, rows: Iterable[Mapping[str, Any]]) -> None:
         """Add rows to the end of a table; the first rows bring the header."""
-        head = not self.has(table)
-        with self.files.path(self.out, table).open("a", encoding="utf-8") as file:
-            self.frame(table, rows).to_csv(file, index=False, header=head)
+        frame = self.frame(table, rows)
+        if not self.has(table):
+            self.write(table, frame)
+            return
+        name = self.files.path(self.out, table).name
+        self.writer.append(name, frame.to_csv(index=False, header=False).encode("utf-8"))
 
     def remove(self, *tables: str) -> None:
         """Delete the tables that an earlier study left in the folder."""
         for table in tables:
-            self.files.path(self.out, table).unlink(missing_ok=True)
+            self.writer.remove(self.files.path(self.out, table).name)
 
     def write_record(self) -> None:
         """Write the record as it stands."""
-        write_atomically(self.folder / self.files.record, json.dumps(self.record, indent=1))
+        self.writer.write_record()
 
     def finish(self, seconds: float) -> None:
         """Write the record with the study's wall time, s."""

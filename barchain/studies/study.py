@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from barchain.record.environment import provenance
+from barchain.record.folder_lock import locked
+from barchain.run.compiler_cache import keep_compiled
 from barchain.studies.store import StudyStore
 
 if TYPE_CHECKING:
@@ -128,13 +130,16 @@ def run_study(
     true only if the run came to its end.
     """
     start = time.perf_counter()
-    store = StudyStore(study.files, out, new_record(study, plan, command), resume=resume)
-    store.write_record()
-    try:
-        result = study.run(plan, store, reporter or Reporter())
-        store.record["finished"] = True
-    finally:
-        store.finish(time.perf_counter() - start)
+    reporter = reporter or Reporter()
+    with locked(out):
+        keep_compiled(reporter.note)
+        store = StudyStore(study.files, out, new_record(study, plan, command), resume=resume)
+        store.write_record()
+        try:
+            result = study.run(plan, store, reporter)
+            store.record["finished"] = True
+        finally:
+            store.finish(time.perf_counter() - start)
     return result
 
 

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
+from reports.tables.schema import Record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -36,12 +37,28 @@ POINT_COLUMNS = (
     "seconds", "seconds_low", "seconds_high", "turns", "build_s", "compile_s", "read_s",
     "evaluations", "steps", "on_front", "key",
 )  # fmt: skip
-WORDS = ("scene", "engine", "setting", "outcome", "reason", "under_floor", "status", "fastest", "quantity", "against")
+WORDS = (
+    "scene", "engine", "setting", "parameter", "outcome", "reason", "under_floor", "status", "fastest", "quantity",
+    "against", "measure", "key",
+)  # fmt: skip
+
+
+class CostRecord(Record):
+    """Entries of the record."""
+
+    engines: dict[str, dict[str, Any]] | None = None
+    scenes: dict[str, dict[str, Any]] | None = None
+    certified_solutions: dict[str, dict[str, Any]] | None = None
+    left_out: list[dict[str, Any]] | None = None
+
+
 FILES = StudyFiles(
     "cost",
     {"points": POINT_COLUMNS, "times": TIME_COLUMNS, "orders": (), "reach": (), "price": ()},
     WORDS,
     record="run.json",
+    flags=("on_front",),
+    model=CostRecord,
 )
 
 

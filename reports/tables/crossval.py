@@ -19,15 +19,22 @@ A result folder holds
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+import numpy as np
 
-from reports.tables.schema import SchemaVersionError, read_record
+from reports.tables.outcome import Outcome
+from reports.tables.reading import brief, damaged, needed_content, read_csv, read_parquet, recorded_content
+from reports.tables.schema import RunsRecord, read_record
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    import pandas as pd
+
+RECORD, METRICS = "run.json", "metrics.csv"
 
 METRIC_COLUMNS = (
     "scene",
@@ -42,6 +49,7 @@ METRIC_COLUMNS = (
     "reason",
     "limit_s",
 )
+METRIC_WORDS = ("scene", "engine", "setting", "quantity", "metric", "unit", "outcome", "reason")
 QUANTITY_UNITS = {
     "com": "m",
     "com_velocity": "m/s",
@@ -64,6 +72,16 @@ ALL_SCENES = "(all scenes)"
 """Stands in the scene column of a row about an engine in all scenes together"""
 
 
+class ComparisonRecord(RunsRecord):
+    """Entries of run.json."""
+
+    engines: dict[str, dict[str, Any]] | None = None
+    scenes: dict[str, dict[str, Any]] | None = None
+    misprints: list[dict[str, Any]] | None = None
+    tolerances: list[dict[str, Any]] | None = None
+    limitations: list[str] | None = None
+
+
 @dataclass(frozen=True)
 class Results:
     """Contents of a result folder."""
@@ -75,11 +93,11 @@ class Results:
 
     def trajectory(self, scene: str, engine: str) -> pd.DataFrame | None:
         """Samples of one run, or None if it left none."""
-        return read_parquet(self.folder / "trajectories" / scene / f"{engine}.parquet")
+        return recorded_parquet(self.folder, f"trajectories/{scene}/{engine}.parquet", self.record)
 
     def differences(self, scene: str, engine: str) -> pd.DataFrame | None:
         """Differences from the reference solution over time, or None without any."""
-        return read_parquet(self.folder / "differences" / scene / f"{engine}.parquet")
+        return recorded_parquet(self.folder, f"differences/{scene}/{engine}.parquet", self.record)
 
 
 def is_engine(name: str) -> bool:
@@ -87,13 +105,16 @@ def is_engine(name: str) -> bool:
     return bool(name) and not name.startswith("(")
 
 
-def read_parquet(path: Path) -> pd.DataFrame | None:
-    """Table at `path`, or None without a file."""
-    return pd.read_parquet(path) if path.is_file() else None
+def recorded_parquet(folder: Path, name: str, record: dict[str, Any]) -> pd.DataFrame | None:
+    """Table that belongs to a record; None without a file.
 
-
-class DamagedResultsError(ValueError):
-    """Raised for a result folder with damaged files."""
+    Raises
+    ------
+    DamagedResultsError
+        If it is damaged, or another than the record describes.
+    """
+    content = recorded_content(folder, name, record)
+    return None if content is None else read_parquet(folder / name, content)
 
 
 def read_results(folder: Path) -> Results:
@@ -104,23 +125,32 @@ def read_results(folder: Path) -> Results:
     FileNotFoundError
         If it holds no ``metrics.csv`` or no ``run.json``.
     DamagedResultsError
-        If one of them can't be read, or ``metrics.csv`` lacks a column.
+        If one of them is damaged, has another form, or belongs to another run than the other.
     SchemaVersionError
         If the record has another schema version.
     """
-    for name in ("metrics.csv", "run.json"):
-        if not (folder / name).is_file():
+    for name in (METRICS, RECORD):
+        if not os.path.lexists(folder / name):
             raise FileNotFoundError(f"{folder}: no {name} there; give a folder that compare or crossval wrote")
-    empty = {"value": [""], "tolerance": [""], "limit_s": [""]}
-    try:
-        record = read_record(folder / "run.json")
-        metrics = pd.read_csv(folder / "metrics.csv", keep_default_na=False, na_values=empty)
-    except SchemaVersionError:
-        raise
-    except ValueError as error:  # pandas' and json's own are ValueErrors
-        raise DamagedResultsError(f"{folder}: metrics.csv or run.json is damaged: {error}") from None
-    lacking = [name for name in METRIC_COLUMNS if name not in metrics]
-    if lacking:
-        there = ", ".join(map(str, metrics.columns))
-        raise DamagedResultsError(f"{folder}/metrics.csv lacks {', '.join(lacking)}; it has: {there}")
+    record = read_record(folder / RECORD, ComparisonRecord)
+    path = folder / METRICS
+    metrics = read_csv(path, METRIC_COLUMNS, words=METRIC_WORDS, content=needed_content(folder, METRICS, record))
+    check_outcomes(path, metrics)
     return Results(folder, metrics, record)
+
+
+def check_outcomes(path: Path, metrics: pd.DataFrame) -> None:
+    """Check that outcomes are known, and that a row that passed holds a number.
+
+    Raises
+    ------
+    DamagedResultsError
+        If not.
+    """
+    unknown = metrics[~metrics["outcome"].isin(list(Outcome))]
+    if len(unknown):
+        raise damaged(path, f"{brief(unknown['outcome'].iloc[0])[:40]!r} in row {unknown.index[0] + 1} is no outcome")
+    passed = metrics[metrics["outcome"] == Outcome.PASS.value]
+    empty = passed[~np.isfinite(passed["value"].to_numpy(float))]
+    if len(empty):
+        raise damaged(path, f"row {empty.index[0] + 1} passed without a number")

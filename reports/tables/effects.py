@@ -15,6 +15,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
+from reports.tables.schema import Record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -35,7 +36,19 @@ COLUMNS = (
     "seconds", "evaluation_s", "evaluations",
 )  # fmt: skip
 WORDS = ("effect", "title", "kind", "said", "reason", "caveat", "engine", "ended")
-FILES = StudyFiles("effects", {"effects": COLUMNS}, WORDS)
+
+
+class EffectsRecord(Record):
+    """Entries of the record."""
+
+    scene: dict[str, Any] | None = None
+    rtol: float | None = None
+    looser: float | None = None
+    parted_rad: float | None = None
+    matters: float | None = None
+
+
+FILES = StudyFiles("effects", {"effects": COLUMNS}, WORDS, flags=("on",), model=EffectsRecord)
 UNITS = {"com": "m", "attitude": "rad", "reaction": "N"}
 
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
+from reports.tables.schema import Record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,7 +25,23 @@ if TYPE_CHECKING:
     import pandas as pd
 
 QUANTILE_COLUMNS = ("t_s", "quantity", "item", "quantile", "value", "unit", "runs")
-FILES = StudyFiles("ensemble", {"quantiles": QUANTILE_COLUMNS, "runs": ()}, ("quantity", "unit", "outcome", "reason"))
+
+
+class EnsembleRecord(Record):
+    """Entries of the record."""
+
+    scene: dict[str, Any] | None = None
+    vary: list[str] | None = None
+    runs: int | None = None
+    rtol: float | None = None
+    seed: int | None = None
+    outcomes: dict[str, int] | None = None
+    phases_s: dict[str, float] | None = None
+    evaluations: int | None = None
+
+
+WORDS = ("quantity", "unit", "outcome", "reason")
+FILES = StudyFiles("ensemble", {"quantiles": QUANTILE_COLUMNS, "runs": ()}, WORDS, model=EnsembleRecord)
 
 
 @dataclass(frozen=True)

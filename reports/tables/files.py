@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from reports.tables import schema
+from reports.tables.reading import needed_content, read_csv, recorded_content
+from reports.tables.schema import Record, read_record
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -29,6 +30,12 @@ class StudyFiles:
     optional: frozenset[str] = field(default_factory=frozenset)
     """Tables that a study may lack; reading such a table gives no rows"""
     record: str = "record.json"
+    flags: tuple[str, ...] = ()
+    """Columns of True and False"""
+    model: type[Record] = Record
+    """Entries of the record with their types"""
+    joins: bool = False
+    """Whether tables of an earlier run of the study stay where a run does not write them"""
 
     def folder(self, out: Path) -> Path:
         """Folder of the study in the result folder `out`."""
@@ -53,13 +60,18 @@ class StudyFiles:
         ------
         FileNotFoundError
             If the table is missing and not optional.
+        DamagedResultsError
+            If the table or the record is damaged, or the table is another than the record describes.
         """
-        if table in self.optional and not self.has(out, table):
+        return self.recorded(out, table, self.read_record(out) if self.has_record(out) else {})
+
+    def recorded(self, out: Path, table: str, record: Mapping[str, Any]) -> pd.DataFrame:
+        """Read a table that belongs to a record, as :meth:`read`; a table left from another run counts as missing."""
+        path, needed = self.path(out, table), table not in self.optional
+        content = (needed_content if needed else recorded_content)(self.folder(out), path.name, record)
+        if content is None:
             return pd.DataFrame(columns=list(self.tables[table]))
-        found = pd.read_csv(self.path(out, table), keep_default_na=False, na_values=[""])
-        for name in found.columns.intersection(list(self.words)):
-            found[name] = found[name].astype(object).fillna("").astype(str)
-        return found
+        return read_csv(path, self.tables[table], words=self.words, flags=self.flags, content=content)
 
     def read_all(self, out: Path, *tables: str) -> dict[str, pd.DataFrame]:
         """Read several tables by name, all of them by default.
@@ -69,7 +81,8 @@ class StudyFiles:
         FileNotFoundError
             If a table is missing and not optional.
         """
-        return {name: self.read(out, name) for name in tables or self.tables}
+        record = self.read_record(out) if self.has_record(out) else {}
+        return {name: self.recorded(out, name, record) for name in tables or self.tables}
 
     def read_record(self, out: Path) -> dict[str, Any]:
         """Read the record.
@@ -78,10 +91,12 @@ class StudyFiles:
         ------
         FileNotFoundError
             If there is none.
+        DamagedResultsError
+            If it is damaged.
         SchemaVersionError
             If the record has another schema version.
         """
-        return schema.read_record(self.folder(out) / self.record)
+        return read_record(self.folder(out) / self.record, self.model)
 
 
 def flags(column: pd.Series) -> NDArray[np.bool_]:

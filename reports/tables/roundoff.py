@@ -30,6 +30,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
+from reports.tables.schema import Record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -73,7 +74,30 @@ WORDS = (
     "state", "formulation", "arithmetic", "source", "yardstick", "remark", "quantity", "coordinates", "method",
     "engine", "frame", "outcome", "reason", "against", "code",
 )  # fmt: skip
-FILES = StudyFiles("roundoff", COLUMNS, WORDS, optional=frozenset(COLUMNS))
+
+
+class RoundoffRecord(Record):
+    """Entries of the record."""
+
+    parts: list[str] | None = None
+    scene: str | None = None
+    members: int | None = None
+    exact_digits: int | None = None
+    unit_roundoff: dict[str, float] | None = None
+    long_doubles: bool | None = None
+    objects: list[dict[str, Any]] | None = None
+    failed: list[dict[str, Any]] | None = None
+
+
+FILES = StudyFiles(
+    "roundoff",
+    COLUMNS,
+    WORDS,
+    optional=frozenset(COLUMNS),
+    flags=("known", "settled"),
+    model=RoundoffRecord,
+    joins=True,
+)
 
 
 @dataclass(frozen=True)

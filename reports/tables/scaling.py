@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
+from reports.tables.schema import Record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,7 +32,17 @@ POINT_COLUMNS = (
 )  # fmt: skip
 FIT_COLUMNS = ("engine", "quantity", "per", "exponent", "low", "high", "points", "bars_from", "bars_to")
 WORDS = ("engine", "outcome", "reason", "per", "quantity")
-FILES = StudyFiles("scaling", {"points": POINT_COLUMNS, "fits": FIT_COLUMNS}, WORDS)
+
+
+class ScalingRecord(Record):
+    """Entries of the record."""
+
+    engines: dict[str, dict[str, Any]] | None = None
+    scene: dict[str, Any] | None = None
+    targets: list[dict[str, Any]] | None = None
+
+
+FILES = StudyFiles("scaling", {"points": POINT_COLUMNS, "fits": FIT_COLUMNS}, WORDS, model=ScalingRecord)
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,13 @@
-"""Version of the tables and records in a result folder, and the one reader of records."""
+"""Version and form of the records in a result folder, and the one reader of records."""
 
 from __future__ import annotations
 
-import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
+
+from reports.tables.outcome import Outcome
+from reports.tables.reading import brief, damaged, read_json
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -17,37 +21,102 @@ class SchemaVersionError(ValueError):
     """Results whose record has no schema version, or another one than this barchain reads."""
 
 
-def read_record(path: Path) -> dict[str, Any]:
+def known_outcome(word: str) -> str:
+    """Check that a word is an outcome."""
+    if word not in set(Outcome):
+        raise ValueError(f"{word[:40]!r} is no outcome")
+    return word
+
+
+class Part(BaseModel):
+    """Part of a record: the declared entries have their types, and further ones are kept."""
+
+    model_config = ConfigDict(strict=True, extra="allow")
+
+
+class Record(Part):
+    """Entries that every record may have."""
+
+    schema_version: int
+    barchain: str | None = None
+    created: str | None = None
+    finished: bool = False
+    command: str | None = None
+    seconds: float | None = None
+    environment: dict[str, str | float | None] = {}
+    packages: dict[str, str | None] = {}
+    tables: dict[str, list[str]] | None = None
+
+
+class RunEntry(Part):
+    """Entry of a run."""
+
+    scene: str
+    engine: str
+    setting: str
+    role: str
+    outcome: Annotated[str, AfterValidator(known_outcome)]
+    reason: str = ""
+    seconds: dict[str, float] = {}
+    info: dict[str, Any] = {}
+    key: str = ""
+    file: str | None = None
+    digest: str | None = None
+    rejected: bool = False
+
+
+class RunsRecord(Record):
+    """Record of a study that keeps its runs."""
+
+    runs: list[RunEntry] = []
+    carried: list[RunEntry] = []
+    """Runs of an earlier study in the folder that this one has not taken over or replaced"""
+
+
+def read_record(path: Path, model: type[Record] = Record) -> dict[str, Any]:
     """Read the record of a study or a comparison.
 
     Parameters
     ----------
     path : Path
         JSON file, e.g. ``run.json``.
+    model : type of Record
+        Entries with their types.
 
     Raises
     ------
     FileNotFoundError
         If the file is missing.
-    json.JSONDecodeError
-        If the file is not JSON.
+    DamagedResultsError
+        If the file is no JSON, or an entry has a wrong type; the message is one line.
     SchemaVersionError
         If the record has another schema version than :data:`SCHEMA_VERSION`, or none; the message is one line.
     """
-    record: Any = json.loads(path.read_text(encoding="utf-8"))
+    record = read_json(path)
     version = record.get(KEY) if isinstance(record, dict) else None
     if type(version) is not int or version != SCHEMA_VERSION:  # True == 1, and is no version
         raise SchemaVersionError(f"{path}: {found(version)}; {advice(record)}")
+    try:
+        model.model_validate(record)
+    except ValidationError as error:
+        raise damaged(path, wrong_entry(error)) from None
     return dict(record)
+
+
+def wrong_entry(error: ValidationError) -> str:
+    """First entry of a record with a wrong type, in words."""
+    first = error.errors(include_url=False, include_input=False, include_context=False)[0]
+    place = " → ".join(map(str, first["loc"]))
+    return f"entry {brief(place)[:120]} is wrong: {brief(first['msg'])[:120]}"
 
 
 def found(version: object) -> str:
     """Schema version of a record in words."""
-    return "no schema version" if version is None else f"schema version {version!r}"
+    return "no schema version" if version is None else f"schema version {brief(repr(version))[:40]}"
 
 
 def advice(record: object) -> str:
     """What this barchain reads, and what to do with results of another schema version."""
     writer = record.get("barchain") if isinstance(record, dict) else None
-    writing = f"barchain {writer}, which wrote them" if writer else "the barchain that wrote them"
+    writing = f"barchain {brief(writer)[:40]}, which wrote them" if writer else "the barchain that wrote them"
     return f"this barchain reads version {SCHEMA_VERSION}. Run the study again, or render its results with {writing}"

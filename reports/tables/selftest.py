@@ -17,6 +17,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
+from reports.tables.schema import Record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -29,8 +30,27 @@ allowed value; `reason`: the check's own words"""
 SMALLEST = ("fault", "scene", "caught", "missed", "quantity", "check")
 """`caught`: smallest size known to be detected; `missed`: largest size known to be undetected; empty without any"""
 WORDS = ("fault", "scene", "fate", "why", "quantity", "check", "reason")
+
+
+class SelftestRecord(Record):
+    """Entries of the record."""
+
+    host: str | None = None
+    roles: list[str] | None = None
+    scenes: dict[str, dict[str, Any]] | None = None
+    faults: dict[str, dict[str, Any]] | None = None
+    passed: bool | None = None
+    unkilled: list[str] | None = None
+
+
 FILES = StudyFiles(
-    "selftest", {"selftest": COLUMNS, "smallest": SMALLEST}, WORDS, frozenset({"smallest"}), "selftest.json"
+    "selftest",
+    {"selftest": COLUMNS, "smallest": SMALLEST},
+    WORDS,
+    frozenset({"smallest"}),
+    "selftest.json",
+    ("killed",),
+    SelftestRecord,
 )
 
 

@@ -24,12 +24,14 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
-
 from reports.tables.files import StudyFiles
+from reports.tables.reading import read_parquet, recorded_content
+from reports.tables.schema import RunsRecord
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    import pandas as pd
 
 OUTCOMES = (
     "scene", "engine", "stability", "slow", "reason",
@@ -54,7 +56,18 @@ WORDS = (
     "normalised_error_of", "bound_of", "judged",
 )  # fmt: skip
 TABLES = {"outcomes": OUTCOMES, "evidence": EVIDENCE, "laws": LAWS, "long": SERIES, "plain": PLAIN}
-FILES = StudyFiles("stability", TABLES, WORDS, frozenset(TABLES), "run.json")
+
+
+class StabilityRecord(RunsRecord):
+    """Entries of the record."""
+
+    time_limit_s: float | None = None
+    scenes: dict[str, dict[str, Any]] | None = None
+    engines: dict[str, str] | None = None
+    references: list[str] | None = None
+
+
+FILES = StudyFiles("stability", TABLES, WORDS, frozenset(TABLES), "run.json", ("slow",), StabilityRecord)
 
 
 class Stability(StrEnum):
@@ -101,8 +114,9 @@ class StabilityTables:
 
     def trajectory(self, scene: str, name: str) -> pd.DataFrame | None:
         """Samples of one run; None without any."""
-        path = self.folder / "trajectories" / scene / f"{name}.parquet"
-        return pd.read_parquet(path) if path.is_file() else None
+        path = f"trajectories/{scene}/{name}.parquet"
+        content = recorded_content(self.folder, path, self.record)
+        return None if content is None else read_parquet(self.folder / path, content)
 
 
 def read_stability(folder: Path) -> StabilityTables:

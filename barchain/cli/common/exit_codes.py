@@ -58,13 +58,14 @@ def domain_failure(error: Exception) -> tuple[str, ExitCode] | None:
     # ruff: noqa: PLC0415  # an error's class is looked up only after an error
     from adapters.engine import EngineError
     from adapters.registry import UnknownEngineError
+    from barchain.record.folder_lock import FolderInUseError
     from barchain.run.settings import SettingError
     from barchain.solutions.certified_table import DamagedTableError
-    from reports.tables.crossval import DamagedResultsError
+    from reports.tables.reading import DamagedResultsError
     from reports.tables.schema import SchemaVersionError
     from scenarios import SceneError
 
-    bad_tables = DamagedTableError, DamagedResultsError, SchemaVersionError
+    bad_tables = DamagedTableError, DamagedResultsError, SchemaVersionError, FolderInUseError
     if isinstance(error, (SceneError, UnknownEngineError, SettingError, *bad_tables)):
         return str(error), ExitCode.BAD_INPUT
     return (str(error), ExitCode.FINDINGS) if isinstance(error, EngineError) else None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import shutil
 from typing import TYPE_CHECKING
 
@@ -9,6 +11,7 @@ import click
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+    from contextlib import AbstractContextManager
     from pathlib import Path
 
 COMPARISON = ("run.json", "metrics.csv", "trajectories", "differences")
@@ -17,13 +20,22 @@ COMPARISON = ("run.json", "metrics.csv", "trajectories", "differences")
 
 def claim_comparison(out: Path, *, resume: bool, overwrite: bool) -> None:
     """Make sure that a comparison may write into `out`, as :func:`claim`."""
-    claim([out / name for name in COMPARISON], f"{out} holds a comparison", resume=resume, overwrite=overwrite)
+    with alone(out):
+        claim([out / name for name in COMPARISON], f"{out} holds a comparison", resume=resume, overwrite=overwrite)
 
 
 def claim_study(out: Path, folder: str, *, resume: bool | None = None, overwrite: bool) -> None:
     """Make sure that a study may write into its `folder` of `out`, as :func:`claim`."""
     inside = out / folder
-    claim([inside] if has_entries(inside) else [], f"{inside} holds results", resume=resume, overwrite=overwrite)
+    with alone(out):
+        claim([inside] if has_entries(inside) else [], f"{inside} holds results", resume=resume, overwrite=overwrite)
+
+
+def alone(out: Path) -> AbstractContextManager[None]:
+    """Lock of a result folder that exists: what another process is writing is neither judged nor deleted."""
+    from barchain.record.folder_lock import locked  # noqa: PLC0415
+
+    return locked(out) if out.is_dir() else contextlib.nullcontext()
 
 
 def claim(places: Iterable[Path], holds: str, *, resume: bool | None = None, overwrite: bool) -> None:
@@ -45,7 +57,7 @@ def claim(places: Iterable[Path], holds: str, *, resume: bool | None = None, ove
     """
     if resume and overwrite:
         raise click.UsageError("--resume and --overwrite exclude each other")
-    there = [place for place in places if place.exists()]
+    there = [place for place in places if os.path.lexists(place)]
     if not there or resume:
         return
     if not overwrite:
@@ -61,8 +73,8 @@ def has_entries(folder: Path) -> bool:
 
 
 def delete(place: Path) -> None:
-    """Delete a file, or a folder with all it holds."""
-    if place.is_dir():
+    """Delete a file, a symbolic link, or a folder with all it holds."""
+    if place.is_dir() and not place.is_symlink():
         shutil.rmtree(place)
     else:
         place.unlink()

@@ -11,6 +11,9 @@ import click
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 def report(folder: Path) -> None:
     """Render the pages of DIR again from its stored tables."""
+    from barchain.cli.common.result_folder import alone  # noqa: PLC0415
     from reports.render import render_all  # noqa: PLC0415
 
-    click.echo(f"wrote {', '.join(map(str, render_all(folder)))}")
+    with alone(folder):
+        pages = render_all(folder)
+    click.echo(f"wrote {', '.join(map(str, pages))}")

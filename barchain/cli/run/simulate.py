@@ -65,7 +65,9 @@ def run(
 
 def write(frame: pd.DataFrame, path: Path) -> None:
     """Write a table by the ending of its file; numbers in CSV read back in every digit."""
+    from reports.tables.writing import parquet, write_atomically  # noqa: PLC0415
+
     if path.suffix == ".parquet":
-        frame.to_parquet(path, index=False)
+        write_atomically(path, parquet(frame))
     else:
-        frame.to_csv(path, index=False)
+        write_atomically(path, frame.to_csv(index=False))

@@ -36,13 +36,15 @@ class MeasuredPoints:
         points = points[~points.reason.str.startswith(NOT_RUN)]
         self.rows = {str(row["key"]): {str(k): v for k, v in row.items()} for row in points.to_dict("records")}
         for key, own in self.store.read("times").groupby("key", sort=False):
-            self.times[str(key)] = own["seconds"].tolist()
+            if str(key) in self.rows:  # otherwise the point was cut off, and is measured anew
+                self.times[str(key)] = own["seconds"].tolist()
 
     def keep_point(self, job: Job, columns: dict[str, Any]) -> None:
         """Keep the columns of a point's first run."""
         named = {"scene": job.scene.name, "engine": job.engine, "setting": str(job.setting)}
         self.rows[job.key] = named | {"parameter": str(job.setting.parameter), "value": job.setting.value} | columns
         self.rows[job.key]["key"] = job.key
+        self.store.write("points", self.points())
 
     def keep_time(self, job: Job, seconds: float) -> None:
         """Append one measured time to the table, at once."""

@@ -103,7 +103,8 @@ class CostRun:
     def leave_out(self, out: LeftOut) -> None:
         """Note an engine that is not run."""
         found = {"scene": out.scene, "engine": out.engine, "outcome": str(out.outcome), "reason": out.reason}
-        self.store.record["left_out"].append(found)
+        if found not in self.store.record["left_out"]:
+            self.store.record["left_out"].append(found)
         self.report(out.scene, out.engine, str(out.outcome))
 
     def note_solution(self, solution: SolutionSource) -> None:

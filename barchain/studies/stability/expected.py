@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from barchain.record.files import write_atomically
 from reports.tables.stability import Stability
+from reports.tables.writing import write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

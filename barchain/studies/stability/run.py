@@ -80,6 +80,7 @@ class StabilityRun:
         self.recorded = expected.recorded()
         self.findings: dict[Pair, Finding] = {}
         self.changes: list[expected.OutcomeChange] = []
+        self.store.note = self.note
         self.earlier = self.store.earlier_runs()
 
     def run(self) -> StabilityResult:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from barchain.run.job import Job, RunResult
-from barchain.run.store import Store
+from barchain.run.store import Store, recorded_runs
 from barchain.studies.stability.evidence import evidence, plain_row
 from reports.tables.outcome import Outcome
 from reports.tables.stability import TABLES
@@ -27,7 +27,7 @@ class StabilityStore(Store):
 
     def __init__(self, store: StudyStore, time_limit_s: float, order: list[tuple[str, str]]) -> None:
         """Start with empty tables; their rows are sorted by `order`, pairs of scene and engine."""
-        super().__init__(store.folder, store.record, order)
+        super().__init__(store.folder, store.record, order, store.writer)
         self.study, self.time_limit_s = store, time_limit_s
         self.tables: dict[str, list[dict[str, Any]]] = {name: [] for name in TABLES}
 
@@ -36,18 +36,21 @@ class StabilityStore(Store):
 
         A time-out counts only if that study allowed a run at least as much time.
         """
-        short = float(self.study.earlier.get("time_limit_s", 0.0)) < self.time_limit_s
-        runs = [run for run in self.study.earlier.get("runs", []) if "rejected" in run]
+        short = float(self.study.earlier.get("time_limit_s") or 0.0) < self.time_limit_s
+        runs = recorded_runs(self.study.earlier)
         return {run["key"]: run for run in runs if not (short and run["outcome"] == Outcome.TIMED_OUT)}
 
     def recall(self, job: Job, earlier: dict[str, dict[str, Any]]) -> RunResult | None:
         """Result of `job` as an earlier study stored it, or None."""
         run = earlier.get(job.key)
-        if run is None or self.path(job).is_file():
-            return super().recall(job, earlier)
+        if run is None or run.get("file") is not None:
+            found = super().recall(job, earlier)
+            return None if found is None else replace(found, rejected=bool(run and run.get("rejected")))
         if run["outcome"] == Outcome.PASS:
             return None
-        return RunResult(Outcome(run["outcome"]), run["reason"], None, run["seconds"], run["rejected"])
+        return RunResult(
+            Outcome(run["outcome"]), run.get("reason", ""), None, run.get("seconds", {}), run.get("rejected", False)
+        )
 
     def keep_run(self, job: Job, result: RunResult) -> None:
         """Write a run's trajectory and note it in run.json; no earlier trajectory stays beside a failure.
@@ -55,10 +58,9 @@ class StabilityStore(Store):
         Of very many bars none is kept, and is run again where a study is resumed.
         """
         if result.trajectory is None or job.scene.bars > MOST_BARS_KEPT:
-            self.path(job).unlink(missing_ok=True)
+            self.files.remove(self.file(job))
             result = replace(result, trajectory=None)
         super().keep_run(job, result)
-        self.record["runs"][-1]["rejected"] = result.rejected
 
     def keep_finding(
         self, engine_runs: EngineRuns, finding: Finding, before: str | None, changed: OutcomeChange | None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from reports.chapter import fitting
 from reports.chapters.crossval.external_coverage import coverage_words
 from reports.chapters.crossval.facts import facts
 from reports.chapters.crossval.matrix_cell import cell_text
@@ -12,8 +13,9 @@ from reports.chapters.crossval.summary import SHORT_OF_THE_RUN, WORDS, RunCell, 
 from reports.chapters.crossval.verdict import failure_words, summary_verdict
 from reports.page import surroundings, templates
 from reports.plotting.palette import engine_pen
-from reports.tables.crossval import Results, read_results
+from reports.tables.crossval import RECORD, Results, read_results
 from reports.tables.outcome import Outcome
+from reports.tables.writing import write_atomically
 from reports.text.glossary import Glossary
 from reports.text.mathematics import written, written_row
 from reports.text.numerals import number
@@ -66,15 +68,21 @@ def write_report(folder: Path, chapters: Mapping[Chapter, ChapterView]) -> tuple
         If the folder holds no ``metrics.csv`` or no ``run.json``.
     """
     results = read_results(folder)
+    page, text = folder / "index.html", folder / "report.md"
+    html, markdown = fitting(folder / RECORD, lambda: rendered(results, chapters))
+    write_atomically(page, html)
+    write_atomically(text, markdown)
+    return page, text
+
+
+def rendered(results: Results, chapters: Mapping[Chapter, ChapterView]) -> tuple[str, str]:
+    """HTML and Markdown of a comparison's report."""
     summary = summarise(results)
     shared = context(results, summary) | {"chapters": list(chapters)} | {c.name: v for c, v in chapters.items()}
     views = [view_scene(results, summary, s) for s in summary.scenes]
     environment = report_templates()
-    page, text = folder / "index.html", folder / "report.md"
     html, markdown = (environment.get_template(f"crossval/report.{kind}.j2") for kind in ("html", "md"))
-    page.write_text(html.render(shared, views=views, glossary=Glossary()), encoding="utf-8")
-    text.write_text(markdown.render(shared, glossary=Glossary()), encoding="utf-8")
-    return page, text
+    return html.render(shared, views=views, glossary=Glossary()), markdown.render(shared, glossary=Glossary())
 
 
 def report_templates() -> Environment:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from pebble import ProcessExpired, ProcessPool
 
-from barchain.record.files import write_atomically
 from barchain.studies.selftest.campaign.scenes.draw import draw
 from barchain.studies.selftest.campaign.scenes.scene_file import scene_toml
 from barchain.studies.selftest.campaign.scenes.shrink import alike, cell_of, simplest
+from reports.tables.writing import write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

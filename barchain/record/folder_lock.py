@@ -1,0 +1,48 @@
+"""One writer at a time: a lock on a result folder, which ends with its process however that ends."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import TYPE_CHECKING
+
+from filelock import FileLock, Timeout
+
+from reports.tables.writing import LinkedFolderError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+LOCK = ".barchain.lock"
+"""Empty file in a result folder; the operating system's lock on it counts, and its presence does not"""
+
+
+class FolderInUseError(ValueError):
+    """Raised for a result folder that another process, or another thread, writes into; the message is one line."""
+
+
+@contextlib.contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Hold the lock of a result folder, which is made if need be; the same thread may hold it several times.
+
+    Raises
+    ------
+    FolderInUseError
+        If somebody else holds it.
+    OSError
+        If the folder can't be made or written into.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    place = folder.resolve() / LOCK
+    if place.is_symlink():
+        raise LinkedFolderError(f"{place}: is a symbolic link; remove it")
+    lock = FileLock(place, timeout=0, is_singleton=True, thread_local=True)
+    try:
+        lock.acquire()
+    except Timeout:
+        said = "another barchain writes into this folder; wait for its end, or give another --out"
+        raise FolderInUseError(f"{folder}: {said}") from None
+    try:
+        yield
+    finally:
+        lock.release()

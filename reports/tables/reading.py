@@ -1,0 +1,253 @@
+"""The one reader of stored files: JSON, CSV and Parquet of the declared form, or one line on the damaged file."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+import stat
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Mapping
+    from pathlib import Path
+
+REMEDY = "restore the file, or run again with --overwrite or into another folder"
+DEEPEST = 40
+"""Levels of nesting that a record may have; ours have six"""
+TABLES = "tables"
+"""Key of a record: the digests of each table that belongs to it, the one in place among them"""
+DIGITS = 32
+
+
+class DamagedResultsError(ValueError):
+    """Raised for a result folder with damaged files; the message is one line: file, damage, remedy."""
+
+
+def damaged(path: Path, what: object) -> DamagedResultsError:
+    """Error of a damaged file."""
+    return DamagedResultsError(f"{path}: {brief(what)}; {REMEDY}")
+
+
+def brief(what: object) -> str:
+    """Text on one short line, safe to print."""
+    text = str(what) if not isinstance(what, Exception) else str(what) or type(what).__name__
+    return " ".join(text.encode("utf-8", "backslashreplace").decode("utf-8").split())[:300]
+
+
+def read_bytes(path: Path) -> bytes:
+    """Contents of a regular file.
+
+    Raises
+    ------
+    OSError
+        If it is missing or can't be read.
+    DamagedResultsError
+        If it is a folder, a pipe or a device.
+    """
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise damaged(path, "is no regular file")
+    return path.read_bytes()
+
+
+def read_text(path: Path) -> str:
+    """Text of a UTF-8 file, as :func:`read_bytes`."""
+    return decoded(path, read_bytes(path))
+
+
+def decoded(path: Path, content: bytes) -> str:
+    """Text of the contents of a UTF-8 file."""
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise damaged(path, f"is no UTF-8 text ({error.reason} at byte {error.start})") from None
+
+
+def read_json(path: Path) -> Any:
+    """Value of a JSON file.
+
+    Raises
+    ------
+    OSError
+        If it is missing or can't be read.
+    DamagedResultsError
+        If it is no JSON, nested too deeply, or holds text that is no Unicode.
+    """
+    text = read_text(path)
+    try:
+        found = json.loads(text)
+    except RecursionError:
+        raise damaged(path, "is nested too deeply") from None
+    except ValueError as error:
+        raise damaged(path, f"is no JSON: {error}") from None
+    if deeper_than(found, DEEPEST):
+        raise damaged(path, f"is nested deeper than {DEEPEST} levels")
+    try:
+        json.dumps(found, ensure_ascii=False).encode("utf-8")
+    except UnicodeEncodeError:
+        raise damaged(path, "holds text that is no Unicode") from None
+    return found
+
+
+def deeper_than(value: object, levels: int) -> bool:
+    """Whether lists and objects are nested deeper than some levels."""
+    level = [value]
+    for _ in range(levels):
+        level = [item for outer in level for item in items_of(outer)]
+        if not level:
+            return False
+    return True
+
+
+def items_of(value: object) -> Iterable[object]:
+    """Values inside a list or an object."""
+    if isinstance(value, dict):
+        return value.values()
+    return value if isinstance(value, list) else ()
+
+
+def read_csv(
+    path: Path,
+    columns: Collection[str],
+    *,
+    words: Collection[str] = (),
+    flags: Collection[str] = (),
+    content: bytes | None = None,
+) -> pd.DataFrame:
+    """Table of a CSV file with columns of declared types.
+
+    Parameters
+    ----------
+    path : Path
+    columns : collection of str
+        Required columns; empty: whatever columns there are.
+    words, flags : collection of str
+        Columns of text, whose empty cells are empty strings, and of True and False. All other columns are numbers;
+        an empty cell is NaN.
+    content : bytes, optional
+        Contents of the file, if they were read already.
+
+    Raises
+    ------
+    OSError
+        If the file is missing or can't be read.
+    DamagedResultsError
+        If it is no such table.
+    """
+    found = parsed_csv(path, decoded(path, read_bytes(path) if content is None else content), words)
+    lacking = [name for name in columns if name not in found]
+    if lacking:
+        raise damaged(path, f"lacks {', '.join(lacking)}; it has: {', '.join(map(str, found.columns))}")
+    for name in columns or found.columns:
+        if name in words:
+            found[name] = found[name].astype(object).fillna("").astype(str)
+        elif name in flags:
+            need_flags(path, found[name])
+        else:
+            need_numbers(path, found[name])
+    return found
+
+
+def parsed_csv(path: Path, text: str, words: Collection[str]) -> pd.DataFrame:
+    """Cells of a CSV text, columns of words as text."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", pd.errors.DtypeWarning)
+            found = pd.read_csv(
+                io.StringIO(text), dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""],
+                low_memory=False,
+            )  # fmt: skip
+    except Exception as error:  # pandas names no common class of its parser's errors
+        raise damaged(path, f"is no CSV table: {brief(error)}") from None
+    if not isinstance(found.index, pd.RangeIndex):
+        raise damaged(path, "has rows with more cells than columns")
+    return found
+
+
+def need_numbers(path: Path, column: pd.Series[Any]) -> None:
+    """Check that a column holds numbers and empty cells only."""
+    numeric = pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(column)
+    if numeric or column.isna().all():
+        return
+    cells = column[pd.to_numeric(column.astype(object), errors="coerce").isna() & column.notna()]
+    shown = f": {brief(cells.iloc[0])[:40]!r} in row {int(cells.index[0]) + 1}" if len(cells) else ""
+    raise damaged(path, f"column {column.name} holds no numbers{shown}")
+
+
+def need_flags(path: Path, column: pd.Series[Any]) -> None:
+    """Check that a column holds True, False and empty cells only."""
+    wrong = column[~column.astype(str).isin(("True", "False")) & column.notna()]
+    if len(wrong):
+        shown = f"{brief(wrong.iloc[0])[:40]!r} in row {int(wrong.index[0]) + 1}"
+        raise damaged(path, f"column {column.name} holds other than True and False: {shown}")
+
+
+def read_parquet(path: Path, content: bytes | None = None) -> pd.DataFrame:
+    """Table of numbers over time ``t_s`` of a Parquet file; errors as :func:`read_csv`."""
+    data = read_bytes(path) if content is None else content
+    try:
+        found = pd.read_parquet(io.BytesIO(data))
+    except Exception as error:  # Arrow's errors have several bases
+        raise damaged(path, f"is no Parquet table: {brief(error)}") from None
+    if "t_s" not in found:
+        raise damaged(path, "lacks t_s")
+    for name in found.columns:
+        need_numbers(path, found[name])
+    return found
+
+
+def digest(content: bytes) -> str:
+    """Hash of a file's contents, as records hold it."""
+    return hashlib.sha256(content).hexdigest()[:DIGITS]
+
+
+def recorded_content(folder: Path, name: str, record: Mapping[str, Any]) -> bytes | None:
+    """Contents of a table that belongs to a record.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the record.
+    name : str
+        Table, relative to it.
+    record : mapping
+        A record without digests, from an earlier barchain, is taken at its word.
+
+    Returns
+    -------
+    bytes or None
+        None if there is no such file, or the record does not know it: it is left from another run.
+
+    Raises
+    ------
+    DamagedResultsError
+        If the contents differ from those that the record describes.
+    """
+    known, path = record.get(TABLES), folder / name
+    if (known is not None and name not in known) or not os.path.lexists(path):
+        return None
+    content = read_bytes(path)
+    if known is not None and digest(content) not in known[name]:
+        raise damaged(path, "is not the table that the record describes: damaged, changed, or of another run")
+    return content
+
+
+def needed_content(folder: Path, name: str, record: Mapping[str, Any]) -> bytes:
+    """Contents of a required table, as :func:`recorded_content`.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    """
+    content = recorded_content(folder, name, record)
+    if content is None:
+        path = folder / name
+        if not os.path.lexists(path):
+            raise FileNotFoundError(f"{folder}: no {name} there; give a folder with results")
+        raise damaged(path, "is left from another run than the record's")
+    return content

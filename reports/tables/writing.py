@@ -1,0 +1,167 @@
+"""The one writer of stored files: whole or not at all, inside the folder only, and known to the record beforehand."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import os
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Any
+
+from reports.tables.reading import TABLES, digest, read_bytes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import pandas as pd
+
+PART = ".part"
+"""Ending of a file that is being written"""
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)
+NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | NO_LINK
+MORE = os.O_RDWR | os.O_APPEND | NO_LINK
+
+
+class LinkedFolderError(OSError):
+    """Raised for a symbolic link where results would be written into another place."""
+
+
+@contextlib.contextmanager
+def named(path: Path) -> Iterator[None]:
+    """Give the errors of the operating system the name of the file that they are about."""
+    try:
+        yield
+    except LinkedFolderError:
+        raise
+    except OSError as error:
+        if error.errno is None:
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+def write_atomically(path: Path, content: str | bytes) -> None:
+    """Write a file whole: an interruption or a full disk leaves the earlier file, and no partial one.
+
+    A symbolic link at `path` is replaced; the file that it points to stays as it is.
+
+    Raises
+    ------
+    OSError
+        If the file can't be written; the error names it.
+    """
+    half = path.with_name(path.name + PART)
+    data = content.encode("utf-8") if isinstance(content, str) else content
+    with named(path):
+        half.unlink(missing_ok=True)
+        try:
+            with os.fdopen(os.open(half, NEW, 0o666), "wb") as file:
+                file.write(data)
+            os.replace(half, path)  # noqa: PTH105
+        except BaseException:
+            with contextlib.suppress(OSError):
+                half.unlink(missing_ok=True)
+            raise
+
+
+def append_whole(path: Path, content: bytes) -> None:
+    """Append to a file; a failure leaves it as it was. Errors as :func:`write_atomically`."""
+    with named(path):
+        handle = os.open(path, MORE)
+        try:
+            before = os.fstat(handle).st_size
+            try:
+                written = os.write(handle, content)
+                while written < len(content):
+                    written += os.write(handle, content[written:])
+            except BaseException:
+                os.ftruncate(handle, before)
+                raise
+        finally:
+            os.close(handle)
+
+
+def parquet(frame: pd.DataFrame) -> bytes:
+    """Contents of a Parquet file."""
+    sink = io.BytesIO()
+    frame.to_parquet(sink, index=False)
+    return sink.getvalue()
+
+
+def make_folder(root: Path, inside: PurePath | str) -> Path:
+    """Make a folder inside a result folder.
+
+    Raises
+    ------
+    LinkedFolderError
+        If a part of the way below `root` is a symbolic link, or leads upwards.
+    """
+    root.mkdir(parents=True, exist_ok=True)
+    place = root
+    for part in PurePath(inside).parts:
+        place /= part
+        if part == ".." or place.is_symlink():
+            raise LinkedFolderError(f"{place}: leads out of the result folder; remove the link or rename it")
+        with named(place):
+            place.mkdir(exist_ok=True)
+    return place
+
+
+def sweep(folder: Path) -> None:
+    """Remove the partial files that a killed process left in a folder of results; links are not followed."""
+    for place, _, names in os.walk(folder):
+        for name in (n for n in names if n.endswith(PART)):
+            with contextlib.suppress(OSError):
+                Path(place, name).unlink()
+
+
+class RecordedFolder:
+    """Folder with a record and its tables.
+
+    The record holds the digest of each of its tables. The digest of a table's next state joins that of its present
+    state in the record before the table is written: at every instant each table in place is known to the record, and a
+    table of another run is not.
+    """
+
+    def __init__(self, folder: Path, name: str, record: dict[str, Any]) -> None:
+        """Open a folder that exists; nothing is written yet."""
+        self.folder, self.name, self.record = folder, name, record
+
+    @property
+    def tables(self) -> dict[str, list[str]]:
+        """Digests of each table: of its next state, then of its present one."""
+        found: dict[str, list[str]] = self.record.setdefault(TABLES, {})
+        return found
+
+    def write_record(self) -> None:
+        """Write the record as it stands."""
+        write_atomically(self.folder / self.name, json.dumps(self.record, indent=1))
+
+    def write(self, table: str, content: bytes) -> None:
+        """Write a table whole, and the record."""
+        path = self.folder / table
+        make_folder(self.folder, PurePath(table).parent)
+        self.announce(table, content)
+        write_atomically(path, content)
+
+    def append(self, table: str, content: bytes) -> None:
+        """Add to the end of a table that is there."""
+        path = self.folder / table
+        with named(path):
+            whole = read_bytes(path) + content
+        self.announce(table, whole)
+        append_whole(path, content)
+
+    def announce(self, table: str, content: bytes) -> None:
+        """Write the record with the digest of a table's next state."""
+        known, path = self.tables.get(table, []), self.folder / table
+        present = digest(path.read_bytes()) if known and path.is_file() else None
+        self.tables[table] = list(dict.fromkeys([digest(content), *(found for found in known if found == present)]))
+        self.write_record()
+
+    def remove(self, table: str) -> None:
+        """Delete a table if it is there."""
+        path = self.folder / table
+        with named(path):
+            path.unlink(missing_ok=True)
+        self.tables.pop(table, None)

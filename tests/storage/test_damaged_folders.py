@@ -1,0 +1,165 @@
+"""Damaged folders end in one line that names a file, whatever the damage, and nothing is written outside."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from barchain.cli.main import run
+from barchain.record.environment import provenance
+from barchain.studies.store import StudyStore
+from reports.tables.reading import TABLES, digest
+from reports.tables.schema import KEY
+from reports.tables.selftest import FILES
+from tests.support.report_fixture import build
+
+ROW = {"fault": "scale-rate", "scene": "s", "fate": "killed", "why": "", "quantity": "rate", "check": "bound",
+       "ratio": 3.0, "killed": True, "reason": "too large"}  # fmt: skip
+SAMPLES = "differences/basics/radial_equilibrium/reference.parquet"
+CONTENTS = {
+    "empty": b"", "text": b"earlier results", "junk": bytes(range(256)) * 8, "zeros": bytes(4096),
+    "latin": "é,ü\n1,2\n".encode("latin-1"), "utf-16": "a,b\n1,2\n".encode("utf-16"), "mark": b"\xef\xbb\xbf{}",
+    "list": b"[]", "number": b"1", "null": b"null", "string": b'"x"', "deep": b"[" * 100_000,
+    "nested": b"[" * 200 + b"]" * 200,
+    "parquet": b"PAR1" + bytes(60) + b"PAR1", "header": b"scene,engine\n", "surrogate": b'{"a": "\\ud800"}',
+    "long": b"9" * 10_000, "quote": b'scene,"engine\n',
+}  # fmt: skip
+PLACES = ("run.json", "metrics.csv", SAMPLES, "selftest/selftest.csv", "selftest/selftest.json")
+ENTRIES = {
+    "runs": ({}, [1], "x", [{"scene": 1}], [{"outcome": "great"}]), "finished": ("yes", 1, []),
+    "seconds": ("1", [], {}),
+    "scenes": ([], "x", {"a": 1}), "engines": ([], 3, {"a": "b"}), "tolerances": ({}, [1]), "limitations": ([1], "x"),
+    "misprints": ("x", [None]), "tables": ([], {"a": 1}, {"metrics.csv": ["0"]}), KEY: (None, True, "2", 99, 2.0),
+    "environment": ([], {"a": []}), "packages": ([], {"a": 1}),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with a comparison and a self-test."""
+    folder = build(tmp_path_factory.mktemp("sound"), ["basics/radial_equilibrium"], faults=False, samples=11)
+    record = json.loads((folder / "run.json").read_text())
+    tables = [p for p in folder.rglob("*") if p.suffix in {".parquet", ".csv"}]
+    record[TABLES] = {p.relative_to(folder).as_posix(): [digest(p.read_bytes())] for p in tables}
+    (folder / "run.json").write_text(json.dumps(record))
+    fault = {"words": "w", "stands_for": "s", "group": "g", "natural": 1.0, "none": 0.0, "unit": "1", "invisible": ""}
+    entries = {"host": "reference", "scenes": {"s": {}}, "faults": {"scale-rate": fault}, "finished": True}
+    StudyStore(FILES, folder, provenance("barchain selftest") | entries).write("selftest", [ROW])
+    return folder
+
+
+def copied(sound: Path, folder: Path) -> Path:
+    shutil.rmtree(folder, ignore_errors=True)
+    shutil.copytree(sound, folder / "results")
+    (folder / "outside").write_text("untouched")
+    return folder / "results"
+
+
+def one_line_naming(place: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    """Message of a report that is refused."""
+    capsys.readouterr()
+    assert run(["report", str(folder)]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1, error
+    assert "Traceback" not in error
+    assert Path(place).name in error, error
+    assert (folder.parent / "outside").read_text() == "untouched"
+    assert not list(folder.parent.rglob("*.part"))
+    return error
+
+
+def test_a_sound_folder_is_rendered(sound: Path, tmp_path: Path) -> None:
+    folder = copied(sound, tmp_path)
+    assert run(["report", str(folder)]) == 0
+    assert (folder / "index.html").is_file()
+
+
+@pytest.mark.parametrize("content", CONTENTS)
+@pytest.mark.parametrize("place", PLACES)
+def test_a_file_of_other_contents_is_named(
+    place: str, content: str, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = copied(sound, tmp_path)
+    (folder / place).write_bytes(CONTENTS[content])
+    one_line_naming(place, folder, capsys)
+
+
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.99])
+def test_a_truncated_file_is_named(
+    place: str, share: float, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = copied(sound, tmp_path)
+    whole = (folder / place).read_bytes()
+    (folder / place).write_bytes(whole[: int(share * len(whole))])
+    one_line_naming(place, folder, capsys)
+
+
+@pytest.mark.parametrize("place", ["run.json", "metrics.csv", SAMPLES])
+@pytest.mark.parametrize("kind", ["folder", "pipe"])
+def test_a_folder_or_a_pipe_in_place_of_a_file_is_named(
+    place: str, kind: str, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = copied(sound, tmp_path)
+    (folder / place).unlink()
+    make = os.mkdir if kind == "folder" else os.mkfifo
+    make(folder / place)
+    one_line_naming(place, folder, capsys)
+
+
+@pytest.mark.parametrize(("key", "value"), [(k, v) for k, values in ENTRIES.items() for v in values])
+def test_an_entry_of_a_wrong_type_is_named(
+    key: str, value: object, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = copied(sound, tmp_path)
+    record = json.loads((folder / "run.json").read_text()) | {key: value}
+    (folder / "run.json").write_text(json.dumps(record))
+    one_line_naming("metrics.csv" if value == {"metrics.csv": ["0"]} else "run.json", folder, capsys)
+
+
+@pytest.mark.parametrize("word", ["much", "nan?", "True", "", "inf", "1e999"])
+def test_no_report_says_passed_of_a_value_that_is_no_number(
+    word: str, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = copied(sound, tmp_path)
+    record = json.loads((folder / "run.json").read_text())
+    del record[TABLES]  # a record from before there were digests
+    (folder / "run.json").write_text(json.dumps(record))
+    lines = (folder / "metrics.csv").read_text().splitlines()
+    at = next(i for i, line in enumerate(lines) if ",pass," in line)
+    cells = lines[at].split(",")
+    cells[5] = word
+    (folder / "metrics.csv").write_text("\n".join([*lines[:at], ",".join(cells), *lines[at + 1 :]]))
+    one_line_naming("metrics.csv", folder, capsys)
+
+
+def test_a_report_does_not_mix_a_record_with_the_table_of_another_run(
+    sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = copied(sound, tmp_path)
+    table = folder / "metrics.csv"
+    table.write_text("\n".join(table.read_text().splitlines()[:-1]) + "\n")
+    assert "of another run" in one_line_naming("metrics.csv", folder, capsys)
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(place=st.sampled_from(PLACES), at=st.floats(0, 1), size=st.integers(0, 40), content=st.binary(max_size=40))
+def test_bytes_changed_at_random_are_named_or_change_nothing(
+    place: str, at: float, size: int, content: bytes, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = copied(sound, tmp_path)
+    whole = (folder / place).read_bytes()
+    start = int(at * len(whole))
+    (folder / place).write_bytes(whole[:start] + content + whole[start + size :])
+    capsys.readouterr()
+    code, error = run(["report", str(folder)]), capsys.readouterr().err
+    assert code in {0, 2}
+    assert error.count("\n") == (code == 2), error
+    assert code == 2 or place.endswith(".json") or (folder / place).read_bytes() == whole
+    assert (tmp_path / "outside").read_text() == "untouched"

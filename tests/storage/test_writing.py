@@ -1,0 +1,154 @@
+"""Writing: whole or not at all, inside the folder only, one writer at a time; and no way out but the end is 0."""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+from typing import TYPE_CHECKING
+
+import click
+import pytest
+
+from barchain.cli.main import cli, main
+from barchain.record.folder_lock import FolderInUseError, locked
+from barchain.run import compiler_cache
+from barchain.run.store import Store
+from barchain.studies.store import StudyStore
+from reports.tables.files import StudyFiles
+from reports.tables.reading import DamagedResultsError
+from reports.tables.schema import KEY, SCHEMA_VERSION
+from reports.tables.writing import LinkedFolderError, RecordedFolder, append_whole, write_atomically
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FILES = StudyFiles("squares", {"squares": ("number", "square")})
+HOLDER = "import sys, time; from pathlib import Path; from barchain.record.folder_lock import locked\n\
+with locked(Path(sys.argv[1])): print('held', flush=True); time.sleep(60)"
+
+
+def record() -> dict[str, object]:
+    return {KEY: SCHEMA_VERSION}
+
+
+@pytest.mark.parametrize(
+    "error", [SystemExit(0), SystemExit(), GeneratorExit(), BaseException("x"), KeyboardInterrupt()]
+)
+def test_no_exception_ends_a_command_with_0(error: BaseException, monkeypatch: pytest.MonkeyPatch) -> None:
+    @click.command("fails")
+    def fails() -> None:
+        raise error
+
+    monkeypatch.setitem(cli.commands, "fails", fails)
+    monkeypatch.setattr(sys, "argv", ["barchain", "fails"])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == (130 if isinstance(error, KeyboardInterrupt) else 70)
+
+
+def test_a_second_writer_is_refused_and_the_lock_of_a_killed_one_does_not_block(tmp_path: Path) -> None:
+    holder = subprocess.Popen([sys.executable, "-c", HOLDER, str(tmp_path)], stdout=subprocess.PIPE)
+    assert holder.stdout is not None
+    assert holder.stdout.readline() == b"held\n"
+    with pytest.raises(FolderInUseError, match="another barchain writes into this folder"), locked(tmp_path):
+        pass
+    holder.kill()
+    holder.wait()
+    holder.stdout.close()
+    with locked(tmp_path), locked(tmp_path):  # and the same thread may hold it twice
+        pass
+
+
+@pytest.mark.parametrize("append", [False, True])
+def test_a_full_disk_leaves_the_earlier_file_and_no_partial_one(append: bool, tmp_path: Path) -> None:
+    path = tmp_path / "x.csv"
+    write_atomically(path, "earlier")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    try:
+        with pytest.raises(OSError, match="too large") as failed:
+            append_whole(path, bytes(5000)) if append else write_atomically(path, bytes(5000))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert failed.value.filename == str(path)
+    assert path.read_text() == "earlier"
+    assert [p.name for p in tmp_path.iterdir()] == ["x.csv"]
+
+
+def test_links_are_replaced_or_refused_and_never_written_through(tmp_path: Path) -> None:
+    outside, inside = tmp_path / "outside", tmp_path / "inside"
+    outside.mkdir()
+    inside.mkdir()
+    (outside / "metrics.csv").write_text("untouched")
+    (inside / "metrics.csv").symlink_to(outside / "metrics.csv")
+    (inside / "metrics.csv.part").symlink_to(outside / "metrics.csv")
+    with pytest.raises(OSError, match="symbolic links"):
+        append_whole(inside / "metrics.csv", b"more")
+    write_atomically(inside / "metrics.csv", "new")
+    assert not (inside / "metrics.csv").is_symlink()
+    (inside / "trajectories").symlink_to(outside)
+    with pytest.raises(LinkedFolderError, match="trajectories"):
+        Store(inside, {}, [])
+    assert (outside / "metrics.csv").read_text() == "untouched"
+    assert [p.name for p in outside.iterdir()] == ["metrics.csv"]
+
+
+def test_a_table_in_place_is_known_to_the_record_at_every_instant(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = StudyStore(FILES, tmp_path, record())
+    store.write("squares", [{"number": 1, "square": 1}])
+
+    def killed(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    announce = RecordedFolder.announce
+    with monkeypatch.context() as patch:  # between the record and the table
+        patch.setattr(RecordedFolder, "announce", lambda *a: (announce(*a), killed()))
+        for call in (store.write, store.append):
+            with pytest.raises(KeyboardInterrupt):
+                call("squares", [{"number": 2, "square": 4}])
+            assert store.read("squares").number.tolist() == [1]
+    store.append("squares", [{"number": 3, "square": 9}])
+    assert store.read("squares").number.tolist() == [1, 3]
+
+
+def test_a_study_that_begins_to_go_on_has_lost_nothing(tmp_path: Path) -> None:
+    StudyStore(FILES, tmp_path, {**record(), "left_out": [{"a": 1}]}).write("squares", [{"number": 1, "square": 1}])
+    for _ in range(2):  # killed before its first row, twice
+        StudyStore(FILES, tmp_path, {**record(), "left_out": []}, resume=True).write_record()
+    again = StudyStore(FILES, tmp_path, {**record(), "left_out": []}, resume=True)
+    assert again.read("squares").square.tolist() == [1]
+    assert again.record["left_out"] == [{"a": 1}]
+
+
+def test_a_study_does_not_go_on_from_a_damaged_table_and_leaves_its_record(tmp_path: Path) -> None:
+    StudyStore(FILES, tmp_path, record()).write("squares", [{"number": 1, "square": 1}])
+    before = (tmp_path / "squares" / "record.json").read_bytes()
+    (tmp_path / "squares" / "squares.csv").write_text("number,square\n1,")
+    with pytest.raises(DamagedResultsError, match=r"squares\.csv"):
+        StudyStore(FILES, tmp_path, record(), resume=True)
+    assert (tmp_path / "squares" / "record.json").read_bytes() == before
+
+
+def test_a_comparison_that_begins_to_go_on_has_lost_nothing(tmp_path: Path) -> None:
+    run = {"key": "k", "scene": "s", "engine": "e", "setting": "x", "role": "main", "outcome": "pass"}
+    store = Store(tmp_path, {**record(), "runs": [run]}, [])
+    store.write_record()
+    for _ in range(2):  # killed before its first run, twice
+        store = Store(tmp_path, {**record(), "runs": []}, [])
+        earlier = store.earlier_runs()
+        assert list(earlier) == ["k"]
+        store.begin(earlier)
+    store.note_run({**run, "key": "other", "file": "trajectories/s/e.parquet"})  # overwrites its file
+    assert store.record["carried"] == []
+
+
+def test_an_unwritable_compiler_cache_costs_a_word(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv(compiler_cache.PLACE, str(tmp_path / "file" / "cache"))
+    notes: list[str] = []
+    compiler_cache.keep_compiled(notes.append)
+    assert "compiled code is kept for this command only" in notes[0]
+    assert compiler_cache.why_not_writable(compiler_cache.usual_place()) == ""
