@@ -102,4 +102,4 @@ MOST_SHOWN = 60
 MOST_LINE = 1000
 """Characters of an error line."""
 MOST_DIGITS = 18
-"""Of a whole number in a message or a variable: 64 bits. Python refuses to write numbers of more than 4300 digits."""
+"""Of a whole number in a message or a variable: 64 bits. Python writes no numbers of more than 4300 digits."""

@@ -10,6 +10,7 @@ import pandas as pd
 from adapters.trajectory import from_frame
 from barchain.record.files import write_atomically, write_parquet
 from barchain.run.job import Job, RunResult
+from reports.tables.cells import to_cells
 from reports.tables.crossval import METRIC_COLUMNS
 from reports.tables.outcome import Outcome
 from reports.tables.schema import read_record
@@ -82,7 +83,7 @@ class Store:
         self.rows[scene, engine] = rows
         if series is not None:
             write_parquet(series, self.folder / "differences" / scene / f"{engine}.parquet")
-        write_atomically(self.folder / "metrics.csv", self.metrics().to_csv(index=False))
+        write_atomically(self.folder / "metrics.csv", to_cells(self.metrics()).to_csv(index=False))
 
     def keep_amplification(self, scene: str, frame: pd.DataFrame) -> None:
         """Write the error amplification of a scene over time."""

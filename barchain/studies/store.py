@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from barchain.record.files import write_atomically
+from reports.tables.cells import to_cells
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -56,13 +57,13 @@ class StudyStore:
     def write(self, table: str, content: pd.DataFrame | Iterable[Mapping[str, Any]]) -> None:
         """Write a table whole."""
         frame = content if isinstance(content, pd.DataFrame) else self.frame(table, content)
-        write_atomically(self.files.path(self.out, table), frame.to_csv(index=False))
+        write_atomically(self.files.path(self.out, table), to_cells(frame).to_csv(index=False))
 
     def append(self, table: str, rows: Iterable[Mapping[str, Any]]) -> None:
         """Add rows to the end of a table; the first rows bring the header."""
         head = not self.has(table)
         with self.files.path(self.out, table).open("a", encoding="utf-8") as file:
-            self.frame(table, rows).to_csv(file, index=False, header=head)
+            to_cells(self.frame(table, rows)).to_csv(file, index=False, header=head)
 
     def remove(self, *tables: str) -> None:
         """Delete the tables that an earlier study left in the folder."""

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from reports.tables.cells import from_cells
 from reports.tables.schema import SchemaVersionError, read_record
 
 if TYPE_CHECKING:
@@ -114,7 +115,7 @@ def read_results(folder: Path) -> Results:
     empty = {"value": [""], "tolerance": [""], "limit_s": [""]}
     try:
         record = read_record(folder / "run.json")
-        metrics = pd.read_csv(folder / "metrics.csv", keep_default_na=False, na_values=empty)
+        metrics = from_cells(pd.read_csv(folder / "metrics.csv", keep_default_na=False, na_values=empty))
     except SchemaVersionError:
         raise
     except ValueError as error:  # pandas' and json's own are ValueErrors

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from reports.tables import schema
+from reports.tables.cells import from_cells
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -56,7 +57,7 @@ class StudyFiles:
         """
         if table in self.optional and not self.has(out, table):
             return pd.DataFrame(columns=list(self.tables[table]))
-        found = pd.read_csv(self.path(out, table), keep_default_na=False, na_values=[""])
+        found = from_cells(pd.read_csv(self.path(out, table), keep_default_na=False, na_values=[""]))
         for name in found.columns.intersection(list(self.words)):
             found[name] = found[name].astype(object).fillna("").astype(str)
         return found

@@ -63,7 +63,7 @@ def explain(error: ErrorDetails) -> str:
 
 
 def explain_value(loc: Sequence[int | str], given: object, message: str) -> str:
-    """One line for a fault that a check of ours found; its message may tell what is given itself."""
+    """One line for a fault that one of the checks found; its message may tell what is given itself."""
     if not loc:
         return message
     told = isinstance(given, dict) or " given, allowed" in message

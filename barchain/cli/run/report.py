@@ -6,11 +6,14 @@ from pathlib import Path
 
 import click
 
+from barchain.cli.common.numbers import NamedPath
+from barchain.cli.common.terminal import say
+
 
 @click.command()
-@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.argument("folder", metavar="DIR", type=NamedPath(path_type=Path))
 def report(folder: Path) -> None:
     """Render the pages of DIR again from its stored tables."""
     from reports.render import render_all  # noqa: PLC0415
 
-    click.echo(f"wrote {', '.join(map(str, render_all(folder)))}")
+    say(f"wrote {', '.join(map(str, render_all(folder)))}")
