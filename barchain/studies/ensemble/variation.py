@@ -106,7 +106,8 @@ class Variation:
         rng = np.random.default_rng([seed, zlib.crc32(f"{self.key}[{self.bar}]".encode())])
         columns = bars if self.bar == 0 else 1
         made = FAMILIES[self.family].make(*self.numbers)
-        values: Array = np.asarray(made.rvs(size=(runs, columns), random_state=rng), dtype=float)
+        with np.errstate(over="ignore"):  # infinity is out of every range
+            values: Array = np.asarray(made.rvs(size=(runs, columns), random_state=rng), dtype=float)
         wrong = RANGES[self.key].excludes(values)
         if wrong.any():
             run = int(np.argmax(wrong.any(axis=1)))
