@@ -161,8 +161,7 @@ def parameters(text: str, name: str, inside: str) -> tuple[float, ...]:
         raise VariationError(f"--vary: {text!r} given, allowed: numbers in {form}") from None
     if not all(map(is_bounded, numbers)):
         raise VariationError(
-            f"--vary: {text!r} given, allowed: 0, or numbers of a magnitude from {LEAST_MAGNITUDE:g} to "
-            f"{MOST_MAGNITUDE:g}"
+            f"--vary: {text!r} given, allowed: {form} of 0 or magnitudes from {LEAST_MAGNITUDE:g} to {MOST_MAGNITUDE:g}"
         )
     if len(numbers) != len(family.parameters) or not family.valid(*numbers):
         raise VariationError(f"--vary: {text!r} given, allowed: {form} that make a distribution")
