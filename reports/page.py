@@ -16,6 +16,7 @@ from reports.text.mathematics import effect
 from reports.text.numerals import as_given, given_markup, number, powers_in, significant, span, typeset
 from reports.text.ratios import decade, ratio_text, span_text
 from reports.text.record import mapping
+from reports.text.visible import written
 from reports.text.words import anchor, breakable
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ def templates() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
         undefined=StrictUndefined,
+        finalize=written,
     )
     made.filters |= {
         "typeset": lambda v, digits=3: typeset(number(v), digits),

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.effect_types import Effects, Gravity
+from scenarios.text import check_scene_name
 
 Array = NDArray[np.float64]
 
@@ -91,7 +92,13 @@ def period_s(body: CentralBody, orbit: Orbit, gravity: Gravity) -> float:
 
 @dataclass(frozen=True)
 class Scene:
-    """A complete, validated problem."""
+    """A complete, validated problem.
+
+    Raises
+    ------
+    LimitError
+        If the name would lead out of a folder of results.
+    """
 
     name: str
     title: str
@@ -103,6 +110,10 @@ class Scene:
     chain: Chain
     effects: Effects
     run: Run
+
+    def __post_init__(self) -> None:
+        """Check the name, which becomes the name of folders and files."""
+        check_scene_name(self.name)
 
     @property
     def bars(self) -> int:

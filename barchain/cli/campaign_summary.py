@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from rich.markup import escape
 from rich.table import Table
 
-from barchain.cli.common.terminal import show
+from barchain.cli.common.terminal import literal, say, show
 from barchain.studies.selftest.campaign.cells import CellClass
 from barchain.studies.selftest.campaign.rates import ALL
 
@@ -36,11 +35,11 @@ def show_campaign(found: Campaign, *, kept: bool) -> None:
     if faults:
         show(count_table("fault", found.plan.faults, [(c.fault, c) for c in faults], FAULT_CLASSES))
     for one in found.findings:
-        print(finding_words(one, kept=kept))
+        say(finding_words(one, kept=kept))
     for rate in found.rates:
         if rate.by in (ALL, "outcome"):
-            print(rate_words(rate))
-    print("passed" if found.passed else "not passed")
+            say(rate_words(rate))
+    say("passed" if found.passed else "not passed")
 
 
 def count_table(
@@ -52,7 +51,7 @@ def count_table(
         column.justify = "right"
     counts = Counter((name, cell.kind) for name, cell in cells)
     for name in names:
-        table.add_row(escape(name), *(str(counts[name, k] or "") for k in columns))
+        table.add_row(literal(name), *(str(counts[name, k] or "") for k in columns))
     return table
 
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import click
 
 from barchain.cli.common.exit_codes import findings
+from barchain.cli.common.numbers import ORBITS
 from barchain.cli.common.options import (
-    POSITIVE,
     engine_option,
     minutes_option,
     optional_scenes,
@@ -18,6 +18,7 @@ from barchain.cli.common.options import (
     resume_option,
     time_limit_option,
 )
+from barchain.cli.common.terminal import say
 from barchain.record.command import typed
 from barchain.studies.cost.limits import MINUTES, REPEATS, TIME_LIMIT_S
 
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 @optional_scenes
 @engine_option("all that are installed, also those that only studies need")
 @out_option()
-@click.option("--orbits", metavar="N", type=POSITIVE, default=1.0, show_default=True,
+@click.option("--orbits", metavar="N", type=ORBITS, default=1.0, show_default=True,
               help="Run each scene for this many orbits from its start, or to its end.")  # fmt: skip
 @repeats_option(REPEATS)
 @minutes_option(MINUTES, more="; each setting is run once in any case")
@@ -60,14 +61,14 @@ def cost(
         result = run_study(study, plan, out, command=typed(), reporter=Reporter(show, show.note), resume=resume)
     page, ratios = render_study("cost", out)
     if markdown and ratios:
-        click.echo(ratios.read_text(encoding="utf-8"))
-    click.echo(f"cost study: {page}", err=markdown)
+        say(ratios.read_text(encoding="utf-8"))
+    say(f"cost study: {page}", err=markdown)
     report_idle(result.idle, names)
 
 
 def report_idle(idle: Mapping[str, str], named: tuple[str, ...]) -> None:
     """Print which engines were left out and why; that of an engine that was named is a finding."""
     for name, reason in idle.items():
-        click.echo(f"{name} is left out: {reason}", err=True)
+        say(f"{name} is left out: {reason}", err=True)
     if set(named) & set(idle):
         raise findings()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from barchain.cli.common.numbers import RealNumber
 from barchain.cli.common.options import (
     minutes_option,
     out_option,
@@ -16,6 +17,7 @@ from barchain.cli.common.options import (
     scene_argument,
     workers_option,
 )
+from barchain.cli.common.terminal import literal, say
 from barchain.record.command import typed
 from barchain.studies.effects.default_options import FAST, MATTERS, REPEATS, RTOL, RTOLS, SECONDS, SLOW
 
@@ -30,9 +32,9 @@ SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a 
 @click.command()
 @scene_argument
 @out_option(None, help_text="Write table and page into this folder; default: print only.")
-@click.option("--rtol", metavar="R", type=click.FloatRange(*RTOLS), default=RTOL, show_default=True,
+@click.option("--rtol", metavar="R", type=RealNumber(*RTOLS), default=RTOL, show_default=True,
               help="Request this relative accuracy of a step; a run at 10 R shows the numerical error.")  # fmt: skip
-@click.option("--matters", metavar="X", type=click.FloatRange(0.0, 1.0, min_open=True), default=MATTERS,
+@click.option("--matters", metavar="X", type=RealNumber(0.0, 1.0, min_open=True), default=MATTERS,
               show_default=True,
               help="Call an effect relevant from this change on: rad of attitude, or relative to the largest reaction "
                    "or to the initial distance from the centre.")  # fmt: skip
@@ -76,7 +78,7 @@ def effects(
     assert view is not None
     show_view(view)
     if page:
-        click.echo(f"effects: {page}")
+        say(f"effects: {page}")
 
 
 def show_view(view: EffectsView) -> None:
@@ -85,16 +87,15 @@ def show_view(view: EffectsView) -> None:
 
     for table in view.tables:
         show(printed(table))
-    click.echo(view.headline)
+    say(view.headline)
     for advice in view.advice:
-        click.echo(f"  {advice.text}")
+        say(f"  {advice.text}")
     if view.timing:
-        click.echo(view.timing)
+        say(view.timing)
 
 
 def printed(table: BudgetTable) -> Table:
     """Table for the terminal: it fits 120 columns, its longest words folded."""
-    from rich.markup import escape  # noqa: PLC0415
     from rich.table import Table  # noqa: PLC0415
 
     made = Table(box=None, header_style="bold", title=table.title, title_justify="left", title_style="")
@@ -105,5 +106,5 @@ def printed(table: BudgetTable) -> Table:
         width = WORDS if wordy else min(NUMBERS, room)
         made.add_column(heading, justify="left" if wordy else "right", max_width=width)
     for row in table.rows:
-        made.add_row(*map(escape, row))
+        made.add_row(*map(literal, row))
     return made

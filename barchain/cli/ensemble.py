@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from barchain.cli.common.options import POSITIVE, out_option, overwrite_option, scene_argument, workers_option
+from barchain.cli.common.numbers import MOST_RUNS, MOST_SAMPLES, ORBITS, SEED, WORDS, RealNumber
+from barchain.cli.common.options import out_option, overwrite_option, scene_argument, workers_option
+from barchain.cli.common.terminal import say
 from barchain.record.command import typed
 
 if TYPE_CHECKING:
@@ -21,18 +23,20 @@ ENGINE = "reference-fast"
               help="Draw a value of the scene, e.g. 'angle_deg=normal(80, 1)' (all bars alike), "
                    "'mass_kg[2]=lognormal(100, 0.1)' (bar 2), 'rate_factor[*]=uniform(0.9, 1.1)' (each bar by itself). "
                    "May be repeated.")  # fmt: skip
-@click.option("--runs", metavar="N", type=click.IntRange(min=1), default=1000, show_default=True,
+@click.option("--runs", metavar="N", type=click.IntRange(1, MOST_RUNS), default=1000, show_default=True,
               help="Run N perturbed copies.")  # fmt: skip
 @out_option()
-@click.option("--orbits", metavar="N", type=POSITIVE, help="Run N orbits; default: the scene's whole run.")
-@click.option("--samples", metavar="N", type=click.IntRange(min=2), default=101, show_default=True,
+@click.option("--orbits", metavar="N", type=ORBITS, help="Run N orbits; default: the scene's whole run.")
+@click.option("--samples", metavar="N", type=click.IntRange(2, MOST_SAMPLES), default=101, show_default=True,
               help="Take quantiles at N instants.")  # fmt: skip
-@click.option("--rtol", metavar="R", type=click.FloatRange(1e-15, 1.0), default=1e-8, show_default=True,
+@click.option("--rtol", metavar="R", type=RealNumber(1e-15, 1.0), default=1e-8, show_default=True,
               help="Request this relative accuracy of a step.")  # fmt: skip
-@click.option("--seed", metavar="N", type=click.IntRange(min=0), default=1, show_default=True,
+@click.option("--seed", metavar="N", type=SEED, default=1, show_default=True,
               help="Draw with this seed; equal seeds draw equal copies.")  # fmt: skip
 @workers_option
-@click.option("--dask", metavar="ADDRESS", help="Send the runs to this Dask scheduler, e.g. tcp://10.0.0.1:8786.")
+@click.option(
+    "--dask", metavar="ADDRESS", type=WORDS, help="Send the runs to this Dask scheduler, e.g. tcp://10.0.0.1:8786."
+)
 @overwrite_option
 def ensemble(
     scene: str, vary: tuple[str, ...], runs: int, out: Path, orbits: float | None, samples: int, rtol: float,
@@ -64,5 +68,5 @@ def ensemble(
         raise click.UsageError(str(error)) from error
     page = render_study("ensemble", out).page
     counts = ", ".join(f"{n} {word}" for word, n in result.runs["outcome"].value_counts().items())
-    click.echo(f"{runs} runs in {result.seconds['run']:.2f} s: {counts}")
-    click.echo(f"ensemble: {page}")
+    say(f"{runs} runs in {result.seconds['run']:.2f} s: {counts}")
+    say(f"ensemble: {page}")

@@ -11,6 +11,7 @@ import click
 from barchain.cli.common import verbosity
 from barchain.cli.common.exit_codes import ExitCode, failure
 from barchain.cli.common.sections import SectionedGroup
+from barchain.cli.common.terminal import plain, say
 from barchain.cli.cost import cost
 from barchain.cli.effects import effects
 from barchain.cli.ensemble import ensemble
@@ -27,6 +28,9 @@ from barchain.cli.run.simulate import simulate
 from barchain.cli.scaling import scaling
 from barchain.cli.selftest import selftest
 from barchain.cli.stability import stability
+
+MOST_LINE = 4000  # characters of a line on standard error; the list of all scenes has 2000
+MOST_SHOWN = 60  # characters of an argument that is shown
 
 SECTIONS = {
     "Run and compare": (scenes, engines, simulate, compare, crossval, report),
@@ -57,6 +61,9 @@ def main() -> None:
 
 def run(arguments: list[str]) -> int:
     """Exit code of a command line; 0 only of a command that came to its own end."""
+    wrong = hidden_argument(arguments)
+    if wrong:
+        return complain(wrong, ExitCode.BAD_INPUT)
     try:
         return cli.main(arguments, prog_name="barchain", standalone_mode=False) or ExitCode.OK
     except (click.Abort, KeyboardInterrupt):
@@ -83,9 +90,18 @@ def resume_hint(arguments: list[str]) -> str:
 
 def complain(message: str, code: ExitCode) -> ExitCode:
     """Print one line for each fault to standard error, and return the exit code."""
-    for line in message.splitlines():
-        click.echo(f"barchain: {line}", err=True)
+    for line in message.split("\n"):
+        say(f"barchain: {line if len(line) <= MOST_LINE else line[: MOST_LINE - 3] + '...'}", err=True)
     return code
+
+
+def hidden_argument(arguments: list[str]) -> str:
+    """Why an argument is no text; empty if all are. A message repeats what was given, and is one line."""
+    for k, given in enumerate(arguments, start=1):
+        if not given.isprintable() and plain(given, but="") != given:
+            shown = plain(given[:MOST_SHOWN], but="")
+            return f"argument {k}: {shown} given, allowed: text without control characters and invisible characters"
+    return ""
 
 
 @click.group(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from barchain.cli.common.options import out_option, overwrite_option, workers_option
+from barchain.cli.common.terminal import say
 from barchain.record.command import typed
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def roundoff(out: Path, parts: tuple[str, ...], full: bool, workers: int | None,
     claim_parts(out, parts, overwrite=overwrite)
     with verdicts_shown(plan.turns) as show:
         run_study(study, plan, out, command=typed(), reporter=Reporter(show, show.note))
-    click.echo(f"round-off study: {render_study('roundoff', out).page}")
+    say(f"round-off study: {render_study('roundoff', out).page}")
 
 
 def claim_parts(out: Path, parts: tuple[str, ...], *, overwrite: bool) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from barchain.cli.common.numbers import MOST_BARS
 from barchain.cli.common.options import (
     engine_option,
     minutes_option,
@@ -15,6 +16,7 @@ from barchain.cli.common.options import (
     resume_option,
     time_limit_option,
 )
+from barchain.cli.common.terminal import say
 from barchain.cli.cost import report_idle
 from barchain.record.command import typed
 from barchain.studies.scaling.limits import BARS, MINUTES, REPEATS, TIME_LIMIT_S
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @engine_option("all that are installed, also those that only studies need")
-@click.option("--bars", multiple=True, type=click.IntRange(min=2), metavar="N", default=BARS,
+@click.option("--bars", multiple=True, type=click.IntRange(2, MOST_BARS), metavar="N", default=BARS,
               help=f"Cut the chain into N bars. May be repeated; default: 2 to {BARS[-1]}.")  # fmt: skip
 @out_option()
 @repeats_option(REPEATS)
@@ -53,5 +55,5 @@ def scaling(
     claim_study(out, "scaling", resume=resume, overwrite=overwrite)
     with verdicts_shown(plan.turns) as show:
         result = run_study(study, plan, out, command=typed(), reporter=Reporter(show, show.note), resume=resume)
-    click.echo(f"scaling study: {render_study('scaling', out).page}")
+    say(f"scaling study: {render_study('scaling', out).page}")
     report_idle(result.idle, names)

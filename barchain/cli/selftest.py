@@ -10,6 +10,7 @@ import click
 
 from barchain.cli.common.exit_codes import findings
 from barchain.cli.common.options import engine_option, optional_scenes, out_option, overwrite_option, workers_option
+from barchain.cli.common.terminal import literal, say
 from barchain.cli.selftest_random import RandomOptions, random_options, run_random, show_faults
 from barchain.record.command import typed
 
@@ -80,7 +81,7 @@ def selftest(
     assert view is not None
     show_view(view)
     if page:
-        click.echo(f"selftest: {page}")
+        say(f"selftest: {page}")
     if not tried.passed:
         raise findings()
 
@@ -99,7 +100,7 @@ def plan_of(
     except UnknownFaultError as error:
         raise click.UsageError(f"--fault {error}") from error
     for name, reason in plan.left_out.items():
-        click.echo(f"{name} is left out: {engine} {reason}", err=True)
+        say(f"{name} is left out: {engine} {reason}", err=True)
     if not plan.scenes:
         raise click.UsageError(f"--engine {engine}: supports none of these scenes")
     return plan
@@ -107,26 +108,23 @@ def plan_of(
 
 def show_view(view: SelftestView) -> None:
     """Print the matrix, survivors, smallest sizes, and the result."""
-    from rich.markup import escape  # noqa: PLC0415
     from rich.table import Table  # noqa: PLC0415
 
     from barchain.cli.common.terminal import show  # noqa: PLC0415
 
     table = Table("fault", *view.scenes, box=None, header_style="bold")
     for row in view.rows:
-        table.add_row(row.name, *(escape(c.text) for c in row.cells))
+        table.add_row(row.name, *(literal(c.text) for c in row.cells))
     show(table)
-    click.echo("; ".join(f"{sign} {name.replace('_', ' ')}" for sign, name, _ in view.signs))
+    say("; ".join(f"{sign} {name.replace('_', ' ')}" for sign, name, _ in view.signs))
     if view.smallest:
         sizes = Table("smallest detected", "natural", *view.scenes, box=None, header_style="bold")
         for small in view.smallest:
             sizes.add_row(small.name, f"{small.natural:g} {small.unit}".removesuffix(" 1"), *small.sizes)
         show(sizes)
     for fault, cell in view.survivors:
-        click.echo(
-            f"{cell.fate} {fault.name} on {cell.scene} (detected in {fault.detected} of {fault.tried}): {cell.reason}"
-        )
+        say(f"{cell.fate} {fault.name} on {cell.scene} (detected in {fault.detected} of {fault.tried}): {cell.reason}")
     for cell in view.wrong:
-        click.echo(f"{cell.fate}: {cell.fault} on {cell.scene}: {cell.title}")
+        say(f"{cell.fate}: {cell.fault} on {cell.scene}: {cell.title}")
     for sentence in (view.headline, *view.sentences):
-        click.echo(sentence)
+        say(sentence)

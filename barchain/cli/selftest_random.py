@@ -13,6 +13,8 @@ import click
 
 from barchain.cli.common.exit_codes import findings
 from barchain.cli.common.names import HOST, HostType
+from barchain.cli.common.numbers import MOST_REPEATS, MOST_SCENES, SECONDS, SEED
+from barchain.cli.common.terminal import literal
 from barchain.record.command import typed
 
 if TYPE_CHECKING:
@@ -51,16 +53,16 @@ def random_options(command: Callable[..., None]) -> Callable[..., None]:
 
     found: Callable[..., None] = gathered
     for option in reversed((
-        click.option("--random", "number", type=click.IntRange(min=1), metavar="N",
+        click.option("--random", "number", type=click.IntRange(1, MOST_SCENES), metavar="N",
                      help="Draw N random scenes instead."),
-        click.option("--seed", type=click.IntRange(min=0), metavar="N",
+        click.option("--seed", type=SEED, metavar="N",
                      help="With --random: begin with scene number N; default: 0."),
         click.option("--host", "hosts", multiple=True, metavar="NAME", type=HOST,
                      help="With --random: insert faults into this engine, or none for no faults. May be repeated; "
                           "default: reference, exudyn, exudyn-tree and pymunk."),
-        click.option("--reruns", type=click.IntRange(min=0), metavar="K",
+        click.option("--reruns", type=click.IntRange(0, MOST_REPEATS), metavar="K",
                      help="With --random: run K faults that need an own run in each host and scene; default: 3."),
-        click.option("--shrink-seconds", type=click.FloatRange(min=0), metavar="S",
+        click.option("--shrink-seconds", type=SECONDS, metavar="S",
                      help="With --random: look for a simpler scene of each finding for this time, in seconds; default: "
                           "60; 0: not at all."),
     )):  # fmt: skip
@@ -123,7 +125,6 @@ def plan_of(
 
 def show_faults(faults: Iterable[Fault]) -> None:
     """Name, size and words of each fault."""
-    from rich.markup import escape  # noqa: PLC0415
     from rich.table import Table  # noqa: PLC0415
 
     from barchain.cli.common.terminal import show  # noqa: PLC0415
@@ -133,5 +134,5 @@ def show_faults(faults: Iterable[Fault]) -> None:
         table.add_column(column)
     for fault in faults:
         size = f"{fault.natural:g} {fault.size.unit}".removesuffix(" 1") if fault.size else ""
-        table.add_row(fault.name, fault.group, size, escape(fault.words))
+        table.add_row(fault.name, fault.group, size, literal(fault.words))
     show(table)

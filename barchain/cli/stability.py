@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from barchain.cli.common.exit_codes import findings
+from barchain.cli.common.numbers import NamedPath
 from barchain.cli.common.options import (
     engine_option,
     optional_scenes,
@@ -17,6 +18,7 @@ from barchain.cli.common.options import (
     time_limit_option,
     workers_option,
 )
+from barchain.cli.common.terminal import say
 from barchain.record.command import typed
 from barchain.studies.stability.limits import TIME_LIMIT_S
 
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
 @workers_option
 @resume_option
 @overwrite_option
-@click.option("--accept", "accepted", metavar="FILE", type=click.Path(path_type=Path, dir_okay=False),
+@click.option("--accept", "accepted", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
               help="Record these outcomes as expected in this file, and keep those of other pairs there.")  # fmt: skip
 def stability(
     scenes: tuple[str, ...], names: tuple[str, ...], out: Path, time_limit: float, workers: int | None, resume: bool,
@@ -59,7 +61,7 @@ def stability(
     show_result(result)
     if accepted:
         accept(result, accepted)
-    click.echo(f"stability: {page}")
+    say(f"stability: {page}")
     if result.ours or (result.changes and not accepted):
         raise findings()
 
@@ -76,12 +78,12 @@ def show_result(result: StabilityResult) -> None:
     from collections import Counter  # noqa: PLC0415
 
     counts = Counter(str(f.stability) for f in result.findings.values())
-    click.echo(", ".join(f"{count} {outcome}" for outcome, count in counts.most_common()))
+    say(", ".join(f"{count} {outcome}" for outcome, count in counts.most_common()))
     for changed in result.changes:
-        click.echo(changed.words)
+        say(changed.words)
     for scene, engine in result.ours:
         found = result.findings[scene, engine]
-        click.echo(f"{scene}  {engine} must be stable, and is {found.stability}: {found.reason}")
+        say(f"{scene}  {engine} must be stable, and is {found.stability}: {found.reason}")
 
 
 def accept(result: StabilityResult, file: Path) -> None:
@@ -91,4 +93,4 @@ def accept(result: StabilityResult, file: Path) -> None:
 
     shipped = set(scene_names())
     expected.accept({pair: f for pair, f in result.findings.items() if pair[0] in shipped}, file)
-    click.echo(f"recorded in {file}")
+    say(f"recorded in {file}")

@@ -8,6 +8,7 @@ import pandas as pd
 
 from adapters.trajectory import Trajectory, from_frame
 from barchain.run.job import Job, RunResult
+from reports.tables.cells import to_cells
 from reports.tables.crossval import METRIC_COLUMNS, METRICS, RECORD, ComparisonRecord
 from reports.tables.outcome import Outcome
 from reports.tables.reading import DamagedResultsError, brief, damaged, digest, read_bytes, read_parquet
@@ -160,7 +161,7 @@ class Store:
 
     def write_metrics(self) -> None:
         """Write the table of all rows so far."""
-        self.files.write(METRICS, self.metrics().to_csv(index=False).encode("utf-8"))
+        self.files.write(METRICS, to_cells(self.metrics()).to_csv(index=False).encode("utf-8"))
 
     def keep_amplification(self, scene: str, frame: pd.DataFrame) -> None:
         """Write the error amplification of a scene over time."""

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from reports.tables.cells import to_cells
 from reports.tables.reading import TABLES, DamagedResultsError, recorded_content
 from reports.tables.schema import KEY, SCHEMA_VERSION, SchemaVersionError
 from reports.tables.writing import RecordedFolder, make_folder, sweep
@@ -98,7 +99,7 @@ class StudyStore:
     def write(self, table: str, content: pd.DataFrame | Iterable[Mapping[str, Any]]) -> None:
         """Write a table whole, and the record."""
         frame = content if isinstance(content, pd.DataFrame) else self.frame(table, content)
-        self.writer.write(self.files.path(self.out, table).name, frame.to_csv(index=False).encode("utf-8"))
+        self.writer.write(self.files.path(self.out, table).name, to_cells(frame).to_csv(index=False).encode("utf-8"))
 
     def append(self, table: str, rows: Iterable[Mapping[str, Any]]) -> None:
         """Add rows to the end of a table; the first rows bring the header."""
@@ -107,7 +108,7 @@ class StudyStore:
             self.write(table, frame)
             return
         name = self.files.path(self.out, table).name
-        self.writer.append(name, frame.to_csv(index=False, header=False).encode("utf-8"))
+        self.writer.append(name, to_cells(frame).to_csv(index=False, header=False).encode("utf-8"))
 
     def remove(self, *tables: str) -> None:
         """Delete the tables that an earlier study left in the folder."""

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from reports.tables.cells import from_cells
+
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping
     from pathlib import Path
@@ -138,7 +140,8 @@ def read_csv(
     DamagedResultsError
         If it is no such table.
     """
-    found = parsed_csv(path, decoded(path, read_bytes(path) if content is None else content), words)
+    text = decoded(path, read_bytes(path) if content is None else content)
+    found = from_cells(parsed_csv(path, text, words))
     lacking = [name for name in columns if name not in found]
     if lacking:
         raise damaged(path, f"lacks {', '.join(lacking)}; it has: {', '.join(map(str, found.columns))}")

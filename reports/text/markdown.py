@@ -5,16 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from reports.text.numerals import significant
+from reports.text.visible import visible
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-SPECIAL = str.maketrans({c: "\\" + c for c in "\\|`*_[]<>"})
+SPECIAL = str.maketrans({c: "\\" + c for c in "\\|`*_[]<>&"})
 
 
 def escape_text(value: object) -> str:
     """Literal Markdown text on one line."""
-    return " ".join(str(value).split()).translate(SPECIAL)
+    return visible(" ".join(str(value).split())).translate(SPECIAL)
 
 
 def table_row(values: Iterable[object]) -> str:

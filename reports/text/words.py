@@ -21,6 +21,9 @@ def joined(parts: Sequence[str]) -> str:
     return " and ".join([", ".join(parts[:-1]), parts[-1]]) if len(parts) > 1 else "".join(parts)
 
 
-def breakable(name: str) -> Markup:
-    """Name that a narrow column breaks after a slash or an underscore."""
-    return Markup("").join(Markup("{}<wbr>").format(part) for part in re.findall(r"[^/_]*[/_]|[^/_]+", name))
+def breakable(name: str, after: str = "/_") -> Markup:
+    """Name that a narrow column breaks after the characters in `after`, a slash or an underscore by default."""
+    ends = re.escape(after)
+    return Markup("").join(
+        Markup("{}<wbr>").format(part) for part in re.findall(rf"[^{ends}]*[{ends}]|[^{ends}]+", name)
+    )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from scenarios.limits import VALUES, LimitError
 from scenarios.toml.effect_tables import each, slender_inertia
 
 if TYPE_CHECKING:
@@ -147,6 +148,14 @@ def check_run_is_bound(scene: SceneTables) -> None:
             f"run.orbits: the orbit is not bound (speed_factor = {scene.orbit.speed_factor:g}, allowed below sqrt(2)); "
             "give duration_s"
         )
+
+
+def check_size(scene: SceneTables) -> None:
+    """Check that a trajectory of the scene fits into memory."""
+    try:
+        VALUES.check(scene.chain.bars * scene.run.samples)
+    except LimitError as error:
+        raise ValueError(f"run.samples: {scene.chain.bars} bars at {scene.run.samples} samples: {error}") from None
 
 
 def check_above_surface(scene: SceneTables) -> None:

@@ -5,11 +5,22 @@ from __future__ import annotations
 import itertools
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+from scenarios.limits import LEAST_MAGNITUDE, MOST_MAGNITUDE, MOST_POINTS, MOST_TABLES
+
+
+def check_not_tiny(value: float) -> float:
+    """Reject a number that is not zero and smaller than any in physics; products of such numbers vanish."""
+    if 0.0 < abs(value) < LEAST_MAGNITUDE:
+        raise ValueError(f"allowed: 0, or a magnitude from {LEAST_MAGNITUDE:g} to {MOST_MAGNITUDE:g}")
+    return value
+
+
+NotTiny = AfterValidator(check_not_tiny)
+Finite = Annotated[float, Field(ge=-MOST_MAGNITUDE, le=MOST_MAGNITUDE, allow_inf_nan=False), NotTiny]
+Positive = Annotated[float, Field(gt=0, le=MOST_MAGNITUDE, allow_inf_nan=False), NotTiny]
+NotNegative = Annotated[float, Field(ge=0, le=MOST_MAGNITUDE, allow_inf_nan=False), NotTiny]
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 
 NUMBER, LIST = "number", "list"
@@ -153,7 +164,9 @@ class ThrustTable(AtEnd):
     force_N: FiniteEach = Field(description="size, N: a number, or one for each of times_s")
     start_s: NotNegative | None = Field(None, description="when a constant force starts, s; 0 by default")
     duration_s: Positive | None = Field(None, description="how long it lasts, s; to the end of the run by default")
-    times_s: list[NotNegative] | None = Field(None, description="increasing instants of a table, s; no force outside")
+    times_s: list[NotNegative] | None = Field(
+        None, max_length=MOST_POINTS, description="increasing instants of a table, s; no force outside"
+    )
 
     @model_validator(mode="after")
     def constant_or_table(self) -> ThrustTable:
@@ -184,15 +197,23 @@ class EffectsTable(Table):
         "or the potential to the bar's second moment; or the exact gravity of a uniform slender bar",
     )
     prescribed_rotation: list[PrescribedRotationTable] = Field(
-        default_factory=list, description="bars whose rotation is given; their torque is computed"
+        default_factory=list,
+        max_length=MOST_TABLES,
+        description="bars whose rotation is given; their torque is computed",
     )
     oblateness: OblatenessTable | None = None
-    third_body: list[ThirdBodyTable] = Field(default_factory=list, description="the Moon, the Sun, others")
+    third_body: list[ThirdBodyTable] = Field(
+        default_factory=list, max_length=MOST_TABLES, description="the Moon, the Sun, others"
+    )
     drag: DragTable | None = None
     solar_pressure: SolarPressureTable | None = None
     joint_spring_damper: JointSpringDamperTable | None = None
-    thrust: list[ThrustTable] = Field(default_factory=list, description="forces on ends of bars")
-    impulse: list[ImpulseTable] = Field(default_factory=list, description="impulses on ends of bars")
+    thrust: list[ThrustTable] = Field(
+        default_factory=list, max_length=MOST_TABLES, description="forces on ends of bars"
+    )
+    impulse: list[ImpulseTable] = Field(
+        default_factory=list, max_length=MOST_TABLES, description="impulses on ends of bars"
+    )
 
 
 def check_table(times_s: list[float], force_N: Any) -> None:

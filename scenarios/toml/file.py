@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import model_validator
 
-from scenarios.toml.checks import check_above_surface, check_effects, check_run_is_bound
+from scenarios.toml.checks import check_above_surface, check_effects, check_run_is_bound, check_size
 from scenarios.toml.scene_tables import SceneTables
 from scenarios.toml.start import check_start
 
@@ -15,6 +15,7 @@ class SceneFile(SceneTables):
     @model_validator(mode="after")
     def consistent(self) -> SceneFile:
         """Check what concerns several tables at once."""
+        check_size(self)
         check_run_is_bound(self)
         check_above_surface(self)
         check_start(self.chain)

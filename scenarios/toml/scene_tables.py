@@ -4,10 +4,34 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
+from scenarios.limits import (
+    BARS,
+    MOST_DESCRIPTION,
+    MOST_SOURCE,
+    MOST_TAG,
+    MOST_TAGS,
+    MOST_TITLE,
+)
+from scenarios.text import check_text
 from scenarios.toml.effect_tables import EffectsTable, Finite, FiniteEach, NotNegative, Positive, PositiveEach, Table
 
+
+def words(most: int, but: str = "") -> AfterValidator:
+    """Check of a text of at most `most` characters, none of them hidden except those in `but`."""
+
+    def checked(text: str) -> str:
+        check_text(text, most, but=but)
+        return text
+
+    return AfterValidator(checked)
+
+
+Title = Annotated[str, words(MOST_TITLE)]
+Source = Annotated[str, words(MOST_SOURCE)]
+Description = Annotated[str, words(MOST_DESCRIPTION, but="\n\t")]
+Tag = Annotated[str, words(MOST_TAG)]
 Place = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 
 EARTH_MU_M3_S2 = 3.986004418e14  # EGM2008 / IAU value
@@ -59,6 +83,13 @@ class ChainTable(Table):
         description="alpha: initial inertial rate of each bar over v0/r0; a prescribed bar takes its law's rate",
     )
 
+    @field_validator("bars")
+    @classmethod
+    def not_too_many(cls, bars: int) -> int:
+        """Reject more bars than memory is meant for."""
+        BARS.check(bars)
+        return bars
+
     @field_validator("mass_kg", "length_m", "inertia_kg_m2", "angle_deg", "rate_factor")
     @classmethod
     def one_value_per_bar(cls, value: Any, info: ValidationInfo) -> Any:
@@ -89,10 +120,12 @@ class RunTable(Table):
 class SceneTables(Table):
     """All tables of a scene file, each checked by itself."""
 
-    title: str = Field(min_length=1, description="one line, for people")
-    source: str = Field(min_length=1, description="where the scene or its expected answer comes from")
-    description: str = Field("", description="expected motion, for people")
-    tags: list[str] = Field(default_factory=list, description="words to choose scenes by: paper, basics, chaotic, ...")
+    title: Title = Field(min_length=1, description="one line, for people")
+    source: Source = Field(min_length=1, description="where the scene or its expected answer comes from")
+    description: Description = Field("", description="expected motion, for people")
+    tags: list[Tag] = Field(
+        default_factory=list, max_length=MOST_TAGS, description="words to choose scenes by: paper, basics, chaotic, ..."
+    )
     central_body: CentralBodyTable = Field(
         default_factory=lambda: CentralBodyTable(mu_m3_s2=EARTH_MU_M3_S2, radius_m=EARTH_RADIUS_M)
     )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 import click
 
 from barchain.cli.common.names import ENGINE, SCENE
+from barchain.cli.common.numbers import MINUTES, MOST_REPEATS, MOST_WORKERS, POSITIVE_SECONDS, NamedPath
 from barchain.cli.common.settings import FORM, SETTING
 
 if TYPE_CHECKING:
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound="Callable[..., object]")
 
-POSITIVE = click.FloatRange(min=0, min_open=True)
 WORKERS = "Run N runs side by side; default: as many as there are cores."
 
 scene_argument = click.argument("scene", metavar="SCENE", type=SCENE)
@@ -27,7 +27,7 @@ set_option = click.option(
     help="Set an engine's accuracy parameter, e.g. rtol=1e-12 or exudyn:steps_per_orbit=2000; without ENGINE: of every "
          "chosen engine that has it. May be repeated; default: each engine's own.",
 )  # fmt: skip
-workers_option = click.option("--workers", type=click.IntRange(min=1), metavar="N", help=WORKERS)
+workers_option = click.option("--workers", type=click.IntRange(1, MOST_WORKERS), metavar="N", help=WORKERS)
 resume_option = click.option("--resume", is_flag=True, help="Go on from results in the folder that the same code made.")
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace results that are already there.")
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
@@ -44,7 +44,7 @@ def engine_option(default: str, names: str = "names") -> Callable[[F], F]:
 def out_option(default: str | None = "report", *, required: bool = False, help_text: str = "") -> Callable[[F], F]:
     """`--out DIR`: where results are written."""
     return click.option(
-        "--out", metavar="DIR", type=click.Path(path_type=Path, file_okay=False), required=required,
+        "--out", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False), required=required,
         default=Path(default) if default and not required else None, show_default=bool(default) and not required,
         help=help_text or "Write tables and pages into this folder; beside a comparison they join its report.",
     )  # fmt: skip
@@ -53,7 +53,7 @@ def out_option(default: str | None = "report", *, required: bool = False, help_t
 def time_limit_option(default_s: float, more: str = "") -> Callable[[F], F]:
     """`--time-limit S`: wall time after which one run is ended."""
     return click.option(
-        "--time-limit", metavar="S", type=POSITIVE, default=default_s, show_default=True,
+        "--time-limit", metavar="S", type=POSITIVE_SECONDS, default=default_s, show_default=True,
         help=f"End a run after this wall time, in seconds{more}.",
     )  # fmt: skip
 
@@ -61,7 +61,7 @@ def time_limit_option(default_s: float, more: str = "") -> Callable[[F], F]:
 def minutes_option(default: float, shown: str | None = None, more: str = "") -> Callable[[F], F]:
     """`--minutes M`: wall time that a study may take."""
     return click.option(
-        "--minutes", metavar="M", type=click.FloatRange(min=0), default=default, show_default=shown or True,
+        "--minutes", metavar="M", type=MINUTES, default=default, show_default=shown or True,
         help=f"Give the study a budget of this wall time, in minutes{more}.",
     )  # fmt: skip
 
@@ -69,6 +69,6 @@ def minutes_option(default: float, shown: str | None = None, more: str = "") -> 
 def repeats_option(default: int) -> Callable[[F], F]:
     """`--repeats N`: how often each point is timed."""
     return click.option(
-        "--repeats", metavar="N", type=click.IntRange(min=1), default=default, show_default=True,
+        "--repeats", metavar="N", type=click.IntRange(1, MOST_REPEATS), default=default, show_default=True,
         help="Time each point N times, as far as the budget goes.",
     )  # fmt: skip

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import contextlib
-import sys
 import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from barchain.cli.common.terminal import literal, plain, say
 from barchain.cli.common.verbosity import quiet, verbose
 
 if TYPE_CHECKING:
@@ -60,16 +60,16 @@ def verdicts_shown(total: int) -> Iterator[Shown]:
         task = bar.add_task("comparing", total=total)
 
         def show(scene: str, engine: str, outcome: str) -> None:
-            bar.update(task, advance=1, description=f"{scene} · {engine}")
+            bar.update(task, advance=1, description=f"{literal(scene)} · {literal(engine)}")
             if verbose() or outcome not in MILD:
-                bar.console.print(f"{scene}  {engine}  [bold]{outcome}[/bold]")
+                bar.console.print(f"{literal(scene)}  {literal(engine)}  [bold]{outcome}[/bold]")
 
-        yield Shown(show, lambda text: bar.console.print(text, markup=False, highlight=False))
+        yield Shown(show, lambda text: bar.console.print(plain(text), markup=False, highlight=False))
 
 
 def plain_note(text: str) -> None:
     """One line between verdicts, for logs."""
-    print(text, file=sys.stderr, flush=True)
+    say(text, err=True)
 
 
 def plain_lines(total: int) -> Callable[[str, str, str], None]:
@@ -80,7 +80,7 @@ def plain_lines(total: int) -> Callable[[str, str, str], None]:
         nonlocal done
         done += 1
         elapsed = time.monotonic() - start
-        print(f"[{done:>3}/{total}] {elapsed:6.1f} s  {scene}  {engine}  {outcome}", file=sys.stderr, flush=True)
+        say(f"[{done:>3}/{total}] {elapsed:6.1f} s  {scene}  {engine}  {outcome}", err=True)
 
     return show
 
@@ -108,6 +108,6 @@ def tenths(what: str, total: int) -> Callable[[int], None]:
         nonlocal done
         before, done = done, done + more
         if 10 * before // total < 10 * done // total:
-            print(f"[{done}/{total}] {time.monotonic() - start:6.1f} s  {what}", file=sys.stderr, flush=True)
+            say(f"[{done}/{total}] {time.monotonic() - start:6.1f} s  {what}", err=True)
 
     return show

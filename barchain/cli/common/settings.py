@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from barchain.cli.common.names import ENGINE
+from barchain.cli.common.numbers import RealNumber
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
 FORM = "[ENGINE:]KEY=VALUE"
+SOME_NUMBER = RealNumber()
 EXAMPLE = "rtol=1e-12 or exudyn:steps_per_orbit=2000"
 
 
@@ -42,9 +44,9 @@ class SettingType(click.ParamType):  # type: ignore[type-arg]  # generic from cl
         engine, colon, rest = str(value).rpartition(":")
         key, equals, number = rest.partition("=")
         try:
-            found = float(number)
-        except ValueError:
-            given = f"{value!r} given" if equals else f"{value!r} given (no value)"
+            found = SOME_NUMBER.convert(number, param, ctx)
+        except click.BadParameter:
+            given = f"{value} given" if equals else f"{value} given (no value)"
             self.fail(f"{given}, allowed: {FORM} with a number, e.g. {EXAMPLE}", param, ctx)
         return GivenSetting(str(ENGINE.convert(engine, param, ctx)) if colon else "", key.strip(), found)
 

@@ -1,8 +1,10 @@
-"""Tables on a terminal, or in a pipe."""
+"""Text and tables on a terminal, or in a pipe."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
+
+import click
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -10,6 +12,27 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 PIPE_COLUMNS = 240  # without a terminal, wide enough never to break a line
+
+
+def say(text: object, *, err: bool = False) -> None:
+    """Print lines; hidden characters, which may come from an engine, a file or an argument, are escaped."""
+    click.echo(plain(str(text)), err=err)
+
+
+def plain(text: str, but: str = "\n\t") -> str:
+    """Text with hidden characters escaped, except those in `but`."""
+    if text.isprintable():  # quick, and without an import
+        return text
+    from reports.text.visible import visible  # noqa: PLC0415
+
+    return visible(text, but=but)
+
+
+def literal(text: str) -> str:
+    """Cell of a table as Rich takes it: literal, on one line, without hidden characters."""
+    from rich.markup import escape  # noqa: PLC0415
+
+    return escape(" ".join(plain(text).split("\n")))
 
 
 def show(table: Table) -> None:
@@ -24,12 +47,11 @@ def show(table: Table) -> None:
 
 def show_rows(headings: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[str] = ()) -> None:
     """Print rows of plain text below headings, the columns named in `right` aligned right."""
-    from rich.markup import escape  # noqa: PLC0415
     from rich.table import Table  # noqa: PLC0415
 
     table = Table(box=None, header_style="bold")
     for heading in headings:
         table.add_column(heading, justify="right" if heading in right else "left")
     for row in rows:
-        table.add_row(*map(escape, row))
+        table.add_row(*map(literal, row))
     show(table)

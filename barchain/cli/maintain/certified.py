@@ -9,15 +9,17 @@ import click
 
 from barchain.cli.common.exit_codes import findings
 from barchain.cli.common.names import need_engine
+from barchain.cli.common.numbers import NamedPath
 from barchain.cli.common.options import optional_scenes, overwrite_option
 from barchain.cli.common.result_folder import claim
+from barchain.cli.common.terminal import say
 
 MAKER = "heyoka-quad"
 
 
 @click.command("certified")
 @optional_scenes
-@click.option("--out", metavar="DIR", type=click.Path(path_type=Path, file_okay=False),
+@click.option("--out", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False),
               help="Write a table for each scene into this folder.")  # fmt: skip
 @click.option("--check", "only_check", is_flag=True,
               help="Compare a fresh run with the solution that comes with barchain; write nothing.")  # fmt: skip
@@ -63,7 +65,7 @@ def make_one(name: str, folder: Path) -> bool:
     begun = time.perf_counter()
     table = commit(load_scene(name), folder)
     worst = table.error["attitude"][-1]
-    click.echo(f"{name}: attitude to {worst:.1e} rad at the end, in {time.perf_counter() - begun:.1f} s")
+    say(f"{name}: attitude to {worst:.1e} rad at the end, in {time.perf_counter() - begun:.1f} s")
     return True
 
 
@@ -73,5 +75,5 @@ def check_one(name: str) -> bool:
     from scenarios import load_scene  # noqa: PLC0415
 
     found = check(load_scene(name))
-    click.echo(found.said)
+    say(found.said)
     return found.agrees

@@ -9,6 +9,7 @@ import click
 
 from barchain.cli.common.exit_codes import findings
 from barchain.cli.common.options import json_option
+from barchain.cli.common.terminal import say
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -27,7 +28,7 @@ def doctor(as_json: bool) -> None:
     found = diagnosis()
     wrong = faults(found)
     if as_json:
-        click.echo(json.dumps(found | {"faults": wrong}, indent=2))
+        say(json.dumps(found | {"faults": wrong}, indent=2))
     else:
         show(found, wrong)
     if wrong:
@@ -37,11 +38,11 @@ def doctor(as_json: bool) -> None:
 def show(found: Mapping[str, Any], wrong: Iterable[str]) -> None:
     """Print a diagnosis."""
     for line in machine_lines(found):
-        click.echo(line)
+        say(line)
     show_engines(found["engines"])
     for fault in wrong:
-        click.echo(f"fault: {fault}")
-    click.echo(f"missing engines: {missing_words(found['engines'])}")
+        say(f"fault: {fault}")
+    say(f"missing engines: {missing_words(found['engines'])}")
 
 
 def machine_lines(found: Mapping[str, Any]) -> list[str]:

@@ -6,6 +6,7 @@ import click
 
 from barchain.cli.common.exit_codes import ExitCode
 from barchain.cli.common.names import SCENE
+from barchain.cli.common.terminal import say
 
 
 @click.command()
@@ -28,8 +29,8 @@ def valid(file: str) -> bool:
     try:
         scene = load_scene(file)
     except SceneError as error:
-        click.echo(str(error), err=True)
+        say(str(error), err=True)
         return False
     orbits = scene.run.duration_s / scene.period_s
-    click.echo(f"{file}: valid: {scene.bars} bars, {orbits:.3g} orbits, {scene.run.samples} samples")
+    say(f"{file}: valid: {scene.bars} bars, {orbits:.3g} orbits, {scene.run.samples} samples")
     return True

@@ -18,6 +18,7 @@ from barchain.cli.common.options import (
     time_limit_option,
     workers_option,
 )
+from barchain.cli.common.terminal import say
 from barchain.record.command import typed
 from barchain.run.time_limits import SOLUTION_PATIENCE, TIME_LIMIT_S
 
@@ -110,10 +111,10 @@ def compare_and_render(
 def show_verdict(result: ComparisonResult, html: Path) -> None:
     """Print how many comparisons ended with each outcome, the failed ones, and where the report is."""
     counts = Counter(str(o) for o in result.outcomes.values())
-    click.echo(", ".join(f"{count} {outcome}" for outcome, count in counts.most_common()))
+    say(", ".join(f"{count} {outcome}" for outcome, count in counts.most_common()))
     for (scene, engine), outcome in result.outcomes.items():
         if not outcome.ok:
             rows = result.metrics.query("scene == @scene and engine == @engine and outcome == @outcome.value")
             reasons = "; ".join(f"{r.quantity}: {r.reason}" for r in rows.itertuples())
-            click.echo(f"  {scene}  {engine}  {outcome}: {reasons}")
-    click.echo(f"report: {html}")
+            say(f"  {scene}  {engine}  {outcome}: {reasons}")
+    say(f"report: {html}")

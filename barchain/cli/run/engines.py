@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from barchain.cli.common.options import json_option
+from barchain.cli.common.terminal import say
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -26,7 +27,7 @@ def engines(installed: bool | None, as_json: bool) -> None:
 
     wanted = {n: r for n, r in registry.engines().items() if installed is None or installed is (not r.missing)}
     if as_json:
-        click.echo(json.dumps(list(facts(wanted)), indent=2))
+        say(json.dumps(list(facts(wanted)), indent=2))
     else:
         show_engines(wanted)
 

@@ -6,9 +6,12 @@ from pathlib import Path
 
 import click
 
+from barchain.cli.common.numbers import NamedPath
+from barchain.cli.common.terminal import say
+
 
 @click.command()
-@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.argument("folder", metavar="DIR", type=NamedPath(path_type=Path))
 def report(folder: Path) -> None:
     """Render the pages of DIR again from its stored tables."""
     from barchain.cli.common.result_folder import alone  # noqa: PLC0415
@@ -16,4 +19,4 @@ def report(folder: Path) -> None:
 
     with alone(folder):
         pages = render_all(folder)
-    click.echo(f"wrote {', '.join(map(str, pages))}")
+    say(f"wrote {', '.join(map(str, pages))}")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from barchain.cli.common.options import json_option, scene_argument
+from barchain.cli.common.terminal import say
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -34,7 +35,7 @@ def scenes(ctx: click.Context, tag: str | None, folder: str | None, effect: str 
         if wanted is not None:
             found = having(found, option, wanted, {s.name: of(s) for s in found})
     if as_json:
-        click.echo(json.dumps([summary(s) for s in found], indent=2))
+        say(json.dumps([summary(s) for s in found], indent=2))
     else:
         show_scenes(found)
 
@@ -48,10 +49,10 @@ def show_scene(scene: str, as_json: bool) -> None:
 
     found = load_scene(scene)
     if as_json:
-        click.echo(json.dumps(complete(found), indent=2))
+        say(json.dumps(complete(found), indent=2))
         return
     for key, value in lines(complete(found)):
-        click.echo(f"{key:<36} {value}")
+        say(f"{key:<36} {value}")
 
 
 def all_scenes() -> list[Scene]:

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import click
 
 from barchain.cli.common.names import ENGINE
+from barchain.cli.common.numbers import NamedPath
 from barchain.cli.common.options import overwrite_option, scene_argument, set_option, time_limit_option
 from barchain.cli.common.result_folder import claim
+from barchain.cli.common.terminal import say
 from barchain.run.time_limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:
@@ -25,7 +27,7 @@ ENDINGS = (".parquet", ".csv")
 @scene_argument
 @click.option("--engine", metavar="NAME", type=ENGINE, default="reference", show_default=True, help="Run this engine.")
 @set_option
-@click.option("--out", metavar="FILE", type=click.Path(path_type=Path, dir_okay=False), required=True,
+@click.option("--out", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False), required=True,
               help="Write the samples into this table, .parquet or .csv.")  # fmt: skip
 @time_limit_option(TIME_LIMIT_S)
 @click.option("--condition", is_flag=True, help="Add the condition number of the joint system (reference only).")
@@ -42,7 +44,7 @@ def simulate(
     claim([out], f"{out} is there", overwrite=overwrite)
     trajectory = run(scene, engine, settings, time_limit, condition)
     write(trajectory.to_frame(), out)
-    click.echo(f"wrote {out}: {len(trajectory.t_s)} samples" + (f"; {trajectory.ended}" if trajectory.ended else ""))
+    say(f"wrote {out}: {len(trajectory.t_s)} samples" + (f"; {trajectory.ended}" if trajectory.ended else ""))
 
 
 def run(

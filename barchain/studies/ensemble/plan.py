@@ -75,6 +75,7 @@ def make_plan(options: EnsembleOptions) -> EnsemblePlan:
     variations = tuple(parse(text, scene.bars) for text in options.vary)
     check_overlaps(variations)
     check_numbers(scene, options.runs)
+    check_draws(variations, scene, options)
     return EnsemblePlan(
         scene, variations, options.runs, options.seed, options.rtol, options.quantiles, options.workers, options.dask
     )
@@ -98,6 +99,15 @@ def check_overlaps(variations: tuple[Variation, ...]) -> None:
 def overlap(a: Variation, b: Variation) -> bool:
     """Whether two variations change the same quantity of some bar."""
     return a.key == b.key and (not a.bar or not b.bar or a.bar == b.bar)
+
+
+def check_draws(variations: tuple[Variation, ...], scene: Scene, options: EnsembleOptions) -> None:
+    """Reject draws outside the range of a quantity before a folder is made or a scheduler is asked.
+
+    Draws are the same here and in the run. They are a fraction of the numbers that :func:`check_numbers` allows.
+    """
+    for variation in variations:
+        variation.draw(options.runs, scene.bars, options.seed)
 
 
 def check_numbers(scene: Scene, runs: int) -> None:

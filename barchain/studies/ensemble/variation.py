@@ -12,6 +12,7 @@ import numpy as np
 from scipy import stats
 
 from scenarios import nearest
+from scenarios.limits import LEAST_MAGNITUDE, MOST_MAGNITUDE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,9 +31,9 @@ class ValueRange(Enum):
 
     def excludes(self, values: Array) -> NDArray[np.bool_]:
         """Flags of values outside the range, in the shape of `values`."""
-        if self is ValueRange.ANY:
-            return np.zeros(values.shape, dtype=bool)
-        return np.asarray(values <= 0.0 if self is ValueRange.POSITIVE else values < 0.0)
+        least = {ValueRange.ANY: -MOST_MAGNITUDE, ValueRange.POSITIVE: LEAST_MAGNITUDE, ValueRange.NOT_NEGATIVE: 0.0}
+        inside = (values >= least[self]) & (values <= MOST_MAGNITUDE)  # false of NaN
+        return np.asarray(~inside)
 
 
 PER_BAR = {
@@ -105,13 +106,15 @@ class Variation:
         rng = np.random.default_rng([seed, zlib.crc32(f"{self.key}[{self.bar}]".encode())])
         columns = bars if self.bar == 0 else 1
         made = FAMILIES[self.family].make(*self.numbers)
-        values: Array = np.asarray(made.rvs(size=(runs, columns), random_state=rng), dtype=float)
+        with np.errstate(over="ignore"):  # infinity is out of every range
+            values: Array = np.asarray(made.rvs(size=(runs, columns), random_state=rng), dtype=float)
         wrong = RANGES[self.key].excludes(values)
         if wrong.any():
             run = int(np.argmax(wrong.any(axis=1)))
+            drawn = values[run][wrong[run]][0]
             raise VariationError(
-                f"--vary {self.text}: run {run + 1} draws {values[run].min():g}, allowed: {RANGES[self.key].value}; "
-                "bounds or a lognormal distribution keep draws there"
+                f"--vary {self.text}: run {run + 1} draws {drawn:g}, allowed: {RANGES[self.key].value}, "
+                f"up to {MOST_MAGNITUDE:g}; bounds or a lognormal distribution keep draws there"
             )
         return values
 
@@ -156,7 +159,15 @@ def parameters(text: str, name: str, inside: str) -> tuple[float, ...]:
         numbers = tuple(float(part) for part in inside.split(","))
     except ValueError:
         raise VariationError(f"--vary: {text!r} given, allowed: numbers in {form}") from None
-    valid = len(numbers) == len(family.parameters) and all(np.isfinite(numbers)) and family.valid(*numbers)
-    if not valid:
+    if not all(map(is_bounded, numbers)):
+        raise VariationError(
+            f"--vary: {text!r} given, allowed: {form} of 0 or magnitudes from {LEAST_MAGNITUDE:g} to {MOST_MAGNITUDE:g}"
+        )
+    if len(numbers) != len(family.parameters) or not family.valid(*numbers):
         raise VariationError(f"--vary: {text!r} given, allowed: {form} that make a distribution")
     return numbers
+
+
+def is_bounded(number: float) -> bool:
+    """Whether a scene file may hold a number; NaN and infinity are none."""
+    return number == 0.0 or LEAST_MAGNITUDE <= abs(number) <= MOST_MAGNITUDE
