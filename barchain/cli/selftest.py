@@ -54,20 +54,30 @@ def selftest(
     asked.reject()
     if len(engines) > 1:
         raise click.UsageError("--engine: faults are inserted into one engine; several go with --random N")
+    if listed:
+        list_faults()
+        return
     (engine,) = engines or ("reference",)
+    run_matrix(plan_of(scenes, faults, engine, smallest, workers), out, overwrite=overwrite)
+
+
+def list_faults() -> None:
+    """Print all faults of the kill matrix."""
+    from barchain.studies.selftest.faults.catalogue import FAULTS  # noqa: PLC0415  # what no other command needs
+
+    show_faults(FAULTS.values())
+
+
+def run_matrix(plan: SelftestPlan, out: Path | None, *, overwrite: bool) -> None:
+    """Run the kill matrix, print it, and end with exit code 1 if a fault is missed."""
     from barchain.cli.common.progress import counted  # noqa: PLC0415
     from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
-    from barchain.studies.selftest.faults.catalogue import FAULTS  # noqa: PLC0415
-    from barchain.studies.selftest.study import SelftestStudy  # noqa: PLC0415  # what no other command needs
+    from barchain.studies.selftest.study import SelftestStudy  # noqa: PLC0415
     from barchain.studies.selftest.trial import SelftestError  # noqa: PLC0415
     from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
     from reports.chapters.selftest.view import view_selftest  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
-    if listed:
-        show_faults(FAULTS.values())
-        return
-    plan = plan_of(scenes, faults, engine, smallest, workers)
     if out:
         claim_study(out, "selftest", overwrite=overwrite)
     with tempfile.TemporaryDirectory() as scratch:
