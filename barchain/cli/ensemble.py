@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING
 
 import click
 
-from barchain.cli.common.numbers import MOST_RUNS, MOST_SAMPLES, ORBITS, SEED, WORDS, RealNumber
-from barchain.cli.common.options import out_option, overwrite_option, scene_argument, workers_option
+from barchain.cli.common.numbers import MOST_RUNS, MOST_SAMPLES, ORBITS, POSITIVE_SECONDS, SEED, WORDS, RealNumber
+from barchain.cli.common.options import (
+    out_option,
+    overwrite_option,
+    resume_option,
+    scene_argument,
+    workers_option,
+)
 from barchain.cli.common.terminal import say
 from barchain.record.command import typed
+from barchain.studies.ensemble.limits import WORKERS_S
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -37,34 +45,38 @@ ENGINE = "reference-fast"
 @click.option(
     "--dask", metavar="ADDRESS", type=WORDS, help="Send the runs to this Dask scheduler, e.g. tcp://10.0.0.1:8786."
 )
+@click.option("--dask-wait", metavar="S", type=POSITIVE_SECONDS, default=WORKERS_S, show_default=True,
+              help="Give up if the scheduler has no worker for this time, in seconds.")  # fmt: skip
+@resume_option
 @overwrite_option
 def ensemble(
     scene: str, vary: tuple[str, ...], runs: int, out: Path, orbits: float | None, samples: int, rtol: float,
-    seed: int, workers: int | None, dask: str | None, overwrite: bool,
+    seed: int, workers: int | None, dask: str | None, dask_wait: float, resume: bool, overwrite: bool,
 ) -> None:  # fmt: skip
     """Run many perturbed copies of SCENE, and take quantiles of attitude and reactions over time.
 
-    SCENE is a name or a file. Runs are compiled: the engine reference-fast is needed.
+    SCENE is a name or a file. Runs are compiled: the engine reference-fast is needed. Exits with 1 if a Dask cluster
+    fails while runs are on it; --resume goes on from the runs that were done.
     """
     from barchain.cli.common.names import need_engine  # noqa: PLC0415
     from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
 
     need_engine(ENGINE)
-    if not overwrite:  # otherwise the earlier tables stay until the runs are done
-        claim_study(out, "ensemble", overwrite=False)
+    if resume or not overwrite:  # otherwise the earlier tables stay until the runs are done
+        claim_study(out, "ensemble", resume=resume, overwrite=overwrite)
     from barchain.cli.common.progress import counted  # noqa: PLC0415
     from barchain.studies.ensemble.plan import EnsembleOptions  # noqa: PLC0415
     from barchain.studies.ensemble.study import EnsembleStudy  # noqa: PLC0415  # compiled code
-    from barchain.studies.ensemble.tasks import ClusterError  # noqa: PLC0415
     from barchain.studies.ensemble.variation import VariationError  # noqa: PLC0415
     from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
     study = EnsembleStudy()
     try:
-        plan = study.plan(EnsembleOptions(scene, vary, runs, seed, rtol, orbits, samples, workers=workers, dask=dask))
-        result = run_study(study, plan, out, command=typed(), reporter=Reporter(counted=counted))
-    except (VariationError, ClusterError) as error:
+        options = EnsembleOptions(scene, vary, runs, seed, rtol, orbits, samples, workers=workers, dask=dask)
+        plan = study.plan(dataclasses.replace(options, dask_wait_s=dask_wait))
+        result = run_study(study, plan, out, command=typed(), reporter=Reporter(counted=counted), resume=resume)
+    except VariationError as error:
         raise click.UsageError(str(error)) from error
     page = render_study("ensemble", out).page
     counts = ", ".join(f"{n} {word}" for word, n in result.runs["outcome"].value_counts().items())

@@ -35,6 +35,7 @@ class EnsembleRecord(Record):
     runs: int | None = None
     rtol: float | None = None
     seed: int | None = None
+    key: str | None = None
     outcomes: dict[str, int] | None = None
     phases_s: dict[str, float] | None = None
     evaluations: int | None = None

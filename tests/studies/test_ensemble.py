@@ -12,9 +12,10 @@ pytest.importorskip("numba", reason="ensembles run in the compiled reference")
 from adapters.engine import Setting
 from adapters.reference.compiled_engine import ReferenceFast
 from barchain.cli.main import run as barchain
+from barchain.studies.ensemble.cluster import ClusterError
 from barchain.studies.ensemble.execution import ensemble
 from barchain.studies.ensemble.population import populate
-from barchain.studies.ensemble.tasks import ClusterError, run_task, tasks
+from barchain.studies.ensemble.tasks import run_task, tasks
 from barchain.studies.ensemble.variation import VariationError, parse
 from scenarios import load_scene
 

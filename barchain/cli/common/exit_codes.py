@@ -61,6 +61,7 @@ def domain_failure(error: Exception) -> tuple[str, ExitCode] | None:
     from barchain.record.folder_lock import FolderInUseError
     from barchain.run.settings import SettingError
     from barchain.solutions.certified_table import DamagedTableError
+    from barchain.studies.ensemble.cluster import ClusterError, ClusterLostError
     from reports.tables.reading import DamagedResultsError
     from reports.tables.schema import SchemaVersionError
     from scenarios import SceneError
@@ -68,4 +69,6 @@ def domain_failure(error: Exception) -> tuple[str, ExitCode] | None:
     bad_tables = DamagedTableError, DamagedResultsError, SchemaVersionError, FolderInUseError
     if isinstance(error, (SceneError, UnknownEngineError, SettingError, *bad_tables)):
         return str(error), ExitCode.BAD_INPUT
+    if isinstance(error, ClusterError):
+        return str(error), ExitCode.FINDINGS if isinstance(error, ClusterLostError) else ExitCode.BAD_INPUT
     return (str(error), ExitCode.FINDINGS) if isinstance(error, EngineError) else None

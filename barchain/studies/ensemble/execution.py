@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from barchain.studies.ensemble.cluster import run_on_cluster
+from barchain.studies.ensemble.kept_parts import KeptParts
 from barchain.studies.ensemble.plan import EnsembleOptions, make_plan
 from barchain.studies.ensemble.population import populate
-from barchain.studies.ensemble.tasks import assembled, on_cluster, on_threads, tasks
+from barchain.studies.ensemble.tasks import assembled, on_threads, run_there, tasks
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from barchain.studies.ensemble.plan import EnsemblePlan
     from barchain.studies.ensemble.population import Population
-    from barchain.studies.ensemble.tasks import EnsembleTaskResult
+    from barchain.studies.ensemble.tasks import EnsembleTask, EnsembleTaskResult
     from barchain.studies.ensemble.variation import Variation
     from scenarios import Scene
 
@@ -70,19 +72,29 @@ def ensemble(
     return run_ensemble(make_plan(EnsembleOptions(scene, vary, **options)), progress)
 
 
-def run_ensemble(plan: EnsemblePlan, progress: Callable[[int], None] = lambda _: None) -> EnsembleResult:
+def run_ensemble(
+    plan: EnsemblePlan, progress: Callable[[int], None] = lambda _: None, kept: KeptParts | None = None
+) -> EnsembleResult:
     """Draw the copies, run them, and reduce their trajectories to quantiles.
+
+    Parameters
+    ----------
+    plan : EnsemblePlan
+    progress : callable
+        Called with the number of runs after each part.
+    kept : KeptParts, optional
+        Parts of an interrupted ensemble; it gets every further part.
 
     Raises
     ------
-    ClusterError
-        If the plan names a Dask scheduler that can't be used.
+    ClusterLostError
+        If the plan's cluster fails.
     """
     clock = [time.perf_counter()]
     population = populate(plan.scene, plan.variations, plan.runs, plan.seed)
     parts = tasks(population, plan.rtol)
     clock.append(time.perf_counter())
-    done = on_cluster(parts, plan.dask, progress) if plan.dask else on_threads(parts, plan.workers, progress)
+    done = run_parts(plan, parts, progress, kept or KeptParts())
     clock.append(time.perf_counter())
     arrays = dict(assembled(done))
     table = quantile_table(plan, arrays)
@@ -90,6 +102,25 @@ def run_ensemble(plan: EnsemblePlan, progress: Callable[[int], None] = lambda _:
     clock.append(time.perf_counter())
     seconds = dict(zip(("draw", "run", "reduce"), map(float, np.diff(clock)), strict=True))
     return EnsembleResult(plan.scene, table, each, seconds, arrays["angle_rad"], arrays["reaction_N"])
+
+
+def run_parts(
+    plan: EnsemblePlan, parts: list[EnsembleTask], progress: Callable[[int], None], kept: KeptParts
+) -> list[EnsembleTaskResult]:
+    """Results of all parts in order; those that are kept are not run again."""
+    progress(sum(parts[k].part.runs for k in kept.parts))
+    left = {k: part for k, part in enumerate(parts) if k not in kept.parts}
+
+    def keep(k: int, result: EnsembleTaskResult) -> None:
+        kept.add(k, result)
+        progress(parts[k].part.runs)
+
+    with kept.written():
+        if plan.cluster is None:
+            on_threads(left, plan.workers, keep)
+        elif left:
+            run_on_cluster(plan.cluster, run_there, left, keep)
+    return [kept.parts[k] for k in range(len(parts))]
 
 
 def quantile_table(plan: EnsemblePlan, arrays: dict[str, Array]) -> pd.DataFrame:

@@ -6,6 +6,8 @@ import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from barchain.studies.ensemble.cluster import DaskAddress, check_cluster
+from barchain.studies.ensemble.limits import WORKERS_S
 from barchain.studies.ensemble.variation import VariationError, parse
 from scenarios import Scene, load_scene
 
@@ -43,6 +45,8 @@ class EnsembleOptions:
     """Threads; one for each core by default"""
     dask: str | None = None
     """Address of a Dask scheduler that gets the runs instead"""
+    dask_wait_s: float = WORKERS_S
+    """Longest time that the scheduler may have no worker"""
 
 
 @dataclass(frozen=True)
@@ -57,7 +61,7 @@ class EnsemblePlan:
     rtol: float
     quantiles: tuple[float, ...]
     workers: int | None
-    dask: str | None
+    cluster: DaskAddress | None
 
 
 def make_plan(options: EnsembleOptions) -> EnsemblePlan:
@@ -69,6 +73,8 @@ def make_plan(options: EnsembleOptions) -> EnsemblePlan:
         For a scene that does not exist.
     VariationError
         For a distribution that can't be read, for a quantity that varies twice, or for more numbers than memory holds.
+    ClusterError
+        For a Dask cluster that can't be used.
     """
     given = options.scene if isinstance(options.scene, Scene) else load_scene(options.scene)
     scene = shortened(given, options.orbits, options.samples)
@@ -76,8 +82,11 @@ def make_plan(options: EnsembleOptions) -> EnsemblePlan:
     check_overlaps(variations)
     check_numbers(scene, options.runs)
     check_draws(variations, scene, options)
+    cluster = None if options.dask is None else DaskAddress(options.dask, options.dask_wait_s)
+    if cluster is not None:
+        check_cluster(cluster)
     return EnsemblePlan(
-        scene, variations, options.runs, options.seed, options.rtol, options.quantiles, options.workers, options.dask
+        scene, variations, options.runs, options.seed, options.rtol, options.quantiles, options.workers, cluster
     )
 
 

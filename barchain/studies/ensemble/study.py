@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from barchain.record.facts import scene_facts
 from barchain.studies.ensemble.execution import EnsembleResult, run_ensemble
+from barchain.studies.ensemble.kept_parts import KEY, StoredParts, plan_key
 from barchain.studies.ensemble.plan import make_plan
 from reports.tables.ensemble import FILES
 
@@ -28,7 +29,7 @@ class EnsembleStudy:
 
         Raises
         ------
-        SceneError, VariationError
+        SceneError, VariationError, ClusterError
             For options that can't be met.
         """
         return make_plan(options)
@@ -41,7 +42,8 @@ class EnsembleStudy:
             "runs": plan.runs,
             "rtol": plan.rtol,
             "seed": plan.seed,
-            "dask": bool(plan.dask),
+            "dask": plan.cluster is not None,
+            KEY: plan_key(plan),
         }
 
     def run(self, plan: EnsemblePlan, store: StudyStore, reporter: Reporter) -> EnsembleResult:
@@ -49,14 +51,16 @@ class EnsembleStudy:
 
         Raises
         ------
-        ClusterError
-            If the plan names a Dask scheduler that can't be used.
+        ClusterLostError
+            If the plan's cluster fails; parts so far are in the folder.
         """
+        kept = StoredParts(store)
         with reporter.counted("runs", plan.runs) as done:
-            result = run_ensemble(plan, done)
+            result = run_ensemble(plan, done, kept)
         store.write("quantiles", result.quantiles)
         store.write("runs", result.runs)
         store.record["outcomes"] = result.runs["outcome"].value_counts().to_dict()
         store.record["evaluations"] = int(result.runs["evaluations"].sum())
         store.record["phases_s"] = result.seconds
+        kept.remove()
         return result

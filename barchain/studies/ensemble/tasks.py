@@ -3,32 +3,26 @@
 from __future__ import annotations
 
 import os
-import socket
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
-from urllib.parse import urlsplit
 
 import numpy as np
 
 from adapters.engine import EngineError, Setting
 from adapters.reference.compiled_engine import ReferenceFast
+from barchain.studies.ensemble.cluster_code import need_same_code
 from barchain.studies.ensemble.population import Population, batch
 from reference_impl.fast.batch import BatchResult, run_batch
 from reference_impl.fast.stepper import ARRIVED
 from reference_impl.integrate.stepper import smooth_segments
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Mapping
 
     from adapters.trajectory import Array
 
 RUNS_PER_TASK = 250  # some tens of milliseconds: progress is smooth, and a killed worker costs little
-RETRIES = 5  # times that a cluster may lose one part's worker
-
-
-class ClusterError(RuntimeError):
-    """The Dask cluster can't be used."""
 
 
 @dataclass(frozen=True)
@@ -84,62 +78,23 @@ def run_alone(task: EnsembleTask, run: int, seen: BatchResult) -> tuple[str, str
     return found.ended, ""
 
 
-def on_threads(parts: list[EnsembleTask], workers: int | None, done: Callable[[int], None]) -> list[EnsembleTaskResult]:
-    """Results in order, from threads of this process: compiled code holds no interpreter lock."""
+def run_there(task: EnsembleTask, versions: dict[str, str]) -> EnsembleTaskResult:
+    """Run one part on a worker of a cluster, if it has the sender's code."""
+    need_same_code(versions)
+    return run_task(task)
+
+
+def on_threads(
+    parts: Mapping[int, EnsembleTask], workers: int | None, keep: Callable[[int, EnsembleTaskResult], None]
+) -> None:
+    """Run parts on threads of this process: compiled code holds no interpreter lock. `keep` gets each result."""
     with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
-        futures = {pool.submit(run_task, part): part for part in parts}
-        for future in as_completed(futures):
-            done(futures[future].part.runs)
-            future.result()  # a defect of ours shows at once
-    return [future.result() for future in futures]
-
-
-def on_cluster(parts: list[EnsembleTask], address: str, done: Callable[[int], None]) -> list[EnsembleTaskResult]:
-    """Results in order, from the Dask cluster at `address`; a part whose worker dies is run again on another.
-
-    Raises
-    ------
-    ClusterError
-        If distributed is not installed, nothing answers there, or a part was lost time after time.
-    """
-    try:
-        from distributed import Client, KilledWorker, as_completed  # noqa: PLC0415  # an extra
-    except ImportError:
-        raise ClusterError("--dask: distributed is not installed; try: pip install '.[cluster]'") from None
-    look_up(address)
-    try:
-        client = Client(address, timeout="5s", set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise ClusterError(f"--dask {address}: no Dask scheduler answers there ({error})") from None
-    found: dict[int, EnsembleTaskResult] = {}
-    with client, client.as_current():
-        futures = {client.submit(run_task, part, pure=False, retries=RETRIES): k for k, part in enumerate(parts)}
+        futures = {pool.submit(run_task, part): k for k, part in parts.items()}
         try:
-            for future, part in as_completed(futures, with_results=True):
-                found[futures[future]] = part
-                done(parts[futures[future]].part.runs)
-        except KilledWorker as error:
-            raise ClusterError(f"--dask {address}: {error}") from None
-    return [found[k] for k in range(len(parts))]
-
-
-def look_up(address: str) -> None:
-    """Knock at a TCP address before Dask does, which goes on trying in the background and talks of it.
-
-    Raises
-    ------
-    ClusterError
-        If it is none, or nothing answers there.
-    """
-    where = urlsplit(address if "://" in address else f"tcp://{address}")
-    if where.scheme not in {"tcp", "tls"}:
-        return  # Dask's own business
-    try:
-        if where.hostname is None or where.port is None:
-            raise ClusterError(f"--dask {address}: given, allowed: HOST:PORT, e.g. tcp://10.0.0.1:8786")
-        socket.create_connection((where.hostname, where.port), timeout=5.0).close()
-    except (OSError, ValueError) as error:
-        raise ClusterError(f"--dask {address}: no Dask scheduler answers there ({error})") from None
+            for future in as_completed(futures):
+                keep(futures[future], future.result())
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)  # an interrupt waits for the parts at work only
 
 
 def assembled(parts: list[EnsembleTaskResult]) -> Iterator[tuple[str, Array]]:
