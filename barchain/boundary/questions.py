@@ -11,6 +11,7 @@ import numpy as np
 
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError
 from adapters.trajectory import Observable, Trajectory
+from barchain.boundary.memory import Peak
 from barchain.boundary.message import MessageError, plain_info, plain_number, plain_text
 
 if TYPE_CHECKING:
@@ -153,6 +154,16 @@ def run(registration: Registration, options: frozenset[str], scene: Scene, setti
         raise MessageError(f"ended is a {type(ended).__name__}, expected text")
     info = plain_info(result.info)
     return {"seconds": seconds, "ended": plain_text(ended), "info": info}, sendable(result)
+
+
+def first_run(
+    registration: Registration, options: frozenset[str], scene: Scene, setting: Setting, warm: Scene
+) -> Answer:
+    """Run a small scene to warm up, then another: ``memory_B`` is the peak memory of the second; None if unknown."""
+    run(registration, options, warm, setting)
+    peak = Peak()
+    header, arrays = run(registration, options, scene, setting)
+    return header | {"memory_B": plain_number(peak.beyond())}, arrays
 
 
 def turn(

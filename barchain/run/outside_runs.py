@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from typing import TYPE_CHECKING
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from barchain.run.job import Job
+    from scenarios import Scene
 
 OUTCOMES = {"missing": Outcome.MISSING, "timed_out": Outcome.TIMED_OUT}
 
@@ -49,6 +51,14 @@ def one_turn(job: Job, time_s: float, least_s: float, most: int) -> RunResult:
     """Result of a timed turn, in one process: see :func:`barchain.boundary.questions.turn`."""
     asked = (job.registration, job.options, job.scene, job.setting, least_s, most)
     return result_of(job, ask("turn", *asked, limits=OutsideLimits(time_s)))
+
+
+def one_first_run(job: Job, time_s: float, warm: Scene) -> tuple[RunResult, float]:
+    """Result and peak memory, B, of a run after a small one, see :func:`barchain.boundary.questions.first_run`."""
+    asked = (job.registration, job.options, job.scene, job.setting, warm)
+    reply = ask("first_run", *asked, limits=OutsideLimits(time_s))
+    memory_B = plain_number(reply.header.get("memory_B"))
+    return result_of(job, reply), math.nan if memory_B is None else float(memory_B)
 
 
 def result_of(job: Job, reply: Reply) -> RunResult:

@@ -14,10 +14,10 @@ import pytest
 
 from adapters.common.initial_state import initial_state
 from adapters.registry import ENGINES, Registration
+from barchain.boundary.memory import Peak, mark
 from barchain.run.job import Job, Role
 from barchain.studies.scaling.fit import FAST, LEAST_MEMORY_B, exponent, fits_table, targets
 from barchain.studies.scaling.limits import BARS
-from barchain.studies.scaling.memory import Peak, mark
 from barchain.studies.scaling.plan import SHARES, ScalingPlan, affordable, predicted
 from barchain.studies.scaling.point import ScalingTask, measure_point
 from barchain.studies.scaling.run import ScalingRun

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 SHARES = (1.0, 0.5, 0.2, 0.1, 0.05)  # of an orbit; the last is two steps between samples for the fewest steps taken
-BUILDS = 3.0  # a model may take this many times as long to build, or compile, as to run
 MEMORY_SHARE = 0.5  # of the machine's memory that a model may take
 LAST = 3  # points that tell how costs grow
 FEW_EXPONENT, MOST_EXPONENT = 2.0, 3.0  # beyond which growth is not believed, of fewer points and of all of them

@@ -7,19 +7,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from barchain.boundary.limits import QUESTION_S
+from barchain.boundary.memory import Peak
 from barchain.run.job import Job, RunResult
+from barchain.run.outside_runs import one_first_run, one_run, one_turn
 from barchain.run.worker import run_job
-from barchain.studies.scaling.memory import Peak
-from barchain.timing.bench import LEAST_S, LONG_S, turn, warmed
+from barchain.timing.bench import LEAST_S, LONG_S, MOST_RUNS, turn, warmed
 from barchain.timing.evaluation import DIRECT, evaluation_times, loop_of
 from barchain.timing.statistics import median_time
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
     from pathlib import Path
 
     from adapters.trajectory import Trajectory
 
+BUILDS = 3.0  # a model may take this many times as long to build, or compile, as to run
 LONG_TURNS = 3  # of runs over LONG_S, the first one counted
 COUNTERS = ("evaluations", "steps")
 
@@ -44,6 +48,16 @@ class ScalingTask:
 
 
 @dataclass(frozen=True)
+class TimedRuns:
+    """Further runs of a point after its first."""
+
+    again: Callable[[], RunResult]
+    """A whole run"""
+    turn: Callable[[], RunResult]
+    """A turn of short runs; its times are the least of them"""
+
+
+@dataclass(frozen=True)
 class Measured(RunResult):
     """Result of a point, without the trajectory."""
 
@@ -65,13 +79,29 @@ def measure_point(task: ScalingTask, log: Path) -> Measured:
         columns |= spread("evaluation", evaluation_times(loop_of(task.job.engine, task.job.scene), task.repeats))
         columns["per"] = "right-hand side"
     if task.share:
-        columns = run_columns(task, first, log) | columns
+        own = TimedRuns(lambda: run_job(task.job, log), lambda: turn(task.job, log, LEAST_S))
+        warmed.add(task.job.scene.digest)  # the first run was the one that is not timed
+        columns = run_columns(task, first, own) | columns
     return Measured(Outcome.PASS, columns=columns)
 
 
-def run_columns(task: ScalingTask, first: RunResult, log: Path) -> dict[str, float | str]:
+def measure_outside_point(task: ScalingTask) -> Measured:
+    """Measure an engine of another package as :func:`measure_point` does, each run in a process of its own."""
+    build_s = BUILDS * task.limit_s
+    first, memory_B = one_first_run(task.job, QUESTION_S + build_s + task.limit_s, task.warm.scene)
+    if first.outcome is not Outcome.PASS:
+        return Measured(first.outcome, first.reason)
+    turn_s = QUESTION_S + build_s + 2.0 * task.limit_s
+    runs = TimedRuns(
+        lambda: one_run(task.job, QUESTION_S + build_s + task.limit_s),
+        lambda: one_turn(task.job, turn_s, LEAST_S, MOST_RUNS),
+    )
+    return Measured(Outcome.PASS, columns=run_columns(task, first, runs) | {"memory_B": memory_B})
+
+
+def run_columns(task: ScalingTask, first: RunResult, runs: TimedRuns) -> dict[str, float | str]:
     """Time of a simulation, of an orbit, and of an evaluation or step."""
-    seconds = np.array(simulated(task, first, log))
+    seconds = np.array(simulated(task, first, runs))
     columns: dict[str, float | str] = {"share": task.share, "turns": len(seconds)}
     columns |= {"build_s": first.seconds["build"], "simulate_s": float(np.median(seconds))}
     columns |= spread("orbit", seconds / task.share)
@@ -89,16 +119,18 @@ def counted(trajectory: Trajectory | None) -> dict[str, float]:
     return {name: float(info[name]) for name in COUNTERS if float(info.get(name, 0.0)) > 0.0}
 
 
-def simulated(task: ScalingTask, first: RunResult, log: Path) -> list[float]:
+def simulated(task: ScalingTask, first: RunResult, runs: TimedRuns) -> list[float]:
     """Times of `simulate`: of a long run the first and a few more if the limit leaves room, else of whole turns."""
     one = first.seconds["simulate"]
     if one >= LONG_S:
         more = min(LONG_TURNS, int(task.limit_s / one)) - 1
-        found = [run_job(task.job, log) for _ in range(more)]
-        return [one] + [r.seconds["simulate"] for r in found if r.outcome is Outcome.PASS]
-    warmed.add(task.job.scene.digest)  # the first run was the one that is not timed
-    turns = [turn(task.job, log, LEAST_S) for _ in range(task.repeats)]
-    return [r.seconds["simulate"] for r in turns if r.outcome is Outcome.PASS] or [one]
+        return [one, *passed(runs.again() for _ in range(more))]
+    return passed(runs.turn() for _ in range(task.repeats)) or [one]
+
+
+def passed(results: Iterable[RunResult]) -> list[float]:
+    """Times of `simulate` of the runs that passed."""
+    return [r.seconds["simulate"] for r in results if r.outcome is Outcome.PASS]
 
 
 def spread(name: str, times: np.ndarray) -> dict[str, float]:

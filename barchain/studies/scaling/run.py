@@ -19,12 +19,19 @@ from pebble import ProcessPool
 
 from adapters.trajectory import Observable
 from barchain.boundary.declared import engine_class
+from barchain.boundary.memory import installed
 from barchain.boundary.threads import one_thread_each
-from barchain.run.pool import collect
+from barchain.run.pool import PoolGroup, collect, pool_group
 from barchain.studies.scaling.measured_points import ScalingPoints
-from barchain.studies.scaling.memory import installed
-from barchain.studies.scaling.plan import BUILDS, MEMORY_SHARE, SHARES, affordable, predicted
-from barchain.studies.scaling.point import LONG_TURNS, Measured, ScalingTask, measure_point
+from barchain.studies.scaling.plan import MEMORY_SHARE, SHARES, affordable, predicted
+from barchain.studies.scaling.point import (
+    BUILDS,
+    LONG_TURNS,
+    Measured,
+    ScalingTask,
+    measure_outside_point,
+    measure_point,
+)
 from barchain.timing.bench import STARTUP_S, pin, quietest_core
 from barchain.timing.divided_chain import divided
 from barchain.timing.evaluation import DIRECT
@@ -156,6 +163,8 @@ class ScalingRun:
         """Result of a point from a process of its own."""
         job, warm = self.plan.job(engine, bars, share or SHARES[-1]), self.plan.job(engine, WARM_BARS, SHARES[-1])
         task = ScalingTask(job, warm, share, self.plan.repeats, self.plan.time_limit_s)
+        if pool_group(job) is PoolGroup.THIRD_PARTY:
+            return measure_outside_point(task)
         allowed = STARTUP_S + (LONG_TURNS + BUILDS) * self.plan.time_limit_s
         context = multiprocessing.get_context("spawn")
         with tempfile.TemporaryDirectory() as folder, one_thread_each():

@@ -1,0 +1,119 @@
+"""Dask schedulers and workers in processes of their own, which tests kill or spoil."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+START_S = 60.0
+SLOW = """
+import time
+import barchain.studies.ensemble.tasks as tasks
+runs = tasks.run_task
+def run_task(task):
+    time.sleep(0.5)
+    return runs(task)
+tasks.run_task = run_task
+"""
+DIES = """
+import os
+import barchain.studies.ensemble.tasks as tasks
+tasks.run_task = lambda task: os._exit(3)
+"""
+LACKS_BARCHAIN = "import sys; sys.modules['barchain'] = None"
+OTHER_SOURCES = "from barchain.studies.ensemble import cluster_code; cluster_code.digest_of = lambda *names: 'other'"
+OTHER_DASK = """
+import distributed.versions as versions
+found = versions.get_package_info
+versions.get_package_info = lambda names: found(names) | {'distributed': '2020.1.0'}
+"""
+
+
+class LocalCluster:
+    """A scheduler and its workers."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.processes = folder, list[subprocess.Popen[bytes]]()
+        self.file = folder / "scheduler.json"
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self.port = free.getsockname()[1]
+        self.address = f"tcp://127.0.0.1:{self.port}"
+        self.scheduler = self.start("scheduler", "--host", "127.0.0.1", "--port", str(self.port), "--no-dashboard")
+        until = time.monotonic() + START_S
+        while not listens(self.port):
+            assert time.monotonic() < until
+            time.sleep(0.1)
+
+    def start(self, kind: str, *options: str) -> subprocess.Popen[bytes]:
+        """Start a process of Dask in a group of its own."""
+        process = subprocess.Popen(
+            [sys.executable, "-m", f"distributed.cli.dask_{kind}", *options],
+            cwd=self.folder, env=dict(os.environ), start_new_session=True,
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+        self.processes.append(process)
+        return process
+
+    def worker(self, preload: str = "", *options: str) -> subprocess.Popen[bytes]:
+        """Start a worker that runs some code first."""
+        file = self.folder / f"preload_{len(self.processes)}.py"
+        file.write_text(preload, encoding="utf-8")
+        return self.start("worker", self.address, "--nthreads", "1", "--no-dashboard", "--preload", str(file), *options)
+
+    def close(self) -> None:
+        """Kill every process."""
+        for process in self.processes:
+            kill(process)
+
+
+def listens(port: int) -> bool:
+    """Whether something accepts connections."""
+    with contextlib.suppress(OSError):
+        socket.create_connection(("127.0.0.1", port), timeout=1.0).close()
+        return True
+    return False
+
+
+def kill(process: subprocess.Popen[bytes]) -> None:
+    """Kill a process with its group, and wait for it."""
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+
+
+@contextlib.contextmanager
+def listener(answer: bytes) -> Iterator[str]:
+    """Address that accepts connections, sends some bytes and waits."""
+    with socket.socket() as server:
+        server.bind(("127.0.0.1", 0))
+        server.listen()
+        kept = []
+
+        def serve() -> None:
+            with contextlib.suppress(OSError):
+                while True:
+                    connection, _ = server.accept()
+                    connection.sendall(answer)
+                    kept.append(connection)
+
+        thread = threading.Thread(target=serve, daemon=True)
+        thread.start()
+        try:
+            yield f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        finally:
+            server.shutdown(socket.SHUT_RDWR)
+            for connection in kept:
+                connection.close()
+            thread.join()
