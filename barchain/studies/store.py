@@ -57,7 +57,7 @@ class StudyStore:
 
     def carry_over(self) -> None:
         """Take tables, runs and unfinished lists of the earlier record into the new one."""
-        if RUNS in self.record:  # tables then follow from the runs, and are made anew
+        if isinstance(self.record.get(RUNS), list):  # tables follow from a list of runs, and are made anew
             self.record[CARRIED] = [*self.earlier.get(CARRIED, []), *self.earlier.get(RUNS, [])]
             return
         for table in self.files.tables:

@@ -146,9 +146,9 @@ def test_a_lost_scheduler_keeps_the_parts_that_were_done_and_resume_goes_on(tmp_
 @pytest.mark.slow
 def test_a_scheduler_that_stops_answering_is_given_up(tmp_path, capfd, monkeypatch, cluster):
     cluster.worker(local_cluster.SLOW, "--no-nanny")
-    monkeypatch.setattr("barchain.studies.ensemble.cluster.ANSWER_S", 3.0)
+    monkeypatch.setattr("barchain.studies.ensemble.cluster.SILENT_S", 12.0)
     interrupting(monkeypatch, lambda: psutil.Process(cluster.scheduler.pid).suspend())
-    Ended(capfd, tmp_path / "out", cluster.address).check(1, "no answer within 3 s", 60.0)
+    Ended(capfd, tmp_path / "out", cluster.address).check(1, "no answer within 12 s", 60.0)
     assert stored_parts(tmp_path / "out") == 1
 
 

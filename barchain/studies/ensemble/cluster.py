@@ -18,7 +18,7 @@ from urllib.parse import urlsplit
 
 from barchain.boundary.message import plain_text
 from barchain.studies.ensemble.cluster_code import code_fault, code_versions, protocol_fault, task_fault
-from barchain.studies.ensemble.limits import ANSWER_S, CLOSE_S, WORKERS_S
+from barchain.studies.ensemble.limits import ANSWER_S, CLOSE_S, SILENT_S, WORKERS_S
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Coroutine, Iterator, Mapping
@@ -78,10 +78,26 @@ def run_loop(work: Coroutine[Any, Any, None]) -> None:
         try:
             asyncio.get_running_loop()
         except RuntimeError:
-            asyncio.run(work)
+            run_bounded(work)
             return
         with ThreadPoolExecutor(1) as thread:
-            thread.submit(asyncio.run, work).result()
+            thread.submit(run_bounded, work).result()
+
+
+def run_bounded(work: Coroutine[Any, Any, None]) -> None:
+    """Run a coroutine as :func:`asyncio.run` does, and wait for tasks that it leaves for a limited time only."""
+    loop = asyncio.new_event_loop()
+    loop.set_exception_handler(lambda *_: None)  # tasks of a client whose scheduler is gone
+    try:
+        loop.run_until_complete(work)
+    finally:
+        left = asyncio.all_tasks(loop)
+        for task in left:
+            task.cancel()
+        if left:
+            loop.run_until_complete(asyncio.wait(left, timeout=CLOSE_S))
+        loop.run_until_complete(loop.shutdown_asyncgens())
+        loop.close()
 
 
 @contextlib.contextmanager
@@ -146,6 +162,7 @@ async def connected(cluster: DaskAddress) -> AsyncIterator[Any]:
             await asyncio.wait_for(client, ANSWER_S)
         except Exception as error:  # OSError, ValueError and TypeError by version and kind of address
             why = plain_text(error, 200) or f"no answer within {ANSWER_S:g} s"
+            why = "it speaks another protocol" if isinstance(error, MemoryError) else why  # a length of some exabytes
             raise ClusterError(f"{cluster}: no Dask scheduler answers there ({why})") from None
         yield client
     finally:
@@ -182,11 +199,14 @@ async def answered(cluster: DaskAddress, question: Any) -> Any:
     ClusterError
         If there is none.
     """
+    task = asyncio.ensure_future(question)
+    await asyncio.wait({task}, timeout=SILENT_S)
+    if not task.done():
+        task.cancel()  # not waited for, as a lost connection may hold it
+        raise ClusterError(f"{cluster}: the scheduler gave no answer within {SILENT_S:g} s")
     try:
-        return await asyncio.wait_for(question, ANSWER_S)
-    except TimeoutError:
-        raise ClusterError(f"{cluster}: the scheduler gave no answer within {ANSWER_S:g} s") from None
-    except Exception as error:
+        return task.result()
+    except (Exception, asyncio.CancelledError) as error:
         raise ClusterError(f"{cluster}: the scheduler was lost ({plain_text(error, 200)})") from None
 
 
@@ -265,7 +285,7 @@ async def gathered(
     finally:
         for task in (watch, *waiting):
             task.cancel()
-        await asyncio.wait({watch, *waiting})
+        await asyncio.wait({watch, *waiting}, timeout=CLOSE_S)
 
 
 async def result_of(future: Any) -> Any:

@@ -13,6 +13,7 @@ from barchain.boundary.declared import engine_class
 from barchain.run.compilation import COMPILED
 from barchain.run.job import SOLUTION_ROLES, Job, Role
 from barchain.studies.stability.limits import TIME_LIMIT_S
+from barchain.timing.left_out import cannot
 from scenarios import load_scene, scene_names
 
 if TYPE_CHECKING:
@@ -48,8 +49,9 @@ class StabilityPlan:
     @property
     def turns(self) -> int:
         """Number of runs, for the progress."""
-        classes = [engine_class(r) for r in self.engines.values()]
-        able = [(s, e) for s in self.scenes for e in classes if e.unsupported(s) is None]
+        able = [
+            (s, engine_class(r)) for s in self.scenes for name, r in self.engines.items() if cannot(s, name, r) is None
+        ]
         solutions = sum(len(SOLUTION_ROLES) + len(exact_jobs(s)) for s in self.scenes)
         return solutions + sum(len(settings(s, e)) for s, e in able)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from adapters.engine import EngineError
 from barchain.boundary.declared import engine_class
 from barchain.judge.support import unsupported
 from barchain.run.compilation import announcement
@@ -19,13 +20,13 @@ from barchain.studies.stability.growth import linear_rate
 from barchain.studies.stability.plan import LEVELS, LONG, SOLUTION_LIMIT_S, exact_jobs, settings
 from barchain.studies.stability.rules import ILL_POSED, Finding, finding
 from barchain.studies.stability.store import StabilityStore
+from barchain.timing.left_out import cannot
 from reports.tables.outcome import Outcome
 from reports.tables.stability import Stability
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from adapters.engine import Engine
     from barchain.studies.stability.plan import StabilityPlan
     from barchain.studies.store import StudyStore
     from barchain.studies.study import Reporter
@@ -76,7 +77,6 @@ class StabilityRun:
         self.plan, self.report, self.note = plan, reporter.step, reporter.note
         self.store = StabilityStore(store, plan.time_limit_s, order)
         self.scenes = {scene.name: HardSceneRuns(scene) for scene in plan.scenes}
-        self.classes: dict[str, type[Engine]] = {name: engine_class(r) for name, r in plan.engines.items()}
         self.recorded = expected.recorded()
         self.findings: dict[Pair, Finding] = {}
         self.changes: list[expected.OutcomeChange] = []
@@ -99,17 +99,19 @@ class StabilityRun:
                 found += exact_jobs(scene)
             for name, registration in self.plan.engines.items():
                 if (scene.name, name) not in self.findings:
-                    own = settings(scene, self.classes[name])
+                    own = settings(scene, engine_class(registration))
                     found += [Job(scene, name, registration, own[r], r) for r in wanted if r in own]
         return found
 
     def leave_out(self) -> None:
-        """Settle the engines that do not support a scene."""
+        """Settle the engines that do not support a scene, and those that do not load."""
         for scene in self.plan.scenes:
-            for name, engine in self.classes.items():
-                reason = engine.unsupported(scene)
-                if reason is not None:
-                    self.settle(scene.name, name, Finding(Stability.UNSUPPORTED, reason))
+            for name, registration in self.plan.engines.items():
+                out = cannot(scene, name, registration)
+                if out is not None:
+                    supported = out.outcome is not Outcome.UNSUPPORTED
+                    word = Stability.FAILED if supported else Stability.UNSUPPORTED
+                    self.settle(scene.name, name, Finding(word, out.reason))
 
     def hopeful(self, jobs: list[Job]) -> list[Job]:
         """Runs expected within the time limit; a run whose coarser run timed out is settled as timed out."""
@@ -194,10 +196,14 @@ class StabilityRun:
 
     def judge(self, progress: HardSceneRuns, engine: str) -> None:
         """Judge an engine whose runs are all there."""
-        scene, runs, own = progress.scene, progress.runs[engine], self.classes[engine]
+        scene, runs = progress.scene, progress.runs[engine]
+        own = engine_class(self.plan.engines[engine])
         engine_runs = EngineRuns(scene, engine, own, settings(scene, own), runs, progress.solution)
-        reason = unsupported(own, progress.solution) if progress.solution is not None else None
-        found = finding(engine_runs) if reason is None else Finding(Stability.UNSUPPORTED, reason)
+        try:
+            reason = unsupported(own, progress.solution) if progress.solution is not None else None
+            found = finding(engine_runs) if reason is None else Finding(Stability.UNSUPPORTED, reason)
+        except EngineError as error:  # an engine of another package that gives no answer on the motion
+            found = Finding(Stability.FAILED, str(error))
         self.settle(scene.name, engine, found, engine_runs)
         for role in (Role.MAIN, Role.FINER):
             job = Job(scene, engine, self.plan.engines[engine], engine_runs.settings[role], role)

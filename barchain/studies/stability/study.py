@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from barchain.boundary.declared import engine_class
+from barchain.record.facts import engine_facts
 from barchain.run.selection import unique_names
 from barchain.studies.stability.limits import TIME_LIMIT_S
 from barchain.studies.stability.plan import StabilityPlan, chosen_engines, hard_scenes
@@ -59,7 +59,7 @@ class StabilityStudy:
         return {
             "time_limit_s": plan.time_limit_s,
             "scenes": {s.name: scene_words(s) for s in plan.scenes},
-            "engines": {name: engine_class(r).title for name, r in plan.engines.items()},
+            "engines": {name: engine_facts(r).get("title", "") for name, r in plan.engines.items()},
             "references": [name for name in OURS if name in plan.engines],
             "runs": [],
         }
