@@ -162,9 +162,15 @@ def test_workers_that_all_leave_are_given_up_after_the_stated_time(tmp_path, cap
 
 
 @pytest.mark.slow
-def test_a_part_that_kills_worker_after_worker_ends_the_command(tmp_path, capfd, cluster):
-    cluster.worker(local_cluster.DIES)
-    Ended(capfd, tmp_path / "out", cluster.address).check(1, "4 workers died while they ran one part", 90.0)
+def test_a_part_that_kills_its_worker_too_often_ends_the_command(tmp_path, capfd, monkeypatch):
+    monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
+    (tmp_path / "cluster").mkdir()
+    cluster = LocalCluster(tmp_path / "cluster")
+    try:
+        cluster.worker(local_cluster.DIES, "--no-nanny")
+        Ended(capfd, tmp_path / "out", cluster.address).check(1, "a part was lost with its worker (deaths: 1)", 60.0)
+    finally:
+        cluster.close()
 
 
 def test_parts_of_another_plan_are_not_taken(tmp_path, monkeypatch):

@@ -104,7 +104,7 @@ def task_fault(error: BaseException) -> str:
     name = type(error).__name__  # classes of Dask are an extra
     if name == "KilledWorker":
         deaths = int(getattr(error, "allowed_failures", 0)) + 1
-        return f"{deaths} workers died while they ran one part; their logs or memory limits may tell why"
+        return f"a part was lost with its worker (deaths: {deaths}); logs or memory limits of workers may tell why"
     if name == "FutureCancelledError":
         return f"the scheduler dropped a part ({plain_text(error, 160)})"
     if isinstance(error, WrongWorkerError):
