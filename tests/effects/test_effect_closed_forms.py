@@ -34,9 +34,9 @@ from tests.effects.effect_runs import (
     placed,
     ran,
 )
-from tests.studies.roundoff import C, Case, U, forward, joint_bound
 from tests.support import effect_cases
 from tests.support.effect_cases import J2, MU, RADIUS, chain, seen, vectors
+from tests.support.joint_roundoff import C, Case, U, forward, joint_bound
 from tests.support.radial_chain import first_moments, radial_tension
 
 if TYPE_CHECKING:

@@ -29,8 +29,8 @@ from reference_impl.model.kinematics import consistent_state
 from scenarios import load_scene, scene_names
 from tests.effects.effect_sizes import sizes
 from tests.reference.laws import LAWS
-from tests.studies.roundoff import MU, RADIUS, C, Case, U, case, forward, joint_bound, magnitudes, sums
 from tests.support.fast_evaluation import fast_accelerations
+from tests.support.joint_roundoff import MU, RADIUS, C, Case, U, case, forward, joint_bound, magnitudes, sums
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory

@@ -199,4 +199,4 @@ def test_a_comparison_cut_off_leaves_the_tables_it_had(tmp_path):
 
 def test_a_scene_that_no_external_engine_passes_is_a_failure():
     result = run_comparison([SCENE], registered=registered(["GivesUp"]), need_external=True)
-    assert result.outcomes[SCENE, "(any external)"] is Outcome.NOTHING_COMPARED
+    assert result.outcomes[SCENE, "(any independent engine)"] is Outcome.NOTHING_COMPARED

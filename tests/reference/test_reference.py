@@ -286,7 +286,7 @@ def test_projection_acts_after_every_step_and_its_evaluations_are_counted() -> N
     assert abs(np.linalg.norm(held.y[-1]) - 1.0) < abs(np.linalg.norm(free.y[-1]) - 1.0)
 
 
-class Line:
+class FlatSurface:
     """A surface at zero that is always looked at."""
 
     def height(self, y):
@@ -301,14 +301,14 @@ def test_a_dip_within_one_step_is_found_and_a_near_miss_is_not() -> None:
         return np.array([y[1], 1.0])
 
     for depth in (1e-2, 1e-4):
-        lowest = integrate(parabola, np.array([0.125 - depth, -0.5]), TIMES, np.full(2, 1e-10), surface=Line())
+        lowest = integrate(parabola, np.array([0.125 - depth, -0.5]), TIMES, np.full(2, 1e-10), surface=FlatSurface())
         assert lowest.stopped_s == pytest.approx(0.5 - math.sqrt(2.0 * depth), abs=1e-8)
-    miss = integrate(parabola, np.array([0.125 + 1e-4, -0.5]), TIMES, np.full(2, 1e-10), surface=Line())
+    miss = integrate(parabola, np.array([0.125 + 1e-4, -0.5]), TIMES, np.full(2, 1e-10), surface=FlatSurface())
     assert miss.stopped_s is None
 
 
 def test_a_start_below_the_surface_stops_at_once() -> None:
-    seen = integrate(decay, np.array([-1.0]), TIMES, np.full(1, 1e-10), surface=Line())
+    seen = integrate(decay, np.array([-1.0]), TIMES, np.full(1, 1e-10), surface=FlatSurface())
     assert seen.stopped_s == 0.0
     assert len(seen.t_s) == 1
 

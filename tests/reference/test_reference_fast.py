@@ -27,10 +27,10 @@ from reference_impl.integrate.simulate import Simulation
 from reference_impl.model import relative
 from scenarios import load_scene
 from tests.reference.laws import LAWS
-from tests.studies.roundoff import C, Case, U, case, forward, joint_bound, magnitudes, sums
 from tests.support.arbiter import judge
 from tests.support.fast_evaluation import fast_accelerations, with_angles
 from tests.support.generic_scenes import generic, steep
+from tests.support.joint_roundoff import C, Case, U, case, forward, joint_bound, magnitudes, sums
 from tests.support.scene_lists import TAME
 
 if TYPE_CHECKING:
@@ -183,7 +183,7 @@ def test_without_numba_it_is_missing_with_advice(monkeypatch: pytest.MonkeyPatch
 
 COUNT = """
 from reference_impl.fast import stepper
-from tests.studies.roundoff import case
+from tests.support.joint_roundoff import case
 from reference_impl.fast.simulate import FastSimulation
 s = (c := case(1, 3, "point", 0.0)).state
 FastSimulation(c.model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=1e-9)

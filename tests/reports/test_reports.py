@@ -311,7 +311,7 @@ def test_a_scene_without_an_independent_engine_spoils_the_verdict(tmp_path: Path
 
 
 def test_a_row_about_several_engines_is_no_engine(tmp_path: Path) -> None:
-    rows = [one_row("pass", engine="ours"), one_row("nothing_compared", engine="(any external)")]
+    rows = [one_row("pass", engine="ours"), one_row("nothing_compared", engine="(any independent engine)")]
     folder = write_tables(tmp_path, rows)
     summary = summarise(read_results(folder))
     assert summary.engines == ("ours",)
