@@ -248,7 +248,7 @@ def test_a_cancelling_subtraction_put_back_into_an_effect_is_seen(what: str, mon
 def faulty(module: ModuleType, effect: ChainEffect, old: str, new: str, monkeypatch: pytest.MonkeyPatch) -> ChainEffect:
     """The effect, by its module's text with a change in it."""
     source = inspect.getsource(module)
-    assert source.count(old) == 1, "the line that this fault is put in place of is not there any more"
+    assert source.count(old) == 1, "the line that this fault replaces is not there any more"
     changed = ModuleType("faulty_effect")
     monkeypatch.setitem(sys.modules, changed.__name__, changed)
     exec(compile(source.replace(old, new), "faulty_effect.py", "exec"), changed.__dict__)

@@ -55,7 +55,7 @@ def registered(names):
 @pytest.fixture(scope="module")
 def spoiled(tmp_path_factory):
     """One comparison over every fault, with unmodified engines among them."""
-    folder = tmp_path_factory.mktemp("spoiled")
+    folder = tmp_path_factory.mktemp("faulty")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         result = run_comparison([SCENE], out=folder / "out", time_limit_s=8.0, registered=registered(FAULTS))

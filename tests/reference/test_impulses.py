@@ -1,4 +1,4 @@
-"""Blows against independent derivations: all equations at once, momentum, Gauss's least constraint."""
+"""Impulses against independent derivations: all equations at once, momentum, Gauss's least constraint."""
 
 from __future__ import annotations
 

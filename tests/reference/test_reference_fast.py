@@ -146,7 +146,7 @@ def test_a_joint_lost_in_round_off_is_reported_in_the_references_words() -> None
 
 
 def test_it_solves_a_chain_that_a_factorization_cannot_tell_apart() -> None:
-    """A bar 1e20 times lighter than its neighbours that no lever turns: the other refuses, the sweeps lose nothing."""
+    """A bar 1e20 times lighter than its neighbours that no lever turns: NumPy rejects it, the sweeps lose nothing."""
     c = case(3, 3, "none", 0.0)
     model = replace(c.model, mass_kg=np.array([1e20, 1.0, 1e20]), inertia_kg_m2=np.full(3, 1e40))
     solution, found = judge(model, 0.0, c.state), fast_accelerations(model, 0.0, c.state)
@@ -203,7 +203,7 @@ def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
 
 
 def test_laws_of_motion_begin_and_end_with_a_step_as_in_the_reference() -> None:
-    """A slew inside the run, between two samples: three stretches, the same steps in each."""
+    """A slew inside the run, between two samples: three segments, the same steps in each."""
     scene = load_scene("paper/fig17")
     law = replace(scene.effects.prescribed_rotation[0], start_s=37.0)
     scene = replace(scene, effects=replace(scene.effects, prescribed_rotation=(law,)))

@@ -57,7 +57,7 @@ if TYPE_CHECKING:
 
 SEED = 8  # three bars in a point's pull, for a third of an orbit
 FREE = 6  # two bars without gravity
-EVENTS = 2  # a blow, a thrust and a slew
+EVENTS = 2  # an impulse, a thrust and a slew
 MAIN, FINER = Setting(AccuracyParameter.RTOL, 1e-10), Setting(AccuracyParameter.RTOL, 1e-11)
 TURNED_DEG = 57.29577951308232
 
@@ -416,7 +416,7 @@ def test_any_form_of_any_scene_is_valid_or_none(seed: int) -> None:
 
 
 def test_shrinking_finds_what_matters() -> None:
-    """A blow on the third bar, seen at eleven samples."""
+    """An impulse on the third bar, seen at eleven samples."""
     busy, told = draw(EVENTS), []
 
     def shows(one: Scene) -> bool:

@@ -90,7 +90,7 @@ def on_threads(parts: list[EnsembleTask], workers: int | None, done: Callable[[i
         futures = {pool.submit(run_task, part): part for part in parts}
         for future in as_completed(futures):
             done(futures[future].part.runs)
-            future.result()  # a defect of ours shows at once
+            future.result()  # a defect of barchain shows at once
     return [future.result() for future in futures]
 
 
