@@ -60,6 +60,8 @@ class Chapter:
     """Makes the view of a result folder that holds these files"""
     text: str = ""
     """Markdown file beside the tables; empty: none"""
+    command: str = ""
+    """Command that writes the tables, if it is not called as the study is"""
     in_report: bool = True
     """Whether the report of a comparison in the same folder includes the chapter"""
 
@@ -83,5 +85,6 @@ class Chapter:
         """
         missing = self.missing_from(folder)
         if missing:
-            raise FileNotFoundError(f"{folder}: no {missing[0]} there; give a folder that barchain {self.name} wrote")
+            command = f"barchain {self.command or self.name}"
+            raise FileNotFoundError(f"{folder}: no {missing[0]} there; give a folder that {command} wrote")
         return fitting(folder / self.name, lambda: self.view(folder))

@@ -83,9 +83,17 @@ def render_all(folder: Path) -> list[Path]:
         If it holds neither a comparison nor a study.
     """
     views, compared = views_in(folder), holds_comparison(folder)
+    if not views and not any(os.path.lexists(folder / name) for name in (METRICS, RECORD)):
+        raise FileNotFoundError(nothing_known(folder))
     for chapter, view in views.items():
         if chapter.text:
             write_text(folder, chapter, view)
     own = [c for c in views if not (compared and c.in_report)]
     pages = [write_page(folder, chapter, views[chapter]) for chapter in own]
     return pages if own and not compared else [*pages, *write_report(folder, reported(views))]
+
+
+def nothing_known(folder: Path) -> str:
+    """Message on a folder without results: what was looked for there."""
+    sought = ", ".join(chapter.name for chapter in CHAPTERS)
+    return f"{folder}: no {METRICS} of a comparison there, and no tables of a study ({sought})"

@@ -78,15 +78,15 @@ def start_radius_m(body: CentralBody, orbit: Orbit) -> float:
     return body.radius_m + orbit.altitude_m
 
 
-def is_bound(orbit: Orbit, gravity: Gravity) -> bool:
+def is_bound(speed_factor: float, gravity: Gravity) -> bool:
     """Whether the osculating orbit at t = 0 is an ellipse."""
-    return gravity is not Gravity.NONE and orbit.speed_factor**2 < 2.0
+    return gravity is not Gravity.NONE and speed_factor**2 < 2.0
 
 
 def period_s(body: CentralBody, orbit: Orbit, gravity: Gravity) -> float:
     """Period of the osculating orbit at t = 0, s, by Kepler's third law; of the circular orbit at r0 if not bound."""
     r0 = start_radius_m(body, orbit)
-    semi_major_m = r0 / (2.0 - orbit.speed_factor**2) if is_bound(orbit, gravity) else r0
+    semi_major_m = r0 / (2.0 - orbit.speed_factor**2) if is_bound(orbit.speed_factor, gravity) else r0
     return 2.0 * math.pi * math.sqrt(semi_major_m**3 / body.mu_m3_s2)
 
 
@@ -153,7 +153,7 @@ class Scene:
     @property
     def bound(self) -> bool:
         """Whether the osculating orbit at t = 0 is an ellipse."""
-        return is_bound(self.orbit, self.effects.gravity)
+        return is_bound(self.orbit.speed_factor, self.effects.gravity)
 
     @property
     def period_s(self) -> float:

@@ -142,6 +142,6 @@ def smooth_intervals(scene: Scene, t_s: Array) -> NDArray[np.bool_]:
     for at_s in [t for thrust in effects.thrust for t in thrust.breaks_s] + [
         impulse.at_s for impulse in effects.impulse
     ]:
-        k = int(np.searchsorted(t_s, at_s))  # the interval that ends at the break or after it
+        k = int(np.searchsorted(t_s, at_s))  # the interval that ends at that instant or after it
         known[max(k - 2, 0) : k + 2] = False
     return known

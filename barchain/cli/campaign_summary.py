@@ -8,24 +8,14 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 
 from barchain.cli.common.terminal import literal, say, show
-from barchain.studies.selftest.campaign.cells import CellClass
-from barchain.studies.selftest.campaign.rates import ALL
+from reports.tables.campaign import ALL, ENGINE_CLASSES, FAULT_CLASSES
 
 if TYPE_CHECKING:
     from barchain.studies.selftest.campaign.cells import CampaignCell
     from barchain.studies.selftest.campaign.findings import KeptFinding
     from barchain.studies.selftest.campaign.rates import Rate
     from barchain.studies.selftest.campaign.study import Campaign
-
-FAULT_CLASSES = (
-    CellClass.CAUGHT,
-    CellClass.MISSED,
-    CellClass.BELOW,
-    CellClass.BEYOND,
-    CellClass.NOTHING,
-    CellClass.BROKEN,
-)
-ENGINE_CLASSES = (CellClass.PASS, CellClass.LIMITED, CellClass.FALSE_ALARM, CellClass.UNSUPPORTED, CellClass.LATE)
+    from reports.tables.campaign import CellClass
 
 
 def show_campaign(found: Campaign, *, kept: bool) -> None:

@@ -14,13 +14,13 @@ import click
 from barchain.cli.common.exit_codes import findings
 from barchain.cli.common.names import HOST, HostType
 from barchain.cli.common.numbers import MOST_REPEATS, MOST_SCENES, SECONDS, SEED
-from barchain.cli.common.terminal import literal
+from barchain.cli.common.terminal import literal, say
 from barchain.record.command import typed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from barchain.studies.selftest.campaign.study import CampaignPlan
+    from barchain.studies.selftest.campaign.study import CampaignOptions, CampaignPlan, CampaignStudy
     from barchain.studies.selftest.faults.fault import Fault
 
 
@@ -83,33 +83,35 @@ def run_random(
     from barchain.studies.selftest.campaign.runs import in_workers  # noqa: PLC0415
     from barchain.studies.selftest.campaign.study import CampaignStudy  # noqa: PLC0415
     from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
+    from reports.render import render_study  # noqa: PLC0415
 
     if listed:
         show_faults(FAULTS.values())
         return
-    plan = plan_of(asked, engines, faults, workers)
+    verdicts = VerdictWorkers(workers or os.cpu_count() or 1)
+    study, reporter = CampaignStudy(in_workers(workers), verdicts), Reporter(counted=counted)
+    plan = plan_of(study, options_of(asked, engines, faults, workers))
     if out:
         claim_study(out, "campaign", overwrite=overwrite)
-    verdicts = VerdictWorkers(workers or os.cpu_count() or 1)
     with tempfile.TemporaryDirectory() as scratch:
         folder = out or Path(scratch)
         try:
-            study, reporter = CampaignStudy(in_workers(workers), verdicts), Reporter(counted=counted)
             found = run_study(study, plan, folder, command=typed(), reporter=reporter)
         finally:
             verdicts.close()
         show_campaign(found, kept=out is not None)
+    if out:
+        say(f"selftest: {render_study('campaign', out).page}")
     if not found.passed:
         raise findings()
 
 
-def plan_of(
+def options_of(
     asked: RandomOptions, engines: tuple[str, ...], faults: tuple[str, ...], workers: int | None
-) -> CampaignPlan:
-    """Plan of a campaign; a missing engine ends the command."""
+) -> CampaignOptions:
+    """Options of a campaign; a missing engine ends the command."""
     from barchain.cli.common.names import need_engine  # noqa: PLC0415
-    from barchain.studies.selftest.campaign.study import HOSTS, CampaignOptions, make_plan  # noqa: PLC0415
-    from barchain.studies.selftest.faults.catalogue import UnknownFaultError  # noqa: PLC0415
+    from barchain.studies.selftest.campaign.study import HOSTS, CampaignOptions  # noqa: PLC0415
 
     hosts = () if asked.hosts == (HostType.NONE,) else asked.hosts or HOSTS
     for name in dict.fromkeys((*engines, *hosts)):
@@ -117,8 +119,15 @@ def plan_of(
     assert asked.number is not None
     given: dict[str, Any] = {"seed": asked.seed, "most_reruns": asked.reruns, "shrink_s": asked.shrink_seconds}
     options = CampaignOptions(asked.number, engines=engines, hosts=hosts, faults=faults, workers=workers)
+    return replace(options, **{name: value for name, value in given.items() if value is not None})
+
+
+def plan_of(study: CampaignStudy, options: CampaignOptions) -> CampaignPlan:
+    """Plan of a campaign; an unknown fault ends the command."""
+    from barchain.studies.selftest.faults.catalogue import UnknownFaultError  # noqa: PLC0415
+
     try:
-        return make_plan(replace(options, **{name: value for name, value in given.items() if value is not None}))
+        return study.plan(options)
     except UnknownFaultError as error:
         raise click.UsageError(f"--fault {error}") from error
 

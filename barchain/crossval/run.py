@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from barchain.crossval.record import new_record
-from barchain.crossval.suite import ANY_EXTERNAL, ComparisonPlan, Suite
+from barchain.crossval.suite import ANY_INDEPENDENT, ComparisonPlan, Suite
 from barchain.record.folder_lock import locked
 from barchain.run.compiler_cache import keep_compiled
 from barchain.run.selection import chosen_engines, unique_names
@@ -88,7 +88,7 @@ def run_comparison(
         named=engine_names is not None,
     )
     with tempfile.TemporaryDirectory() as scratch:
-        order = [(s.name, e) for s in plan.scenes for e in [REFERENCE_SOLUTION, *chosen, ANY_EXTERNAL]]
+        order = [(s.name, e) for s in plan.scenes for e in [REFERENCE_SOLUTION, *chosen, ANY_INDEPENDENT]]
         folder, note = Path(out) if out is not None else Path(scratch), notes or (lambda _: None)
         with locked(folder):
             keep_compiled(note)

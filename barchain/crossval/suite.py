@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from barchain.run.store import Store
     from scenarios import Scene
 
-ANY_EXTERNAL = "(any external)"
+ANY_INDEPENDENT = "(any independent engine)"
 SEVERAL = 2
 """Scenes of which an engine must support at least one: its failure is then no accident of one scene"""
 
@@ -305,7 +305,9 @@ class Suite:
             outside = [v.outcome for e, v in progress.verdicts.items() if self.plan.engines[e].external]
             if Outcome.PASS not in outside:
                 reason = "no engine with independent physics was compared and passed on this scene"
-                self.settle(name, ANY_EXTERNAL, no_verdict(name, ANY_EXTERNAL, None, Outcome.NOTHING_COMPARED, reason))
+                self.settle(
+                    name, ANY_INDEPENDENT, no_verdict(name, ANY_INDEPENDENT, None, Outcome.NOTHING_COMPARED, reason)
+                )
 
     def require_compared(self) -> None:
         """Reject engines compared on no scene, if they were requested by name or had several scenes to do."""

@@ -1,5 +1,6 @@
-"""What one engine at one setting may be off by in one scene: one object for each verdict, each member computed once.
+"""Error model of one engine at one setting in one scene, for the main run of a verdict.
 
+The finer run and each restart have an error model of their own; in each, every member is computed once.
 Everything here follows from the scene, the reference solution, and the promise of the engine's method at its setting.
 Nothing follows from the engine's own run, except a count of steps, which is bounded
 (`barchain.judge.declared_noise`).

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-OURS = ("adapters", "reference_impl", "scenarios")
+ENGINE_PACKAGES = ("adapters", "reference_impl", "scenarios")
 """Packages that decide a run of any engine"""
 COMPILED = {".so", ".pyd", ".dylib", ".dll"}
 DIGITS = 16
@@ -29,7 +29,7 @@ def source_digest(target: str, distribution: str = "") -> str:
         Distribution that registers the engine, of another package: all its files count, and its version.
     """
     top = target.partition(":")[0].partition(".")[0]
-    if top in OURS and not distribution:
+    if top in ENGINE_PACKAGES and not distribution:
         return our_digest()
     return f"{our_digest()}+{digest_of(top)}{installed_digest(distribution) if distribution else ''}"
 
@@ -52,7 +52,7 @@ def installed_digest(distribution: str) -> str:
 @cache
 def our_digest() -> str:
     """Digest of barchain's own sources, computed once in a process."""
-    return digest_of(*OURS)
+    return digest_of(*ENGINE_PACKAGES)
 
 
 def digest_of(*names: str) -> str:

@@ -22,7 +22,7 @@ EVENT_TOLERANCE = 1e-12  # of a step, of an event time; the state is as accurate
 SECANT_SPAN = 1e-4  # of a step, for the slope of an event function
 SECANT_ITERATIONS = 5  # two suffice: the interpolant's error is 1e-7 of a step or less
 SHORT_MODE_TOLERANCE = 1e-6  # of the time between two samples; any instant within a short mode suffices
-SAME_INSTANT = 1e-12  # of the run: an impulse nearer than this to a break occurs at the break
+SAME_INSTANT = 1e-12  # of the run: an impulse nearer than this to an event occurs at that event
 
 
 class DiscreteModes:

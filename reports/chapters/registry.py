@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from reports.chapter import Chapter
+from reports.chapters.campaign.view import view_campaign
 from reports.chapters.cost.view import view_cost
 from reports.chapters.effects.view import view_effects
 from reports.chapters.ensemble.view import view_ensemble
@@ -23,6 +24,10 @@ CHAPTERS = (
     "effects.md"), Chapter(
         "selftest", "Detection of inserted faults", ("selftest.csv", "selftest.json"), view_selftest, "selftest.md",
         in_report=False,
+    ),
+    Chapter(
+        "campaign", "Random campaign", ("campaign.csv", "rates.csv", "campaign.json"), view_campaign, "campaign.md",
+        command="selftest --random N", in_report=False,
     ),
     Chapter(
         "stability", "Numerical stability on hard scenes", ("outcomes.csv", "evidence.csv", "run.json"),

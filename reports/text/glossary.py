@@ -30,7 +30,7 @@ TERMS = {
     "6.0×10⁻⁸ in single precision (float32).",
     "absolute coordinates": "Positions measured from the centre of the body; relative ones are measured from the "
     "chain's centre of mass.",
-    "seeded fault": "Known error put into an engine on purpose, to test whether the checks detect it.",
+    "inserted fault": "Known error that is inserted into an engine on purpose, to test whether the checks detect it.",
     "control": "Engine without a fault; every check must accept its runs.",
     "resolved": "Larger than the numerical error of both runs.",
     "perturbed run": "Run of the same scene with slightly different initial values or parameters.",

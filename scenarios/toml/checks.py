@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from scenarios.effect_types import Gravity
 from scenarios.limits import VALUES, LimitError
+from scenarios.scene import is_bound
 from scenarios.toml.effect_tables import each, slender_inertia
 
 if TYPE_CHECKING:
@@ -139,15 +141,14 @@ def check_slender(scene: SceneTables) -> None:
 
 def check_run_is_bound(scene: SceneTables) -> None:
     """Check that a duration in orbits comes with a bound orbit, which has a period."""
-    if scene.run.orbits is None:
+    gravity, factor = Gravity(scene.effects.gravity), scene.orbit.speed_factor
+    if scene.run.orbits is None or is_bound(factor, gravity):
         return
-    if scene.effects.gravity == "none":
+    if gravity is Gravity.NONE:
         raise ValueError("run.orbits: without gravity the orbit has no period; give duration_s")
-    if scene.orbit.speed_factor**2 >= 2.0:
-        raise ValueError(
-            f"run.orbits: the orbit is not bound (speed_factor = {scene.orbit.speed_factor:g}, allowed below sqrt(2)); "
-            "give duration_s"
-        )
+    raise ValueError(
+        f"run.orbits: the orbit is not bound (speed_factor = {factor:g}, allowed below sqrt(2)); give duration_s"
+    )
 
 
 def check_size(scene: SceneTables) -> None:

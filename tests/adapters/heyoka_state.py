@@ -1,4 +1,4 @@
-"""The oracle's equations evaluated at a single state, rounded to double at the very end."""
+"""The certified solution's equations evaluated at a single state, rounded to double at the very end."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def compiled(structure: Structure, precision: Precision) -> Any:
 
 
 def certified_accelerations(model: ChainModel, t_s: float, state: State, precision: Precision = QUAD) -> Accelerations:
-    """What the reference's `accelerations` gives, by the oracle's equations."""
+    """What the reference's `accelerations` gives, by the certified solution's equations."""
     number, n = precision.number, model.bars
     function = compiled(shape_of(model), precision)
     y = np.concatenate([state.com_m, state.com_velocity_m_s, state.angle_rad, state.rate_rad_s])

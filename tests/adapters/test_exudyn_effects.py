@@ -1,4 +1,4 @@
-"""Effects in Exudyn's engines: loads against formulas in many digits, order of convergence, jumps, refusals."""
+"""Effects in Exudyn's engines: loads against formulas in many digits, order of convergence, jumps, rejections."""
 
 from __future__ import annotations
 

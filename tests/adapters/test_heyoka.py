@@ -1,4 +1,4 @@
-"""The oracle's equations and its runs: another derivation, every precision, the surface, and breaks of laws."""
+"""The certified solution's equations: another derivation, every precision, the surface, and breaks of laws."""
 
 from __future__ import annotations
 

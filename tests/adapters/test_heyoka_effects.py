@@ -1,4 +1,4 @@
-"""The oracle's effects against potentials, elements along a bar, closed forms and balances of their own.
+"""Effects of the certified solution against potentials, elements along a bar, closed forms and balances of their own.
 
 Forces and torques are those on a lone bar, in quadruple precision against fifty digits: what is left is 1e-30 of the
 largest term times a few dozen operations. In double the same equations may lose no more than round-off.

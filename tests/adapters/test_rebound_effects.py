@@ -415,7 +415,7 @@ def sails():
 
 @pytest.mark.parametrize("name", ["drag", "solar_pressure", "sails", "thrust", "impulse"])
 def test_a_tracks_answer_to_the_attitude_counts_what_pushes_by_it(name):
-    """A twin a million times further aside than usual: what its track does stands out of the tracks' own errors."""
+    """A run perturbed a million times more than usual: what its track does stands out of the tracks' own errors."""
     scene = sails() if name == "sails" else load_scene(f"effects/{name}")
     aside = with_perturbed_start(scene)
     moved = dataclasses.replace(

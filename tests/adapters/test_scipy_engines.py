@@ -35,7 +35,7 @@ def run(engine, scene, rtol):
 
 @functools.cache
 def slewed():
-    """Fig. 17's slew, started after a while, and a sample on either side of its breaks."""
+    """Fig. 17's slew, started after a while, and a sample on either side of its ends."""
     scene = load_scene("paper/fig17")
     law = dataclasses.replace(scene.effects.prescribed_rotation[0], start_s=33.3)
     effects = dataclasses.replace(scene.effects, prescribed_rotation=(law,))
@@ -63,7 +63,7 @@ def test_a_sample_on_a_break_and_none_since_the_last_one_is_where_it_is_asked_fo
 
 @ALL
 def test_no_step_straddles_a_break(engine, monkeypatch):
-    """Each stretch is a run of its own, so that no solver looks beyond a break before it has stopped there."""
+    """Each segment is a run of its own, so that no solver looks beyond a break before it has stopped there."""
     asked = []
     own = engine.solver
 

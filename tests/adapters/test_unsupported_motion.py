@@ -115,7 +115,7 @@ def test_a_bar_that_is_edge_on_all_the_time_has_no_face_to_turn(effect: str) -> 
 
 
 def test_slopes_beside_a_blow_are_not_relied_on() -> None:
-    """The tilt falls until a blow turns it round: the cubic through both ends of that interval would swing below."""
+    """The tilt falls until an impulse turns it: the cubic through both ends of that interval would swing below."""
     scene, t = one_bar("sunlight"), np.linspace(0.0, 100.0, 11)
     rate = np.where(t <= 50.0, -1e-2, 1e-2)
     seen = motion(scene, t, 1e-3 + 1e-2 * np.abs(t - 50.0), rate)

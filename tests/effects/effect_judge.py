@@ -54,7 +54,7 @@ class Bar:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class EffectVerdict:
     """What is right for N bars, rounded to double at the very end."""
 
     whole: Array
@@ -65,14 +65,14 @@ class Verdict:
     """(N,) torque over moment of inertia, rad/s²"""
 
 
-def judge(effect: ChainEffect, model: ChainModel, state: State, t_s: float) -> Verdict:
+def judge(effect: ChainEffect, model: ChainModel, state: State, t_s: float) -> EffectVerdict:
     """Right accelerations of a state."""
     with mp.workdps(DIGITS):
         bars = bars_of(effect, model, state)
         found = [on_bar(effect, model, state, t_s, j, bar) for j, bar in enumerate(bars)]
         mass = [bar.mass for bar in bars]
         mean = sum((m * a for m, (a, _) in zip(mass, found, strict=True)), mp.mpc(0)) / sum(mass)
-        return Verdict(
+        return EffectVerdict(
             np.array([complex(a) for a, _ in found]),
             np.array([complex(a - mean) for a, _ in found]),
             np.array([float(s) for _, s in found]),

@@ -81,7 +81,7 @@ def unit(key: str) -> str:
 
 
 def engine_table() -> str:
-    """Which engine declares which effects; those of ours, or of others, that declare the same share a row.
+    """Which engine declares which effects; built on the reference or not, those that declare the same share a row.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def engine_table() -> str:
 
 
 def cells(carried: frozenset[str]) -> Iterator[str]:
-    """What an engine carries of each kind of effect: yes, no, or which of them."""
+    """Support by an engine of each kind of effect: yes, no, or which of them."""
     every = frozenset().union(*(r.load().effects for r in ENGINES.values()))
     for pattern in EFFECTS.values():
         kind = {name for name in every if re.match(pattern, name)}

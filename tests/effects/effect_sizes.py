@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
     from reference_impl.model.chain import ChainModel
     from reference_impl.model.state import State
-    from tests.studies.roundoff import Case
+    from tests.support.joint_roundoff import Case
 
 
 @dataclass(frozen=True)
-class Sizes:
+class EffectSizes:
     """Of all effects of a model together."""
 
     acceleration: Array
@@ -30,11 +30,11 @@ class Sizes:
     """m/s²"""
 
 
-def sizes(c: Case, t_s: float) -> Sizes:
+def sizes(c: Case, t_s: float) -> EffectSizes:
     """Magnitudes of the effects of a chain in a state."""
     found = [SIZES[effect.name](effect, c.model, c.state, t_s) for effect in c.model.effects]
     nothing = np.zeros(c.model.bars)
-    return Sizes(
+    return EffectSizes(
         sum((f[0] for f in found), nothing), sum((f[1] for f in found), nothing), float(sum(f[2] for f in found))
     )
 

@@ -34,9 +34,9 @@ from tests.effects.effect_runs import (
     placed,
     ran,
 )
-from tests.studies.roundoff import C, Case, U, forward, joint_bound
 from tests.support import effect_cases
 from tests.support.effect_cases import J2, MU, RADIUS, chain, seen, vectors
+from tests.support.joint_roundoff import C, Case, U, forward, joint_bound
 from tests.support.radial_chain import first_moments, radial_tension
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def test_without_the_central_bodys_pull_a_bar_goes_round_the_third_body() -> Non
     state = consistent_state(model, start, speed, np.zeros(1), np.zeros(1))
     t = np.linspace(0.0, 1.5 * np.pi / inner, 13)
     h = ran(model, state, t)
-    # a speed off by rtol (in units of the far start's) stretches the near orbit by 2, and its phase by 3 n t of that
+    # a speed off by rtol (in units of the far start's) lengthens the near orbit by 2, and its phase by 3 n t of that
     unit = max(1.0, np.linalg.norm(start) / near)
     allowed = h.steps * RTOL * unit * 2.0 * (1.0 + 3.0 * inner * t[-1]) * np.linalg.norm(start)
     assert np.abs(h.com_m[:, 0] + 1j * h.com_m[:, 1] - exact(t)).max() <= allowed

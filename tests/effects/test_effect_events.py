@@ -90,7 +90,7 @@ def test_no_step_sees_two_kinds_of_what_is_held_nor_straddles_an_instant_of_a_ta
         within = watch.evaluations[before:mark]
         assert len({held for _, held in within}) <= 1
         reached = [t for t, _ in within]
-        assert all(start <= t <= end for t in reached[-12:])  # those before may be of steps that were refused
+        assert all(start <= t <= end for t in reached[-12:])  # those before may be of steps that were rejected
         slack = 1e-12 * duration
         assert not any(start + slack < t < end - slack for t in model.breaks_s)
         before = mark
@@ -165,8 +165,8 @@ def test_a_sample_on_the_end_of_a_thrust_still_shows_it(samples: int, at: int) -
     assert h.reaction_N[0].any()  # at t = 0, just after
 
 
-def test_blows_at_one_instant_are_struck_together_and_each_instant_adds_its_reactions() -> None:
-    """Impulsive reactions are linear in the blows."""
+def test_impulses_at_one_instant_are_struck_together_and_each_instant_adds_its_reactions() -> None:
+    """Impulsive reactions are linear in the impulses."""
     one, two = BarImpulse(0, -1.0, False, 1.0, 5.0, 0.25), BarImpulse(2, 1.0, True, 2.0, 3.0, 0.25)
     t = np.linspace(0.0, 1.0, 3)
 

@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from reference_impl.effects import oblateness, quadrupole, second_moment, slender, third_body
 from reference_impl.model import relative
 from tests.effects.effect_bounds import Bounds, C, U, bounds
-from tests.effects.effect_judge import Verdict, energy, judge
+from tests.effects.effect_judge import EffectVerdict, energy, judge
 from tests.support.effect_cases import (
     KINDS,
     T_S,
@@ -50,7 +50,7 @@ def looked_at(kind: str, seed: int, length_m: float, bars: int = 3):
     return model, KINDS[kind](random, model), motion(random, model)
 
 
-def excess(push: EffectAccelerations, right: Verdict, size: Bounds, weight: np.ndarray) -> dict[str, float]:
+def excess(push: EffectAccelerations, right: EffectVerdict, size: Bounds, weight: np.ndarray) -> dict[str, float]:
     """Errors in units of what round-off allows."""
     apart = push.difference - push.difference @ weight
     errors = {
@@ -248,7 +248,7 @@ def test_a_cancelling_subtraction_put_back_into_an_effect_is_seen(what: str, mon
 def faulty(module: ModuleType, effect: ChainEffect, old: str, new: str, monkeypatch: pytest.MonkeyPatch) -> ChainEffect:
     """The effect, by its module's text with a change in it."""
     source = inspect.getsource(module)
-    assert source.count(old) == 1, "the line that this fault is put in place of is not there any more"
+    assert source.count(old) == 1, "the line that this fault replaces is not there any more"
     changed = ModuleType("faulty_effect")
     monkeypatch.setitem(sys.modules, changed.__name__, changed)
     exec(compile(source.replace(old, new), "faulty_effect.py", "exec"), changed.__dict__)

@@ -29,8 +29,8 @@ from reference_impl.model.kinematics import consistent_state
 from scenarios import load_scene, scene_names
 from tests.effects.effect_sizes import sizes
 from tests.reference.laws import LAWS
-from tests.studies.roundoff import MU, RADIUS, C, Case, U, case, forward, joint_bound, magnitudes, sums
 from tests.support.fast_evaluation import fast_accelerations
+from tests.support.joint_roundoff import MU, RADIUS, C, Case, U, case, forward, joint_bound, magnitudes, sums
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
@@ -218,7 +218,7 @@ def test_the_shadow_is_entered_and_left_when_the_reference_does(monkeypatch: pyt
 
 
 def test_what_is_seen_on_a_jump_is_what_was_before_it() -> None:
-    """Samples on a thrust's ends and on a blow: reactions of both references are the same ones."""
+    """Samples on a thrust's ends and on an impulse: reactions of both references are the same ones."""
     scene = load_scene("effects/everything")
     scene = replace(scene, run=replace(scene.run, duration_s=1200.0, samples=241))
     jumps = [t for t in scene.effects.breaks_s if t in scene.times_s]

@@ -1,4 +1,4 @@
-"""External engines that support a scene: unsupported effects are told from unsupported instants."""
+"""Engines of independent physics that support a scene: unsupported effects are told from unsupported instants."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def registered(names):
 @pytest.fixture(scope="module")
 def spoiled(tmp_path_factory):
     """One comparison over every fault, with unmodified engines among them."""
-    folder = tmp_path_factory.mktemp("spoiled")
+    folder = tmp_path_factory.mktemp("faulty")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         result = run_comparison([SCENE], out=folder / "out", time_limit_s=8.0, registered=registered(FAULTS))
@@ -199,4 +199,4 @@ def test_a_comparison_cut_off_leaves_the_tables_it_had(tmp_path):
 
 def test_a_scene_that_no_external_engine_passes_is_a_failure():
     result = run_comparison([SCENE], registered=registered(["GivesUp"]), need_external=True)
-    assert result.outcomes[SCENE, "(any external)"] is Outcome.NOTHING_COMPARED
+    assert result.outcomes[SCENE, "(any independent engine)"] is Outcome.NOTHING_COMPARED

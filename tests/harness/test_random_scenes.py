@@ -69,7 +69,7 @@ def growing(values: np.ndarray) -> np.ndarray:
     return values * np.linspace(1.0, 1.0 + 1e-5, len(values))[:, None]
 
 
-SPOILT = {
+FAULTY = {
     "velocity": (lambda seen: seen.replace(com_velocity_m_s=growing(seen.com_velocity_m_s)), "energy"),
     "place": (lambda seen: seen.replace(com_m=growing(seen.com_m)), "energy"),
     "gap": (lambda seen: seen.replace(gap_m=seen.gap_m + 1e-3), "gap"),
@@ -78,10 +78,10 @@ SPOILT = {
 }
 
 
-@pytest.mark.parametrize(("spoil", "word"), SPOILT.values(), ids=SPOILT)
-def test_what_is_not_kept_is_seen(spoil, word: str) -> None:
+@pytest.mark.parametrize(("insert", "word"), FAULTY.values(), ids=FAULTY)
+def test_what_is_not_kept_is_seen(insert, word: str) -> None:
     scene = first(energetic)
-    assert word in broken(scene, spoil(run(Reference, scene)), RTOL)
+    assert word in broken(scene, insert(run(Reference, scene)), RTOL)
 
 
 def test_a_bar_off_its_law_is_seen() -> None:

@@ -92,7 +92,7 @@ def both(engine, scene, value=None):
 
 
 def judged(engine, solution, change=lambda seen: seen, value=None):
-    """Verdict of an engine whose two runs are spoiled alike."""
+    """Verdict of an engine whose two runs are faulty alike."""
     main, finer = (RunResult(Outcome.PASS, trajectory=change(seen)) for seen in both(engine, solution.scene, value))
     return judge("x", engine, engine.sweep.setting(value), Evidence(main, finer), solution)
 
@@ -222,7 +222,7 @@ def test_a_manoeuvre_stirs_index_3_by_its_own_bar_and_one_order_less_than_the_st
     times = np.linspace(0.0, 200.0, 401)
     method = method_for(scene, explicit=False, index3=True, absolute=False)
     noise = engine_noise(scene, scene.step_period_s / 5000, method, times)["torque"]
-    largest = 0.4995  # N m, the slew's torque in the truth
+    largest = 0.4995  # N m, the slew's torque in the reference solution
     assert noise.max() < 0.2 * largest
 
 

@@ -160,7 +160,7 @@ def test_a_cancelling_subtraction_put_back_anywhere_is_seen(what, tmp_path):
     shutil.copytree(ROOT / "reference_impl", tmp_path / "reference_impl")
     path = tmp_path / "reference_impl" / file
     source = path.read_text(encoding="utf-8")
-    assert source.count(old) == 1, f"{file} no longer has the line that this fault is put in place of"
+    assert source.count(old) == 1, f"{file} no longer has the line that this fault replaces"
     path.write_text(source.replace(old, new), encoding="utf-8")
     for name in ("barchain", "adapters", "reports", "scenarios", "tests"):
         (tmp_path / name).symlink_to(ROOT / name)

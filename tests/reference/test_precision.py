@@ -17,7 +17,7 @@ from reference_impl.precision import steppers
 from reference_impl.precision.arithmetic import EXACT, FLOAT32, FLOAT64, LONG, Arithmetic, each, exact_numbers
 from reference_impl.precision.chain import AbsoluteState, ChainParameters, RelativeState
 from reference_impl.precision.formulations import absolute, relative
-from tests.studies.roundoff import case, forward, joint_bound
+from tests.support.joint_roundoff import case, forward, joint_bound
 
 TINY = 1e-12
 

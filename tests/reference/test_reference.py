@@ -150,7 +150,7 @@ BOTH = pytest.mark.parametrize("kind", [Simulation, FastSimulation])
 
 
 def falling(kind: type, angle_rad: float, length_m: float = 100.0) -> tuple[Simulation, float]:
-    """One bar let go at rest from 350 km, and its fall's closed form to a centre's radius of R + reach."""
+    """One bar released at rest from 350 km, and its fall's closed form to a centre's radius of R + reach."""
     mass, length = np.array([100.0]), np.array([length_m])
     model = ChainModel(MU, mass, length, mass * length**2 / 12.0, "point", RADIUS)
     start = RADIUS + 350e3
@@ -225,7 +225,7 @@ def test_the_prescribed_bar_follows_its_law(kind: type, frame: str, actuator: st
 
 
 def test_no_step_straddles_an_end_of_a_manoeuvre() -> None:
-    """The law's third derivative jumps there: DOP853 takes every break as the end of a step."""
+    """The law's third derivative jumps there: DOP853 takes every known instant as the end of a step."""
     stops: list[float] = []
 
     def rhs(t: float, y: np.ndarray) -> np.ndarray:
@@ -234,7 +234,7 @@ def test_no_step_straddles_an_end_of_a_manoeuvre() -> None:
 
     seen = integrate(rhs, np.zeros(1), np.array([0.0, 0.25, 0.5, 1.0]), np.array([1e-12]), breaks_s=(0.3,))
     assert 0.3 in stops
-    # a straight line on either side; the evaluation at the break itself sees the far side
+    # a straight line on either side; the evaluation at that instant itself sees the far side
     assert seen.y[:, 0] == pytest.approx([0.0, 0.25, 0.7, 1.7], abs=1e-9)
 
 
@@ -286,7 +286,7 @@ def test_projection_acts_after_every_step_and_its_evaluations_are_counted() -> N
     assert abs(np.linalg.norm(held.y[-1]) - 1.0) < abs(np.linalg.norm(free.y[-1]) - 1.0)
 
 
-class Line:
+class FlatSurface:
     """A surface at zero that is always looked at."""
 
     def height(self, y):
@@ -301,14 +301,14 @@ def test_a_dip_within_one_step_is_found_and_a_near_miss_is_not() -> None:
         return np.array([y[1], 1.0])
 
     for depth in (1e-2, 1e-4):
-        lowest = integrate(parabola, np.array([0.125 - depth, -0.5]), TIMES, np.full(2, 1e-10), surface=Line())
+        lowest = integrate(parabola, np.array([0.125 - depth, -0.5]), TIMES, np.full(2, 1e-10), surface=FlatSurface())
         assert lowest.stopped_s == pytest.approx(0.5 - math.sqrt(2.0 * depth), abs=1e-8)
-    miss = integrate(parabola, np.array([0.125 + 1e-4, -0.5]), TIMES, np.full(2, 1e-10), surface=Line())
+    miss = integrate(parabola, np.array([0.125 + 1e-4, -0.5]), TIMES, np.full(2, 1e-10), surface=FlatSurface())
     assert miss.stopped_s is None
 
 
 def test_a_start_below_the_surface_stops_at_once() -> None:
-    seen = integrate(decay, np.array([-1.0]), TIMES, np.full(1, 1e-10), surface=Line())
+    seen = integrate(decay, np.array([-1.0]), TIMES, np.full(1, 1e-10), surface=FlatSurface())
     assert seen.stopped_s == 0.0
     assert len(seen.t_s) == 1
 

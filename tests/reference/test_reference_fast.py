@@ -27,10 +27,10 @@ from reference_impl.integrate.simulate import Simulation
 from reference_impl.model import relative
 from scenarios import load_scene
 from tests.reference.laws import LAWS
-from tests.studies.roundoff import C, Case, U, case, forward, joint_bound, magnitudes, sums
 from tests.support.arbiter import judge
 from tests.support.fast_evaluation import fast_accelerations, with_angles
 from tests.support.generic_scenes import generic, steep
+from tests.support.joint_roundoff import C, Case, U, case, forward, joint_bound, magnitudes, sums
 from tests.support.scene_lists import TAME
 
 if TYPE_CHECKING:
@@ -146,7 +146,7 @@ def test_a_joint_lost_in_round_off_is_reported_in_the_references_words() -> None
 
 
 def test_it_solves_a_chain_that_a_factorization_cannot_tell_apart() -> None:
-    """A bar 1e20 times lighter than its neighbours that no lever turns: the other refuses, the sweeps lose nothing."""
+    """A bar 1e20 times lighter than its neighbours that no lever turns: NumPy rejects it, the sweeps lose nothing."""
     c = case(3, 3, "none", 0.0)
     model = replace(c.model, mass_kg=np.array([1e20, 1.0, 1e20]), inertia_kg_m2=np.full(3, 1e40))
     solution, found = judge(model, 0.0, c.state), fast_accelerations(model, 0.0, c.state)
@@ -183,7 +183,7 @@ def test_without_numba_it_is_missing_with_advice(monkeypatch: pytest.MonkeyPatch
 
 COUNT = """
 from reference_impl.fast import stepper
-from tests.studies.roundoff import case
+from tests.support.joint_roundoff import case
 from reference_impl.fast.simulate import FastSimulation
 s = (c := case(1, 3, "point", 0.0)).state
 FastSimulation(c.model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=1e-9)
@@ -203,7 +203,7 @@ def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
 
 
 def test_laws_of_motion_begin_and_end_with_a_step_as_in_the_reference() -> None:
-    """A slew inside the run, between two samples: three stretches, the same steps in each."""
+    """A slew inside the run, between two samples: three segments, the same steps in each."""
     scene = load_scene("paper/fig17")
     law = replace(scene.effects.prescribed_rotation[0], start_s=37.0)
     scene = replace(scene, effects=replace(scene.effects, prescribed_rotation=(law,)))

@@ -29,9 +29,9 @@ from reference_impl.model.invariants import (
 from reference_impl.model.kinematics import cross, directions
 from reference_impl.model.state import Accelerations, State
 from tests.reference.laws import LAWS
-from tests.studies.roundoff import MU, RADIUS, C, Case, U, case, forward, joint_bound, magnitudes, sums
 from tests.support.arbiter import field as exact_field
 from tests.support.fast_evaluation import fast_accelerations
+from tests.support.joint_roundoff import MU, RADIUS, C, Case, U, case, forward, joint_bound, magnitudes, sums
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array

@@ -23,7 +23,7 @@ def run(engine: type, scene: Scene, rtol: float = 1e-10):
 @pytest.mark.parametrize("name", [STIFF, DAMPED])
 @pytest.mark.parametrize("engine", BOTH)
 def test_the_implicit_method_is_chosen_and_said(engine: type, name: str, rtol: float) -> None:
-    """Also where a truth is asked for: rounding would hold explicit steps so short that none looks stiff."""
+    """Also in a reference solution: rounding would hold explicit steps so short that none looks stiff."""
     scene = load_scene(name)
     scene = replace(scene, run=replace(scene.run, duration_s=0.2 * scene.run.duration_s))
     seen = run(engine, scene, rtol)

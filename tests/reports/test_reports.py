@@ -37,7 +37,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def small(tmp_path: Path) -> Path:
-    """A folder with one scene whose tables a test may spoil."""
+    """A folder with one scene whose tables a test may damage."""
     return build(tmp_path, ["basics/radial_equilibrium"], faults=False, samples=41)
 
 
@@ -295,15 +295,15 @@ def test_where_a_comparison_stops_early_the_whole_row_shows_the_first_orbit(tmp_
 
 
 def test_a_scene_without_an_independent_engine_spoils_the_verdict(tmp_path: Path) -> None:
-    rows = [one_row("pass", scene=s, engine=e) for s, e in (("s", "ours"), ("s", "theirs"), ("t", "ours"))]
+    rows = [one_row("pass", scene=s, engine=e) for s, e in (("s", "reference"), ("s", "theirs"), ("t", "reference"))]
     rows.append(one_row("unsupported", scene="t", engine="theirs"))
-    record = {"engines": {"ours": {"external": False}, "theirs": {"external": True}}}
+    record = {"engines": {"reference": {"external": False}, "theirs": {"external": True}}}
     verdict = summary_verdict(summarise(read_results(write_tables(tmp_path, rows, record))))
     assert not verdict.good
     assert verdict.headline == "All 3 comparisons passed, but scene t passed in no independent engine."
     assert "3 passed (1 of them with independent engines)" in verdict.sentences[0]
     assert "No independent engine passed on t." in verdict.sentences
-    alone = {"engines": {"ours": {"external": False}, "theirs": {"external": False}}}
+    alone = {"engines": {"reference": {"external": False}, "theirs": {"external": False}}}
     verdict = summary_verdict(summarise(read_results(write_tables(tmp_path, rows, alone))))
     assert "No independent engine passed on any scene." in verdict.sentences
     verdict = summary_verdict(summarise(read_results(write_tables(tmp_path, rows))))
@@ -311,10 +311,10 @@ def test_a_scene_without_an_independent_engine_spoils_the_verdict(tmp_path: Path
 
 
 def test_a_row_about_several_engines_is_no_engine(tmp_path: Path) -> None:
-    rows = [one_row("pass", engine="ours"), one_row("nothing_compared", engine="(any external)")]
+    rows = [one_row("pass", engine="reference"), one_row("nothing_compared", engine="(any independent engine)")]
     folder = write_tables(tmp_path, rows)
     summary = summarise(read_results(folder))
-    assert summary.engines == ("ours",)
+    assert summary.engines == ("reference",)
     verdict = summary_verdict(summary)
     assert not verdict.good
     assert "No independent engine passed on s." in verdict.sentences
@@ -326,8 +326,8 @@ def test_a_folder_without_tables_says_what_is_missing(tmp_path: Path) -> None:
 
 
 def test_a_scene_that_no_independent_engine_supports_says_so(tmp_path: Path) -> None:
-    rows = [one_row("pass", engine="ours"), one_row("unsupported", engine="theirs", reason="theirs has no shadow")]
-    record: dict[str, Any] = {"engines": {"ours": {"external": False}, "theirs": {"external": True}}}
+    rows = [one_row("pass", engine="reference"), one_row("unsupported", engine="theirs", reason="theirs has no shadow")]
+    record: dict[str, Any] = {"engines": {"reference": {"external": False}, "theirs": {"external": True}}}
 
     def said(carriers: dict[str, Any] | None = None) -> str:
         known = {} if carriers is None else {"external_coverage": carriers}

@@ -164,7 +164,7 @@ def said(folder, rows=None, **more):
 
 
 def both(folder, rows=None, **more):
-    """Page as text without markup, and its twin."""
+    """Page as text without markup, and its Markdown."""
     page = render_study("roundoff", write(folder, rows, **more)).page.read_text()
     plain = html.unescape(re.sub(r"<svg.*?</svg>|<style.*?</style>|<[^>]*>", " ", page, flags=re.S))
     return plain, (folder / "roundoff" / "roundoff.md").read_text()

@@ -11,6 +11,7 @@ from barchain.record.environment import provenance
 from barchain.run.store import Store
 from reports.chapters.registry import CHAPTERS
 from reports.render import render_all
+from reports.tables.campaign import read_campaign
 from reports.tables.cost import read_cost
 from reports.tables.crossval import read_results
 from reports.tables.effects import read_effects
@@ -23,6 +24,7 @@ from reports.tables.stability import read_stability
 from tests.support.report_fixture import build
 
 READERS = {
+    "campaign": read_campaign,
     "cost": read_cost, "effects": read_effects, "ensemble": read_ensemble, "roundoff": read_roundoff,
     "scaling": read_scaling, "selftest": read_selftest, "stability": read_stability,
 }  # fmt: skip

@@ -62,7 +62,7 @@ def copied(sound: Path, folder: Path) -> Path:
 
 
 def one_line_naming(place: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
-    """Message of a report that is refused."""
+    """Message of a report that is rejected."""
     capsys.readouterr()
     assert run(["report", str(folder)]) == 2
     error = capsys.readouterr().err

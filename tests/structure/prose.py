@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import io
+import tokenize
 from typing import TYPE_CHECKING
 
 from tests.structure.product import PACKAGES, ROOT, tree
@@ -12,13 +14,14 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 SUFFIXES = {".py", ".j2", ".toml", ".md"}
+QUOTING = {"retired_words.toml", "test_words.py"}  # they name the retired words
 DEEP = ("adapters", "barchain", "reference_impl", "reports", "docs")  # whose folders are checked one by one
 
 
 def texts(path: Path) -> Iterator[tuple[int, str]]:
     """Passages of a file, each with the line that it starts on.
 
-    Of Python files these are strings: docstrings, messages and help. Of other files all is text.
+    Of Python files these are strings (docstrings, messages and help) and comments. Of other files all is text.
     """
     if path.suffix != ".py":
         yield 1, path.read_text(encoding="utf-8")
@@ -26,14 +29,31 @@ def texts(path: Path) -> Iterator[tuple[int, str]]:
     for node in ast.walk(tree(path)):
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             yield node.lineno, node.value
+    yield from comments(path)
+
+
+def comments(path: Path) -> Iterator[tuple[int, str]]:
+    """Comments of a Python file; lines that follow on each other are one passage."""
+    source = io.StringIO(path.read_text(encoding="utf-8"))
+    passages: list[tuple[int, list[str]]] = []
+    for token in tokenize.generate_tokens(source.readline):
+        if token.type != tokenize.COMMENT:
+            continue
+        line, text = token.start[0], token.string.lstrip("#")
+        if passages and passages[-1][0] + len(passages[-1][1]) == line:
+            passages[-1][1].append(text)
+        else:
+            passages.append((line, [text]))
+    for first, lines in passages:
+        yield first, "\n".join(lines)
 
 
 def rooms() -> dict[str, list[Path]]:
     """Files with text for people by the folder that they are counted under; the changelog tells what was."""
     found: dict[str, list[Path]] = {"README.md": [ROOT / "README.md"], "CONTRIBUTING.md": [ROOT / "CONTRIBUTING.md"]}
-    for top in (*PACKAGES, "benchmarks", "design", "docs"):
+    for top in (*PACKAGES, "benchmarks", "design", "docs", "tests"):
         for path in sorted((ROOT / top).rglob("*")):
-            if path.suffix in SUFFIXES:
+            if path.suffix in SUFFIXES and path.name not in QUOTING:
                 found.setdefault(room(path), []).append(path)
     return found
 

@@ -21,26 +21,30 @@ from barchain.cli.main import run as command
 from barchain.judge.comparison import no_verdict
 from barchain.run.job import Role
 from barchain.studies.selftest.campaign import rating
-from barchain.studies.selftest.campaign.cells import COLUMNS, CampaignCell, CellClass
+from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.campaign.faults.catalogue import FAULTS, find
 from barchain.studies.selftest.campaign.faults.garbage import LEAST, SHARES
 from barchain.studies.selftest.campaign.findings import kept_findings, kinds, search
 from barchain.studies.selftest.campaign.judging import judge_serially
-from barchain.studies.selftest.campaign.rates import RATE_COLUMNS, Rate, passed, rates
+from barchain.studies.selftest.campaign.rates import Rate, passed, rates
 from barchain.studies.selftest.campaign.runs import RunCache, campaign_registration, in_this_process
 from barchain.studies.selftest.campaign.scenes.draw import draw
 from barchain.studies.selftest.campaign.scenes.scene_file import UnwrittenError, in_degrees, scene_toml
 from barchain.studies.selftest.campaign.scenes.shrink import alike, simplest
 from barchain.studies.selftest.campaign.scenes.simpler import Form, effects_of, simplified, whole
 from barchain.studies.selftest.campaign.sizes import sizes
+from barchain.studies.selftest.campaign.store import CampaignStore
 from barchain.studies.selftest.campaign.study import Campaign, CampaignPlan, CampaignStudy
-from barchain.studies.selftest.campaign.tables import FILES, CampaignTables
 from barchain.studies.selftest.campaign.trial import CampaignTrial
 from barchain.studies.selftest.campaign.trial_runner import TrialRunner, thinned
 from barchain.studies.selftest.faults.catalogue import UnknownFaultError
 from barchain.studies.selftest.faults.faulty_engine import engine_with_fault
 from barchain.studies.store import StudyStore
 from barchain.studies.study import run_study
+from reports.chapters.campaign.view import size_rows
+from reports.chapters.registry import CHAPTERS
+from reports.render import render_all
+from reports.tables.campaign import COLUMNS, FILES, RATE_COLUMNS, CellClass
 from reports.tables.outcome import Outcome
 from scenarios import Gravity, load_scene
 
@@ -53,7 +57,7 @@ if TYPE_CHECKING:
 
 SEED = 8  # three bars in a point's pull, for a third of an orbit
 FREE = 6  # two bars without gravity
-EVENTS = 2  # a blow, a thrust and a slew
+EVENTS = 2  # an impulse, a thrust and a slew
 MAIN, FINER = Setting(AccuracyParameter.RTOL, 1e-10), Setting(AccuracyParameter.RTOL, 1e-11)
 TURNED_DEG = 57.29577951308232
 
@@ -412,7 +416,7 @@ def test_any_form_of_any_scene_is_valid_or_none(seed: int) -> None:
 
 
 def test_shrinking_finds_what_matters() -> None:
-    """A blow on the third bar, seen at eleven samples."""
+    """An impulse on the third bar, seen at eleven samples."""
     busy, told = draw(EVENTS), []
 
     def shows(one: Scene) -> bool:
@@ -549,6 +553,37 @@ def test_its_tables_hold_its_cells(small: tuple[Campaign, Path]) -> None:
     assert '"passed": true' in (out / "campaign" / "campaign.json").read_text(encoding="utf-8")
 
 
+def test_its_page_is_rendered_from_its_tables_alone(small: tuple[Campaign, Path]) -> None:
+    _, out = small
+    (page,) = [p for p in render_all(out) if p.name == "campaign.html"]
+    said = page.read_text(encoding="utf-8")
+    assert "0 of 3 verdicts on unmodified engines are false alarms" in said
+    table = pd.read_csv(out / "campaign" / "campaign.csv", keep_default_na=False)
+    caught = sum(table["class"] == "caught")
+    assert f"{caught} of {caught} faults above the detection limit are caught" in said
+    assert all(name in said for name in ("reference", "exudyn", "pymunk", "garbage-sudden-50-all"))
+
+
+def test_sizes_are_counted_against_the_detection_limit() -> None:
+    table = pd.DataFrame(
+        [("caught", 50.0, 1.0), ("below the limit", 0.5, 1.0), ("missed", 2.0, 1.0), ("caught", 3.0, None)],
+        columns=["class", "size", "detection_limit"],
+    )
+    rows = [(row.name, row.counts) for row in size_rows(table)]
+    assert rows == [
+        ("0.1 to 1", (0, 0, 1, 0)),
+        ("1 to 1e+01", (0, 1, 0, 0)),
+        ("1e+01 to 1e+02", (1, 0, 0, 0)),
+        ("not stated", (1, 0, 0, 0)),
+    ]
+
+
+def test_a_folder_of_no_study_is_answered_by_the_studies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert command(["report", str(tmp_path)]) == 2
+    said = capsys.readouterr().err
+    assert all(chapter.name in said for chapter in CHAPTERS)
+
+
 def test_what_is_printed(small: tuple[Campaign, Path], capsys: pytest.CaptureFixture[str]) -> None:
     show_campaign(small[0], kept=True)
     said = capsys.readouterr().out
@@ -576,7 +611,7 @@ def test_a_findings_scene_is_written_simpler_and_simpler(tmp_path: Path, monkeyp
 
     monkeypatch.setattr(rating, "verdict_of", blind)
     cell = CampaignCell(f"random/{SEED}", "reference", "sign-reaction", CellClass.MISSED, "pass", "reaction")
-    tables = CampaignTables(StudyStore(FILES, tmp_path))
+    tables = CampaignStore(StudyStore(FILES, tmp_path))
     (kept,) = kept_findings([[cell, cell]], tables, 0.0, lambda _: None)
     assert kept.path == tmp_path / "campaign" / "scenes" / f"{SEED}-reference-sign-reaction.toml"
     assert load_scene(kept.path).digest == draw(SEED).digest

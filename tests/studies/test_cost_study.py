@@ -1,4 +1,4 @@
-"""The cost study itself: small real ones, judged by the oracle; errors and counts are asserted, never times."""
+"""The cost study itself: small real ones with certified solutions; errors and counts are asserted, never times."""
 
 import dataclasses
 import math
@@ -36,7 +36,7 @@ def solution():
 
 
 def measured(solution, engine, values):
-    """Points of an engine at some values of its knob, run in this process."""
+    """Points of an engine at some values of its accuracy parameter, run in this process."""
     registration = ENGINES[engine]
     sweep = dataclasses.replace(registration.load().sweep, values=values)
     rows = []
@@ -107,7 +107,7 @@ def plan_of(engines, repeats=2):
 
 @pytest.fixture(scope="module")
 def engines():
-    """The reference, and some that go wrong, each with a short ladder."""
+    """The reference, and some that go wrong, each with a short accuracy sweep."""
     made = {
         name: Registration(f"tests.support.faulty_engines:{name}") for name in ("Segfault", "IgnoresJoints", "NotThere")
     }
@@ -201,7 +201,7 @@ def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path, engines):
 
 
 def sweep_of(engine, values):
-    """Jobs of a ladder on the first orbit."""
+    """Jobs of an accuracy sweep on the first orbit."""
     scene = shortened(load_scene(SCENE))
     jobs, _ = sweeps(scene, {engine: ENGINES[engine]})
     parameter = jobs[engine][0].setting.parameter

@@ -147,7 +147,7 @@ def test_what_is_missing_or_refused_says_so(solution, monkeypatch):
 
 
 def curve(engine, frame, ratio, error, quantity="reaction"):
-    """Rows of engines.csv along a ladder."""
+    """Rows of engines.csv along an accuracy sweep."""
     head = {"engine": engine, "frame": frame, "ratio": ratio, "quantity": quantity, "known": True}
     steps = 1000.0 * 2.0 ** np.arange(8)
     return [head | {"steps_per_orbit": n, "rtol": np.nan, "median": error(n)} for n in steps]

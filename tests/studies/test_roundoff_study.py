@@ -92,7 +92,7 @@ def longitudes():
 
 @pytest.mark.parametrize("formulation", ["relative", "absolute"])
 def test_no_formula_knows_of_the_longitude(longitudes, formulation):
-    """In each eighth of the circle the median error lies in the band that holds nine tenths of any eighth's errors."""
+    """In each eighth of the circle the median error lies in the range that holds nine tenths of any eighth's errors."""
     found = longitudes.loc[formulation, "formula"]
     assert found.members.sum() == 256
     assert found["median"].between(found.q05.max(), found.q95.min()).all()

@@ -278,8 +278,8 @@ def test_the_timed_loop_evaluates_the_chain_at_its_start() -> None:
     from barchain.timing.compiled_loop import repeat  # Numba is an extra
     from reference_impl.fast import layout
     from reference_impl.model.kinematics import consistent_state
-    from tests.studies.roundoff import C, Case, U, magnitudes
     from tests.support.fast_evaluation import fast_accelerations
+    from tests.support.joint_roundoff import C, Case, U, magnitudes
 
     scene = divided(load_scene(SCENE), 20)
     start, model = initial_state(scene), chain_model(scene)

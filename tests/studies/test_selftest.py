@@ -78,7 +78,7 @@ def brief(name: str) -> Scene:
 
 @functools.cache
 def case(name: str) -> SelftestCase:
-    """Truth and controls of a scene, all run in this process."""
+    """Reference solution and controls of a scene, all run in this process."""
     scene, engine = brief(name), find_engine(HOST).load()
 
     def seen(of: Scene, rtol: float):  # type: ignore[no-untyped-def]

@@ -1,4 +1,4 @@
-"""The stability study: its settings, what it expects, and short hard scenes that leave ours stable."""
+"""The stability study: its settings, what it expects, and short hard scenes that leave the reference stable."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 
 @functools.cache
 def solution(name: str):  # type: ignore[no-untyped-def]
-    """Truth of a scene, run in this process."""
+    """Reference solution of a scene, run in this process."""
     of = scene(name)
 
     def engine_runs(each: Scene, rtol: float) -> Trajectory:
@@ -147,7 +147,7 @@ def test_a_small_departure_grows_at_the_linear_rate_of_a_pendulum_in_the_tide() 
     found = linear_rate(solution(FALLS))
     assert found is not None
     n = scene(FALLS).mean_motion_rad_s
-    # the twin is aside in angle and rate, and its decaying part e^-√3nt is below 1 % from growth 10 on
+    # the perturbed run differs in angle and rate, and its decaying part e^-√3nt is below 1 % from growth 10 on
     assert found[0] == pytest.approx(np.sqrt(3.0) * n, rel=0.01)
 
 

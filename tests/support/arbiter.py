@@ -28,7 +28,7 @@ Vector = tuple[Decimal, Decimal]
 
 
 @dataclass(frozen=True)
-class Verdict:
+class ArbiterVerdict:
     """What the accelerations are, rounded to double at the very end."""
 
     place_m_s2: Array
@@ -122,7 +122,7 @@ def longitude_terms(place: Vector, motion: Vector) -> tuple[Vector, Decimal]:
     return (-place[1] / r2, place[0] / r2), -2 * real * imaginary
 
 
-def judge(model: ChainModel, t_s: float, state: State) -> Verdict:
+def judge(model: ChainModel, t_s: float, state: State) -> ArbiterVerdict:
     """Accelerations of a state: M q'' = Q + C' (reactions) + D (torques), with joints and laws as rows."""
     n, laws = model.bars, model.prescriptions
     size, joints = 3 * n + 2 * (n - 1) + len(laws), 2 * (n - 1)
@@ -164,7 +164,7 @@ def judge(model: ChainModel, t_s: float, state: State) -> Verdict:
             right[row] += rest
     found = solve_dense(left, right)
     places = [(found[3 * j], found[3 * j + 1]) for j in range(n)]
-    return Verdict(
+    return ArbiterVerdict(
         doubles(places),
         np.array([float(found[3 * j + 2]) for j in range(n)]),
         np.array([float(v) for v in found[3 * n : 3 * n + joints]]).reshape(-1, 2),

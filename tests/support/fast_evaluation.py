@@ -14,7 +14,7 @@ from reference_impl.model.effect import EffectState
 from reference_impl.model.joints import NOT_POSITIVE_DEFINITE
 from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.state import Accelerations, State
-from tests.studies.roundoff import sums
+from tests.support.joint_roundoff import sums
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array

@@ -18,7 +18,7 @@ UNSOLVABLE = "basics/libration"
 
 
 class Faulty(Engine):
-    """The reference behind the contract, to be spoiled."""
+    """The reference behind the contract, to insert faults into."""
 
     title = "the reference with a fault"
     coordinates = Reference.coordinates

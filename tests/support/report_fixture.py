@@ -133,7 +133,7 @@ def unsupported(scene: Scene, engine: str) -> str:
 def differences(
     scene: Scene, engine: str, solution: pd.DataFrame, amplification: np.ndarray, rng: np.random.Generator
 ) -> pd.DataFrame:
-    """Synthetic differences from the truth, tolerances, bands and drifts."""
+    """Synthetic differences from the reference solution, tolerances, bounds and drifts."""
     t = solution["t_s"].to_numpy()
     base, bars = ENGINES[engine][2], ENGINES[engine][3]
     curve = base * amplification * (t / t[-1]) * (0.3 + np.abs(np.sin(17 * t / t[-1] + base * 1e9)))
@@ -164,7 +164,7 @@ def differences(
 
 
 def perturbed(solution: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
-    """Truth with the differences on it, as far as the engine knows of it."""
+    """Reference solution with the differences on it, as far as the engine knows of it."""
     moved = solution.copy()
     for name in solution.columns:
         if name.startswith("torque") and "torque_difference" in table:

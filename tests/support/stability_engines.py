@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 FREE, FALLS = "basics/two_bars_free", "hard/straight_horizontal"
-OPENED = 1e-6  # of a bar: far beyond a joint's band in relative coordinates, far below what is taken for no joint
+OPENED = 1e-6  # of a bar: far beyond a joint's error in relative coordinates, far below what is taken for no joint
 
 
 class Drifts(Faulty):

@@ -96,7 +96,7 @@ class CostRun:
         self.note_solution(solution)
         self.haste_at = time.perf_counter() + FIRST_SHARE * (deadline - time.perf_counter())
         self.first_pass(bench, solution, runs)
-        self.rounds(bench, [job for row in by_rung(runs) for job in row], deadline)
+        self.rounds(bench, [job for row in by_setting(runs) for job in row], deadline)
         self.equal_steps.append(equal_steps_row(scene.name, *errors_at_equal_steps(solution), ORDER))
         self.store.write("points", self.summed_up())
 
@@ -115,8 +115,8 @@ class CostRun:
 
     def first_pass(self, bench: TimingBench, solution: SolutionSource, runs: dict[str, list[Job]]) -> None:
         """One turn of every point, setting by setting over the engines; settings past the time limit are not run."""
-        for rung in by_rung(runs):
-            for job in rung:
+        for level in by_setting(runs):
+            for job in level:
                 if job.key not in self.measured.rows:
                     self.first_turn(bench, solution, job, runs[job.engine])
             self.store.write("points", self.measured.points())
@@ -189,9 +189,9 @@ class CostRun:
         self.store.write("price", price_table(points))
 
 
-def by_rung(runs: dict[str, list[Job]]) -> list[list[Job]]:
+def by_setting(runs: dict[str, list[Job]]) -> list[list[Job]]:
     """Runs of all engines, one setting of their sweeps after the other: neighbours belong to different engines."""
-    return [[job for job in rung if job] for rung in itertools.zip_longest(*runs.values())]
+    return [[job for job in level if job] for level in itertools.zip_longest(*runs.values())]
 
 
 def too_long(coarser: list[tuple[Job, dict[str, Any]]], job: Job, limit_s: float) -> str:

@@ -69,7 +69,7 @@ class RoundoffPlan:
         return len(self.tasks) + bool(self.time_bars)
 
     @property
-    def reference_solutions(self) -> tuple[ScaledScene, ...]:
+    def high_precision_solutions(self) -> tuple[ScaledScene, ...]:
         """Reference solutions of the tasks, each once."""
         return tuple(dict.fromkeys(t.solution for t in self.tasks if t.solution is not None))
 

@@ -58,13 +58,13 @@ class RoundoffRun:
         context = multiprocessing.get_context("spawn")
         pool = ProcessPool(self.plan.workers or multiprocessing.cpu_count(), context=context)
         try:
-            reference_solutions = {
-                family: pool.schedule(solution_of, (family,)) for family in self.plan.reference_solutions
+            high_precision_solutions = {
+                family: pool.schedule(solution_of, (family,)) for family in self.plan.high_precision_solutions
             }
             waiting = {self.schedule(pool, t): k for k, t in enumerate(self.plan.tasks) if t.solution is None}
             for k, task in enumerate(self.plan.tasks):
                 if task.solution is not None:
-                    waiting[self.schedule(pool, task, reference_solutions[task.solution].result())] = k
+                    waiting[self.schedule(pool, task, high_precision_solutions[task.solution].result())] = k
             for future in as_completed(waiting):
                 self.keep(waiting[future], future)
         finally:

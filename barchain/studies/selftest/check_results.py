@@ -104,7 +104,7 @@ def fate_of(result: TrialResult, found: tuple[Reading, ...]) -> tuple[FaultOutco
     """Outcome of a trial, with the reason where no check detects the fault."""
     trial, outcome = result.trial, result.verdict.outcome
     killed = any(r.killed for r in found)
-    if outcome is Outcome.FAILED and not trial.fault.refuses:
+    if outcome is Outcome.FAILED and not trial.fault.expected_failure:
         return FaultOutcome.BROKEN, next(r.reason for r in found)
     if trial.fault.group is FaultGroup.CONTROL:
         return (FaultOutcome.FALSE_ALARM if killed else FaultOutcome.CLEAN), ""

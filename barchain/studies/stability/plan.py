@@ -62,7 +62,7 @@ def hard_scenes() -> list[str]:
 
 
 def default_engines() -> dict[str, Registration]:
-    """Engines that take part where none is named: the everyday ones, and SciPy's solvers."""
+    """Engines that take part where none is named: those of the default set, and SciPy's solvers."""
     found = engines().items()
     return {name: r for name, r in found if not r.missing and (r.by_default or name.startswith(SCIPY))}
 

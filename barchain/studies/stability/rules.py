@@ -105,7 +105,7 @@ def ran_away(trajectory: Trajectory, solution: ReferenceSolution) -> str:
     excess = growth_excess(trajectory, solution)
     if excess is None or not grows_too_fast(excess):
         return ""
-    return f"its departure grew {excess:.3g} times more than the scene's own growth, allowed: {NORM_SLACK:g}"
+    return f"its departure grew {excess:.3g} times more than the scene's error amplification, allowed: {NORM_SLACK:g}"
 
 
 def grows_with_finer(engine_runs: EngineRuns, solution: ReferenceSolution) -> str:
@@ -129,13 +129,13 @@ def inaccurate(engine_runs: EngineRuns) -> Finding | None:
         if result.outcome is Outcome.JOINTS_IGNORED:
             return Finding(Stability.INACCURATE, result.reason + at(role))
         rows = [r for r in engine_runs.rows(role) if r["metric"] != DRIFT and r["metric"] not in TWO_SETTING_METRICS]
-        wrong = [r for r in rows if refuses(r, engine_runs)]
+        wrong = [r for r in rows if counts_against(r, engine_runs)]
         if wrong:
             return Finding(Stability.INACCURATE, worst(wrong) + at(role))
     return None
 
 
-def refuses(row: Row, engine_runs: EngineRuns) -> bool:
+def counts_against(row: Row, engine_runs: EngineRuns) -> bool:
     """Whether a row stands against an engine.
 
     Settings that part early count only where the reference solution's own predictability limit is later.

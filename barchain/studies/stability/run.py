@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from barchain.studies.study import Reporter
     from scenarios import Scene
 
-OURS = ("reference", "reference-fast")
+REFERENCES = ("reference", "reference-fast")
 """Engines that must be stable in all scenes that are well-posed"""
-OURS_PATIENCE = 10.0
+REFERENCE_PATIENCE = 10.0
 """Times the time limit that these are given: they are to be judged, and NumPy takes minutes for a thousand orbits"""
 WAVES = ((Role.COARSE, Role.PLAIN, Role.EXACT), (Role.MAIN,), (Role.FINER,))
 """Runs in the order in which they are made: those that take longest come last, and only if there is hope"""
@@ -129,7 +129,7 @@ class StabilityRun:
         """Wall time allowed to a run."""
         if job.role in SOLUTION_ROLES:
             return SOLUTION_LIMIT_S
-        return self.plan.time_limit_s * (OURS_PATIENCE if job.engine in OURS else 1.0)
+        return self.plan.time_limit_s * (REFERENCE_PATIENCE if job.engine in REFERENCES else 1.0)
 
     def late_before(self, job: Job) -> Role | None:
         """Coarser level of a job's engine that timed out, if there is one."""
@@ -227,7 +227,7 @@ class StabilityRun:
         return tuple(
             (scene, engine)
             for (scene, engine), found in self.findings.items()
-            if engine in OURS and scene in posed and not found.slow and found.stability is not Stability.STABLE
+            if engine in REFERENCES and scene in posed and not found.slow and found.stability is not Stability.STABLE
         )
 
 

@@ -9,7 +9,7 @@ from barchain.record.facts import engine_facts
 from barchain.run.selection import unique_names
 from barchain.studies.stability.limits import TIME_LIMIT_S
 from barchain.studies.stability.plan import StabilityPlan, chosen_engines, hard_scenes
-from barchain.studies.stability.run import OURS, StabilityResult, StabilityRun
+from barchain.studies.stability.run import REFERENCES, StabilityResult, StabilityRun
 from reports.tables.stability import FILES
 from scenarios import load_scene
 
@@ -30,7 +30,7 @@ class StabilityOptions:
     scenes: Sequence[str | Path] = ()
     """Names or files; all of ``hard/`` by default, except scenes tagged ``huge``"""
     engines: Sequence[str] = ()
-    """The everyday engines and SciPy's solvers by default"""
+    """The engines of the default set and SciPy's solvers by default"""
     time_limit_s: float = TIME_LIMIT_S
     """Wall time of one run; a form of the reference gets ten times as much"""
     workers: int | None = None
@@ -60,7 +60,7 @@ class StabilityStudy:
             "time_limit_s": plan.time_limit_s,
             "scenes": {s.name: scene_words(s) for s in plan.scenes},
             "engines": {name: engine_facts(r).get("title", "") for name, r in plan.engines.items()},
-            "references": [name for name in OURS if name in plan.engines],
+            "references": [name for name in REFERENCES if name in plan.engines],
             "runs": [],
         }
 

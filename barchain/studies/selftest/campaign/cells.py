@@ -3,41 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Any
 
-COLUMNS = (
-    "scene", "engine", "fault", "outcome", "class", "quantity", "reason", "size", "detection_limit", "own_limit",
-    "seconds",
-)  # fmt: skip
-
-
-class CellClass(StrEnum):
-    """Class of a cell."""
-
-    PASS = "pass"
-    """An unmodified engine that the judge accepts"""
-    LIMITED = "limited"
-    """An unmodified engine that round-off limits, by the verdict"""
-    UNSUPPORTED = "unsupported"
-    """An engine that does not support the scene"""
-    LATE = "timed out"
-    """An engine whose run reaches the campaign's time limit: no verdict"""
-    FALSE_ALARM = "false alarm"
-    """An unmodified engine that the judge rejects"""
-    CAUGHT = "caught"
-    """A faulty engine that the judge rejects"""
-    BELOW = "below the limit"
-    """An undetected fault below the detection limit of the verdict"""
-    BEYOND = "beyond the predictability limit"
-    """An undetected fault above the detection limit only where the verdict compares nothing with the reference"""
-    MISSED = "missed"
-    """An undetected fault above the detection limit of the verdict"""
-    NOTHING = "not applicable"
-    """A fault that changes nothing in the scene, or can't be inserted"""
-    BROKEN = "broken"
-    """A faulty engine that fails where it should run: the fault is not inserted as meant"""
-
+from reports.tables.campaign import COLUMNS, CellClass
 
 UNMODIFIED = (CellClass.PASS, CellClass.LIMITED, CellClass.FALSE_ALARM)
 """Classes of unmodified engines that ran"""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from barchain.studies.selftest.campaign.cells import CampaignCell
-    from barchain.studies.selftest.campaign.tables import CampaignTables
+    from barchain.studies.selftest.campaign.store import CampaignStore
     from scenarios import Scene
 
 MOST_SHRUNK = 5
@@ -48,7 +48,7 @@ def kinds(findings: Iterable[CampaignCell]) -> list[list[CampaignCell]]:
 
 
 def kept_findings(
-    groups: list[list[CampaignCell]], tables: CampaignTables, seconds: float, done: Callable[[int], None]
+    groups: list[list[CampaignCell]], tables: CampaignStore, seconds: float, done: Callable[[int], None]
 ) -> list[KeptFinding]:
     """Write a scene of each kind of finding; of the first few, one as simple as is found in some seconds each."""
     kept = []

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from barchain.run.verdict_workers import Judges
-from barchain.studies.selftest.campaign.cells import CampaignCell, CellClass
+from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.campaign.rating import Judged, judged
+from reports.tables.campaign import CellClass
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

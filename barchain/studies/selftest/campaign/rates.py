@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from scipy.stats import binomtest
 
-from barchain.studies.selftest.campaign.cells import TRIED, UNMODIFIED, CellClass
+from barchain.studies.selftest.campaign.cells import TRIED, UNMODIFIED
+from reports.tables.campaign import ALL, CellClass
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
 CONFIDENCE = 0.95
 MOST_FALSE_ALARMS = 0.005
 """Share of verdicts on unmodified engines that may be false alarms"""
-ALL = "all"
-RATE_COLUMNS = ("what", "by", "name", "n", "count", "rate", "low", "high")
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,9 @@ from barchain.studies.selftest.campaign.findings import kept_findings, kinds
 from barchain.studies.selftest.campaign.rates import passed, rates
 from barchain.studies.selftest.campaign.runs import RunCache
 from barchain.studies.selftest.campaign.scenes.draw import draw
-from barchain.studies.selftest.campaign.tables import FILES, CampaignTables
+from barchain.studies.selftest.campaign.store import CampaignStore
 from barchain.studies.selftest.campaign.trial_runner import TrialRunner
+from reports.tables.campaign import FILES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -44,7 +45,7 @@ class CampaignOptions:
     seed: int = 0
     """Number of the first scene"""
     engines: tuple[str, ...] = ()
-    """Engines that are judged unmodified; all installed everyday engines by default"""
+    """Engines that are judged unmodified; all installed engines that `barchain engines` marks as default by default"""
     hosts: tuple[str, ...] = HOSTS
     """Engines that faults are inserted into; none: unmodified engines alone"""
     faults: tuple[str, ...] = ()
@@ -88,19 +89,6 @@ class Campaign:
         return passed(self.cells)
 
 
-def make_plan(options: CampaignOptions) -> CampaignPlan:
-    """Plan of a campaign, with the default engines and faults by name.
-
-    Raises
-    ------
-    UnknownFaultError
-        For a fault that does not exist.
-    """
-    installed = tuple(name for name, r in chosen_engines(None).items() if not r.missing)
-    faults = tuple(find(name).name for name in dict.fromkeys(options.faults or FAULTS))
-    return CampaignPlan(**(vars(options) | {"engines": options.engines or installed, "faults": faults}))
-
-
 @dataclass(frozen=True)
 class CampaignStudy:
     """The random campaign."""
@@ -112,14 +100,16 @@ class CampaignStudy:
     files: ClassVar[StudyFiles] = FILES
 
     def plan(self, options: CampaignOptions) -> CampaignPlan:
-        """Engines and faults by name.
+        """Plan of a campaign, with the default engines and faults by name.
 
         Raises
         ------
         UnknownFaultError
             For a fault that does not exist.
         """
-        return make_plan(options)
+        installed = tuple(name for name, r in chosen_engines(None).items() if not r.missing)
+        faults = tuple(find(name).name for name in dict.fromkeys(options.faults or FAULTS))
+        return CampaignPlan(**(vars(options) | {"engines": options.engines or installed, "faults": faults}))
 
     def record(self, plan: CampaignPlan) -> dict[str, Any]:
         """Scenes, engines and faults."""
@@ -135,7 +125,7 @@ class CampaignStudy:
 
     def run(self, plan: CampaignPlan, store: StudyStore, reporter: Reporter) -> Campaign:
         """Try engines and faults on random scenes, and write tables as cells come."""
-        tables, cells = CampaignTables(store), list[CampaignCell]()
+        tables, cells = CampaignStore(store), list[CampaignCell]()
         with reporter.counted("scenes", plan.scenes) as done:
             drawn = plan.drawn()
             while scenes := list(itertools.islice(drawn, CHUNK)):

@@ -11,8 +11,9 @@ from barchain.boundary.declared import engine_class
 from barchain.judge.support import unsupported
 from barchain.solutions.reference_runs import SolutionFailedError, solution_jobs, solution_of
 from barchain.solutions.sampling import closely_sampled
-from barchain.studies.selftest.campaign.cells import CampaignCell, CellClass
+from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.campaign.trial import FIRST, CampaignCase, CampaignTrial
+from reports.tables.campaign import CellClass
 from reports.tables.crossval import REFERENCE_SOLUTION
 from reports.tables.outcome import Outcome
 

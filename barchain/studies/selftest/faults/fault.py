@@ -113,7 +113,7 @@ class Fault:
     """Why it can't be inserted into an engine; empty if it can"""
     like: str = "unmodified"
     """Control that it is without its fault"""
-    refuses: bool = False
+    expected_failure: bool = False
     """Whether the faulty engine is expected to fail; of any other fault a failure is a mistake in the fault"""
     invisible: str = ""
     """Proof that no observable changes; empty: it has to be caught"""

@@ -91,7 +91,7 @@ def misprint(which: Misprint, nothing: NotApplicable) -> Fault:
         code=paper_form(which),
         nothing=nothing,
         like=FORM,
-        refuses=which is Misprint.CONTROL_IDENTITY,
+        expected_failure=which is Misprint.CONTROL_IDENTITY,
         invisible=BETA_PROOF if which is Misprint.BETA_DENOMINATOR else "",
     )
 

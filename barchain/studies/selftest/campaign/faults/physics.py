@@ -66,8 +66,8 @@ def stretched(scene: Scene, size: float) -> Scene:
     k, called = 1.0 + size, scene.effects
     slews = [replace(p, start_s=k * p.start_s, duration_s=k * p.duration_s) for p in called.prescribed_rotation]
     thrusts = [replace(p, times_s=tuple(k * t for t in p.times_s)) for p in called.thrust]
-    blows = [replace(p, at_s=k * p.at_s) for p in called.impulse]
-    effects = replace(called, prescribed_rotation=tuple(slews), thrust=tuple(thrusts), impulse=tuple(blows))
+    impulses = [replace(p, at_s=k * p.at_s) for p in called.impulse]
+    effects = replace(called, prescribed_rotation=tuple(slews), thrust=tuple(thrusts), impulse=tuple(impulses))
     return replace(scene, effects=effects, run=replace(scene.run, duration_s=k * scene.run.duration_s))
 
 

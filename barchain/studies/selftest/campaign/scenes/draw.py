@@ -206,10 +206,10 @@ def draw_impulse(random: Generator, scene: Scene) -> Impulse:
     """An impulse that turns its bar at up to twice the orbital rate."""
     bar = int(random.integers(1, scene.bars + 1))
     at = int(random.integers(1, scene.run.samples - 1)) / (scene.run.samples - 1)
-    blow = 2.0 * scene.chain.inertia_kg_m2[bar - 1] * scene.orbital_rate_rad_s / scene.chain.length_m[bar - 1]
+    largest_N_s = 2.0 * scene.chain.inertia_kg_m2[bar - 1] * scene.orbital_rate_rad_s / scene.chain.length_m[bar - 1]
     return Impulse(
         bar, choose(random, list(End)), choose(random, list(Axes)), random.uniform(-np.pi, np.pi),
-        blow * random.uniform(0.1, 2.0), on_sample(at * scene.run.duration_s, scene.times_s),
+        largest_N_s * random.uniform(0.1, 2.0), on_sample(at * scene.run.duration_s, scene.times_s),
     )  # fmt: skip
 
 

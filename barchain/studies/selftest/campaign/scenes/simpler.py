@@ -126,8 +126,8 @@ def retime(data: Data, scene: Scene, form: Form, *, on_grid: bool) -> None:
         law["duration_s"] = rounded(law["duration_s"] * factor, form.digits)
     for thrust in data["effects"].get("thrust", ()):
         thrust["times_s"] = [nearest(t * factor, times) for t in thrust["times_s"]]
-    for blow in data["effects"].get("impulse", ()):
-        blow["at_s"] = nearest(blow["at_s"] * factor, times[1:-1])
+    for impulse in data["effects"].get("impulse", ()):
+        impulse["at_s"] = nearest(impulse["at_s"] * factor, times[1:-1])
 
 
 def nearest(t_s: float, times: Array) -> float:

@@ -1,23 +1,11 @@
-"""The campaign's folder: cells as they come, rates, the findings' scenes, and the record.
-
-``campaign.csv``
-    a row for each engine on each scene, and for each fault in each host on each scene, columns :data:`COLUMNS`;
-``rates.csv``
-    rates with 95 % intervals, columns :data:`RATE_COLUMNS`;
-``scenes/<scene>-<engine>[-<fault>].toml``
-    a scene for each finding, as simple as one could be found;
-``campaign.json``
-    what ran where, and whether it passed.
-"""
+"""Store of a campaign: cells as they come, rates, and the scenes of findings."""
 
 from __future__ import annotations
 
 import shutil
 from typing import TYPE_CHECKING
 
-from barchain.studies.selftest.campaign.cells import COLUMNS
-from barchain.studies.selftest.campaign.rates import RATE_COLUMNS
-from reports.tables.files import StudyFiles
+from reports.tables.campaign import SCENES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -27,11 +15,8 @@ if TYPE_CHECKING:
     from barchain.studies.selftest.campaign.rates import Rate
     from barchain.studies.store import StudyStore
 
-FILES = StudyFiles("campaign", {"campaign": COLUMNS, "rates": RATE_COLUMNS}, record="campaign.json")
-SCENES = "scenes"
 
-
-class CampaignTables:
+class CampaignStore:
     """Cells, rates and scenes of one campaign."""
 
     def __init__(self, store: StudyStore) -> None:

@@ -7,7 +7,7 @@ the inverse of the joint system where two *answers* are compared (`forward`).
 
 Roundings counted: a dot product of two 2-vectors 3, a unit vector 2, the tide 20 (q 6, log1p and expm1 2
 each, the two products and the sum 6, the mean over bars with N more), one entry of the joint matrix 8.
-Cholesky of a band of four and its two substitutions: |dA| <= 3 (4+1) u |L||L'| (Higham, Accuracy and
+Cholesky of a banded matrix of four and its two substitutions: |dA| <= 3 (4+1) u |L||L'| (Higham, Accuracy and
 Stability, 10.4), with (|L||L'|)_ik <= sqrt(a_ii a_kk). Together below 32 for a residual.
 """
 

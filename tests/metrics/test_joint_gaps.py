@@ -44,7 +44,7 @@ def run(engine: type[Engine], name: str = "paper/fig13") -> Trajectory:
 
 
 def opened(trajectory: Trajectory, by_m: float, *, after: int, sample: int = 0) -> Trajectory:
-    """Bars beyond joint `after` (from 1) moved aside from `sample` on; gaps and residual as they were reported."""
+    """Bars beyond joint `after` (from 1) displaced from `sample` on; gaps and residual as they were reported."""
     assert trajectory.position_m is not None
     place = trajectory.position_m.copy()
     place[sample:, after:] += np.array([0.0, by_m])
@@ -123,7 +123,7 @@ def test_a_single_bar_has_places_and_no_joints() -> None:
     assert fault(scene, Exudyn, seen) is None
 
 
-# what is refused
+# what is rejected
 
 
 @pytest.mark.parametrize("engine", [Exudyn, Pymunk, PymunkAbsolute])

@@ -1,4 +1,4 @@
-"""Blows against independent derivations: all equations at once, momentum, Gauss's least constraint."""
+"""Impulses against independent derivations: all equations at once, momentum, Gauss's least constraint."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from reference_impl.effects.impulse import apply_impulses
 from reference_impl.model.chain import BarImpulse, ChainModel, Prescription
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.kinematics import consistent_state, cross
-from tests.studies.roundoff import C, Case, U, forward
 from tests.support.effect_cases import chain, motion
+from tests.support.joint_roundoff import C, Case, U, forward
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array

@@ -1,0 +1,1 @@
+"""Chapter of the random campaign: rates of false alarms and of missed faults."""

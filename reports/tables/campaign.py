@@ -1,0 +1,114 @@
+"""Stored tables of the random campaign: everything that its page is rendered from.
+
+A folder ``campaign`` inside a result folder holds
+
+``campaign.csv``
+    a row for each engine on each scene, and for each fault in each host on each scene, columns :data:`COLUMNS`;
+``rates.csv``
+    rates with 95 % intervals, columns :data:`RATE_COLUMNS`;
+``scenes/<scene>-<engine>[-<fault>].toml``
+    a scene for each finding, as simple as one could be found;
+``campaign.json``
+    scenes, engines, faults, environment, and whether the campaign passed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any
+
+from reports.tables.files import StudyFiles
+from reports.tables.schema import Record
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+COLUMNS = (
+    "scene", "engine", "fault", "outcome", "class", "quantity", "reason", "size", "detection_limit", "own_limit",
+    "seconds",
+)  # fmt: skip
+"""`fault`: empty for the unmodified engine; `size`: largest change of the quantity over its scale; `detection_limit`:
+by the unmodified engine's verdict; `own_limit`: by the faulty engine's"""
+RATE_COLUMNS = ("what", "by", "name", "n", "count", "rate", "low", "high")
+"""`what`: a :class:`CellClass`; `by`: ``all``, ``outcome``, ``engine`` or ``fault``; `low`, `high`: 95 % interval"""
+WORDS = ("scene", "engine", "fault", "outcome", "class", "quantity", "reason", "what", "by", "name")
+SCENES = "scenes"
+ALL = "all"
+
+
+class CampaignRecord(Record):
+    """Entries of the record."""
+
+    seed: int | None = None
+    scenes: int | None = None
+    engines: list[str] | None = None
+    hosts: list[str] | None = None
+    most_reruns: int | None = None
+    faults: dict[str, dict[str, Any]] | None = None
+    passed: bool | None = None
+
+
+FILES = StudyFiles(
+    "campaign", {"campaign": COLUMNS, "rates": RATE_COLUMNS}, WORDS, record="campaign.json", model=CampaignRecord
+)
+
+
+class CellClass(StrEnum):
+    """Class of a cell."""
+
+    PASS = "pass"
+    """An unmodified engine that the judge accepts"""
+    LIMITED = "limited"
+    """An unmodified engine that round-off limits, by the verdict"""
+    UNSUPPORTED = "unsupported"
+    """An engine that does not support the scene"""
+    LATE = "timed out"
+    """An engine whose run reaches the campaign's time limit: no verdict"""
+    FALSE_ALARM = "false alarm"
+    """An unmodified engine that the judge rejects"""
+    CAUGHT = "caught"
+    """A faulty engine that the judge rejects"""
+    BELOW = "below the limit"
+    """An undetected fault below the detection limit of the verdict"""
+    BEYOND = "beyond the predictability limit"
+    """An undetected fault above the detection limit only where the verdict compares nothing with the reference"""
+    MISSED = "missed"
+    """An undetected fault above the detection limit of the verdict"""
+    NOTHING = "not applicable"
+    """A fault that changes nothing in the scene, or can't be inserted"""
+    BROKEN = "broken"
+    """A faulty engine that fails where it should run: the fault is not inserted as meant"""
+
+
+ENGINE_CLASSES = (CellClass.PASS, CellClass.LIMITED, CellClass.FALSE_ALARM, CellClass.UNSUPPORTED, CellClass.LATE)
+"""Classes of unmodified engines"""
+FAULT_CLASSES = (
+    CellClass.CAUGHT, CellClass.MISSED, CellClass.BELOW, CellClass.BEYOND, CellClass.NOTHING, CellClass.BROKEN,
+)  # fmt: skip
+"""Classes of faulty engines"""
+
+
+@dataclass(frozen=True)
+class CampaignTables:
+    """Contents of a campaign's folder."""
+
+    cells: pd.DataFrame
+    rates: pd.DataFrame
+    record: dict[str, Any]
+
+
+def read_campaign(folder: Path) -> CampaignTables:
+    """Read the campaign in a result folder.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a file is missing.
+    SchemaVersionError
+        If the record has another schema version.
+    """
+    found = FILES.read_all(folder)
+    return CampaignTables(found["campaign"], found["rates"], FILES.read_record(folder))
