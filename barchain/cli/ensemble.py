@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from barchain.cli.common.exit_codes import end_study
 from barchain.cli.common.numbers import MOST_RUNS, MOST_SAMPLES, ORBITS, SEED, WORDS, RealNumber
-from barchain.cli.common.options import out_option, overwrite_option, scene_argument, workers_option
+from barchain.cli.common.options import OWN_PAGE, out_option, overwrite_option, scene_argument, workers_option
 from barchain.cli.common.terminal import say
 from barchain.record.command import typed
 
@@ -25,7 +26,7 @@ ENGINE = "reference-fast"
                    "May be repeated.")  # fmt: skip
 @click.option("--runs", metavar="N", type=click.IntRange(1, MOST_RUNS), default=1000, show_default=True,
               help="Run N perturbed copies.")  # fmt: skip
-@out_option()
+@out_option(help_text=OWN_PAGE)
 @click.option("--orbits", metavar="N", type=ORBITS, help="Run N orbits; default: the scene's whole run.")
 @click.option("--samples", metavar="N", type=click.IntRange(2, MOST_SAMPLES), default=101, show_default=True,
               help="Take quantiles at N instants.")  # fmt: skip
@@ -44,12 +45,13 @@ def ensemble(
 ) -> None:  # fmt: skip
     """Run many perturbed copies of SCENE, and take quantiles of attitude and reactions over time.
 
-    SCENE is a name or a file. Runs are compiled: the engine reference-fast is needed.
+    SCENE is a name or a file. Runs are compiled: the engine reference-fast is needed. Exits with 1 if a run
+    fails.
     """
-    from barchain.cli.common.names import need_engine  # noqa: PLC0415
+    from barchain.cli.common.names import need_loaded  # noqa: PLC0415
     from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
 
-    need_engine(ENGINE)
+    need_loaded(ENGINE)
     if not overwrite:  # otherwise the earlier tables stay until the runs are done
         claim_study(out, "ensemble", overwrite=False)
     from barchain.cli.common.progress import counted  # noqa: PLC0415
@@ -70,3 +72,4 @@ def ensemble(
     counts = ", ".join(f"{n} {word}" for word, n in result.runs["outcome"].value_counts().items())
     say(f"{runs} runs in {result.seconds['run']:.2f} s: {counts}")
     say(f"ensemble: {page}")
+    end_study(result, result.failures)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from barchain.cli.common.exit_codes import ExitCode
 from barchain.cli.main import cli, run
+from barchain.record.folder_lock import LOCK
 from tests.cli.wild_lines import NUMBERS, TEXTS, RunReachedError, sample, stop_runs, wild_lines
 
 if TYPE_CHECKING:
@@ -51,7 +52,8 @@ def check_lines(
     stop_runs(patch)
     ends = [end_of(line, capsys) for line in lines]
     assert not any(ends), "\n".join(filter(None, ends))
-    assert [path for path in folder.rglob("*") if path not in {work, work.parent}] == []
+    left = [path for path in folder.rglob("*") if path not in {work, work.parent} and path.name != LOCK]
+    assert left == []
 
 
 def test_a_sample_of_wild_lines_ends_in_one_line_each(tmp_path, monkeypatch, capsys):
