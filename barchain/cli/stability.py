@@ -66,7 +66,7 @@ def stability(
     if accepted:
         accept(result, accepted)
     say(f"stability: {page}")
-    end_study(dataclasses.replace(result, changes=()) if accepted else result)
+    end_study(dataclasses.replace(result, changes=()) if accepted else result, result.failures)
 
 
 def plan_of(scenes: tuple[str, ...], names: tuple[str, ...], time_limit: float, workers: int | None) -> StabilityPlan:

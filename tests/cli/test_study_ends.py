@@ -16,6 +16,8 @@ from barchain.studies.ensemble.execution import EnsembleResult
 from barchain.studies.roundoff.run import RoundoffResult
 from barchain.studies.selftest.trial import SelftestError
 from barchain.studies.stability.expected import recorded
+from barchain.studies.stability.plan import loaded
+from barchain.studies.stability.run import StabilityResult
 from barchain.timing.left_out import failures
 from reports.tables.reading import DamagedResultsError
 
@@ -99,6 +101,14 @@ def test_a_command_whose_own_engine_does_not_load_ends_in_one_line(command, brok
     monkeypatch.setitem(ENGINES, "reference-fast", Registration("nowhere:Nothing"))
     assert run(command.split()) == ExitCode.FINDINGS
     assert capsys.readouterr().err == f"barchain: {BROKEN}\n"
+
+
+def test_a_default_engine_that_does_not_load_costs_the_stability_study_its_own_rows():
+    classes, faults = loaded({"reference": ENGINES["reference"], "broken": Registration("nowhere:Nothing")})
+    assert list(classes) == ["reference"]
+    assert faults == {"broken": BROKEN}
+    assert StabilityResult({}, (), ()).passed
+    assert not StabilityResult({}, (), (), ("broken: fault",)).passed
 
 
 def test_a_scene_is_shown_beside_an_adapter_that_does_not_load(broken, capsys):

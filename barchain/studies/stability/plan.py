@@ -6,17 +6,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting, steps_between_samples
-from adapters.engine import AccuracyParameter, Setting
+from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.ode_solvers.scipy_engines import ScipyEngine
 from adapters.registry import ENGINES, engines, find_engine
-from barchain.boundary.declared import engine_class
+from barchain.boundary.declared import engine_class, engine_fault
 from barchain.run.compilation import COMPILED
 from barchain.run.job import SOLUTION_ROLES, Job, Role
 from barchain.studies.stability.limits import TIME_LIMIT_S
 from scenarios import load_scene, scene_names
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from adapters.engine import Engine
     from adapters.registry import Registration
@@ -48,8 +48,8 @@ class StabilityPlan:
     @property
     def turns(self) -> int:
         """Number of runs, for the progress."""
-        classes = [engine_class(r) for r in self.engines.values()]
-        able = [(s, e) for s in self.scenes for e in classes if e.unsupported(s) is None]
+        classes, _ = loaded(self.engines)
+        able = [(s, e) for s in self.scenes for e in classes.values() if e.unsupported(s) is None]
         solutions = sum(len(SOLUTION_ROLES) + len(exact_jobs(s)) for s in self.scenes)
         return solutions + sum(len(settings(s, e)) for s, e in able)
 
@@ -68,6 +68,17 @@ def default_engines() -> dict[str, Registration]:
 def chosen_engines(names: Iterable[str] | None) -> dict[str, Registration]:
     """Engines by name, or the default ones."""
     return {name: find_engine(name) for name in dict.fromkeys(names)} if names else default_engines()
+
+
+def loaded(engines: Mapping[str, Registration]) -> tuple[dict[str, type[Engine]], dict[str, str]]:
+    """Classes of engines by name, and the faults of those whose adapter does not load."""
+    classes, faults = {}, {}
+    for name, registration in engines.items():
+        try:
+            classes[name] = engine_class(registration)
+        except EngineError as error:
+            faults[name] = engine_fault(error)
+    return classes, faults
 
 
 def settings(scene: Scene, engine: type[Engine]) -> dict[Role, Setting]:

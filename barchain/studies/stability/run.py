@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from barchain.boundary.declared import engine_class
 from barchain.judge.support import unsupported
 from barchain.run.compilation import announcement
 from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult, failure
@@ -16,7 +15,7 @@ from barchain.studies.stability import expected
 from barchain.studies.stability.engine_runs import LEVEL_WORDS, WITH_TRAJECTORY, EngineRuns
 from barchain.studies.stability.evidence import condition_range, laws
 from barchain.studies.stability.growth import linear_rate
-from barchain.studies.stability.plan import LEVELS, LONG, SOLUTION_LIMIT_S, exact_jobs, settings
+from barchain.studies.stability.plan import LEVELS, LONG, SOLUTION_LIMIT_S, exact_jobs, loaded, settings
 from barchain.studies.stability.rules import ILL_POSED, Finding, finding
 from barchain.studies.stability.store import StabilityStore
 from reports.tables.outcome import Outcome
@@ -60,11 +59,13 @@ class StabilityResult:
     changes: tuple[expected.OutcomeChange, ...]
     ours: tuple[Pair, ...]
     """Scenes that are well-posed, and in which a form of the reference is not stable"""
+    failures: tuple[str, ...] = ()
+    """Engines that do not load, one line each"""
 
     @property
     def passed(self) -> bool:
-        """Whether the reference is stable and no outcome changed."""
-        return not self.ours and not self.changes
+        """Whether every engine loads, the reference is stable and no outcome changed."""
+        return not self.ours and not self.changes and not self.failures
 
 
 class StabilityRun:
@@ -76,7 +77,8 @@ class StabilityRun:
         self.plan, self.report, self.note = plan, reporter.step, reporter.note
         self.store = StabilityStore(store, plan.time_limit_s, order)
         self.scenes = {scene.name: HardSceneRuns(scene) for scene in plan.scenes}
-        self.classes: dict[str, type[Engine]] = {name: engine_class(r) for name, r in plan.engines.items()}
+        self.classes: dict[str, type[Engine]]
+        self.classes, self.faults = loaded(plan.engines)
         self.recorded = expected.recorded()
         self.findings: dict[Pair, Finding] = {}
         self.changes: list[expected.OutcomeChange] = []
@@ -89,7 +91,8 @@ class StabilityRun:
         self.make([job for s in self.plan.scenes for job in solution_jobs(s)])
         for wave in WAVES:
             self.make(self.hopeful(self.jobs(wave)))
-        return StabilityResult(self.findings, tuple(self.changes), self.unstable_references())
+        failures = tuple(f"{name}: {fault}" for name, fault in self.faults.items())
+        return StabilityResult(self.findings, tuple(self.changes), self.unstable_references(), failures)
 
     def jobs(self, roles: Iterable[Role]) -> list[Job]:
         """Runs of some roles in all scenes."""
@@ -104,8 +107,10 @@ class StabilityRun:
         return found
 
     def leave_out(self) -> None:
-        """Settle the engines that do not support a scene."""
+        """Settle the engines that do not load or do not support a scene."""
         for scene in self.plan.scenes:
+            for name, fault in self.faults.items():
+                self.settle(scene.name, name, Finding(Stability.FAILED, fault))
             for name, engine in self.classes.items():
                 reason = engine.unsupported(scene)
                 if reason is not None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from barchain.boundary.declared import engine_class
 from barchain.run.selection import unique_names
 from barchain.studies.stability.limits import TIME_LIMIT_S
-from barchain.studies.stability.plan import StabilityPlan, chosen_engines, hard_scenes
+from barchain.studies.stability.plan import StabilityPlan, chosen_engines, hard_scenes, loaded
 from barchain.studies.stability.run import OURS, StabilityResult, StabilityRun
 from reports.tables.stability import FILES
 from scenarios import load_scene
@@ -50,16 +50,21 @@ class StabilityStudy:
         ------
         SceneError, UnknownEngineError
             For a scene or an engine that does not exist.
+        AdapterLoadError
+            For an engine that is named and does not load; one of the default engines costs its own rows.
         """
         scenes = unique_names([load_scene(s) for s in options.scenes or hard_scenes()])
-        return StabilityPlan(tuple(scenes), chosen_engines(options.engines), options.time_limit_s, options.workers)
+        chosen = chosen_engines(options.engines)
+        for name in options.engines:
+            engine_class(chosen[name])
+        return StabilityPlan(tuple(scenes), chosen, options.time_limit_s, options.workers)
 
     def record(self, plan: StabilityPlan) -> dict[str, Any]:
         """Scenes, engines and limits; runs are added as they come."""
         return {
             "time_limit_s": plan.time_limit_s,
             "scenes": {s.name: scene_words(s) for s in plan.scenes},
-            "engines": {name: engine_class(r).title for name, r in plan.engines.items()},
+            "engines": {name: e.title for name, e in loaded(plan.engines)[0].items()} | loaded(plan.engines)[1],
             "references": [name for name in OURS if name in plan.engines],
             "runs": [],
         }
