@@ -12,18 +12,15 @@ from hypothesis import strategies as st
 from markupsafe import Markup
 
 from reports.page import templates
-from reports.render import render_all, render_study
+from reports.render import render_all
 from reports.tables.cells import as_cell, from_cell, from_cells, to_cells
 from reports.text.markdown import escape_text
 from reports.text.visible import visible, written
 from scenarios.text import is_hidden
-from tests.reports import test_cost_report, test_effects_report, test_roundoff_report
-from tests.studies import test_scaling
 from tests.support.page_policy import check_policy
 from tests.support.report_fixture import build
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
 
@@ -74,21 +71,6 @@ def test_the_policy_of_a_report_lets_it_load_nothing_and_the_report_obeys(pages:
     assert pages
     for page in pages:
         check_policy(page)
-
-
-STUDIES: dict[str, Callable[[Path], object]] = {
-    "cost": lambda folder: test_cost_report.write(folder, test_cost_report.study()),
-    "effects": lambda folder: test_effects_report.write(folder, test_effects_report.ROWS),
-    "roundoff": test_roundoff_report.write,
-    "scaling": test_scaling.write,
-}
-"""Writers of tables; the pages of the other studies are checked beside their own tests"""
-
-
-@pytest.mark.parametrize("study", STUDIES)
-def test_the_page_of_a_study_obeys_its_policy(study: str, tmp_path: Path) -> None:
-    STUDIES[study](tmp_path)
-    check_policy(render_study(study, tmp_path).page)
 
 
 def test_every_template_of_a_whole_page_has_the_policy() -> None:
