@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING, NamedTuple
 from reports.chapters.crossval.report import write_report
 from reports.chapters.registry import CHAPTERS
 from reports.page import write_page, write_text
-from reports.tables.crossval import METRICS, RECORD
+from reports.tables.crossval import METRICS, RECORD, read_results
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
     from reports.chapter import Chapter, ChapterView
+
+
+COMPARISON = "crossval"
 
 
 class Rendered(NamedTuple):
@@ -36,9 +39,39 @@ def views_in(folder: Path) -> dict[Chapter, ChapterView]:
     return {chapter: chapter.view_of(folder) for chapter in CHAPTERS if chapter.is_in(folder)}
 
 
+def reported_in(folder: Path) -> dict[Chapter, ChapterView]:
+    """Views of the studies in a result folder that a comparison's report includes."""
+    return {chapter: chapter.view_of(folder) for chapter in CHAPTERS if chapter.in_report and chapter.is_in(folder)}
+
+
 def reported(views: Mapping[Chapter, ChapterView]) -> dict[Chapter, ChapterView]:
     """Views that a comparison's report includes."""
     return {chapter: view for chapter, view in views.items() if chapter.in_report}
+
+
+def check_others(name: str, folder: Path) -> None:
+    """Read all that the page of a comparison or a study will include besides its own results, before it is run.
+
+    Parameters
+    ----------
+    name : str
+        ``crossval``, or name of a study.
+    folder : Path
+        Result folder, which may be missing.
+
+    Raises
+    ------
+    DamagedResultsError, SchemaVersionError
+        If other results in the folder could not be rendered.
+    """
+    compares = name == COMPARISON
+    if not compares:
+        if not (holds_comparison(folder) and any(c.name == name and c.in_report for c in CHAPTERS)):
+            return
+        read_results(folder)
+    for chapter in CHAPTERS:
+        if chapter.in_report and chapter.name != name and chapter.is_in(folder):
+            chapter.view_of(folder)
 
 
 def render(folder: Path) -> tuple[Path, Path]:
@@ -54,7 +87,7 @@ def render(folder: Path) -> tuple[Path, Path]:
     FileNotFoundError
         If the folder holds no comparison.
     """
-    return write_report(folder, reported(views_in(folder)))
+    return write_report(folder, reported_in(folder))
 
 
 def render_study(name: str, folder: Path) -> Rendered:
@@ -67,10 +100,10 @@ def render_study(name: str, folder: Path) -> Rendered:
     """
     chapter = next(c for c in CHAPTERS if c.name == name)
     compared = chapter.in_report and holds_comparison(folder)
-    views = views_in(folder) if compared else {}
+    views = reported_in(folder) if compared else {}
     view = views.get(chapter) or chapter.view_of(folder)
     text = write_text(folder, chapter, view) if chapter.text else None
-    page = write_report(folder, reported(views))[0] if compared else write_page(folder, chapter, view)
+    page = write_report(folder, views)[0] if compared else write_page(folder, chapter, view)
     return Rendered(page, text)
 
 

@@ -32,6 +32,15 @@ NOISE = tuple(QUANTITY_UNITS)
 """Quantities whose noise an engine may declare"""
 
 
+class AdapterLoadError(EngineError):
+    """Raised for an engine whose class can't be had; the message is one line."""
+
+    def __init__(self, registration: Registration, reason: str) -> None:
+        """Name the adapter."""
+        self.reason = " ".join(reason.split())
+        super().__init__(f"the adapter {registration.target} does not load: {self.reason}")
+
+
 class OutsideEngineClass(ABCMeta):
     """Type of such classes; pickled by content, as each is made while barchain runs."""
 
@@ -129,20 +138,29 @@ def engine_class(registration: Registration) -> type[Engine]:
 
     Raises
     ------
-    EngineError
-        If an engine of another package does not import, or does not declare what it must.
+    AdapterLoadError
+        If the adapter does not import, or an engine of another package does not declare what it must.
     """
-    if registration in ENGINES.values():
+    if registration not in ENGINES.values():
+        return outside_class(registration)
+    try:
         return registration.load()
-    return outside_class(registration)
+    except Exception as error:  # a broken installation of the engine's library may raise anything
+        raise AdapterLoadError(registration, f"{type(error).__name__}: {plain_text(error)}") from error
 
 
 def outside_class(registration: Registration) -> type[OutsideEngine]:
     """Class with the declarations of an engine of another package."""
     found = asked_class(registration)
     if isinstance(found, str):
-        raise EngineError(found)
+        raise AdapterLoadError(registration, found)
     return found
+
+
+def engine_fault(error: Exception) -> str:
+    """Reason, in one line, why an engine's class can't be loaded or asked."""
+    said = str(error) if isinstance(error, EngineError) else f"its declarations raise {type(error).__name__}: {error}"
+    return " ".join(said.split())
 
 
 @cache

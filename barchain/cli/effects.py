@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from barchain.cli.common.exit_codes import end_study
 from barchain.cli.common.numbers import RealNumber
 from barchain.cli.common.options import (
+    JOINS,
     minutes_option,
     out_option,
     overwrite_option,
@@ -31,7 +33,7 @@ SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a 
 
 @click.command()
 @scene_argument
-@out_option(None, help_text="Write table and page into this folder; default: print only.")
+@out_option(None, help_text=f"{JOINS[:-1]}; default: print only.")
 @click.option("--rtol", metavar="R", type=RealNumber(*RTOLS), default=RTOL, show_default=True,
               help="Request this relative accuracy of a step; a run at 10 R shows the numerical error.")  # fmt: skip
 @click.option("--matters", metavar="X", type=RealNumber(0.0, 1.0, min_open=True), default=MATTERS,
@@ -52,9 +54,9 @@ def effects(
     """Measure relevance and run time of each effect in SCENE.
 
     SCENE is a name or a file. Each effect is switched off, or on with stated defaults where the scene does not
-    have it.
+    have it. Exits with 1 if a run fails.
     """
-    from barchain.cli.common.names import need_engine  # noqa: PLC0415
+    from barchain.cli.common.names import need_loaded  # noqa: PLC0415
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
     from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
     from barchain.studies.effects.study import EffectsOptions, EffectsStudy  # noqa: PLC0415  # statistics no other needs
@@ -64,7 +66,7 @@ def effects(
     from scenarios import load_scene  # noqa: PLC0415
 
     if engine:
-        need_engine(engine)
+        need_loaded(engine)
     study = EffectsStudy()
     plan = study.plan(EffectsOptions(load_scene(scene), rtol, matters, repeats, 60.0 * minutes, workers, engine))
     if out:
@@ -72,13 +74,14 @@ def effects(
     with tempfile.TemporaryDirectory() as scratch:
         folder = out or Path(scratch)
         with verdicts_shown(plan.turns) as show:
-            run_study(study, plan, folder, command=typed(), reporter=Reporter(show, show.note))
+            result = run_study(study, plan, folder, command=typed(), reporter=Reporter(show, show.note))
         page = render_study("effects", folder).page if out else None
         view = view_effects(folder)
     assert view is not None
     show_view(view)
     if page:
         say(f"effects: {page}")
+    end_study(result, result.failures)
 
 
 def show_view(view: EffectsView) -> None:

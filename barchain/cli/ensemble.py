@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from barchain.cli.common.exit_codes import end_study
 from barchain.cli.common.numbers import MOST_RUNS, MOST_SAMPLES, ORBITS, POSITIVE_SECONDS, SEED, WORDS, RealNumber
 from barchain.cli.common.options import (
+    OWN_PAGE,
     out_option,
     overwrite_option,
     resume_option,
@@ -33,7 +35,7 @@ ENGINE = "reference-fast"
                    "May be repeated.")  # fmt: skip
 @click.option("--runs", metavar="N", type=click.IntRange(1, MOST_RUNS), default=1000, show_default=True,
               help="Run N perturbed copies.")  # fmt: skip
-@out_option()
+@out_option(help_text=OWN_PAGE)
 @click.option("--orbits", metavar="N", type=ORBITS, help="Run N orbits; default: the scene's whole run.")
 @click.option("--samples", metavar="N", type=click.IntRange(2, MOST_SAMPLES), default=101, show_default=True,
               help="Take quantiles at N instants.")  # fmt: skip
@@ -55,13 +57,13 @@ def ensemble(
 ) -> None:  # fmt: skip
     """Run many perturbed copies of SCENE, and take quantiles of attitude and reactions over time.
 
-    SCENE is a name or a file. Runs are compiled: the engine reference-fast is needed. Exits with 1 if a Dask cluster
-    fails while runs are on it; --resume goes on from the runs that were done.
+    SCENE is a name or a file. Runs are compiled: the engine reference-fast is needed. Exits with 1 if a run fails,
+    or if a Dask cluster fails while runs are on it; --resume goes on from the runs that were done.
     """
-    from barchain.cli.common.names import need_engine  # noqa: PLC0415
+    from barchain.cli.common.names import need_loaded  # noqa: PLC0415
     from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
 
-    need_engine(ENGINE)
+    need_loaded(ENGINE)
     if resume or not overwrite:  # otherwise the earlier tables stay until the runs are done
         claim_study(out, "ensemble", resume=resume, overwrite=overwrite)
     from barchain.cli.common.progress import counted  # noqa: PLC0415
@@ -82,3 +84,4 @@ def ensemble(
     counts = ", ".join(f"{n} {word}" for word, n in result.runs["outcome"].value_counts().items())
     say(f"{runs} runs in {result.seconds['run']:.2f} s: {counts}")
     say(f"ensemble: {page}")
+    end_study(result, result.failures)

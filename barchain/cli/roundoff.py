@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from barchain.cli.common.exit_codes import end_study
 from barchain.cli.common.options import out_option, overwrite_option, workers_option
 from barchain.cli.common.terminal import say
 from barchain.record.command import typed
@@ -24,7 +25,10 @@ PARTS = ("evaluation", "trajectories", "engines", "times")
 @workers_option
 @overwrite_option
 def roundoff(out: Path, parts: tuple[str, ...], full: bool, workers: int | None, overwrite: bool) -> None:
-    """Measure the digits of the reactions that absolute and relative coordinates leave."""
+    """Measure the digits of the reactions that absolute and relative coordinates leave.
+
+    Exits with 1 if a task fails.
+    """
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
     from barchain.studies.roundoff.study import RoundoffOptions, RoundoffStudy  # noqa: PLC0415  # multiple precision
     from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
@@ -34,15 +38,17 @@ def roundoff(out: Path, parts: tuple[str, ...], full: bool, workers: int | None,
     plan = study.plan(RoundoffOptions(parts, full, workers))
     claim_parts(out, parts, overwrite=overwrite)
     with verdicts_shown(plan.turns) as show:
-        run_study(study, plan, out, command=typed(), reporter=Reporter(show, show.note))
+        result = run_study(study, plan, out, command=typed(), reporter=Reporter(show, show.note))
     say(f"round-off study: {render_study('roundoff', out).page}")
+    end_study(result, result.failures)
 
 
 def claim_parts(out: Path, parts: tuple[str, ...], *, overwrite: bool) -> None:
     """Make sure that the tables of some parts may be written; those of other parts stay."""
-    from barchain.cli.common.result_folder import claim  # noqa: PLC0415
+    from barchain.cli.common.result_folder import claim, need_readable  # noqa: PLC0415
     from barchain.studies.roundoff.rows import OF_PARTS  # noqa: PLC0415
 
     folder = out / "roundoff"
     tables = [folder / f"{table}.csv" for part in parts for table in OF_PARTS[part]]
+    need_readable(out, "roundoff")
     claim(tables, f"{folder} holds results of these parts", overwrite=overwrite)

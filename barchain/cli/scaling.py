@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from barchain.cli.common.exit_codes import end_study
 from barchain.cli.common.numbers import MOST_BARS
 from barchain.cli.common.options import (
     engine_option,
@@ -42,7 +43,8 @@ def scaling(
     """Measure time and memory against the number of bars.
 
     The times are those of an evaluation and of an orbit. The chain is that of paper/fig05, cut into N bars. Exits with
-    1 if an engine that was named was not run at all.
+    1 if an engine fails at every number of bars, if an engine that was named does not run at all, or if nothing is
+    measured.
     """
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
     from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
@@ -56,4 +58,5 @@ def scaling(
     with verdicts_shown(plan.turns) as show:
         result = run_study(study, plan, out, command=typed(), reporter=Reporter(show, show.note), resume=resume)
     say(f"scaling study: {render_study('scaling', out).page}")
-    report_idle(result.idle, names)
+    report_idle(result.idle)
+    end_study(result, result.failures)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from barchain.cli.common.exit_codes import findings
+from barchain.cli.common.exit_codes import end_study
 from barchain.cli.common.options import engine_option, optional_scenes, out_option, overwrite_option, workers_option
 from barchain.cli.common.terminal import literal, say
 from barchain.cli.selftest_random import RandomOptions, random_options, run_random, show_faults
@@ -73,7 +73,6 @@ def run_matrix(plan: SelftestPlan, out: Path | None, *, overwrite: bool) -> None
     from barchain.cli.common.progress import counted  # noqa: PLC0415
     from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
     from barchain.studies.selftest.study import SelftestStudy  # noqa: PLC0415
-    from barchain.studies.selftest.trial import SelftestError  # noqa: PLC0415
     from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
     from reports.chapters.selftest.view import view_selftest  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
@@ -82,18 +81,14 @@ def run_matrix(plan: SelftestPlan, out: Path | None, *, overwrite: bool) -> None
         claim_study(out, "selftest", overwrite=overwrite)
     with tempfile.TemporaryDirectory() as scratch:
         folder = out or Path(scratch)
-        try:
-            tried = run_study(SelftestStudy(), plan, folder, command=typed(), reporter=Reporter(counted=counted))
-        except SelftestError as error:
-            raise click.ClickException(str(error)) from error
+        tried = run_study(SelftestStudy(), plan, folder, command=typed(), reporter=Reporter(counted=counted))
         page = render_study("selftest", folder).page if out else None
         view = view_selftest(folder)
     assert view is not None
     show_view(view)
     if page:
         say(f"selftest: {page}")
-    if not tried.passed:
-        raise findings()
+    end_study(tried)
 
 
 def plan_of(

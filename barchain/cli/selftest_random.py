@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from barchain.cli.common.exit_codes import findings
+from barchain.cli.common.exit_codes import end_study
 from barchain.cli.common.names import HOST, HostType
 from barchain.cli.common.numbers import MOST_REPEATS, MOST_SCENES, SECONDS, SEED
 from barchain.cli.common.terminal import literal, say
@@ -102,8 +102,7 @@ def run_random(
         show_campaign(found, kept=out is not None)
     if out:
         say(f"selftest: {render_study('campaign', out).page}")
-    if not found.passed:
-        raise findings()
+    end_study(found)
 
 
 def options_of(

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from barchain.cli.common.exit_codes import findings
+from barchain.cli.common.exit_codes import end_study
 from barchain.cli.common.numbers import NamedPath
 from barchain.cli.common.options import (
+    OWN_PAGE,
     engine_option,
     optional_scenes,
     out_option,
@@ -30,7 +32,7 @@ if TYPE_CHECKING:
 @click.command()
 @optional_scenes
 @engine_option("the engines marked so in `barchain engines`, and SciPy's solvers")
-@out_option()
+@out_option(help_text=OWN_PAGE)
 @time_limit_option(TIME_LIMIT_S, more="; a run of a form of the reference after ten times that")
 @workers_option
 @resume_option
@@ -53,6 +55,8 @@ def stability(
     from reports.render import render_study  # noqa: PLC0415
 
     plan = plan_of(scenes, names, time_limit, workers)
+    if accepted:
+        check_accepted(accepted)
     claim_study(out, "stability", resume=resume, overwrite=overwrite)
     with verdicts_shown(plan.turns) as show:
         reporter = Reporter(show, show.note)
@@ -62,8 +66,7 @@ def stability(
     if accepted:
         accept(result, accepted)
     say(f"stability: {page}")
-    if result.ours or (result.changes and not accepted):
-        raise findings()
+    end_study(dataclasses.replace(result, changes=()) if accepted else result, result.failures)
 
 
 def plan_of(scenes: tuple[str, ...], names: tuple[str, ...], time_limit: float, workers: int | None) -> StabilityPlan:
@@ -71,6 +74,15 @@ def plan_of(scenes: tuple[str, ...], names: tuple[str, ...], time_limit: float, 
     from barchain.studies.stability.study import StabilityOptions, StabilityStudy  # noqa: PLC0415
 
     return StabilityStudy().plan(StabilityOptions(scenes, names, time_limit, workers))
+
+
+def check_accepted(file: Path) -> None:
+    """Reject a file that can't take the outcomes, before anything runs."""
+    from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
+    from barchain.studies.stability import expected  # noqa: PLC0415
+
+    expected.recorded(file)
+    need_writable(file, "--accept")
 
 
 def show_result(result: StabilityResult) -> None:

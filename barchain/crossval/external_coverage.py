@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.common.step_alignment import inner_events_s, misalignment
 from adapters.registry import engines
-from barchain.boundary.declared import engine_class
+from barchain.boundary.declared import AdapterLoadError, engine_class, engine_fault
 from barchain.crossval.suggested_run import aligned, fitting_run, with_run
 from barchain.solutions.certified import committed_tables
 from barchain.solutions.certified_table import physics_digest, read_head
@@ -60,7 +60,7 @@ def loaded(
             engine: type[Engine] = engine_class(registration)
             engine.unsupported(scene)
         except Exception as error:
-            failures[name] = " ".join(f"{type(error).__name__}: {error}".split())
+            failures[name] = error.reason if isinstance(error, AdapterLoadError) else engine_fault(error)
         else:
             found[name] = engine
     return found

@@ -11,7 +11,7 @@ import pandas as pd
 
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
-from barchain.boundary.declared import OutsideEngine, engine_class
+from barchain.boundary.declared import OutsideEngine, engine_class, engine_fault
 from barchain.boundary.message import plain_text
 from barchain.judge.comparison import Verdict, judge, no_verdict
 from barchain.judge.error_model import ErrorModel
@@ -184,8 +184,7 @@ class Suite:
             self.classes[engine] = engine_class(registration)
             reason = self.classes[engine].unsupported(scene)
         except Exception as error:
-            said = str(error) if isinstance(error, EngineError) else f"{type(error).__name__}: {error}"
-            return Outcome.FAILED, f"its adapter does not load: {said}"
+            return Outcome.FAILED, engine_fault(error)
         return None if reason is None else (Outcome.UNSUPPORTED, reason)
 
     def engine_jobs(self, scene: Scene, engine: str, registration: Registration) -> list[Job]:

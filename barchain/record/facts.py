@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from barchain.boundary.declared import engine_class
+from barchain.boundary.declared import engine_class, engine_fault
 from barchain.record.scene_description import effect_words, invariant_words
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def engine_facts(registration: Registration) -> dict[str, Any]:
     try:
         loaded = engine_class(registration)
     except Exception as error:
-        return facts | {"missing": facts["missing"] or f"its adapter does not load: {error}"}
+        return facts | {"missing": facts["missing"] or engine_fault(error)}
     return facts | {
         "title": loaded.title,
         "coordinates": str(loaded.coordinates),

@@ -25,7 +25,17 @@ if TYPE_CHECKING:
 
 PlanT = TypeVar("PlanT")
 OptionsT_contra = TypeVar("OptionsT_contra", contravariant=True)
-ResultT_co = TypeVar("ResultT_co", covariant=True)
+
+
+class StudyResult(Protocol):
+    """End of a study. A result that did not pass ends the study's command with exit code 1."""
+
+    @property
+    def passed(self) -> bool:
+        """Whether everything asked for ran or is declared unsupported, and no check failed."""
+
+
+ResultT_co = TypeVar("ResultT_co", bound=StudyResult, covariant=True)
 
 
 def ignore(*_: object) -> None:

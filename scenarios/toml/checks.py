@@ -1,4 +1,8 @@
-"""Checks that concern several tables of a scene file. Each is made here only."""
+"""Checks that concern several tables of a scene file. Each is made here only.
+
+A check yields a line for each fault, so that a file's faults are told all at once; of several bars with one fault
+the first is named.
+"""
 
 from __future__ import annotations
 
@@ -9,39 +13,37 @@ from scenarios.effect_types import Gravity
 from scenarios.limits import VALUES, LimitError
 from scenarios.scene import is_bound
 from scenarios.toml.effect_tables import each, slender_inertia
+from scenarios.toml.start import start_faults
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from scenarios.toml.scene_tables import SceneTables
 
 SLENDER_SLACK = 1e-9  # of m l²/12: a moment of inertia written with nine digits is that of a slender bar
 MOST_SCALE_HEIGHTS = 30.0  # between the density's height and the chain: e^30 times the density is a mistaken unit
 
 
-def check_effects(scene: SceneTables) -> None:
-    """Reject effects that contradict the chain, the gravity or another effect."""
-    check_bars(scene)
-    check_prescriptions(scene)
-    check_lists(scene)
-    check_widths(scene)
-    check_air(scene)
-    check_fields(scene)
-    check_slender(scene)
+def check_all(scene: SceneTables) -> Iterator[str]:
+    """Faults between the tables of a file, one line each."""
+    for check in CHECKS:
+        yield from check(scene)
 
 
-def check_prescriptions(scene: SceneTables) -> None:
+def check_prescriptions(scene: SceneTables) -> Iterator[str]:
     """Check that each bar has at most one law, and a neighbour if a motor in a joint drives it."""
     seen: set[int] = set()
     for i, p in enumerate(scene.effects.prescribed_rotation):
         where = f"effects.prescribed_rotation[{i}].bar"
         if p.bar in seen:
-            raise ValueError(f"{where}: bar {p.bar} already has a prescribed rotation; allowed: one for each bar")
+            yield f"{where}: bar {p.bar} already has a prescribed rotation; allowed: one for each bar"
         if p.actuator == "joint" and scene.chain.bars == 1:
-            raise ValueError(f'{where}: actuator "joint" needs a neighbouring bar, and the chain has one bar')
+            yield f'{where}: actuator "joint" needs a neighbouring bar, and the chain has one bar'
         seen.add(p.bar)
     joints = [joint_of_motor(p.bar) for p in scene.effects.prescribed_rotation if p.actuator == "joint"]
-    for joint in joints:
+    for joint in sorted(set(joints)):
         if joints.count(joint) > 1:
-            raise ValueError(
+            yield (
                 f"effects.prescribed_rotation: joint {joint} would carry two motors (bar 1's motor is in joint 1); "
                 "allowed: one motor for each joint"
             )
@@ -52,21 +54,21 @@ def joint_of_motor(bar: int) -> int:
     return max(bar - 1, 1)
 
 
-def check_bars(scene: SceneTables) -> None:
+def check_bars(scene: SceneTables) -> Iterator[str]:
     """Check that prescribed rotations, thrusts and impulses are on bars of the chain."""
     for name in ("prescribed_rotation", "thrust", "impulse"):
         for i, p in enumerate(getattr(scene.effects, name)):
             if p.bar > scene.chain.bars:
-                raise ValueError(f"effects.{name}[{i}].bar: {p.bar} given, allowed: 1 to {scene.chain.bars}")
+                yield f"effects.{name}[{i}].bar: {p.bar} given, allowed: 1 to {scene.chain.bars}"
 
 
-def check_lists(scene: SceneTables) -> None:
+def check_lists(scene: SceneTables) -> Iterator[str]:
     """Check that lists have one value per bar, or per joint."""
     effects, bars = scene.effects, scene.chain.bars
     for name in ("drag", "solar_pressure"):
         table = getattr(effects, name)
         if table and isinstance(table.width_m, list) and len(table.width_m) != bars:
-            raise ValueError(
+            yield (
                 f"effects.{name}.width_m: {len(table.width_m)} values given, allowed: one number, "
                 f"or one value per bar: {bars}"
             )
@@ -74,57 +76,58 @@ def check_lists(scene: SceneTables) -> None:
     if springs is None:
         return
     if bars == 1:
-        raise ValueError("effects.joint_spring_damper: the chain has one bar and no joint; allowed: two bars or more")
+        yield "effects.joint_spring_damper: the chain has one bar and no joint; allowed: two bars or more"
+        return
     for key in ("stiffness_N_m_rad", "damping_N_m_s_rad", "rest_deg"):
         value = getattr(springs, key)
         if isinstance(value, list) and len(value) != bars - 1:
-            raise ValueError(
+            yield (
                 f"effects.joint_spring_damper.{key}: {len(value)} values given, allowed: one number, "
                 f"or one value per joint: {bars - 1}"
             )
 
 
-def check_widths(scene: SceneTables) -> None:
+def check_widths(scene: SceneTables) -> Iterator[str]:
     """Check that no bar is wider than long."""
     chain = scene.chain
     length = each(chain.length_m, chain.bars)
     for name in ("drag", "solar_pressure"):
         table = getattr(scene.effects, name)
-        if table is None:
-            continue
-        width = each(table.width_m, chain.bars)
-        for j, (wide, long) in enumerate(zip(width, length, strict=True), start=1):
+        width = each(table.width_m, chain.bars) if table else ()
+        for j, (wide, long) in enumerate(zip(width, length, strict=False), start=1):  # check_lists tells of lengths
             if wide > long:
-                raise ValueError(
-                    f"effects.{name}.width_m: {wide:g} given for bar {j}, allowed: at most its length, {long:g} m"
-                )
+                yield f"effects.{name}.width_m: {wide:g} given for bar {j}, allowed: at most its length, {long:g} m"
+                break
 
 
-def check_air(scene: SceneTables) -> None:
+def check_air(scene: SceneTables) -> Iterator[str]:
     """Check that the chain starts within :data:`MOST_SCALE_HEIGHTS` of the height of the given density."""
     air, start_m = scene.effects.drag, scene.orbit.altitude_m
     if air is None:
         return
     heights = (start_m - air.altitude_m) / air.scale_height_m
     if abs(heights) > MOST_SCALE_HEIGHTS:
-        raise ValueError(
+        yield (
             f"effects.drag: density_kg_m3 is that at altitude_m = {air.altitude_m:g} m and the chain starts at "
             f"{start_m:g} m, {abs(heights):.3g} times scale_height_m = {air.scale_height_m:g} m "
             f"{'above' if heights > 0.0 else 'below'} it; allowed: at most {MOST_SCALE_HEIGHTS:g} times"
         )
 
 
-def check_fields(scene: SceneTables) -> None:
+def check_fields(scene: SceneTables) -> Iterator[str]:
     """Check that oblateness and third bodies come with a central body that attracts."""
     effects = scene.effects
     for name in ("oblateness", "third_body"):
         if getattr(effects, name) and effects.gravity == "none":
-            raise ValueError(
-                f'effects.{name}: the central body does not pull (gravity = "none"); allowed: with gravity'
-            )
+            yield f'effects.{name}: the central body does not pull (gravity = "none"); allowed: with gravity'
 
 
-def check_slender(scene: SceneTables) -> None:
+def check_places(scene: SceneTables) -> Iterator[str]:
+    """Check the bars' places at the start."""
+    yield from start_faults(scene.chain)
+
+
+def check_slender(scene: SceneTables) -> Iterator[str]:
     """Check that a bar under the exact gravity of slender bars has a uniform bar's moment of inertia."""
     chain = scene.chain
     if scene.effects.gravity != "slender" or chain.inertia_kg_m2 is None:
@@ -133,38 +136,55 @@ def check_slender(scene: SceneTables) -> None:
     for j, (mass, length, inertia) in enumerate(zip(*columns, strict=True), start=1):
         slender = slender_inertia(mass, length)
         if abs(inertia - slender) > SLENDER_SLACK * slender:
-            raise ValueError(
+            yield (
                 f'chain.inertia_kg_m2: {inertia:g} given for bar {j}, allowed with gravity = "slender": {slender:.10g} '
                 "(uniform), or leave it out"
             )
+            return
 
 
-def check_run_is_bound(scene: SceneTables) -> None:
+def check_run_is_bound(scene: SceneTables) -> Iterator[str]:
     """Check that a duration in orbits comes with a bound orbit, which has a period."""
     gravity, factor = Gravity(scene.effects.gravity), scene.orbit.speed_factor
     if scene.run.orbits is None or is_bound(factor, gravity):
         return
     if gravity is Gravity.NONE:
-        raise ValueError("run.orbits: without gravity the orbit has no period; give duration_s")
-    raise ValueError(
-        f"run.orbits: the orbit is not bound (speed_factor = {factor:g}, allowed below sqrt(2)); give duration_s"
-    )
+        yield "run.orbits: without gravity the orbit has no period; give duration_s"
+    else:
+        yield (
+            f"run.orbits: the orbit is not bound (speed_factor = {factor:g}, allowed below sqrt(2)); give duration_s"
+        )
 
 
-def check_size(scene: SceneTables) -> None:
+def check_size(scene: SceneTables) -> Iterator[str]:
     """Check that a trajectory of the scene fits into memory."""
     try:
         VALUES.check(scene.chain.bars * scene.run.samples)
     except LimitError as error:
-        raise ValueError(f"run.samples: {scene.chain.bars} bars at {scene.run.samples} samples: {error}") from None
+        yield f"run.samples: {scene.chain.bars} bars at {scene.run.samples} samples: {error}"
 
 
-def check_above_surface(scene: SceneTables) -> None:
+def check_above_surface(scene: SceneTables) -> Iterator[str]:
     """Check that the whole chain, stretched towards the centre, starts above the surface."""
     length = scene.chain.length_m
     size_m = math.fsum(length) if isinstance(length, list) else scene.chain.bars * length
     if size_m >= scene.orbit.altitude_m:
-        raise ValueError(
+        yield (
             f"orbit.altitude_m: {scene.orbit.altitude_m:g} lets a chain of {size_m:g} m reach the surface; "
             "allowed: more than the length of the chain"
         )
+
+
+CHECKS = (
+    check_size,
+    check_run_is_bound,
+    check_above_surface,
+    check_places,
+    check_bars,
+    check_prescriptions,
+    check_lists,
+    check_widths,
+    check_air,
+    check_fields,
+    check_slender,
+)

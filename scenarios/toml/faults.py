@@ -24,7 +24,7 @@ CONSIDERED = 10 * MOST_FAULTS  # of a file's faults; a nearest name is looked fo
 def fault_lines(error: ValidationError) -> list[str]:
     """Lines on the faults of a file, :data:`~scenarios.limits.MOST_FAULTS` at most, and how many more there are."""
     faults = error.errors()[:CONSIDERED]
-    lines = [explain(fault) for fault in without_echoes(faults)]
+    lines = [line for fault in without_echoes(faults) for line in explain(fault).split("\n")]
     more = len(lines) - MOST_FAULTS + error.error_count() - len(faults)
     return lines if more <= 0 else [*lines[:MOST_FAULTS], f"{more} more faults"]
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from pydantic import model_validator
 
-from scenarios.toml.checks import check_above_surface, check_effects, check_run_is_bound, check_size
+from scenarios.toml.checks import check_all
 from scenarios.toml.scene_tables import SceneTables
-from scenarios.toml.start import check_start
 
 
 class SceneFile(SceneTables):
@@ -15,9 +14,7 @@ class SceneFile(SceneTables):
     @model_validator(mode="after")
     def consistent(self) -> SceneFile:
         """Check what concerns several tables at once."""
-        check_size(self)
-        check_run_is_bound(self)
-        check_above_surface(self)
-        check_start(self.chain)
-        check_effects(self)
+        faults = list(check_all(self))
+        if faults:
+            raise ValueError("\n".join(faults))
         return self

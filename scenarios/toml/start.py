@@ -19,32 +19,29 @@ from typing import TYPE_CHECKING
 from scenarios.toml.effect_tables import each
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from scenarios.toml.scene_tables import ChainTable
 
 ROUNDED = 1e-9  # of the shorter bar: rounding of a place to nine digits
 PROJECTED = 1e-6  # of the shorter bar: joint gaps of a loose solver
 
 
-def check_start(chain: ChainTable) -> None:
-    """Reject centres that leave a joint open.
-
-    Raises
-    ------
-    ValueError
-        With the joint, its gap, and what is allowed.
-    """
+def start_faults(chain: ChainTable) -> Iterator[str]:
+    """Faults of centres in other axes, or that leave a joint open; one line each."""
     if chain.centre_m is None:
         return
     if chain.angle_from != "chain":
-        raise ValueError('chain.centre_m: needs angle_from = "chain": places and angles in the same axes')
-    if len(chain.centre_m) != chain.bars:
-        raise ValueError(f"chain.centre_m: {len(chain.centre_m)} places given, allowed: one for each of {chain.bars}")
-    joint, share = widest(chain)
-    if share > PROJECTED:
-        raise ValueError(
-            f"chain.centre_m: joint {joint} is {share:.3g} of its shorter bar open at the start, "
-            f"allowed: up to {ROUNDED:g}, taken as closed, or up to {PROJECTED:g}, closed by the angles"
-        )
+        yield 'chain.centre_m: needs angle_from = "chain": places and angles in the same axes'
+    elif len(chain.centre_m) != chain.bars:
+        yield f"chain.centre_m: {len(chain.centre_m)} places given, allowed: one for each of {chain.bars}"
+    else:
+        joint, share = widest(chain)
+        if share > PROJECTED:
+            yield (
+                f"chain.centre_m: joint {joint} is {share:.3g} of its shorter bar open at the start, "
+                f"allowed: up to {ROUNDED:g}, taken as closed, or up to {PROJECTED:g}, closed by the angles"
+            )
 
 
 def start_note(chain: ChainTable) -> str:

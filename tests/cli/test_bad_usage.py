@@ -19,6 +19,8 @@ QUICK = "basics/libration"
     [
         ("nonsense", ["nonsense"]),
         ("scenes --tag papr", ["--tag papr", "did you mean paper?"]),
+        (f"scenes --tag paper show {QUICK}", ["--tag goes with the list of scenes"]),
+        (f"scenes --json show {QUICK}", ["--json goes with the list of scenes"]),
         (f"simulate {QUICK}", ["--out"]),
         ("simulate paper/fig5 --out x.csv", ["no such scene", "did you mean paper/fig05?"]),
         (f"simulate {QUICK} --engine exudin --out x.csv", ["no such engine", "did you mean exudyn?"]),

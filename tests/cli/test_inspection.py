@@ -104,7 +104,7 @@ def test_doctor_exits_with_1_where_a_table_is_damaged_or_an_adapter_does_not_loa
     assert run(["doctor"]) == 1
     text = capsys.readouterr().out
     assert "fault: table of paper/fig05" in text
-    assert "fault: broken: its adapter does not load" in text
+    assert "fault: broken: the adapter nowhere:Nothing does not load" in text
 
 
 def completions(*arguments):

@@ -7,6 +7,7 @@ import pytest
 
 from barchain.cli.common.result_folder import claim, claim_comparison, claim_study
 from barchain.cli.main import cli, run
+from barchain.record.folder_lock import LOCK
 
 QUICK = "basics/libration"
 HELD = {
@@ -56,7 +57,7 @@ def test_overwrite_deletes_what_a_comparison_wrote_and_nothing_else(tmp_path):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("")
     claim_comparison(tmp_path, resume=False, overwrite=True)
-    assert {p.relative_to(tmp_path).as_posix() for p in tmp_path.rglob("*") if p.is_file()} == set(others)
+    assert {p.relative_to(tmp_path).as_posix() for p in tmp_path.rglob("*") if p.is_file()} == {LOCK, *others}
 
 
 def test_resume_leaves_everything_in_place(tmp_path):

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import TYPE_CHECKING
 
+import click
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from barchain.cli.common.exit_codes import ExitCode
+from barchain.cli.common.numbers import RealNumber
 from barchain.cli.main import cli, run
+from barchain.record.folder_lock import LOCK
 from tests.cli.wild_lines import NUMBERS, TEXTS, RunReachedError, sample, stop_runs, wild_lines
 
 if TYPE_CHECKING:
@@ -51,7 +55,8 @@ def check_lines(
     stop_runs(patch)
     ends = [end_of(line, capsys) for line in lines]
     assert not any(ends), "\n".join(filter(None, ends))
-    assert [path for path in folder.rglob("*") if path not in {work, work.parent}] == []
+    left = [path for path in folder.rglob("*") if path not in {work, work.parent} and path.name != LOCK]
+    assert left == []
 
 
 def test_a_sample_of_wild_lines_ends_in_one_line_each(tmp_path, monkeypatch, capsys):
@@ -115,3 +120,21 @@ def test_an_argument_with_a_hidden_character_is_shown_as_its_code(given, capsys)
     error = capsys.readouterr().err
     assert error.startswith("barchain: argument 2: a\\")
     assert error.count("\n") == 1
+
+
+def options_of(command: click.Command) -> list[click.Parameter]:
+    """Options and arguments of a command and its subcommands."""
+    inner = command.commands.values() if isinstance(command, click.Group) else ()
+    return [*command.params, *(option for c in inner for option in options_of(c))]
+
+
+def test_every_number_on_the_command_line_has_finite_bounds():
+    numeric = (click.IntRange, click.FloatRange, click.types.IntParamType, click.types.FloatParamType)
+    found = [p for p in options_of(cli) if isinstance(p.type, numeric) and not getattr(p, "is_flag", False)]
+    assert len(found) >= 20
+    for option in found:
+        assert isinstance(option.type, (click.IntRange, RealNumber)), option.opts
+        assert option.type.min is not None, option.opts
+        assert option.type.max is not None, option.opts
+        assert math.isfinite(option.type.min), option.opts
+        assert math.isfinite(option.type.max), option.opts

@@ -42,7 +42,7 @@ FAULTS = {
     "SwapsSign": (Outcome.INCONSISTENT, "times the explained error"),
     "WrongVelocity": (Outcome.INCONSISTENT, "times the explained error"),
     "IsSloppy": (Outcome.INCONSISTENT, "times the expected-error bound"),
-    "NotThere": (Outcome.FAILED, "its adapter does not load"),
+    "NotThere": (Outcome.FAILED, "does not load"),
     "Unmodified": (Outcome.PASS, ""),
     "Chatters": (Outcome.PASS, ""),
 }

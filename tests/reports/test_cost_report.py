@@ -17,6 +17,7 @@ from reports.render import render, render_study
 from reports.tables.schema import KEY, SCHEMA_VERSION
 from reports.text.ratios import decade, ratio_text, span_text
 from tests.studies.cost_points import engine_points, point, table, times_of
+from tests.support.page_policy import check_policy
 from tests.support.report_fixture import build
 
 if TYPE_CHECKING:
@@ -71,6 +72,7 @@ def study() -> pd.DataFrame:
 
 def test_the_chapter_stands_alone_and_says_what_was_left_out(tmp_path: Path) -> None:
     page, ratios = render_study("cost", write(tmp_path, study()))
+    check_policy(page)
     assert page == tmp_path / "cost.html"
     html, text = page.read_text(), ratios.read_text()
     assert "Scene &lt;s&gt;" in html

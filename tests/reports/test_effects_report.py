@@ -21,6 +21,7 @@ from reports.render import render_study
 from reports.tables.effects import COLUMNS, read_effects
 from reports.tables.schema import KEY, SCHEMA_VERSION
 from reports.text.numerals import powers_in
+from tests.support.page_policy import check_policy
 from tests.support.report_fixture import build
 
 if TYPE_CHECKING:
@@ -231,6 +232,7 @@ def test_a_switched_run_that_lands_says_so(tmp_path: Path) -> None:
 
 def test_the_page_shows_all_of_it_and_is_rendered_again_alike(tmp_path: Path) -> None:
     page = render_study("effects", write(tmp_path, ROWS)).page
+    check_policy(page)
     html = page.read_text()
     assert page == tmp_path / "effects.html"
     assert "Relevant: Oblateness." in html

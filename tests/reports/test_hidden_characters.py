@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from html.parser import HTMLParser
 from typing import TYPE_CHECKING
 
 import pandas as pd
@@ -18,13 +17,11 @@ from reports.tables.cells import as_cell, from_cell, from_cells, to_cells
 from reports.text.markdown import escape_text
 from reports.text.visible import visible, written
 from scenarios.text import is_hidden
+from tests.support.page_policy import check_policy
 from tests.support.report_fixture import build
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-POLICY = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
-LOADING = {"script", "img", "image", "link", "iframe", "object", "embed", "form", "base", "audio", "video", "font"}
 
 
 def test_reports_escape_the_characters_that_scenes_reject() -> None:
@@ -64,40 +61,10 @@ def test_a_table_keeps_numbers_and_types() -> None:
     pd.testing.assert_frame_equal(from_cells(to_cells(frame)), frame)
 
 
-class Page(HTMLParser):
-    """What a page would load, and its policies in the order of its elements."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.loads: list[str] = []
-        self.before: list[str] = []
-        self.policies: list[str] = []
-        self.feed(text)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        given = {name: value or "" for name, value in attrs}
-        if given.get("http-equiv") == "Content-Security-Policy":
-            self.policies.append(given["content"])
-        elif not self.policies:
-            self.before.append(tag)
-        handlers = [name for name in given if name.startswith("on")]
-        outside = [v for k, v in given.items() if k in {"src", "href", "action"} and not v.startswith("#")]
-        styles = [v for k, v in given.items() if k == "style" and ("url(" in v and "url(#" not in v)]
-        self.loads += [f"{tag}: {found}" for found in (*handlers, *outside, *styles)]
-        self.loads += [tag] if tag in LOADING else []
-
-
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """Pages of a comparison."""
     return [p for p in render_all(build(tmp_path_factory.mktemp("report"), ["paper/fig05"])) if p.suffix == ".html"]
-
-
-def check_policy(page: Path) -> None:
-    found = Page(page.read_text(encoding="utf-8"))
-    assert found.policies == [POLICY]
-    assert set(found.before) <= {"html", "head", "meta"}
-    assert found.loads == []
 
 
 def test_the_policy_of_a_report_lets_it_load_nothing_and_the_report_obeys(pages: list[Path]) -> None:

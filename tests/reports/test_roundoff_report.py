@@ -20,6 +20,7 @@ from reports.chapters.roundoff.words import length, listed, spelled
 from reports.render import render, render_study
 from reports.tables.roundoff import COLUMNS, read_roundoff
 from reports.tables.schema import KEY, SCHEMA_VERSION
+from tests.support.page_policy import check_policy
 from tests.support.report_fixture import build
 
 U = {"float32": 2.0**-24, "float64": 2.0**-53, "long double": 2.0**-64}
@@ -226,6 +227,7 @@ def test_the_chapter_joins_the_report_of_a_comparison(tmp_path):
     render(folder)
     assert 'id="roundoff"' not in (folder / "index.html").read_text()
     page = render_study("roundoff", write(folder)).page
+    check_policy(page)
     assert page == folder / "index.html"
     assert page.read_text().count('id="roundoff"') == 1
     assert "## Round-off in absolute and relative coordinates" in (folder / "report.md").read_text()

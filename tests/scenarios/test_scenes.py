@@ -246,3 +246,14 @@ def test_the_schema_is_a_json_schema_that_describes_every_key(capsys):
     keys = [(name, key) for table in tables for name, key in table["properties"].items() if "$ref" not in key]
     undescribed = [name for name, key in keys if "description" not in key and "default" not in key]
     assert undescribed == []
+
+
+def test_all_faults_between_tables_are_told_at_once_and_one_of_several_bars_stands_for_all():
+    wide = "[effects.drag]\ndensity_kg_m3 = 1e-11\naltitude_m = 3e5\nscale_height_m = 5e4\nwidth_m = 100.0\n"
+    push = "[[effects.thrust]]\nbar = 4\nforce_N = 1.0\ndirection_deg = 0.0\nstart_s = 0.0\nduration_s = 1.0\n"
+    lines = rejected(GOOD.replace("350e3", "50.0") + push + wide).split("\n")
+    assert [line.split(": ")[:2] for line in lines] == [
+        ["x.toml", "orbit.altitude_m"],
+        ["x.toml", "effects.thrust[0].bar"],
+        ["x.toml", "effects.drag.width_m"],
+    ]

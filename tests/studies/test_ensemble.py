@@ -18,6 +18,7 @@ from barchain.studies.ensemble.population import populate
 from barchain.studies.ensemble.tasks import run_task, tasks
 from barchain.studies.ensemble.variation import VariationError, parse
 from scenarios import load_scene
+from tests.support.page_policy import check_policy
 
 RTOL = 1e-8
 EVERYTHING = (
@@ -139,6 +140,7 @@ def test_the_command_writes_tables_and_a_page(tmp_path, capsys):
     arguments = ["--runs", "40", "--orbits", "0.2", "--samples", "5", "--out", str(out)]
     assert barchain(["ensemble", "paper/fig05", "--vary", "angle_deg=normal(0, 1)", *arguments]) == 0
     assert "40 finished" in capsys.readouterr().out
+    check_policy(out / "ensemble.html")
     page = (out / "ensemble.html").read_text(encoding="utf-8")
     assert page.count("<svg") == 9
     assert "angle_deg=normal(0, 1)" in page

@@ -33,6 +33,7 @@ from reports.tables.scaling import FILES, FIT_COLUMNS, POINT_COLUMNS, read_scali
 from reports.tables.schema import KEY, SCHEMA_VERSION
 from scenarios import load_scene
 from tests.support.faulty_engines import Faulty
+from tests.support.page_policy import check_policy
 from tests.support.report_fixture import build
 
 if TYPE_CHECKING:
@@ -221,6 +222,7 @@ def write(folder: Path, *, finished: bool = True) -> Path:
 
 def test_the_chapter_stands_alone(tmp_path: Path) -> None:
     page = render_study("scaling", write(tmp_path)).page
+    check_policy(page)
     assert page == tmp_path / "scaling.html"
     html, text = page.read_text(), (tmp_path / "scaling" / "scaling.md").read_text()
     for words in ("about 2.1 N times", "would take about &lt;300&gt; s", "1.50 (1.50 to 1.50)", "Outlined", "met"):

@@ -39,6 +39,7 @@ from reports.render import render_study
 from reports.tables.outcome import Outcome
 from reports.tables.selftest import COLUMNS, SMALLEST, FaultOutcome, read_selftest
 from scenarios import load_scene
+from tests.support.page_policy import check_policy
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -309,6 +310,7 @@ def test_the_command_writes_its_tables(folder: Path) -> None:
 
 def test_the_page_is_rendered_from_the_tables_alone(folder: Path) -> None:
     page = render_study("selftest", folder).page
+    check_policy(page)
     text = page.read_text(encoding="utf-8")
     view = view_selftest(folder)
     assert view is not None

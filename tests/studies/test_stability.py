@@ -31,6 +31,7 @@ from reports.render import render_study
 from reports.tables.stability import EVIDENCE, OUTCOMES, Stability, read_stability
 from scenarios import load_scene
 from tests.support import faulty_engines
+from tests.support.page_policy import check_policy
 from tests.support.stability_engines import FREE, CanNot, CanNotFollow, registration, scene
 
 if TYPE_CHECKING:
@@ -155,7 +156,9 @@ def test_scipy_at_its_defaults_reports_success_and_is_told_on(folder: Path) -> N
 
 
 def test_the_page_is_rendered_from_the_tables_alone(folder: Path) -> None:
-    text = render_study("stability", folder).page.read_text(encoding="utf-8")
+    page = render_study("stability", folder).page
+    check_policy(page)
+    text = page.read_text(encoding="utf-8")
     view = view_stability(folder)
     assert view is not None
     assert view.headline in text

@@ -85,3 +85,20 @@ def need_engine(name: str) -> None:
     missing = find_engine(name).missing
     if missing:
         raise MissingEngineError(f"{name}: {missing}")
+
+
+def need_loaded(name: str) -> None:
+    """Check that an engine that a command can't do without is installed, and that its adapter loads.
+
+    Raises
+    ------
+    UnknownEngineError, MissingEngineError
+        As :func:`need_engine`.
+    AdapterLoadError
+        If its adapter does not load.
+    """
+    from adapters.registry import find_engine  # noqa: PLC0415
+    from barchain.boundary.declared import engine_class  # noqa: PLC0415
+
+    need_engine(name)
+    engine_class(find_engine(name))

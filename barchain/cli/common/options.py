@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound="Callable[..., object]")
 
+JOINS = "Write tables and pages into this folder; beside a comparison, its report includes the study."
+OWN_PAGE = "Write tables and a page into this folder."
 WORKERS = "Run N runs side by side; default: as many as there are cores."
 
 scene_argument = click.argument("scene", metavar="SCENE", type=SCENE)
@@ -46,7 +48,7 @@ def out_option(default: str | None = "report", *, required: bool = False, help_t
     return click.option(
         "--out", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False), required=required,
         default=Path(default) if default and not required else None, show_default=bool(default) and not required,
-        help=help_text or "Write tables and pages into this folder; beside a comparison they join its report.",
+        help=help_text or JOINS,
     )  # fmt: skip
 
 

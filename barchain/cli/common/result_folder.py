@@ -21,6 +21,7 @@ COMPARISON = ("run.json", "metrics.csv", "trajectories", "differences")
 def claim_comparison(out: Path, *, resume: bool, overwrite: bool) -> None:
     """Make sure that a comparison may write into `out`, as :func:`claim`."""
     with alone(out):
+        need_readable(out, "crossval")
         claim([out / name for name in COMPARISON], f"{out} holds a comparison", resume=resume, overwrite=overwrite)
 
 
@@ -28,7 +29,36 @@ def claim_study(out: Path, folder: str, *, resume: bool | None = None, overwrite
     """Make sure that a study may write into its `folder` of `out`, as :func:`claim`."""
     inside = out / folder
     with alone(out):
+        need_readable(out, folder)
         claim([inside] if has_entries(inside) else [], f"{inside} holds results", resume=resume, overwrite=overwrite)
+
+
+def need_readable(out: Path, study: str) -> None:
+    """Read results of other commands in `out` whose report will include a study: damage is told before any run."""
+    from reports.render import check_others  # noqa: PLC0415
+
+    check_others(study, out)
+
+
+def need_writable(file: Path, option: str) -> None:
+    """Make sure that a file can be written when the runs are done.
+
+    Raises
+    ------
+    UsageError
+        If its folder is missing, or the system takes no file there.
+    """
+    from reports.tables.writing import NEW, PART  # noqa: PLC0415
+
+    if not file.parent.is_dir():
+        raise click.UsageError(f"{option} {file}: there is no folder {file.parent}")
+    half = file.with_name(file.name + PART)  # as the writer of the file
+    try:
+        half.unlink(missing_ok=True)
+        os.close(os.open(half, NEW, 0o666))
+        half.unlink()
+    except OSError as error:
+        raise click.UsageError(f"{option} {file}: no file can be written there ({error.strerror})") from error
 
 
 def alone(out: Path) -> AbstractContextManager[None]:

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from barchain.cli.common.exit_codes import findings
-from barchain.cli.common.names import need_engine
+from barchain.cli.common.names import need_loaded
 from barchain.cli.common.numbers import NamedPath
 from barchain.cli.common.options import optional_scenes, overwrite_option
 from barchain.cli.common.result_folder import claim
@@ -33,7 +33,7 @@ def certified_solutions(scenes: tuple[str, ...], out: Path | None, only_check: b
     names = shipped(scenes)
     if only_check is (out is not None):
         raise click.UsageError("give either --out DIR or --check")
-    need_engine(MAKER)
+    need_loaded(MAKER)
     if out is not None:
         tables = [out / f"{name}.csv" for name in names]
         there = [path for path in tables if path.exists()]

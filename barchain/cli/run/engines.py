@@ -45,12 +45,12 @@ def facts(registered: Mapping[str, Registration]) -> Iterable[dict[str, Any]]:
 
 def of_class(registration: Registration) -> dict[str, Any]:
     """What an engine's class declares."""
-    from barchain.boundary.declared import engine_class  # noqa: PLC0415
+    from barchain.boundary.declared import engine_class, engine_fault  # noqa: PLC0415
 
     try:
         loaded = engine_class(registration)
     except Exception as error:  # an adapter of a third party may raise anything
-        return {"fault": f"its adapter does not load: {error}"}
+        return {"fault": engine_fault(error)}
     return {
         "title": loaded.title,
         "setting": str(loaded.sweep.setting()),

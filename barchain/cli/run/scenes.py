@@ -29,6 +29,7 @@ HEADINGS = ("scene", "bars", "orbits", "tags", "title")
 def scenes(ctx: click.Context, tag: str | None, folder: str | None, effect: str | None, as_json: bool) -> None:
     """List the scenes that come with barchain, or show one of them."""
     if ctx.invoked_subcommand is not None:
+        reject_filters(ctx)
         return
     found = all_scenes()
     for option, wanted, of in (("tag", tag, tags), ("folder", folder, folders), ("effect", effect, effects_of)):
@@ -38,6 +39,13 @@ def scenes(ctx: click.Context, tag: str | None, folder: str | None, effect: str 
         say(json.dumps([summary(s) for s in found], indent=2))
     else:
         show_scenes(found)
+
+
+def reject_filters(ctx: click.Context) -> None:
+    """Reject options of the list before a subcommand, which would not heed them."""
+    given = [p.opts[0] for p in ctx.command.params if ctx.params.get(str(p.name))]
+    if given:
+        raise click.UsageError(f"{given[0]} goes with the list of scenes; `barchain scenes show SCENE [--json]`")
 
 
 @scenes.command("show")
@@ -141,12 +149,12 @@ def support(scene: Scene) -> dict[str, str]:
 
 def of_engine(registration: Registration, scene: Scene) -> str:
     """An engine's own answer whether it supports a scene, or why it gives none."""
-    from barchain.boundary.declared import engine_class  # noqa: PLC0415
+    from barchain.boundary.declared import engine_class, engine_fault  # noqa: PLC0415
 
     try:
         return engine_class(registration).unsupported(scene) or "supports the scene"
     except Exception as error:
-        return f"its adapter does not load: {error}"
+        return engine_fault(error)
 
 
 def lines(values: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, str]]:

@@ -10,7 +10,7 @@ import click
 from barchain.cli.common.names import ENGINE
 from barchain.cli.common.numbers import NamedPath
 from barchain.cli.common.options import overwrite_option, scene_argument, set_option, time_limit_option
-from barchain.cli.common.result_folder import claim
+from barchain.cli.common.result_folder import claim, need_writable
 from barchain.cli.common.terminal import say
 from barchain.run.time_limits import TIME_LIMIT_S
 
@@ -39,8 +39,7 @@ def simulate(
     """Run SCENE (a name or a file) in one engine and write its samples."""
     if out.suffix not in ENDINGS:
         raise click.UsageError(f"--out {out}: ending {out.suffix!r} given, allowed: {', '.join(ENDINGS)}")
-    if not out.parent.is_dir():
-        raise click.UsageError(f"--out {out}: there is no folder {out.parent}")
+    need_writable(out, "--out")
     claim([out], f"{out} is there", overwrite=overwrite)
     trajectory = run(scene, engine, settings, time_limit, condition)
     write(trajectory.to_frame(), out)

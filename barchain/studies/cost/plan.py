@@ -30,6 +30,8 @@ class CostPlan:
     repeats: int = REPEATS
     minutes: float = MINUTES
     time_limit_s: float = TIME_LIMIT_S
+    named: frozenset[str] = frozenset()
+    """Engines that were asked for by name"""
 
     @property
     def turns(self) -> int:

@@ -18,6 +18,7 @@ from barchain.studies.cost.measured_points import MeasuredPoints
 from barchain.studies.cost.plan import sweeps
 from barchain.studies.cost.points import UNITS, errors_of, under_floor
 from barchain.timing.bench import LONG_S, TimingBench
+from barchain.timing.left_out import failures
 from barchain.timing.statistics import median_time
 from reports.tables.cost import NOT_RUN
 from reports.tables.outcome import Outcome
@@ -49,6 +50,13 @@ class CostResult:
 
     idle: dict[str, str]
     """Engines that ran on none of the scenes, with the reason"""
+    failures: tuple[str, ...] = ()
+    """One line each; see :func:`barchain.timing.left_out.failures`"""
+
+    @property
+    def passed(self) -> bool:
+        """Whether every engine ran where it is supported."""
+        return not self.failures
 
 
 class CostRun:
@@ -75,7 +83,10 @@ class CostRun:
         finally:
             self.write_tables()
         left_out = {out["engine"]: out["reason"] for out in self.store.record["left_out"]}
-        return CostResult({name: reason for name, reason in left_out.items() if name not in self.ran})
+        idle = {name: reason for name, reason in left_out.items() if name not in self.ran}
+        return CostResult(
+            idle, failures((*self.measured.rows.values(), *self.store.record["left_out"]), self.plan.named)
+        )
 
     @property
     def ran(self) -> set[str]:

@@ -65,7 +65,8 @@ class CostStudy:
         loaded = unique_names([s if isinstance(s, Scene) else load_scene(s) for s in names])
         chosen = engines() if options.engines is None else chosen_engines(options.engines)
         scenes = [shortened(s, options.orbits) for s in loaded]
-        return CostPlan(scenes, chosen, options.repeats, options.minutes, options.time_limit_s)
+        named = frozenset(() if options.engines is None else chosen)
+        return CostPlan(scenes, chosen, options.repeats, options.minutes, options.time_limit_s, named)
 
     def record(self, plan: CostPlan) -> dict[str, Any]:
         """Engines, scenes and limits."""

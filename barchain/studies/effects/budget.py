@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,6 +36,19 @@ if TYPE_CHECKING:
     from barchain.timing.statistics import Interval
 
 
+@dataclass(frozen=True)
+class EffectsResult:
+    """Findings of a study beside its table."""
+
+    failures: tuple[str, ...]
+    """Runs that failed, one line each"""
+
+    @property
+    def passed(self) -> bool:
+        """Whether all runs ended well or are declared unsupported, the scene's own among them."""
+        return not self.failures
+
+
 class EffectsBudget:
     """One budget being measured."""
 
@@ -44,7 +58,7 @@ class EffectsBudget:
         self.results: dict[str, RunResult] = {}
         self.times: dict[str, Timed] = {}
 
-    def run(self) -> None:
+    def run(self) -> EffectsResult:
         """Run everything and write the table after the runs and after the times."""
         to_compile = announcement(self.plan.runs)
         if to_compile:
@@ -57,6 +71,18 @@ class EffectsBudget:
             self.time()
         finally:
             self.write()
+        return EffectsResult(self.failures())
+
+    def failures(self) -> tuple[str, ...]:
+        """Runs that failed, one line each; nothing is measured without the run of the scene as it is."""
+        whole, runs = self.plan.whole, (*self.plan.whole, *self.plan.runs)
+        failed = [j for j in {job.key: job for job in runs}.values() if not self.ended_well(j, needed=j in whole)]
+        return tuple(f"{self.said(j)}: {self.results[j.key].outcome}: {self.results[j.key].reason}" for j in failed)
+
+    def ended_well(self, job: Job, *, needed: bool) -> bool:
+        """Whether a run passed, or is declared unsupported and not needed."""
+        outcome = self.results[job.key].outcome
+        return outcome is Outcome.PASS or (outcome.ok and not needed)
 
     def run_all(self, jobs: Iterable[Job]) -> None:
         """Run jobs side by side, each reported as it comes."""

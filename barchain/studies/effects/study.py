@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from barchain.record.facts import scene_words
 from barchain.solutions.reference import PARTED_RAD
-from barchain.studies.effects.budget import EffectsBudget
+from barchain.studies.effects.budget import EffectsBudget, EffectsResult
 from barchain.studies.effects.default_options import MATTERS, REPEATS, RTOL, SECONDS
 from barchain.studies.effects.effect_toggles import switches
 from barchain.studies.effects.plan import EffectsPlan
@@ -60,9 +60,9 @@ class EffectsStudy:
             "matters": plan.matters,
         }
 
-    def run(self, plan: EffectsPlan, store: StudyStore, reporter: Reporter) -> None:
+    def run(self, plan: EffectsPlan, store: StudyStore, reporter: Reporter) -> EffectsResult:
         """Run the scene with each effect switched, then time the runs."""
-        EffectsBudget(plan, store, reporter).run()
+        return EffectsBudget(plan, store, reporter).run()
 
 
 def facts(scene: Scene) -> dict[str, Any]:

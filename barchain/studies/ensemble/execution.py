@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 
+FAILED = "failed"
+
+
 @dataclass(frozen=True)
 class EnsembleResult:
     """Result of an ensemble."""
@@ -44,6 +47,22 @@ class EnsembleResult:
     """(runs, n, N)"""
     reaction_N: Array
     """(runs, n, N-1) sizes"""
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """Number of failed runs with the first reason, in one line; empty if none failed."""
+        failed = self.runs[self.runs["outcome"] == FAILED]
+        if failed.empty:
+            return ()
+        first = failed.iloc[0]
+        return (
+            f"{len(failed)} of {len(self.runs)} runs failed, the first of them run {first['run']}: {first['reason']}",
+        )
+
+    @property
+    def passed(self) -> bool:
+        """Whether no run failed."""
+        return not self.failures
 
 
 def ensemble(
@@ -173,7 +192,7 @@ def run_table(
     columns: dict[str, object] = {"run": np.arange(1, population.runs + 1)}
     for v in variations:
         columns |= drawn_columns(population, v)
-    columns["outcome"] = ["failed" if f else "ended" if e else "finished" for e, f in zip(ended, failed, strict=True)]
+    columns["outcome"] = [FAILED if f else "ended" if e else "finished" for e, f in zip(ended, failed, strict=True)]
     columns["reason"] = [f or e for e, f in zip(ended, failed, strict=True)]
     columns["steps"], columns["evaluations"] = arrays["steps"].astype(int), arrays["evaluations"].astype(int)
     return pd.DataFrame(columns)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 from concurrent.futures import as_completed
+from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -34,6 +35,19 @@ def call(function: str, arguments: tuple[Any, ...]) -> Rows:
     return found
 
 
+@dataclass(frozen=True)
+class RoundoffResult:
+    """Findings of a study beside its tables."""
+
+    failures: tuple[str, ...]
+    """Tasks that failed, one line each"""
+
+    @property
+    def passed(self) -> bool:
+        """Whether all tasks ended well."""
+        return not self.failures
+
+
 class RoundoffRun:
     """One run of the study."""
 
@@ -42,7 +56,7 @@ class RoundoffRun:
         self.plan, self.record, self.report = plan, store.record, reporter.step
         self.rows = RoundoffRows(store, plan.parts)
 
-    def run(self) -> None:
+    def run(self) -> RoundoffResult:
         """Run everything and write the tables; an interrupted run leaves the rows so far."""
         try:
             with one_thread_each():
@@ -52,6 +66,7 @@ class RoundoffRun:
                 self.report("times", "relative over absolute", str(Outcome.PASS))
         finally:
             self.rows.finish()
+        return RoundoffResult(tuple(f"{f['table']}: {f['task']}: {f['reason']}" for f in self.record["failed"]))
 
     def run_tasks(self) -> None:
         """All tasks in a pool of processes, the high-precision solutions first."""

@@ -9,7 +9,7 @@ from barchain.record.environment import package_version
 from barchain.studies.roundoff.formulations.states import MEMBERS
 from barchain.studies.roundoff.objects import objects
 from barchain.studies.roundoff.plan import PARTS, SCENE, RoundoffPlan, make_plan
-from barchain.studies.roundoff.run import RoundoffRun
+from barchain.studies.roundoff.run import RoundoffResult, RoundoffRun
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT_DIGITS, long_doubles
 from reports.tables.roundoff import FILES
 
@@ -55,6 +55,6 @@ class RoundoffStudy:
             "failed": [],
         }
 
-    def run(self, plan: RoundoffPlan, store: StudyStore, reporter: Reporter) -> None:
+    def run(self, plan: RoundoffPlan, store: StudyStore, reporter: Reporter) -> RoundoffResult:
         """Run the tasks in a pool of processes, then time evaluations alone."""
-        RoundoffRun(plan, store, reporter).run()
+        return RoundoffRun(plan, store, reporter).run()

@@ -35,6 +35,8 @@ class ScalingPlan:
     repeats: int = REPEATS
     minutes: float = MINUTES
     time_limit_s: float = TIME_LIMIT_S
+    named: frozenset[str] = frozenset()
+    """Engines that were asked for by name"""
 
     @property
     def turns(self) -> int:

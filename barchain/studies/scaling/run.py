@@ -35,7 +35,7 @@ from barchain.studies.scaling.point import (
 from barchain.timing.bench import STARTUP_S, pin, quietest_core
 from barchain.timing.divided_chain import divided
 from barchain.timing.evaluation import DIRECT
-from barchain.timing.left_out import LeftOut, cannot
+from barchain.timing.left_out import LeftOut, cannot, failures
 from reports.tables.cost import NOT_RUN
 from reports.tables.outcome import Outcome
 
@@ -63,6 +63,13 @@ class ScalingResult:
 
     idle: dict[str, str]
     """Engines that could not be run at all, with the reason"""
+    failures: tuple[str, ...] = ()
+    """One line each; see :func:`barchain.timing.left_out.failures`"""
+
+    @property
+    def passed(self) -> bool:
+        """Whether every engine that supports the chain ran."""
+        return not self.failures
 
 
 class ScalingRun:
@@ -85,7 +92,7 @@ class ScalingRun:
                 self.point(*min(ahead.items(), key=lambda pair: self.price(*pair)))
         finally:
             self.points.finish()
-        return ScalingResult(self.idle)
+        return ScalingResult(self.idle, failures(self.points.rows, self.plan.named))
 
     @property
     def idle(self) -> dict[str, str]:

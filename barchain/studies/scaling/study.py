@@ -60,7 +60,9 @@ class ScalingStudy:
         if not wanted or wanted[0] < 2:
             raise ValueError(f"bars {', '.join(map(str, wanted))}: allowed: 2 or more")
         chosen = engines() if options.engines is None else chosen_engines(options.engines)
-        return ScalingPlan(load_scene(SCENE), chosen, wanted, options.repeats, options.minutes, options.time_limit_s)
+        named = frozenset(() if options.engines is None else chosen)
+        limits = options.repeats, options.minutes, options.time_limit_s
+        return ScalingPlan(load_scene(SCENE), chosen, wanted, *limits, named=named)
 
     def record(self, plan: ScalingPlan) -> dict[str, Any]:
         """Engines, chain, limits, and the targets, which follow at the end."""

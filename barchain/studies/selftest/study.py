@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from adapters.registry import find_own_engine
+from barchain.boundary.declared import engine_class
 from barchain.run.job import SOLUTION_ROLES, Role
 from barchain.studies.selftest.detection_limit import brackets, most_trials, settled
 from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, find
@@ -68,7 +69,7 @@ class SelftestStudy:
         SceneError, UnknownFaultError, UnknownEngineError
             For a scene, a fault or an engine that does not exist.
         """
-        engine = find_own_engine(options.host).load()
+        engine = engine_class(find_own_engine(options.host))
         faults = [f for f in map(find, dict.fromkeys(options.faults or FAULTS)) if f.name not in CONTROLS]
         scenes = list(map(find_scene, dict.fromkeys(options.scenes or STAGES)))
         reasons = {s.name: engine.unsupported(s) for s in scenes}

@@ -6,7 +6,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 from adapters.common.equal_steps import finer_setting
+from adapters.engine import EngineError
 from adapters.registry import find_own_engine
+from barchain.boundary.declared import engine_class
 from barchain.judge.comparison import Verdict, judge
 from barchain.judge.evidence import Evidence
 from barchain.run.job import Job, Role, RunResult
@@ -29,8 +31,8 @@ if TYPE_CHECKING:
 TIME_LIMIT_S = 120.0  # a hundred times what the longest unmodified run takes
 
 
-class SelftestError(RuntimeError):
-    """The self-test itself can't go on."""
+class SelftestError(EngineError):
+    """Raised where a run fails that the self-test can't go on without."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,7 @@ def selftest_cases(
     SelftestError
         If a reference solution can't be run.
     """
-    engine = find_own_engine(host).load()
+    engine = engine_class(find_own_engine(host))
     wanted = {s.name: s for s in scenes}
     runs: dict[str, dict[Role, RunResult]] = {name: {} for name in wanted}
     jobs = [(name, job) for name, s in wanted.items() for job in solution_jobs(s, NUMPY)]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from reports.tables.reading import brief, damaged
 from reports.tables.stability import Stability
 from reports.tables.writing import write_atomically
 
@@ -54,11 +55,28 @@ def stability_of(word: str) -> Stability:
 
 
 def recorded(path: Path = PATH) -> dict[Pair, str]:
-    """Recorded words by scene and engine."""
-    if not path.is_file():
+    """Recorded words by scene and engine.
+
+    Raises
+    ------
+    DamagedResultsError
+        If the file holds anything else.
+    """
+    if not path.exists():
         return {}
-    found = tomllib.loads(path.read_text(encoding="utf-8"))
-    return {(scene, engine): str(word) for scene, by in found.items() for engine, word in by.items()}
+    try:
+        found = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:  # no TOML, or no UTF-8
+        raise damaged(path, f"it is no TOML ({brief(error)})") from error
+    return {(scene, engine): word for scene, by in found.items() for engine, word in words_of(path, scene, by)}
+
+
+def words_of(path: Path, scene: str, by: object) -> list[tuple[str, str]]:
+    """Engines and recorded words of a scene, each an outcome."""
+    allowed = (*Stability, SLOW)
+    if not isinstance(by, dict) or any(word not in allowed for word in by.values()):
+        raise damaged(path, f"of {brief(scene)}: expected an engine and one of {', '.join(allowed)} in each line")
+    return list(by.items())
 
 
 def word_of(finding: Finding) -> str:

@@ -61,11 +61,13 @@ class StabilityResult:
     changes: tuple[expected.OutcomeChange, ...]
     ours: tuple[Pair, ...]
     """Scenes that are well-posed, and in which a form of the reference is not stable"""
+    failures: tuple[str, ...] = ()
+    """Engines that do not load, one line each"""
 
     @property
     def passed(self) -> bool:
-        """Whether the reference is stable and no outcome changed."""
-        return not self.ours and not self.changes
+        """Whether every engine loads, the reference is stable and no outcome changed."""
+        return not self.ours and not self.changes and not self.failures
 
 
 class StabilityRun:
@@ -77,6 +79,7 @@ class StabilityRun:
         self.plan, self.report, self.note = plan, reporter.step, reporter.note
         self.store = StabilityStore(store, plan.time_limit_s, order)
         self.scenes = {scene.name: HardSceneRuns(scene) for scene in plan.scenes}
+        self.faults: dict[str, str] = {}
         self.recorded = expected.recorded()
         self.findings: dict[Pair, Finding] = {}
         self.changes: list[expected.OutcomeChange] = []
@@ -89,7 +92,8 @@ class StabilityRun:
         self.make([job for s in self.plan.scenes for job in solution_jobs(s)])
         for wave in WAVES:
             self.make(self.hopeful(self.jobs(wave)))
-        return StabilityResult(self.findings, tuple(self.changes), self.unstable_references())
+        failures = tuple(f"{name}: {fault}" for name, fault in self.faults.items())
+        return StabilityResult(self.findings, tuple(self.changes), self.unstable_references(), failures)
 
     def jobs(self, roles: Iterable[Role]) -> list[Job]:
         """Runs of some roles in all scenes."""
@@ -108,10 +112,13 @@ class StabilityRun:
         for scene in self.plan.scenes:
             for name, registration in self.plan.engines.items():
                 out = cannot(scene, name, registration)
-                if out is not None:
-                    supported = out.outcome is not Outcome.UNSUPPORTED
-                    word = Stability.FAILED if supported else Stability.UNSUPPORTED
-                    self.settle(scene.name, name, Finding(word, out.reason))
+                if out is None:
+                    continue
+                if out.outcome is Outcome.UNSUPPORTED:
+                    self.settle(scene.name, name, Finding(Stability.UNSUPPORTED, out.reason))
+                else:
+                    self.faults[name] = out.reason
+                    self.settle(scene.name, name, Finding(Stability.FAILED, out.reason))
 
     def hopeful(self, jobs: list[Job]) -> list[Job]:
         """Runs expected within the time limit; a run whose coarser run timed out is settled as timed out."""

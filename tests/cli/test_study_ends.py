@@ -1,0 +1,178 @@
+"""Ends of studies: exit code 0 only if everything asked for ran; obstacles are told before the first run."""
+
+from __future__ import annotations
+
+import json
+from types import SimpleNamespace
+
+import click
+import pandas as pd
+import pytest
+
+from adapters.registry import ENGINES, Registration
+from barchain.cli.common.exit_codes import ExitCode, end_study
+from barchain.cli.main import run
+from barchain.studies.ensemble.execution import EnsembleResult
+from barchain.studies.roundoff.run import RoundoffResult
+from barchain.studies.selftest.trial import SelftestError
+from barchain.studies.stability.expected import recorded
+from barchain.studies.stability.run import StabilityResult
+from barchain.timing.left_out import failures
+from reports.tables.reading import DamagedResultsError
+
+LONG = "x" * 250  # more than a file system takes, with an ending
+QUICK = "basics/libration"
+BROKEN = "the adapter nowhere:Nothing does not load: ModuleNotFoundError: No module named 'nowhere'"
+
+
+def point(engine, outcome, scene="s", reason="why"):
+    return {"scene": scene, "engine": engine, "outcome": outcome, "reason": reason}
+
+
+def test_an_engine_that_fails_at_each_setting_of_a_scene_is_a_failure():
+    points = [
+        point("a", "pass"),
+        point("b", "failed"),
+        point("b", "pass"),
+        point("c", "failed"),
+        point("c", "timed_out"),
+    ]
+    assert failures(points) == ("s c: failed: why",)
+
+
+def test_declared_and_skipped_points_are_failures_of_a_named_engine_alone():
+    points = [point("a", "pass"), point("b", "unsupported"), point("c", "missing"), point("d", "nothing_compared")]
+    assert failures(points) == ()
+    assert failures(points, named={"a", "b"}) == ("s b: unsupported: why",)
+
+
+def test_a_named_engine_that_ran_in_one_of_two_scenes_is_no_failure():
+    points = [point("b", "unsupported"), point("b", "pass", scene="t")]
+    assert failures(points, named={"b"}) == ()
+
+
+def test_a_study_of_times_that_measured_nothing_has_failed():
+    assert failures([point("a", "nothing_compared")]) == ("nothing was measured",)
+    assert failures([]) == ("nothing was measured",)
+
+
+def test_a_failed_run_of_an_ensemble_and_a_failed_task_of_the_roundoff_study_do_not_pass():
+    runs = pd.DataFrame({"run": [1, 2], "outcome": ["finished", "failed"], "reason": ["", "diverged"]})
+    ensemble = EnsembleResult(None, None, runs, {}, None, None)
+    assert ensemble.failures == ("1 of 2 runs failed, the first of them run 2: diverged",)
+    assert not ensemble.passed
+    assert not RoundoffResult(("times: x: y",)).passed
+    assert RoundoffResult(()).passed
+
+
+def test_the_end_of_a_study_that_did_not_pass_is_exit_code_1_after_its_failures(capsys):
+    end_study(SimpleNamespace(passed=True))
+    with pytest.raises(click.exceptions.Exit) as ended:
+        end_study(SimpleNamespace(passed=False), ["a failed"])
+    assert ended.value.exit_code == ExitCode.FINDINGS
+    assert capsys.readouterr().err == "barchain: a failed\n"
+
+
+@pytest.fixture
+def broken(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(ENGINES, "broken", Registration("nowhere:Nothing"))
+    return tmp_path
+
+
+@pytest.mark.parametrize("command", [
+    f"simulate {QUICK} --engine broken --out x.csv",
+    f"compare {QUICK} --engine broken --set broken:rtol=1e-8 --out x",
+    f"selftest {QUICK} --engine broken --out x",
+])  # fmt: skip
+def test_an_adapter_that_does_not_load_is_one_line_and_nothing_is_written(command, broken, capsys):
+    assert run(command.split()) == ExitCode.FINDINGS
+    assert capsys.readouterr().err == f"barchain: {BROKEN}\n"
+    assert list(broken.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", [
+    f"ensemble {QUICK} --vary angle_deg=normal(0,1) --runs 2 --out x",
+    f"effects {QUICK} --engine reference-fast --out x",
+])  # fmt: skip
+def test_a_command_whose_own_engine_does_not_load_ends_in_one_line(command, broken, monkeypatch, capsys):
+    monkeypatch.setitem(ENGINES, "reference-fast", Registration("nowhere:Nothing"))
+    assert run(command.split()) == ExitCode.FINDINGS
+    assert capsys.readouterr().err == f"barchain: {BROKEN}\n"
+
+
+def test_an_engine_that_does_not_load_costs_the_stability_study_its_own_rows(broken, capsys):
+    assert run(["-q", "stability", QUICK, "--engine", "broken", "--engine", "rebound", "--out", "x"]) == ExitCode.FINDINGS
+    assert "broken: " + BROKEN in capsys.readouterr().err
+    rows = pd.read_csv(broken / "x" / "stability" / "outcomes.csv").set_index("engine")
+    assert rows.loc["broken", "outcome"] == "failed"
+    assert rows.loc["rebound", "outcome"] != "failed"
+
+
+def test_a_scene_is_shown_beside_an_adapter_that_does_not_load(broken, capsys):
+    assert run(["scenes", "show", QUICK]) == ExitCode.OK
+    assert BROKEN in capsys.readouterr().out
+
+
+def test_a_scaling_study_of_an_engine_that_does_not_load_exits_with_1(broken, capsys):
+    assert run(["-q", "scaling", "--engine", "broken", "--bars", "2", "--out", "x"]) == ExitCode.FINDINGS
+    assert f"barchain: broken: failed: {BROKEN}\n" in capsys.readouterr().err
+    assert json.loads((broken / "x" / "scaling" / "record.json").read_text())["finished"]
+
+
+def test_a_selftest_that_can_not_go_on_is_a_failed_run(monkeypatch, capsys, tmp_path):
+    def fails(*_, **__):
+        raise SelftestError("fall: the reference solution could not be run (diverged)")
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("barchain.studies.selftest.study.selftest_cases", fails)
+    assert run(["selftest", "--fault", "scale-rate"]) == ExitCode.FINDINGS
+    assert capsys.readouterr().err == "barchain: fall: the reference solution could not be run (diverged)\n"
+
+
+@pytest.fixture
+def old_comparison(tmp_path, monkeypatch):
+    """Folder with a comparison of another schema version; a run in it is a defect."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "x").mkdir()
+    (tmp_path / "x" / "metrics.csv").write_text("scene\n")
+    (tmp_path / "x" / "run.json").write_text('{"schema_version": 1}')
+
+
+@pytest.mark.parametrize("command", [
+    f"cost {QUICK} --engine reference", "scaling --engine reference --bars 2", "roundoff --part times",
+    f"effects {QUICK}",
+])  # fmt: skip
+def test_a_study_beside_results_that_can_not_be_rendered_ends_before_its_first_run(command, old_comparison, capsys):
+    assert run([*command.split(), "--out", "x"]) == ExitCode.BAD_INPUT
+    error = capsys.readouterr().err
+    assert "x/run.json: schema version 1" in error
+    assert error.count("\n") == 1
+
+
+def test_a_comparison_beside_a_study_of_another_schema_ends_before_its_first_run(tmp_path, capsys):
+    (tmp_path / "cost").mkdir()
+    (tmp_path / "cost" / "points.csv").write_text("scene\n")
+    (tmp_path / "cost" / "run.json").write_text('{"schema_version": 1}')
+    assert run(["compare", QUICK, "--engine", "reference", "--out", str(tmp_path)]) == ExitCode.BAD_INPUT
+    assert "cost/run.json: schema version 1" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", [
+    f"simulate {QUICK} --out {LONG}.csv", f"stability hard/whip --out x --accept {LONG}.toml",
+])  # fmt: skip
+def test_a_file_that_can_not_be_written_is_known_before_anything_runs(command, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert run(command.split()) == ExitCode.BAD_INPUT
+    assert "no file can be written there" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("text", ["a = [", "a = 1", '[a]\nb = "odd"', "[a]\nb = [1]", "\x00", "[" * 5000])
+def test_recorded_outcomes_that_are_none_are_one_line_before_anything_runs(text, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "e.toml").write_text(text)
+    assert run(["stability", "hard/whip", "--out", "x", "--accept", "e.toml"]) == ExitCode.BAD_INPUT
+    assert capsys.readouterr().err.count("\n") == 1
+    with pytest.raises(DamagedResultsError, match=r"e\.toml"):
+        recorded(tmp_path / "e.toml")
