@@ -356,7 +356,7 @@ def beforehand(jobs: list[Job]) -> list[str]:
 
 
 def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
-    """Entry of run.json on a scene's reference solution."""
+    """Entry of record.json on a scene's reference solution."""
     displacement = com_displacement(solution.scene, solution.trajectory)
     inside = solution.trajectory.t_s[: len(solution.amplification)] <= solution.limit_s
     return {

@@ -112,7 +112,7 @@ class Store:
         return self.folder / self.file(job)
 
     def keep_run(self, job: Job, result: RunResult) -> None:
-        """Write a run's trajectory and note it in run.json; a recalled run stays as it is stored."""
+        """Write a run's trajectory and note it in record.json; a recalled run stays as it is stored."""
         stored = self.recalled.pop(job.key, None)
         if stored is not None:
             self.note_run(stored)
@@ -130,7 +130,7 @@ class Store:
             self.files.write(self.file(job), content)
 
     def entry(self, job: Job, result: RunResult, content: bytes | None) -> dict[str, Any]:
-        """Entry of a run in run.json."""
+        """Entry of a run in record.json."""
         return {
             "key": job.key,
             "scene": job.scene.name,
@@ -173,7 +173,7 @@ class Store:
         return pd.DataFrame([row for pair in pairs for row in self.rows[pair]], columns=list(METRIC_COLUMNS))
 
     def write_record(self) -> None:
-        """Write run.json as it stands."""
+        """Write record.json as it stands."""
         self.files.write_record()
 
 

@@ -12,7 +12,7 @@ from reports.chapters.selftest.view import view_selftest
 from reports.chapters.stability.view import view_stability
 
 CHAPTERS = (
-    Chapter("cost", "Cost of accuracy", ("points.csv", "run.json"), view_cost, "ratios.md"),
+    Chapter("cost", "Cost of accuracy", ("points.csv", "record.json"), view_cost, "ratios.md"),
     Chapter(
         "scaling", "Cost against the number of bars", ("points.csv", "fits.csv", "record.json"), view_scaling,
         "scaling.md",
@@ -21,11 +21,11 @@ CHAPTERS = (
     "roundoff.md",
     ), Chapter("effects", "Relevance of each effect", ("effects.csv", "record.json"), view_effects,
     "effects.md"), Chapter(
-        "selftest", "Detection of inserted faults", ("selftest.csv", "selftest.json"), view_selftest, "selftest.md",
+        "selftest", "Detection of inserted faults", ("selftest.csv", "record.json"), view_selftest, "selftest.md",
         in_report=False,
     ),
     Chapter(
-        "stability", "Numerical stability on hard scenes", ("outcomes.csv", "evidence.csv", "run.json"),
+        "stability", "Numerical stability on hard scenes", ("outcomes.csv", "evidence.csv", "record.json"),
         view_stability, "stability.md", in_report=False,
     ),
     Chapter("ensemble", "Ensemble of perturbed runs", ("quantiles.csv", "record.json"), view_ensemble, in_report=False),

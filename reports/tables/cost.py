@@ -9,7 +9,7 @@ A folder ``cost`` inside a result folder holds
     every measured time of `simulate`, s, by the point's key;
 ``orders.csv``, ``reach.csv``, ``price.csv``
     measured orders of convergence; costs to reach an error; cost factors of one more digit;
-``run.json``
+``record.json``
     environment, engines, certified solutions, and skipped pairs with their reasons.
 """
 
@@ -56,7 +56,7 @@ FILES = StudyFiles(
     "cost",
     {"points": POINT_COLUMNS, "times": TIME_COLUMNS, "orders": (), "reach": (), "price": ()},
     WORDS,
-    record="run.json",
+    record="record.json",
     flags=("on_front",),
     model=CostRecord,
 )

@@ -5,7 +5,7 @@ A result folder holds
 ``metrics.csv``
     tidy, one value a row, columns :data:`METRIC_COLUMNS`. An engine in parentheses stands for several engines
     together, or for a missing reference solution; the scene :data:`ALL_SCENES` for all scenes together;
-``run.json``
+``record.json``
     provenance, scenes, engines, and the outcome of every run;
 ``trajectories/<scene>/<engine>.parquet``
     one row per sample; ``solution.parquet`` is the reference solution;
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-RECORD, METRICS = "run.json", "metrics.csv"
+RECORD, METRICS = "record.json", "metrics.csv"
 
 METRIC_COLUMNS = (
     "scene",
@@ -73,7 +73,7 @@ ALL_SCENES = "(all scenes)"
 
 
 class ComparisonRecord(RunsRecord):
-    """Entries of run.json."""
+    """Entries of record.json."""
 
     engines: dict[str, dict[str, Any]] | None = None
     scenes: dict[str, dict[str, Any]] | None = None
@@ -89,7 +89,7 @@ class Results:
     folder: Path
     metrics: pd.DataFrame
     record: dict[str, Any]
-    """Contents of run.json"""
+    """Contents of record.json"""
 
     def trajectory(self, scene: str, engine: str) -> pd.DataFrame | None:
         """Samples of one run, or None if it left none."""
@@ -123,7 +123,7 @@ def read_results(folder: Path) -> Results:
     Raises
     ------
     FileNotFoundError
-        If it holds no ``metrics.csv`` or no ``run.json``.
+        If it holds no ``metrics.csv`` or no ``record.json``.
     DamagedResultsError
         If one of them is damaged, has another form, or belongs to another run than the other.
     SchemaVersionError

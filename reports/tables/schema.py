@@ -79,7 +79,7 @@ def read_record(path: Path, model: type[Record] = Record) -> dict[str, Any]:
     Parameters
     ----------
     path : Path
-        JSON file, e.g. ``run.json``.
+        JSON file, e.g. ``record.json``.
     model : type of Record
         Entries with their types.
 

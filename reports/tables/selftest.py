@@ -6,7 +6,7 @@ A folder ``selftest`` inside a result folder holds
     a row for each fault, scene and quantity, columns :data:`COLUMNS`;
 ``smallest.csv``
     smallest detected size of each continuous fault, columns :data:`SMALLEST`; only on request;
-``selftest.json``
+``record.json``
     faults and scenes in words, and environment.
 """
 
@@ -48,7 +48,7 @@ FILES = StudyFiles(
     {"selftest": COLUMNS, "smallest": SMALLEST},
     WORDS,
     frozenset({"smallest"}),
-    "selftest.json",
+    "record.json",
     ("killed",),
     SelftestRecord,
 )

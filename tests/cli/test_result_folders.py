@@ -10,7 +10,7 @@ from barchain.cli.main import cli, run
 
 QUICK = "basics/libration"
 HELD = {
-    f"compare {QUICK} --engine reference --out OUT": "run.json",
+    f"compare {QUICK} --engine reference --out OUT": "record.json",
     "crossval --out OUT": "metrics.csv",
     f"cost {QUICK} --out OUT": "cost/points.csv",
     "scaling --bars 2 --out OUT": "scaling/points.csv",
@@ -50,7 +50,7 @@ def test_every_command_that_writes_results_can_replace_them():
 
 
 def test_overwrite_deletes_what_a_comparison_wrote_and_nothing_else(tmp_path):
-    written = ("run.json", "metrics.csv", "trajectories/paper/x.parquet", "differences/y.parquet")
+    written = ("record.json", "metrics.csv", "trajectories/paper/x.parquet", "differences/y.parquet")
     others = ("cost/points.csv", "note")
     for path in (tmp_path / name for name in written + others):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -60,13 +60,13 @@ def test_overwrite_deletes_what_a_comparison_wrote_and_nothing_else(tmp_path):
 
 
 def test_resume_leaves_everything_in_place(tmp_path):
-    (tmp_path / "run.json").write_text("{}")
+    (tmp_path / "record.json").write_text("{}")
     claim_comparison(tmp_path, resume=True, overwrite=False)
-    assert (tmp_path / "run.json").read_text() == "{}"
+    assert (tmp_path / "record.json").read_text() == "{}"
 
 
 def test_a_study_joins_a_comparison_without_being_asked_twice(tmp_path):
-    (tmp_path / "run.json").write_text("{}")
+    (tmp_path / "record.json").write_text("{}")
     (tmp_path / "cost").mkdir()  # empty
     claim_study(tmp_path, "cost", overwrite=False)
 

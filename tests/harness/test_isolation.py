@@ -176,7 +176,7 @@ def test_an_engine_that_can_do_none_of_several_scenes_is_a_failure_though_nobody
 
 def test_results_so_far_are_kept_and_resumed(tmp_path, monkeypatch):
     first = run_comparison([SCENE], out=tmp_path, registered=registered(["Unmodified", "GivesUp"]))
-    record = json.loads((tmp_path / "run.json").read_text())
+    record = json.loads((tmp_path / "record.json").read_text())
     assert record["finished"]
     made = []
     monkeypatch.setattr("barchain.crossval.suite.run_jobs", lambda jobs, **_: made.extend(jobs) or iter(()))
@@ -192,7 +192,7 @@ def test_a_comparison_cut_off_leaves_the_tables_it_had(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         run_comparison([SCENE], out=tmp_path, registered=registered(["Unmodified"]), progress=stop)
-    record = json.loads((tmp_path / "run.json").read_text())
+    record = json.loads((tmp_path / "record.json").read_text())
     assert not record["finished"]
     assert set(pd.read_csv(tmp_path / "metrics.csv").engine) == {"Unmodified"}
 

@@ -51,7 +51,7 @@ def write(folder: Path, points: pd.DataFrame, *, finished: bool = True) -> Path:
         },
         "left_out": [{"scene": "s", "engine": "gone", "outcome": "missing", "reason": "it is <not> installed"}],
     }
-    (inside / "run.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | record))
+    (inside / "record.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | record))
     return folder
 
 

@@ -546,7 +546,7 @@ def test_its_tables_hold_its_cells(small: tuple[Campaign, Path]) -> None:
     assert tuple(table.columns) == COLUMNS
     assert list(table["class"]) == [str(c.kind) for c in last]
     assert tuple(pd.read_csv(out / "campaign" / "rates.csv").columns) == RATE_COLUMNS
-    assert '"passed": true' in (out / "campaign" / "campaign.json").read_text(encoding="utf-8")
+    assert '"passed": true' in (out / "campaign" / "record.json").read_text(encoding="utf-8")
 
 
 def test_what_is_printed(small: tuple[Campaign, Path], capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
     from pathlib import Path
 
-COMPARISON = ("run.json", "metrics.csv", "trajectories", "differences")
+COMPARISON = ("record.json", "metrics.csv", "trajectories", "differences")
 """What a comparison writes into its folder; a study writes into a folder of its own there"""
 
 

@@ -53,7 +53,7 @@ class StabilityStore(Store):
         )
 
     def keep_run(self, job: Job, result: RunResult) -> None:
-        """Write a run's trajectory and note it in run.json; no earlier trajectory stays beside a failure.
+        """Write a run's trajectory and note it in record.json; no earlier trajectory stays beside a failure.
 
         Of very many bars none is kept, and is run again where a study is resumed.
         """

@@ -65,7 +65,7 @@ def write_report(folder: Path, chapters: Mapping[Chapter, ChapterView]) -> tuple
     Raises
     ------
     FileNotFoundError
-        If the folder holds no ``metrics.csv`` or no ``run.json``.
+        If the folder holds no ``metrics.csv`` or no ``record.json``.
     """
     results = read_results(folder)
     page, text = folder / "index.html", folder / "report.md"

@@ -6,7 +6,7 @@
     rates with 95 % intervals, columns :data:`RATE_COLUMNS`;
 ``scenes/<scene>-<engine>[-<fault>].toml``
     a scene for each finding, as simple as one could be found;
-``campaign.json``
+``record.json``
     what ran where, and whether it passed.
 """
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from barchain.studies.selftest.campaign.rates import Rate
     from barchain.studies.store import StudyStore
 
-FILES = StudyFiles("campaign", {"campaign": COLUMNS, "rates": RATE_COLUMNS}, record="campaign.json")
+FILES = StudyFiles("campaign", {"campaign": COLUMNS, "rates": RATE_COLUMNS}, record="record.json")
 SCENES = "scenes"
 
 
