@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from reports.chapters.crossval.report import write_report
 from reports.chapters.registry import CHAPTERS
 from reports.page import write_page, write_text
-from reports.tables.crossval import METRICS, RECORD
+from reports.tables.crossval import METRICS
+from reports.tables.schema import RECORD
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import click
@@ -49,17 +50,17 @@ def cost(
     engine that was named supports none of the scenes.
     """
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
-    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
     from barchain.studies.cost.study import CostOptions, CostStudy  # noqa: PLC0415  # statistics no other command needs
-    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
+    from barchain.studies.study import Reporter, run_and_render  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
     study = CostStudy()
     plan = study.plan(CostOptions(scenes or None, names or None, orbits, repeats, minutes, time_limit))
-    claim_study(out, "cost", resume=resume, overwrite=overwrite)
     with verdicts_shown(plan.turns) as show:
-        result = run_study(study, plan, out, command=typed(), reporter=Reporter(show, show.note), resume=resume)
-    page, ratios = render_study("cost", out)
+        result, (page, ratios) = run_and_render(
+            study, plan, out, partial(render_study, "cost"), command=typed(), reporter=Reporter(show, show.note),
+            resume=resume, overwrite=overwrite,
+        )  # fmt: skip
     if markdown and ratios:
         say(ratios.read_text(encoding="utf-8"))
     say(f"cost study: {page}", err=markdown)

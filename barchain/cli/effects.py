@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -56,9 +57,8 @@ def effects(
     """
     from barchain.cli.common.names import need_engine  # noqa: PLC0415
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
-    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
     from barchain.studies.effects.study import EffectsOptions, EffectsStudy  # noqa: PLC0415  # statistics no other needs
-    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
+    from barchain.studies.study import Reporter, run_and_render  # noqa: PLC0415
     from reports.chapters.effects.view import view_effects  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
     from scenarios import load_scene  # noqa: PLC0415
@@ -67,18 +67,18 @@ def effects(
         need_engine(engine)
     study = EffectsStudy()
     plan = study.plan(EffectsOptions(load_scene(scene), rtol, matters, repeats, 60.0 * minutes, workers, engine))
-    if out:
-        claim_study(out, "effects", overwrite=overwrite)
     with tempfile.TemporaryDirectory() as scratch:
         folder = out or Path(scratch)
         with verdicts_shown(plan.turns) as show:
-            run_study(study, plan, folder, command=typed(), reporter=Reporter(show, show.note))
-        page = render_study("effects", folder).page if out else None
+            _, rendered = run_and_render(
+                study, plan, folder, partial(render_study, "effects"), command=typed(),
+                reporter=Reporter(show, show.note), overwrite=overwrite,
+            )  # fmt: skip
         view = view_effects(folder)
     assert view is not None
     show_view(view)
-    if page:
-        say(f"effects: {page}")
+    if out:
+        say(f"effects: {rendered.page}")
 
 
 def show_view(view: EffectsView) -> None:

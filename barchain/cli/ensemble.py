@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import click
@@ -47,26 +48,25 @@ def ensemble(
     SCENE is a name or a file. Runs are compiled: the engine reference-fast is needed.
     """
     from barchain.cli.common.names import need_engine  # noqa: PLC0415
-    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
 
     need_engine(ENGINE)
-    if not overwrite:  # otherwise the earlier tables stay until the runs are done
-        claim_study(out, "ensemble", overwrite=False)
     from barchain.cli.common.progress import counted  # noqa: PLC0415
     from barchain.studies.ensemble.plan import EnsembleOptions  # noqa: PLC0415
     from barchain.studies.ensemble.study import EnsembleStudy  # noqa: PLC0415  # compiled code
     from barchain.studies.ensemble.tasks import ClusterError  # noqa: PLC0415
     from barchain.studies.ensemble.variation import VariationError  # noqa: PLC0415
-    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
+    from barchain.studies.study import Reporter, run_and_render  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
     study = EnsembleStudy()
     try:
         plan = study.plan(EnsembleOptions(scene, vary, runs, seed, rtol, orbits, samples, workers=workers, dask=dask))
-        result = run_study(study, plan, out, command=typed(), reporter=Reporter(counted=counted))
+        result, rendered = run_and_render(
+            study, plan, out, partial(render_study, "ensemble"), command=typed(), reporter=Reporter(counted=counted),
+            overwrite=overwrite,
+        )  # fmt: skip
     except (VariationError, ClusterError) as error:
         raise click.UsageError(str(error)) from error
-    page = render_study("ensemble", out).page
     counts = ", ".join(f"{n} {word}" for word, n in result.runs["outcome"].value_counts().items())
     say(f"{runs} runs in {result.seconds['run']:.2f} s: {counts}")
-    say(f"ensemble: {page}")
+    say(f"ensemble: {rendered.page}")

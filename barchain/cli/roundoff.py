@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import click
@@ -27,22 +28,14 @@ def roundoff(out: Path, parts: tuple[str, ...], full: bool, workers: int | None,
     """Measure the digits of the reactions that absolute and relative coordinates leave."""
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
     from barchain.studies.roundoff.study import RoundoffOptions, RoundoffStudy  # noqa: PLC0415  # multiple precision
-    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
+    from barchain.studies.study import Reporter, run_and_render  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
     study = RoundoffStudy()
     plan = study.plan(RoundoffOptions(parts, full, workers))
-    claim_parts(out, parts, overwrite=overwrite)
     with verdicts_shown(plan.turns) as show:
-        run_study(study, plan, out, command=typed(), reporter=Reporter(show, show.note))
-    say(f"round-off study: {render_study('roundoff', out).page}")
-
-
-def claim_parts(out: Path, parts: tuple[str, ...], *, overwrite: bool) -> None:
-    """Make sure that the tables of some parts may be written; those of other parts stay."""
-    from barchain.cli.common.result_folder import claim  # noqa: PLC0415
-    from barchain.studies.roundoff.rows import OF_PARTS  # noqa: PLC0415
-
-    folder = out / "roundoff"
-    tables = [folder / f"{table}.csv" for part in parts for table in OF_PARTS[part]]
-    claim(tables, f"{folder} holds results of these parts", overwrite=overwrite)
+        _, rendered = run_and_render(
+            study, plan, out, partial(render_study, "roundoff"), command=typed(), reporter=Reporter(show, show.note),
+            overwrite=overwrite,
+        )  # fmt: skip
+    say(f"round-off study: {rendered.page}")

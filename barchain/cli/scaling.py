@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import click
@@ -45,15 +46,16 @@ def scaling(
     1 if an engine that was named was not run at all.
     """
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
-    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
     from barchain.studies.scaling.study import ScalingOptions, ScalingStudy  # noqa: PLC0415  # statistics no other needs
-    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
+    from barchain.studies.study import Reporter, run_and_render  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
     study = ScalingStudy()
     plan = study.plan(ScalingOptions(names or None, bars, repeats, minutes, time_limit))
-    claim_study(out, "scaling", resume=resume, overwrite=overwrite)
     with verdicts_shown(plan.turns) as show:
-        result = run_study(study, plan, out, command=typed(), reporter=Reporter(show, show.note), resume=resume)
-    say(f"scaling study: {render_study('scaling', out).page}")
+        result, rendered = run_and_render(
+            study, plan, out, partial(render_study, "scaling"), command=typed(), reporter=Reporter(show, show.note),
+            resume=resume, overwrite=overwrite,
+        )  # fmt: skip
+    say(f"scaling study: {rendered.page}")
     report_idle(result.idle, names)

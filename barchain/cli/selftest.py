@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -71,27 +72,26 @@ def list_faults() -> None:
 def run_matrix(plan: SelftestPlan, out: Path | None, *, overwrite: bool) -> None:
     """Run the kill matrix, print it, and end with exit code 1 if a fault is missed."""
     from barchain.cli.common.progress import counted  # noqa: PLC0415
-    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
     from barchain.studies.selftest.study import SelftestStudy  # noqa: PLC0415
     from barchain.studies.selftest.trial import SelftestError  # noqa: PLC0415
-    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
+    from barchain.studies.study import Reporter, run_and_render  # noqa: PLC0415
     from reports.chapters.selftest.view import view_selftest  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
-    if out:
-        claim_study(out, "selftest", overwrite=overwrite)
     with tempfile.TemporaryDirectory() as scratch:
         folder = out or Path(scratch)
         try:
-            tried = run_study(SelftestStudy(), plan, folder, command=typed(), reporter=Reporter(counted=counted))
+            tried, rendered = run_and_render(
+                SelftestStudy(), plan, folder, partial(render_study, "selftest"), command=typed(),
+                reporter=Reporter(counted=counted), overwrite=overwrite,
+            )  # fmt: skip
         except SelftestError as error:
             raise click.ClickException(str(error)) from error
-        page = render_study("selftest", folder).page if out else None
         view = view_selftest(folder)
     assert view is not None
     show_view(view)
-    if page:
-        say(f"selftest: {page}")
+    if out:
+        say(f"selftest: {rendered.page}")
     if not tried.passed:
         raise findings()
 

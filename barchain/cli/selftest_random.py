@@ -77,7 +77,6 @@ def run_random(
     """Run a campaign, print its findings, and exit by them; or list its faults."""
     from barchain.cli.campaign_summary import show_campaign  # noqa: PLC0415
     from barchain.cli.common.progress import counted  # noqa: PLC0415
-    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
     from barchain.studies.selftest.campaign.faults.catalogue import FAULTS  # noqa: PLC0415
     from barchain.studies.selftest.campaign.judging import VerdictWorkers  # noqa: PLC0415  # what no other command needs
     from barchain.studies.selftest.campaign.runs import in_workers  # noqa: PLC0415
@@ -88,14 +87,12 @@ def run_random(
         show_faults(FAULTS.values())
         return
     plan = plan_of(asked, engines, faults, workers)
-    if out:
-        claim_study(out, "campaign", overwrite=overwrite)
     verdicts = VerdictWorkers(workers or os.cpu_count() or 1)
     with tempfile.TemporaryDirectory() as scratch:
         folder = out or Path(scratch)
         try:
             study, reporter = CampaignStudy(in_workers(workers), verdicts), Reporter(counted=counted)
-            found = run_study(study, plan, folder, command=typed(), reporter=reporter)
+            found = run_study(study, plan, folder, command=typed(), reporter=reporter, overwrite=overwrite)
         finally:
             verdicts.close()
         show_campaign(found, kept=out is not None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -47,21 +48,20 @@ def stability(
     not stable in a well-posed scene, or if an outcome differs from the recorded one.
     """
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
-    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
     from barchain.studies.stability.study import StabilityStudy  # noqa: PLC0415  # what no other command needs
-    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
+    from barchain.studies.study import Reporter, run_and_render  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
     plan = plan_of(scenes, names, time_limit, workers)
-    claim_study(out, "stability", resume=resume, overwrite=overwrite)
     with verdicts_shown(plan.turns) as show:
-        reporter = Reporter(show, show.note)
-        result = run_study(StabilityStudy(), plan, out, command=typed(), reporter=reporter, resume=resume)
-    page = render_study("stability", out).page
+        result, rendered = run_and_render(
+            StabilityStudy(), plan, out, partial(render_study, "stability"), command=typed(),
+            reporter=Reporter(show, show.note), resume=resume, overwrite=overwrite,
+        )  # fmt: skip
     show_result(result)
     if accepted:
         accept(result, accepted)
-    say(f"stability: {page}")
+    say(f"stability: {rendered.page}")
     if result.ours or (result.changes and not accepted):
         raise findings()
 

@@ -11,6 +11,7 @@ from reports.tables.writing import LinkedFolderError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from contextlib import AbstractContextManager
     from pathlib import Path
 
 LOCK = ".barchain.lock"
@@ -19,6 +20,11 @@ LOCK = ".barchain.lock"
 
 class FolderInUseError(ValueError):
     """Raised for a result folder that another process, or another thread, writes into; the message is one line."""
+
+
+def locked_if_there(folder: Path) -> AbstractContextManager[None]:
+    """Lock of a result folder that exists; nothing of one that does not."""
+    return locked(folder) if folder.is_dir() else contextlib.nullcontext()
 
 
 @contextlib.contextmanager

@@ -56,9 +56,10 @@ FILES = StudyFiles(
     "cost",
     {"points": POINT_COLUMNS, "times": TIME_COLUMNS, "orders": (), "reach": (), "price": ()},
     WORDS,
-    record="record.json",
     flags=("on_front",),
     model=CostRecord,
+    resumes=True,
+    pages=("cost.html",),
 )
 
 

@@ -25,16 +25,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from reports.tables.files import StudyFiles
 from reports.tables.outcome import Outcome
-from reports.tables.reading import brief, damaged, needed_content, read_csv, read_parquet, recorded_content
-from reports.tables.schema import RunsRecord, read_record
+from reports.tables.reading import brief, damaged, read_parquet, recorded_content
+from reports.tables.schema import RECORD, RunsRecord
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     import pandas as pd
 
-RECORD, METRICS = "record.json", "metrics.csv"
+METRICS = "metrics.csv"
 
 METRIC_COLUMNS = (
     "scene",
@@ -80,6 +81,17 @@ class ComparisonRecord(RunsRecord):
     misprints: list[dict[str, Any]] | None = None
     tolerances: list[dict[str, Any]] | None = None
     limitations: list[str] | None = None
+
+
+FILES = StudyFiles(
+    "",
+    {"metrics": METRIC_COLUMNS},
+    METRIC_WORDS,
+    model=ComparisonRecord,
+    resumes=True,
+    folders=("trajectories", "differences"),
+    pages=("index.html", "report.md"),
+)
 
 
 @dataclass(frozen=True)
@@ -132,10 +144,9 @@ def read_results(folder: Path) -> Results:
     for name in (METRICS, RECORD):
         if not os.path.lexists(folder / name):
             raise FileNotFoundError(f"{folder}: no {name} there; give a folder that compare or crossval wrote")
-    record = read_record(folder / RECORD, ComparisonRecord)
-    path = folder / METRICS
-    metrics = read_csv(path, METRIC_COLUMNS, words=METRIC_WORDS, content=needed_content(folder, METRICS, record))
-    check_outcomes(path, metrics)
+    record = FILES.read_record(folder)
+    metrics = FILES.recorded(folder, "metrics", record)
+    check_outcomes(folder / METRICS, metrics)
     return Results(folder, metrics, record)
 
 

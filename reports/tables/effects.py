@@ -48,7 +48,7 @@ class EffectsRecord(Record):
     matters: float | None = None
 
 
-FILES = StudyFiles("effects", {"effects": COLUMNS}, WORDS, flags=("on",), model=EffectsRecord)
+FILES = StudyFiles("effects", {"effects": COLUMNS}, WORDS, flags=("on",), model=EffectsRecord, pages=("effects.html",))
 UNITS = {"com": "m", "attitude": "rad", "reaction": "N"}
 
 

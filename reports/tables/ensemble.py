@@ -41,7 +41,13 @@ class EnsembleRecord(Record):
 
 
 WORDS = ("quantity", "unit", "outcome", "reason")
-FILES = StudyFiles("ensemble", {"quantiles": QUANTILE_COLUMNS, "runs": ()}, WORDS, model=EnsembleRecord)
+FILES = StudyFiles(
+    "ensemble",
+    {"quantiles": QUANTILE_COLUMNS, "runs": ()},
+    WORDS,
+    model=EnsembleRecord,
+    pages=("ensemble.html",),
+)
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 REMEDY = "restore the file, or run again with --overwrite or into another folder"
 DEEPEST = 40
-"""Levels of nesting that a record may have; ours have six"""
+"""Levels of nesting that a record may have; sound records have six"""
 TABLES = "tables"
 """Key of a record: the digests of each table that belongs to it, the one in place among them"""
 DIGITS = 32

@@ -38,11 +38,19 @@ class ScalingRecord(Record):
     """Entries of the record."""
 
     engines: dict[str, dict[str, Any]] | None = None
+    bars: list[int] | None = None
     scene: dict[str, Any] | None = None
     targets: list[dict[str, Any]] | None = None
 
 
-FILES = StudyFiles("scaling", {"points": POINT_COLUMNS, "fits": FIT_COLUMNS}, WORDS, model=ScalingRecord)
+FILES = StudyFiles(
+    "scaling",
+    {"points": POINT_COLUMNS, "fits": FIT_COLUMNS},
+    WORDS,
+    model=ScalingRecord,
+    resumes=True,
+    pages=("scaling.html",),
+)
 
 
 @dataclass(frozen=True)

@@ -48,9 +48,9 @@ FILES = StudyFiles(
     {"selftest": COLUMNS, "smallest": SMALLEST},
     WORDS,
     frozenset({"smallest"}),
-    "record.json",
     ("killed",),
     SelftestRecord,
+    pages=("selftest.html",),
 )
 
 

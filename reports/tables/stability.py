@@ -67,7 +67,17 @@ class StabilityRecord(RunsRecord):
     references: list[str] | None = None
 
 
-FILES = StudyFiles("stability", TABLES, WORDS, frozenset(TABLES), "record.json", ("slow",), StabilityRecord)
+FILES = StudyFiles(
+    "stability",
+    TABLES,
+    WORDS,
+    frozenset(TABLES),
+    ("slow",),
+    StabilityRecord,
+    resumes=True,
+    folders=("trajectories", "differences"),
+    pages=("stability.html",),
+)
 
 
 class Stability(StrEnum):

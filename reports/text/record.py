@@ -9,6 +9,12 @@ from reports.text.mathematics import written
 from reports.text.numerals import number
 
 
+def is_complete(record: dict[str, Any]) -> bool:
+    """Whether every result of a study is there; its report is rendered before the record says finished."""
+    parts = mapping(record.get("parts")).values()
+    return bool(record.get("complete") or record.get("finished")) and all(mapping(p).get("complete") for p in parts)
+
+
 def mapping(value: object) -> dict[str, Any]:
     """Mapping of a value; empty if it is none."""
     return value if isinstance(value, dict) else {}

@@ -8,11 +8,11 @@ import pytest
 
 from barchain.cli.main import run
 from barchain.record.environment import provenance
-from barchain.run.store import Store
+from barchain.record.study_store import StudyStore
 from reports.chapters.registry import CHAPTERS
 from reports.render import render_all
 from reports.tables.cost import read_cost
-from reports.tables.crossval import read_results
+from reports.tables.crossval import FILES, read_results
 from reports.tables.effects import read_effects
 from reports.tables.ensemble import read_ensemble
 from reports.tables.roundoff import read_roundoff
@@ -66,7 +66,7 @@ def test_a_report_of_another_version_is_one_readable_line(
 
 def test_a_comparison_does_not_resume_from_another_version(results: Path, tmp_path: Path) -> None:
     with pytest.raises(SchemaVersionError, match="no schema version"):
-        Store(with_version(results, tmp_path, None), {}, []).earlier_runs()
+        StudyStore(FILES, with_version(results, tmp_path, None), {}, resume=True)
 
 
 @pytest.mark.parametrize("chapter", CHAPTERS, ids=lambda chapter: chapter.name)

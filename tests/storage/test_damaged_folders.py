@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from barchain.cli.main import run
 from barchain.record.environment import provenance
-from barchain.studies.store import StudyStore
+from barchain.record.study_store import StudyStore
 from reports.tables.reading import TABLES, digest
 from reports.tables.schema import KEY
 from reports.tables.selftest import FILES

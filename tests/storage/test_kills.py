@@ -21,7 +21,10 @@ COMMANDS = {
     "comparison": ["compare", "basics/kepler_circular", "--engine", "reference", "--engine", "rebound"],
     "stability": ["stability", "hard/vertical_fall", "--engine", "rebound"],
 }
-TABLES = {"comparison": ("metrics.csv", "record.json"), "stability": ("stability/outcomes.csv", "stability/record.json")}
+TABLES = {
+    "comparison": ("metrics.csv", "record.json"),
+    "stability": ("stability/outcomes.csv", "stability/record.json"),
+}
 
 
 def started(name: str, out: Path, *options: str) -> subprocess.Popen[bytes]:

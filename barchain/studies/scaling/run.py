@@ -33,9 +33,9 @@ from reports.tables.cost import NOT_RUN
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
+    from barchain.record.study_store import StudyStore
     from barchain.run.job import RunResult
     from barchain.studies.scaling.plan import ScalingPlan
-    from barchain.studies.store import StudyStore
     from barchain.studies.study import Reporter
 
 WARM_BARS = 3  # not a number that is measured: an adapter may keep what it compiled for one

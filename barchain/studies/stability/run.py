@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from adapters.engine import Engine
+    from barchain.record.study_store import StudyStore
     from barchain.studies.stability.plan import StabilityPlan
-    from barchain.studies.store import StudyStore
     from barchain.studies.study import Reporter
     from scenarios import Scene
 
