@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -23,6 +21,8 @@ from barchain.record.command import typed
 from barchain.studies.effects.default_options import FAST, MATTERS, REPEATS, RTOL, RTOLS, SECONDS, SLOW
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from rich.table import Table
 
     from reports.chapters.effects.view import BudgetTable, EffectsView
@@ -57,6 +57,7 @@ def effects(
     """
     from barchain.cli.common.names import need_engine  # noqa: PLC0415
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
+    from barchain.record.folder_lock import kept_or_temporary  # noqa: PLC0415
     from barchain.studies.effects.study import EffectsOptions, EffectsStudy  # noqa: PLC0415  # statistics no other needs
     from barchain.studies.study import Reporter, run_and_render  # noqa: PLC0415
     from reports.chapters.effects.view import view_effects  # noqa: PLC0415
@@ -67,8 +68,7 @@ def effects(
         need_engine(engine)
     study = EffectsStudy()
     plan = study.plan(EffectsOptions(load_scene(scene), rtol, matters, repeats, 60.0 * minutes, workers, engine))
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = out or Path(scratch)
+    with kept_or_temporary(out) as folder:
         with verdicts_shown(plan.turns) as show:
             _, rendered = run_and_render(
                 study, plan, folder, partial(render_study, "effects"), command=typed(),

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -16,6 +14,8 @@ from barchain.cli.selftest_random import RandomOptions, random_options, run_rand
 from barchain.record.command import typed
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from barchain.studies.selftest.study import SelftestPlan
     from reports.chapters.selftest.view import SelftestView
 
@@ -72,14 +72,14 @@ def list_faults() -> None:
 def run_matrix(plan: SelftestPlan, out: Path | None, *, overwrite: bool) -> None:
     """Run the kill matrix, print it, and end with exit code 1 if a fault is missed."""
     from barchain.cli.common.progress import counted  # noqa: PLC0415
+    from barchain.record.folder_lock import kept_or_temporary  # noqa: PLC0415
     from barchain.studies.selftest.study import SelftestStudy  # noqa: PLC0415
     from barchain.studies.selftest.trial import SelftestError  # noqa: PLC0415
     from barchain.studies.study import Reporter, run_and_render  # noqa: PLC0415
     from reports.chapters.selftest.view import view_selftest  # noqa: PLC0415
     from reports.render import render_study  # noqa: PLC0415
 
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = out or Path(scratch)
+    with kept_or_temporary(out) as folder:
         try:
             tried, rendered = run_and_render(
                 SelftestStudy(), plan, folder, partial(render_study, "selftest"), command=typed(),

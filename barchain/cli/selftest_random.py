@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
-import tempfile
 from dataclasses import dataclass, fields, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -19,6 +17,7 @@ from barchain.record.command import typed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
+    from pathlib import Path
 
     from barchain.studies.selftest.campaign.study import CampaignPlan
     from barchain.studies.selftest.faults.fault import Fault
@@ -77,6 +76,7 @@ def run_random(
     """Run a campaign, print its findings, and exit by them; or list its faults."""
     from barchain.cli.campaign_summary import show_campaign  # noqa: PLC0415
     from barchain.cli.common.progress import counted  # noqa: PLC0415
+    from barchain.record.folder_lock import kept_or_temporary  # noqa: PLC0415
     from barchain.studies.selftest.campaign.faults.catalogue import FAULTS  # noqa: PLC0415
     from barchain.studies.selftest.campaign.judging import VerdictWorkers  # noqa: PLC0415  # what no other command needs
     from barchain.studies.selftest.campaign.runs import in_workers  # noqa: PLC0415
@@ -88,8 +88,7 @@ def run_random(
         return
     plan = plan_of(asked, engines, faults, workers)
     verdicts = VerdictWorkers(workers or os.cpu_count() or 1)
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = out or Path(scratch)
+    with kept_or_temporary(out) as folder:
         try:
             study, reporter = CampaignStudy(in_workers(workers), verdicts), Reporter(counted=counted)
             found = run_study(study, plan, folder, command=typed(), reporter=reporter, overwrite=overwrite)

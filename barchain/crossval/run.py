@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING
 from barchain.crossval.record import new_record
 from barchain.crossval.suite import ANY_EXTERNAL, ComparisonPlan, Suite
 from barchain.record.claim import claim_results
-from barchain.record.folder_lock import locked
+from barchain.record.folder_lock import kept_or_temporary, locked
 from barchain.record.study_store import StudyStore
 from barchain.run.compiler_cache import keep_compiled
 from barchain.run.selection import chosen_engines, unique_names
@@ -95,9 +94,9 @@ def run_comparison(
         need_external,
         named=engine_names is not None,
     )
-    with tempfile.TemporaryDirectory() as scratch:
+    with kept_or_temporary(None if out is None else Path(out)) as folder:
         order = [(s.name, e) for s in plan.scenes for e in [REFERENCE_SOLUTION, *chosen, ANY_EXTERNAL]]
-        folder, note = Path(out) if out is not None else Path(scratch), notes or (lambda _: None)
+        note = notes or (lambda _: None)
         with locked(folder):
             claim_results(FILES, folder, resume=resume, overwrite=overwrite)
             keep_compiled(note)

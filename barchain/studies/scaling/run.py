@@ -19,7 +19,7 @@ from pebble import ProcessPool
 
 from adapters.trajectory import Observable
 from barchain.boundary.declared import engine_class
-from barchain.boundary.threads import one_thread_each
+from barchain.boundary.threads import one_thread_each, temporary_root
 from barchain.run.pool import collect
 from barchain.studies.scaling.measured_points import ScalingPoints
 from barchain.studies.scaling.memory import installed
@@ -158,7 +158,7 @@ class ScalingRun:
         task = ScalingTask(job, warm, share, self.plan.repeats, self.plan.time_limit_s)
         allowed = STARTUP_S + (LONG_TURNS + BUILDS) * self.plan.time_limit_s
         context = multiprocessing.get_context("spawn")
-        with tempfile.TemporaryDirectory() as folder, one_thread_each():
+        with one_thread_each(), tempfile.TemporaryDirectory(dir=temporary_root()) as folder:
             log = Path(folder) / "log"
             pool = ProcessPool(1, max_tasks=1, initializer=pin, initargs=(quietest_core(),), context=context)
             try:
