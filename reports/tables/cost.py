@@ -85,4 +85,4 @@ def read_cost(folder: Path) -> CostTables:
         If the record has another schema version.
     """
     tables = FILES.read_all(folder, "points", "orders", "reach", "price")
-    return CostTables(**tables, record=FILES.read_record(folder))
+    return CostTables(**tables, record=FILES.sound_record(folder))

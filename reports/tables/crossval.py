@@ -144,7 +144,7 @@ def read_results(folder: Path) -> Results:
     for name in (METRICS, RECORD):
         if not os.path.lexists(folder / name):
             raise FileNotFoundError(f"{folder}: no {name} there; give a folder that compare or crossval wrote")
-    record = FILES.read_record(folder)
+    record = FILES.sound_record(folder)
     metrics = FILES.recorded(folder, "metrics", record)
     check_outcomes(folder / METRICS, metrics)
     return Results(folder, metrics, record)

@@ -83,4 +83,4 @@ def read_effects(folder: Path) -> EffectsTables:
     """
     table = FILES.read(folder, "effects").reindex(columns=COLUMNS)
     table = table.astype(dict.fromkeys(WORDS, object)).fillna(dict.fromkeys(WORDS, ""))
-    return EffectsTables(table, FILES.read_record(folder))
+    return EffectsTables(table, FILES.sound_record(folder))

@@ -68,4 +68,4 @@ def read_ensemble(folder: Path) -> EnsembleTables:
     SchemaVersionError
         If the record has another schema version.
     """
-    return EnsembleTables(FILES.read(folder, "quantiles"), FILES.read_record(folder))
+    return EnsembleTables(FILES.read(folder, "quantiles"), FILES.sound_record(folder))

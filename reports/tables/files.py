@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from reports.tables.reading import damaged, needed_content, read_csv, recorded_content
+from reports.tables.reading import TABLES, damaged, needed_content, read_csv, recorded_content
 from reports.tables.schema import RECORD, Record, read_record
 
 if TYPE_CHECKING:
@@ -116,6 +116,16 @@ class StudyFiles:
         record = read_record(path, self.model)
         if record.get("study") not in (None, self.name):
             raise damaged(path, f"is the record of another study, {record['study'][:40]}, not {self.name}")
+        return record
+
+    def sound_record(self, out: Path) -> dict[str, Any]:
+        """Read the record, and check that each of its tables is the one that it describes, shown or not.
+
+        Errors are those of :meth:`read_record`.
+        """
+        record = self.read_record(out)
+        for name in record.get(TABLES) or ():
+            recorded_content(self.folder(out), name, record)
         return record
 
 

@@ -147,5 +147,5 @@ def read_roundoff(folder: Path) -> RoundoffTables:
     SchemaVersionError
         If the record has another schema version.
     """
-    record = FILES.read_record(folder)
+    record = FILES.sound_record(folder)
     return RoundoffTables(**FILES.read_all(folder), record=record)

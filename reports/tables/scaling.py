@@ -72,4 +72,4 @@ def read_scaling(folder: Path) -> ScalingTables:
     SchemaVersionError
         If the record has another schema version.
     """
-    return ScalingTables(**FILES.read_all(folder), record=FILES.read_record(folder))
+    return ScalingTables(**FILES.read_all(folder), record=FILES.sound_record(folder))

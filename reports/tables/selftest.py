@@ -102,4 +102,4 @@ def read_selftest(folder: Path) -> SelftestTables:
         If the record has another schema version.
     """
     found = FILES.read_all(folder)
-    return SelftestTables(found["selftest"], found["smallest"], FILES.read_record(folder))
+    return SelftestTables(found["selftest"], found["smallest"], FILES.sound_record(folder))

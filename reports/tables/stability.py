@@ -139,4 +139,4 @@ def read_stability(folder: Path) -> StabilityTables:
     SchemaVersionError
         If the record has another schema version.
     """
-    return StabilityTables(FILES.folder(folder), **FILES.read_all(folder), record=FILES.read_record(folder))
+    return StabilityTables(FILES.folder(folder), **FILES.read_all(folder), record=FILES.sound_record(folder))

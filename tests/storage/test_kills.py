@@ -15,39 +15,12 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from tests.storage.small_plans import SMALL, SmallPlan
+
 GONE_S = 10.0
 """Time after a kill in which every process and every temporary file must be gone"""
 MARK = "BARCHAIN_KILLED_RUN"
 VICTIMS = ("parent", "worker", "group")
-
-
-@dataclass(frozen=True)
-class Killed:
-    """A small plan, and the columns of its table that do not depend on the machine's speed."""
-
-    command: str
-    table: str
-    columns: tuple[str, ...] = ()
-    """Empty: all"""
-    resumes: bool = False
-
-
-SMALL = {
-    "comparison": Killed("compare basics/kepler_circular --engine reference --engine rebound --workers 1",
-                         "metrics.csv", resumes=True),
-    "stability": Killed("stability hard/vertical_fall --engine rebound --workers 1", "stability/outcomes.csv",
-                        resumes=True),
-    "cost": Killed("cost basics/kepler_circular --engine rebound --orbits 0.2 --repeats 1 --minutes 0.01",
-                   "cost/points.csv", ("scene", "engine", "setting", "key"), resumes=True),
-    "scaling": Killed("scaling --engine reference --bars 2 --bars 3 --repeats 1 --minutes 0.2", "scaling/points.csv",
-                      ("engine", "bars", "outcome"), resumes=True),
-    "roundoff": Killed("roundoff --part times", "roundoff/times.csv", ("code", "arithmetic", "bars")),
-    "effects": Killed("effects basics/two_bars_free --engine reference --repeats 1 --minutes 0.01",
-                      "effects/effects.csv", ("effect", "kind", "on", "attitude_rad", "com_m", "reaction_N")),
-    "selftest": Killed("selftest basics/kepler_circular --fault scale-rate --workers 1", "selftest/selftest.csv"),
-    "campaign": Killed("selftest --random 1 --host none --engine reference --shrink-seconds 0 --workers 1",
-                       "campaign/campaign.csv", ("scene", "engine", "class", "outcome")),
-}  # fmt: skip
 
 
 def started(command: str, out: Path, temporary: Path, *options: str) -> subprocess.Popen[bytes]:
@@ -97,14 +70,14 @@ def left_over(temporary: Path) -> list[str]:
     return found
 
 
-def table(small: Killed, out: Path) -> pd.DataFrame:
+def table(small: SmallPlan, out: Path) -> pd.DataFrame:
     found = pd.read_csv(out / small.table)
     wanted = found[list(small.columns)] if small.columns else found
     assert not wanted.duplicated().any()
     return wanted.sort_values(list(wanted.columns), ignore_index=True)
 
 
-def runs_kept(small: Killed, out: Path) -> set[str]:
+def runs_kept(small: SmallPlan, out: Path) -> set[str]:
     """Keys of the runs that a record holds as passed."""
     path = (out / small.table).with_name("record.json")
     if not path.is_file():
