@@ -10,6 +10,7 @@ from adapters.registry import engines as registered_engines
 from adapters.registry import find_engine
 from barchain.boundary.declared import engine_class
 from barchain.crossval.run import run_comparison
+from barchain.record.folder_lock import locked_if_there
 from barchain.run.job import Job, Role
 from barchain.run.pool import run_jobs
 from barchain.run.settings import SettingError, choose_setting
@@ -125,6 +126,7 @@ def compare(
     time_limit_s: float = TIME_LIMIT_S,
     workers: int | None = None,
     resume: bool = False,
+    overwrite: bool = False,
     progress: Callable[[str, str, str], None] | None = None,
 ) -> ComparisonResult:
     """Run scenes in engines, and compare every run with the reference solution of its scene.
@@ -146,7 +148,9 @@ def compare(
     workers : int, optional
         Number of processes side by side; all cores by default.
     resume : bool
-        Take over the runs that an earlier comparison left in `out`.
+        Take over the runs that an earlier comparison of these scenes and engines left in `out`.
+    overwrite : bool
+        Delete an earlier comparison in `out` first.
     progress : callable, optional
         Called with (scene, engine, outcome) after each verdict.
 
@@ -159,8 +163,14 @@ def compare(
     ------
     SceneError, UnknownEngineError, SettingError
         If a scene, an engine or a setting does not exist; nothing has been run.
-    SchemaVersionError
-        If `resume` finds results of another schema version in `out`.
+    ResultsInPlaceError
+        If `out` holds results, and neither `resume` nor `overwrite` is given.
+    OtherPlanError
+        If `resume` finds results of further scenes or engines in `out`, which would be lost.
+    SchemaVersionError, DamagedResultsError
+        If `resume` finds results of another schema version in `out`, or damaged ones.
+    FolderInUseError
+        If another process writes into `out`.
 
     Notes
     -----
@@ -174,6 +184,7 @@ def compare(
         workers=workers,
         settings=settings,
         resume=resume,
+        overwrite=overwrite,
         progress=progress,
     )
 
@@ -199,7 +210,10 @@ def render(folder: Path | str) -> list[Path]:
         If a table can't be read.
     SchemaVersionError
         If the results have another schema version than this barchain reads.
+    FolderInUseError
+        If another process writes into the folder.
     """
     from reports.render import render_all  # noqa: PLC0415  # charts take a second to import
 
-    return render_all(Path(folder))
+    with locked_if_there(Path(folder)):
+        return render_all(Path(folder))

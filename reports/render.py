@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from reports.chapters.crossval.report import write_report
 from reports.chapters.registry import CHAPTERS
 from reports.page import write_page, write_text
-from reports.tables.crossval import METRICS, RECORD, read_results
+from reports.tables.crossval import METRICS, read_results
+from reports.tables.schema import RECORD
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,12 +22,13 @@ COMPARISON = "crossval"
 
 
 class Rendered(NamedTuple):
-    """Files of one study."""
+    """View and files of one study."""
 
     page: Path
     """Report of the comparison that includes the chapter, or else the study's own page"""
     text: Path | None
     """Markdown; None for a study without"""
+    view: ChapterView
 
 
 def holds_comparison(folder: Path) -> bool:
@@ -104,7 +106,7 @@ def render_study(name: str, folder: Path) -> Rendered:
     view = views.get(chapter) or chapter.view_of(folder)
     text = write_text(folder, chapter, view) if chapter.text else None
     page = write_report(folder, views)[0] if compared else write_page(folder, chapter, view)
-    return Rendered(page, text)
+    return Rendered(page, text, view)
 
 
 def render_all(folder: Path) -> list[Path]:

@@ -18,8 +18,8 @@ from barchain.cli.common.options import (
     resume_option,
     time_limit_option,
 )
+from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import say
-from barchain.record.command import typed
 from barchain.studies.cost.limits import MINUTES, REPEATS, TIME_LIMIT_S
 
 if TYPE_CHECKING:
@@ -50,20 +50,16 @@ def cost(
     nothing is measured.
     """
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
-    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
     from barchain.studies.cost.study import CostOptions, CostStudy  # noqa: PLC0415  # statistics no other command needs
-    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
-    from reports.render import render_study  # noqa: PLC0415
+    from barchain.studies.study import Reporter  # noqa: PLC0415
 
     study = CostStudy()
     plan = study.plan(CostOptions(scenes or None, names or None, orbits, repeats, minutes, time_limit))
-    claim_study(out, "cost", resume=resume, overwrite=overwrite)
     with verdicts_shown(plan.turns) as show:
-        result = run_study(study, plan, out, command=typed(), reporter=Reporter(show, show.note), resume=resume)
-    page, ratios = render_study("cost", out)
-    if markdown and ratios:
-        say(ratios.read_text(encoding="utf-8"))
-    say(f"cost study: {page}", err=markdown)
+        result, rendered = run_study_in(out, study, plan, Reporter(show, show.note), resume=resume, overwrite=overwrite)
+    if markdown and rendered.text:
+        say(rendered.text.read_text(encoding="utf-8"))
+    say(f"cost study: {rendered.page}", err=markdown)
     report_idle(result.idle)
     end_study(result, result.failures)
 

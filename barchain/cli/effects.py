@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -19,11 +17,13 @@ from barchain.cli.common.options import (
     scene_argument,
     workers_option,
 )
+from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import literal, say
-from barchain.record.command import typed
 from barchain.studies.effects.default_options import FAST, MATTERS, REPEATS, RTOL, RTOLS, SECONDS, SLOW
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from rich.table import Table
 
     from reports.chapters.effects.view import BudgetTable, EffectsView
@@ -58,29 +58,22 @@ def effects(
     """
     from barchain.cli.common.names import need_loaded  # noqa: PLC0415
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
-    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
+    from barchain.record.folder_lock import kept_or_temporary  # noqa: PLC0415
     from barchain.studies.effects.study import EffectsOptions, EffectsStudy  # noqa: PLC0415  # statistics no other needs
-    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
-    from reports.chapters.effects.view import view_effects  # noqa: PLC0415
-    from reports.render import render_study  # noqa: PLC0415
+    from barchain.studies.study import Reporter  # noqa: PLC0415
+    from reports.chapters.effects.view import EffectsView  # noqa: PLC0415
     from scenarios import load_scene  # noqa: PLC0415
 
     if engine:
         need_loaded(engine)
     study = EffectsStudy()
     plan = study.plan(EffectsOptions(load_scene(scene), rtol, matters, repeats, 60.0 * minutes, workers, engine))
+    with kept_or_temporary(out) as folder, verdicts_shown(plan.turns) as show:
+        result, rendered = run_study_in(folder, study, plan, Reporter(show, show.note), overwrite=overwrite)
+    assert isinstance(rendered.view, EffectsView)
+    show_view(rendered.view)
     if out:
-        claim_study(out, "effects", overwrite=overwrite)
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = out or Path(scratch)
-        with verdicts_shown(plan.turns) as show:
-            result = run_study(study, plan, folder, command=typed(), reporter=Reporter(show, show.note))
-        page = render_study("effects", folder).page if out else None
-        view = view_effects(folder)
-    assert view is not None
-    show_view(view)
-    if page:
-        say(f"effects: {page}")
+        say(f"effects: {rendered.page}")
     end_study(result, result.failures)
 
 

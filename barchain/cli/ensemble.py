@@ -17,8 +17,8 @@ from barchain.cli.common.options import (
     scene_argument,
     workers_option,
 )
+from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import say
-from barchain.record.command import typed
 from barchain.studies.ensemble.limits import WORKERS_S
 
 if TYPE_CHECKING:
@@ -61,27 +61,22 @@ def ensemble(
     or if a Dask cluster fails while runs are on it; --resume goes on from the runs that were done.
     """
     from barchain.cli.common.names import need_loaded  # noqa: PLC0415
-    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
 
     need_loaded(ENGINE)
-    if resume or not overwrite:  # otherwise the earlier tables stay until the runs are done
-        claim_study(out, "ensemble", resume=resume, overwrite=overwrite)
     from barchain.cli.common.progress import counted  # noqa: PLC0415
     from barchain.studies.ensemble.plan import EnsembleOptions  # noqa: PLC0415
     from barchain.studies.ensemble.study import EnsembleStudy  # noqa: PLC0415  # compiled code
     from barchain.studies.ensemble.variation import VariationError  # noqa: PLC0415
-    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
-    from reports.render import render_study  # noqa: PLC0415
+    from barchain.studies.study import Reporter  # noqa: PLC0415
 
     study = EnsembleStudy()
     try:
         options = EnsembleOptions(scene, vary, runs, seed, rtol, orbits, samples, workers=workers, dask=dask)
         plan = study.plan(dataclasses.replace(options, dask_wait_s=dask_wait))
-        result = run_study(study, plan, out, command=typed(), reporter=Reporter(counted=counted), resume=resume)
+        result, rendered = run_study_in(out, study, plan, Reporter(counted=counted), resume=resume, overwrite=overwrite)
     except VariationError as error:
         raise click.UsageError(str(error)) from error
-    page = render_study("ensemble", out).page
     counts = ", ".join(f"{n} {word}" for word, n in result.runs["outcome"].value_counts().items())
     say(f"{runs} runs in {result.seconds['run']:.2f} s: {counts}")
-    say(f"ensemble: {page}")
+    say(f"ensemble: {rendered.page}")
     end_study(result, result.failures)

@@ -10,7 +10,7 @@ import click
 
 from barchain.cli.common import verbosity
 from barchain.cli.common.exit_codes import ExitCode, failure
-from barchain.cli.common.sections import SectionedGroup
+from barchain.cli.common.sections import EndedEarlyError, SectionedGroup
 from barchain.cli.common.terminal import plain, say
 from barchain.cli.cost import cost
 from barchain.cli.effects import effects
@@ -41,10 +41,6 @@ SECTIONS = {
 
 COMPLETION = "_BARCHAIN_COMPLETE"
 """Environment variable by which a shell asks for completions; click ends the process itself then"""
-
-
-class EndedEarlyError(RuntimeError):
-    """Raised for a command that something inside it ended: its exit code says nothing of the command."""
 
 
 def main() -> None:

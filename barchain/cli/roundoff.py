@@ -8,8 +8,8 @@ import click
 
 from barchain.cli.common.exit_codes import end_study
 from barchain.cli.common.options import out_option, overwrite_option, workers_option
+from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import say
-from barchain.record.command import typed
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,24 +31,11 @@ def roundoff(out: Path, parts: tuple[str, ...], full: bool, workers: int | None,
     """
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
     from barchain.studies.roundoff.study import RoundoffOptions, RoundoffStudy  # noqa: PLC0415  # multiple precision
-    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
-    from reports.render import render_study  # noqa: PLC0415
+    from barchain.studies.study import Reporter  # noqa: PLC0415
 
     study = RoundoffStudy()
     plan = study.plan(RoundoffOptions(parts, full, workers))
-    claim_parts(out, parts, overwrite=overwrite)
     with verdicts_shown(plan.turns) as show:
-        result = run_study(study, plan, out, command=typed(), reporter=Reporter(show, show.note))
-    say(f"round-off study: {render_study('roundoff', out).page}")
+        result, rendered = run_study_in(out, study, plan, Reporter(show, show.note), overwrite=overwrite)
+    say(f"round-off study: {rendered.page}")
     end_study(result, result.failures)
-
-
-def claim_parts(out: Path, parts: tuple[str, ...], *, overwrite: bool) -> None:
-    """Make sure that the tables of some parts may be written; those of other parts stay."""
-    from barchain.cli.common.result_folder import claim, need_readable  # noqa: PLC0415
-    from barchain.studies.roundoff.rows import OF_PARTS  # noqa: PLC0415
-
-    folder = out / "roundoff"
-    tables = [folder / f"{table}.csv" for part in parts for table in OF_PARTS[part]]
-    need_readable(out, "roundoff")
-    claim(tables, f"{folder} holds results of these parts", overwrite=overwrite)

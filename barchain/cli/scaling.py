@@ -17,9 +17,9 @@ from barchain.cli.common.options import (
     resume_option,
     time_limit_option,
 )
+from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import say
 from barchain.cli.cost import report_idle
-from barchain.record.command import typed
 from barchain.studies.scaling.limits import BARS, MINUTES, REPEATS, TIME_LIMIT_S
 
 if TYPE_CHECKING:
@@ -47,16 +47,13 @@ def scaling(
     measured.
     """
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
-    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
     from barchain.studies.scaling.study import ScalingOptions, ScalingStudy  # noqa: PLC0415  # statistics no other needs
-    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
-    from reports.render import render_study  # noqa: PLC0415
+    from barchain.studies.study import Reporter  # noqa: PLC0415
 
     study = ScalingStudy()
     plan = study.plan(ScalingOptions(names or None, bars, repeats, minutes, time_limit))
-    claim_study(out, "scaling", resume=resume, overwrite=overwrite)
     with verdicts_shown(plan.turns) as show:
-        result = run_study(study, plan, out, command=typed(), reporter=Reporter(show, show.note), resume=resume)
-    say(f"scaling study: {render_study('scaling', out).page}")
+        result, rendered = run_study_in(out, study, plan, Reporter(show, show.note), resume=resume, overwrite=overwrite)
+    say(f"scaling study: {rendered.page}")
     report_idle(result.idle)
     end_study(result, result.failures)

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from barchain.cli.common.exit_codes import end_study
 from barchain.cli.common.options import engine_option, optional_scenes, out_option, overwrite_option, workers_option
+from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import literal, say
 from barchain.cli.selftest_random import RandomOptions, random_options, run_random, show_faults
-from barchain.record.command import typed
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from barchain.studies.selftest.study import SelftestPlan
     from reports.chapters.selftest.view import SelftestView
 
@@ -71,23 +71,17 @@ def list_faults() -> None:
 def run_matrix(plan: SelftestPlan, out: Path | None, *, overwrite: bool) -> None:
     """Run the kill matrix, print it, and end with exit code 1 if a fault is missed."""
     from barchain.cli.common.progress import counted  # noqa: PLC0415
-    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
+    from barchain.record.folder_lock import kept_or_temporary  # noqa: PLC0415
     from barchain.studies.selftest.study import SelftestStudy  # noqa: PLC0415
-    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
-    from reports.chapters.selftest.view import view_selftest  # noqa: PLC0415
-    from reports.render import render_study  # noqa: PLC0415
+    from barchain.studies.study import Reporter  # noqa: PLC0415
+    from reports.chapters.selftest.view import SelftestView  # noqa: PLC0415
 
+    with kept_or_temporary(out) as folder:
+        tried, rendered = run_study_in(folder, SelftestStudy(), plan, Reporter(counted=counted), overwrite=overwrite)
+    assert isinstance(rendered.view, SelftestView)
+    show_view(rendered.view)
     if out:
-        claim_study(out, "selftest", overwrite=overwrite)
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = out or Path(scratch)
-        tried = run_study(SelftestStudy(), plan, folder, command=typed(), reporter=Reporter(counted=counted))
-        page = render_study("selftest", folder).page if out else None
-        view = view_selftest(folder)
-    assert view is not None
-    show_view(view)
-    if page:
-        say(f"selftest: {page}")
+        say(f"selftest: {rendered.page}")
     end_study(tried)
 
 

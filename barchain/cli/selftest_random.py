@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
-import tempfile
 from dataclasses import dataclass, fields, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -14,11 +12,12 @@ import click
 from barchain.cli.common.exit_codes import end_study
 from barchain.cli.common.names import HOST, HostType
 from barchain.cli.common.numbers import MOST_REPEATS, MOST_SCENES, SECONDS, SEED
+from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import literal, say
-from barchain.record.command import typed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
+    from pathlib import Path
 
     from barchain.studies.selftest.campaign.study import CampaignOptions, CampaignPlan, CampaignStudy
     from barchain.studies.selftest.faults.fault import Fault
@@ -77,31 +76,27 @@ def run_random(
     """Run a campaign, print its findings, and exit by them; or list its faults."""
     from barchain.cli.campaign_summary import show_campaign  # noqa: PLC0415
     from barchain.cli.common.progress import counted  # noqa: PLC0415
-    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
+    from barchain.record.folder_lock import kept_or_temporary  # noqa: PLC0415
     from barchain.studies.selftest.campaign.faults.catalogue import FAULTS  # noqa: PLC0415
     from barchain.studies.selftest.campaign.judging import VerdictWorkers  # noqa: PLC0415  # what no other command needs
     from barchain.studies.selftest.campaign.runs import in_workers  # noqa: PLC0415
     from barchain.studies.selftest.campaign.study import CampaignStudy  # noqa: PLC0415
-    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
-    from reports.render import render_study  # noqa: PLC0415
+    from barchain.studies.study import Reporter  # noqa: PLC0415
 
     if listed:
         show_faults(FAULTS.values())
         return
     verdicts = VerdictWorkers(workers or os.cpu_count() or 1)
-    study, reporter = CampaignStudy(in_workers(workers), verdicts), Reporter(counted=counted)
+    study = CampaignStudy(in_workers(workers), verdicts)
     plan = plan_of(study, options_of(asked, engines, faults, workers))
-    if out:
-        claim_study(out, "campaign", overwrite=overwrite)
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = out or Path(scratch)
+    with kept_or_temporary(out) as folder:
         try:
-            found = run_study(study, plan, folder, command=typed(), reporter=reporter)
+            found, rendered = run_study_in(folder, study, plan, Reporter(counted=counted), overwrite=overwrite)
         finally:
             verdicts.close()
         show_campaign(found, kept=out is not None)
     if out:
-        say(f"selftest: {render_study('campaign', out).page}")
+        say(f"selftest: {rendered.page}")
     end_study(found)
 
 

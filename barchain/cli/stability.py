@@ -20,8 +20,8 @@ from barchain.cli.common.options import (
     time_limit_option,
     workers_option,
 )
+from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import say
-from barchain.record.command import typed
 from barchain.studies.stability.limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:
@@ -49,23 +49,19 @@ def stability(
     not stable in a well-posed scene, or if an outcome differs from the recorded one.
     """
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
-    from barchain.cli.common.result_folder import claim_study  # noqa: PLC0415
     from barchain.studies.stability.study import StabilityStudy  # noqa: PLC0415  # what no other command needs
-    from barchain.studies.study import Reporter, run_study  # noqa: PLC0415
-    from reports.render import render_study  # noqa: PLC0415
+    from barchain.studies.study import Reporter  # noqa: PLC0415
 
     plan = plan_of(scenes, names, time_limit, workers)
     if accepted:
         check_accepted(accepted)
-    claim_study(out, "stability", resume=resume, overwrite=overwrite)
     with verdicts_shown(plan.turns) as show:
         reporter = Reporter(show, show.note)
-        result = run_study(StabilityStudy(), plan, out, command=typed(), reporter=reporter, resume=resume)
-    page = render_study("stability", out).page
+        result, rendered = run_study_in(out, StabilityStudy(), plan, reporter, resume=resume, overwrite=overwrite)
     show_result(result)
     if accepted:
         accept(result, accepted)
-    say(f"stability: {page}")
+    say(f"stability: {rendered.page}")
     end_study(dataclasses.replace(result, changes=()) if accepted else result, result.failures)
 
 

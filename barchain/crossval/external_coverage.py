@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def external_coverage(scene: Scene, requested: Mapping[str, Registration]) -> dict[str, Any]:
-    """Entry of run.json: requested engines with independent physics that can't run the scene, and others that can.
+    """Entry of record.json: requested engines with independent physics that can't run the scene, and others that can.
 
     Returns
     -------

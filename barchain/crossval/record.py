@@ -1,4 +1,4 @@
-"""Record of a comparison, run.json: scenes, engines, environment, misprints of the paper and tolerances."""
+"""Record of a comparison, record.json: scenes, engines, environment, misprints of the paper and tolerances."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def new_record(plan: ComparisonPlan, command: str) -> dict[str, Any]:
-    """Contents of run.json before the first run."""
+    """Contents of record.json before the first run."""
     return provenance(command) | {
         "engines": {name: engine_facts(r) for name, r in plan.engines.items()},
         "scenes": {

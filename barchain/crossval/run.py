@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-import tempfile
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from barchain.crossval.record import new_record
 from barchain.crossval.suite import ANY_INDEPENDENT, ComparisonPlan, Suite
-from barchain.record.folder_lock import locked
+from barchain.record.claim import claim_results
+from barchain.record.folder_lock import kept_or_temporary, locked
+from barchain.record.study_store import StudyStore
 from barchain.run.compiler_cache import keep_compiled
 from barchain.run.selection import chosen_engines, unique_names
 from barchain.run.settings import choose_setting
-from barchain.run.store import Store
+from barchain.run.store import RunStore
 from barchain.run.time_limits import TIME_LIMIT_S
-from reports.tables.crossval import REFERENCE_SOLUTION
+from reports.tables.crossval import FILES, REFERENCE_SOLUTION
 from reports.tables.outcome import Outcome
 from scenarios import Scene, load_scene
 
@@ -36,6 +38,8 @@ class ComparisonResult:
     outcomes: dict[tuple[str, str], Outcome]
     """By (scene, engine); a name in parentheses stands for several engines or scenes, see
     :mod:`reports.tables.crossval`"""
+    report: Path | None = None
+    """Page, if it was rendered"""
 
     @property
     def passed(self) -> bool:
@@ -56,11 +60,13 @@ def run_comparison(
     workers: int | None = None,
     settings: Mapping[str, Mapping[str, float]] | None = None,
     resume: bool = False,
+    overwrite: bool = False,
     need_external: bool = False,
     command: str = "",
     progress: Callable[[str, str, str], None] | None = None,
     notes: Callable[[str], None] | None = None,
     registered: Mapping[str, Registration] | None = None,
+    render: Callable[[Path], Path] | None = None,
 ) -> ComparisonResult:
     """Run a comparison; :func:`barchain.compare` describes what all callers may choose.
 
@@ -74,6 +80,8 @@ def run_comparison(
         Called with one line of text for each preparation before the first verdict.
     registered : mapping, optional
         Engines by name, instead of the registry's.
+    render : callable, optional
+        Writes the report of a result folder, and returns its page; the record says finished only afterwards.
     """
     loaded = [s if isinstance(s, Scene) else load_scene(s) for s in scenes]
     chosen = dict(registered) if registered is not None else chosen_engines(engine_names)
@@ -83,15 +91,19 @@ def run_comparison(
         time_limit_s,
         workers,
         {name: choose_setting(name, values) for name, values in (settings or {}).items()},
-        resume,
         need_external,
         named=engine_names is not None,
     )
-    with tempfile.TemporaryDirectory() as scratch:
+    with kept_or_temporary(None if out is None else Path(out)) as folder:
         order = [(s.name, e) for s in plan.scenes for e in [REFERENCE_SOLUTION, *chosen, ANY_INDEPENDENT]]
-        folder, note = Path(out) if out is not None else Path(scratch), notes or (lambda _: None)
+        note = notes or (lambda _: None)
         with locked(folder):
+            claim_results(FILES, folder, resume=resume, overwrite=overwrite)
             keep_compiled(note)
-            store = Store(folder, new_record(plan, command), order)
+            study, start = StudyStore(FILES, folder, new_record(plan, command), resume=resume), time.perf_counter()
+            store = RunStore(study, order)
             verdicts = Suite(plan, store, progress or (lambda *_: None), note).run()
-        return ComparisonResult(store.metrics(), {pair: v.outcome for pair, v in verdicts.items()})
+            study.end(time.perf_counter() - start, complete=True)
+            page = render(folder) if render else None
+            study.finish()
+        return ComparisonResult(store.metrics(), {pair: v.outcome for pair, v in verdicts.items()}, page)

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
     from adapters.registry import Registration
     from barchain.judge.evidence import Evidence
-    from barchain.run.store import Store
+    from barchain.run.store import RunStore
     from scenarios import Scene
 
 ANY_INDEPENDENT = "(any independent engine)"
@@ -53,7 +53,6 @@ class ComparisonPlan:
     workers: int | None = None
     settings: dict[str, Setting] = field(default_factory=dict)
     """Setting of an engine other than its default"""
-    resume: bool = False
     need_external: bool = False
     """Whether a scene that no engine with independent physics passes is a failure"""
     named: bool = False
@@ -82,7 +81,7 @@ class Suite:
     def __init__(
         self,
         plan: ComparisonPlan,
-        store: Store,
+        store: RunStore,
         report: Callable[[str, str, str], None],
         note: Callable[[str], None] = lambda _: None,
     ) -> None:
@@ -107,8 +106,8 @@ class Suite:
     def judged_runs(self) -> dict[tuple[str, str], Verdict]:
         """Verdicts by (scene, engine), of runs as they come."""
         start = time.perf_counter()
-        earlier = self.store.earlier_runs() if self.plan.resume else {}
-        self.store.begin(earlier)
+        earlier = self.store.earlier_runs()
+        self.store.begin()
         waiting = self.recalled(self.jobs(), earlier)
         for text in beforehand(waiting):
             self.note(text)
@@ -116,10 +115,9 @@ class Suite:
         self.make(self.recalled(self.follow_ups(), earlier), start)
         for (scene, engine), verdict in self.doubted.items():  # the further runs failed: what was found stands
             self.settle(scene, engine, verdict)
+        self.require_verdicts()
         self.require_external()
         self.require_compared()
-        self.store.record.update(finished=True, seconds=time.perf_counter() - start)
-        self.store.write_record()
         found = {(name, e): v for name, p in self.progress.items() for e, v in p.verdicts.items()}
         return found | {(ALL_SCENES, e): v for e, v in self.idle.items()}
 
@@ -294,6 +292,14 @@ class Suite:
         self.store.keep_rows(scene, engine, verdict.rows, verdict.series)
         self.report(scene, engine, verdict.outcome)
 
+    def require_verdicts(self) -> None:
+        """Settle pairs that were planned and left without a verdict: a fault of barchain's own, and a failure."""
+        for name, progress in self.progress.items():
+            if not progress.solution_failed:
+                for engine in (e for e in self.plan.engines if e not in progress.verdicts):
+                    reason = "no verdict was given: a fault of barchain"
+                    self.settle(name, engine, no_verdict(name, engine, None, Outcome.FAILED, reason))
+
     def require_external(self) -> None:
         """Settle scenes that no engine with independent physics passes: they have not been cross-validated."""
         if not self.plan.need_external:
@@ -357,7 +363,7 @@ def beforehand(jobs: list[Job]) -> list[str]:
 
 
 def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
-    """Entry of run.json on a scene's reference solution."""
+    """Entry of record.json on a scene's reference solution."""
     displacement = com_displacement(solution.scene, solution.trajectory)
     inside = solution.trajectory.t_s[: len(solution.amplification)] <= solution.limit_s
     return {

@@ -69,6 +69,7 @@ def provenance(command: str, extra: dict[str, str] | None = None) -> dict[str, A
         KEY: SCHEMA_VERSION,
         "barchain": package_version("barchain"),
         "created": now(),
+        "complete": False,
         "finished": False,
         "command": command,
         "seconds": 0.0,

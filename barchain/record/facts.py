@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def engine_facts(registration: Registration) -> dict[str, Any]:
-    """Entry of an engine in run.json."""
+    """Entry of an engine in record.json."""
     facts: dict[str, Any] = {
         "external": registration.external,
         "version": registration.version,
@@ -36,7 +36,7 @@ def engine_facts(registration: Registration) -> dict[str, Any]:
 
 
 def scene_facts(scene: Scene) -> dict[str, Any]:
-    """Entry of a scene in run.json; lengths in m, times in s."""
+    """Entry of a scene in record.json; lengths in m, times in s."""
     return {
         "title": scene.title,
         "source": scene.source,

@@ -1,4 +1,4 @@
-"""Writer of the result folder: every result is written as it comes, so that an interrupted run loses nothing."""
+"""Runs of a comparison or a study in its folder: every run is written as it comes, and recalled by `--resume`."""
 
 from __future__ import annotations
 
@@ -8,65 +8,42 @@ import pandas as pd
 
 from adapters.trajectory import Trajectory, from_frame
 from barchain.run.job import Job, RunResult
-from reports.tables.cells import to_cells
-from reports.tables.crossval import METRIC_COLUMNS, METRICS, RECORD, ComparisonRecord
+from reports.tables.crossval import METRIC_COLUMNS
 from reports.tables.outcome import Outcome
 from reports.tables.reading import DamagedResultsError, brief, damaged, digest, read_bytes, read_parquet
-from reports.tables.schema import read_record
-from reports.tables.writing import RecordedFolder, make_folder, parquet, sweep
+from reports.tables.writing import parquet
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    from barchain.record.study_store import StudyStore
 
 Row = dict[str, Any]
 
 
-class Store:
-    """Result folder that is being written; :mod:`reports.tables.crossval` describes its files."""
+class RunStore:
+    """Runs, differences and rows of a folder; :mod:`reports.tables.crossval` describes its files."""
 
-    def __init__(
-        self, folder: Path, record: dict[str, Any], order: list[tuple[str, str]], files: RecordedFolder | None = None
-    ) -> None:
-        """Open `folder`; `order` lists (scene, engine) in the order of the rows.
-
-        `files` are those of a study that shares the folder; by default the folder is a comparison's own.
-        """
-        self.folder, self.record = folder, record
+    def __init__(self, study: StudyStore, order: list[tuple[str, str]]) -> None:
+        """Take the folder of `study`; `order` lists (scene, engine) in the order of the rows."""
+        self.study, self.folder, self.record, self.files = study, study.folder, study.record, study.writer
         self.place = {pair: i for i, pair in enumerate(order)}
         self.rows: dict[tuple[str, str], list[Row]] = {}
         self.recalled: dict[str, dict[str, Any]] = {}
         """Entries of recalled runs by key, until they are kept"""
         self.note: Callable[[str], None] = lambda _: None
         """Called with a sentence on each stored run that has to be made anew"""
-        for name in ("trajectories", "differences"):
-            make_folder(folder, name)
-            sweep(folder / name)
-        self.files = RecordedFolder(folder, RECORD, record) if files is None else files
 
     def earlier_runs(self) -> dict[str, dict[str, Any]]:
-        """Complete runs in the record of an earlier comparison in the same folder, by key.
+        """Complete runs of an earlier comparison in the same folder, by key."""
+        return {run["key"]: run for run in recorded_runs(self.study.earlier) if run["outcome"] == Outcome.PASS}
 
-        Raises
-        ------
-        DamagedResultsError
-            If the record is damaged.
-        SchemaVersionError
-            If the record has another schema version.
-        """
-        try:
-            earlier = read_record(self.folder / RECORD, ComparisonRecord)
-        except FileNotFoundError:
-            return {}
-        return {run["key"]: run for run in recorded_runs(earlier) if run["outcome"] == Outcome.PASS}
-
-    def begin(self, earlier: dict[str, dict[str, Any]]) -> None:
+    def begin(self) -> None:
         """Write the record with the earlier runs, and a table without rows.
 
         From here on the folder holds this comparison, and every earlier run until it is taken over or replaced.
         """
-        self.record["carried"] = list(earlier.values())
         self.write_record()
         self.write_metrics()
 
@@ -112,7 +89,7 @@ class Store:
         return self.folder / self.file(job)
 
     def keep_run(self, job: Job, result: RunResult) -> None:
-        """Write a run's trajectory and note it in run.json; a recalled run stays as it is stored."""
+        """Write a run's trajectory and note it in record.json; a recalled run stays as it is stored."""
         stored = self.recalled.pop(job.key, None)
         if stored is not None:
             self.note_run(stored)
@@ -130,7 +107,7 @@ class Store:
             self.files.write(self.file(job), content)
 
     def entry(self, job: Job, result: RunResult, content: bytes | None) -> dict[str, Any]:
-        """Entry of a run in run.json."""
+        """Entry of a run in record.json."""
         return {
             "key": job.key,
             "scene": job.scene.name,
@@ -161,7 +138,7 @@ class Store:
 
     def write_metrics(self) -> None:
         """Write the table of all rows so far."""
-        self.files.write(METRICS, to_cells(self.metrics()).to_csv(index=False).encode("utf-8"))
+        self.study.write("metrics", self.metrics())
 
     def keep_amplification(self, scene: str, frame: pd.DataFrame) -> None:
         """Write the error amplification of a scene over time."""
@@ -173,8 +150,8 @@ class Store:
         return pd.DataFrame([row for pair in pairs for row in self.rows[pair]], columns=list(METRIC_COLUMNS))
 
     def write_record(self) -> None:
-        """Write run.json as it stands."""
-        self.files.write_record()
+        """Write record.json as it stands."""
+        self.study.write_record()
 
 
 def recorded_runs(record: dict[str, Any]) -> list[dict[str, Any]]:

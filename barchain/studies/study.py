@@ -1,7 +1,7 @@
 """The protocol of studies (options, plan, run that fills tables), and a study from start to tables.
 
-Studies differ in their loops, and share all else: the folder (:class:`barchain.studies.store.StudyStore`), the record's
-beginning (:func:`barchain.record.environment.provenance`), the reporter, and :func:`run_study`.
+Studies differ in their loops, and share all else: the folder (:class:`barchain.record.study_store.StudyStore`), the
+record's beginning (:func:`barchain.record.environment.provenance`), the reporter, and :func:`run_study`.
 """
 
 from __future__ import annotations
@@ -11,10 +11,11 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
+from barchain.record.claim import claim_results
 from barchain.record.environment import provenance
 from barchain.record.folder_lock import locked
+from barchain.record.study_store import PARTS, StudyStore
 from barchain.run.compiler_cache import keep_compiled
-from barchain.studies.store import StudyStore
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -36,6 +37,7 @@ class StudyResult(Protocol):
 
 
 ResultT_co = TypeVar("ResultT_co", bound=StudyResult, covariant=True)
+RenderedT = TypeVar("RenderedT")
 
 
 def ignore(*_: object) -> None:
@@ -113,6 +115,7 @@ def run_study(
     command: str = "",
     reporter: Reporter | None = None,
     resume: bool = False,
+    overwrite: bool = False,
 ) -> ResultT_co:
     """Run a planned study, and write its tables and record into ``out/<name>``.
 
@@ -129,28 +132,71 @@ def run_study(
         Callbacks for progress; none by default.
     resume : bool
         Continue from the tables that an interrupted study left in `out`.
+    overwrite : bool
+        Delete the study's earlier results in `out` first.
 
     Returns
     -------
     result of the study
 
+    Raises
+    ------
+    ResultsInPlaceError
+        If `out` holds results of the study, and neither `resume` nor `overwrite` is given.
+    OtherPlanError
+        If the study would go on without scenes or engines of the earlier one.
+    """
+    return run_and_render(
+        study, plan, out, nothing, command=command, reporter=reporter, resume=resume, overwrite=overwrite
+    )[0]
+
+
+def nothing(_: Path) -> None:
+    """Render nothing."""
+
+
+def run_and_render(
+    study: Study[Any, PlanT, ResultT_co],
+    plan: PlanT,
+    out: Path,
+    render: Callable[[Path], RenderedT],
+    *,
+    command: str = "",
+    reporter: Reporter | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+) -> tuple[ResultT_co, RenderedT]:
+    """Run a planned study, and render its tables before another command may write into the folder.
+
+    Arguments and errors are those of :func:`run_study`; `render` is called with `out`.
+
+    Returns
+    -------
+    tuple
+        The results of the study and of `render`.
+
     Notes
     -----
-    The record is written before the first run and after the last, also when the run is interrupted; ``finished`` is
-    true only if the run came to its end.
+    The record is written before the first run and after the last, also when the run is interrupted. ``complete`` is
+    true only if the run came to its end, ``finished`` only if `render` did too.
     """
     start = time.perf_counter()
     reporter = reporter or Reporter()
+    complete = False
     with locked(out):
+        record = new_record(study, plan, command)
+        claim_results(study.files, out, record.get(PARTS), resume=resume, overwrite=overwrite)
         keep_compiled(reporter.note)
-        store = StudyStore(study.files, out, new_record(study, plan, command), resume=resume)
+        store = StudyStore(study.files, out, record, resume=resume)
         store.write_record()
         try:
             result = study.run(plan, store, reporter)
-            store.record["finished"] = True
+            complete = True
         finally:
-            store.finish(time.perf_counter() - start)
-    return result
+            store.end(time.perf_counter() - start, complete=complete)
+        rendered = render(out)
+        store.finish()
+    return result, rendered
 
 
 def new_record(study: Study[Any, PlanT, Any], plan: PlanT, command: str) -> dict[str, Any]:

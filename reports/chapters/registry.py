@@ -11,27 +11,39 @@ from reports.chapters.roundoff.view import view_roundoff
 from reports.chapters.scaling.view import view_scaling
 from reports.chapters.selftest.view import view_selftest
 from reports.chapters.stability.view import view_stability
+from reports.tables.schema import RECORD
 
 CHAPTERS = (
-    Chapter("cost", "Cost of accuracy", ("points.csv", "run.json"), view_cost, "ratios.md"),
+    Chapter("cost", "Cost of accuracy", ("points.csv", RECORD), view_cost, "ratios.md"),
     Chapter(
-        "scaling", "Cost against the number of bars", ("points.csv", "fits.csv", "record.json"), view_scaling,
-        "scaling.md",
-    ), Chapter(
-        "roundoff", "Round-off in absolute and relative coordinates", ("record.json",), view_roundoff,
-    "roundoff.md",
-    ), Chapter("effects", "Relevance of each effect", ("effects.csv", "record.json"), view_effects,
-    "effects.md"), Chapter(
-        "selftest", "Detection of inserted faults", ("selftest.csv", "selftest.json"), view_selftest, "selftest.md",
+        "scaling", "Cost against the number of bars", ("points.csv", "fits.csv", RECORD), view_scaling, "scaling.md"
+    ),
+    Chapter("roundoff", "Round-off in absolute and relative coordinates", (RECORD,), view_roundoff, "roundoff.md"),
+    Chapter("effects", "Relevance of each effect", ("effects.csv", RECORD), view_effects, "effects.md"),
+    Chapter(
+        "selftest",
+        "Detection of inserted faults",
+        ("selftest.csv", RECORD),
+        view_selftest,
+        "selftest.md",
         in_report=False,
     ),
     Chapter(
-        "campaign", "Random campaign", ("campaign.csv", "rates.csv", "campaign.json"), view_campaign, "campaign.md",
-        command="selftest --random N", in_report=False,
+        "campaign",
+        "Random campaign",
+        ("campaign.csv", "rates.csv", RECORD),
+        view_campaign,
+        "campaign.md",
+        command="selftest --random N",
+        in_report=False,
     ),
     Chapter(
-        "stability", "Numerical stability on hard scenes", ("outcomes.csv", "evidence.csv", "run.json"),
-        view_stability, "stability.md", in_report=False,
+        "stability",
+        "Numerical stability on hard scenes",
+        ("outcomes.csv", "evidence.csv", RECORD),
+        view_stability,
+        "stability.md",
+        in_report=False,
     ),
-    Chapter("ensemble", "Ensemble of perturbed runs", ("quantiles.csv", "record.json"), view_ensemble, in_report=False),
-)  # fmt: skip
+    Chapter("ensemble", "Ensemble of perturbed runs", ("quantiles.csv", RECORD), view_ensemble, in_report=False),
+)

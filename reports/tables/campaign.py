@@ -8,7 +8,7 @@ A folder ``campaign`` inside a result folder holds
     rates with 95 % intervals, columns :data:`RATE_COLUMNS`;
 ``scenes/<scene>-<engine>[-<fault>].toml``
     a scene for each finding, as simple as one could be found;
-``campaign.json``
+``record.json``
     scenes, engines, faults, environment, and whether the campaign passed.
 """
 
@@ -52,7 +52,7 @@ class CampaignRecord(Record):
 
 
 FILES = StudyFiles(
-    "campaign", {"campaign": COLUMNS, "rates": RATE_COLUMNS}, WORDS, record="campaign.json", model=CampaignRecord
+    "campaign", {"campaign": COLUMNS, "rates": RATE_COLUMNS}, WORDS, model=CampaignRecord, pages=("campaign.html",)
 )
 
 

@@ -9,7 +9,7 @@ A folder ``cost`` inside a result folder holds
     every measured time of `simulate`, s, by the point's key;
 ``orders.csv``, ``reach.csv``, ``price.csv``
     measured orders of convergence; costs to reach an error; cost factors of one more digit;
-``run.json``
+``record.json``
     environment, engines, certified solutions, and skipped pairs with their reasons.
 """
 
@@ -56,9 +56,10 @@ FILES = StudyFiles(
     "cost",
     {"points": POINT_COLUMNS, "times": TIME_COLUMNS, "orders": (), "reach": (), "price": ()},
     WORDS,
-    record="run.json",
     flags=("on_front",),
     model=CostRecord,
+    resumes=True,
+    pages=("cost.html",),
 )
 
 
@@ -84,4 +85,4 @@ def read_cost(folder: Path) -> CostTables:
         If the record has another schema version.
     """
     tables = FILES.read_all(folder, "points", "orders", "reach", "price")
-    return CostTables(**tables, record=FILES.read_record(folder))
+    return CostTables(**tables, record=FILES.sound_record(folder))

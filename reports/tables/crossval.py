@@ -5,7 +5,7 @@ A result folder holds
 ``metrics.csv``
     tidy, one value a row, columns :data:`METRIC_COLUMNS`. An engine in parentheses stands for several engines
     together, or for a missing reference solution; the scene :data:`ALL_SCENES` for all scenes together;
-``run.json``
+``record.json``
     provenance, scenes, engines, and the outcome of every run;
 ``trajectories/<scene>/<engine>.parquet``
     one row per sample; ``solution.parquet`` is the reference solution;
@@ -25,16 +25,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from reports.tables.files import StudyFiles
 from reports.tables.outcome import Outcome
-from reports.tables.reading import brief, damaged, needed_content, read_csv, read_parquet, recorded_content
-from reports.tables.schema import RunsRecord, read_record
+from reports.tables.reading import brief, damaged, read_parquet, recorded_content
+from reports.tables.schema import RECORD, RunsRecord
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     import pandas as pd
 
-RECORD, METRICS = "run.json", "metrics.csv"
+METRICS = "metrics.csv"
 
 METRIC_COLUMNS = (
     "scene",
@@ -73,13 +74,24 @@ ALL_SCENES = "(all scenes)"
 
 
 class ComparisonRecord(RunsRecord):
-    """Entries of run.json."""
+    """Entries of record.json."""
 
     engines: dict[str, dict[str, Any]] | None = None
     scenes: dict[str, dict[str, Any]] | None = None
     misprints: list[dict[str, Any]] | None = None
     tolerances: list[dict[str, Any]] | None = None
     limitations: list[str] | None = None
+
+
+FILES = StudyFiles(
+    "",
+    {"metrics": METRIC_COLUMNS},
+    METRIC_WORDS,
+    model=ComparisonRecord,
+    resumes=True,
+    folders=("trajectories", "differences"),
+    pages=("index.html", "report.md"),
+)
 
 
 @dataclass(frozen=True)
@@ -89,7 +101,7 @@ class Results:
     folder: Path
     metrics: pd.DataFrame
     record: dict[str, Any]
-    """Contents of run.json"""
+    """Contents of record.json"""
 
     def trajectory(self, scene: str, engine: str) -> pd.DataFrame | None:
         """Samples of one run, or None if it left none."""
@@ -123,7 +135,7 @@ def read_results(folder: Path) -> Results:
     Raises
     ------
     FileNotFoundError
-        If it holds no ``metrics.csv`` or no ``run.json``.
+        If it holds no ``metrics.csv`` or no ``record.json``.
     DamagedResultsError
         If one of them is damaged, has another form, or belongs to another run than the other.
     SchemaVersionError
@@ -132,10 +144,9 @@ def read_results(folder: Path) -> Results:
     for name in (METRICS, RECORD):
         if not os.path.lexists(folder / name):
             raise FileNotFoundError(f"{folder}: no {name} there; give a folder that compare or crossval wrote")
-    record = read_record(folder / RECORD, ComparisonRecord)
-    path = folder / METRICS
-    metrics = read_csv(path, METRIC_COLUMNS, words=METRIC_WORDS, content=needed_content(folder, METRICS, record))
-    check_outcomes(path, metrics)
+    record = FILES.sound_record(folder)
+    metrics = FILES.recorded(folder, "metrics", record)
+    check_outcomes(folder / METRICS, metrics)
     return Results(folder, metrics, record)
 
 

@@ -48,7 +48,7 @@ class EffectsRecord(Record):
     matters: float | None = None
 
 
-FILES = StudyFiles("effects", {"effects": COLUMNS}, WORDS, flags=("on",), model=EffectsRecord)
+FILES = StudyFiles("effects", {"effects": COLUMNS}, WORDS, flags=("on",), model=EffectsRecord, pages=("effects.html",))
 UNITS = {"com": "m", "attitude": "rad", "reaction": "N"}
 
 
@@ -83,4 +83,4 @@ def read_effects(folder: Path) -> EffectsTables:
     """
     table = FILES.read(folder, "effects").reindex(columns=COLUMNS)
     table = table.astype(dict.fromkeys(WORDS, object)).fillna(dict.fromkeys(WORDS, ""))
-    return EffectsTables(table, FILES.read_record(folder))
+    return EffectsTables(table, FILES.sound_record(folder))

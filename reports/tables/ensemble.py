@@ -42,7 +42,14 @@ class EnsembleRecord(Record):
 
 
 WORDS = ("quantity", "unit", "outcome", "reason")
-FILES = StudyFiles("ensemble", {"quantiles": QUANTILE_COLUMNS, "runs": ()}, WORDS, model=EnsembleRecord)
+FILES = StudyFiles(
+    "ensemble",
+    {"quantiles": QUANTILE_COLUMNS, "runs": ()},
+    WORDS,
+    model=EnsembleRecord,
+    resumes=True,
+    pages=("ensemble.html",),
+)
 
 
 @dataclass(frozen=True)
@@ -63,4 +70,4 @@ def read_ensemble(folder: Path) -> EnsembleTables:
     SchemaVersionError
         If the record has another schema version.
     """
-    return EnsembleTables(FILES.read(folder, "quantiles"), FILES.read_record(folder))
+    return EnsembleTables(FILES.read(folder, "quantiles"), FILES.sound_record(folder))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from reports.tables.reading import needed_content, read_csv, recorded_content
-from reports.tables.schema import Record, read_record
+from reports.tables.reading import TABLES, damaged, needed_content, read_csv, recorded_content
+from reports.tables.schema import RECORD, Record, read_record
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -20,22 +21,33 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StudyFiles:
-    """Tables and record of one study, in the folder ``<study>`` of a result folder."""
+    """Tables and record of a study, in the folder ``<study>`` of a result folder; of a comparison in that itself."""
 
     study: str
+    """Empty for a comparison"""
     tables: Mapping[str, tuple[str, ...]]
     """Columns of each ``<table>.csv``; empty where the columns follow from the data"""
     words: tuple[str, ...] = ()
     """Columns of text: an empty cell is an empty string; in other columns an empty cell is NaN"""
     optional: frozenset[str] = field(default_factory=frozenset)
     """Tables that a study may lack; reading such a table gives no rows"""
-    record: str = "record.json"
     flags: tuple[str, ...] = ()
     """Columns of True and False"""
     model: type[Record] = Record
     """Entries of the record with their types"""
-    joins: bool = False
-    """Whether tables of an earlier run of the study stay where a run does not write them"""
+    resumes: bool = False
+    """Whether an interrupted study can go on"""
+    parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Tables of each part that can be run by itself, beside the tables of earlier runs of the others"""
+    folders: tuple[str, ...] = ()
+    """Folders beside the tables"""
+    pages: tuple[str, ...] = ()
+    """Files in the result folder that are rendered from the tables"""
+
+    @property
+    def name(self) -> str:
+        """Name of the study in its record."""
+        return self.study or "comparison"
 
     def folder(self, out: Path) -> Path:
         """Folder of the study in the result folder `out`."""
@@ -49,9 +61,13 @@ class StudyFiles:
         """Whether a table was written."""
         return self.path(out, table).is_file()
 
+    def record_path(self, out: Path) -> Path:
+        """File of the record."""
+        return self.folder(out) / RECORD
+
     def has_record(self, out: Path) -> bool:
-        """Whether the record was written."""
-        return (self.folder(out) / self.record).is_file()
+        """Whether there is a record, damaged or not."""
+        return os.path.lexists(self.record_path(out))
 
     def read(self, out: Path, table: str) -> pd.DataFrame:
         """Read a table.
@@ -92,11 +108,25 @@ class StudyFiles:
         FileNotFoundError
             If there is none.
         DamagedResultsError
-            If it is damaged.
+            If it is damaged, or that of another study.
         SchemaVersionError
             If the record has another schema version.
         """
-        return read_record(self.folder(out) / self.record, self.model)
+        path = self.record_path(out)
+        record = read_record(path, self.model)
+        if record.get("study") not in (None, self.name):
+            raise damaged(path, f"is the record of another study, {record['study'][:40]}, not {self.name}")
+        return record
+
+    def sound_record(self, out: Path) -> dict[str, Any]:
+        """Read the record, and check that each of its tables is the one that it describes, shown or not.
+
+        Errors are those of :meth:`read_record`.
+        """
+        record = self.read_record(out)
+        for name in record.get(TABLES) or ():
+            recorded_content(self.folder(out), name, record)
+        return record
 
 
 def flags(column: pd.Series) -> NDArray[np.bool_]:

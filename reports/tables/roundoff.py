@@ -30,7 +30,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
-from reports.tables.schema import Record
+from reports.tables.schema import Part, Record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -70,16 +70,34 @@ COLUMNS = {
     "engine_laws": ENGINE_LAW_COLUMNS,
     "times": TIME_COLUMNS,
 }
+PARTS = {
+    "evaluation": ("evaluation", "laws", "longitudes"),
+    "trajectories": ("trajectories", "best", "best_laws", "growth", "growth_laws"),
+    "engines": ("engines", "engine_laws"),
+    "times": ("times",),
+}
+"""Tables of each part of the study"""
 WORDS = (
     "state", "formulation", "arithmetic", "source", "yardstick", "remark", "quantity", "coordinates", "method",
     "engine", "frame", "outcome", "reason", "against", "code",
 )  # fmt: skip
 
 
+class RoundoffPart(Part):
+    """Entries of one part's provenance."""
+
+    command: str | None = None
+    created: str | None = None
+    complete: bool = False
+    seconds: float | None = None
+    failed: list[dict[str, Any]] | None = None
+
+
 class RoundoffRecord(Record):
     """Entries of the record."""
 
-    parts: list[str] | None = None
+    parts: dict[str, RoundoffPart] | None = None
+    """Provenance of each part: parts are run together or one by one"""
     scene: str | None = None
     members: int | None = None
     exact_digits: int | None = None
@@ -96,7 +114,8 @@ FILES = StudyFiles(
     optional=frozenset(COLUMNS),
     flags=("known", "settled"),
     model=RoundoffRecord,
-    joins=True,
+    parts=PARTS,
+    pages=("roundoff.html",),
 )
 
 
@@ -128,5 +147,5 @@ def read_roundoff(folder: Path) -> RoundoffTables:
     SchemaVersionError
         If the record has another schema version.
     """
-    record = FILES.read_record(folder)
+    record = FILES.sound_record(folder)
     return RoundoffTables(**FILES.read_all(folder), record=record)

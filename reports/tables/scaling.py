@@ -38,11 +38,19 @@ class ScalingRecord(Record):
     """Entries of the record."""
 
     engines: dict[str, dict[str, Any]] | None = None
+    bars: list[int] | None = None
     scene: dict[str, Any] | None = None
     targets: list[dict[str, Any]] | None = None
 
 
-FILES = StudyFiles("scaling", {"points": POINT_COLUMNS, "fits": FIT_COLUMNS}, WORDS, model=ScalingRecord)
+FILES = StudyFiles(
+    "scaling",
+    {"points": POINT_COLUMNS, "fits": FIT_COLUMNS},
+    WORDS,
+    model=ScalingRecord,
+    resumes=True,
+    pages=("scaling.html",),
+)
 
 
 @dataclass(frozen=True)
@@ -64,4 +72,4 @@ def read_scaling(folder: Path) -> ScalingTables:
     SchemaVersionError
         If the record has another schema version.
     """
-    return ScalingTables(**FILES.read_all(folder), record=FILES.read_record(folder))
+    return ScalingTables(**FILES.read_all(folder), record=FILES.sound_record(folder))

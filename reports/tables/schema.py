@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 SCHEMA_VERSION = 2
 """Raised with every change of a stored column, key, file name or meaning that an older reader would misread"""
 KEY = "schema_version"
+RECORD = "record.json"
+"""File of every record: of a comparison in the result folder, of a study in the folder of its name"""
 
 
 class SchemaVersionError(ValueError):
@@ -40,7 +42,11 @@ class Record(Part):
     schema_version: int
     barchain: str | None = None
     created: str | None = None
+    study: str | None = None
+    complete: bool = False
+    """Whether every result is there"""
     finished: bool = False
+    """Whether every result is there, and the report is written"""
     command: str | None = None
     seconds: float | None = None
     environment: dict[str, str | float | None] = {}
@@ -79,7 +85,7 @@ def read_record(path: Path, model: type[Record] = Record) -> dict[str, Any]:
     Parameters
     ----------
     path : Path
-        JSON file, e.g. ``run.json``.
+        JSON file, e.g. ``record.json``.
     model : type of Record
         Entries with their types.
 

@@ -6,7 +6,7 @@ A folder ``selftest`` inside a result folder holds
     a row for each fault, scene and quantity, columns :data:`COLUMNS`;
 ``smallest.csv``
     smallest detected size of each continuous fault, columns :data:`SMALLEST`; only on request;
-``selftest.json``
+``record.json``
     faults and scenes in words, and environment.
 """
 
@@ -48,9 +48,9 @@ FILES = StudyFiles(
     {"selftest": COLUMNS, "smallest": SMALLEST},
     WORDS,
     frozenset({"smallest"}),
-    "selftest.json",
     ("killed",),
     SelftestRecord,
+    pages=("selftest.html",),
 )
 
 
@@ -102,4 +102,4 @@ def read_selftest(folder: Path) -> SelftestTables:
         If the record has another schema version.
     """
     found = FILES.read_all(folder)
-    return SelftestTables(found["selftest"], found["smallest"], FILES.read_record(folder))
+    return SelftestTables(found["selftest"], found["smallest"], FILES.sound_record(folder))

@@ -12,7 +12,7 @@ A folder ``stability`` inside a result folder holds
     these drifts and differences over time, columns :data:`SERIES`;
 ``plain.csv``
     SciPy's solvers at their own default tolerances, columns :data:`PLAIN`;
-``run.json``
+``record.json``
     environment, and the scenes in words;
 ``trajectories/<scene>/<engine>[.coarse|.finer].parquet``
     one row per sample; ``solution.parquet`` is the reference solution.
@@ -67,7 +67,17 @@ class StabilityRecord(RunsRecord):
     references: list[str] | None = None
 
 
-FILES = StudyFiles("stability", TABLES, WORDS, frozenset(TABLES), "run.json", ("slow",), StabilityRecord)
+FILES = StudyFiles(
+    "stability",
+    TABLES,
+    WORDS,
+    frozenset(TABLES),
+    ("slow",),
+    StabilityRecord,
+    resumes=True,
+    folders=("trajectories", "differences"),
+    pages=("stability.html",),
+)
 
 
 class Stability(StrEnum):
@@ -129,4 +139,4 @@ def read_stability(folder: Path) -> StabilityTables:
     SchemaVersionError
         If the record has another schema version.
     """
-    return StabilityTables(FILES.folder(folder), **FILES.read_all(folder), record=FILES.read_record(folder))
+    return StabilityTables(FILES.folder(folder), **FILES.read_all(folder), record=FILES.sound_record(folder))

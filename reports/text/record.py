@@ -1,4 +1,4 @@
-"""Lenient reading of run.json: the record of an interrupted run still renders."""
+"""Lenient reading of record.json: the record of an interrupted run still renders."""
 
 from __future__ import annotations
 
@@ -7,6 +7,12 @@ from typing import Any
 
 from reports.text.mathematics import written
 from reports.text.numerals import number
+
+
+def is_complete(record: dict[str, Any]) -> bool:
+    """Whether every result of a study is there; its report is rendered before the record says finished."""
+    parts = mapping(record.get("parts")).values()
+    return bool(record.get("complete") or record.get("finished")) and all(mapping(p).get("complete") for p in parts)
 
 
 def mapping(value: object) -> dict[str, Any]:

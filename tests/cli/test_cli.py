@@ -52,10 +52,10 @@ def test_a_users_own_scene_is_compared_and_its_report_rendered_again_from_tables
         "index.html",
         "report.md",
         "metrics.csv",
-        "run.json",
+        "record.json",
         "trajectories",
     }
-    record = json.loads((out / "run.json").read_text())
+    record = json.loads((out / "record.json").read_text())
     assert record["finished"]
     assert {r["role"] for r in record["runs"]} == {
         "solution",
@@ -111,7 +111,7 @@ def test_a_file_where_a_folder_should_be_is_one_readable_line(command, tmp_path,
 
 def test_damaged_results_are_one_readable_line(tmp_path, capsys):
     assert run(["compare", QUICK, "--engine", "reference", "--out", str(tmp_path)]) == 0
-    for name, text in (("metrics.csv", "nonsense\n1\n"), ("run.json", "{"), ("metrics.csv", "")):
+    for name, text in (("metrics.csv", "nonsense\n1\n"), ("record.json", "{"), ("metrics.csv", "")):
         whole = (tmp_path / name).read_text()
         (tmp_path / name).write_text(text)
         capsys.readouterr()

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import click
 import pytest
 
-from barchain.cli.common.result_folder import claim, claim_comparison, claim_study
 from barchain.cli.main import cli, run
+from barchain.record.claim import ResultsInPlaceError, claim, claim_results
 from barchain.record.folder_lock import LOCK
+from reports.tables import cost, crossval
 
 QUICK = "basics/libration"
 HELD = {
-    f"compare {QUICK} --engine reference --out OUT": "run.json",
+    f"compare {QUICK} --engine reference --out OUT": "record.json",
     "crossval --out OUT": "metrics.csv",
     f"cost {QUICK} --out OUT": "cost/points.csv",
     "scaling --bars 2 --out OUT": "scaling/points.csv",
@@ -51,29 +51,29 @@ def test_every_command_that_writes_results_can_replace_them():
 
 
 def test_overwrite_deletes_what_a_comparison_wrote_and_nothing_else(tmp_path):
-    written = ("run.json", "metrics.csv", "trajectories/paper/x.parquet", "differences/y.parquet")
+    written = ("record.json", "metrics.csv", "index.html", "trajectories/paper/x.parquet", "differences/y.parquet")
     others = ("cost/points.csv", "note")
     for path in (tmp_path / name for name in written + others):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("")
-    claim_comparison(tmp_path, resume=False, overwrite=True)
+    claim_results(crossval.FILES, tmp_path, overwrite=True)
     assert {p.relative_to(tmp_path).as_posix() for p in tmp_path.rglob("*") if p.is_file()} == {LOCK, *others}
 
 
 def test_resume_leaves_everything_in_place(tmp_path):
-    (tmp_path / "run.json").write_text("{}")
-    claim_comparison(tmp_path, resume=True, overwrite=False)
-    assert (tmp_path / "run.json").read_text() == "{}"
+    (tmp_path / "record.json").write_text("{}")
+    claim_results(crossval.FILES, tmp_path, resume=True)
+    assert (tmp_path / "record.json").read_text() == "{}"
 
 
 def test_a_study_joins_a_comparison_without_being_asked_twice(tmp_path):
-    (tmp_path / "run.json").write_text("{}")
+    (tmp_path / "record.json").write_text("{}")
     (tmp_path / "cost").mkdir()  # empty
-    claim_study(tmp_path, "cost", overwrite=False)
+    claim_results(cost.FILES, tmp_path)
 
 
 def test_resume_and_overwrite_exclude_each_other_even_in_an_empty_folder(tmp_path):
-    with pytest.raises(click.UsageError, match="exclude"):
+    with pytest.raises(ResultsInPlaceError, match="exclude"):
         claim([tmp_path / "x"], "x", resume=True, overwrite=True)
 
 

@@ -16,7 +16,6 @@ from barchain.studies.ensemble.execution import EnsembleResult
 from barchain.studies.roundoff.run import RoundoffResult
 from barchain.studies.selftest.trial import SelftestError
 from barchain.studies.stability.expected import recorded
-from barchain.studies.stability.run import StabilityResult
 from barchain.timing.left_out import failures
 from reports.tables.reading import DamagedResultsError
 
@@ -102,11 +101,11 @@ def test_a_command_whose_own_engine_does_not_load_ends_in_one_line(command, brok
 
 
 def test_an_engine_that_does_not_load_costs_the_stability_study_its_own_rows(broken, capsys):
-    assert run(["-q", "stability", QUICK, "--engine", "broken", "--engine", "rebound", "--out", "x"]) == ExitCode.FINDINGS
+    assert run(["-q", "stability", QUICK, "--engine=broken", "--engine=rebound", "--out=x"]) == ExitCode.FINDINGS
     assert "broken: " + BROKEN in capsys.readouterr().err
     rows = pd.read_csv(broken / "x" / "stability" / "outcomes.csv").set_index("engine")
-    assert rows.loc["broken", "outcome"] == "failed"
-    assert rows.loc["rebound", "outcome"] != "failed"
+    assert rows.loc["broken", "stability"] == "failed"
+    assert rows.loc["rebound", "stability"] != "failed"
 
 
 def test_a_scene_is_shown_beside_an_adapter_that_does_not_load(broken, capsys):
@@ -136,7 +135,7 @@ def old_comparison(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "x").mkdir()
     (tmp_path / "x" / "metrics.csv").write_text("scene\n")
-    (tmp_path / "x" / "run.json").write_text('{"schema_version": 1}')
+    (tmp_path / "x" / "record.json").write_text('{"schema_version": 1}')
 
 
 @pytest.mark.parametrize("command", [
@@ -146,16 +145,16 @@ def old_comparison(tmp_path, monkeypatch):
 def test_a_study_beside_results_that_can_not_be_rendered_ends_before_its_first_run(command, old_comparison, capsys):
     assert run([*command.split(), "--out", "x"]) == ExitCode.BAD_INPUT
     error = capsys.readouterr().err
-    assert "x/run.json: schema version 1" in error
+    assert "x/record.json: schema version 1" in error
     assert error.count("\n") == 1
 
 
 def test_a_comparison_beside_a_study_of_another_schema_ends_before_its_first_run(tmp_path, capsys):
     (tmp_path / "cost").mkdir()
     (tmp_path / "cost" / "points.csv").write_text("scene\n")
-    (tmp_path / "cost" / "run.json").write_text('{"schema_version": 1}')
+    (tmp_path / "cost" / "record.json").write_text('{"schema_version": 1}')
     assert run(["compare", QUICK, "--engine", "reference", "--out", str(tmp_path)]) == ExitCode.BAD_INPUT
-    assert "cost/run.json: schema version 1" in capsys.readouterr().err
+    assert "cost/record.json: schema version 1" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", [

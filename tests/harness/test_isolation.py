@@ -11,14 +11,15 @@ from adapters.registry import ENGINES, Registration
 from barchain.crossval.record import new_record
 from barchain.crossval.run import run_comparison
 from barchain.crossval.suite import ComparisonPlan, Suite
+from barchain.record.study_store import StudyStore
 from barchain.run.job import SOLUTION_ROLES, Job, Role, failure
 from barchain.run.pool import PoolGroup, pool_group
-from barchain.run.store import Store
+from barchain.run.store import RunStore
 from barchain.solutions.reference_runs import solution_jobs
 from reports.chapters.crossval.summary import summarise
 from reports.chapters.crossval.verdict import summary_verdict
 from reports.render import render
-from reports.tables.crossval import read_results
+from reports.tables.crossval import FILES, read_results
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.support.faulty_engines import UNSOLVABLE
@@ -99,7 +100,8 @@ def test_reference_solutions_run_in_processes_without_other_engines():
 
 def test_why_a_reference_solution_failed_is_said_once(tmp_path):
     plan = ComparisonPlan([load_scene(SCENE)], {})
-    suite = Suite(plan, Store(tmp_path, new_record(plan, "test"), []), lambda *_: None)
+    store = RunStore(StudyStore(FILES, tmp_path, new_record(plan, "test")), [])
+    suite = Suite(plan, store, lambda *_: None)
     progress = suite.progress[SCENE]
     progress.solution_runs = {role: failure(Outcome.FAILED, "no steps left") for role in SOLUTION_ROLES}
     suite.found_solution(progress)
@@ -176,7 +178,7 @@ def test_an_engine_that_can_do_none_of_several_scenes_is_a_failure_though_nobody
 
 def test_results_so_far_are_kept_and_resumed(tmp_path, monkeypatch):
     first = run_comparison([SCENE], out=tmp_path, registered=registered(["Unmodified", "GivesUp"]))
-    record = json.loads((tmp_path / "run.json").read_text())
+    record = json.loads((tmp_path / "record.json").read_text())
     assert record["finished"]
     made = []
     monkeypatch.setattr("barchain.crossval.suite.run_jobs", lambda jobs, **_: made.extend(jobs) or iter(()))
@@ -192,7 +194,7 @@ def test_a_comparison_cut_off_leaves_the_tables_it_had(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         run_comparison([SCENE], out=tmp_path, registered=registered(["Unmodified"]), progress=stop)
-    record = json.loads((tmp_path / "run.json").read_text())
+    record = json.loads((tmp_path / "record.json").read_text())
     assert not record["finished"]
     assert set(pd.read_csv(tmp_path / "metrics.csv").engine) == {"Unmodified"}
 

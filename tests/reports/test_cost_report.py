@@ -52,7 +52,7 @@ def write(folder: Path, points: pd.DataFrame, *, finished: bool = True) -> Path:
         },
         "left_out": [{"scene": "s", "engine": "gone", "outcome": "missing", "reason": "it is <not> installed"}],
     }
-    (inside / "run.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | record))
+    (inside / "record.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | record))
     return folder
 
 
@@ -71,7 +71,7 @@ def study() -> pd.DataFrame:
 
 
 def test_the_chapter_stands_alone_and_says_what_was_left_out(tmp_path: Path) -> None:
-    page, ratios = render_study("cost", write(tmp_path, study()))
+    page, ratios, _ = render_study("cost", write(tmp_path, study()))
     check_policy(page)
     assert page == tmp_path / "cost.html"
     html, text = page.read_text(), ratios.read_text()
@@ -89,7 +89,7 @@ def test_the_chapter_joins_the_report_of_a_comparison(tmp_path: Path) -> None:
     folder = build(tmp_path, ["basics/two_bars_free"], samples=21)
     render(folder)
     assert 'id="cost"' not in (folder / "index.html").read_text()
-    page, _ = render_study("cost", write(folder, study()))
+    page, *_ = render_study("cost", write(folder, study()))
     assert page == folder / "index.html"
     assert page.read_text().count('id="cost"') == 1
     assert "## Cost of accuracy" in (folder / "report.md").read_text()
@@ -103,7 +103,7 @@ def test_equal_tables_give_equal_bytes(tmp_path: Path) -> None:
 
 
 def test_a_study_that_was_cut_off_says_so(tmp_path: Path) -> None:
-    page, ratios = render_study("cost", write(tmp_path, study(), finished=False))
+    page, ratios, _ = render_study("cost", write(tmp_path, study(), finished=False))
     assert "cut off" in page.read_text()
     assert "cut off" in ratios.read_text()
 

@@ -19,6 +19,7 @@ from reports.chapters.effects.view import view_effects
 from reports.chapters.effects.words import NOT_RESOLVED, length_text, share_text
 from reports.render import render_study
 from reports.tables.effects import COLUMNS, read_effects
+from reports.tables.reading import DamagedResultsError
 from reports.tables.schema import KEY, SCHEMA_VERSION
 from reports.text.numerals import powers_in
 from tests.support.page_policy import check_policy
@@ -198,10 +199,11 @@ def test_what_a_default_can_not_tell_follows_its_advice(tmp_path: Path) -> None:
     assert limited == f"{plain} One exponential can't tell all."
 
 
-def test_a_budget_of_an_earlier_version_is_read_as_far_as_it_goes(tmp_path: Path) -> None:
+def test_a_budget_without_a_declared_column_is_refused(tmp_path: Path) -> None:
     table = write(tmp_path, ROWS) / "effects" / "effects.csv"
     pd.read_csv(table).drop(columns="caveat").to_csv(table, index=False)
-    assert view_effects(tmp_path) is not None
+    with pytest.raises(DamagedResultsError, match="lacks caveat"):
+        view_effects(tmp_path)
 
 
 def test_zero_is_never_reported_as_zero(tmp_path: Path) -> None:

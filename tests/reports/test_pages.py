@@ -34,7 +34,7 @@ MADE = {
 def folder(tmp_path: Path) -> Path:
     """Folder of a comparison, an effect budget and an ensemble, all without rows."""
     pd.DataFrame(columns=list(METRIC_COLUMNS)).to_csv(tmp_path / "metrics.csv", index=False)
-    (tmp_path / "run.json").write_text(json.dumps(MADE))
+    (tmp_path / "record.json").write_text(json.dumps(MADE))
     scene = {"name": "some/scene", "title": "Some scene"}
     write(tmp_path / "effects", "effects.csv", COLUMNS, MADE | {"scene": scene})
     spent = {"phases_s": {"run": 1.0, "draw": 0.1, "reduce": 0.1}, "outcomes": {"finished": 4}}

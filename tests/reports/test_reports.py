@@ -17,6 +17,7 @@ from reports.chapters.crossval.summary import WORDS, summarise
 from reports.chapters.crossval.verdict import gap_words, summary_verdict
 from reports.tables.crossval import METRIC_COLUMNS, read_results
 from reports.tables.outcome import SEVERITY, Outcome
+from reports.tables.reading import DamagedResultsError
 from reports.tables.schema import KEY, SCHEMA_VERSION
 from reports.text.numerals import significant
 from tests.support.report_fixture import ENGINES, build
@@ -42,19 +43,20 @@ def small(tmp_path: Path) -> Path:
 
 
 def change_record(folder: Path, **changes: object) -> None:
-    path = folder / "run.json"
+    path = folder / "record.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | changes))
 
 
 def one_row(outcome: str, **changes: object) -> dict[str, object]:
     row: dict[str, object] = dict.fromkeys(METRIC_COLUMNS, "")
     row |= {"scene": "s", "engine": f"engine-{outcome}", "setting": "rtol=1e-10", "quantity": "run"}
-    return row | {"metric": "outcome", "outcome": outcome} | changes
+    value = 1e-9 if outcome == Outcome.PASS else ""
+    return row | {"metric": "outcome", "value": value, "outcome": outcome} | changes
 
 
 def write_tables(folder: Path, rows: list[dict[str, object]], record: dict[str, object] | None = None) -> Path:
     pd.DataFrame(rows, columns=list(METRIC_COLUMNS)).to_csv(folder / "metrics.csv", index=False)
-    (folder / "run.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | (record or {})))
+    (folder / "record.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | (record or {})))
     return folder
 
 
@@ -119,7 +121,7 @@ def test_a_second_render_from_the_stored_tables_alone_is_the_same_to_the_byte(ma
 
 def test_only_the_last_section_of_the_markdown_knows_the_clock(small: Path) -> None:
     before = reports.render(small)[1].read_text()
-    runs = json.loads((small / "run.json").read_text())["runs"]
+    runs = json.loads((small / "record.json").read_text())["runs"]
     for run in runs:
         run["seconds"]["simulate"] = 7.77
     change_record(small, created="2031-12-31T00:00:00+00:00", seconds=9.0, runs=runs)
@@ -147,10 +149,11 @@ def test_every_outcome_is_shown_with_its_word_and_its_reason(outcome: Outcome, t
     assert summary_verdict(summarise(read_results(folder))).good is (outcome is Outcome.PASS)
 
 
-def test_outcomes_are_all_ranked_and_an_unknown_one_is_a_failure(tmp_path: Path) -> None:
+def test_outcomes_are_all_ranked_and_an_unknown_one_is_refused(tmp_path: Path) -> None:
     assert set(SEVERITY) == set(Outcome)
     folder = write_tables(tmp_path, [one_row("splendid")])
-    assert summarise(read_results(folder)).all[0].outcome is Outcome.FAILED
+    with pytest.raises(DamagedResultsError, match="'splendid' in row 1 is no outcome"):
+        reports.render(folder)
 
 
 def test_a_run_cut_off_says_so_at_the_top(tmp_path: Path) -> None:
@@ -164,10 +167,16 @@ def test_a_run_cut_off_says_so_at_the_top(tmp_path: Path) -> None:
     assert "not run" in text.split("## Matrix")[1]
 
 
-@pytest.mark.parametrize("record", [{}, {"scenes": {"s": {}}, "engines": None, "runs": [{}], "misprints": [{}]}])
+@pytest.mark.parametrize("record", [{}, {"scenes": {"s": {}}, "engines": None, "runs": [], "misprints": [{}]}])
 def test_missing_keys_do_not_stop_a_render(record: dict[str, object], tmp_path: Path) -> None:
     folder = write_tables(tmp_path, [one_row("pass")], record)
     assert all(path.stat().st_size for path in reports.render(folder))
+
+
+def test_a_run_without_its_names_stops_a_render(tmp_path: Path) -> None:
+    folder = write_tables(tmp_path, [one_row("pass")], {"runs": [{}]})
+    with pytest.raises(DamagedResultsError, match="entry runs → 0 → scene is wrong"):
+        reports.render(folder)
 
 
 def test_an_empty_table_is_not_a_success(tmp_path: Path) -> None:
@@ -178,14 +187,14 @@ def test_an_empty_table_is_not_a_success(tmp_path: Path) -> None:
 
 def test_a_hostile_title_is_only_text(small: Path) -> None:
     hostile = '<script>alert(1)</script><img src=x onerror="alert(2)"> | $x$ & `co'
-    record = json.loads((small / "run.json").read_text())
+    record = json.loads((small / "record.json").read_text())
     scene = record["scenes"]["basics/radial_equilibrium"]
     record["scenes"]["basics/radial_equilibrium"] = scene | {
         "title": hostile,
         "description": hostile,
         "source": hostile,
     }
-    (small / "run.json").write_text(json.dumps(record | {"command": hostile, "limitations": [hostile]}))
+    (small / "record.json").write_text(json.dumps(record | {"command": hostile, "limitations": [hostile]}))
     metrics = pd.read_csv(small / "metrics.csv", keep_default_na=False)
     metrics["engine"] = metrics["engine"].replace({"exudyn": hostile})
     metrics["reason"] = hostile
@@ -241,18 +250,20 @@ def test_a_scene_that_no_engine_could_do_spoils_the_verdict(tmp_path: Path) -> N
     assert any("lonely" in s for s in verdict.sentences)
 
 
-def test_nan_is_shown_as_nan_and_an_absent_value_as_nothing(tmp_path: Path) -> None:
-    row = one_row("not_finite", engine="e", quantity="attitude", metric="max", value="nan", unit="rad")
+def test_a_row_without_its_value_shows_nan_and_a_word_for_it_is_refused(tmp_path: Path) -> None:
+    row = one_row("not_finite", engine="e", quantity="attitude", metric="max", unit="rad")
     folder = write_tables(tmp_path, [row])
     line = next(t for t in reports.render(folder)[1].read_text().splitlines() if "| attitude |" in t)
     assert line.split(" | ")[4:7] == ["NaN", "", ""]
+    with pytest.raises(DamagedResultsError, match="column value holds no numbers: 'nan' in row 1"):
+        reports.render(write_tables(tmp_path, [row | {"value": "nan"}]))
 
 
 def test_a_chart_marks_the_predictability_limit_of_the_reference_solution(small: Path) -> None:
     page, text = (path.read_text() for path in reports.render(small))
     assert ">predictability limit</text>" not in page
     assert "Reference valid: to the end of the run" in text
-    record = json.loads((small / "run.json").read_text())
+    record = json.loads((small / "record.json").read_text())
     scene = record["scenes"]["basics/radial_equilibrium"]
     scene["solution_limit_s"] = 0.4 * scene["duration_s"]
     change_record(small, scenes=record["scenes"])

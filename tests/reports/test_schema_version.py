@@ -8,12 +8,12 @@ import pytest
 
 from barchain.cli.main import run
 from barchain.record.environment import provenance
-from barchain.run.store import Store
+from barchain.record.study_store import StudyStore
 from reports.chapters.registry import CHAPTERS
 from reports.render import render_all
 from reports.tables.campaign import read_campaign
 from reports.tables.cost import read_cost
-from reports.tables.crossval import read_results
+from reports.tables.crossval import FILES, read_results
 from reports.tables.effects import read_effects
 from reports.tables.ensemble import read_ensemble
 from reports.tables.roundoff import read_roundoff
@@ -38,9 +38,9 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def with_version(results: Path, folder: Path, version: object) -> Path:
     """Copy of a result folder whose record says another schema version, or none."""
     shutil.copytree(results, folder, dirs_exist_ok=True)
-    record = json.loads((folder / "run.json").read_text())
+    record = json.loads((folder / "record.json").read_text())
     del record[KEY]
-    (folder / "run.json").write_text(json.dumps(record if version is None else record | {KEY: version}))
+    (folder / "record.json").write_text(json.dumps(record if version is None else record | {KEY: version}))
     return folder
 
 
@@ -60,7 +60,7 @@ def test_a_report_of_another_version_is_one_readable_line(
     assert run(["report", str(folder)]) == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1
-    assert str(folder / "run.json") in error
+    assert str(folder / "record.json") in error
     assert ("no schema version" if version is None else f"schema version {version!r}") in error
     assert f"reads version {SCHEMA_VERSION}" in error
     assert "Run the study again" in error
@@ -68,7 +68,7 @@ def test_a_report_of_another_version_is_one_readable_line(
 
 def test_a_comparison_does_not_resume_from_another_version(results: Path, tmp_path: Path) -> None:
     with pytest.raises(SchemaVersionError, match="no schema version"):
-        Store(with_version(results, tmp_path, None), {}, []).earlier_runs()
+        StudyStore(FILES, with_version(results, tmp_path, None), {}, resume=True)
 
 
 @pytest.mark.parametrize("chapter", CHAPTERS, ids=lambda chapter: chapter.name)
@@ -87,6 +87,6 @@ def test_every_study_rejects_another_version(chapter, tmp_path: Path) -> None:  
 
 
 def test_a_file_that_is_no_record_has_no_version(tmp_path: Path) -> None:
-    (tmp_path / "run.json").write_text("[1]")
+    (tmp_path / "record.json").write_text("[1]")
     with pytest.raises(SchemaVersionError, match="no schema version"):
-        read_record(tmp_path / "run.json")
+        read_record(tmp_path / "record.json")

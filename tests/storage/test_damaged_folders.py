@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from barchain.cli.main import run
 from barchain.record.environment import provenance
-from barchain.studies.store import StudyStore
+from barchain.record.study_store import StudyStore
 from reports.tables.reading import TABLES, digest
 from reports.tables.schema import KEY
 from reports.tables.selftest import FILES
@@ -30,7 +30,7 @@ CONTENTS = {
     "parquet": b"PAR1" + bytes(60) + b"PAR1", "header": b"scene,engine\n", "surrogate": b'{"a": "\\ud800"}',
     "long": b"9" * 10_000, "quote": b'scene,"engine\n',
 }  # fmt: skip
-PLACES = ("run.json", "metrics.csv", SAMPLES, "selftest/selftest.csv", "selftest/selftest.json")
+PLACES = ("record.json", "metrics.csv", SAMPLES, "selftest/selftest.csv", "selftest/record.json")
 ENTRIES = {
     "runs": ({}, [1], "x", [{"scene": 1}], [{"outcome": "great"}]), "finished": ("yes", 1, []),
     "seconds": ("1", [], {}),
@@ -44,10 +44,10 @@ ENTRIES = {
 def sound(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with a comparison and a self-test."""
     folder = build(tmp_path_factory.mktemp("sound"), ["basics/radial_equilibrium"], faults=False, samples=11)
-    record = json.loads((folder / "run.json").read_text())
+    record = json.loads((folder / "record.json").read_text())
     tables = [p for p in folder.rglob("*") if p.suffix in {".parquet", ".csv"}]
     record[TABLES] = {p.relative_to(folder).as_posix(): [digest(p.read_bytes())] for p in tables}
-    (folder / "run.json").write_text(json.dumps(record))
+    (folder / "record.json").write_text(json.dumps(record))
     fault = {"words": "w", "stands_for": "s", "group": "g", "natural": 1.0, "none": 0.0, "unit": "1", "invisible": ""}
     entries = {"host": "reference", "scenes": {"s": {}}, "faults": {"scale-rate": fault}, "finished": True}
     StudyStore(FILES, folder, provenance("barchain selftest") | entries).write("selftest", [ROW])
@@ -101,7 +101,7 @@ def test_a_truncated_file_is_named(
     one_line_naming(place, folder, capsys)
 
 
-@pytest.mark.parametrize("place", ["run.json", "metrics.csv", SAMPLES])
+@pytest.mark.parametrize("place", ["record.json", "metrics.csv", SAMPLES])
 @pytest.mark.parametrize("kind", ["folder", "pipe"])
 def test_a_folder_or_a_pipe_in_place_of_a_file_is_named(
     place: str, kind: str, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -118,9 +118,9 @@ def test_an_entry_of_a_wrong_type_is_named(
     key: str, value: object, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = copied(sound, tmp_path)
-    record = json.loads((folder / "run.json").read_text()) | {key: value}
-    (folder / "run.json").write_text(json.dumps(record))
-    one_line_naming("metrics.csv" if value == {"metrics.csv": ["0"]} else "run.json", folder, capsys)
+    record = json.loads((folder / "record.json").read_text()) | {key: value}
+    (folder / "record.json").write_text(json.dumps(record))
+    one_line_naming("metrics.csv" if value == {"metrics.csv": ["0"]} else "record.json", folder, capsys)
 
 
 @pytest.mark.parametrize("word", ["much", "nan?", "True", "", "inf", "1e999"])
@@ -128,9 +128,9 @@ def test_no_report_says_passed_of_a_value_that_is_no_number(
     word: str, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = copied(sound, tmp_path)
-    record = json.loads((folder / "run.json").read_text())
+    record = json.loads((folder / "record.json").read_text())
     del record[TABLES]  # a record from before there were digests
-    (folder / "run.json").write_text(json.dumps(record))
+    (folder / "record.json").write_text(json.dumps(record))
     lines = (folder / "metrics.csv").read_text().splitlines()
     at = next(i for i, line in enumerate(lines) if ",pass," in line)
     cells = lines[at].split(",")

@@ -1,4 +1,4 @@
-"""A comparison and a study that are killed at any instant go on to the tables of an uninterrupted run."""
+"""A comparison or a study that is killed at any instant ends in the tables of an uninterrupted run."""
 
 from __future__ import annotations
 
@@ -9,70 +9,135 @@ import signal
 import subprocess
 import sys
 import time
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from pathlib import Path
 
 import pandas as pd
 import pytest
 
-if TYPE_CHECKING:
-    from pathlib import Path
+from tests.storage.small_plans import SMALL, SmallPlan
 
-COMMANDS = {
-    "comparison": ["compare", "basics/kepler_circular", "--engine", "reference", "--engine", "rebound"],
-    "stability": ["stability", "hard/vertical_fall", "--engine", "rebound"],
-}
-TABLES = {"comparison": ("metrics.csv", "run.json"), "stability": ("stability/outcomes.csv", "stability/run.json")}
+GONE_S = 10.0
+"""Time after a kill in which every process and every temporary file must be gone"""
+MARK = "BARCHAIN_KILLED_RUN"
+VICTIMS = ("parent", "worker", "group")
 
 
-def started(name: str, out: Path, *options: str) -> subprocess.Popen[bytes]:
-    command = [sys.executable, "-m", "barchain", "-q", *COMMANDS[name], "--workers", "1", "--out", str(out), *options]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True)
+def started(command: str, out: Path, temporary: Path, *options: str) -> subprocess.Popen[bytes]:
+    temporary.mkdir(exist_ok=True)
+    line = [sys.executable, "-m", "barchain", "-q", *command.split(), "--out", str(out), *options]
+    environment = os.environ | {"TMPDIR": str(temporary), MARK: str(temporary)}
+    return subprocess.Popen(
+        line, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True, env=environment
+    )
 
 
 def ended(process: subprocess.Popen[bytes]) -> int:
-    said, _ = process.communicate()
+    _, said = process.communicate()
     assert b"Traceback" not in said, said.decode()
     return process.returncode
 
 
-def results(name: str, out: Path) -> tuple[pd.DataFrame, list[tuple[str, str]]]:
-    """Table of verdicts, and every recorded run with its outcome."""
-    table, record = (out / place for place in TABLES[name])
-    runs = json.loads(record.read_text())["runs"]
-    return pd.read_csv(table), sorted((run["key"], run["outcome"]) for run in runs)
+def processes_of(temporary: Path) -> dict[int, str]:
+    """Processes of a run, its parent among them, with their command lines."""
+    found, wanted = {}, f"{MARK}={temporary}".encode()
+    for place in Path("/proc").glob("[0-9]*"):
+        try:
+            if wanted in (place / "environ").read_bytes().split(b"\0"):
+                found[int(place.name)] = (place / "cmdline").read_bytes().replace(b"\0", b" ").decode()
+        except OSError:  # ended meanwhile, or somebody else's
+            continue
+    return found
 
 
-def killed_and_gone_on(name: str, folder: Path, kills: int) -> None:
-    whole, cut = folder / "whole", folder / "cut"
-    start = time.monotonic()
-    code = ended(started(name, whole))
-    span_s, instants = time.monotonic() - start, random.Random(7)
-    passed: set[str] = set()
-    for _ in range(kills):
-        process = started(name, cut, "--resume")
-        time.sleep(instants.uniform(0.0, span_s))
+def kill(victim: str, process: subprocess.Popen[bytes], temporary: Path, chance: random.Random) -> None:
+    if victim == "group":
         os.killpg(process.pid, signal.SIGKILL)
-        process.communicate()
-        record = cut / TABLES[name][1]
-        if record.is_file():
-            found = json.loads(record.read_text())
-            kept = {run["key"] for run in (*found.get("carried", []), *found["runs"]) if run["outcome"] == "pass"}
-            assert passed <= kept  # nothing recorded is forgotten
-            passed = kept
-    assert ended(started(name, cut, "--resume")) == code
-    (expected, runs), (table, again) = results(name, whole), results(name, cut)
-    pd.testing.assert_frame_equal(table, expected)
-    assert again == runs
-    assert not list(cut.rglob("*.part"))
+    elif victim == "parent":
+        process.kill()
+    else:
+        workers = sorted(set(processes_of(temporary)) - {process.pid})
+        if workers:
+            os.kill(chance.choice(workers), signal.SIGKILL)
 
 
-@pytest.mark.parametrize("name", COMMANDS)
-def test_a_killed_run_goes_on_to_the_same_tables(name: str, tmp_path: Path) -> None:
-    killed_and_gone_on(name, tmp_path, 2)
+def left_over(temporary: Path) -> list[str]:
+    """Processes and files of a run that are still there after the time allowed."""
+    until, found = time.monotonic() + GONE_S, [""]
+    while found and time.monotonic() < until:
+        time.sleep(0.2)
+        found = [*processes_of(temporary).values(), *map(str, temporary.iterdir())]
+    return found
+
+
+def table(small: SmallPlan, out: Path) -> pd.DataFrame:
+    found = pd.read_csv(out / small.table)
+    wanted = found[list(small.columns)] if small.columns else found
+    assert not wanted.duplicated().any()
+    return wanted.sort_values(list(wanted.columns), ignore_index=True)
+
+
+def runs_kept(small: SmallPlan, out: Path) -> set[str]:
+    """Keys of the runs that a record holds as passed."""
+    path = (out / small.table).with_name("record.json")
+    if not path.is_file():
+        return set()
+    record = json.loads(path.read_text())  # whole at every instant
+    return {r["key"] for r in (*record.get("carried", []), *record.get("runs", [])) if r["outcome"] == "pass"}
+
+
+@dataclass(frozen=True)
+class Uninterrupted:
+    """A run that was not killed."""
+
+    table: pd.DataFrame
+    code: int
+    span_s: float
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Uninterrupted]:
+    """Uninterrupted runs, made as they are asked for."""
+    del tmp_path_factory
+    return {}
+
+
+def uninterrupted(name: str, known: dict[str, Uninterrupted], folder: Path) -> Uninterrupted:
+    if name not in known:
+        start, out = time.monotonic(), folder / "whole"
+        code = ended(started(SMALL[name].command, out, folder / "tmp-whole"))
+        assert not left_over(folder / "tmp-whole")
+        known[name] = Uninterrupted(table(SMALL[name], out), code, time.monotonic() - start)
+    return known[name]
+
+
+def kill_and_go_on(name: str, number: int, known: dict[str, Uninterrupted], folder: Path) -> None:
+    small, chance, expected = SMALL[name], random.Random(number), uninterrupted(name, known, folder)
+    victim, out, temporary = VICTIMS[number % len(VICTIMS)], folder / "cut", folder / "tmp-cut"
+    process = started(small.command, out, temporary)
+    time.sleep(chance.uniform(0.0, expected.span_s))
+    kill(victim, process, temporary, chance)
+    process.communicate()
+    assert not left_over(temporary), victim
+    kept, there = runs_kept(small, out), out.is_dir() and any(p.name != ".barchain.lock" for p in out.iterdir())
+    assert ended(started(small.command, out, folder / "tmp-again")) == (2 if there else expected.code)
+    goes_on = small.resumes and victim != "worker"  # the failure of a killed worker is a result
+    option = "--resume" if goes_on else "--overwrite"
+    assert ended(started(small.command, out, folder / "tmp-on", option)) == expected.code
+    pd.testing.assert_frame_equal(table(small, out), expected.table)
+    if goes_on:
+        assert kept <= runs_kept(small, out)
+    assert json.loads((out / small.table).with_name("record.json").read_text())["finished"]
+    assert not list(out.rglob("*.part"))
+
+
+@pytest.mark.parametrize("name", ["comparison"])
+def test_a_killed_run_goes_on_to_the_same_tables(name: str, whole: dict[str, Uninterrupted], tmp_path: Path) -> None:
+    kill_and_go_on(name, 2, whole, tmp_path)
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(0)
-@pytest.mark.parametrize("name", COMMANDS)
-def test_a_run_killed_thirty_times_goes_on_to_the_same_tables(name: str, tmp_path: Path) -> None:
-    killed_and_gone_on(name, tmp_path, 30)
+@pytest.mark.parametrize("number", range(30))
+def test_thirty_random_kills_over_all_studies(number: int, whole: dict[str, Uninterrupted], tmp_path: Path) -> None:
+    kill_and_go_on(list(SMALL)[number % len(SMALL)], number, whole, tmp_path)

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 import click
 import pytest
 
-from barchain.cli.main import cli, main
+from barchain.cli.main import cli, main, run
 from barchain.record.folder_lock import FolderInUseError, locked
+from barchain.record.study_store import StudyStore
 from barchain.run import compiler_cache
-from barchain.run.store import Store
-from barchain.studies.store import StudyStore
+from barchain.run.store import RunStore
+from reports.tables import crossval
 from reports.tables.files import StudyFiles
 from reports.tables.reading import DamagedResultsError
 from reports.tables.schema import KEY, SCHEMA_VERSION
@@ -33,7 +34,8 @@ def record() -> dict[str, object]:
 
 
 @pytest.mark.parametrize(
-    "error", [SystemExit(0), SystemExit(), GeneratorExit(), BaseException("x"), KeyboardInterrupt()]
+    "error",
+    [SystemExit(0), SystemExit(), click.exceptions.Exit(0), GeneratorExit(), BaseException("x"), KeyboardInterrupt()],
 )
 def test_no_exception_ends_a_command_with_0(error: BaseException, monkeypatch: pytest.MonkeyPatch) -> None:
     @click.command("fails")
@@ -45,6 +47,11 @@ def test_no_exception_ends_a_command_with_0(error: BaseException, monkeypatch: p
     with pytest.raises(SystemExit) as ended:
         main()
     assert ended.value.code == (130 if isinstance(error, KeyboardInterrupt) else 70)
+
+
+@pytest.mark.parametrize("line", ["--help", "--version", "compare --help", ""])
+def test_help_and_version_end_with_0(line: str) -> None:
+    assert run(line.split()) == 0
 
 
 def test_a_second_writer_is_refused_and_the_lock_of_a_killed_one_does_not_block(tmp_path: Path) -> None:
@@ -89,7 +96,7 @@ def test_links_are_replaced_or_refused_and_never_written_through(tmp_path: Path)
     assert not (inside / "metrics.csv").is_symlink()
     (inside / "trajectories").symlink_to(outside)
     with pytest.raises(LinkedFolderError, match="trajectories"):
-        Store(inside, {}, [])
+        StudyStore(crossval.FILES, inside, {})
     assert (outside / "metrics.csv").read_text() == "untouched"
     assert [p.name for p in outside.iterdir()] == ["metrics.csv"]
 
@@ -134,13 +141,11 @@ def test_a_study_does_not_go_on_from_a_damaged_table_and_leaves_its_record(tmp_p
 
 def test_a_comparison_that_begins_to_go_on_has_lost_nothing(tmp_path: Path) -> None:
     run = {"key": "k", "scene": "s", "engine": "e", "setting": "x", "role": "main", "outcome": "pass"}
-    store = Store(tmp_path, {**record(), "runs": [run]}, [])
-    store.write_record()
+    StudyStore(crossval.FILES, tmp_path, {**record(), "runs": [run]}).write_record()
     for _ in range(2):  # killed before its first run, twice
-        store = Store(tmp_path, {**record(), "runs": []}, [])
-        earlier = store.earlier_runs()
-        assert list(earlier) == ["k"]
-        store.begin(earlier)
+        store = RunStore(StudyStore(crossval.FILES, tmp_path, {**record(), "runs": []}, resume=True), [])
+        assert list(store.earlier_runs()) == ["k"]
+        store.begin()
     store.note_run({**run, "key": "other", "file": "trajectories/s/e.parquet"})  # overwrites its file
     assert store.record["carried"] == []
 

@@ -19,6 +19,7 @@ from adapters.registry import find_engine
 from barchain.cli.campaign_summary import finding_words, rate_words, show_campaign
 from barchain.cli.main import run as command
 from barchain.judge.comparison import no_verdict
+from barchain.record.study_store import StudyStore
 from barchain.run.job import Role
 from barchain.studies.selftest.campaign import rating
 from barchain.studies.selftest.campaign.cells import CampaignCell
@@ -39,7 +40,6 @@ from barchain.studies.selftest.campaign.trial import CampaignTrial
 from barchain.studies.selftest.campaign.trial_runner import TrialRunner, thinned
 from barchain.studies.selftest.faults.catalogue import UnknownFaultError
 from barchain.studies.selftest.faults.faulty_engine import engine_with_fault
-from barchain.studies.store import StudyStore
 from barchain.studies.study import run_study
 from reports.chapters.campaign.view import size_rows
 from reports.chapters.registry import CHAPTERS
@@ -531,7 +531,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> tuple[Campaign, Path]:
     faults = ("garbage-growing-90-finer", "garbage-sudden-50-all", "com-millimetres", "mass", "mu", "declares-order")
     plan = CampaignPlan(1, FREE, ("reference", "exudyn"), ("pymunk",), faults, 1, 0.0)
     other = dataclasses.replace(plan, seed=SEED)
-    found = [run_study(CampaignStudy(in_this_process, judge_serially), p, out) for p in (plan, other)]
+    found = [run_study(CampaignStudy(in_this_process, judge_serially), p, out, overwrite=True) for p in (plan, other)]
     both = [c for f in found for c in f.cells]
     return Campaign(other, both, rates(both), []), out
 
@@ -550,7 +550,7 @@ def test_its_tables_hold_its_cells(small: tuple[Campaign, Path]) -> None:
     assert tuple(table.columns) == COLUMNS
     assert list(table["class"]) == [str(c.kind) for c in last]
     assert tuple(pd.read_csv(out / "campaign" / "rates.csv").columns) == RATE_COLUMNS
-    assert '"passed": true' in (out / "campaign" / "campaign.json").read_text(encoding="utf-8")
+    assert '"passed": true' in (out / "campaign" / "record.json").read_text(encoding="utf-8")
 
 
 def test_its_page_is_rendered_from_its_tables_alone(small: tuple[Campaign, Path]) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from adapters.engine import AccuracyParameter, AccuracySweep, Setting
 from adapters.registry import ENGINES, Registration
+from barchain.record.study_store import StudyStore
 from barchain.run.job import RunResult
 from barchain.solutions.certified import certified
 from barchain.studies.cost.findings import orders_table
@@ -17,7 +18,6 @@ from barchain.studies.cost.plan import shortened, sweeps
 from barchain.studies.cost.points import errors_of, under_floor
 from barchain.studies.cost.run import CostRun, columns_of, too_fine, too_long
 from barchain.studies.cost.study import CostOptions, CostStudy
-from barchain.studies.store import StudyStore
 from barchain.studies.study import Reporter, run_study
 from barchain.timing.orders import fit_order
 from reports.render import render_study
@@ -138,7 +138,7 @@ def test_an_engine_that_fails_costs_its_own_points_only(study):
     assert tables.points[tables.points.engine == "Segfault"].reason.str.contains("SIGSEGV").all()
     assert [o["engine"] for o in tables.record["left_out"]] == ["NotThere"]
     assert set(tables.reach.engine) == {"reference"}
-    page, ratios = render_study("cost", study)
+    page, ratios, _ = render_study("cost", study)
     assert "× failed: Segfault (3), IgnoresJoints (3)" in page.read_text()
     assert "reference" in ratios.read_text()
 

@@ -15,6 +15,7 @@ import pytest
 from adapters.common.initial_state import initial_state
 from adapters.registry import ENGINES, Registration
 from barchain.boundary.memory import Peak, mark
+from barchain.record.study_store import StudyStore
 from barchain.run.job import Job, Role
 from barchain.studies.scaling.fit import FAST, LEAST_MEMORY_B, exponent, fits_table, targets
 from barchain.studies.scaling.limits import BARS
@@ -22,7 +23,6 @@ from barchain.studies.scaling.plan import SHARES, ScalingPlan, affordable, predi
 from barchain.studies.scaling.point import ScalingTask, measure_point
 from barchain.studies.scaling.run import ScalingRun
 from barchain.studies.scaling.study import ScalingOptions, ScalingStudy
-from barchain.studies.store import StudyStore
 from barchain.studies.study import Reporter, run_study
 from barchain.timing.divided_chain import divided
 from barchain.timing.evaluation import DIRECT, calibrated, evaluation_times, loop_of

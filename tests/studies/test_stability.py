@@ -117,7 +117,7 @@ def test_engines_that_can_not_are_left_out_and_no_engine_is_run_without_hope(tmp
     assert (late.stability, late.slow) == (Stability.FAILED, True)
     assert late.reason.startswith("not run: the coarse setting already took longer than 1 s")
     assert result.passed
-    runs = json.loads((tmp_path / "stability" / "run.json").read_text())["runs"]
+    runs = json.loads((tmp_path / "stability" / "record.json").read_text())["runs"]
     assert [r["role"] for r in runs if r["engine"] == "hangs"] == ["coarse", "main", "finer"]
 
 

@@ -66,7 +66,7 @@ def build(
         "runs": runs,
         "scenes": {s.name: scene_record(s) for s in scenes},
     }
-    (folder / "run.json").write_text(json.dumps(record, indent=1), encoding="utf-8")
+    (folder / "record.json").write_text(json.dumps(record, indent=1), encoding="utf-8")
     return folder
 
 
@@ -241,7 +241,7 @@ def metric(
 
 
 def run_records(scene: Scene, engine: str, outcome: str, reason: str) -> list[dict[str, Any]]:
-    """Entries of run.json for one engine's runs."""
+    """Entries of record.json for one engine's runs."""
     parameter, default, *_ = ENGINES[engine]
     finer = default / 10 if parameter == "rtol" else default * 2
     made = []
@@ -261,7 +261,7 @@ def run_records(scene: Scene, engine: str, outcome: str, reason: str) -> list[di
 
 
 def scene_record(scene: Scene) -> dict[str, Any]:
-    """Entry of run.json for one scene."""
+    """Entry of record.json for one scene."""
     prescribed = [
         {"bar": p.bar, "amplitude_deg": round(math.degrees(p.amplitude_rad), 9), "duration_s": p.duration_s}
         | {"start_s": p.start_s, "frame": str(p.frame), "actuator": str(p.actuator)}

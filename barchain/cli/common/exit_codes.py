@@ -74,7 +74,9 @@ def domain_failure(error: Exception) -> tuple[str, ExitCode] | None:
     # ruff: noqa: PLC0415  # an error's class is looked up only after an error
     from adapters.engine import EngineError
     from adapters.registry import UnknownEngineError
+    from barchain.record.claim import ResultsInPlaceError
     from barchain.record.folder_lock import FolderInUseError
+    from barchain.record.study_store import OtherPlanError
     from barchain.run.settings import SettingError
     from barchain.solutions.certified_table import DamagedTableError
     from barchain.studies.ensemble.cluster import ClusterError, ClusterLostError
@@ -82,8 +84,9 @@ def domain_failure(error: Exception) -> tuple[str, ExitCode] | None:
     from reports.tables.schema import SchemaVersionError
     from scenarios import SceneError
 
-    bad_tables = DamagedTableError, DamagedResultsError, SchemaVersionError, FolderInUseError
-    if isinstance(error, (SceneError, UnknownEngineError, SettingError, *bad_tables)):
+    bad_tables = DamagedTableError, DamagedResultsError, SchemaVersionError
+    bad_folder = FolderInUseError, ResultsInPlaceError, OtherPlanError
+    if isinstance(error, (SceneError, UnknownEngineError, SettingError, *bad_tables, *bad_folder)):
         return str(error), ExitCode.BAD_INPUT
     if isinstance(error, ClusterError):
         return str(error), ExitCode.FINDINGS if isinstance(error, ClusterLostError) else ExitCode.BAD_INPUT

@@ -11,8 +11,8 @@ from barchain.cli.common.exit_codes import findings
 from barchain.cli.common.names import need_loaded
 from barchain.cli.common.numbers import NamedPath
 from barchain.cli.common.options import optional_scenes, overwrite_option
-from barchain.cli.common.result_folder import claim
 from barchain.cli.common.terminal import say
+from barchain.record.claim import claim
 
 MAKER = "heyoka-quad"
 

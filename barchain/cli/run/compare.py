@@ -88,27 +88,26 @@ def compare_and_render(
 ) -> None:  # fmt: skip
     """Run the comparison with progress, render the report, and exit by its outcome."""
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
-    from barchain.cli.common.result_folder import claim_comparison  # noqa: PLC0415
     from barchain.cli.common.settings import settings_by_engine  # noqa: PLC0415
     from barchain.crossval.run import run_comparison  # noqa: PLC0415
     from barchain.run.selection import chosen_engines  # noqa: PLC0415
-    from reports.render import render  # noqa: PLC0415
+    from reports.render import check_others, render  # noqa: PLC0415
 
     engines = chosen_engines(names)
     chosen = settings_by_engine(settings, engines)
-    claim_comparison(out, resume=resume, overwrite=overwrite)
+    check_others("crossval", out)
     with verdicts_shown(len(scenes) * len(engines)) as show:
         result = run_comparison(
             scenes, names, out, time_limit_s=time_limit, workers=workers, settings=chosen, resume=resume,
-            need_external=need_external, command=typed(), progress=show, notes=show.note,
+            overwrite=overwrite, need_external=need_external, command=typed(), progress=show, notes=show.note,
+            render=lambda folder: render(folder)[0],
         )  # fmt: skip
-    html, _ = render(out)
-    show_verdict(result, html)
+    show_verdict(result)
     if not result.passed:
         raise findings()
 
 
-def show_verdict(result: ComparisonResult, html: Path) -> None:
+def show_verdict(result: ComparisonResult) -> None:
     """Print how many comparisons ended with each outcome, the failed ones, and where the report is."""
     counts = Counter(str(o) for o in result.outcomes.values())
     say(", ".join(f"{count} {outcome}" for outcome, count in counts.most_common()))
@@ -117,4 +116,4 @@ def show_verdict(result: ComparisonResult, html: Path) -> None:
             rows = result.metrics.query("scene == @scene and engine == @engine and outcome == @outcome.value")
             reasons = "; ".join(f"{r.quantity}: {r.reason}" for r in rows.itertuples())
             say(f"  {scene}  {engine}  {outcome}: {reasons}")
-    say(f"report: {html}")
+    say(f"report: {result.report}")

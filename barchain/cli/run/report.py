@@ -14,9 +14,7 @@ from barchain.cli.common.terminal import say
 @click.argument("folder", metavar="DIR", type=NamedPath(path_type=Path))
 def report(folder: Path) -> None:
     """Render the pages of DIR again from its stored tables."""
-    from barchain.cli.common.result_folder import alone  # noqa: PLC0415
-    from reports.render import render_all  # noqa: PLC0415
+    from barchain.api import render  # noqa: PLC0415
 
-    with alone(folder):
-        pages = render_all(folder)
+    pages = render(folder)
     say(f"wrote {', '.join(map(str, pages))}")

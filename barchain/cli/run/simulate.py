@@ -10,8 +10,9 @@ import click
 from barchain.cli.common.names import ENGINE
 from barchain.cli.common.numbers import NamedPath
 from barchain.cli.common.options import overwrite_option, scene_argument, set_option, time_limit_option
-from barchain.cli.common.result_folder import claim, need_writable
+from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say
+from barchain.record.claim import claim
 from barchain.run.time_limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from adapters.trajectory import Array
+    from barchain.record.study_store import StudyStore
     from barchain.run.job import Job
-    from barchain.studies.store import StudyStore
 
 Pair = tuple[str, str, str]
 

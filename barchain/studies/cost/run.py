@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from barchain.record.study_store import StudyStore
     from barchain.run.job import Job, RunResult
     from barchain.studies.cost.plan import CostPlan
     from barchain.studies.cost.points import SolutionSource
-    from barchain.studies.store import StudyStore
     from barchain.studies.study import Reporter
     from barchain.timing.left_out import LeftOut
     from scenarios import Scene

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from pathlib import Path
 
+    from barchain.record.study_store import StudyStore
     from barchain.studies.cost.points import SolutionSource
-    from barchain.studies.store import StudyStore
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
 

@@ -28,10 +28,10 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from barchain.record.study_store import StudyStore
     from barchain.run.job import Job, RunResult
     from barchain.studies.effects.effect_toggles import Switch
     from barchain.studies.effects.plan import EffectsPlan
-    from barchain.studies.store import StudyStore
     from barchain.studies.study import Reporter
     from barchain.timing.statistics import Interval
 

@@ -15,7 +15,7 @@ from barchain.studies.effects.sensitivity import LOOSER
 from reports.tables.effects import FILES
 
 if TYPE_CHECKING:
-    from barchain.studies.store import StudyStore
+    from barchain.record.study_store import StudyStore
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
     from scenarios import Scene

@@ -20,8 +20,8 @@ from reports.tables.reading import TABLES, DamagedResultsError, recorded_content
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from barchain.record.study_store import StudyStore
     from barchain.studies.ensemble.plan import EnsemblePlan
-    from barchain.studies.store import StudyStore
 
 KEY = "key"
 """Entry of the record: digest of the plan and of the sources that made the parts"""

@@ -12,8 +12,8 @@ from barchain.studies.ensemble.plan import make_plan
 from reports.tables.ensemble import FILES
 
 if TYPE_CHECKING:
+    from barchain.record.study_store import StudyStore
     from barchain.studies.ensemble.plan import EnsembleOptions, EnsemblePlan
-    from barchain.studies.store import StudyStore
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
 

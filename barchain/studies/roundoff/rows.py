@@ -6,21 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 from barchain.studies.roundoff.laws.engine_fits import engine_laws
 from barchain.studies.roundoff.laws.fits import best_laws, best_table, evaluation_laws, growth_laws
-from reports.tables.roundoff import COLUMNS
+from reports.tables.roundoff import COLUMNS, PARTS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     import pandas as pd
 
-    from barchain.studies.store import StudyStore
+    from barchain.record.study_store import StudyStore
 
-OF_PARTS = {
-    "evaluation": ("evaluation", "laws", "longitudes"),
-    "trajectories": ("trajectories", "best", "best_laws", "growth", "growth_laws"),
-    "engines": ("engines", "engine_laws"),
-    "times": ("times",),
-}
 DERIVED = {
     "laws": ("evaluation", evaluation_laws),
     "growth_laws": ("growth", growth_laws),
@@ -34,7 +28,7 @@ class RoundoffRows:
     def __init__(self, store: StudyStore, parts: Iterable[str]) -> None:
         """Start with no rows, and remove tables of the same parts that an earlier study left."""
         self.store = store
-        store.remove(*(table for part in parts for table in OF_PARTS[part]))
+        store.remove(*(table for part in parts for table in PARTS[part]))
         self.rows: dict[str, dict[int, list[dict[str, Any]]]] = {}
 
     def keep(self, table: str, rows: list[dict[str, Any]], place: int = 0) -> None:

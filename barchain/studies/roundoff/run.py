@@ -19,9 +19,9 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from concurrent.futures import Future
 
+    from barchain.record.study_store import StudyStore
     from barchain.studies.roundoff.parts.trajectories import HighPrecisionSolution
     from barchain.studies.roundoff.plan import RoundoffPlan, RoundoffTask
-    from barchain.studies.store import StudyStore
     from barchain.studies.study import Reporter
 
 Rows = list[dict[str, Any]]

@@ -14,7 +14,7 @@ from reference_impl.precision.arithmetic import ARITHMETICS, EXACT_DIGITS, long_
 from reports.tables.roundoff import FILES
 
 if TYPE_CHECKING:
-    from barchain.studies.store import StudyStore
+    from barchain.record.study_store import StudyStore
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
 
@@ -45,7 +45,7 @@ class RoundoffStudy:
         return {
             "packages": {"gmpy2": package_version("gmpy2")},
             "full": plan.full,
-            "parts": list(plan.parts),
+            "parts": {part: {} for part in plan.parts},
             "scene": SCENE,
             "members": MEMBERS,
             "exact_digits": EXACT_DIGITS,

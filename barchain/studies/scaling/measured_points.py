@@ -10,7 +10,7 @@ from barchain.studies.scaling.fit import fits_table, targets
 from reports.tables.cost import NOT_RUN
 
 if TYPE_CHECKING:
-    from barchain.studies.store import StudyStore
+    from barchain.record.study_store import StudyStore
 
 
 class ScalingPoints:

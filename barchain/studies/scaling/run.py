@@ -20,7 +20,7 @@ from pebble import ProcessPool
 from adapters.trajectory import Observable
 from barchain.boundary.declared import engine_class
 from barchain.boundary.memory import installed
-from barchain.boundary.threads import one_thread_each
+from barchain.boundary.threads import one_thread_each, temporary_root
 from barchain.run.pool import PoolGroup, collect, pool_group
 from barchain.studies.scaling.measured_points import ScalingPoints
 from barchain.studies.scaling.plan import MEMORY_SHARE, SHARES, affordable, predicted
@@ -40,9 +40,9 @@ from reports.tables.cost import NOT_RUN
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
+    from barchain.record.study_store import StudyStore
     from barchain.run.job import RunResult
     from barchain.studies.scaling.plan import ScalingPlan
-    from barchain.studies.store import StudyStore
     from barchain.studies.study import Reporter
 
 WARM_BARS = 3  # not a number that is measured: an adapter may keep what it compiled for one
@@ -174,7 +174,7 @@ class ScalingRun:
             return measure_outside_point(task)
         allowed = STARTUP_S + (LONG_TURNS + BUILDS) * self.plan.time_limit_s
         context = multiprocessing.get_context("spawn")
-        with tempfile.TemporaryDirectory() as folder, one_thread_each():
+        with one_thread_each(), tempfile.TemporaryDirectory(dir=temporary_root()) as folder:
             log = Path(folder) / "log"
             pool = ProcessPool(1, max_tasks=1, initializer=pin, initargs=(quietest_core(),), context=context)
             try:

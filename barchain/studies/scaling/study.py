@@ -19,7 +19,7 @@ from scenarios import load_scene
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from barchain.studies.store import StudyStore
+    from barchain.record.study_store import StudyStore
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
 
@@ -69,6 +69,7 @@ class ScalingStudy:
         return {
             "packages": external_versions(plan.engines),
             "engines": {name: engine_facts(r) for name, r in plan.engines.items()},
+            "bars": list(plan.bars),
             "scene": scene_words(plan.scene) | {"name": plan.scene.name, "size_m": plan.scene.size_m},
             "targets": [],
             "limits": limits_of(plan),

@@ -18,9 +18,9 @@ from reports.tables.selftest import FILES
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from barchain.record.study_store import StudyStore
     from barchain.studies.selftest.faults.fault import Fault
     from barchain.studies.selftest.trial import SelftestCase
-    from barchain.studies.store import StudyStore
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
     from scenarios import Scene

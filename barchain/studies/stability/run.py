@@ -27,8 +27,8 @@ from reports.tables.stability import Stability
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from barchain.record.study_store import StudyStore
     from barchain.studies.stability.plan import StabilityPlan
-    from barchain.studies.store import StudyStore
     from barchain.studies.study import Reporter
     from scenarios import Scene
 

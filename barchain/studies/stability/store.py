@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from barchain.run.job import Job, RunResult
-from barchain.run.store import Store, recorded_runs
+from barchain.run.store import RunStore, recorded_runs
 from barchain.studies.stability.evidence import evidence, plain_row
 from reports.tables.outcome import Outcome
 from reports.tables.stability import TABLES
@@ -14,21 +14,21 @@ from reports.tables.stability import TABLES
 if TYPE_CHECKING:
     import pandas as pd
 
+    from barchain.record.study_store import StudyStore
     from barchain.studies.stability.engine_runs import EngineRuns
     from barchain.studies.stability.expected import OutcomeChange
     from barchain.studies.stability.rules import Finding
-    from barchain.studies.store import StudyStore
 
 MOST_BARS_KEPT = 2000  # a table has six columns a bar, and takes minutes to write beyond
 
 
-class StabilityStore(Store):
+class StabilityStore(RunStore):
     """Runs as a comparison keeps them, and the study's own tables."""
 
     def __init__(self, store: StudyStore, time_limit_s: float, order: list[tuple[str, str]]) -> None:
         """Start with empty tables; their rows are sorted by `order`, pairs of scene and engine."""
-        super().__init__(store.folder, store.record, order, store.writer)
-        self.study, self.time_limit_s = store, time_limit_s
+        super().__init__(store, order)
+        self.time_limit_s = time_limit_s
         self.tables: dict[str, list[dict[str, Any]]] = {name: [] for name in TABLES}
 
     def earlier_runs(self) -> dict[str, dict[str, Any]]:
@@ -53,7 +53,7 @@ class StabilityStore(Store):
         )
 
     def keep_run(self, job: Job, result: RunResult) -> None:
-        """Write a run's trajectory and note it in run.json; no earlier trajectory stays beside a failure.
+        """Write a run's trajectory and note it in record.json; no earlier trajectory stays beside a failure.
 
         Of very many bars none is kept, and is run again where a study is resumed.
         """

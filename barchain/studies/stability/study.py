@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from barchain.studies.store import StudyStore
+    from barchain.record.study_store import StudyStore
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
     from scenarios import Scene

@@ -12,7 +12,7 @@ from reports.tables.cost import BASELINE, NOT_RUN, CostTables, read_cost
 from reports.tables.files import flags
 from reports.tables.outcome import Outcome
 from reports.text.numerals import is_nan, number
-from reports.text.record import mapping, rows
+from reports.text.record import is_complete, mapping, rows
 from reports.text.words import anchor
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ class CostView:
     @property
     def finished(self) -> bool:
         """Whether the study was finished."""
-        return bool(self.record.get("finished"))
+        return is_complete(self.record)
 
 
 def view_cost(folder: Path) -> CostView:

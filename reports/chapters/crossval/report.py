@@ -13,8 +13,9 @@ from reports.chapters.crossval.summary import SHORT_OF_THE_RUN, WORDS, RunCell, 
 from reports.chapters.crossval.verdict import failure_words, summary_verdict
 from reports.page import surroundings, templates
 from reports.plotting.palette import engine_pen
-from reports.tables.crossval import RECORD, Results, read_results
+from reports.tables.crossval import Results, read_results
 from reports.tables.outcome import Outcome
+from reports.tables.schema import RECORD
 from reports.tables.writing import write_atomically
 from reports.text.glossary import Glossary
 from reports.text.mathematics import written, written_row
@@ -65,7 +66,7 @@ def write_report(folder: Path, chapters: Mapping[Chapter, ChapterView]) -> tuple
     Raises
     ------
     FileNotFoundError
-        If the folder holds no ``metrics.csv`` or no ``run.json``.
+        If the folder holds no ``metrics.csv`` or no ``record.json``.
     """
     results = read_results(folder)
     page, text = folder / "index.html", folder / "report.md"

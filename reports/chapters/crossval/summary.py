@@ -12,7 +12,7 @@ import pandas as pd
 from reports.tables.crossval import ALL_SCENES, QUANTITY_UNITS, REFERENCE_SOLUTION, Results, is_engine
 from reports.tables.outcome import Outcome, gravest
 from reports.text.numerals import number
-from reports.text.record import SceneRecord, mapping
+from reports.text.record import SceneRecord, is_complete, mapping
 
 WORDS = {outcome: outcome.value.replace("_", " ") for outcome in Outcome}
 SHORT_OF_THE_RUN = 0.999  # a limit beyond this share of the run counts as the whole run
@@ -200,7 +200,7 @@ def summarise(results: Results) -> Summary:
         tuple(scenes),
         tuple(e for e in engines if is_engine(e)),
         cells,
-        finished=record.get("finished") is not False,
+        finished=is_complete(record) or "finished" not in record,
         outside=frozenset(e for e, f in facts.items() if f.get("external")),
         outside_known=any("external" in f for f in facts.values()),
     )

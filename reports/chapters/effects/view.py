@@ -11,7 +11,7 @@ from reports.chapters.effects.rows import rows_of, scope_of
 from reports.chapters.effects.words import brief, times
 from reports.tables.effects import QUANTITIES, SIZES, read_effects
 from reports.text.numerals import significant
-from reports.text.record import mapping
+from reports.text.record import is_complete, mapping
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -56,7 +56,7 @@ class EffectsView:
     @property
     def finished(self) -> bool:
         """Whether the budget was finished."""
-        return bool(self.record.get("finished"))
+        return is_complete(self.record)
 
     @property
     def scene(self) -> dict[str, Any]:

@@ -36,6 +36,7 @@ from reports.chapters.roundoff.words import (
     spelled,
     unit_text,
 )
+from reports.text.record import is_complete
 
 if TYPE_CHECKING:
     from collections.abc import Hashable
@@ -246,6 +247,6 @@ def limits(study: RoundoffData) -> tuple[str, ...]:
                 "same exponents and other constants.")  # fmt: skip
     if record.get("long_doubles") is False:
         said.append(f"On this machine a {LONG} has the precision of a double.")
-    if not record.get("finished"):
+    if not is_complete(record):
         said.append("The study was cut off before its end.")
     return tuple(said)

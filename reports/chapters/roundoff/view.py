@@ -23,7 +23,7 @@ from reports.chapters.roundoff.run_charts import best_panels, growth_panels, run
 from reports.chapters.roundoff.series import DOUBLE, SINGLE, RoundoffData
 from reports.chapters.roundoff.verdict import verdict
 from reports.tables.roundoff import read_roundoff
-from reports.text.record import rows
+from reports.text.record import is_complete, mapping, rows
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -68,7 +68,7 @@ class RoundoffView:
     @property
     def finished(self) -> bool:
         """Whether the study was finished."""
-        return bool(self.record.get("finished"))
+        return is_complete(self.record)
 
     @property
     def fitted(self) -> int:
@@ -88,7 +88,14 @@ class RoundoffView:
     @property
     def failed(self) -> list[dict[str, Any]]:
         """Failed tasks: table, task and reason."""
-        return rows(self.record.get("failed"))
+        parts = mapping(self.record.get("parts")).values()
+        return [task for made in (*parts, *(() if parts else (self.record,))) for task in rows(made.get("failed"))]
+
+    @property
+    def made(self) -> list[dict[str, Any]]:
+        """Provenance of the parts, once for those that were run together."""
+        parts = list(mapping(self.record.get("parts")).values()) or [self.record]
+        return [made for k, made in enumerate(parts) if made.get("created") and made not in parts[:k]]
 
     @property
     def notes(self) -> tuple[str, ...]:

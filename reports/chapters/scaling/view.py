@@ -9,7 +9,7 @@ from reports.chapters.scaling.charts import ScalingChart, ScalingCurve, all_engi
 from reports.tables.outcome import Outcome
 from reports.tables.scaling import read_scaling
 from reports.text.numerals import is_nan, number, significant
-from reports.text.record import mapping, rows
+from reports.text.record import is_complete, mapping, rows
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -77,7 +77,7 @@ class ScalingView:
     @property
     def finished(self) -> bool:
         """Whether the study was finished."""
-        return bool(self.record.get("finished"))
+        return is_complete(self.record)
 
     @property
     def scene(self) -> dict[str, Any]:

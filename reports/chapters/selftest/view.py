@@ -10,7 +10,7 @@ from reports.chapters.selftest.rows import CHECK_WORDS, CHECKS, LANDING, MatrixC
 from reports.tables.outcome import Outcome
 from reports.tables.selftest import FaultOutcome, read_selftest
 from reports.text.numerals import number, significant
-from reports.text.record import mapping
+from reports.text.record import is_complete, mapping
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -85,7 +85,7 @@ class SelftestView:
     @property
     def finished(self) -> bool:
         """Whether the self-test was finished."""
-        return bool(self.record.get("finished"))
+        return is_complete(self.record)
 
     @property
     def controls(self) -> tuple[FaultRow, ...]:

@@ -10,7 +10,7 @@ from reports.chapters.stability.long_runs import LongScene, long_scenes, roundin
 from reports.chapters.stability.rows import KINDS, LATE, SIGNS, EngineStability, SceneRows, known, outcomes, records
 from reports.tables.stability import Stability, read_stability
 from reports.text.numerals import number
-from reports.text.record import mapping
+from reports.text.record import is_complete, mapping
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -46,7 +46,7 @@ class StabilityView:
     @property
     def finished(self) -> bool:
         """Whether the study was finished."""
-        return bool(self.record.get("finished"))
+        return is_complete(self.record)
 
     @property
     def outcomes(self) -> tuple[EngineStability, ...]:

@@ -11,9 +11,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
+    from barchain.record.study_store import StudyStore
     from barchain.studies.selftest.campaign.cells import CampaignCell
     from barchain.studies.selftest.campaign.rates import Rate
-    from barchain.studies.store import StudyStore
 
 
 class CampaignStore:

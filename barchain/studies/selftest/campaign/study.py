@@ -20,11 +20,11 @@ from reports.tables.campaign import FILES
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from barchain.record.study_store import StudyStore
     from barchain.studies.selftest.campaign.findings import KeptFinding
     from barchain.studies.selftest.campaign.judging import JudgeCases
     from barchain.studies.selftest.campaign.rates import Rate
     from barchain.studies.selftest.campaign.runs import Runner
-    from barchain.studies.store import StudyStore
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
     from scenarios import Scene

@@ -1,4 +1,4 @@
-"""The folder of a study, written as results come, so that an interrupted study leaves its results so far."""
+"""The folder of a comparison or a study, written as results come: an interruption leaves the results so far."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from reports.tables.cells import to_cells
-from reports.tables.reading import TABLES, DamagedResultsError, recorded_content
-from reports.tables.schema import KEY, SCHEMA_VERSION, SchemaVersionError
+from reports.tables.reading import TABLES, recorded_content
+from reports.tables.schema import KEY, RECORD, SCHEMA_VERSION
 from reports.tables.writing import RecordedFolder, make_folder, sweep
 
 if TYPE_CHECKING:
@@ -18,11 +18,19 @@ if TYPE_CHECKING:
     from reports.tables.files import StudyFiles
 
 Row = dict[str, Any]
-RUNS, CARRIED = "runs", "carried"
+RUNS, CARRIED, PARTS = "runs", "carried", "parts"
+SUBJECTS = ("scenes", "engines", "bars")
+"""Entries of a record that name what was run"""
+OF_A_PART = ("barchain", "command", "created", "environment", "packages", "seconds", "complete", "failed", "full")
+"""Entries of a record that each part has of its own"""
+
+
+class OtherPlanError(ValueError):
+    """Raised for a folder whose earlier results a resumed command would lose; the message is one line."""
 
 
 class StudyStore:
-    """Tables and record of one study."""
+    """Tables and record of one study, or of a comparison."""
 
     def __init__(
         self, files: StudyFiles, out: Path, record: dict[str, Any] | None = None, *, resume: bool = False
@@ -43,17 +51,31 @@ class StudyStore:
         ------
         DamagedResultsError, SchemaVersionError
             If the study continues from a record or tables that are damaged or of another version.
+        OtherPlanError
+            If the earlier study ran scenes, engines or bars that this study lacks.
         """
         self.files, self.out, self.resume = files, out, resume
         self.record: dict[str, Any] = {KEY: SCHEMA_VERSION} if record is None else record
-        self.folder = make_folder(out, files.study)
-        sweep(self.folder)
-        self.earlier: dict[str, Any] = files.read_record(out) if resume and files.has_record(out) else {}
-        if self.earlier:
+        self.record["study"] = files.name
+        self.earlier = self.earlier_record()
+        self.own = tuple(self.record.get(PARTS, ()))
+        if self.earlier and files.parts:
+            self.keep_other_parts()
+        elif self.earlier:
+            need_subjects(files.record_path(out), self.earlier, self.record)
             self.carry_over()
-        elif files.joins:
-            self.join_earlier()
-        self.writer = RecordedFolder(self.folder, files.record, self.record)
+        self.folder = make_folder(out, files.study)
+        for name in files.folders:
+            make_folder(self.folder, name)
+        sweep(self.folder)
+        self.writer = RecordedFolder(self.folder, RECORD, self.record)
+        if record is not None:
+            self.record.setdefault(TABLES, {})
+
+    def earlier_record(self) -> dict[str, Any]:
+        """Record that the study goes on from, or whose other parts stay; empty without one."""
+        goes_on = self.resume or bool(self.files.parts)
+        return self.files.read_record(self.out) if goes_on and self.files.has_record(self.out) else {}
 
     def carry_over(self) -> None:
         """Take tables, runs and unfinished lists of the earlier record into the new one."""
@@ -68,21 +90,20 @@ class StudyStore:
         if known is not None:
             self.record[TABLES] = dict(known)
 
-    def join_earlier(self) -> None:
-        """Let sound tables of an earlier run of the study belong to the new record."""
-        try:
-            earlier = self.files.read_record(self.out)
-        except (OSError, DamagedResultsError, SchemaVersionError):
-            return
-        known = earlier.get(TABLES) or {}
-        self.record[TABLES] = {name: found for name, found in known.items() if self.sound(name, earlier)}
+    def keep_other_parts(self) -> None:
+        """Take tables and provenance of the parts that this run leaves as they are."""
+        others = {part: facts for part, facts in (self.earlier.get(PARTS) or {}).items() if part not in self.own}
+        tables = [self.files.path(self.out, table).name for part in others for table in self.files.parts.get(part, ())]
+        known = self.earlier.get(TABLES) or {}
+        for name in tables:
+            recorded_content(self.files.folder(self.out), name, self.earlier)
+        self.record[PARTS] = others | self.record[PARTS]
+        self.record[TABLES] = {name: known[name] for name in tables if name in known}
 
-    def sound(self, name: str, record: dict[str, Any]) -> bool:
-        """Whether a table is there as a record describes it."""
-        try:
-            return recorded_content(self.folder, name, record) is not None
-        except (OSError, DamagedResultsError):
-            return False
+    def note_parts(self) -> None:
+        """Give each part of this run its own provenance."""
+        own = {key: self.record[key] for key in OF_A_PART if key in self.record}
+        self.record[PARTS] |= dict.fromkeys(self.own, own)
 
     def has(self, table: str) -> bool:
         """Whether a table was written."""
@@ -117,9 +138,31 @@ class StudyStore:
 
     def write_record(self) -> None:
         """Write the record as it stands."""
+        if self.own:
+            self.note_parts()
         self.writer.write_record()
 
-    def finish(self, seconds: float) -> None:
-        """Write the record with the study's wall time, s."""
-        self.record["seconds"] = seconds
+    def end(self, seconds: float, *, complete: bool) -> None:
+        """Write the record with the wall time, s, and whether every result is there."""
+        self.record |= {"seconds": seconds, "complete": complete}
         self.write_record()
+
+    def finish(self) -> None:
+        """Write that all is done: every result is there, and its report is written."""
+        self.record["finished"] = True
+        self.write_record()
+
+
+def need_subjects(path: Path, earlier: Mapping[str, Any], record: Mapping[str, Any]) -> None:
+    """Check that a study goes on with every scene, engine and number of bars of the earlier one.
+
+    Raises
+    ------
+    OtherPlanError
+        If not: their results would be lost.
+    """
+    for entry in SUBJECTS:
+        lost = [str(name) for name in earlier.get(entry) or () if name not in (record.get(entry) or ())]
+        if lost and entry in record:
+            said = f"{path}: holds results of {entry} that this command does not name: {', '.join(lost)[:200]}"
+            raise OtherPlanError(f"{said}; name them too, or give another --out, or --overwrite")

@@ -1,0 +1,124 @@
+"""Folders and files that hold results: never overwritten unasked."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable
+    from pathlib import Path
+
+    from reports.tables.files import StudyFiles
+
+
+class ResultsInPlaceError(ValueError):
+    """Raised for results that would be overwritten unasked; the message is one line."""
+
+
+def claim_results(
+    files: StudyFiles,
+    out: Path,
+    parts: Collection[str] | None = None,
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+) -> None:
+    """Make sure that a study, or a comparison, may write into the result folder `out`, as :func:`claim`.
+
+    Parameters
+    ----------
+    files : StudyFiles
+    out : Path
+        A folder whose lock is held: no other process is writing into it.
+    parts : collection of str, optional
+        Parts of the study that are run; tables of the others stay.
+    resume, overwrite : bool
+
+    Raises
+    ------
+    ResultsInPlaceError
+        If results are there, and neither `resume` nor `overwrite` is given, or both are; or if the results are those
+        of another study.
+    DamagedResultsError, SchemaVersionError
+        If tables of other parts shall stay beside a record that can't be read.
+    """
+    need_own_record(files, out)
+    places = places_of(files, out, parts)
+    rendered = [out / name for name in files.pages] if overwrite else []
+    named = out if not files.study else files.folder(out)
+    what = "a comparison" if not files.study else "results of these parts" if files.parts else "results"
+    claim(places, f"{named} holds {what}", resume=resume if files.resumes else None, overwrite=overwrite)
+    for page in (p for p in rendered if os.path.lexists(p)):
+        delete(page)
+
+
+def places_of(files: StudyFiles, out: Path, parts: Collection[str] | None) -> list[Path]:
+    """Files and folders that a study replaces: the record first, so that no record is left without its tables."""
+    folder = files.folder(out)
+    others = set(files.parts) - set(parts or ())
+    if (
+        parts is not None
+        and others
+        and files.has_record(out)
+        and others & set(files.read_record(out).get("parts") or ())
+    ):
+        return [files.path(out, table) for part in parts for table in files.parts[part]]
+    if folder.is_symlink() and files.study:
+        return [folder]
+    if files.study:
+        inside = folder.iterdir() if folder.is_dir() else ()
+        return sorted(inside, key=lambda path: (path != files.record_path(out), path))
+    return [files.record_path(out), *(files.path(out, t) for t in files.tables), *(out / f for f in files.folders)]
+
+
+def need_own_record(files: StudyFiles, out: Path) -> None:
+    """Check that the record in a study's folder, if it can be read, is not that of another study."""
+    from reports.tables.reading import DamagedResultsError, read_json  # noqa: PLC0415  # pandas
+
+    try:
+        record = read_json(files.record_path(out))
+    except (OSError, DamagedResultsError):
+        return
+    owner = record.get("study") if isinstance(record, dict) else None
+    if owner not in (None, files.name):
+        said = f"{files.record_path(out)}: belongs to results of another kind, {str(owner)[:40]!r}"
+        raise ResultsInPlaceError(f"{said}; give another --out")
+
+
+def claim(places: Iterable[Path], holds: str, *, resume: bool | None = None, overwrite: bool) -> None:
+    """Make sure that files and folders may be written; with `overwrite` those that are there are deleted.
+
+    Parameters
+    ----------
+    places : iterable of Path
+    holds : str
+        What is said of them where they are there.
+    resume : bool, optional
+        Leave them for the command to go on from; None of a command that can't.
+    overwrite : bool
+
+    Raises
+    ------
+    ResultsInPlaceError
+        If something is there, and neither of both is asked for; or if both are.
+    """
+    if resume and overwrite:
+        raise ResultsInPlaceError("--resume and --overwrite exclude each other")
+    there = [place for place in places if os.path.lexists(place)]
+    if not there or resume:
+        return
+    if not overwrite:
+        goes_on = "" if resume is None else "--resume goes on from there, "
+        raise ResultsInPlaceError(f"{holds}; {goes_on}--overwrite replaces what is there")
+    for place in there:
+        delete(place)
+
+
+def delete(place: Path) -> None:
+    """Delete a file, a symbolic link, or a folder with all it holds."""
+    if place.is_dir() and not place.is_symlink():
+        shutil.rmtree(place)
+    else:
+        place.unlink()

@@ -1,0 +1,118 @@
+"""Every stored file of every study, damaged in every way: `report` and `--resume` end in one line that names it."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from barchain.cli.main import run
+from reports.tables.reading import TABLES
+from tests.storage.small_plans import SMALL
+
+DAMAGES = {
+    "empty": lambda _: b"", "truncated": lambda whole: whole[: len(whole) // 2], "text": lambda _: b"earlier results",
+    "junk": lambda _: bytes(range(256)) * 8, "list": lambda _: b"[]", "one byte more": lambda whole: whole + b"0",
+}  # fmt: skip
+RENDERED = [name for name in SMALL if name != "campaign"]
+GOES_ON = [name for name, small in SMALL.items() if small.resumes]
+READ_ON = ["cost", "scaling"]
+"""Studies whose tables are read by --resume; the others go on from runs, and make a damaged one anew"""
+
+
+@pytest.fixture(scope="session")
+def sound(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Folders by study, made as they are asked for."""
+    return {"": tmp_path_factory.mktemp("sound")}
+
+
+def copied(name: str, sound: dict[str, Path], folder: Path) -> Path:
+    """Folder with the results of a small plan."""
+    if name == "ensemble":
+        pytest.importorskip("numba")
+    if name not in sound:
+        out = sound[""] / name
+        assert run(["-q", *SMALL[name].command.split(), "--out", str(out)]) in {0, 1}
+        sound[name] = out
+    return Path(shutil.copytree(sound[name], folder / "results"))
+
+
+def stored(name: str, out: Path) -> list[Path]:
+    """Record of a study and its tables."""
+    record = (out / SMALL[name].table).with_name("record.json")
+    return [record, *(record.parent / table for table in json.loads(record.read_text())[TABLES])]
+
+
+def named(path: Path, command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    """Check that a command ends with 2 and one line on a file, which stays as it is."""
+    before = path.read_bytes()
+    capsys.readouterr()
+    code, error = run(command), capsys.readouterr().err
+    assert code == 2, (path, error)
+    assert error.count("\n") == 1, error
+    assert path.name in error
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("name", RENDERED)
+def test_a_report_names_the_damaged_file(
+    name: str, damage: str, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = copied(name, sound, tmp_path)
+    for path in stored(name, out):
+        whole = path.read_bytes()
+        path.write_bytes(DAMAGES[damage](whole))
+        named(path, ["report", str(out)], capsys)
+        path.write_bytes(whole)
+    assert run(["report", str(out)]) == 0
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("name", GOES_ON)
+def test_a_command_that_goes_on_names_the_damaged_file(
+    name: str, damage: str, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = copied(name, sound, tmp_path)
+    for path in stored(name, out)[: None if name in READ_ON else 1]:
+        whole = path.read_bytes()
+        path.write_bytes(DAMAGES[damage](whole))
+        named(path, ["-q", *SMALL[name].command.split(), "--out", str(out), "--resume"], capsys)
+        path.write_bytes(whole)
+
+
+@pytest.mark.parametrize("name", RENDERED)
+def test_words_for_numbers_are_named_without_a_digest(
+    name: str, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = copied(name, sound, tmp_path)
+    path, table = stored(name, out)[0], out / SMALL[name].table
+    record = json.loads(path.read_text())
+    del record[TABLES]
+    path.write_text(json.dumps(record))
+    frame = pd.read_csv(table)
+    numbers = [c for c in frame.select_dtypes("number") if frame[c].notna().any()] or ["exponent"]
+    frame = frame.astype({numbers[0]: object})
+    frame.loc[0, numbers[0]] = "much"
+    frame.to_csv(table, index=False)
+    named(table, ["report", str(out)], capsys)
+
+
+@pytest.mark.parametrize("value", [1, [], {}, "x", None, [1], {"a": 1}])
+@pytest.mark.parametrize("name", RENDERED)
+def test_an_entry_of_any_type_is_read_or_named(
+    name: str, value: object, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = copied(name, sound, tmp_path)
+    path = stored(name, out)[0]
+    record = json.loads(path.read_text())
+    for key in record:
+        path.write_text(json.dumps(record | {key: value}))
+        capsys.readouterr()
+        code, error = run(["report", str(out)]), capsys.readouterr().err
+        assert code in {0, 2}, (key, error)
+        assert error.count("\n") == (code == 2), (key, error)
+        assert code == 0 or str(path.parent) in error, (key, error)
