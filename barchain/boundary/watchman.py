@@ -8,6 +8,7 @@ process whose environment names the folder. It runs in a session of its own, so 
 from __future__ import annotations
 
 import contextlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -59,9 +60,10 @@ class Watchman:
         )  # fmt: skip
 
     def dismiss(self) -> None:
-        """End the process in order; it removes the folder first."""
+        """End the process in order; it removes the folder first, or was killed and leaves that to its owner."""
         assert self.process.stdin is not None
         with contextlib.suppress(OSError):
             self.process.stdin.write(DONE)
             self.process.stdin.close()
         self.process.wait()
+        shutil.rmtree(self.folder, ignore_errors=True)
