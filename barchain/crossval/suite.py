@@ -238,7 +238,11 @@ class Suite:
         if evidence is None or progress.solution is None or given:
             return
         setting = self.plan.setting(engine, self.classes[engine])
-        reason = unsupported(self.classes[engine], progress.solution)
+        try:
+            reason = unsupported(self.classes[engine], progress.solution)
+        except Exception as error:  # an engine of another package gives no answer on the motion
+            self.fail(name, engine, error)
+            return
         if reason is not None:
             self.settle(name, engine, no_verdict(name, engine, setting, Outcome.UNSUPPORTED, reason))
             return
