@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 from pebble import ProcessPool
 
 from adapters.registry import ENGINES
+from barchain.boundary.limits import QUESTION_S
 from barchain.boundary.threads import one_thread_each, temporary_root
 from barchain.run.job import Job, RunResult
 from barchain.run.outside_runs import one_turn
@@ -137,7 +138,7 @@ class TimingBench:
     def run(self, job: Job, time_limit_s: float) -> RunResult:
         """Run one turn; the first turn of a scene or after a crash has more time for imports and compiling."""
         if pool_group(job) is PoolGroup.THIRD_PARTY:
-            return one_turn(job, 2.0 * time_limit_s + STARTUP_S, self.least_s, MOST_RUNS)
+            return one_turn(job, time_limit_s + QUESTION_S, self.least_s, MOST_RUNS)
         log, pair = Path(self.logs) / f"{job.engine}.log", (job.engine, job.scene.digest)
         allowed = time_limit_s if pair in self.started else TimeLimit(time_limit_s).allowed_s(job) + STARTUP_S
         future = self.pool(job.engine).schedule(turn, (job, log, self.least_s), timeout=allowed)
