@@ -121,11 +121,10 @@ def kill_and_go_on(name: str, number: int, known: dict[str, Uninterrupted], fold
     assert not left_over(temporary), victim
     kept, there = runs_kept(small, out), out.is_dir() and any(p.name != ".barchain.lock" for p in out.iterdir())
     assert ended(started(small.command, out, folder / "tmp-again")) == (2 if there else expected.code)
-    goes_on = small.resumes and victim != "worker"  # the failure of a killed worker is a result
-    option = "--resume" if goes_on else "--overwrite"
+    option = "--resume" if small.resumes else "--overwrite"
     assert ended(started(small.command, out, folder / "tmp-on", option)) == expected.code
     pd.testing.assert_frame_equal(table(small, out), expected.table)
-    if goes_on:
+    if small.resumes:
         assert kept <= runs_kept(small, out)
     assert json.loads((out / small.table).with_name("record.json").read_text())["finished"]
     assert not list(out.rglob("*.part"))

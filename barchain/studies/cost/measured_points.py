@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from reports.tables.cost import NOT_RUN
+from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,9 +32,9 @@ class MeasuredPoints:
         self.store.write("times", (row for key, found in self.times.items() for row in time_rows(key, found)))
 
     def recall(self) -> None:
-        """Take over the points of an interrupted study; points that it had no time for are tried again."""
+        """Take over the points of an interrupted study; those that were not run or that failed are run again."""
         points = self.store.read("points")
-        points = points[~points.reason.str.startswith(NOT_RUN)]
+        points = points[~points.reason.str.startswith(NOT_RUN) & (points.outcome != Outcome.FAILED.value)]
         self.rows = {str(row["key"]): {str(k): v for k, v in row.items()} for row in points.to_dict("records")}
         for key, own in self.store.read("times").groupby("key", sort=False):
             if str(key) in self.rows:  # otherwise the point was cut off, and is measured anew

@@ -8,6 +8,7 @@ import pandas as pd
 
 from barchain.studies.scaling.fit import fits_table, targets
 from reports.tables.cost import NOT_RUN
+from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from barchain.record.study_store import StudyStore
@@ -54,6 +55,7 @@ class ScalingPoints:
 
 
 def recalled(points: pd.DataFrame) -> list[dict[str, Any]]:
-    """Rows of an interrupted study, without empty cells and without points that were not run."""
+    """Rows of an interrupted study, without empty cells; points that were not run or that failed are left out."""
+    points = points[points.outcome != Outcome.FAILED.value]
     full = [{str(k): v for k, v in row.items() if v != "" and pd.notna(v)} for row in points.to_dict("records")]
     return [row for row in full if not str(row.get("reason", "")).startswith(NOT_RUN)]

@@ -32,13 +32,16 @@ class StabilityStore(RunStore):
         self.tables: dict[str, list[dict[str, Any]]] = {name: [] for name in TABLES}
 
     def earlier_runs(self) -> dict[str, dict[str, Any]]:
-        """Runs that an interrupted study in the same folder recorded, by key, failures among them.
+        """Runs that an interrupted study in the same folder recorded, by key.
 
-        A time-out counts only if that study allowed a run at least as much time.
+        A time-out counts only if that study allowed a run at least as much time. A failure counts only if the engine
+        gave a result that was rejected: the process of any other may have been killed.
         """
         short = float(self.study.earlier.get("time_limit_s") or 0.0) < self.time_limit_s
         runs = recorded_runs(self.study.earlier)
-        return {run["key"]: run for run in runs if not (short and run["outcome"] == Outcome.TIMED_OUT)}
+        return {
+            run["key"]: run for run in runs if not (short and run["outcome"] == Outcome.TIMED_OUT) and not lost(run)
+        }
 
     def recall(self, job: Job, earlier: dict[str, dict[str, Any]]) -> RunResult | None:
         """Result of `job` as an earlier study stored it, or None."""
@@ -115,3 +118,8 @@ def outcome_row(
         "expected": before or "",
         "change": changed.direction if changed else "",
     }
+
+
+def lost(run: dict[str, Any]) -> bool:
+    """Whether a recorded run failed without a result, for whatever reason."""
+    return run["outcome"] == Outcome.FAILED and not run.get("rejected")
