@@ -62,7 +62,7 @@ def variants() -> Iterator[tuple[str, Scene]]:
 
 
 def asker() -> Callable[..., None]:
-    """What makes requests to valgrind."""
+    """Object that makes requests to valgrind."""
     page = mmap.mmap(-1, mmap.PAGESIZE, prot=mmap.PROT_READ | mmap.PROT_WRITE | mmap.PROT_EXEC)
     page.write(REQUEST)
     call = ctypes.CFUNCTYPE(ctypes.c_long, ctypes.c_void_p)(ctypes.addressof(ctypes.c_char.from_buffer(page)))
@@ -77,7 +77,7 @@ def asker() -> Callable[..., None]:
 
 
 def scenes(which: str) -> dict[str, Scene]:
-    """What is counted, by name."""
+    """Counted scenes, by name."""
     return {name: load_scene(name) for name in PLAIN} if which == "plain" else dict(variants())
 
 

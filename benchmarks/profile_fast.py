@@ -1,4 +1,4 @@
-"""Where an evaluation and a step of the compiled reference spend their time.
+"""Time of the parts of an evaluation and a step of the compiled reference.
 
     python benchmarks/profile_fast.py
 

@@ -105,7 +105,7 @@ class AbsoluteOblatenessLoad(FieldLoad):
     """J2, in a frame at rest at the centre of the body."""
 
     def point(self, x0: float, y0: float, x: float, y: float) -> tuple[float, float]:
-        """The whole acceleration."""
+        """Total acceleration."""
         return self.field.pull(x0 + x, y0 + y)
 
 

@@ -13,7 +13,8 @@ from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
 from barchain.boundary.declared import OutsideEngine, engine_class, engine_fault
 from barchain.boundary.message import plain_text
-from barchain.judge.comparison import Verdict, judge, no_verdict
+from barchain.judge.comparison.compare import judge
+from barchain.judge.comparison.verdict import Verdict, no_verdict
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import follow_up_jobs, gathered
 from barchain.judge.support import unsupported

@@ -201,7 +201,7 @@ class Residuals:
         return np.minimum(self.roundoff[quantity][: self.n], NORM_SLACK * self.errors.floor[quantity][: self.n])
 
     def granted_finer_roundoff(self, quantity: str) -> Array:
-        """The same for the finer run, (n,): its steps, half as long, make four times the noise of differences."""
+        """Round-off granted to the finer run, (n,): half as long steps make four times the noise of differences."""
         if not self.roundoff:
             return np.zeros(self.n)
         floor = NORM_SLACK * self.finer_floor(quantity)[: self.n]

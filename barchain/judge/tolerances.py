@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 from barchain.judge.checks.extrapolation import HIGHER_ORDER_SHARE, PERSISTING_SHARE
 from barchain.judge.checks.restart import CONSECUTIVE, SCATTERED
-from barchain.judge.comparison import MAX_EMPTY_SHARE, MIN_JUDGED_SHARE
+from barchain.judge.comparison.beyond_limit import MAX_EMPTY_SHARE
+from barchain.judge.comparison.verdict import MIN_JUDGED_SHARE
 from barchain.judge.declared_noise import (
     LOWEST_ORDER,
     MAX_ATTITUDE_NOISE_RAD,

@@ -122,7 +122,7 @@ def found(version: object) -> str:
 
 
 def advice(record: object) -> str:
-    """What this barchain reads, and what to do with results of another schema version."""
+    """Advice on the versions that this barchain reads, and what to do with results of another schema version."""
     writer = record.get("barchain") if isinstance(record, dict) else None
     writing = f"barchain {brief(writer)[:40]}, which wrote them" if writer else "the barchain that wrote them"
     return f"this barchain reads version {SCHEMA_VERSION}. Run the study again, or render its results with {writing}"

@@ -11,8 +11,9 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
-from barchain.judge import comparison, error_model, residuals
-from barchain.judge.comparison import judge
+from barchain.judge import error_model, residuals
+from barchain.judge.comparison import compare
+from barchain.judge.comparison.compare import judge
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import Evidence
 from barchain.run.job import RunResult
@@ -29,7 +30,7 @@ SETTING = Setting(AccuracyParameter.RTOL, 1e-8)
 ONCE = {
     error_model: ("largest_place_m", "scales", "event_errors"),
     residuals: ("parted_track_bound", "extrapolation_residual"),
-    comparison: ("drift_bounds",),
+    compare: ("drift_bounds",),
 }
 
 

@@ -15,7 +15,7 @@ from adapters.trajectory import Observable
 from barchain.judge.checks.between_segments import fault_between_segments
 from barchain.judge.checks.digits import rounded_values
 from barchain.judge.checks.restart import declared_noise_rad, restart_segments
-from barchain.judge.comparison import judge
+from barchain.judge.comparison.compare import judge
 from barchain.judge.declared_noise import believed_steps, bounded
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import TURNED_RAD, Evidence, perturbed, turned_back

@@ -18,7 +18,7 @@ from adapters.reference.numpy_engines import Reference
 from adapters.registry import find_engine
 from barchain.cli.campaign_summary import finding_words, rate_words, show_campaign
 from barchain.cli.main import run as command
-from barchain.judge.comparison import no_verdict
+from barchain.judge.comparison.verdict import no_verdict
 from barchain.record.study_store import StudyStore
 from barchain.run.job import Role
 from barchain.studies.selftest.campaign import rating

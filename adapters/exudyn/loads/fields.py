@@ -155,5 +155,5 @@ def moment_force(strength: Number, power: float, view: InertialView) -> Vector:
 
 
 def relative_to(view: InertialView, x_m: Number, y_m: Number) -> InertialView:
-    """The same bar with its position relative to another point."""
+    """View of a bar with its position relative to another point."""
     return dataclasses.replace(view, x_m=view.x_m - x_m, y_m=view.y_m - y_m)

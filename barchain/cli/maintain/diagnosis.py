@@ -60,7 +60,7 @@ def compiler_cache() -> dict[str, Any]:
 
 
 def solution_tables() -> dict[str, Any]:
-    """Where certified solutions are, how many scenes have one, and the fault of each table that has one."""
+    """Folders of certified solutions, how many scenes have one, and the fault of each table that has one."""
     folder, names = certified.CERTIFIED_SOLUTIONS, scene_names()
     tables = {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob("*.csv"))}
     found = {name: table_fault(name, path) for name, path in tables.items() if name in names}
@@ -83,6 +83,6 @@ def table_fault(name: str, path: Path) -> str:
 
 
 def faults(found: Mapping[str, Any]) -> list[str]:
-    """What is wrong with an installation, one line each; an engine that is not installed is no fault."""
+    """Faults of an installation, one line each; an engine that is not installed is no fault."""
     loaded = [f"{e['name']}: {e['fault']}" for e in found["engines"] if "fault" in e]
     return loaded + [f"table of {name}: {fault}" for name, fault in found["certified_solutions"]["faults"].items()]

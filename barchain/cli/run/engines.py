@@ -33,7 +33,7 @@ def engines(installed: bool | None, as_json: bool) -> None:
 
 
 def facts(registered: Mapping[str, Registration]) -> Iterable[dict[str, Any]]:
-    """What is known of each engine; "fault" says why its adapter does not load."""
+    """Facts of each engine; "fault" says why its adapter does not load."""
     for name, r in registered.items():
         known = {
             "name": name, "installed": not r.missing, "version": None if r.missing else r.version,
@@ -44,7 +44,7 @@ def facts(registered: Mapping[str, Registration]) -> Iterable[dict[str, Any]]:
 
 
 def of_class(registration: Registration) -> dict[str, Any]:
-    """What an engine's class declares."""
+    """Declarations of an engine's class."""
     from barchain.boundary.declared import engine_class, engine_fault  # noqa: PLC0415
 
     try:

@@ -108,7 +108,7 @@ def tagged(found: list[Scene], tag: str) -> list[Scene]:
 
 
 def summary(scene: Scene) -> dict[str, Any]:
-    """What the list shows of a scene."""
+    """Columns of the list for one scene."""
     return {
         "name": scene.name,
         "bars": scene.bars,

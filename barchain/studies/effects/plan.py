@@ -77,7 +77,7 @@ class EffectsPlan:
         return Job(scene, engine, ENGINES[engine], Setting(AccuracyParameter.RTOL, self.rtol), Role.MAIN)
 
     def looser(self, job: Job) -> Job:
-        """The same run at the looser tolerance, for its numerical error."""
+        """Repeat a run at the looser tolerance, for its numerical error."""
         return Job(
             job.scene, job.engine, job.registration, Setting(AccuracyParameter.RTOL, LOOSER * self.rtol), Role.MAIN
         )

@@ -131,7 +131,7 @@ def gravity_parts(scene: Scene, part: Effects, at: EffectState) -> EffectAcceler
 
 
 def gravity_pushes(scene: Scene, gravity: Effects, at: EffectState) -> tuple[EffectAccelerations, EffectAccelerations]:
-    """What a model of gravity does to points, with the gradient's torque, and what it does beyond."""
+    """Push of a model of gravity on points, with the gradient's torque, and what it does beyond."""
     model = chain_model(dataclasses.replace(scene, effects=gravity))
     field, tide, spin = external_accelerations(model, at.state, at.unit)
     return EffectAccelerations(complex(field[0], field[1]), tide, spin), push_of(model, at)

@@ -13,7 +13,7 @@ from reports.tables.outcome import Outcome
 from reports.tables.selftest import FaultOutcome
 
 if TYPE_CHECKING:
-    from barchain.judge.comparison import Row, Verdict
+    from barchain.judge.comparison.verdict import Row, Verdict
     from barchain.studies.selftest.faults.fault import Fault
     from barchain.studies.selftest.trial import FaultTrial, SelftestCase, TrialResult
 

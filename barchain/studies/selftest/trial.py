@@ -9,7 +9,7 @@ from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
 from adapters.registry import find_own_engine
 from barchain.boundary.declared import engine_class
-from barchain.judge.comparison import Verdict, judge
+from barchain.judge.comparison.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.run.job import Job, Role, RunResult
 from barchain.run.pool import run_jobs, run_together
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Trajectory
+    from barchain.judge.comparison.verdict import Verdict
     from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.selftest.faults.fault import Fault
     from scenarios import Scene

@@ -1,4 +1,4 @@
-"""What stands beside an outcome: numbers of each run, laws of long ones, SciPy at its defaults, condition numbers."""
+"""Evidence beside an outcome: numbers of each run, laws of long ones, SciPy at its defaults, condition numbers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from reports.tables.stability import LAWS
 if TYPE_CHECKING:
     from adapters.engine import Setting
     from adapters.trajectory import Array, Trajectory
-    from barchain.judge.comparison import Row
+    from barchain.judge.comparison.verdict import Row
     from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.stability.engine_runs import EngineRuns
     from scenarios import Scene

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from barchain.judge.checks.relative_energy import MAX_KINETIC_RATIO, kinetic_ratio
-from barchain.judge.comparison import MIN_JUDGED_SHARE, TWO_SETTING_METRICS
+from barchain.judge.comparison.verdict import MIN_JUDGED_SHARE, TWO_SETTING_METRICS
 from barchain.judge.error_units import NORM_SLACK
 from barchain.metrics.quantities import drifts
 from barchain.run.job import Role
@@ -19,7 +19,7 @@ from reports.tables.stability import Stability
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
-    from barchain.judge.comparison import Row
+    from barchain.judge.comparison.verdict import Row
     from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.stability.engine_runs import EngineRuns
 

@@ -142,7 +142,7 @@ class MinimalAngles(Formulation):
 
 
 class AbsolutePlaces(Formulation):
-    """The same equations, places counted from the body's centre."""
+    """Absolute coordinates with places counted from the body's centre."""
 
     name = "absolute"
 
@@ -175,7 +175,7 @@ class AbsoluteAccelerations(Formulation):
 
 
 class AbsoluteDifferences(Formulation):
-    """The same, the accelerations got by differencing positions at three instants."""
+    """Absolute coordinates with accelerations found by differencing positions at three instants."""
 
     name = "absolute positions"
 

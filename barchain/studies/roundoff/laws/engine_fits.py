@@ -91,7 +91,7 @@ def usable(engines: pd.DataFrame) -> pd.DataFrame:
 
 
 def round_off_law(key: Key, own: pd.DataFrame) -> dict[str, Any]:
-    """Where finer steps do not help."""
+    """Fit where finer steps do not help."""
     steps, error = curve(own, "steps_per_orbit")
     chosen = straight_run(steps, error, SCATTERED, lambda slope: slope > -LEAST_SLOPE)
     expected = REACTIONS.get(key["engine"], ADDED_UP) if key["quantity"] == REACTION else ADDED_UP
@@ -100,7 +100,7 @@ def round_off_law(key: Key, own: pd.DataFrame) -> dict[str, Any]:
 
 
 def truncation_law(key: Key, own: pd.DataFrame) -> dict[str, Any]:
-    """Where they help."""
+    """Fit where finer steps help."""
     steps, error = curve(own, "steps_per_orbit")
     chosen = straight_run(steps, error, STRAIGHT, lambda slope: slope <= -LEAST_SLOPE)
     expected = -ORDERS.get(key["engine"], math.nan)

@@ -24,7 +24,7 @@ TURNS, MEMBERS, LEAST_S = 9, 256, 0.02
 
 @dataclass(frozen=True)
 class Pair:
-    """The same evaluation in both coordinates."""
+    """One evaluation in both coordinates."""
 
     code: str
     arithmetic: str
@@ -76,7 +76,7 @@ def one_state(bars: int) -> Pair:
 
 
 def from_angles(bars: int) -> Pair:
-    """The same with positions computed from the angles, as the reference runs by default."""
+    """Evaluation with positions computed from the angles, as the reference runs by default."""
     scene = divided(load_scene(SCENE), bars)
     code = "reference, places from angles"
     return Pair(code, "float64", bars, numpy_loop(scene, "minimal"), numpy_loop(scene, "absolute"))

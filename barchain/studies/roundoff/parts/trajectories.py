@@ -1,4 +1,4 @@
-"""The same chain integrated in several coordinates and arithmetics, from tolerance or step to where round-off rules.
+"""One chain integrated in several coordinates and arithmetics, from tolerance or step to where round-off rules.
 
 The chain is a scene's, its bars' lengths scaled from tethers to hinges: the motion of the angles is nearly the same at
 every size, so what differs is the arithmetic's. Members start at different longitudes, which no angle knows of.
@@ -154,7 +154,7 @@ def equal_step_rows(
 def chosen_step_rows(
     solution: HighPrecisionSolution, arithmetic: str, name: str, rtols: tuple[float, ...]
 ) -> list[dict[str, Any]]:
-    """The same for DOP853 with its own steps, at several tolerances side by side."""
+    """Rows for DOP853 with its own steps, at several tolerances side by side."""
     family = solution.family
     sizes, longitudes = (np.tile(v, len(rtols)) for v in columns(family))
     rtol = np.repeat(rtols, len(sizes) // len(rtols))

@@ -120,7 +120,7 @@ def loosened(setting: Setting, size: float) -> Setting:
 
 
 def stuck(setting: Setting, size: float) -> Setting:
-    """The same setting, whatever is asked for."""
+    """One constant setting for every request."""
     del size
     return dataclasses.replace(setting, value=STUCK[setting.parameter])
 

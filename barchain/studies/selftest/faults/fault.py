@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 class FaultGroup(StrEnum):
-    """Where a fault comes from."""
+    """Origin of a fault."""
 
     CONTROL = "control"
     """No fault: no check may reject it"""

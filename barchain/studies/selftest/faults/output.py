@@ -240,7 +240,7 @@ def each(
     change: Callable[[str], OutputChange],
     group: FaultGroup,
 ) -> list[Fault]:
-    """The same fault in several channels."""
+    """One fault in several channels."""
     nothing = varies if name in ("repeated", "late") else there
     return [
         Fault(f"{name}-{c}", f"{c.replace('-', ' ')} {words}", stands, group, output=change(c), nothing=nothing(c))

@@ -1,0 +1,80 @@
+"""Verdict on one engine in one scene: its rows, and its outcome."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from reports.tables.crossval import QUANTITY_UNITS
+from reports.tables.outcome import Outcome, gravest
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from adapters.engine import Setting
+    from barchain.run.job import Role
+
+MIN_JUDGED_SHARE = 0.1
+"""Least share of the run's samples that must be judged: agreement over less says nothing about the scene"""
+JUDGED_METRICS = frozenset({"normalised_error", "bound_ratio", "finer_bound_ratio", "drift", "extrapolation_ratio"})
+"""Metrics that are judged by their tolerance"""
+TWO_SETTING_METRICS = frozenset({"extrapolation_ratio", "finer_bound_ratio"})
+"""Metrics that need the second run to be the finer one"""
+UNITLESS = frozenset({
+    "normalised_error", "bound_ratio", "finer_bound_ratio", "detection_limit", "judged_share", "extrapolation_ratio",
+    "own_state_ratio",
+})  # fmt: skip
+"""Metrics that are ratios, whatever their quantity's unit"""
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Outcome of one engine on one scene."""
+
+    rows: list[Row]
+    """Rows of the metrics table"""
+    series: pd.DataFrame | None = None
+    """Differences over time; None where nothing was compared"""
+    further_runs: tuple[Role, ...] = ()
+    """Roles of further runs that would settle an outcome; empty if the outcome is settled"""
+
+    @property
+    def outcome(self) -> Outcome:
+        """Gravest outcome of all rows."""
+        return gravest(Outcome(row["outcome"]) for row in self.rows)
+
+
+def no_verdict(scene: str, engine: str, setting: Setting | None, outcome: Outcome, reason: str) -> Verdict:
+    """Verdict of one row, on a whole run that gave nothing to compare."""
+    return Verdict([row(scene, engine, setting, "run", "outcome", None, None, outcome, reason, None)])
+
+
+def row(
+    scene: str,
+    engine: str,
+    setting: Setting | None,
+    quantity: str,
+    metric: str,
+    value: float | None,
+    tolerance: float | None,
+    outcome: Outcome,
+    reason: str,
+    limit_s: float | None,
+) -> Row:
+    """One row of the metrics table."""
+    unit = "1" if metric in UNITLESS else QUANTITY_UNITS[quantity]
+    return {
+        "scene": scene,
+        "engine": engine,
+        "setting": "" if setting is None else str(setting),
+        "quantity": quantity,
+        "metric": metric,
+        "value": value,
+        "unit": unit,
+        "tolerance": tolerance,
+        "outcome": str(outcome),
+        "reason": reason,
+        "limit_s": limit_s,
+    }
