@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from barchain.crossval.record import new_record
 from barchain.crossval.suite import ANY_INDEPENDENT, ComparisonPlan, Suite
-from barchain.record.claim import claim_results
-from barchain.record.folder_lock import kept_or_temporary, locked
+from barchain.record.claim import claimed
+from barchain.record.folder_lock import kept_or_temporary
 from barchain.record.study_store import StudyStore
 from barchain.run.compiler_cache import keep_compiled
 from barchain.run.selection import chosen_engines, unique_names
@@ -97,8 +97,7 @@ def run_comparison(
     with kept_or_temporary(None if out is None else Path(out)) as folder:
         order = [(s.name, e) for s in plan.scenes for e in [REFERENCE_SOLUTION, *chosen, ANY_INDEPENDENT]]
         note = notes or (lambda _: None)
-        with locked(folder):
-            claim_results(FILES, folder, resume=resume, overwrite=overwrite)
+        with claimed(FILES, folder, resume=resume, overwrite=overwrite):
             keep_compiled(note)
             study, start = StudyStore(FILES, folder, new_record(plan, command), resume=resume), time.perf_counter()
             store = RunStore(study, order)

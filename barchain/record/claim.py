@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 from typing import TYPE_CHECKING
 
+from barchain.record.folder_lock import locked
+
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable
+    from collections.abc import Collection, Iterable, Iterator
     from pathlib import Path
 
     from reports.tables.files import StudyFiles
@@ -15,6 +18,20 @@ if TYPE_CHECKING:
 
 class ResultsInPlaceError(ValueError):
     """Raised for results that would be overwritten unasked; the message is one line."""
+
+
+@contextlib.contextmanager
+def claimed(
+    files: StudyFiles, out: Path, parts: Collection[str] | None = None, *, resume: bool, overwrite: bool
+) -> Iterator[None]:
+    """Hold the lock of the result folder `out`, in which a study, or a comparison, may write.
+
+    Arguments and errors are those of :func:`claim_results` and :func:`barchain.record.folder_lock.locked`.
+    """
+    need_one_mode(resume=resume, overwrite=overwrite)
+    with locked(out):
+        claim_results(files, out, parts, resume=resume, overwrite=overwrite)
+        yield
 
 
 def claim_results(
@@ -104,8 +121,7 @@ def claim(places: Iterable[Path], holds: str, *, resume: bool | None = None, ove
     ResultsInPlaceError
         If something is there, and neither of both is asked for; or if both are.
     """
-    if resume and overwrite:
-        raise ResultsInPlaceError("--resume and --overwrite exclude each other")
+    need_one_mode(resume=bool(resume), overwrite=overwrite)
     there = [place for place in places if os.path.lexists(place)]
     if not there or resume:
         return
@@ -114,6 +130,12 @@ def claim(places: Iterable[Path], holds: str, *, resume: bool | None = None, ove
         raise ResultsInPlaceError(f"{holds}; {goes_on}--overwrite replaces what is there")
     for place in there:
         delete(place)
+
+
+def need_one_mode(*, resume: bool, overwrite: bool) -> None:
+    """Check that earlier results are not to be both kept and replaced."""
+    if resume and overwrite:
+        raise ResultsInPlaceError("--resume and --overwrite exclude each other")
 
 
 def delete(place: Path) -> None:

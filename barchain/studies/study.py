@@ -11,9 +11,8 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
-from barchain.record.claim import claim_results
+from barchain.record.claim import claimed
 from barchain.record.environment import provenance
-from barchain.record.folder_lock import locked
 from barchain.record.study_store import PARTS, StudyStore
 from barchain.run.compiler_cache import keep_compiled
 
@@ -183,9 +182,8 @@ def run_and_render(
     start = time.perf_counter()
     reporter = reporter or Reporter()
     complete = False
-    with locked(out):
-        record = new_record(study, plan, command)
-        claim_results(study.files, out, record.get(PARTS), resume=resume, overwrite=overwrite)
+    record = new_record(study, plan, command)
+    with claimed(study.files, out, record.get(PARTS), resume=resume, overwrite=overwrite):
         keep_compiled(reporter.note)
         store = StudyStore(study.files, out, record, resume=resume)
         store.write_record()

@@ -6,7 +6,6 @@ import pytest
 
 from barchain.cli.main import cli, run
 from barchain.record.claim import ResultsInPlaceError, claim, claim_results
-from barchain.record.folder_lock import LOCK
 from reports.tables import cost, crossval
 
 QUICK = "basics/libration"
@@ -24,7 +23,7 @@ HELD = {
     f"simulate {QUICK} --out OUT/run.csv": "run.csv",
     f"certified {QUICK} --out OUT": f"{QUICK}.csv",
 }
-RESUMABLE = {"compare", "crossval", "cost", "scaling", "stability"}
+RESUMABLE = {"compare", "crossval", "cost", "scaling", "stability", "ensemble"}
 
 
 @pytest.mark.parametrize(("command", "held"), HELD.items(), ids=lambda text: text.partition(" ")[0])
@@ -57,7 +56,7 @@ def test_overwrite_deletes_what_a_comparison_wrote_and_nothing_else(tmp_path):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("")
     claim_results(crossval.FILES, tmp_path, overwrite=True)
-    assert {p.relative_to(tmp_path).as_posix() for p in tmp_path.rglob("*") if p.is_file()} == {LOCK, *others}
+    assert {p.relative_to(tmp_path).as_posix() for p in tmp_path.rglob("*") if p.is_file()} == set(others)
 
 
 def test_resume_leaves_everything_in_place(tmp_path):

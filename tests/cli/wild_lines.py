@@ -101,7 +101,7 @@ NEEDED = {
 }
 SKIPPED = {"doctor", "schema"}  # without a value of their own
 RUNNERS = (
-    ("barchain.studies.study", "run_study"),
+    ("barchain.studies.study", "run_and_render"),
     ("barchain.crossval.run", "run_comparison"),
     ("barchain.api", "run_jobs"),
     ("barchain.solutions.certified_commit", "commit"),

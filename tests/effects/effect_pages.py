@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.registry import ENGINES
 from scenarios import SceneFile
+from scenarios.limits import MOST_MAGNITUDE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -68,6 +69,7 @@ def span(kind: dict[str, Any]) -> str:
         return ", ".join(map(plain, kind["enum"]))
     if kind.get("type") == "boolean":
         return "`true`, `false`"
+    kind = {k: v for k, v in kind.items() if not (k in ("minimum", "maximum") and abs(v) == MOST_MAGNITUDE)}
     if "exclusiveMinimum" in kind:
         return f"above {kind['exclusiveMinimum']:g}"
     if "minimum" in kind:

@@ -106,7 +106,7 @@ def test_the_record_says_which_form_made_a_reference_solution(tmp_path: Path, mo
     for form in ("reference", solution_engine()):
         monkeypatch.setattr("barchain.solutions.reference_runs.solution_engine", lambda form=form: form)
         monkeypatch.setattr("barchain.crossval.suite.solution_engine", lambda form=form: form)
-        compare([scene], ["reference"], tmp_path)
+        compare([scene], ["reference"], tmp_path, overwrite=True)
         record = json.loads((tmp_path / "record.json").read_text())
         assert record["scenes"][scene.name]["solution_engine"] == form
         assert {r["engine"] for r in record["runs"] if r["role"] == "solution"} == {form}

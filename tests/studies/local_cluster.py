@@ -1,4 +1,4 @@
-"""Dask schedulers and workers in processes of their own, which tests kill or spoil."""
+"""Dask schedulers and workers in processes of their own, which tests kill or damage."""
 
 from __future__ import annotations
 

@@ -98,7 +98,8 @@ def test_steps_are_those_of_the_scenes_own_orbit_and_told_as_taken(solution):
 
 
 def use(monkeypatch, registration):
-    """Let every name be this registration's."""
+    """Let every name be this registration's, as an engine of barchain's own."""
+    monkeypatch.setitem(ENGINES, "it", registration)
     monkeypatch.setattr(module, "find_engine", lambda _: registration)
 
 

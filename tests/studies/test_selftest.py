@@ -136,7 +136,7 @@ def test_the_sound_engine_is_refused_by_nothing(name: str) -> None:
             assert found.fate is FaultOutcome.CLEAN, (control.name, found.worst)
 
 
-def test_a_check_that_refuses_a_control_is_a_false_alarm_and_fails() -> None:
+def test_a_check_that_rejects_a_control_is_a_false_alarm_and_fails() -> None:
     where = case("basics/two_bars_free")
     wrong = dataclasses.replace(FAULTS["sign-reaction"], group=FaultGroup.CONTROL)
     found = cell(tried(where, wrong))
@@ -236,7 +236,7 @@ def test_names_are_unique_and_words_are_there() -> None:
         assert fault.words
         assert fault.stands_for
         assert fault.scene or fault.setting or fault.code or fault.output
-        assert not (fault.refuses and fault.invisible)
+        assert not (fault.expected_failure and fault.invisible)
 
 
 def fake(most: float | None = None) -> Bracket:

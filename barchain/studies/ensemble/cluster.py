@@ -85,7 +85,7 @@ def run_loop(work: Coroutine[Any, Any, None]) -> None:
 
 
 def run_bounded(work: Coroutine[Any, Any, None]) -> None:
-    """Run a coroutine as :func:`asyncio.run` does, and wait for tasks that it leaves for a limited time only."""
+    """Run a coroutine as ``asyncio.run`` does, and wait for tasks that it leaves for a limited time only."""
     loop = asyncio.new_event_loop()
     loop.set_exception_handler(lambda *_: None)  # tasks of a client whose scheduler is gone
     try:
