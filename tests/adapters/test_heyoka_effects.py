@@ -67,7 +67,7 @@ def many_digits():
         yield
 
 
-def near(found, wanted, size, share=QUAD_DIGITS):
+def check_near(found, wanted, size, share=QUAD_DIGITS):
     assert abs(found - wanted) <= share * abs(size), (found, wanted, float(abs(found - wanted) / abs(size)))
 
 
@@ -151,10 +151,10 @@ def test_fields_pull_and_turn_a_bar_as_their_potentials_say(gravity, fields, len
     push, torque = field_on_bar(scene, (x, y, angle))
     ax, ay, (turn,) = begun.accelerations
     size = mp.sqrt(push[0] ** 2 + push[1] ** 2)
-    near(ax, push[0], size)
-    near(ay, push[1], size)
+    check_near(ax, push[0], size)
+    check_near(ay, push[1], size)
     inertia, moment = scene.chain.inertia_kg_m2[0], scene.chain.mass_kg[0] * size * length_m
-    near(turn * inertia, torque, moment if gravity == "point" else torque)
+    check_near(turn * inertia, torque, moment if gravity == "point" else torque)
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
@@ -188,9 +188,9 @@ def test_air_pushes_as_the_sum_over_a_bars_elements_does():
 
     fx, fy, torque = along_the_bar(per_length, mp.mpf(scene.chain.length_m[0]) / 2)
     ax, ay, (turn,) = begun.accelerations
-    near(ax * scene.chain.mass_kg[0], fx, fx)
-    near(ay * scene.chain.mass_kg[0], fy, fy)
-    near(turn * scene.chain.inertia_kg_m2[0], torque, torque)
+    check_near(ax * scene.chain.mass_kg[0], fx, fx)
+    check_near(ay * scene.chain.mass_kg[0], fy, fy)
+    check_near(turn * scene.chain.inertia_kg_m2[0], torque, torque)
 
 
 @pytest.mark.parametrize("sun", [1.0, -0.9, 2.1, 3.6])
@@ -206,9 +206,9 @@ def test_light_pushes_from_either_side_and_not_in_the_shadow(sun):
     dark = abs(0.4 - sun) > math.pi / 2 and abs(math.sin(sun - 0.4)) * scene.radius0_m < scene.central_body.radius_m
     assert dark == (sun == 3.6)
     ax, ay, (turn,) = begun.accelerations
-    near(ax, 0 if dark else -size * ((1 - share) * sx + 2 * share * abs(g) * nx), size)
-    near(ay, 0 if dark else -size * ((1 - share) * sy + 2 * share * abs(g) * ny), size)
-    near(turn * scene.chain.length_m[0], 0, size)
+    check_near(ax, 0 if dark else -size * ((1 - share) * sx + 2 * share * abs(g) * nx), size)
+    check_near(ay, 0 if dark else -size * ((1 - share) * sy + 2 * share * abs(g) * ny), size)
+    check_near(turn * scene.chain.length_m[0], 0, size)
 
 
 def circling(effects, **changes):

@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -16,6 +17,9 @@ import numpy as np
 from adapters.engine import AccuracyParameter, AccuracySweep, Engine, EngineError
 from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import Observable
+
+TRACE = Path(__file__).with_name("code-was-run")
+"""File that code in an answer makes, if the comparing process runs it"""
 
 
 class UnprintableError(Exception):
@@ -173,7 +177,7 @@ class Runs:
     """An object that runs code when it is unpickled."""
 
     def __reduce__(self):
-        return os.system, ("touch /tmp/barchain-was-here",)
+        return os.system, (f"touch {TRACE}",)
 
 
 class Liar(np.ndarray):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import psutil
@@ -16,9 +15,11 @@ from barchain.boundary.threads import FOLDER
 from barchain.crossval.run import run_comparison
 from reports.render import render
 from reports.tables.outcome import Outcome
-from tests.boundary.misbehaving import ENGINES, FINE
+from tests.boundary.misbehaving import ENGINES, FINE, TRACE
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from barchain.crossval.run import ComparisonResult
 
 SCENE = "basics/two_bars_free"
@@ -73,7 +74,7 @@ def check(result: ComparisonResult, folder: Path, names: object) -> None:
         assert all(r.isprintable() and len(r) <= limits.TEXT_LENGTH + 200 for r in reasons), (name, list(reasons))
         assert not reasons.str.contains("Traceback").any(), name
     assert all(path.is_file() for path in render(folder))
-    assert not Path("/tmp/barchain-was-here").exists()
+    assert not TRACE.exists()
 
 
 def test_an_engine_that_exits_dies_or_lies_costs_its_own_row(tmp_path: Path) -> None:

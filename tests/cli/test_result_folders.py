@@ -69,6 +69,7 @@ def test_a_study_joins_a_comparison_without_being_asked_twice(tmp_path):
     (tmp_path / "record.json").write_text("{}")
     (tmp_path / "cost").mkdir()  # empty
     claim_results(cost.FILES, tmp_path)
+    assert (tmp_path / "record.json").is_file()
 
 
 def test_resume_and_overwrite_exclude_each_other_even_in_an_empty_folder(tmp_path):

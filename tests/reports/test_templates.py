@@ -9,4 +9,4 @@ from reports.page import templates
 @pytest.mark.parametrize("name", [t for t in templates().list_templates() if t.endswith(".j2")])
 def test_a_template_compiles_with_the_filters_of_its_page(name: str) -> None:
     made = report_templates() if name.startswith("crossval/") else templates()
-    made.get_template(name)
+    assert made.get_template(name).name == name

@@ -61,7 +61,7 @@ def copied(sound: Path, folder: Path) -> Path:
     return folder / "results"
 
 
-def one_line_naming(place: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
+def check_one_line_naming(place: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
     """Message of a report that is rejected."""
     capsys.readouterr()
     assert run(["report", str(folder)]) == 2
@@ -87,7 +87,7 @@ def test_a_file_of_other_contents_is_named(
 ) -> None:
     folder = copied(sound, tmp_path)
     (folder / place).write_bytes(CONTENTS[content])
-    one_line_naming(place, folder, capsys)
+    check_one_line_naming(place, folder, capsys)
 
 
 @pytest.mark.parametrize("place", PLACES)
@@ -98,7 +98,7 @@ def test_a_truncated_file_is_named(
     folder = copied(sound, tmp_path)
     whole = (folder / place).read_bytes()
     (folder / place).write_bytes(whole[: int(share * len(whole))])
-    one_line_naming(place, folder, capsys)
+    check_one_line_naming(place, folder, capsys)
 
 
 @pytest.mark.parametrize("place", ["record.json", "metrics.csv", SAMPLES])
@@ -110,7 +110,7 @@ def test_a_folder_or_a_pipe_in_place_of_a_file_is_named(
     (folder / place).unlink()
     make = os.mkdir if kind == "folder" else os.mkfifo
     make(folder / place)
-    one_line_naming(place, folder, capsys)
+    check_one_line_naming(place, folder, capsys)
 
 
 @pytest.mark.parametrize(("key", "value"), [(k, v) for k, values in ENTRIES.items() for v in values])
@@ -120,7 +120,7 @@ def test_an_entry_of_a_wrong_type_is_named(
     folder = copied(sound, tmp_path)
     record = json.loads((folder / "record.json").read_text()) | {key: value}
     (folder / "record.json").write_text(json.dumps(record))
-    one_line_naming("metrics.csv" if value == {"metrics.csv": ["0"]} else "record.json", folder, capsys)
+    check_one_line_naming("metrics.csv" if value == {"metrics.csv": ["0"]} else "record.json", folder, capsys)
 
 
 @pytest.mark.parametrize("word", ["much", "nan?", "True", "", "inf", "1e999"])
@@ -136,7 +136,7 @@ def test_no_report_says_passed_of_a_value_that_is_no_number(
     cells = lines[at].split(",")
     cells[5] = word
     (folder / "metrics.csv").write_text("\n".join([*lines[:at], ",".join(cells), *lines[at + 1 :]]))
-    one_line_naming("metrics.csv", folder, capsys)
+    check_one_line_naming("metrics.csv", folder, capsys)
 
 
 def test_a_report_does_not_mix_a_record_with_the_table_of_another_run(
@@ -145,7 +145,7 @@ def test_a_report_does_not_mix_a_record_with_the_table_of_another_run(
     folder = copied(sound, tmp_path)
     table = folder / "metrics.csv"
     table.write_text("\n".join(table.read_text().splitlines()[:-1]) + "\n")
-    assert "of another run" in one_line_naming("metrics.csv", folder, capsys)
+    assert "of another run" in check_one_line_naming("metrics.csv", folder, capsys)
 
 
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -46,7 +46,7 @@ def stored(name: str, out: Path) -> list[Path]:
     return [record, *(record.parent / table for table in json.loads(record.read_text())[TABLES])]
 
 
-def named(path: Path, command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def check_named(path: Path, command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     """Check that a command ends with 2 and one line on a file, which stays as it is."""
     before = path.read_bytes()
     capsys.readouterr()
@@ -66,7 +66,7 @@ def test_a_report_names_the_damaged_file(
     for path in stored(name, out):
         whole = path.read_bytes()
         path.write_bytes(DAMAGES[damage](whole))
-        named(path, ["report", str(out)], capsys)
+        check_named(path, ["report", str(out)], capsys)
         path.write_bytes(whole)
     assert run(["report", str(out)]) == 0
 
@@ -80,7 +80,7 @@ def test_a_command_that_goes_on_names_the_damaged_file(
     for path in stored(name, out)[: None if name in READ_ON else 1]:
         whole = path.read_bytes()
         path.write_bytes(DAMAGES[damage](whole))
-        named(path, ["-q", *SMALL[name].command.split(), "--out", str(out), "--resume"], capsys)
+        check_named(path, ["-q", *SMALL[name].command.split(), "--out", str(out), "--resume"], capsys)
         path.write_bytes(whole)
 
 
@@ -98,7 +98,7 @@ def test_words_for_numbers_are_named_without_a_digest(
     frame = frame.astype({numbers[0]: object})
     frame.loc[0, numbers[0]] = "much"
     frame.to_csv(table, index=False)
-    named(table, ["report", str(out)], capsys)
+    check_named(table, ["report", str(out)], capsys)
 
 
 @pytest.mark.parametrize("value", [1, [], {}, "x", None, [1], {"a": 1}])

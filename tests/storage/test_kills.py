@@ -111,7 +111,7 @@ def uninterrupted(name: str, known: dict[str, Uninterrupted], folder: Path) -> U
     return known[name]
 
 
-def kill_and_go_on(name: str, number: int, known: dict[str, Uninterrupted], folder: Path) -> None:
+def check_kill_and_going_on(name: str, number: int, known: dict[str, Uninterrupted], folder: Path) -> None:
     small, chance, expected = SMALL[name], random.Random(number), uninterrupted(name, known, folder)
     victim, out, temporary = VICTIMS[number % len(VICTIMS)], folder / "cut", folder / "tmp-cut"
     process = started(small.command, out, temporary)
@@ -132,11 +132,11 @@ def kill_and_go_on(name: str, number: int, known: dict[str, Uninterrupted], fold
 
 @pytest.mark.parametrize("name", ["comparison"])
 def test_a_killed_run_goes_on_to_the_same_tables(name: str, whole: dict[str, Uninterrupted], tmp_path: Path) -> None:
-    kill_and_go_on(name, 2, whole, tmp_path)
+    check_kill_and_going_on(name, 2, whole, tmp_path)
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(0)
 @pytest.mark.parametrize("number", range(30))
 def test_thirty_random_kills_over_all_studies(number: int, whole: dict[str, Uninterrupted], tmp_path: Path) -> None:
-    kill_and_go_on(list(SMALL)[number % len(SMALL)], number, whole, tmp_path)
+    check_kill_and_going_on(list(SMALL)[number % len(SMALL)], number, whole, tmp_path)
