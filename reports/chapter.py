@@ -6,8 +6,8 @@ import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
-from reports.tables.reading import DamagedResultsError, brief, damaged
-from reports.tables.schema import SchemaVersionError
+from reports.tables.reading import DamagedResultsError, brief, damaged, read_json
+from reports.tables.schema import RECORD, SchemaVersionError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -42,6 +42,15 @@ class ChapterView(Protocol):
         """Record of the study: its environment, its command."""
 
 
+def says_complete(path: Path) -> bool:
+    """Whether a record can be read and says that every result is there."""
+    try:
+        record = read_json(path)
+    except (OSError, DamagedResultsError):
+        return False
+    return isinstance(record, dict) and record.get("complete") is True
+
+
 @dataclass(frozen=True)
 class Chapter:
     """One study's chapter.
@@ -66,8 +75,8 @@ class Chapter:
     """Whether the report of a comparison in the same folder includes the chapter"""
 
     def is_in(self, folder: Path) -> bool:
-        """Whether a result folder holds the study."""
-        return not self.missing_from(folder)
+        """Whether a result folder holds the study: its files, or a record that says that they are complete."""
+        return not self.missing_from(folder) or says_complete(folder / self.name / RECORD)
 
     def missing_from(self, folder: Path) -> list[str]:
         """Required files that a result folder lacks, relative to it."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import zipfile
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,11 +26,21 @@ class MessageError(ValueError):
 
 def write_message(path: Path, header: dict[str, Any], arrays: dict[str, Array]) -> None:
     """Write an answer; `header` is JSON, every array float64."""
+    need_finite(header)
     text = np.frombuffer(json.dumps(header, allow_nan=False).encode("ascii"), np.uint8)
     half = path.with_name(path.name + ".part")
     with half.open("wb") as file:
         np.savez(file, **{HEADER: text}, **arrays)  # type: ignore[arg-type]
     half.replace(path)
+
+
+def need_finite(value: object, place: str = "its answer") -> None:
+    """Check that no number in nested values is NaN or infinite; the message names its place."""
+    if isinstance(value, float) and not math.isfinite(value):
+        raise MessageError(f"{place} is {value}, expected a finite number")
+    inside = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, (list, tuple)) else ()
+    for key, entry in inside:
+        need_finite(entry, plain_text(key) if isinstance(value, dict) else f"{place}[{key}]")
 
 
 def read_message(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
@@ -46,7 +55,7 @@ def read_message(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
         with np.load(path, allow_pickle=False) as file:
             found = {name: file[name] for name in file.files}
         header = json.loads(found.pop(HEADER).tobytes().decode("ascii"))
-    except (OSError, ValueError, KeyError, EOFError, RecursionError, zipfile.BadZipFile) as error:
+    except Exception as error:  # a file that an engine wrote itself may raise anything: MemoryError, zlib.error, ...
         raise MessageError(f"its answer is damaged: {plain_text(error)}") from None
     if not isinstance(header, dict):
         raise MessageError(f"its answer is a {type(header).__name__}, expected an object")

@@ -12,6 +12,7 @@ import os
 import signal
 import sys
 import time
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,12 +20,15 @@ import psutil
 
 from barchain.boundary import questions
 from barchain.boundary.limits import FILE_B
-from barchain.boundary.message import plain_text, write_message
+from barchain.boundary.message import MessageError, plain_text, write_message
 
 if TYPE_CHECKING:
     from barchain.boundary.limits import OutsideLimits
 
+QUESTION = "BARCHAIN_QUESTION"
+"""Variable that holds the folder of a question, in the engine's process and its children"""
 ANSWER, LOG, END, WORK = "answer.npz", "output.log", "end.json", "work"
+MOST_FILES = 65536  # open files that are looked for
 POLL_S = 0.05  # between looks at memory and output: an engine fills some 100 MB in that time
 PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36
 LINUX = sys.platform.startswith("linux")
@@ -55,8 +59,10 @@ def supervise(folder: str, limits: OutsideLimits, question: str, given: tuple[An
         answer(Path(folder), limits, question, given)
     ended = watch(engine, Path(folder), limits, start, awaited)
     end_descendants()
-    (Path(folder) / END).write_text(json.dumps(ended), encoding="ascii")
-    os._exit(0)
+    try:
+        (Path(folder) / END).write_text(json.dumps(ended), encoding="ascii")
+    finally:  # without a traceback where the engine has removed the folder
+        os._exit(0)
 
 
 def watch(
@@ -123,19 +129,24 @@ def answer(folder: Path, limits: OutsideLimits, question: str, given: tuple[Any,
     import resource  # noqa: PLC0415  # not on Windows, where no engine of another package runs
 
     redirect(folder / LOG)
+    close_inherited()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_FSIZE, (FILE_B, FILE_B))
     if LINUX:
         resource.setrlimit(resource.RLIMIT_DATA, (2 * limits.memory_B, 2 * limits.memory_B))
     (folder / WORK).mkdir()
     os.chdir(folder / WORK)
+    os.environ[QUESTION] = str(folder)
     path, code = folder / ANSWER, 1
     try:
         try:
             header, arrays = getattr(questions, question)(*given)
         except BaseException as error:  # also SystemExit, KeyboardInterrupt and GeneratorExit: all are the engine's
             header, arrays = questions.failed(error), {}
-        write_message(path, header, arrays)
+        try:
+            write_message(path, header, arrays)
+        except MessageError as error:
+            write_message(path, questions.failed(error), {})
         code = 0
     finally:
         os._exit(code)
@@ -148,6 +159,16 @@ def redirect(log: Path) -> None:
         os.dup2(handle, target)
         os.close(handle)
     os.dup2(1, 2)
+
+
+def close_inherited() -> None:
+    """Close the pipes of the server and of Python's resource tracker: they are shared with other engines."""
+    import resource  # noqa: PLC0415
+
+    os.closerange(3, min(resource.getrlimit(resource.RLIMIT_NOFILE)[0], MOST_FILES))
+    tracker = vars(resource_tracker).get("_resource_tracker")
+    if tracker is not None:
+        tracker._fd = tracker._pid = None  # one of its own is started if the engine shares memory
 
 
 def process_control(option: int, value: int) -> None:

@@ -14,6 +14,7 @@ from __future__ import annotations
 import contextlib
 import os
 import threading
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from barchain.boundary.watchman import Watchman
@@ -36,6 +37,12 @@ FOLDER = "BARCHAIN_TEMPORARY"
 """Variable that holds the temporary folder of a comparing process, and marks the processes that belong to it"""
 
 
+def in_worker() -> bool:
+    """Whether this process is a worker, whose own workers use its temporary folder."""
+    folder = os.environ.get(FOLDER)
+    return bool(folder) and Path(str(folder)).is_dir()
+
+
 class WorkerEnvironment:
     """Count of active contexts, the environment before the first of them, and their temporary folder."""
 
@@ -50,7 +57,7 @@ class WorkerEnvironment:
             if not self.users:
                 self.before = {name: os.environ.get(name) for name in (*THREADS, FOLDER)}
                 os.environ.update(dict.fromkeys(THREADS, "1"))
-                if FOLDER not in os.environ:  # a worker's own workers use its folder
+                if not in_worker():
                     self.watchman = Watchman()
                     os.environ[FOLDER] = self.watchman.folder
             self.users += 1

@@ -228,10 +228,14 @@ def recorded_content(folder: Path, name: str, record: Mapping[str, Any]) -> byte
     Raises
     ------
     DamagedResultsError
-        If the contents differ from those that the record describes.
+        If the contents differ from those that the record describes, or a complete record lists a missing file.
     """
     known, path = record.get(TABLES), folder / name
-    if (known is not None and name not in known) or not os.path.lexists(path):
+    if known is not None and name not in known:
+        return None
+    if not os.path.lexists(path):
+        if known is not None and record.get("complete"):
+            raise damaged(path, "is missing, and the record lists it")
         return None
     content = read_bytes(path)
     if known is not None and digest(content) not in known[name]:

@@ -1,18 +1,23 @@
 """Engines that misbehave in one way each; ``<phase>_<act>`` is an act in a phase, others return something wrong."""
 
+import contextlib
 import ctypes
 import dataclasses
+import io
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import threading
 import time
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
+import psutil
 
 from adapters.engine import AccuracyParameter, AccuracySweep, Engine, EngineError
 from adapters.reference.numpy_engines import Reference
@@ -58,8 +63,38 @@ def detach() -> None:
         os._exit(0)
 
 
+def write_files() -> None:
+    """Write to every open file."""
+    for number in range(3, 64):
+        with contextlib.suppress(OSError):
+            os.write(number, b"\0" * 8)
+
+
 def hold_by_thread() -> None:
     threading.Thread(target=time.sleep, args=(600,)).start()
+
+
+def stop_server() -> None:
+    """Stop the process that forks supervisors."""
+    os.kill(psutil.Process(os.getppid()).ppid(), signal.SIGSTOP)
+    time.sleep(600)
+
+
+def kill_supervisor() -> None:
+    """Leave a child in a session of its own, and kill the process that would end it."""
+    subprocess.Popen(["sleep", "600"], start_new_session=True)
+    os.kill(os.getppid(), signal.SIGKILL)
+    time.sleep(600)
+
+
+def claim_memory() -> None:
+    """Write an answer whose header claims 700 TB."""
+    head = io.BytesIO()
+    np.lib.format.write_array_header_1_0(head, {"descr": "<f8", "fortran_order": False, "shape": (10**14,)})
+    with zipfile.ZipFile("../half", "w") as file:
+        file.writestr("header.npy", head.getvalue())
+    Path("../half").rename("../answer.npz")
+    os._exit(0)
 
 
 ACTS: dict[str, Callable[[], Any]] = {
@@ -84,6 +119,10 @@ ACTS: dict[str, Callable[[], Any]] = {
     "floods": flood,
     "hoards": hoard,
     "hangs": lambda: time.sleep(600),
+    "stops_server": stop_server,
+    "kills_supervisor": kill_supervisor,
+    "claims_memory": claim_memory,
+    "removes_folder": lambda: (shutil.rmtree(Path.cwd().parent), os._exit(0)),
     "hangs_deaf": lambda: (signal.pthread_sigmask(signal.SIG_BLOCK, range(1, 64)), time.sleep(600)),
 }
 HARMLESS: dict[str, Callable[[], Any]] = {
@@ -93,6 +132,7 @@ HARMLESS: dict[str, Callable[[], Any]] = {
     "starts_child": lambda: subprocess.Popen(["sleep", "600"]),
     "detaches": detach,
     "changes_folder": lambda: os.chdir("/"),
+    "writes_files": write_files,
     "changes_environment": os.environ.clear,
 }
 """Acts that cost nothing: the run passes, and nothing of it stays"""
@@ -277,6 +317,8 @@ ODD: dict[str, dict[str, Any]] = {
     "sweep_text": {"sweep": "rtol"},
     "sweep_unsorted": {"sweep": AccuracySweep(AccuracyParameter.RTOL, (1e-6, 1e-9, 1e-7), 1e-9)},
     "sweep_empty": {"sweep": AccuracySweep(AccuracyParameter.RTOL, (), 1e-9)},
+    "order_nan": {"order": float("nan")},
+    "step_constant_nan": {"step_constant": float("nan")},
     "step_constant_text": {"step_constant": "ten"},
     "reasons_list": {"unsupported_reasons": ["no"]},
 }

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import psutil
@@ -18,8 +20,6 @@ from reports.tables.outcome import Outcome
 from tests.boundary.misbehaving import ENGINES, FINE, TRACE
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from barchain.crossval.run import ComparisonResult
 
 SCENE = "basics/two_bars_free"
@@ -37,6 +37,7 @@ IMPORTS = {
 QUICK = (
     "simulate_exits_0", "simulate_leaves_0", "read_exits_bye", "build_interrupts", "info_code", "info_set",
     "gives_complex", "gives_list_for_array", "unsupported_raises", "lacks_title", "claims_noise_misspelt",
+    "read_kills_supervisor", "read_claims_memory", "read_removes_folder", "declares_step_constant_nan",
 )  # fmt: skip
 """Misbehaviours that every test run tries; the others are slow"""
 
@@ -54,14 +55,14 @@ def targets(names: object) -> dict[str, str]:
 
 
 def ours() -> set[int]:
-    """Processes that carry the mark of a comparison of this one."""
-    found = set()
+    """Processes that a comparison has left: orphans or below this one, and their mark names a folder that is gone."""
+    children = psutil.Process().children(recursive=True)
+    below, found = {c.pid for c in children if c.ppid() != os.getpid()}, set()
     for process in psutil.process_iter():
-        try:
-            if FOLDER in process.environ() and process.ppid() != os.getpid():
+        with contextlib.suppress(psutil.Error):
+            folder = process.environ().get(FOLDER)
+            if folder and not Path(folder).is_dir() and (process.ppid() == 1 or process.pid in below):
                 found.add(process.pid)
-        except psutil.Error:
-            continue
     return found
 
 
@@ -84,12 +85,27 @@ def test_an_engine_that_exits_dies_or_lies_costs_its_own_row(tmp_path: Path) -> 
     assert not result.passed
 
 
+def test_a_server_that_an_engine_has_stopped_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("barchain.boundary.process.START_S", 12.0)
+    result = compared(targets(["simulate_stops_server", "plain"]), tmp_path, 8.0)
+    assert not result.outcomes[SCENE, "simulate_stops_server"].ok
+    assert result.outcomes[SCENE, "plain"] is Outcome.PASS
+
+
+def test_a_child_goes_where_the_engine_has_killed_its_supervisor(tmp_path: Path) -> None:
+    before = ours()
+    compared(targets(["read_kills_supervisor"]), tmp_path, 8.0)
+    time.sleep(0.5)
+    assert ours() <= before
+
+
 @pytest.mark.slow
 def test_every_misbehaviour_costs_its_own_row_and_leaves_no_process(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert len(ENGINES) >= 100
     monkeypatch.setattr("barchain.boundary.declared.QUESTION_LIMITS", limits.OutsideLimits(4.0))
+    monkeypatch.setattr("barchain.boundary.process.START_S", 12.0)
     before = ours()
     result = compared(targets(ENGINES), tmp_path, 8.0)
     check(result, tmp_path, ENGINES)

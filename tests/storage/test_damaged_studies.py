@@ -71,6 +71,20 @@ def test_a_report_names_the_damaged_file(
     assert run(["report", str(out)]) == 0
 
 
+@pytest.mark.parametrize("name", RENDERED)
+def test_a_report_names_a_missing_table(
+    name: str, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = copied(name, sound, tmp_path)
+    for path in stored(name, out)[1:]:
+        whole = path.read_bytes()
+        path.unlink()
+        capsys.readouterr()
+        code, error = run(["report", str(out)]), capsys.readouterr().err
+        assert (code, error.count("\n"), path.name in error) == (2, 1, True), (path, error)
+        path.write_bytes(whole)
+
+
 @pytest.mark.parametrize("damage", DAMAGES)
 @pytest.mark.parametrize("name", GOES_ON)
 def test_a_command_that_goes_on_names_the_damaged_file(

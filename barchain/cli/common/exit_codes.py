@@ -30,7 +30,8 @@ class ExitCode(IntEnum):
 MEANINGS = {
     ExitCode.OK: "The command did its work, and every check passed.",
     ExitCode.FINDINGS: "A run, a comparison or a check failed.",
-    ExitCode.BAD_INPUT: "An option, a scene, a file or a folder is not usable; nothing was run.",
+    ExitCode.BAD_INPUT: "An option, a scene, a file, a folder or a disk is not usable; runs are made only before a "
+    "disk fails.",
     ExitCode.MISSING_ENGINE: "An engine that was named, or that the command needs, is not installed; nothing was run.",
     ExitCode.INTERNAL_ERROR: "barchain itself failed; a traceback was printed.",
     ExitCode.INTERRUPTED: "The command was interrupted, e.g. by Ctrl-C; results so far are kept.",
