@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pandas as pd
 import pytest
@@ -13,12 +14,26 @@ from barchain.cli.main import run
 from reports.tables.reading import TABLES
 from tests.storage.small_plans import SMALL
 
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from _pytest.mark import ParameterSet
+
 DAMAGES = {
     "empty": lambda _: b"", "truncated": lambda whole: whole[: len(whole) // 2], "text": lambda _: b"earlier results",
     "junk": lambda _: bytes(range(256)) * 8, "list": lambda _: b"[]", "one byte more": lambda whole: whole + b"0",
 }  # fmt: skip
-RENDERED = [name for name in SMALL if name != "campaign"]
-GOES_ON = [name for name, small in SMALL.items() if small.resumes]
+QUICK = ("comparison", "cost")
+"""Results that every test run damages; the others are slow"""
+
+
+def each(names: Iterable[str]) -> list[ParameterSet]:
+    """Parameters of a test, slow ones marked."""
+    return [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in names]
+
+
+RENDERED = each(name for name in SMALL if name != "campaign")
+GOES_ON = each(name for name, small in SMALL.items() if small.resumes)
 READ_ON = ["cost", "scaling"]
 """Studies whose tables are read by --resume; the others go on from runs, and make a damaged one anew"""
 

@@ -12,7 +12,6 @@ from barchain.cli.common.names import need_loaded
 from barchain.cli.common.numbers import NamedPath
 from barchain.cli.common.options import optional_scenes, overwrite_option
 from barchain.cli.common.terminal import say
-from barchain.record.claim import claim
 
 MAKER = "heyoka-quad"
 
@@ -37,6 +36,8 @@ def certified_solutions(scenes: tuple[str, ...], out: Path | None, only_check: b
     if out is not None:
         tables = [out / f"{name}.csv" for name in names]
         there = [path for path in tables if path.exists()]
+        from barchain.record.claim import claim  # noqa: PLC0415
+
         claim(there, f"{', '.join(map(str, there))}: there already", overwrite=overwrite)
     agree = [check_one(name) if out is None else make_one(name, out) for name in names]
     if not all(agree):

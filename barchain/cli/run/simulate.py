@@ -12,7 +12,6 @@ from barchain.cli.common.numbers import NamedPath
 from barchain.cli.common.options import overwrite_option, scene_argument, set_option, time_limit_option
 from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say
-from barchain.record.claim import claim
 from barchain.run.time_limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:
@@ -41,6 +40,8 @@ def simulate(
     if out.suffix not in ENDINGS:
         raise click.UsageError(f"--out {out}: ending {out.suffix!r} given, allowed: {', '.join(ENDINGS)}")
     need_writable(out, "--out")
+    from barchain.record.claim import claim  # noqa: PLC0415
+
     claim([out], f"{out} is there", overwrite=overwrite)
     trajectory = run(scene, engine, settings, time_limit, condition)
     write(trajectory.to_frame(), out)
