@@ -111,4 +111,4 @@ def read_campaign(folder: Path) -> CampaignTables:
         If the record has another schema version.
     """
     found = FILES.read_all(folder)
-    return CampaignTables(found["campaign"], found["rates"], FILES.read_record(folder))
+    return CampaignTables(found["campaign"], found["rates"], FILES.sound_record(folder))
