@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from reference_impl.fast.effect_dispatch import add_common_acceleration
+from reference_impl.fast.effect_calls import add_common_acceleration
 from reference_impl.fast.field import end_accelerations, forces
-from reference_impl.fast.jit import compiled, inlined
 from reference_impl.fast.joints import reactions, refine
 from reference_impl.fast.laws import apply_prescribed_torques, rotation_per_unit_torque, unit_torque_reactions
 from reference_impl.fast.layout import (
@@ -26,13 +25,14 @@ from reference_impl.fast.layout import (
     Workspace,
 )
 from reference_impl.fast.trigonometry import unit_vectors
+from reference_impl.machine_code.functions import compiled, inlined
 
 if TYPE_CHECKING:
-    from reference_impl.model.arrays import Array
+    from reference_impl.machine_code.records import Matrix, Vector
 
 
 @compiled
-def evaluate(t_s: float, y: Array, rates: Array, chain: CompiledChain, work: Workspace) -> bool:
+def evaluate(t_s: float, y: Vector, rates: Vector, chain: CompiledChain, work: Workspace) -> bool:
     """Time derivative of a state into `rates`; reactions and torques into `work`.
 
     Parameters
@@ -52,13 +52,13 @@ def evaluate(t_s: float, y: Array, rates: Array, chain: CompiledChain, work: Wor
     n, rows, well = chain.bars.shape[1], work.bars, True
     unit_vectors(n, y, rows)
     forces(n, t_s, chain, y, work)
-    if len(chain.laws):
+    if len(chain.laws) > 0:
         well = unit_torque_reactions(n, chain, work)
         end_accelerations(n, chain, y, rows)
     well = reactions(n, chain.bars, rows) and well
     if chain.bars[REFINED, 0] != 0.0:
         well = refine(n, chain.bars, rows) and well
-    if len(chain.laws):
+    if len(chain.laws) > 0:
         apply_prescribed_torques(n, t_s, y, chain, work)
     for i in range(n + 2):
         rates[i] = y[n + 2 + i]
@@ -67,12 +67,13 @@ def evaluate(t_s: float, y: Array, rates: Array, chain: CompiledChain, work: Wor
         for i in range(n):
             rates[n + 2 + i] += work.torque_N_m[k] * rotation_per_unit_torque(chain.laws[k], i, chain.bars)
     rates[2 * n + 2], rates[2 * n + 3] = com_acceleration(n, chain, y, rows)
-    add_common_acceleration(chain.effects, n, chain, work, rates)
+    if len(chain.effects) > 0:
+        add_common_acceleration(n, chain, work, rates)
     return well
 
 
 @inlined
-def angular_accelerations(n: int, chain: CompiledChain, rows: Array, rates: Array) -> None:
+def angular_accelerations(n: int, chain: CompiledChain, rows: Matrix, rates: Vector) -> None:
     """Angular accelerations under field and reactions, eq. (15), into `rates`."""
     before_x = before_y = 0.0
     for i in range(n - 1):
@@ -86,7 +87,7 @@ def angular_accelerations(n: int, chain: CompiledChain, rows: Array, rates: Arra
 
 
 @inlined
-def com_acceleration(n: int, chain: CompiledChain, y: Array, rows: Array) -> tuple[float, float]:
+def com_acceleration(n: int, chain: CompiledChain, y: Vector, rows: Matrix) -> tuple[float, float]:
     """Z0'' = g(Z0) + the mean of the differences from g(Z0), eqs. (9), (11)."""
     if chain.gravity == NO_GRAVITY:
         return 0.0, 0.0

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from reference_impl.fast.jit import inlined
 from reference_impl.fast.layout import DX, DY, HALF, UX, UY, VX, VY, WEIGHT
+from reference_impl.machine_code.functions import inlined
 
 if TYPE_CHECKING:
-    from reference_impl.model.arrays import Array
+    from reference_impl.machine_code.records import Matrix, Vector
 
 
 @inlined
-def centres_from_first(n: int, bars: Array, rows: Array) -> tuple[float, float]:
+def centres_from_first(n: int, bars: Matrix, rows: Matrix) -> tuple[float, float]:
     """Rows DX, DY: centres of the bars from the first bar's, eq. (7'); returns the centre of mass from there."""
     x = y = mean_x = mean_y = 0.0
     left_x, left_y = bars[HALF, 0] * rows[UX, 0], bars[HALF, 0] * rows[UY, 0]
@@ -29,7 +29,7 @@ def centres_from_first(n: int, bars: Array, rows: Array) -> tuple[float, float]:
 
 
 @inlined
-def velocities_from_first(n: int, y: Array, bars: Array, rows: Array, moved: Array) -> tuple[float, float]:
+def velocities_from_first(n: int, y: Vector, bars: Matrix, rows: Matrix, moved: Matrix) -> tuple[float, float]:
     """Rows VX, VY of `moved`: velocities of the centres from the first bar's; returns that of the centre of mass."""
     vx = vy = mean_x = mean_y = 0.0
     reach = bars[HALF, 0] * y[n + 2]

@@ -1,19 +1,33 @@
-"""Many chains in sequence, in one compiled loop that releases the GIL."""
+"""Many chains in sequence, in one compiled loop that releases the interpreter lock."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from itertools import starmap
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from reference_impl.fast.accelerations import evaluate
-from reference_impl.fast.jit import compiled
-from reference_impl.fast.layout import RX, RY, CompiledChain, workspace
-from reference_impl.fast.stepper import ARRIVED, EVALUATIONS, SAMPLED, STEPS, SurfaceBounds, advance_to, new_stepper
+from reference_impl.fast.layout import RX, RY, CompiledChain, Workspace, workspace
+from reference_impl.fast.stepper import (
+    ARRIVED,
+    EVALUATIONS,
+    SAMPLED,
+    STEPS,
+    Stepper,
+    SurfaceBounds,
+    advance_to,
+    new_stepper,
+)
+from reference_impl.machine_code.functions import compiled, inlined
+from reference_impl.machine_code.records import Record
 
 if TYPE_CHECKING:
-    from reference_impl.fast.layout import Effects, Workspace
-    from reference_impl.fast.stepper import Stepper
+    from collections.abc import Callable
+
+    from reference_impl.fast.layout import Effects
+    from reference_impl.machine_code.records import Matrix, Vector
     from reference_impl.model.arrays import Array
 
 
@@ -57,7 +71,29 @@ class BatchResult(NamedTuple):
     """(runs,)"""
 
 
-def run_batch(batch: Batch, t_s: Array, segments_s: Array) -> BatchResult:
+@dataclass(frozen=True)
+class Members(Record):
+    """Members of a batch and their results in compiled code; `runs` members, n samples."""
+
+    chains: tuple[CompiledChain, ...]
+    bounds: tuple[SurfaceBounds, ...]
+    y0: Matrix
+    """(runs, size)"""
+    atol: Matrix
+    """(runs, size)"""
+    angle_rad: Matrix
+    """(runs n, N)"""
+    reaction_N: Matrix
+    """(runs n, N-1)"""
+    code: Vector
+    """(runs,)"""
+    steps: Vector
+    """(runs,)"""
+    evaluations: Vector
+    """(runs,)"""
+
+
+def run_batch(batch: Batch, t_s: Vector, segments_s: Matrix) -> BatchResult:
     """Integrate every chain of `batch` over the samples `t_s`.
 
     A run that may have touched the surface, or failed, has NaN after its last sample and a return code other than
@@ -72,35 +108,48 @@ def run_batch(batch: Batch, t_s: Array, segments_s: Array) -> BatchResult:
     """
     runs, _, bars = batch.bars.shape
     n = len(t_s)
-    result = BatchResult(
-        np.full((runs, n, bars), np.nan),
-        np.full((runs, n, bars - 1), np.nan),
+    members = Members(
+        tuple(starmap(chain_of(batch), zip(batch.mu_m3_s2, batch.bars, batch.laws, strict=True))),
+        tuple(starmap(SurfaceBounds, zip(*bounds_of(batch), strict=True))),
+        batch.y0,
+        batch.atol,
+        np.full((runs * n, bars), np.nan),
+        np.full((runs * n, bars - 1), np.nan),
         np.zeros(runs),
         np.zeros(runs),
         np.zeros(runs),
     )
-    sample_states = np.empty((n, batch.y0.shape[1]))
-    integrate_all(
-        batch,
-        t_s,
-        segments_s,
-        new_stepper(batch.y0[0]),
-        workspace(bars, batch.laws.shape[1], batch.effects),
-        sample_states,
-        result,
+    work = workspace(bars, batch.laws.shape[1], bool(batch.effects))
+    integrate_all(members, t_s, segments_s, new_stepper(batch.y0[0]), work, np.empty((n, batch.y0.shape[1])))
+    return BatchResult(
+        members.angle_rad.reshape(runs, n, bars),
+        members.reaction_N.reshape(runs, n, bars - 1),
+        members.code,
+        members.steps,
+        members.evaluations,
     )
-    return result
+
+
+def chain_of(batch: Batch) -> Callable[[float, Matrix, Matrix], CompiledChain]:
+    """Function that makes one member's chain."""
+    return lambda mu, bars, laws: CompiledChain(mu, batch.gravity, bars, laws, batch.effects)
+
+
+def bounds_of(batch: Batch) -> tuple[Vector, Vector, Vector]:
+    """Columns of the members' bounds."""
+    return batch.contact_free_radius_m, batch.contact_free_perigee_m, batch.largest_pull_m_s2
 
 
 @compiled
 def integrate_all(
-    batch: Batch, t_s: Array, segments_s: Array, s: Stepper, work: Workspace, sample_states: Array, result: BatchResult
+    members: Members, t_s: Vector, segments_s: Matrix, s: Stepper, work: Workspace, sample_states: Matrix
 ) -> None:
     """Run all chains of a batch in sequence.
 
     Parameters
     ----------
-    batch : Batch
+    members : Members
+        Also the results.
     t_s : ndarray, shape (n,)
     segments_s : ndarray, shape (k, 2)
     s : Stepper
@@ -109,26 +158,21 @@ def integrate_all(
         Intermediate results of an evaluation.
     sample_states : ndarray, shape (n, size)
         States of the present run at its samples; overwritten.
-    result : BatchResult
-        Output.
     """
-    for r in range(len(batch.mu_m3_s2)):
-        chain = CompiledChain(batch.mu_m3_s2[r], batch.gravity, batch.bars[r], batch.laws[r], batch.effects)
-        restart(batch.y0[r], sample_states[0], s)
-        surface_bounds = SurfaceBounds(
-            batch.contact_free_radius_m[r], batch.contact_free_perigee_m[r], batch.largest_pull_m_s2[r]
-        )
+    for r in range(len(members.chains)):
+        chain, bounds = members.chains[r], members.bounds[r]
+        restart(members.y0[r], sample_states[0], s)
         code = ARRIVED
         for k in range(len(segments_s)):
             start, end = segments_s[k, 0], segments_s[k, 1]
             if code == ARRIVED:
-                code = advance_to(start, end, surface_bounds, t_s, sample_states, batch.atol[r], s, chain, work)
-        result.code[r], result.steps[r], result.evaluations[r] = code, s.clock[STEPS], s.clock[EVALUATIONS]
-        record_samples(r, int(s.clock[SAMPLED]), t_s, sample_states, s.end, chain, work, result)
+                code = advance_to(start, end, bounds, t_s, sample_states, members.atol[r], s, chain, work)
+        members.code[r], members.steps[r], members.evaluations[r] = code, s.clock[STEPS], s.clock[EVALUATIONS]
+        record_samples(r, int(s.clock[SAMPLED]), t_s, sample_states, s.end, chain, work, members)
 
 
-@compiled
-def restart(y0: Array, first: Array, s: Stepper) -> None:
+@inlined
+def restart(y0: Vector, first: Vector, s: Stepper) -> None:
     """Reset the stepper to the start of another run, with its first sample.
 
     Parameters
@@ -147,16 +191,16 @@ def restart(y0: Array, first: Array, s: Stepper) -> None:
         s.y[i] = first[i] = y0[i]
 
 
-@compiled
+@inlined
 def record_samples(
     r: int,
     count: int,
-    t_s: Array,
-    sample_states: Array,
-    rates: Array,
+    t_s: Vector,
+    sample_states: Matrix,
+    rates: Vector,
     chain: CompiledChain,
     work: Workspace,
-    result: BatchResult,
+    members: Members,
 ) -> None:
     """Record angles and magnitudes of the reactions at the samples reached.
 
@@ -173,13 +217,14 @@ def record_samples(
     chain : CompiledChain
     work : Workspace
         Intermediate results of an evaluation; overwritten.
-    result : BatchResult
+    members : Members
         Output.
     """
     n = chain.bars.shape[1]
     for k in range(count):
+        row = r * len(t_s) + k
         evaluate(t_s[k], sample_states[k], rates, chain, work)
         for j in range(n):
-            result.angle_rad[r, k, j] = sample_states[k, j]
+            members.angle_rad[row, j] = sample_states[k, j]
         for j in range(n - 1):
-            result.reaction_N[r, k, j] = np.hypot(work.bars[RX, j], work.bars[RY, j])
+            members.reaction_N[row, j] = np.hypot(work.bars[RX, j], work.bars[RY, j])

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from reference_impl.fast.jit import compiled
 from reference_impl.fast.layout import (
     HXX,
     HXY,
@@ -31,14 +30,15 @@ from reference_impl.fast.layout import (
     RX,
     RY,
 )
+from reference_impl.machine_code.functions import compiled
 from reference_impl.model.joints import ROUNDING
 
 if TYPE_CHECKING:
-    from reference_impl.model.arrays import Array
+    from reference_impl.machine_code.records import Matrix
 
 
 @compiled
-def solve_by_cholesky(n: int, bars: Array, rows: Array) -> bool:
+def solve_by_cholesky(n: int, bars: Matrix, rows: Matrix) -> bool:
     """Reactions into rows RX, RY, from rows LEFT, RIGHT and K; False if a pivot is lost in round-off.
 
     Rows L hold each joint's factor, rows H the coupling to the next joint's block.

@@ -17,11 +17,11 @@ from scipy.integrate import DOP853
 from scipy.integrate._ivp import dop853_coefficients
 
 from reference_impl.fast.accelerations import evaluate
-from reference_impl.fast.jit import compiled, inlined
+from reference_impl.fast.layout import CompiledChain, Workspace
+from reference_impl.machine_code.functions import compiled, inlined
 
 if TYPE_CHECKING:
-    from reference_impl.fast.layout import CompiledChain, Workspace
-    from reference_impl.model.arrays import Array
+    from reference_impl.machine_code.records import Matrix, Vector
 
 Terms = tuple[tuple[int, ...], tuple[float, ...]]
 STAGES, EXTRA, POWER = 12, 3, 7
@@ -30,7 +30,7 @@ SAFETY, LEAST_FACTOR, LARGEST_FACTOR = 0.9, 0.2, 10.0
 EXPONENT = -1.0 / 8.0
 
 
-def terms(row: Array) -> tuple[tuple[int, ...], tuple[float, ...]]:
+def terms(row: Vector) -> tuple[tuple[int, ...], tuple[float, ...]]:
     """Columns and values of a row's non-zero coefficients, padded with zeros to 4, 8 or 12."""
     columns = [int(j) for j in np.nonzero(row)[0]]
     idle = -len(columns) % 4 if len(columns) != 5 else 3
@@ -42,10 +42,11 @@ EXTRA_TABLE = tuple(terms(row) for row in DOP853.A_EXTRA)
 DENSE_TABLE = tuple(terms(row) for row in DOP853.D)
 END, E3, E5 = terms(DOP853.B), terms(DOP853.E3), terms(DOP853.E5)
 C = tuple(float(c) for c in DOP853.C)
+NODES = np.array(C)
 C_EXTRA = tuple(float(c) for c in DOP853.C_EXTRA)
 
 
-def coefficient_residues() -> Array:
+def coefficient_residues() -> Matrix:
     """Rounding errors of the coefficients, (13, 12), from the thirty digits in SciPy's source.
 
     The errors, up to 2e-15 as some coefficients exceed 40, are equal in every step. An orbit's energy therefore drifts
@@ -64,7 +65,7 @@ COEFFICIENTS, COEFFICIENT_RESIDUES = np.vstack([DOP853.A, DOP853.B]), coefficien
 
 
 @inlined
-def sum4(i: int, k: Array, table: Terms) -> float:
+def sum4(i: int, k: Matrix, table: Terms) -> float:
     """Sum of four slopes of component `i`, weighted by their coefficients.
 
     The sum is written out, with the table as a constant of the caller; a loop takes five times longer.
@@ -74,7 +75,7 @@ def sum4(i: int, k: Array, table: Terms) -> float:
 
 
 @inlined
-def sum8(i: int, k: Array, table: Terms) -> float:
+def sum8(i: int, k: Matrix, table: Terms) -> float:
     """Weighted sum of eight slopes of component `i`."""
     j, a = table
     first = a[0] * k[j[0], i] + a[1] * k[j[1], i] + a[2] * k[j[2], i] + a[3] * k[j[3], i]
@@ -82,7 +83,7 @@ def sum8(i: int, k: Array, table: Terms) -> float:
 
 
 @inlined
-def sum12(i: int, k: Array, table: Terms) -> float:
+def sum12(i: int, k: Matrix, table: Terms) -> float:
     """Weighted sum of twelve slopes of component `i`."""
     j, a = table
     first = a[0] * k[j[0], i] + a[1] * k[j[1], i] + a[2] * k[j[2], i] + a[3] * k[j[3], i]
@@ -91,7 +92,7 @@ def sum12(i: int, k: Array, table: Terms) -> float:
 
 
 @compiled
-def advance(t: float, h: float, y: Array, slopes: Array, end: Array, chain: CompiledChain, work: Workspace) -> bool:
+def advance(t: float, h: float, y: Vector, slopes: Matrix, end: Vector, chain: CompiledChain, work: Workspace) -> bool:
     """Take one step from `y` with slope ``slopes[0]``: the state at ``t + h`` into `end`, its slope into row 12.
 
     Returns
@@ -141,11 +142,11 @@ def advance(t: float, h: float, y: Array, slopes: Array, end: Array, chain: Comp
 def advance_exactly(
     t: float,
     h: float,
-    y: Array,
-    residue: Array,
-    slopes: Array,
-    end: Array,
-    left: Array,
+    y: Vector,
+    residue: Vector,
+    slopes: Matrix,
+    end: Vector,
+    left: Vector,
     chain: CompiledChain,
     work: Workspace,
 ) -> bool:
@@ -166,13 +167,13 @@ def advance_exactly(
             change = h * (head + tail) + residue[i]
             end[i] = y[i] + change
             left[i] = change - (end[i] - y[i])
-        share = 1.0 if stage == STAGES else C[stage]
+        share = 1.0 if stage == STAGES else NODES[stage]
         well = evaluate(t + share * h, end, slopes[stage], chain, work) and well
     return well
 
 
 @compiled
-def error_norm(size: int, h: float, y: Array, end: Array, slopes: Array, atol: Array, rtol: float) -> float:
+def error_norm(size: int, h: float, y: Vector, end: Vector, slopes: Matrix, atol: Vector, rtol: float) -> float:
     """Error of a step relative to the allowed error, over `size` components: from the estimates of orders 5 and 3."""
     fifth = third = 0.0
     for i in range(len(y)):
@@ -186,7 +187,7 @@ def error_norm(size: int, h: float, y: Array, end: Array, slopes: Array, atol: A
 
 
 @compiled
-def first_step(size: int, t: float, span_s: float, y: Array, slopes: Array, end: Array, atol: Array, rtol: float,
+def first_step(size: int, t: float, span_s: float, y: Vector, slopes: Matrix, end: Vector, atol: Vector, rtol: float,
                chain: CompiledChain, work: Workspace) -> float:  # fmt: skip
     """Size of the first step, s (Hairer et al., II.4), from the slope in ``slopes[0]``; one evaluation."""
     d0 = d1 = d2 = 0.0
@@ -207,7 +208,7 @@ def first_step(size: int, t: float, span_s: float, y: Array, slopes: Array, end:
 
 
 @compiled
-def interpolant(t: float, h: float, y: Array, end: Array, slopes: Array, scratch: Array, powers: Array,
+def interpolant(t: float, h: float, y: Vector, end: Vector, slopes: Matrix, scratch: Vector, powers: Matrix,
                 chain: CompiledChain, work: Workspace) -> None:  # fmt: skip
     """Seventh-order interpolant of a step into `powers`, shape (7, size); three evaluations."""
     for i in range(len(y)):
@@ -231,7 +232,7 @@ def interpolant(t: float, h: float, y: Array, end: Array, slopes: Array, scratch
 
 
 @compiled
-def interpolate(x: float, y: Array, powers: Array, found: Array) -> None:
+def interpolate(x: float, y: Vector, powers: Matrix, found: Vector) -> None:
     """State at the fraction `x` of the step."""
     rest = 1.0 - x
     for i in range(len(y)):

@@ -10,8 +10,7 @@ import math
 from typing import TYPE_CHECKING
 
 from reference_impl.fast.bar_positions import centres_from_first
-from reference_impl.fast.effect_dispatch import add_effects, keep_mean_position
-from reference_impl.fast.jit import inlined
+from reference_impl.fast.effect_calls import add_effects
 from reference_impl.fast.layout import (
     ANGULAR,
     COMPLIANCE,
@@ -34,14 +33,15 @@ from reference_impl.fast.layout import (
     CompiledChain,
     Workspace,
 )  # fmt: skip
+from reference_impl.machine_code.functions import inlined
 
 if TYPE_CHECKING:
-    from reference_impl.model.arrays import Array
+    from reference_impl.machine_code.records import Matrix, Vector
 
 
 @inlined
 def gravity(
-    n: int, chain: CompiledChain, com_x: float, com_y: float, mean_x: float, mean_y: float, rows: Array
+    n: int, chain: CompiledChain, com_x: float, com_y: float, mean_x: float, mean_y: float, rows: Matrix
 ) -> None:
     """Rows GX, GY: g(Z0 + d_j) - g(Z0), m/s²; row ANGULAR: K_j/J_j, rad/s², eq. (17)."""
     inverse2 = 1.0 / (com_x * com_x + com_y * com_y)
@@ -63,28 +63,28 @@ def gravity(
 
 
 @inlined
-def no_gravity(n: int, rows: Array) -> None:
+def no_gravity(n: int, rows: Matrix) -> None:
     """Rows GX, GY, ANGULAR of free motion."""
     for i in range(n):
         rows[GX, i] = rows[GY, i] = rows[ANGULAR, i] = 0.0
 
 
 @inlined
-def forces(n: int, t_s: float, chain: CompiledChain, y: Array, work: Workspace) -> None:
+def forces(n: int, t_s: float, chain: CompiledChain, y: Vector, work: Workspace) -> None:
     """External accelerations of the bars, without reactions: rows U, D, G, ANGULAR, LEFT, RIGHT and K."""
-    rows = work.bars
+    rows, mean_x, mean_y = work.bars, 0.0, 0.0
     if chain.gravity == NO_GRAVITY:
         no_gravity(n, rows)
     else:
         mean_x, mean_y = centres_from_first(n, chain.bars, rows)
         gravity(n, chain, y[n], y[n + 1], mean_x, mean_y, rows)
-        keep_mean_position(chain.effects, mean_x, mean_y, work)
-    add_effects(chain.effects, n, t_s, y, chain, work)
+    if len(chain.effects) > 0:
+        add_effects(n, t_s, y, mean_x, mean_y, chain, work)
     end_accelerations(n, chain, y, rows)
 
 
 @inlined
-def end_accelerations(n: int, chain: CompiledChain, y: Array, rows: Array) -> None:
+def end_accelerations(n: int, chain: CompiledChain, y: Vector, rows: Matrix) -> None:
     """Rows LEFT and RIGHT: accelerations of the bars' ends without reactions; rows K: c n nᵀ."""
     for i in range(n):
         ux, uy, half, spin = rows[UX, i], rows[UY, i], chain.bars[HALF, i], rows[ANGULAR, i]

@@ -23,7 +23,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from reference_impl.fast.cholesky import solve_by_cholesky
-from reference_impl.fast.jit import compiled, inlined
 from reference_impl.fast.layout import (
     BX,
     BY,
@@ -52,24 +51,25 @@ from reference_impl.fast.layout import (
     UX,
     UY,
 )  # fmt: skip
+from reference_impl.machine_code.functions import compiled, inlined
 from reference_impl.model.joints import CONVERGED, DIVERGED, REFINEMENTS, ROUNDING
 
 if TYPE_CHECKING:
-    from reference_impl.model.arrays import Array
+    from reference_impl.machine_code.records import Matrix
 
 SubChain = tuple[float, float, float, float, float, bool]
 """Mobility (xx, xy, yy) and free acceleration (x, y) of a part's end, and whether all pivots are positive."""
 
 
 @inlined
-def single_bar(i: int, far: int, bars: Array, rows: Array) -> SubChain:
+def single_bar(i: int, far: int, bars: Matrix, rows: Matrix) -> SubChain:
     """Bar `i` alone, at the end whose rows begin with `far`: LEFT or RIGHT."""
     w = bars[INVERSE_MASS, i]
     return w + rows[KXX, i], rows[KXY, i], w + rows[KYY, i], rows[far, i], rows[far + 1, i], True
 
 
 @inlined
-def join_bar(sub: SubChain, i: int, joint: int, near: int, far: int, bars: Array, rows: Array) -> SubChain:
+def join_bar(sub: SubChain, i: int, joint: int, near: int, far: int, bars: Matrix, rows: Matrix) -> SubChain:
     """Join bar `i` by its end `near` to a part; the result is at its end `far`. Stores P and H of the joint."""
     yxx, yxy, yyy, free_x, free_y, well = sub
     w, kxx, kxy, kyy = bars[INVERSE_MASS, i], rows[KXX, i], rows[KXY, i], rows[KYY, i]
@@ -97,7 +97,7 @@ def join_bar(sub: SubChain, i: int, joint: int, near: int, far: int, bars: Array
 
 
 @inlined
-def back_substitute(joint: int, x: float, y: float, side: float, rows: Array) -> tuple[float, float]:
+def back_substitute(joint: int, x: float, y: float, side: float, rows: Matrix) -> tuple[float, float]:
     """Reaction in `joint` from that in its neighbour nearer to the middle."""
     return (
         side * rows[PX, joint] + (rows[HXX, joint] * x + rows[HXY, joint] * y),
@@ -106,7 +106,7 @@ def back_substitute(joint: int, x: float, y: float, side: float, rows: Array) ->
 
 
 @inlined
-def reactions(n: int, bars: Array, rows: Array) -> bool:
+def reactions(n: int, bars: Matrix, rows: Matrix) -> bool:
     """Rows RX, RY: force on bar j from bar j+1, by rows LEFT, RIGHT and K; False if a pivot is lost in round-off."""
     if n == 1:
         return True
@@ -116,7 +116,7 @@ def reactions(n: int, bars: Array, rows: Array) -> bool:
 
 
 @inlined
-def solve_by_sweeps(n: int, bars: Array, rows: Array) -> bool:
+def solve_by_sweeps(n: int, bars: Matrix, rows: Matrix) -> bool:
     """Rows RX, RY by the sweeps; False if a pivot is lost in round-off."""
     last, middle = n - 1, (n - 1) // 2
     both = last - 1 - middle  # joints that both sweeps process at once
@@ -145,7 +145,7 @@ def solve_by_sweeps(n: int, bars: Array, rows: Array) -> bool:
 
 
 @compiled
-def refine(n: int, bars: Array, rows: Array) -> bool:
+def refine(n: int, bars: Matrix, rows: Matrix) -> bool:
     """Iterative refinement, as in :meth:`reference_impl.model.joints.JointSystem.solve`.
 
     Rows B keep the relative accelerations of the joined ends without reactions; rows LEFT become the residuals.
@@ -168,7 +168,7 @@ def refine(n: int, bars: Array, rows: Array) -> bool:
 
 
 @compiled
-def residual_openings(n: int, bars: Array, rows: Array) -> None:
+def residual_openings(n: int, bars: Matrix, rows: Matrix) -> None:
     """Rows LEFT of the bars right of each joint: residual relative accelerations under the reactions, copied to rows D.
 
     Neighbouring reactions are subtracted before any multiplication: the difference of nearly equal reactions is exact.

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from reference_impl.fast.effect_dispatch import add_noncentral_acceleration
-from reference_impl.fast.jit import compiled
+from reference_impl.fast.effect_calls import add_noncentral_acceleration
 from reference_impl.fast.joints import reactions, refine
 from reference_impl.fast.layout import (
     AMPLITUDE,
@@ -34,13 +33,14 @@ from reference_impl.fast.layout import (
     CompiledChain,
     Workspace,
 )  # fmt: skip
+from reference_impl.machine_code.functions import compiled
 
 if TYPE_CHECKING:
-    from reference_impl.model.arrays import Array
+    from reference_impl.machine_code.records import Matrix, Vector
 
 
 @compiled
-def law_acceleration(law: Array, t_s: float) -> float:
+def law_acceleration(law: Vector, t_s: float) -> float:
     """Second derivative of eq. (28), rad/s²."""
     progress = min(max((t_s - law[START]) / law[DURATION], 0.0), 1.0)
     x, w = math.pi * progress, math.pi / law[DURATION]
@@ -48,7 +48,7 @@ def law_acceleration(law: Array, t_s: float) -> float:
 
 
 @compiled
-def rotation_per_unit_torque(law: Array, bar: int, bars: Array) -> float:
+def rotation_per_unit_torque(law: Vector, bar: int, bars: Matrix) -> float:
     """Angular acceleration of `bar` per unit torque of `law`, without reactions, 1/(kg m²)."""
     if bar == int(law[BAR]):
         return bars[INVERSE_INERTIA, bar]
@@ -70,12 +70,12 @@ def unit_torque_reactions(n: int, chain: CompiledChain, work: Workspace) -> bool
         if chain.bars[REFINED, 0] != 0.0:
             well = refine(n, chain.bars, rows) and well
         for j in range(n - 1):
-            work.responses[k, 0, j], work.responses[k, 1, j] = rows[RX, j], rows[RY, j]
+            work.responses[2 * k, j], work.responses[2 * k + 1, j] = rows[RX, j], rows[RY, j]
     return well
 
 
 @compiled
-def rotation_from_reactions(n: int, bar: int, x: Array, y: Array, chain: CompiledChain, rows: Array) -> float:
+def rotation_from_reactions(n: int, bar: int, x: Vector, y: Vector, chain: CompiledChain, rows: Matrix) -> float:
     """Angular acceleration of `bar` from reactions (x, y): (l/2J) n·(R_j + R_{j-1})."""
     sum_x = (x[bar] if bar < n - 1 else 0.0) + (x[bar - 1] if bar > 0 else 0.0)
     sum_y = (y[bar] if bar < n - 1 else 0.0) + (y[bar - 1] if bar > 0 else 0.0)
@@ -84,7 +84,7 @@ def rotation_from_reactions(n: int, bar: int, x: Array, y: Array, chain: Compile
 
 @compiled
 def actual_angle_acceleration(
-    n: int, law: Array, angular: float, x: Array, y: Array, place_x: float, place_y: float, chain: CompiledChain
+    n: int, law: Vector, angular: float, x: Vector, y: Vector, place_x: float, place_y: float, chain: CompiledChain
 ) -> float:
     """Acceleration of the angle prescribed by `law`: the bar's, minus the longitude's for the local horizontal.
 
@@ -102,7 +102,7 @@ def actual_angle_acceleration(
 
 @compiled
 def bar_position_and_velocity(
-    n: int, bar: int, y: Array, chain: CompiledChain, rows: Array
+    n: int, bar: int, y: Vector, chain: CompiledChain, rows: Matrix
 ) -> tuple[float, float, float, float]:
     """Position and velocity of a bar's centre from the centre of the body."""
     place_x = place_y = motion_x = motion_y = 0.0
@@ -126,7 +126,7 @@ def bar_position_and_velocity(
 
 
 @compiled
-def prescribed_angle_acceleration(law: Array, t_s: float, x: float, y: float, vx: float, vy: float) -> float:
+def prescribed_angle_acceleration(law: Vector, t_s: float, x: float, y: float, vx: float, vy: float) -> float:
     """Prescribed value of :func:`actual_angle_acceleration`.
 
     The value is the law's acceleration minus the velocity-dependent part of the longitude's, 2 (Z·Z')(Z×Z')/r⁴.
@@ -139,7 +139,7 @@ def prescribed_angle_acceleration(law: Array, t_s: float, x: float, y: float, vx
 
 
 @compiled
-def solve(matrix: Array, found: Array) -> None:
+def solve(matrix: Matrix, found: Vector) -> None:
     """Solve the small dense system [A | b] by Gaussian elimination with row pivots, in place."""
     size = len(found)
     for k in range(size):
@@ -161,7 +161,7 @@ def solve(matrix: Array, found: Array) -> None:
 
 
 @compiled
-def apply_prescribed_torques(n: int, t_s: float, y: Array, chain: CompiledChain, work: Workspace) -> None:
+def apply_prescribed_torques(n: int, t_s: float, y: Vector, chain: CompiledChain, work: Workspace) -> None:
     """`Workspace.torque_N_m`, from the free reactions and the responses; adds the torques' part to the reactions."""
     rows, laws = work.bars, chain.laws
     free_x, free_y = rows[RX], rows[RY]
@@ -173,9 +173,10 @@ def apply_prescribed_torques(n: int, t_s: float, y: Array, chain: CompiledChain,
             n, law, angular, free_x, free_y, x, z, chain
         )
         work.matrix[k, len(laws)] = law[UNIT] * lacking
-        add_noncentral_acceleration(chain.effects, k, law, x, z, work)
+        if len(chain.effects) > 0:
+            add_noncentral_acceleration(k, law, x, z, work.matrix, work)
         for other in range(len(laws)):
-            rx, rz = work.responses[other, 0], work.responses[other, 1]
+            rx, rz = work.responses[2 * other], work.responses[2 * other + 1]
             turned = rotation_from_reactions(n, bar, rx, rz, chain, rows) + rotation_per_unit_torque(
                 laws[other], bar, chain.bars
             )
@@ -186,5 +187,5 @@ def apply_prescribed_torques(n: int, t_s: float, y: Array, chain: CompiledChain,
     for k in range(len(laws)):
         work.torque_N_m[k] *= laws[k, UNIT]
         for j in range(n - 1):
-            rows[RX, j] += work.torque_N_m[k] * work.responses[k, 0, j]
-            rows[RY, j] += work.torque_N_m[k] * work.responses[k, 1, j]
+            rows[RX, j] += work.torque_N_m[k] * work.responses[2 * k, j]
+            rows[RY, j] += work.torque_N_m[k] * work.responses[2 * k + 1, j]

@@ -6,16 +6,17 @@ whole vector registers.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from reference_impl.machine_code.records import Record
 from reference_impl.model.chain import ill_conditioned
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from reference_impl.machine_code.records import Matrix, Vector
     from reference_impl.model.arrays import Array
     from reference_impl.model.chain import ChainModel, GravityModel
     from reference_impl.model.effect import ChainEffect
@@ -32,76 +33,74 @@ RX, RY, PX, PY, HXX, HXY, HYX, HYY, BX, BY, LYY = range(14, 25)
 LXX, LXY = PX, PY  # rows of a factor share those of a sweep
 # columns of CompiledChain.laws
 BAR, REACTS_ON, LOCAL, AMPLITUDE, DURATION, START, UNIT = range(7)
-# rows of EffectSums.bars, indices of EffectSums.common
+# rows of Workspace.effect_bars, indices of Workspace.effect_common
 AX, AY, VX, VY = range(4)
 COMMON_X, COMMON_Y, NONCENTRAL_X, NONCENTRAL_Y, MEAN_X, MEAN_Y = range(6)
 
 
-class CompiledEffect(NamedTuple):
-    """One effect in compiled code; its type identifies the effect, so that code is compiled per set of effects.
+@dataclass(frozen=True)
+class CompiledEffect(Record):
+    """One effect in compiled code."""
 
-    The type contains no class of the effect. Otherwise, reading the compiler's cache would import the modules of all
-    effects ever compiled.
-    """
+    add: int
+    """Address of its function of :func:`reference_impl.fast.effect_calls.add_effect`"""
+    mode_ended: int
+    """Address of its function of :func:`reference_impl.fast.effect_calls.mode_ended`; 0 for an effect without events"""
+    own: Record
+    """Constants and arrays of the effect, defined by its module; an effect with modes has them in ``own.mode``"""
 
-    numbers: NDArray[np.void]
-    """(1,) with one field, named after the effect, that holds its constants by name"""
-    table: Array
-    """(k, ...) rows defined by the effect's module; (0, 0) for an effect without table"""
-    mode: Array
-    """Mode of the effect, set by the caller; (0,) for an effect without modes"""
+    @property
+    def mode(self) -> Vector:
+        """Mode of the effect, set by the caller; (0,) for an effect without modes."""
+        found: Vector = getattr(self.own, "mode", np.zeros(0))
+        return found
 
 
 Effects = tuple[CompiledEffect, ...]
 
 
-class EffectSums(NamedTuple):
-    """Sums over a chain's effects in one evaluation."""
-
-    bars: Array
-    """(4, N) rows A: noncentral accelerations minus the common part; rows V: velocities of the bars' centres from the
-    first bar's, computed only for effects that use them
-    """
-    common: Array
-    """(6,) COMMON: acceleration common to all bars; NONCENTRAL: its noncentral part; MEAN: the centre of mass from the
-    first bar's centre, computed with rows D of `Workspace.bars`
-    """
-
-
-class CompiledChain(NamedTuple):
+@dataclass(frozen=True)
+class CompiledChain(Record):
     """Chain in compiled code; N bars, P prescribed rotations."""
 
     mu_m3_s2: float
     gravity: int
     """One of `GRAVITY_CODES`"""
-    bars: Array
+    bars: Matrix
     """(10, N) rows HALF l/2, WEIGHT m/M, INVERSE_MASS w = 1/m, COMPLIANCE c = l²/4J, LEVER l/2J, INVERSE_INERTIA 1/J,
     PASSED 2/(w+c), FREED 4w/(w+c), ILL_CONDITIONED 1 in ill-conditioned chains, else 0, REFINED 1 if reactions are
     refined, else 0
     """
-    laws: Array
+    laws: Matrix
     """(P, 7) columns BAR, REACTS_ON (-1: none), LOCAL, AMPLITUDE rad, DURATION s, START s, UNIT sqrt(J)"""
-    effects: Effects
+    effects: tuple[CompiledEffect, ...]
     """Effects of the chain"""
 
 
-class Workspace(NamedTuple):
+@dataclass(frozen=True)
+class Workspace(Record):
     """Scratch arrays of one evaluation, and its results besides the rates."""
 
-    bars: Array
+    bars: Matrix
     """(25, N) rows U unit vectors, D positions from the first bar's, G field, ANGULAR, LEFT and RIGHT accelerations of
     the ends without reactions, K = c n nᵀ, R reactions (N-1 of them), P and H of the sweep, L and H of the factors, B
     relative accelerations of the joined ends without reactions; after gravity, D and B serve the refinement of
     :mod:`reference_impl.fast.joints`
     """
-    responses: Array
-    """(P, 2, N) reactions to a unit of each prescribed torque"""
-    matrix: Array
+    responses: Matrix
+    """(2P, N) reactions to a unit of each prescribed torque, x and y"""
+    matrix: Matrix
     """(P, P+1) system of the prescribed torques"""
-    torque_N_m: Array
+    torque_N_m: Vector
     """(P,)"""
-    effect_sums: Any
-    """`EffectSums`; () in a chain without effects, whose code does not use it"""
+    effect_bars: Matrix
+    """(4, N) rows A: noncentral accelerations of the effects minus the common part; rows V: velocities of the bars'
+    centres from the first bar's, computed only for effects that use them; (0, 0) without effects
+    """
+    effect_common: Vector
+    """(6,) sums of the effects: COMMON, acceleration common to all bars; NONCENTRAL, its noncentral part; MEAN, the
+    centre of mass from the first bar's centre, computed with rows D of `bars`; (0,) without effects
+    """
 
 
 def compiled_chain(model: ChainModel) -> CompiledChain:
@@ -122,19 +121,14 @@ def refined(chain: CompiledChain) -> CompiledChain:
     """Copy of a chain with refinement of reactions for any bars, for evaluation at samples."""
     bars = chain.bars.copy()
     bars[REFINED] = 1.0
-    return chain._replace(bars=bars)
+    return replace(chain, bars=bars)
 
 
 def compiled_effect(effect: ChainEffect) -> CompiledEffect:
-    """Arrays of one effect, by its own module, imported on first use."""
-    made: CompiledEffect = import_module(f"{__package__}.effects.{effect.name}").compiled_effect(effect)
-    return made
-
-
-def effect_numbers(name: str, values: dict[str, float]) -> NDArray[np.void]:
-    """`CompiledEffect.numbers` of the effect `name`."""
-    record = np.dtype([(key, float) for key in values])
-    return np.array([(tuple(values.values()),)], dtype=[(name, record)])
+    """Arrays and functions of one effect, by its own module, imported on first use."""
+    module = import_module(f"{__package__}.effects.{effect.name}")
+    ended = getattr(module, "mode_ended", None)
+    return CompiledEffect(module.add_effect.address, ended.address if ended else 0, module.constants(effect))
 
 
 def bar_rows(mass_kg: Array, length_m: Array, inertia_kg_m2: Array) -> Array:
@@ -147,15 +141,17 @@ def bar_rows(mass_kg: Array, length_m: Array, inertia_kg_m2: Array) -> Array:
     return np.stack(rows, axis=-2).astype(float)
 
 
-def workspace(bars: int, laws: int, effects: Effects = ()) -> Workspace:
-    """Workspace for a chain of `bars` bars with `laws` prescribed rotations and given effects."""
-    sums = EffectSums(np.zeros((4, bars)), np.zeros(6)) if effects else ()
-    return Workspace(np.zeros((25, bars)), np.zeros((laws, 2, bars)), np.zeros((laws, laws + 1)), np.zeros(laws), sums)
+def workspace(bars: int, laws: int, effects: bool = False) -> Workspace:
+    """Workspace for a chain of `bars` bars with `laws` prescribed rotations, and with room for effects."""
+    pushed, common = (np.zeros((4, bars)), np.zeros(6)) if effects else (np.zeros((0, 0)), np.zeros(0))
+    return Workspace(
+        np.zeros((25, bars)), np.zeros((2 * laws, bars)), np.zeros((laws, laws + 1)), np.zeros(laws), pushed, common
+    )
 
 
 def workspace_of(chain: CompiledChain) -> Workspace:
     """Workspace for `chain`."""
-    return workspace(chain.bars.shape[1], len(chain.laws), chain.effects)
+    return workspace(chain.bars.shape[1], len(chain.laws), bool(chain.effects))
 
 
 def pack(com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array) -> Array:

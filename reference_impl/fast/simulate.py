@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -11,14 +11,15 @@ from scipy.integrate import DOP853
 from reference_impl.fast import layout, stepper
 from reference_impl.fast.accelerations import evaluate
 from reference_impl.fast.dop853 import advance, interpolate
-from reference_impl.fast.jit import compiled
-from reference_impl.fast.layout import RX, RY
+from reference_impl.fast.layout import RX, RY, CompiledChain, Workspace
 from reference_impl.integrate import stiffness
 from reference_impl.integrate.coordinate_sets import MinimalCoordinates
 from reference_impl.integrate.discrete_modes import DiscreteModes
 from reference_impl.integrate.simulate import History, Simulation
 from reference_impl.integrate.stepper import Integration, smooth_segments
 from reference_impl.integrate.surface_contact import contact_instant
+from reference_impl.machine_code.functions import compiled
+from reference_impl.machine_code.library import Library
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.effect import EffectState
 from reference_impl.model.joints import NOT_POSITIVE_DEFINITE
@@ -27,8 +28,9 @@ from reference_impl.model.kinematics import gap_vectors, relative_positions
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reference_impl.fast.layout import CompiledChain, Workspace
     from reference_impl.integrate.coordinate_sets import StateCoordinates
+    from reference_impl.machine_code.functions import Compiled
+    from reference_impl.machine_code.records import Matrix, Vector
     from reference_impl.model.arrays import Array
     from reference_impl.model.chain import ChainModel
     from reference_impl.model.effect import Modes
@@ -259,7 +261,7 @@ class FastSimulation:
             t, y = result.t_s[one], result.y[one]
             if moded:
                 set_modes(chain, modes_at(self.reference.coordinates, t[0], y[0, self.order]))
-            if not observe(t, y, self.stepper.end, chain, self.work, reaction_N[one], torque_N_m[one]):
+            if not observe(t, y, self.stepper.end, chain, self.work, reaction_N[one].reshape(-1, 2), torque_N_m[one]):
                 raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
 
 
@@ -313,14 +315,40 @@ def reference_order(bars: int) -> Array:
 
 @compiled
 def observe(
-    t_s: Array, y: Array, scratch: Array, chain: CompiledChain, work: Workspace, reaction_N: Array, torque_N_m: Array
+    t_s: Vector,
+    y: Matrix,
+    scratch: Vector,
+    chain: CompiledChain,
+    work: Workspace,
+    reaction_N: Matrix,
+    torque_N_m: Matrix,
 ) -> bool:
-    """Reactions (n, N-1, 2) and torques (n, P) at the states (n, size); False if a pivot is lost in round-off."""
+    """Reactions (n (N-1), 2) and torques (n, P) at the states (n, size); False if a pivot is lost in round-off."""
     joints, well = chain.bars.shape[1] - 1, True
     for k in range(len(t_s)):
         well = evaluate(t_s[k], y[k], scratch, chain, work) and well
         for j in range(joints):
-            reaction_N[k, j, 0], reaction_N[k, j, 1] = work.bars[RX, j], work.bars[RY, j]
+            row = k * joints + j
+            reaction_N[row, 0], reaction_N[row, 1] = work.bars[RX, j], work.bars[RY, j]
         for p in range(len(chain.laws)):
             torque_N_m[k, p] = work.torque_N_m[p]
     return well
+
+
+INTEGRATOR = Library(
+    "integrator",
+    [
+        cast("Compiled", function)
+        for function in (
+            evaluate,
+            advance,
+            interpolate,
+            stepper.advance_to,
+            stepper.make_interpolant,
+            stepper.take_samples,
+            stepper.begin_next_step,
+            observe,
+        )
+    ],
+)
+"""Machine code of a run"""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,16 +23,16 @@ from reference_impl.fast.dop853 import (
     interpolant,
     interpolate,
 )  # fmt: skip
-from reference_impl.fast.effect_dispatch import has_state_events, mode_ended
-from reference_impl.fast.jit import compiled
-from reference_impl.fast.layout import LEVER, NO_GRAVITY, RX, RY
+from reference_impl.fast.effect_calls import any_mode_ended, has_state_events
+from reference_impl.fast.layout import LEVER, NO_GRAVITY, RX, RY, CompiledChain, Workspace
 from reference_impl.fast.trigonometry import unit_vectors
 from reference_impl.integrate.coordinate_sets import ANGLE_ROUNDOFF
 from reference_impl.integrate.discrete_modes import EVENT_SAMPLES
+from reference_impl.machine_code.functions import compiled
+from reference_impl.machine_code.records import Record
 
 if TYPE_CHECKING:
-    from reference_impl.fast.layout import CompiledChain, Workspace
-    from reference_impl.model.arrays import Array
+    from reference_impl.machine_code.records import Matrix, Vector
 
 ARRIVED, CHECK_SURFACE, COLLAPSED, NOT_FINITE, LOST_JOINT, MODE_ENDED = range(6)
 FROM_START = (0.0, *EVENT_SAMPLES)  # of a step
@@ -40,7 +41,8 @@ RTOL_FLOOR = 100.0 * float(np.finfo(float).eps)  # SciPy's smallest
 NOW, STEP, TAKEN, STEPS, SAMPLED, EVALUATIONS, EXACT = range(7)
 
 
-class SurfaceBounds(NamedTuple):
+@dataclass(frozen=True)
+class SurfaceBounds(Record):
     """Bounds that exclude contact with the surface."""
 
     contact_free_radius_m: float
@@ -51,30 +53,31 @@ class SurfaceBounds(NamedTuple):
     """Upper bound of the acceleration towards the body"""
 
 
-class Stepper(NamedTuple):
+@dataclass(frozen=True)
+class Stepper(Record):
     """State of an integration between steps."""
 
-    clock: Array
+    clock: Vector
     """(7,) NOW, s; STEP, size of the next step, s; TAKEN, size of the last step, s; counts: STEPS, SAMPLED samples,
     EVALUATIONS; EXACT: 1 for steps by `advance_exactly`, else 0
     """
-    y: Array
+    y: Vector
     """(size,) current state; `size` is 2N+4, padded"""
-    before: Array
+    before: Vector
     """(size,) state before the last step"""
-    end: Array
+    end: Vector
     """(size,) scratch"""
-    slopes: Array
+    slopes: Matrix
     """(16, size) rates at the stages; row 0 is the current rate"""
-    powers: Array
+    powers: Matrix
     """(7, size) interpolant of the last step"""
-    allowed: Array
+    allowed: Vector
     """(size,) error allowed in the next step"""
-    residue: Array
+    residue: Matrix
     """(2, size) rounding residues of the current state and of the end of the trial step; zeros unless EXACT"""
 
 
-def new_stepper(y: Array, *, exact: bool = False) -> Stepper:
+def new_stepper(y: Vector, *, exact: bool = False) -> Stepper:
     """Stepper of an integration that starts at `y`."""
     size, clock = len(y), np.zeros(7)
     clock[EXACT] = exact
@@ -83,7 +86,7 @@ def new_stepper(y: Array, *, exact: bool = False) -> Stepper:
 
 
 @compiled
-def begin_segment(t_s: float, end_s: float, atol: Array, s: Stepper, chain: CompiledChain, work: Workspace) -> int:
+def begin_segment(t_s: float, end_s: float, atol: Vector, s: Stepper, chain: CompiledChain, work: Workspace) -> int:
     """Begin a smooth segment: the current rate and the first step's size; ARRIVED, or the code of a failure."""
     s.clock[NOW], s.clock[TAKEN] = t_s, 0.0
     for i in range(len(s.y)):
@@ -102,7 +105,7 @@ def begin_segment(t_s: float, end_s: float, atol: Array, s: Stepper, chain: Comp
 
 
 @compiled
-def finite(y: Array, rates: Array) -> bool:
+def finite(y: Vector, rates: Vector) -> bool:
     """Whether a state and its rates are finite."""
     total = 0.0
     for i in range(len(y)):
@@ -111,7 +114,7 @@ def finite(y: Array, rates: Array) -> bool:
 
 
 @compiled
-def set_allowed_error(atol: Array, s: Stepper, chain: CompiledChain, work: Workspace) -> None:
+def set_allowed_error(atol: Vector, s: Stepper, chain: CompiledChain, work: Workspace) -> None:
     """Set the error allowed in the next step: `atol`, but no less than the round-off of the angles.
 
     As :meth:`reference_impl.integrate.coordinate_sets.StateCoordinates.state_roundoff_floor`, by the reactions of the
@@ -131,7 +134,7 @@ def set_allowed_error(atol: Array, s: Stepper, chain: CompiledChain, work: Works
 
 
 @compiled
-def take_step(end_s: float, atol: Array, s: Stepper, chain: CompiledChain, work: Workspace) -> int:
+def take_step(end_s: float, atol: Vector, s: Stepper, chain: CompiledChain, work: Workspace) -> int:
     """Take one accepted step towards `end_s`, with SciPy's step control."""
     t, h, rejected = s.clock[NOW], s.clock[STEP], False
     exact = s.clock[EXACT] != 0.0
@@ -181,7 +184,7 @@ def begin_next_step(s: Stepper) -> None:
 
 @compiled
 def take_samples(
-    until_s: float, t_s: Array, rows: Array, have_dense: bool, s: Stepper, chain: CompiledChain, work: Workspace
+    until_s: float, t_s: Vector, rows: Matrix, have_dense: bool, s: Stepper, chain: CompiledChain, work: Workspace
 ) -> None:
     """Samples of the last step up to `until_s`, from its end or its interpolant."""
     now, h = s.clock[NOW], s.clock[TAKEN]
@@ -200,7 +203,7 @@ def take_samples(
 
 
 @compiled
-def perigee_m(n: int, y: Array, mu_m3_s2: float) -> float:
+def perigee_m(n: int, y: Vector, mu_m3_s2: float) -> float:
     """Perigee of the Kepler orbit through a state, m from the centre."""
     x, z, vx, vz = y[n], y[n + 1], y[2 * n + 2], y[2 * n + 3]
     swept = x * vz - z * vx
@@ -210,7 +213,7 @@ def perigee_m(n: int, y: Array, mu_m3_s2: float) -> float:
 
 
 @compiled
-def clears_surface(n: int, h: float, before: Array, y: Array, chain: CompiledChain, ground: SurfaceBounds) -> bool:
+def clears_surface(n: int, h: float, before: Vector, y: Vector, chain: CompiledChain, ground: SurfaceBounds) -> bool:
     """Whether contact with the surface is impossible in the last step.
 
     As :meth:`reference_impl.integrate.simulate.Simulation.clears_surface`.
@@ -238,14 +241,14 @@ def mode_ended_in_step(s: Stepper, chain: CompiledChain, work: Workspace) -> boo
         interpolate(share, s.before, s.powers, s.end)
         unit_vectors(n, s.end, work.bars)
         mean_x, mean_y = centres_from_first(n, chain.bars, work.bars)
-        seen = mode_ended(chain.effects, n, s.clock[NOW] - h + share * h, s.end, mean_x, mean_y, chain, work)
+        seen = any_mode_ended(n, s.clock[NOW] - h + share * h, s.end, mean_x, mean_y, chain, work)
         if seen and share > 0.0:
             return True
     return False
 
 
 @compiled
-def advance_to(start_s: float, end_s: float, ground: SurfaceBounds, t_s: Array, rows: Array, atol: Array, s: Stepper,
+def advance_to(start_s: float, end_s: float, ground: SurfaceBounds, t_s: Vector, rows: Matrix, atol: Vector, s: Stepper,
        chain: CompiledChain, work: Workspace) -> int:  # fmt: skip
     """Integrate to `end_s`, from `start_s` if that is the current time.
 
@@ -271,7 +274,7 @@ def advance_to(start_s: float, end_s: float, ground: SurfaceBounds, t_s: Array, 
     int
         ARRIVED, CHECK_SURFACE, COLLAPSED, NOT_FINITE, LOST_JOINT or MODE_ENDED.
     """
-    n, code, watches_events = chain.bars.shape[1], ARRIVED, has_state_events(chain.effects)
+    n, code, watches_events = chain.bars.shape[1], ARRIVED, has_state_events(chain)
     if s.clock[NOW] == start_s:
         code = begin_segment(start_s, end_s, atol, s, chain, work)
     while code == ARRIVED and s.clock[NOW] < end_s:

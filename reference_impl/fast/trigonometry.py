@@ -9,11 +9,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from reference_impl.fast.jit import compiled, inlined
 from reference_impl.fast.layout import UX, UY
+from reference_impl.machine_code.functions import compiled, inlined
 
 if TYPE_CHECKING:
-    from reference_impl.model.arrays import Array
+    from reference_impl.machine_code.records import Matrix, Vector
 
 LARGEST_RAD = 1e5  # up to here, multiples of PART_1 are exact
 PER_QUARTER = 0.6366197723675814
@@ -26,7 +26,7 @@ C4, C5, C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.1359647
 
 
 @inlined
-def unit_vectors(n: int, angle: Array, rows: Array) -> None:
+def unit_vectors(n: int, angle: Vector, rows: Matrix) -> None:
     """Rows UX, UY of `rows`: unit vectors along the first `n` angles."""
     beyond = 0
     for i in range(n):
@@ -42,12 +42,12 @@ def unit_vectors(n: int, angle: Array, rows: Array) -> None:
         up, along = (cosine, sine) if swap else (sine, cosine)
         rows[UY, i] = -up if (quarter & 2) != 0 else up
         rows[UX, i] = -along if ((quarter + 1) & 2) != 0 else along
-    if beyond:
+    if beyond > 0:
         library_vectors(n, angle, rows)
 
 
 @compiled
-def library_vectors(n: int, angle: Array, rows: Array) -> None:
+def library_vectors(n: int, angle: Vector, rows: Matrix) -> None:
     """Rows UX, UY by the library's functions, for any angle."""
     for i in range(n):
         rows[UX, i] = math.cos(angle[i])

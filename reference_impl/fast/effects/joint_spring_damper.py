@@ -2,40 +2,53 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.fast.jit import inlined
-from reference_impl.fast.layout import ANGULAR, INVERSE_INERTIA, CompiledEffect, effect_numbers
+from reference_impl.fast.layout import (
+    ANGULAR,
+    INVERSE_INERTIA,
+    CompiledChain,
+    Workspace,
+)
+from reference_impl.machine_code.functions import compiled
+from reference_impl.machine_code.records import Record
 
 if TYPE_CHECKING:
     from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
-    from reference_impl.fast.layout import CompiledChain, Workspace
-    from reference_impl.model.arrays import Array
+    from reference_impl.machine_code.records import Matrix, Vector
 
 STIFFNESS, DAMPING, REST = range(3)
 
 
-def compiled_effect(effect: JointSpringDamperEffect) -> CompiledEffect:
-    """Table with rows stiffness, damping and angle at rest, one column per joint."""
-    table = np.array([effect.stiffness_N_m_rad, effect.damping_N_m_s_rad, effect.rest_rad], dtype=float)
-    return CompiledEffect(effect_numbers(effect.name, {"nothing": 0.0}), table, np.zeros(0))
+@dataclass(frozen=True)
+class CompiledSprings(Record):
+    """Springs and dampers in compiled code."""
+
+    table: Matrix
+    """(3, N-1) rows STIFFNESS, DAMPING, REST"""
 
 
-@inlined
+def constants(effect: JointSpringDamperEffect) -> CompiledSprings:
+    """Table of the joints."""
+    return CompiledSprings(np.array([effect.stiffness_N_m_rad, effect.damping_N_m_s_rad, effect.rest_rad], dtype=float))
+
+
+@compiled
 def add_effect(
-    effect: CompiledEffect,
+    own: CompiledSprings,
     n: int,
     t_s: float,
-    y: Array,
+    y: Vector,
     mean_x: float,
     mean_y: float,
     chain: CompiledChain,
     work: Workspace,
 ) -> None:
     """Add equal and opposite torques on both bars of each joint."""
-    rows, table, before = work.bars, effect.table, 0.0
+    rows, table, before = work.bars, own.table, 0.0
     for i in range(n - 1):
         bent, bending = y[i + 1] - y[i] - table[REST, i], y[n + 3 + i] - y[n + 2 + i]
         torque = table[STIFFNESS, i] * bent + table[DAMPING, i] * bending

@@ -7,11 +7,9 @@ polynomial in q without a constant.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from reference_impl.fast.jit import inlined
 from reference_impl.fast.layout import (
     ANGULAR,
     AX,
@@ -26,42 +24,50 @@ from reference_impl.fast.layout import (
     INVERSE_MASS,
     UX,
     UY,
-    CompiledEffect,
-    effect_numbers,
+    CompiledChain,
+    Workspace,
 )
+from reference_impl.machine_code.functions import compiled, inlined
+from reference_impl.machine_code.records import Record
 
 if TYPE_CHECKING:
     from reference_impl.effects.oblateness import OblatenessEffect
-    from reference_impl.fast.layout import CompiledChain, Workspace
-    from reference_impl.model.arrays import Array
+    from reference_impl.machine_code.records import Vector
 
 
-def compiled_effect(effect: OblatenessEffect) -> CompiledEffect:
-    """Strength B, and the switches of torque and force on second moments."""
-    values = {
-        "strength_m5_s2": effect.strength_m5_s2,
-        "turns": float(effect.turns),
-        "second_moment": float(effect.turns and effect.second_moment),
-    }
-    return CompiledEffect(effect_numbers(effect.name, values), np.zeros((0, 0)), np.zeros(0))
+@dataclass(frozen=True)
+class CompiledOblateness(Record):
+    """J2 in compiled code."""
+
+    strength_m5_s2: float
+    """B"""
+    turns: int
+    """1 with torque on second moments"""
+    second_moment: int
+    """1 with force on second moments"""
 
 
-@inlined
+def constants(effect: OblatenessEffect) -> CompiledOblateness:
+    """Strength and switches."""
+    return CompiledOblateness(effect.strength_m5_s2, int(effect.turns), int(effect.turns and effect.second_moment))
+
+
+@compiled
 def add_effect(
-    effect: CompiledEffect,
+    own: CompiledOblateness,
     n: int,
     t_s: float,
-    y: Array,
+    y: Vector,
     mean_x: float,
     mean_y: float,
     chain: CompiledChain,
     work: Workspace,
 ) -> None:
     """Add -3B Z/r⁵, central; torque, and the noncentral force on second moments."""
-    given, rows, common = effect.numbers[0].oblateness, work.bars, work.effect_sums.common
+    rows, common = work.bars, work.effect_common
     com_x, com_y = y[n], y[n + 1]
     inverse2 = 1.0 / (com_x * com_x + com_y * com_y)
-    pull = 3.0 * given.strength_m5_s2 * inverse2 * inverse2 * math.sqrt(inverse2)
+    pull = 3.0 * own.strength_m5_s2 * inverse2 * inverse2 * math.sqrt(inverse2)
     common[COMMON_X] -= pull * com_x
     common[COMMON_Y] -= pull * com_y
     for i in range(n):
@@ -74,8 +80,8 @@ def add_effect(
         faded = inverse * (1.0 + fifth)  # (r/r_j)⁵
         rows[GX, i] += pull * (com_x * nearer - dx * faded)
         rows[GY, i] += pull * (com_y * nearer - dy * faded)
-    if given.turns != 0.0:
-        add_second_moment(given.strength_m5_s2, given.second_moment, n, y, mean_x, mean_y, chain, work)
+    if own.turns != 0:
+        add_second_moment(own.strength_m5_s2, float(own.second_moment), n, y, mean_x, mean_y, chain, work)
 
 
 @inlined
@@ -83,14 +89,14 @@ def add_second_moment(
     strength: float,
     second_moment: float,
     n: int,
-    y: Array,
+    y: Vector,
     mean_x: float,
     mean_y: float,
     chain: CompiledChain,
     work: Workspace,
 ) -> None:
     """Add 15 B (u·Z)(n·Z)/r⁷, and (15 B J/2m r⁷) (Z + 2 (u·Z) u - 7 c² Z) if `second_moment` is 1 instead of 0."""
-    rows, bars, moved = work.bars, chain.bars, work.effect_sums.bars
+    rows, bars, moved = work.bars, chain.bars, work.effect_bars
     com_x, com_y = y[n], y[n + 1]
     for i in range(n):
         x, z = com_x + (rows[DX, i] - mean_x), com_y + (rows[DY, i] - mean_y)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from reference_impl.fast.effects.second_moment import acceleration
-from reference_impl.fast.jit import inlined
 from reference_impl.fast.layout import (
     AX,
     AY,
@@ -17,34 +15,40 @@ from reference_impl.fast.layout import (
     INVERSE_MASS,
     UX,
     UY,
-    CompiledEffect,
-    effect_numbers,
+    CompiledChain,
+    Workspace,
 )
+from reference_impl.machine_code.functions import compiled
+from reference_impl.machine_code.records import Record
 
 if TYPE_CHECKING:
     from reference_impl.effects.quadrupole import QuadrupoleEffect
-    from reference_impl.fast.layout import CompiledChain, Workspace
-    from reference_impl.model.arrays import Array
+    from reference_impl.machine_code.records import Vector
 
 
-def compiled_effect(effect: QuadrupoleEffect) -> CompiledEffect:
-    """Effect without numbers of its own."""
-    return CompiledEffect(effect_numbers(effect.name, {"nothing": 0.0}), np.zeros((0, 0)), np.zeros(0))
+@dataclass(frozen=True)
+class CompiledQuadrupole(Record):
+    """Effect without constants of its own."""
 
 
-@inlined
+def constants(_: QuadrupoleEffect) -> CompiledQuadrupole:
+    """Record without constants."""
+    return CompiledQuadrupole()
+
+
+@compiled
 def add_effect(
-    effect: CompiledEffect,
+    own: CompiledQuadrupole,
     n: int,
     t_s: float,
-    y: Array,
+    y: Vector,
     mean_x: float,
     mean_y: float,
     chain: CompiledChain,
     work: Workspace,
 ) -> None:
     """Add the force; gravity adds the torque."""
-    rows, bars, moved, mu = work.bars, chain.bars, work.effect_sums.bars, chain.mu_m3_s2
+    rows, bars, moved, mu = work.bars, chain.bars, work.effect_bars, chain.mu_m3_s2
     com_x, com_y = y[n], y[n + 1]
     for i in range(n):
         x, z = com_x + (rows[DX, i] - mean_x), com_y + (rows[DY, i] - mean_y)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from reference_impl.fast.jit import inlined
+from reference_impl.machine_code.functions import inlined
 
 
 @inlined

@@ -3,57 +3,85 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.fast.jit import inlined
-from reference_impl.fast.layout import ANGULAR, AX, AY, INVERSE_MASS, LEVER, UX, UY, CompiledEffect, effect_numbers
+from reference_impl.fast.layout import (
+    ANGULAR,
+    AX,
+    AY,
+    INVERSE_MASS,
+    LEVER,
+    UX,
+    UY,
+    CompiledChain,
+    Workspace,
+)
+from reference_impl.machine_code.functions import compiled
+from reference_impl.machine_code.records import Record
 
 if TYPE_CHECKING:
     from reference_impl.effects.thrust import ThrustEffect
-    from reference_impl.fast.layout import CompiledChain, Workspace
-    from reference_impl.model.arrays import Array
+    from reference_impl.machine_code.records import Matrix, Vector
 
 TIME, FORCE = range(2)
 
 
-def compiled_effect(effect: ThrustEffect) -> CompiledEffect:
-    """Point and direction of application; the table's rows are instants, s, and forces, N."""
-    values = {
-        "bar": float(effect.bar),
-        "side": effect.side,
-        "inertial": float(effect.inertial),
-        "forwards": math.cos(effect.direction_rad),
-        "leftwards": math.sin(effect.direction_rad),
-    }
-    table = np.array([effect.times_s, effect.force_N], dtype=float)
-    return CompiledEffect(effect_numbers(effect.name, values), table, np.full(1, -1.0))
+@dataclass(frozen=True)
+class CompiledThrust(Record):
+    """Thrust in compiled code."""
+
+    bar: int
+    side: float
+    """-1 at the first end, 1 at the other"""
+    inertial: int
+    """1 for a direction in the inertial frame, 0 in the bar's"""
+    forwards: float
+    leftwards: float
+    table: Matrix
+    """(2, k) rows TIME, FORCE"""
+    mode: Vector
+    """(1,) segment of the table; -1: none"""
 
 
-@inlined
+def constants(effect: ThrustEffect) -> CompiledThrust:
+    """Point and direction of application, and the table of instants, s, and forces, N."""
+    return CompiledThrust(
+        effect.bar,
+        effect.side,
+        int(effect.inertial),
+        math.cos(effect.direction_rad),
+        math.sin(effect.direction_rad),
+        np.array([effect.times_s, effect.force_N], dtype=float),
+        np.full(1, -1.0),
+    )
+
+
+@compiled
 def add_effect(
-    effect: CompiledEffect,
+    own: CompiledThrust,
     n: int,
     t_s: float,
-    y: Array,
+    y: Vector,
     mean_x: float,
     mean_y: float,
     chain: CompiledChain,
     work: Workspace,
 ) -> None:
     """Add force and torque on one bar, on a segment of the table extrapolated beyond its ends."""
-    piece = int(effect.mode[0])
+    piece = int(own.mode[0])
     if piece < 0:
         return
-    given, rows, bars, moved = effect.numbers[0].thrust, work.bars, chain.bars, work.effect_sums.bars
-    i, t0, f0 = int(given.bar), effect.table[TIME, piece], effect.table[FORCE, piece]
-    share = (t_s - t0) / (effect.table[TIME, piece + 1] - t0)
-    size = f0 + (effect.table[FORCE, piece + 1] - f0) * share
+    rows, bars, moved = work.bars, chain.bars, work.effect_bars
+    i, t0, f0 = own.bar, own.table[TIME, piece], own.table[FORCE, piece]
+    share = (t_s - t0) / (own.table[TIME, piece + 1] - t0)
+    size = f0 + (own.table[FORCE, piece + 1] - f0) * share
     ux, uy = rows[UX, i], rows[UY, i]
-    push_x, push_y = size * given.forwards, size * given.leftwards
-    if given.inertial == 0.0:
+    push_x, push_y = size * own.forwards, size * own.leftwards
+    if own.inertial == 0:
         push_x, push_y = ux * push_x - uy * push_y, uy * push_x + ux * push_y
     moved[AX, i] += push_x * bars[INVERSE_MASS, i]
     moved[AY, i] += push_y * bars[INVERSE_MASS, i]
-    rows[ANGULAR, i] += given.side * bars[LEVER, i] * (ux * push_y - uy * push_x)
+    rows[ANGULAR, i] += own.side * bars[LEVER, i] * (ux * push_y - uy * push_x)

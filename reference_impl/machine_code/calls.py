@@ -1,0 +1,131 @@
+"""Calls: of built-in and mathematical functions, of compiled functions, of inlined ones, and through addresses."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from llvmlite import ir
+
+from reference_impl.machine_code import arithmetic, signatures
+from reference_impl.machine_code.arithmetic import code
+from reference_impl.machine_code.functions import Compiled, Inlined, ThroughAddress
+from reference_impl.machine_code.memory import keep, kept, new_slots
+from reference_impl.machine_code.values import (
+    ArrayValue,
+    CompilationError,
+    Kind,
+    RecordsValue,
+    Scalar,
+    Value,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from reference_impl.machine_code.expressions import Expressions
+    from reference_impl.machine_code.functions import Source
+
+
+def length(value: Value) -> Value:
+    """Length of a vector, number of rows of a matrix, or number of records or items."""
+    if isinstance(value, ArrayValue):
+        return Scalar(Kind.INTEGER, value.extents[0])
+    if isinstance(value, RecordsValue):
+        return Scalar(Kind.INTEGER, value.count)
+    if isinstance(value, tuple):
+        return len(value)
+    raise CompilationError("len() of a value without length")
+
+
+def absolute(builder: ir.IRBuilder, value: Value) -> Value:
+    """Magnitude of a real."""
+    return arithmetic.function(builder, "llvm.fabs", code(builder, value, Kind.REAL))
+
+
+BUILT_IN: dict[str, Callable[[ir.IRBuilder, list[Value]], Value]] = {
+    "len": lambda _, a: length(a[0]),
+    "abs": lambda builder, a: absolute(builder, a[0]),
+    "min": lambda builder, a: arithmetic.extreme(builder, "<", a),
+    "max": lambda builder, a: arithmetic.extreme(builder, ">", a),
+    "int": lambda builder, a: arithmetic.rounded_to_integer(builder, a[0]),
+    "float": lambda builder, a: Scalar(Kind.REAL, code(builder, a[0], Kind.REAL)),
+    "bool": lambda builder, a: Scalar(Kind.TRUTH, code(builder, a[0], Kind.TRUTH)),
+    "isfinite": lambda builder, a: arithmetic.finite(builder, a[0]),
+}
+
+
+def call(at: Expressions, name: str, callee: Any, arguments: list[Value]) -> Value:
+    """Result of a call.
+
+    Raises
+    ------
+    CompilationError
+        If the function is none of those that this module calls.
+    """
+    lowered = getattr(callee, "__lowered__", None)
+    if isinstance(callee, Compiled):
+        return call_compiled(at, callee, arguments)
+    if isinstance(lowered, Inlined):
+        return inline(at, lowered.source, arguments)
+    if isinstance(lowered, ThroughAddress):
+        return call_through_address(at, lowered.source, arguments)
+    if name in BUILT_IN:
+        return BUILT_IN[name](at.builder, arguments)
+    if name in arithmetic.INTRINSICS or name in arithmetic.LIBRARY:
+        reals = [code(at.builder, a, Kind.REAL) for a in arguments]
+        return arithmetic.function(at.builder, arithmetic.INTRINSICS.get(name, name), *reals)
+    raise CompilationError(f"{name}() is not compiled; allowed: compiled and inlined functions, {', '.join(BUILT_IN)}")
+
+
+def call_compiled(at: Expressions, callee: Compiled, arguments: list[Value]) -> Value:
+    """Call a function of the same unit."""
+    signature = signatures.signature(callee.source)
+    words = signatures.passed(at.builder, signature, arguments)
+    return signatures.returned(signature, at.builder, at.builder.call(at.unit.declared(callee), words))
+
+
+def call_through_address(at: Expressions, source: Source, arguments: list[Value]) -> Value:
+    """Call the function at an address, the first argument."""
+    signature = signatures.signature(source, skipped=1)
+    target = at.builder.inttoptr(code(at.builder, arguments[0], Kind.INTEGER), signature.type.as_pointer())
+    words = signatures.passed(at.builder, signature, arguments[1:])
+    return signatures.returned(signature, at.builder, at.builder.call(target, words))
+
+
+def inline(at: Expressions, source: Source, arguments: list[Value]) -> Value:
+    """Lower the body of a function at the place of its call."""
+    from reference_impl.machine_code.lowering import Lowering  # noqa: PLC0415  # statements need expressions
+
+    if len(arguments) != len(source.parameters):
+        raise CompilationError(f"{source.name}: {len(arguments)} arguments, allowed: {len(source.parameters)}")
+    scope = signatures.bound(at.builder, source, arguments)
+    inner = Lowering(at.unit, at.builder, source, scope)
+    result = Result(at.builder)
+    inner.give = result.give
+    inner.body(source.tree.body)
+    return result.value()
+
+
+class Result:
+    """Value that an inlined function returns, from any of its returns."""
+
+    def __init__(self, builder: ir.IRBuilder) -> None:
+        """Prepare the block after the call."""
+        self.builder = builder
+        self.after = builder.append_basic_block("returned")
+        self.slots: Any = None
+
+    def give(self, value: Value) -> None:
+        """Keep a value and leave the function."""
+        if value is not None:
+            if self.slots is None:
+                self.slots = new_slots(self.builder, value)
+            keep(self.builder, self.slots, value)
+        self.builder.branch(self.after)
+
+    def value(self) -> Value:
+        """Value after the call."""
+        if not self.builder.block.is_terminated:
+            self.builder.branch(self.after)
+        self.builder.position_at_end(self.after)
+        return None if self.slots is None else kept(self.builder, self.slots)

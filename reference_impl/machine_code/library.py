@@ -1,0 +1,88 @@
+"""Libraries of compiled functions: built when first called, kept on disk, called from Python."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache, cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import scipy
+from llvmlite import binding as llvm
+
+from reference_impl.machine_code import signatures, store, target
+from reference_impl.machine_code.unit import lowered
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from reference_impl.machine_code.functions import Compiled
+
+
+@cache
+def package_digest() -> bytes:
+    """Hash of the package's sources, with all constants of compiled code, and of SciPy's version, for its coefficients."""
+    found = hashlib.sha256(scipy.__version__.encode())
+    for source in sorted(Path(__file__).parents[1].rglob("*.py")):
+        found.update(source.read_bytes())
+    return found.digest()
+
+
+@cache
+def engine() -> Any:
+    """LLVM's linker of this process."""
+    return llvm.create_lljit_compiler(target.machine())
+
+
+class Library:
+    """Machine code of functions that Python calls, and of those that they call."""
+
+    def __init__(self, name: str, entries: list[Compiled]) -> None:
+        """Claim the functions; they are compiled when one is called first."""
+        self.name, self.entries = name, entries
+        for function in entries:
+            function.library = self
+
+    @cached_property
+    def key(self) -> str:
+        """Name of its file: hash of sources, compiler and processor."""
+        found = hashlib.sha256(target.digest() + package_digest())
+        for function in self.entries:  # which may lie outside the package
+            found.update(f"{self.name} {function.source.name} {function.source.text}".encode())
+        return found.hexdigest()[:32]
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether its machine code is on disk."""
+        return store.read(self.key) is not None
+
+    @cached_property
+    def code(self) -> bytes:
+        """Machine code, from disk or compiled now."""
+        found = store.read(self.key)
+        if found is None:
+            machine = target.machine()
+            found = target.object_code(lowered(self.name, self.entries, machine.triple, str(machine.target_data)))
+            store.write(self.key, found)
+        return found
+
+    @cached_property
+    def addresses(self) -> dict[str, int]:
+        """Addresses of the entries in this process."""
+        linked = llvm.JITLibraryBuilder().add_object_img(self.code).add_current_process()
+        for function in self.entries:
+            linked.export_symbol(function.source.name)
+        self.tracker = linked.link(engine(), f"{self.name} {self.key}")
+        return {f.source.name: self.tracker[f.source.name] for f in self.entries}
+
+    def entry(self, function: Compiled) -> Callable[..., Any]:
+        """Entry as a function of Python."""
+        signature = signatures.signature(function.source)
+        address = self.addresses[function.source.name]
+        machine_code = signature.c_type(address)
+
+        def call(*arguments: Any) -> Any:
+            return machine_code(*signature.words(arguments))
+
+        call.address = address  # type: ignore[attr-defined]
+        return call

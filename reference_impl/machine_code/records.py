@@ -1,0 +1,95 @@
+"""Records: named groups of arrays and numbers that Python fills and compiled code reads by address.
+
+A record is a frozen dataclass whose annotations are ``float``, ``int``, ``Vector``, ``Matrix``, ``Record`` for a record
+of any type, or a tuple of records ``tuple[R, ...]``. In memory it is a row of 64-bit words: a number is one word, a
+vector its address and length, a matrix its address, rows and columns, a record its address, a tuple of records the
+address of a row of addresses, and their number.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Vector = NDArray[np.float64]
+    """(n,) doubles, contiguous"""
+    Matrix = NDArray[np.float64]
+    """(rows, columns) doubles, contiguous"""
+
+DIMENSIONS = {"Vector": 1, "Matrix": 2}
+ANY_RECORD = "Record"
+
+
+@dataclass(frozen=True)
+class Record:
+    """Base of all records: packs its fields when it is made.
+
+    Raises
+    ------
+    TypeError
+        If an array has other dimensions or elements than its annotation says, or gaps in memory.
+    """
+
+    def __post_init__(self) -> None:
+        """Pack the fields into words."""
+        words: list[int] = []
+        kept: list[Any] = []
+        for name, annotation in field_types(type(self)):
+            value = getattr(self, name)
+            if annotation in DIMENSIONS:
+                words += array_words(f"{type(self).__name__}.{name}", value, DIMENSIONS[annotation])
+            elif annotation == "float":
+                words.append(int(np.float64(value).view(np.int64)))
+            elif annotation == "int":
+                words.append(int(value))
+            elif annotation == ANY_RECORD:
+                words.append(value.address)
+            else:
+                addresses = np.array([item.address for item in value], dtype=np.int64)
+                kept.append(addresses)
+                words += [addresses.ctypes.data, len(value)]
+        packed = np.array(words, dtype=np.int64)
+        object.__setattr__(self, "_memory", (packed, *kept))
+
+    @property
+    def address(self) -> int:
+        """Address of the words; valid as long as the record lives."""
+        memory: tuple[NDArray[np.int64], ...] = self.__dict__["_memory"]
+        return int(memory[0].ctypes.data)
+
+
+def array_words(name: str, array: NDArray[Any], dimensions: int) -> list[int]:
+    """Address and extents of an array.
+
+    Raises
+    ------
+    TypeError
+        If the array is not one of contiguous doubles with as many `dimensions`.
+    """
+    if array.ndim != dimensions or array.dtype != np.float64 or not array.flags.c_contiguous:
+        raise TypeError(
+            f"{name}: {array.ndim} dimensions of {array.dtype}, contiguous {array.flags.c_contiguous}; "
+            f"allowed: {dimensions} dimensions of contiguous float64"
+        )
+    return [array.ctypes.data, *array.shape]
+
+
+@cache
+def field_types(record: type[Record]) -> tuple[tuple[str, str], ...]:
+    """Name and annotation of each field, in the order of the words."""
+    return tuple((f.name, str(f.type)) for f in dataclasses.fields(record))
+
+
+def item_type(record: type[Record], annotation: str) -> type[Record]:
+    """Type R of the annotation ``tuple[R, ...]`` of a field of `record`."""
+    name = annotation.removeprefix("tuple[").removesuffix(", ...]")
+    found: type[Record] = getattr(sys.modules[record.__module__], name)
+    return found
