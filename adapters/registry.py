@@ -131,11 +131,14 @@ def _certified(name: str, *, in_default_set: bool = True) -> Registration:
     )
 
 
+COMPILED = "reference-fast"
+"""Name of the compiled reference"""
+
 ENGINES: dict[str, Registration] = {
     "reference": _ours("reference.numpy_engines", "Reference"),
     "reference-fast": Registration(
         "adapters.reference.compiled_engine:ReferenceFast",
-        "numba",
+        "llvmlite",
         "",
         "pip install '.[fast]'",
         ours=True,

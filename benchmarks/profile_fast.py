@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 
 import numba
 import numpy as np
+from reference_impl.fast.jit import OPTIONS
 
 from reference_impl.fast import dop853, layout
 from reference_impl.fast.accelerations import angular_accelerations, com_acceleration, evaluate
 from reference_impl.fast.bar_positions import centres_from_first
 from reference_impl.fast.field import end_accelerations, gravity
-from reference_impl.fast.jit import OPTIONS
 from reference_impl.fast.joints import reactions
 from reference_impl.fast.trigonometry import unit_vectors
 from reference_impl.model.chain import ChainModel

@@ -9,7 +9,7 @@ or dampers are stiff.
 Accuracy parameter: `rtol`.
 
 Supported: every effect of a scene. The engines locate the instant at which a bar reaches the surface.
-Requirement: numba, for `reference-fast` alone, which compiles its code for the effects of a scene.
+Requirement: llvmlite, for `reference-fast` alone, which compiles its code once on a machine, in some seconds.
 
 Trap: these engines share their equations with the reference solution, and so are no independent check of the physics.
 """

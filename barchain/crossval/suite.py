@@ -20,7 +20,6 @@ from barchain.judge.evidence import follow_up_jobs, gathered
 from barchain.judge.support import unsupported
 from barchain.metrics.model_difference import com_displacement
 from barchain.record.scene_description import gradient_defect
-from barchain.run.compilation import announcement
 from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult
 from barchain.run.pool import run_jobs
 from barchain.run.verdict_workers import Judges
@@ -359,12 +358,11 @@ def goes_beyond(errors: ErrorModel) -> bool:
 
 
 def beforehand(jobs: list[Job]) -> list[str]:
-    """Announcements before the runs that give no verdict yet."""
+    """Announcement of the runs that give no verdict yet; none without such runs."""
     first = [job for job in jobs if job.role in SOLUTION_ROLES]
     scenes = len({job.scene.name for job in first})
     of = "the scene" if scenes == 1 else f"{scenes} scenes"
-    solution_runs = f"reference solution of {of} first: {len(first)} runs" if first else ""
-    return [text for text in (solution_runs, announcement(jobs)) if text]
+    return [f"reference solution of {of} first: {len(first)} runs"] if first else []
 
 
 def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from typing import Any
 from reports.tables.schema import KEY, SCHEMA_VERSION
 
 PACKAGES = (
-    "numpy", "scipy", "pandas", "pyarrow", "numba", "exudyn", "rebound", "pymunk", "heyoka", "mujoco", "pin",
+    "numpy", "scipy", "pandas", "pyarrow", "llvmlite", "exudyn", "rebound", "pymunk", "heyoka", "mujoco", "pin",
     "scikit-sundae",
 )  # fmt: skip
 

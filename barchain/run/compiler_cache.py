@@ -5,25 +5,15 @@ from __future__ import annotations
 import atexit
 import os
 import shutil
-import sys
 import tempfile
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from platformdirs import user_cache_path
+from reference_impl.machine_code import store
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-PLACE = "NUMBA_CACHE_DIR"
-"""Environment variable of Numba's cache folder, which worker processes inherit"""
-
-
-def usual_place() -> Path:
-    """Folder below which `reference_impl.fast.jit` keeps compiled code."""
-    given = os.environ.get(PLACE)
-    return Path(given) if given else user_cache_path("barchain") / "compiled"
 
 
 def why_not_writable(folder: Path) -> str:
@@ -47,11 +37,9 @@ def temporary_place() -> Path:
 
 def keep_compiled(note: Callable[[str], None]) -> None:
     """Make sure that compiled code can be kept for this command at least, and note where it can't be kept longer."""
-    place = usual_place()
+    place = store.folder()
     reason = why_not_writable(place)
     if not reason:
         return
-    os.environ[PLACE] = str(temporary_place())
-    if "numba" in sys.modules:
-        sys.modules["numba"].config.CACHE_DIR = os.environ[PLACE]
+    os.environ[store.PLACE] = str(temporary_place())  # worker processes inherit it
     note(f"{place}: {reason}; compiled code is kept for this command only")

@@ -22,7 +22,6 @@ from pebble import ProcessExpired, ProcessPool
 
 from adapters.registry import ENGINES
 from barchain.boundary.threads import one_thread_each, temporary_root
-from barchain.run.compilation import compiled
 from barchain.run.job import SOLUTION_ROLES, Job, RunResult, failure
 from barchain.run.outside_runs import run_outside
 from barchain.run.time_limits import COMPILE_S, SOLUTION_PATIENCE, TimeLimit
@@ -104,8 +103,6 @@ def run_together(jobs: list[Job], limit: TimeLimit, workers: int | None) -> Iter
             for _ in jobs:
                 job, log, future = done.get()
                 result = limit.judged(job, collect(future, log, limit.allowed_s(job)))
-                if result.outcome is Outcome.PASS:
-                    compiled(job)
                 yield job, result
         finally:
             pool.stop()

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 TIME_LIMIT_S = 120.0  # the slowest run of the core suite takes a tenth of it on two cores
 SOLUTION_PATIENCE = 5.0
 """Limit of a run for the reference solution, relative to an engine's run: a scene without it judges no engine"""
-COMPILE_S = 600.0  # in addition to the limit: compiling takes 40 s for a set of effects, up to 230 s on a busy machine
+COMPILE_S = 600.0  # in addition to the limit: heyoka compiles 40 s for a set of effects, up to 230 s on a busy machine
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from adapters.engine import AccuracyParameter, Setting
-from adapters.registry import ENGINES
-from barchain.run.compilation import COMPILED
+from adapters.registry import COMPILED, ENGINES
 from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult
 from barchain.solutions.reference import (
     FINE_RTOL,

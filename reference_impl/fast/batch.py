@@ -21,13 +21,13 @@ from reference_impl.fast.stepper import (
     new_stepper,
 )
 from reference_impl.machine_code.functions import compiled, inlined
-from reference_impl.machine_code.records import Record
+from reference_impl.machine_code.library import Library
+from reference_impl.machine_code.records import Matrix, Record, Vector
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from reference_impl.fast.layout import Effects
-    from reference_impl.machine_code.records import Matrix, Vector
     from reference_impl.model.arrays import Array
 
 
@@ -228,3 +228,6 @@ def record_samples(
             members.angle_rad[row, j] = sample_states[k, j]
         for j in range(n - 1):
             members.reaction_N[row, j] = np.hypot(work.bars[RX, j], work.bars[RY, j])
+
+
+Library("batch", (integrate_all,))

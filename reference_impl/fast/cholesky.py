@@ -9,7 +9,6 @@ refinement does not converge. Cholesky's pivots keep the small entries. The syst
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from reference_impl.fast.layout import (
     HXX,
@@ -31,10 +30,8 @@ from reference_impl.fast.layout import (
     RY,
 )
 from reference_impl.machine_code.functions import compiled
+from reference_impl.machine_code.records import Matrix
 from reference_impl.model.joints import ROUNDING
-
-if TYPE_CHECKING:
-    from reference_impl.machine_code.records import Matrix
 
 
 @compiled

@@ -10,7 +10,6 @@ from __future__ import annotations
 import inspect
 import re
 from decimal import Decimal
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -19,9 +18,7 @@ from scipy.integrate._ivp import dop853_coefficients
 from reference_impl.fast.accelerations import evaluate
 from reference_impl.fast.layout import CompiledChain, Workspace
 from reference_impl.machine_code.functions import compiled, inlined
-
-if TYPE_CHECKING:
-    from reference_impl.machine_code.records import Matrix, Vector
+from reference_impl.machine_code.records import Matrix, Vector
 
 Terms = tuple[tuple[int, ...], tuple[float, ...]]
 STAGES, EXTRA, POWER = 12, 3, 7

@@ -38,9 +38,10 @@ from reference_impl.fast.layout import (
     Workspace,
 )
 from reference_impl.machine_code.functions import inlined, through_address
+from reference_impl.machine_code.records import Record, Vector
 
 if TYPE_CHECKING:
-    from reference_impl.machine_code.records import Matrix, Record, Vector
+    from reference_impl.machine_code.records import Matrix
 
 
 @through_address
@@ -71,6 +72,7 @@ def mode_ended(
     work: Workspace,
 ) -> bool:
     """Whether a mode of one effect has ended."""
+    raise NotImplementedError
 
 
 @inlined

@@ -20,8 +20,6 @@ samples. Notation: w = 1/m, c = l²/(4J), n the unit vector across the bar. The 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from reference_impl.fast.cholesky import solve_by_cholesky
 from reference_impl.fast.layout import (
     BX,
@@ -52,10 +50,8 @@ from reference_impl.fast.layout import (
     UY,
 )  # fmt: skip
 from reference_impl.machine_code.functions import compiled, inlined
+from reference_impl.machine_code.records import Matrix
 from reference_impl.model.joints import CONVERGED, DIVERGED, REFINEMENTS, ROUNDING
-
-if TYPE_CHECKING:
-    from reference_impl.machine_code.records import Matrix
 
 SubChain = tuple[float, float, float, float, float, bool]
 """Mobility (xx, xy, yy) and free acceleration (x, y) of a part's end, and whether all pivots are positive."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from reference_impl.fast.effect_calls import add_noncentral_acceleration
 from reference_impl.fast.joints import reactions, refine
@@ -34,9 +33,7 @@ from reference_impl.fast.layout import (
     Workspace,
 )  # fmt: skip
 from reference_impl.machine_code.functions import compiled
-
-if TYPE_CHECKING:
-    from reference_impl.machine_code.records import Matrix, Vector
+from reference_impl.machine_code.records import Matrix, Vector
 
 
 @compiled
@@ -153,7 +150,8 @@ def solve(matrix: Matrix, found: Vector) -> None:
             factor = matrix[i, k] / matrix[k, k]
             for j in range(k, size + 1):
                 matrix[i, j] -= factor * matrix[k, j]
-    for k in range(size - 1, -1, -1):
+    for solved in range(size):
+        k = size - 1 - solved
         total = matrix[k, size]
         for j in range(k + 1, size):
             total -= matrix[k, j] * found[j]

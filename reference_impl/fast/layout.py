@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.machine_code.records import Record
+from reference_impl.machine_code.records import Matrix, Record, Vector
 from reference_impl.model.chain import ill_conditioned
 
 if TYPE_CHECKING:
-    from reference_impl.machine_code.records import Matrix, Vector
     from reference_impl.model.arrays import Array
     from reference_impl.model.chain import ChainModel, GravityModel
     from reference_impl.model.effect import ChainEffect

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -20,6 +20,7 @@ from reference_impl.integrate.stepper import Integration, smooth_segments
 from reference_impl.integrate.surface_contact import contact_instant
 from reference_impl.machine_code.functions import compiled
 from reference_impl.machine_code.library import Library
+from reference_impl.machine_code.records import Matrix, Vector
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.effect import EffectState
 from reference_impl.model.joints import NOT_POSITIVE_DEFINITE
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from reference_impl.integrate.coordinate_sets import StateCoordinates
-    from reference_impl.machine_code.functions import Compiled
-    from reference_impl.machine_code.records import Matrix, Vector
     from reference_impl.model.arrays import Array
     from reference_impl.model.chain import ChainModel
     from reference_impl.model.effect import Modes
@@ -337,18 +336,15 @@ def observe(
 
 INTEGRATOR = Library(
     "integrator",
-    [
-        cast("Compiled", function)
-        for function in (
-            evaluate,
-            advance,
-            interpolate,
-            stepper.advance_to,
-            stepper.make_interpolant,
-            stepper.take_samples,
-            stepper.begin_next_step,
-            observe,
-        )
-    ],
+    (
+        evaluate,
+        advance,
+        interpolate,
+        stepper.advance_to,
+        stepper.make_interpolant,
+        stepper.take_samples,
+        stepper.begin_next_step,
+        observe,
+    ),
 )
 """Machine code of a run"""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,10 +28,7 @@ from reference_impl.fast.trigonometry import unit_vectors
 from reference_impl.integrate.coordinate_sets import ANGLE_ROUNDOFF
 from reference_impl.integrate.discrete_modes import EVENT_SAMPLES
 from reference_impl.machine_code.functions import compiled
-from reference_impl.machine_code.records import Record
-
-if TYPE_CHECKING:
-    from reference_impl.machine_code.records import Matrix, Vector
+from reference_impl.machine_code.records import Matrix, Record, Vector
 
 ARRIVED, CHECK_SURFACE, COLLAPSED, NOT_FINITE, LOST_JOINT, MODE_ENDED = range(6)
 FROM_START = (0.0, *EVENT_SAMPLES)  # of a step

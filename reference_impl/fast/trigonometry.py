@@ -7,13 +7,10 @@ kernels. The error is at most two units in the last place. The mathematical libr
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from reference_impl.fast.layout import UX, UY
 from reference_impl.machine_code.functions import compiled, inlined
-
-if TYPE_CHECKING:
-    from reference_impl.machine_code.records import Matrix, Vector
+from reference_impl.machine_code.records import Matrix, Vector
 
 LARGEST_RAD = 1e5  # up to here, multiples of PART_1 are exact
 PER_QUARTER = 0.6366197723675814

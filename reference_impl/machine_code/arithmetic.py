@@ -84,14 +84,14 @@ def integer(builder: ir.IRBuilder, kind: type[ast.operator], a: Value, b: Value)
 
 def power(builder: ir.IRBuilder, a: Value, b: Value) -> Value:
     """Square, or the library's power."""
-    if b == 2:  # noqa: PLR2004  # the exponent
+    if b == 2:
         return binary(builder, ast.Mult(), a, a)
     return function(builder, "llvm.pow", code(builder, a, Kind.REAL), code(builder, b, Kind.REAL))
 
 
 def halved(builder: ir.IRBuilder, a: Value, b: Value) -> Value:
     """Half of an integer, rounded down."""
-    if b != 2:  # noqa: PLR2004  # the divisor
+    if b != 2:
         raise CompilationError("operator // by another divisor than 2")
     return Scalar(Kind.INTEGER, builder.ashr(code(builder, a, Kind.INTEGER), ir.Constant(WORD, 1)))
 

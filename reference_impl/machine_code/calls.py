@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import ast
+import types
+from abc import abstractmethod
 from typing import TYPE_CHECKING, Any
-
-from llvmlite import ir
 
 from reference_impl.machine_code import arithmetic, signatures
 from reference_impl.machine_code.arithmetic import code
+from reference_impl.machine_code.expressions import Expressions
 from reference_impl.machine_code.functions import Compiled, Inlined, ThroughAddress
 from reference_impl.machine_code.memory import keep, kept, new_slots
 from reference_impl.machine_code.values import (
@@ -22,7 +24,8 @@ from reference_impl.machine_code.values import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reference_impl.machine_code.expressions import Expressions
+    from llvmlite import ir
+
     from reference_impl.machine_code.functions import Source
 
 
@@ -54,56 +57,75 @@ BUILT_IN: dict[str, Callable[[ir.IRBuilder, list[Value]], Value]] = {
 }
 
 
-def call(at: Expressions, name: str, callee: Any, arguments: list[Value]) -> Value:
-    """Result of a call.
+class Calls(Expressions):
+    """Expressions with calls."""
 
-    Raises
-    ------
-    CompilationError
-        If the function is none of those that this module calls.
-    """
-    lowered = getattr(callee, "__lowered__", None)
-    if isinstance(callee, Compiled):
-        return call_compiled(at, callee, arguments)
-    if isinstance(lowered, Inlined):
-        return inline(at, lowered.source, arguments)
-    if isinstance(lowered, ThroughAddress):
-        return call_through_address(at, lowered.source, arguments)
-    if name in BUILT_IN:
-        return BUILT_IN[name](at.builder, arguments)
-    if name in arithmetic.INTRINSICS or name in arithmetic.LIBRARY:
-        reals = [code(at.builder, a, Kind.REAL) for a in arguments]
-        return arithmetic.function(at.builder, arithmetic.INTRINSICS.get(name, name), *reals)
-    raise CompilationError(f"{name}() is not compiled; allowed: compiled and inlined functions, {', '.join(BUILT_IN)}")
+    @abstractmethod
+    def body(self, statements: list[ast.stmt]) -> None:
+        """Lower the statements of an inlined function."""
 
+    def value_Call(self, node: ast.Call) -> Value:
+        """Result of a call."""
+        if node.keywords:
+            raise CompilationError(f"{ast.unparse(node)}: arguments are given in order, without names")
+        name, callee = self.callee(node.func)
+        return self.called(name, callee, [self.value(a) for a in node.args])
 
-def call_compiled(at: Expressions, callee: Compiled, arguments: list[Value]) -> Value:
-    """Call a function of the same unit."""
-    signature = signatures.signature(callee.source)
-    words = signatures.passed(at.builder, signature, arguments)
-    return signatures.returned(signature, at.builder, at.builder.call(at.unit.declared(callee), words))
+    def callee(self, node: ast.expr) -> tuple[str, Any]:
+        """Name and object of a called function; None for built-in functions."""
+        if isinstance(node, ast.Name):
+            return node.id, self.source.names.get(node.id)
+        module = self.source.names.get(getattr(getattr(node, "value", None), "id", ""))
+        if isinstance(node, ast.Attribute) and isinstance(module, types.ModuleType):
+            return node.attr, getattr(module, node.attr, None)
+        raise CompilationError(f"{ast.unparse(node)} can't be called")
 
+    def called(self, name: str, callee: Any, arguments: list[Value]) -> Value:
+        """Result of a call of an object of Python.
 
-def call_through_address(at: Expressions, source: Source, arguments: list[Value]) -> Value:
-    """Call the function at an address, the first argument."""
-    signature = signatures.signature(source, skipped=1)
-    target = at.builder.inttoptr(code(at.builder, arguments[0], Kind.INTEGER), signature.type.as_pointer())
-    words = signatures.passed(at.builder, signature, arguments[1:])
-    return signatures.returned(signature, at.builder, at.builder.call(target, words))
+        Raises
+        ------
+        CompilationError
+            If the function is none of those that compiled code calls.
+        """
+        lowered = getattr(callee, "__lowered__", None)
+        if isinstance(callee, Compiled):
+            return self.call_compiled(callee, arguments)
+        if isinstance(lowered, Inlined):
+            return self.inline(lowered.source, arguments)
+        if isinstance(lowered, ThroughAddress):
+            return self.call_through_address(lowered.source, arguments)
+        if name in BUILT_IN:
+            return BUILT_IN[name](self.builder, arguments)
+        if name in arithmetic.INTRINSICS or name in arithmetic.LIBRARY:
+            reals = [code(self.builder, a, Kind.REAL) for a in arguments]
+            return arithmetic.function(self.builder, arithmetic.INTRINSICS.get(name, name), *reals)
+        allowed = ", ".join([*BUILT_IN, *arithmetic.INTRINSICS, *arithmetic.LIBRARY])
+        raise CompilationError(f"{name}() is not compiled; allowed: compiled and inlined functions, {allowed}")
 
+    def call_compiled(self, callee: Compiled, arguments: list[Value]) -> Value:
+        """Call a function of the same unit."""
+        signature = signatures.signature(callee.source)
+        words = signatures.passed(self.builder, signature, arguments)
+        return signatures.returned(signature, self.builder, self.builder.call(self.unit.declared(callee), words))
 
-def inline(at: Expressions, source: Source, arguments: list[Value]) -> Value:
-    """Lower the body of a function at the place of its call."""
-    from reference_impl.machine_code.lowering import Lowering  # noqa: PLC0415  # statements need expressions
+    def call_through_address(self, source: Source, arguments: list[Value]) -> Value:
+        """Call the function at an address, the first argument."""
+        signature = signatures.signature(source, skipped=1)
+        address = code(self.builder, arguments[0], Kind.INTEGER)
+        words = signatures.passed(self.builder, signature, arguments[1:])
+        target = self.builder.inttoptr(address, signature.type.as_pointer())
+        return signatures.returned(signature, self.builder, self.builder.call(target, words))
 
-    if len(arguments) != len(source.parameters):
-        raise CompilationError(f"{source.name}: {len(arguments)} arguments, allowed: {len(source.parameters)}")
-    scope = signatures.bound(at.builder, source, arguments)
-    inner = Lowering(at.unit, at.builder, source, scope)
-    result = Result(at.builder)
-    inner.give = result.give
-    inner.body(source.tree.body)
-    return result.value()
+    def inline(self, source: Source, arguments: list[Value]) -> Value:
+        """Lower the body of a function at the place of its call."""
+        if len(arguments) != len(source.parameters):
+            raise CompilationError(f"{source.name}: {len(arguments)} arguments, allowed: {len(source.parameters)}")
+        inner = type(self)(self.unit, self.builder, source, signatures.bound(self.builder, source, arguments))
+        result = Result(self.builder)
+        inner.give = result.give
+        inner.body(source.tree.body)
+        return result.value()
 
 
 class Result:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import ast
 import types
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-from llvmlite import ir
 
-from reference_impl.machine_code import calls
 from reference_impl.machine_code.arithmetic import binary, code, compared, negated, negative
 from reference_impl.machine_code.memory import Slot, constant_array, kept, load, record_at
 from reference_impl.machine_code.values import (
@@ -27,17 +25,30 @@ from reference_impl.machine_code.values import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reference_impl.machine_code.functions import Source
-    from reference_impl.machine_code.unit import Unit
+    from llvmlite import ir
+
+    from reference_impl.machine_code.functions import Compiled, Source
+
+
+class Declarations(Protocol):
+    """Functions and constants of the unit that is lowered."""
+
+    def declared(self, function: Compiled) -> Any:
+        """LLVM's function."""
+
+    def constant_array(self, name: str, values: Any, make: Callable[[], ArrayValue]) -> ArrayValue:
+        """Constants, made once."""
 
 
 class Expressions:
     """Values of expressions at the builder's place, in one function's scope."""
 
-    def __init__(self, unit: Unit, builder: ir.IRBuilder, source: Source, scope: dict[str, Any]) -> None:
+    def __init__(self, unit: Declarations, builder: ir.IRBuilder, source: Source, scope: dict[str, Any]) -> None:
         """Prepare; `scope` binds the parameters."""
         self.unit, self.builder, self.source, self.scope = unit, builder, source, scope
         self.loops: list[tuple[ir.Block, ir.Block]] = []
+        self.give: Callable[[Value], None]
+        """Function that lowers the return of a value"""
 
     def value(self, node: ast.expr) -> Value:
         """Value of an expression."""
@@ -46,13 +57,13 @@ class Expressions:
             raise CompilationError(f"{ast.unparse(node)}: a {type(node).__name__} is not compiled")
         return method(node)
 
-    def value_Constant(self, node: ast.Constant) -> Value:  # noqa: N802  # named after the node
+    def value_Constant(self, node: ast.Constant) -> Value:
         """Number in the source."""
         if not is_constant(node.value):  # type: ignore[arg-type]
             raise CompilationError(f"constant {node.value!r}; allowed: numbers and truth values")
         return node.value  # type: ignore[return-value]
 
-    def value_Name(self, node: ast.Name) -> Value:  # noqa: N802
+    def value_Name(self, node: ast.Name) -> Value:
         """Local variable, or constant of the module."""
         if node.id not in self.scope:
             return self.constant(node.id, self.source.names.get(node.id))
@@ -64,15 +75,15 @@ class Expressions:
         """Object of Python as a constant of the compiled code."""
         if isinstance(given, np.ndarray):
             return self.unit.constant_array(name, given, lambda: constant_array(self.builder, given))
-        if is_constant(given) or isinstance(given, tuple):
-            return given  # type: ignore[no-any-return]
+        if isinstance(given, (bool, int, float, tuple)):
+            return given
         raise CompilationError(f"{name} is no number, array or tuple of the module")
 
-    def value_Tuple(self, node: ast.Tuple) -> Value:  # noqa: N802
+    def value_Tuple(self, node: ast.Tuple) -> Value:
         """Tuple of values."""
         return tuple(self.value(item) for item in node.elts)
 
-    def value_Attribute(self, node: ast.Attribute) -> Value:  # noqa: N802
+    def value_Attribute(self, node: ast.Attribute) -> Value:
         """Field of a record, shape of an array, or constant of a module."""
         module = self.source.names.get(getattr(node.value, "id", ""))
         if isinstance(module, types.ModuleType):
@@ -89,7 +100,7 @@ class Expressions:
         found = self.value(node)
         return list(found) if isinstance(found, tuple) else [found]
 
-    def value_Subscript(self, node: ast.Subscript) -> Value:  # noqa: N802
+    def value_Subscript(self, node: ast.Subscript) -> Value:
         """Element of an array, row of a matrix, item of a tuple, or one of several records."""
         whole, indices = self.value(node.value), self.indices(node.slice)
         if isinstance(whole, ArrayValue):
@@ -100,11 +111,11 @@ class Expressions:
             return whole[indices[0]]  # type: ignore[no-any-return]
         raise CompilationError(f"{ast.unparse(node)} has no such index during compilation")
 
-    def value_BinOp(self, node: ast.BinOp) -> Value:  # noqa: N802
+    def value_BinOp(self, node: ast.BinOp) -> Value:
         """Result of an operator."""
         return binary(self.builder, node.op, self.value(node.left), self.value(node.right))
 
-    def value_UnaryOp(self, node: ast.UnaryOp) -> Value:  # noqa: N802
+    def value_UnaryOp(self, node: ast.UnaryOp) -> Value:
         """Other sign, or other truth value."""
         operand = self.value(node.operand)
         if isinstance(node.op, ast.USub):
@@ -113,13 +124,13 @@ class Expressions:
             return (not operand) if isinstance(operand, bool) else negated(self.builder, operand)
         raise CompilationError(f"{ast.unparse(node)}: allowed signs: - and not")
 
-    def value_Compare(self, node: ast.Compare) -> Value:  # noqa: N802
+    def value_Compare(self, node: ast.Compare) -> Value:
         """Result of one comparison."""
         if len(node.ops) != 1:
             raise CompilationError(f"{ast.unparse(node)}: one comparison at a time")
         return compared(self.builder, node.ops[0], self.value(node.left), self.value(node.comparators[0]))
 
-    def value_BoolOp(self, node: ast.BoolOp) -> Value:  # noqa: N802
+    def value_BoolOp(self, node: ast.BoolOp) -> Value:
         """``and`` or ``or``; the right side is evaluated only if it decides."""
         found = self.value(node.values[0])
         for other in node.values[1:]:
@@ -143,7 +154,7 @@ class Expressions:
         merged.add_incoming(right, last)
         return Scalar(Kind.TRUTH, merged)
 
-    def value_IfExp(self, node: ast.IfExp) -> Value:  # noqa: N802
+    def value_IfExp(self, node: ast.IfExp) -> Value:
         """One of two values; only that one is evaluated."""
         test = self.value(node.test)
         if isinstance(test, bool):
@@ -174,22 +185,6 @@ class Expressions:
             phi.add_incoming(y, second)
             scalars.append(Scalar(kind, phi))
         return tuple(scalars) if isinstance(a, tuple) else scalars[0]
-
-    def value_Call(self, node: ast.Call) -> Value:  # noqa: N802
-        """Result of a call."""
-        if node.keywords:
-            raise CompilationError(f"{ast.unparse(node)}: arguments are given in order, without names")
-        name, callee = self.callee(node.func)
-        return calls.call(self, name, callee, [self.value(a) for a in node.args])
-
-    def callee(self, node: ast.expr) -> tuple[str, Any]:
-        """Name and object of a called function; None for built-in functions."""
-        if isinstance(node, ast.Name):
-            return node.id, self.source.names.get(node.id)
-        module = self.source.names.get(getattr(getattr(node, "value", None), "id", ""))
-        if isinstance(node, ast.Attribute) and isinstance(module, types.ModuleType):
-            return node.attr, getattr(module, node.attr, None)
-        raise CompilationError(f"{ast.unparse(node)} can't be called")
 
 
 def any_slot(bound: tuple[Any, ...]) -> bool:

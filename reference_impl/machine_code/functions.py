@@ -31,7 +31,7 @@ class Source:
     @property
     def names(self) -> dict[str, Any]:
         """Names of the function's module."""
-        found: dict[str, Any] = self.function.__globals__  # type: ignore[attr-defined]
+        found: dict[str, Any] = self.function.__globals__
         return found
 
     @cached_property
@@ -79,12 +79,13 @@ class Source:
 
 
 class Compiled:
-    """Function of its own in machine code; a call from Python builds it, or loads it from disk, first."""
+    """Function of its own in machine code; a call from Python compiles its library, or loads it from disk, first."""
 
     def __init__(self, function: Callable[..., object]) -> None:
         """Remember the function."""
         self.source = Source(function)
-        self.library: Any = None
+        self.entries: Callable[[Compiled], Callable[..., Any]] | None = None
+        """Function of its library that gives the machine code of an entry; None without library"""
         update_wrapper(self, function)
 
     def __call__(self, *arguments: Any) -> Any:
@@ -93,12 +94,16 @@ class Compiled:
 
     @cached_property
     def entry(self) -> Callable[..., Any]:
-        """Machine code as a function of Python."""
-        from reference_impl.machine_code.library import Library  # noqa: PLC0415  # that module needs this one
+        """Machine code as a function of Python.
 
-        library = self.library or Library(self.source.name, [self])
-        made: Callable[..., Any] = library.entry(self)
-        return made
+        Raises
+        ------
+        CompilationError
+            If the function is an entry of no library: only compiled code can call it.
+        """
+        if self.entries is None:
+            raise CompilationError(f"{self.source.name} is an entry of no library: only compiled code can call it")
+        return self.entries(self)
 
     @property
     def address(self) -> int:

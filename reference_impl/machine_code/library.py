@@ -11,17 +11,16 @@ import scipy
 from llvmlite import binding as llvm
 
 from reference_impl.machine_code import signatures, store, target
+from reference_impl.machine_code.functions import Compiled
 from reference_impl.machine_code.unit import lowered
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from reference_impl.machine_code.functions import Compiled
+    from collections.abc import Callable, Iterable
 
 
 @cache
 def package_digest() -> bytes:
-    """Hash of the package's sources, with all constants of compiled code, and of SciPy's version, for its coefficients."""
+    """Hash of the package's sources, with all constants of compiled code, and of SciPy's version: its coefficients."""
     found = hashlib.sha256(scipy.__version__.encode())
     for source in sorted(Path(__file__).parents[1].rglob("*.py")):
         found.update(source.read_bytes())
@@ -37,11 +36,12 @@ def engine() -> Any:
 class Library:
     """Machine code of functions that Python calls, and of those that they call."""
 
-    def __init__(self, name: str, entries: list[Compiled]) -> None:
-        """Claim the functions; they are compiled when one is called first."""
-        self.name, self.entries = name, entries
-        for function in entries:
-            function.library = self
+    def __init__(self, name: str, functions: Iterable[Callable[..., object]]) -> None:
+        """Claim functions decorated by ``compiled``; they are compiled when one is called first."""
+        self.name = name
+        self.entries = [function for function in functions if isinstance(function, Compiled)]
+        for function in self.entries:
+            function.entries = self.entry
 
     @cached_property
     def key(self) -> str:

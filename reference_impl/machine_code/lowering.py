@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from llvmlite import ir
 
 from reference_impl.machine_code.arithmetic import binary, code
-from reference_impl.machine_code.expressions import Expressions
+from reference_impl.machine_code.calls import Calls
 from reference_impl.machine_code.memory import Slot, Slots, keep, kept, new_slots, store, word
 from reference_impl.machine_code.values import (
     WORD,
@@ -23,15 +23,13 @@ from reference_impl.machine_code.values import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
 BY_REFERENCE = ArrayValue, RecordValue, RecordsValue
 
 
-class Lowering(Expressions):
-    """Lowering of one function's body at the builder's place; `give` returns a value from it."""
-
-    give: Callable[[Value], None]
+class Lowering(Calls):
+    """Lowering of one function's body at the builder's place."""
 
     def body(self, statements: list[ast.stmt]) -> None:
         """Lower statements, up to the one that leaves."""
@@ -62,22 +60,22 @@ class Lowering(Expressions):
         """Error at the place of a node."""
         return CompilationError(f"{self.source.names['__name__']}, line {getattr(node, 'lineno', 0)}: {text}")
 
-    def lower_Expr(self, node: ast.Expr) -> None:  # noqa: N802  # named after the node
+    def lower_Expr(self, node: ast.Expr) -> None:
         """Docstring, or call for its effect."""
         if not isinstance(node.value, ast.Constant):
             self.value(node.value)
 
-    def lower_Return(self, node: ast.Return) -> None:  # noqa: N802
+    def lower_Return(self, node: ast.Return) -> None:
         """Return a value to the caller."""
         self.give(None if node.value is None else self.value(node.value))
 
-    def lower_Assign(self, node: ast.Assign) -> None:  # noqa: N802
+    def lower_Assign(self, node: ast.Assign) -> None:
         """Assign a value to each target."""
         value = self.value(node.value)
         for target in node.targets:
             self.assign(target, value)
 
-    def lower_AugAssign(self, node: ast.AugAssign) -> None:  # noqa: N802
+    def lower_AugAssign(self, node: ast.AugAssign) -> None:
         """Change a variable or an element in place."""
         there = ast.Name(node.target.id, ast.Load()) if isinstance(node.target, ast.Name) else node.target
         self.assign(node.target, binary(self.builder, node.op, self.value(there), self.value(node.value)))
@@ -109,7 +107,7 @@ class Lowering(Expressions):
             self.scope[name] = before = new_slots(self.builder, value)
         keep(self.builder, before, value)
 
-    def lower_If(self, node: ast.If) -> None:  # noqa: N802
+    def lower_If(self, node: ast.If) -> None:
         """Branch; a condition known during compilation leaves one side only."""
         test = self.value(node.test)
         if isinstance(test, bool):
@@ -135,7 +133,7 @@ class Lowering(Expressions):
         if not self.builder.block.is_terminated:
             self.builder.branch(block)
 
-    def lower_While(self, node: ast.While) -> None:  # noqa: N802
+    def lower_While(self, node: ast.While) -> None:
         """Loop as long as a condition holds."""
         test, inside, after = (self.builder.append_basic_block(name) for name in ("while", "do", "done"))
         self.builder.branch(test)
@@ -152,15 +150,15 @@ class Lowering(Expressions):
         self.go_to(again)
         self.builder.position_at_end(after)
 
-    def lower_Break(self, _: ast.Break) -> None:  # noqa: N802
+    def lower_Break(self, _: ast.Break) -> None:
         """Leave the loop."""
         self.builder.branch(self.loops[-1][1])
 
-    def lower_Continue(self, _: ast.Continue) -> None:  # noqa: N802
+    def lower_Continue(self, _: ast.Continue) -> None:
         """Begin the loop's next turn."""
         self.builder.branch(self.loops[-1][0])
 
-    def lower_For(self, node: ast.For) -> None:  # noqa: N802
+    def lower_For(self, node: ast.For) -> None:
         """Loop over a range, or over a tuple known during compilation, whose turns are written out."""
         ranged = isinstance(node.iter, ast.Call) and getattr(node.iter.func, "id", "") == "range"
         if ranged:
@@ -179,7 +177,9 @@ class Lowering(Expressions):
         """Loop over ``range(stop)`` or ``range(start, stop)``."""
         assert isinstance(node.iter, ast.Call)
         bounds = [word(self.builder, self.value(a)) for a in node.iter.args]
-        start, stop = bounds if len(bounds) == 2 else (ir.Constant(WORD, 0), bounds[0])  # noqa: PLR2004
+        if len(bounds) > 2 or node.orelse:
+            raise CompilationError("a loop counts upwards by one: range(stop) or range(start, stop), without else")
+        start, stop = bounds if len(bounds) == 2 else (ir.Constant(WORD, 0), bounds[0])
         counter = new_slots(self.builder, Scalar(Kind.INTEGER, start))
         keep(self.builder, counter, Scalar(Kind.INTEGER, start))
         test, inside, step, after = (self.builder.append_basic_block(name) for name in ("for", "do", "next", "done"))

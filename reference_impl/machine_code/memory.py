@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from llvmlite import ir
 
 from reference_impl.machine_code.arithmetic import code
@@ -24,6 +23,9 @@ from reference_impl.machine_code.values import (
     Value,
     kind_of,
 )
+
+if TYPE_CHECKING:
+    import numpy as np
 
 
 @dataclass(frozen=True)

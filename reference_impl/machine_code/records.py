@@ -11,18 +11,16 @@ from __future__ import annotations
 import dataclasses
 import sys
 from dataclasses import dataclass
-from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+Vector = NDArray[np.float64]
+"""(n,) doubles, contiguous"""
+Matrix = NDArray[np.float64]
+"""(rows, columns) doubles, contiguous"""
 
-    Vector = NDArray[np.float64]
-    """(n,) doubles, contiguous"""
-    Matrix = NDArray[np.float64]
-    """(rows, columns) doubles, contiguous"""
 
 DIMENSIONS = {"Vector": 1, "Matrix": 2}
 ANY_RECORD = "Record"
@@ -82,8 +80,7 @@ def array_words(name: str, array: NDArray[Any], dimensions: int) -> list[int]:
     return [array.ctypes.data, *array.shape]
 
 
-@cache
-def field_types(record: type[Record]) -> tuple[tuple[str, str], ...]:
+def field_types(record: Any) -> tuple[tuple[str, str], ...]:
     """Name and annotation of each field, in the order of the words."""
     return tuple((f.name, str(f.type)) for f in dataclasses.fields(record))
 

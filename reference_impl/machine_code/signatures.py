@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from reference_impl.machine_code.functions import Source
 
 KINDS = {kind.value: kind for kind in Kind}
-C_TYPES = {Kind.REAL: ctypes.c_double, Kind.INTEGER: ctypes.c_int64, Kind.TRUTH: ctypes.c_bool}
+C_TYPES: dict[Kind, Any] = {Kind.REAL: ctypes.c_double, Kind.INTEGER: ctypes.c_int64, Kind.TRUTH: ctypes.c_bool}
 NO_RESULT = "None"
 TUPLE = "tuple["
 
@@ -76,7 +76,7 @@ class Signature:
         """
         if len(self.results) > 1:
             raise CompilationError(f"{self.name} returns a tuple: only compiled code can call it")
-        given = [t for _, annotation in self.parameters for t in c_types(annotation)]
+        given: list[Any] = [t for _, annotation in self.parameters for t in c_types(annotation)]
         return ctypes.CFUNCTYPE(C_TYPES[self.results[0]] if self.results else None, *given)
 
     def words(self, arguments: tuple[Any, ...]) -> list[Any]:
@@ -144,7 +144,7 @@ def passed(builder: ir.IRBuilder, signature: Signature, arguments: list[Value]) 
 def returned(signature: Signature, builder: ir.IRBuilder, result: Any) -> Value:
     """Value of a call."""
     kinds = signature.results
-    if len(kinds) < 2:  # noqa: PLR2004  # one value is returned as itself
+    if len(kinds) < 2:
         return Scalar(kinds[0], result) if kinds else None
     return tuple(Scalar(kind, builder.extract_value(result, k)) for k, kind in enumerate(kinds))
 

@@ -17,6 +17,7 @@ from platformdirs import user_cache_path
 PLACE = "BARCHAIN_COMPILED"
 """Environment variable: folder of compiled code, by default in the user's cache"""
 TITLE = b"barchain machine code 1\n"
+SUFFIX = ".o"
 
 
 def folder() -> Path:
@@ -28,7 +29,7 @@ def folder() -> Path:
 def read(key: str) -> bytes | None:
     """Machine code kept under a key; None if there is none, or it is damaged."""
     try:
-        content = (folder() / f"{key}.o").read_bytes()
+        content = (folder() / f"{key}{SUFFIX}").read_bytes()
     except OSError:
         return None
     head = len(TITLE) + hashlib.sha256().digest_size
@@ -45,7 +46,7 @@ def write(key: str, code: bytes) -> None:
         try:
             with os.fdopen(handle, "wb") as file:
                 file.write(TITLE + hashlib.sha256(code).digest() + code)
-            Path(name).replace(folder() / f"{key}.o")
+            Path(name).replace(folder() / f"{key}{SUFFIX}")
         except OSError:
             Path(name).unlink(missing_ok=True)
             raise

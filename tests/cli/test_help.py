@@ -17,7 +17,7 @@ HEAVY = (
     "pandas",
     "pydantic",
     "matplotlib",
-    "numba",
+    "llvmlite",
     "rich",
     "exudyn",
     "adapters",

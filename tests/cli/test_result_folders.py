@@ -29,7 +29,7 @@ RESUMABLE = {"compare", "crossval", "cost", "scaling", "stability", "ensemble"}
 @pytest.mark.parametrize(("command", "held"), HELD.items(), ids=lambda text: text.partition(" ")[0])
 def test_results_that_are_there_are_kept_and_the_command_exits_with_2(command, held, tmp_path, capsys):
     if command.startswith("ensemble"):
-        pytest.importorskip("numba")
+        pytest.importorskip("llvmlite")
     if command.startswith("certified"):
         pytest.importorskip("heyoka")
     kept = tmp_path / held

@@ -69,7 +69,6 @@ TOGETHER = (
     ("third_body", "joint_spring_damper", "third_body", "drag"),
     ("slender", "oblateness", "third_body", "drag", "solar_pressure", "joint_spring_damper", "thrust"),
 )
-# each set takes its own twenty seconds to compile: in every run the fullest, the others where all is run
 COMPILED_ONCE = (
     *(pytest.param(names, marks=pytest.mark.slow, id="+".join(names)) for names in TOGETHER[:2]),
     TOGETHER[2],

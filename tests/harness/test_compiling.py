@@ -7,12 +7,12 @@ import json
 from typing import TYPE_CHECKING
 
 import pytest
+from barchain.run.compilation import announcement, compiled
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.api import compare
 from barchain.crossval.suite import beforehand
-from barchain.run.compilation import announcement, compiled
 from barchain.run.job import Job, Role, RunResult, failure
 from barchain.run.time_limits import COMPILE_S, TimeLimit
 from barchain.solutions.reference_runs import solution_engine, solution_jobs

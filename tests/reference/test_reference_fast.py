@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import importlib
 import importlib.util
 import os
@@ -10,7 +9,6 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +19,6 @@ from hypothesis import strategies as st
 from adapters.reference.compiled_engine import ReferenceFast
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
-from reference_impl.fast import jit
 from reference_impl.fast.simulate import FastSimulation
 from reference_impl.integrate.simulate import Simulation
 from reference_impl.model import relative
@@ -34,6 +31,7 @@ from tests.support.joint_roundoff import C, Case, U, case, forward, joint_bound,
 from tests.support.scene_lists import TAME
 
 if TYPE_CHECKING:
+    from pathlib import Path
     from scenarios import Scene
 
 
@@ -175,31 +173,29 @@ def test_two_threads_at_once_change_no_bit() -> None:
         assert np.array_equal(seen.angle_rad, alone[i % 2].angle_rad)
 
 
-def test_without_numba_it_is_missing_with_advice(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_llvmlite_it_is_missing_with_advice(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    assert ENGINES["reference-fast"].missing == "numba is not installed; try: pip install '.[fast]'"
+    assert ENGINES["reference-fast"].missing == "llvmlite is not installed; try: pip install '.[fast]'"
     assert ENGINES["reference"].missing is None
 
 
-COUNT = """
-from reference_impl.fast import stepper
+KEPT = """
+from reference_impl.fast.simulate import INTEGRATOR, FastSimulation
 from tests.support.joint_roundoff import case
-from reference_impl.fast.simulate import FastSimulation
+print(INTEGRATOR.is_kept)
 s = (c := case(1, 3, "point", 0.0)).state
 FastSimulation(c.model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=1e-9)
-print(sum(stepper.advance_to.stats.cache_hits.values()), sum(stepper.advance_to.stats.cache_misses.values()))
+print(INTEGRATOR.is_kept)
 """
 
 
 def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
-    env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    env = os.environ | {"BARCHAIN_COMPILED": str(tmp_path)}
     found = [
-        subprocess.run(
-            [sys.executable, "-c", COUNT], env=env, capture_output=True, text=True, check=True
-        ).stdout.split()
+        subprocess.run([sys.executable, "-c", KEPT], env=env, capture_output=True, text=True, check=True).stdout.split()
         for _ in range(2)
     ]
-    assert found == [["0", "1"], ["1", "0"]]
+    assert found == [["False", "True"], ["True", "True"]]
 
 
 def test_laws_of_motion_begin_and_end_with_a_step_as_in_the_reference() -> None:
@@ -219,32 +215,3 @@ def test_a_start_on_the_surface_ends_at_once_and_free_flight_ends_where_it_meets
     theirs, mine = both(low)
     assert mine.ended == theirs.ended == "a bar reached the surface at t = 0.000000 s"
     assert len(mine.t_s) == len(theirs.t_s) == 1
-
-
-def test_its_code_on_disk_goes_by_all_of_its_sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from reference_impl.fast import jit
-
-    for name in ("jit.py", "other.py"):
-        (tmp_path / name).write_text("1")
-    monkeypatch.setattr(jit, "__file__", str(tmp_path / "jit.py"))
-    before = jit.cache_folder.__wrapped__()
-    assert jit.cache_folder.__wrapped__() == before
-    (tmp_path / "other.py").write_text("2")
-    assert jit.cache_folder.__wrapped__() != before
-
-
-MESSAGES = {"NOT_POSITIVE_DEFINITE"}
-"""Constants that compiled code does not see"""
-
-
-def test_compiled_code_is_kept_by_all_constants_that_it_takes_from_elsewhere() -> None:
-    """One that is not in the name of its folder could be changed, and what was compiled before would go on."""
-    taken = set()
-    for source in Path(jit.__file__).parent.rglob("*.py"):
-        for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and node.module and not node.module.startswith("reference_impl.fast"):
-                module = importlib.import_module(node.module)
-                names = [a.name for a in node.names if node.module.startswith("reference_impl") and a.name.isupper()]
-                taken |= {getattr(module, name) for name in names if name not in MESSAGES}
-    assert taken
-    assert taken <= set(jit.IMPORTED_CONSTANTS)

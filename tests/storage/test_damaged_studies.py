@@ -47,7 +47,7 @@ def sound(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 def copied(name: str, sound: dict[str, Path], folder: Path) -> Path:
     """Folder with the results of a small plan."""
     if name == "ensemble":
-        pytest.importorskip("numba")
+        pytest.importorskip("llvmlite")
     if name not in sound:
         out = sound[""] / name
         assert run(["-q", *SMALL[name].command.split(), "--out", str(out)]) in {0, 1}

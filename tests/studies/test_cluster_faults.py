@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-pytest.importorskip("numba", reason="ensembles run in the compiled reference")
+pytest.importorskip("llvmlite", reason="ensembles run in the compiled reference")
 pytest.importorskip("distributed")
 
 import psutil

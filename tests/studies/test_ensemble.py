@@ -7,7 +7,7 @@ import signal
 import numpy as np
 import pytest
 
-pytest.importorskip("numba", reason="ensembles run in the compiled reference")
+pytest.importorskip("llvmlite", reason="ensembles run in the compiled reference")
 
 from adapters.engine import Setting
 from adapters.reference.compiled_engine import ReferenceFast

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 import platform
 import sys
 from typing import TYPE_CHECKING, Any
 
-from adapters.registry import ENGINES, engines
+from adapters.registry import COMPILED, ENGINES, engines
 from barchain.cli.run.engines import facts
 from barchain.record.environment import environment, package_version, packages
-from barchain.run.compilation import COMPILED
 from barchain.solutions import certified
 from barchain.solutions.certified_table import DamagedTableError, physics_digest, read_table
+from reference_impl.machine_code import store
 from scenarios import load_scene, scene_names
 
 if TYPE_CHECKING:
@@ -48,15 +47,13 @@ def memory() -> dict[str, float | None]:
 
 
 def compiler_cache() -> dict[str, Any]:
-    """Folder of the code that the compiled reference keeps, its number of sets of effects, and its size in MB."""
+    """Folder of the code that the compiled reference keeps, its number of libraries, and its size in MB."""
     missing = ENGINES[COMPILED].missing
     if missing:
-        return {"missing": f"{COMPILED}: {missing}", "folder": None, "sets": 0, "size_MB": 0.0}
-    folder = importlib.import_module("reference_impl.fast.jit").cache_folder()
-    files = [path for path in folder.rglob("*") if path.is_file()]
-    sets = sum(path.parent.name == "sets" for path in files)
-    size_MB = sum(path.stat().st_size for path in files) / MEGA
-    return {"missing": None, "folder": str(folder), "sets": sets, "size_MB": size_MB}
+        return {"missing": f"{COMPILED}: {missing}", "folder": None, "libraries": 0, "size_MB": 0.0}
+    folder = store.folder()
+    sizes = [path.stat().st_size for path in folder.glob(f"*{store.SUFFIX}")]
+    return {"missing": None, "folder": str(folder), "libraries": len(sizes), "size_MB": sum(sizes) / MEGA}
 
 
 def solution_tables() -> dict[str, Any]:

@@ -48,7 +48,7 @@ def show(found: Mapping[str, Any], wrong: Iterable[str]) -> None:
 def machine_lines(found: Mapping[str, Any]) -> list[str]:
     """One line each for versions, machine, compiler cache and certified solutions."""
     machine, cache, tables = found["machine"], found["compiler_cache"], found["certified_solutions"]
-    compiled = cache["missing"] or f"{cache['sets']} sets of effects, {cache['size_MB']:.0f} MB, in {cache['folder']}"
+    compiled = cache["missing"] or f"{cache['libraries']} libraries, {cache['size_MB']:.0f} MB, in {cache['folder']}"
     whole = f"{tables['tables']} tables, {len(tables['faults'])} faulty, for {tables['scenes']} scenes,"
     return [
         f"barchain        {found['barchain']}",

@@ -19,13 +19,12 @@ import numpy as np
 from adapters.common.initial_state import InitialState, chain_model
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
-from adapters.registry import ENGINES
+from adapters.registry import COMPILED, ENGINES
 from barchain.judge.declared_noise import MAX_ATTITUDE_NOISE_RAD
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.error_units import NORM_SLACK
 from barchain.metrics.quantities import differences
 from barchain.metrics.rates import own_rate
-from barchain.run.compilation import COMPILED, mark
 from barchain.solutions.reference import TRACK, ReferenceSolution, densely_sampled, perturbation_directions, sensitivity
 
 if TYPE_CHECKING:
@@ -269,7 +268,7 @@ def restarted_run(
     )  # fmt: skip
     model = chain_model(scene)
     model = dataclasses.replace(model, impulses=tuple(b for b in model.impulses if b.at_s >= t_s[0]))
-    run = reference_form(scene)
+    run = reference_form()
     run.times_s, run.prepared = t_s, run.prepare(model, start, rtol)
     run.simulate()
     seen_again = run.read()
@@ -280,12 +279,7 @@ def restarted_run(
     return seen_again
 
 
-def reference_form(scene: Scene) -> ReferenceEngine:
-    """Return the compiled reference where its code for the scene's effects is cached, else NumPy's.
-
-    Compiling takes longer than any segment does in NumPy.
-    """
+def reference_form() -> ReferenceEngine:
+    """Return the compiled reference where it is installed, else NumPy's."""
     compiled = ENGINES[COMPILED]
-    if compiled.missing or not mark(scene).is_file():
-        return Reference()
-    return cast("ReferenceEngine", compiled.load()())
+    return Reference() if compiled.missing else cast("ReferenceEngine", compiled.load()())

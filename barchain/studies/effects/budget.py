@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.run.compilation import announcement
 from barchain.run.pool import run_jobs
 from barchain.studies.effects.altitude_range import seen
 from barchain.studies.effects.cost_ratio import (
@@ -60,9 +59,6 @@ class EffectsBudget:
 
     def run(self) -> EffectsResult:
         """Run everything and write the table after the runs and after the times."""
-        to_compile = announcement(self.plan.runs)
-        if to_compile:
-            self.note(to_compile)
         try:
             self.run_all(self.plan.whole)
             self.settle()

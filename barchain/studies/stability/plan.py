@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 from adapters.common.equal_steps import finer_setting, steps_between_samples
 from adapters.engine import AccuracyParameter, Setting
 from adapters.ode_solvers.scipy_engines import ScipyEngine
-from adapters.registry import ENGINES, engines, find_engine
+from adapters.registry import COMPILED, ENGINES, engines, find_engine
 from barchain.boundary.declared import engine_class
-from barchain.run.compilation import COMPILED
 from barchain.run.job import SOLUTION_ROLES, Job, Role
 from barchain.studies.stability.limits import TIME_LIMIT_S
 from barchain.timing.left_out import cannot

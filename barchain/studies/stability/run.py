@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from adapters.engine import EngineError
 from barchain.boundary.declared import engine_class
 from barchain.judge.support import unsupported
-from barchain.run.compilation import announcement
 from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult, failure
 from barchain.run.pool import run_jobs
 from barchain.solutions.reference import SOLUTION_RTOL, ReferenceSolution
@@ -153,9 +152,6 @@ class StabilityRun:
                 waiting.append(job)
             else:
                 self.take(job, recalled)
-        said = announcement(waiting)
-        if said:
-            self.note(said)
         for limit_s in sorted({self.limit_s(job) for job in waiting}):
             alike = [job for job in waiting if self.limit_s(job) == limit_s]
             for job, result in run_jobs(alike, time_limit_s=limit_s, workers=self.plan.workers, solution_patience=1.0):

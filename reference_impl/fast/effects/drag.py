@@ -26,12 +26,12 @@ from reference_impl.fast.layout import (
     Workspace,
 )
 from reference_impl.machine_code.functions import compiled
-from reference_impl.machine_code.records import Record
+from reference_impl.machine_code.library import Library
+from reference_impl.machine_code.records import Record, Vector
 from reference_impl.model.effect import EDGE_ON
 
 if TYPE_CHECKING:
     from reference_impl.effects.drag import DragEffect
-    from reference_impl.machine_code.records import Vector
 
 
 @dataclass(frozen=True)
@@ -123,3 +123,6 @@ def mode_ended(
         across = own.mode[i] * (rows[UX, i] * wind_y - rows[UY, i] * wind_x)
         worst = min(worst, across + EDGE_ON * math.hypot(wind_x, wind_y))
     return bool(worst < 0.0)
+
+
+Library("drag", (add_effect, mode_ended))

@@ -14,11 +14,11 @@ from reference_impl.fast.layout import (
     Workspace,
 )
 from reference_impl.machine_code.functions import compiled
-from reference_impl.machine_code.records import Record
+from reference_impl.machine_code.library import Library
+from reference_impl.machine_code.records import Matrix, Record, Vector
 
 if TYPE_CHECKING:
     from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
-    from reference_impl.machine_code.records import Matrix, Vector
 
 STIFFNESS, DAMPING, REST = range(3)
 
@@ -55,3 +55,6 @@ def add_effect(
         rows[ANGULAR, i] += (torque - before) * chain.bars[INVERSE_INERTIA, i]
         before = torque
     rows[ANGULAR, n - 1] -= before * chain.bars[INVERSE_INERTIA, n - 1]
+
+
+Library("joint_spring_damper", (add_effect,))

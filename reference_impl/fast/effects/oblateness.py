@@ -28,11 +28,11 @@ from reference_impl.fast.layout import (
     Workspace,
 )
 from reference_impl.machine_code.functions import compiled, inlined
-from reference_impl.machine_code.records import Record
+from reference_impl.machine_code.library import Library
+from reference_impl.machine_code.records import Record, Vector
 
 if TYPE_CHECKING:
     from reference_impl.effects.oblateness import OblatenessEffect
-    from reference_impl.machine_code.records import Vector
 
 
 @dataclass(frozen=True)
@@ -109,3 +109,6 @@ def add_second_moment(
         flat = 1.0 - 7.0 * up * up * inverse2
         moved[AX, i] += share * (2.0 * up * ux + flat * x)
         moved[AY, i] += share * (2.0 * up * uy + flat * z)
+
+
+Library("oblateness", (add_effect,))

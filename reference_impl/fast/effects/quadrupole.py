@@ -19,11 +19,11 @@ from reference_impl.fast.layout import (
     Workspace,
 )
 from reference_impl.machine_code.functions import compiled
-from reference_impl.machine_code.records import Record
+from reference_impl.machine_code.library import Library
+from reference_impl.machine_code.records import Record, Vector
 
 if TYPE_CHECKING:
     from reference_impl.effects.quadrupole import QuadrupoleEffect
-    from reference_impl.machine_code.records import Vector
 
 
 @dataclass(frozen=True)
@@ -55,3 +55,6 @@ def add_effect(
         px, py = acceleration(mu, x, z, rows[UX, i], rows[UY, i], bars[INVERSE_MASS, i] / bars[INVERSE_INERTIA, i])
         moved[AX, i] += px
         moved[AY, i] += py
+
+
+Library("quadrupole", (add_effect,))

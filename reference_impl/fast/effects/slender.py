@@ -19,11 +19,11 @@ from reference_impl.fast.layout import (
     Workspace,
 )
 from reference_impl.machine_code.functions import compiled
-from reference_impl.machine_code.records import Record
+from reference_impl.machine_code.library import Library
+from reference_impl.machine_code.records import Record, Vector
 
 if TYPE_CHECKING:
     from reference_impl.effects.slender import SlenderBarEffect
-    from reference_impl.machine_code.records import Vector
 
 
 @dataclass(frozen=True)
@@ -67,3 +67,6 @@ def add_effect(
         moved[AX, i] += along * ux - across * uy
         moved[AY, i] += along * uy + across * ux
         rows[ANGULAR, i] += 3.0 * strength * inverse2 * up * level / (outer * (1.0 + stretch))
+
+
+Library("slender", (add_effect,))

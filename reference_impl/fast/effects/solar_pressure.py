@@ -19,12 +19,12 @@ from reference_impl.fast.layout import (
     Workspace,
 )
 from reference_impl.machine_code.functions import compiled, inlined
-from reference_impl.machine_code.records import Record
+from reference_impl.machine_code.library import Library
+from reference_impl.machine_code.records import Record, Vector
 from reference_impl.model.effect import EDGE_ON
 
 if TYPE_CHECKING:
     from reference_impl.effects.solar_pressure import SolarPressureEffect
-    from reference_impl.machine_code.records import Vector
 
 
 @dataclass(frozen=True)
@@ -121,3 +121,6 @@ def mode_ended(
     for i in range(n):
         worst = min(worst, own.mode[1 + i] * (rows[UX, i] * sy - rows[UY, i] * sx) + EDGE_ON)
     return bool(worst < 0.0)
+
+
+Library("solar_pressure", (add_effect, mode_ended))

@@ -25,11 +25,11 @@ from reference_impl.fast.layout import (
     Workspace,
 )
 from reference_impl.machine_code.functions import compiled, inlined
-from reference_impl.machine_code.records import Record
+from reference_impl.machine_code.library import Library
+from reference_impl.machine_code.records import Record, Vector
 
 if TYPE_CHECKING:
     from reference_impl.effects.third_body import ThirdBodyEffect
-    from reference_impl.machine_code.records import Vector
 
 
 @dataclass(frozen=True)
@@ -131,3 +131,6 @@ def add_second_moment(
         px, py = acceleration(mu, x, z, rows[UX, i], rows[UY, i], bars[INVERSE_MASS, i] / bars[INVERSE_INERTIA, i])
         moved[AX, i] += px
         moved[AY, i] += py
+
+
+Library("third_body", (add_effect,))

@@ -20,11 +20,11 @@ from reference_impl.fast.layout import (
     Workspace,
 )
 from reference_impl.machine_code.functions import compiled
-from reference_impl.machine_code.records import Record
+from reference_impl.machine_code.library import Library
+from reference_impl.machine_code.records import Matrix, Record, Vector
 
 if TYPE_CHECKING:
     from reference_impl.effects.thrust import ThrustEffect
-    from reference_impl.machine_code.records import Matrix, Vector
 
 TIME, FORCE = range(2)
 
@@ -85,3 +85,6 @@ def add_effect(
     moved[AX, i] += push_x * bars[INVERSE_MASS, i]
     moved[AY, i] += push_y * bars[INVERSE_MASS, i]
     rows[ANGULAR, i] += own.side * bars[LEVER, i] * (ux * push_y - uy * push_x)
+
+
+Library("thrust", (add_effect,))
