@@ -34,7 +34,7 @@ HERE = Path(__file__).resolve()
 ENGINE, SHOWN = "reference-fast", "effects/everything"
 PLAIN = ("paper/fig05", "paper/fig09", "basics/two_bars_free")
 EVALUATIONS, TURNS = 20_000, 15  # so many that the few hundred instructions of a call from Python round off
-PROCESSOR = {"NUMBA_CPU_NAME": "haswell", "NUMBA_CPU_FEATURES": "", "OPENBLAS_NUM_THREADS": "1"}  # valgrind's own
+PROCESSOR = {"BARCHAIN_PROCESSOR": "haswell", "OPENBLAS_NUM_THREADS": "1"}  # valgrind's own
 ZERO, DUMP, START, STOP = 0x43540001, 0x43540003, 0x43540004, 0x43540005  # callgrind.h
 # `long request(long *six_words)`: words to rax, valgrind's magic preamble, answer from rdx; nothing on a processor
 REQUEST = bytes.fromhex("4889f8 31d2 48c1c703 48c1c70d 48c1c73d 48c1c733 4887db 4889d0 c3")

@@ -11,16 +11,19 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
-import numba
 import numpy as np
-from reference_impl.fast.jit import OPTIONS
 
 from reference_impl.fast import dop853, layout
 from reference_impl.fast.accelerations import angular_accelerations, com_acceleration, evaluate
 from reference_impl.fast.bar_positions import centres_from_first
+from reference_impl.fast.dop853 import advance
 from reference_impl.fast.field import end_accelerations, gravity
 from reference_impl.fast.joints import reactions
+from reference_impl.fast.layout import RX, CompiledChain, Workspace
 from reference_impl.fast.trigonometry import unit_vectors
+from reference_impl.machine_code.functions import compiled
+from reference_impl.machine_code.library import Library
+from reference_impl.machine_code.records import Matrix, Vector
 from reference_impl.model.chain import ChainModel
 
 if TYPE_CHECKING:
@@ -34,10 +37,8 @@ PARTS = (
 )  # fmt: skip
 
 
-@numba.njit(**(OPTIONS | {"cache": False}))
-def repeat(
-    which: int, times: int, y: np.ndarray, rates: np.ndarray, c: layout.CompiledChain, w: layout.Workspace
-) -> None:
+@compiled
+def repeat(which: int, times: int, y: Vector, rates: Vector, c: CompiledChain, w: Workspace) -> None:
     """Call one part `times` times, each on what the one before left."""
     n = c.bars.shape[1]
     for _ in range(times):
@@ -57,17 +58,18 @@ def repeat(
             angular_accelerations(n, c, w.bars, rates)
         else:
             rates[0], rates[1] = com_acceleration(n, c, y, w.bars)
-        y[0] += 1e-30 * (rates[n + 2] + w.bars[layout.RX, 0])
+        y[0] += 1e-30 * (rates[n + 2] + w.bars[RX, 0])
 
 
-@numba.njit(**(OPTIONS | {"cache": False}))
-def repeat_steps(
-    times: int, y: np.ndarray, slopes: np.ndarray, end: np.ndarray, c: layout.CompiledChain, w: layout.Workspace
-) -> None:
+@compiled
+def repeat_steps(times: int, y: Vector, slopes: Matrix, end: Vector, c: CompiledChain, w: Workspace) -> None:
     """Take the same step `times` times."""
     for _ in range(times):
-        dop853.advance(0.0, STEP_S, y, slopes, end, c, w)
+        advance(0.0, STEP_S, y, slopes, end, c, w)
         y[0] += 1e-30 * end[0]
+
+
+Library("profile", (repeat, repeat_steps))
 
 
 def case(bars: int) -> tuple[np.ndarray, np.ndarray, layout.CompiledChain, layout.Workspace]:

@@ -32,6 +32,7 @@ from tests.support.scene_lists import TAME
 
 if TYPE_CHECKING:
     from pathlib import Path
+
     from scenarios import Scene
 
 
