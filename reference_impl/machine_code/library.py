@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import threading
 from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +26,10 @@ def package_digest() -> bytes:
     for source in sorted(Path(__file__).parents[1].rglob("*.py")):
         found.update(source.read_bytes())
     return found.digest()
+
+
+LINKING = threading.RLock()
+"""Held while code is compiled and linked: threads that call a function first at the same time link it once"""
 
 
 @cache
@@ -78,7 +83,8 @@ class Library:
     def entry(self, function: Compiled) -> Callable[..., Any]:
         """Entry as a function of Python."""
         signature = signatures.signature(function.source)
-        address = self.addresses[function.source.name]
+        with LINKING:
+            address = self.addresses[function.source.name]
         machine_code = signature.c_type(address)
 
         def call(*arguments: Any) -> Any:

@@ -115,23 +115,21 @@ class Lowering(Calls):
             return
         yes, no, after = (self.builder.append_basic_block(name) for name in ("yes", "no", "after"))
         self.builder.cbranch(code(self.builder, test, Kind.TRUTH), yes, no)
+        goes_on = False
         for block, statements in ((yes, node.body), (no, node.orelse)):
             self.builder.position_at_end(block)
             self.body(statements)
-            self.go_to(after)
+            goes_on = self.go_to(after) or goes_on
         self.builder.position_at_end(after)
-        if not after.is_terminated and not self.reached(after):
+        if not goes_on:
             self.builder.unreachable()
 
-    def reached(self, block: ir.Block) -> bool:
-        """Whether any branch leads to a block."""
-        ends = [b.terminator for b in self.builder.function.blocks if b.terminator is not None]
-        return any(block in end.operands for end in ends)
-
-    def go_to(self, block: ir.Block) -> None:
-        """Branch to a block, unless the present one has ended."""
-        if not self.builder.block.is_terminated:
-            self.builder.branch(block)
+    def go_to(self, block: ir.Block) -> bool:
+        """Branch to a block, unless the present one has ended; whether it did."""
+        if self.builder.block.is_terminated:
+            return False
+        self.builder.branch(block)
+        return True
 
     def lower_While(self, node: ast.While) -> None:
         """Loop as long as a condition holds."""

@@ -277,7 +277,7 @@ def test_evaluations_are_timed_by_themselves(engine: str) -> None:
 def test_the_timed_loop_evaluates_the_chain_at_its_start() -> None:
     """Same operations in the same order as one call, contracted or not: some roundings of the terms that enter."""
     from adapters.common.initial_state import chain_model
-    from barchain.timing.compiled_loop import repeat  # Numba is an extra
+    from barchain.timing.compiled_loop import repeat  # llvmlite is an extra
     from reference_impl.fast import layout
     from reference_impl.model.kinematics import consistent_state
     from tests.support.fast_evaluation import fast_accelerations

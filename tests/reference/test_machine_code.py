@@ -1,0 +1,288 @@
+"""The compiler of the compiled reference: what it computes is Python's, what it does not know it names."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+pytest.importorskip("llvmlite", reason="compiled code needs it")
+
+from reference_impl.machine_code import store, target
+from reference_impl.machine_code.functions import compiled, inlined, through_address
+from reference_impl.machine_code.library import Library
+from reference_impl.machine_code.records import Matrix, Record, Vector
+from reference_impl.machine_code.values import CompilationError
+
+FACTORS = (1.5, -2.0, 4.0)
+TABLE = np.array([[1.0, 2.0], [3.0, 4.0]])
+
+
+@dataclass(frozen=True)
+class Point(Record):
+    """Record of every kind of number."""
+
+    weight: float
+    number: int
+    place: Vector
+    grid: Matrix
+
+
+@dataclass(frozen=True)
+class Points(Record):
+    """Record of records."""
+
+    items: tuple[Point, ...]
+    any: Record
+
+
+@inlined
+def both_signs(x: float) -> tuple[float, float]:
+    """Two values from two returns."""
+    if x > 0.0:
+        return x, -x
+    return -x, x
+
+
+@compiled
+def arithmetic(x: float, y: float) -> float:
+    """Every operator of reals, and a power."""
+    a, b = both_signs(x)
+    return (a - b * y) / (1.0 + y * y) + abs(-x) + x**2 + 2 * FACTORS[0]
+
+
+@compiled
+def counted(n: int, stop: int) -> int:
+    """Loops with break and continue, halving, parity, and, or, not."""
+    total, k = 0, 0
+    for i in range(1, n):
+        if i & 1 == 1 and i != 7:
+            continue
+        if total > 50 or i > stop:
+            break
+        total += i // 2
+    while k < n:
+        k += 1
+        total = total + (1 if k < 3 else 2)
+    return total
+
+
+@compiled
+def compare_with_nan(x: float, y: float) -> int:
+    """Comparisons as bits."""
+    bits = 0
+    bits += 1 if x < y else 0
+    bits += 2 if x <= y else 0
+    bits += 4 if x == y else 0
+    bits += 8 if x != y else 0
+    bits += 16 if not x > y else 0
+    bits += 32 if np.isfinite(x) else 0
+    return bits
+
+
+@compiled
+def extremes(x: float, y: float) -> float:
+    """Least and largest, as Python takes them."""
+    return min(x, y, 1.0) + max(x, y)
+
+
+@compiled
+def library_functions(x: float) -> float:
+    """Functions of the mathematical library."""
+    return math.sqrt(x) + math.exp(-x) + math.cos(x) * math.sin(x) + np.hypot(x, 2.0) + np.nextafter(x, np.inf) + x**0.3
+
+
+@compiled
+def total(point: Point) -> float:
+    """Sum over a record, its rows, constants and an unrolled tuple."""
+    found = point.weight * point.number
+    for factor in FACTORS:
+        found += factor * point.place[0]
+    for i in range(len(point.grid)):
+        row = point.grid[i]
+        for j in range(point.grid.shape[1]):
+            found += row[j] * TABLE[i, j]
+            point.grid[i, j] = -row[j]
+    return found
+
+
+@through_address
+def total_at(address: int, point: Record) -> float:
+    """Call of a function like `total`."""
+    raise NotImplementedError
+
+
+@compiled
+def total_of_all(points: Points, address: int) -> float:
+    """Sum over records, through an address."""
+    found = total_at(address, points.any)
+    for k in range(len(points.items)):
+        found += points.items[k].weight
+    return found
+
+
+Library("tried", (arithmetic, counted, compare_with_nan, extremes, library_functions, total, total_of_all))
+REAL = st.floats(-1e6, 1e6)
+ANY = st.floats(allow_nan=True, allow_infinity=True)
+
+
+def python(function):
+    return function.__wrapped__
+
+
+@settings(deadline=None)
+@given(x=REAL, y=REAL)
+def test_sums_and_products_are_pythons_to_the_contraction_of_a_product_and_a_sum(x: float, y: float) -> None:
+    """A contracted operation saves one rounding of a product: an ulp of the largest term each."""
+    largest = max(abs(x) * max(abs(y), 1.0), x * x, 3.0)
+    assert abs(arithmetic(x, y) - python(arithmetic)(x, y)) <= 4.0 * np.finfo(float).eps * largest
+
+
+@settings(deadline=None)
+@given(n=st.integers(0, 40), stop=st.integers(0, 40))
+def test_loops_and_branches_go_as_in_python(n: int, stop: int) -> None:
+    assert counted(n, stop) == python(counted)(n, stop)
+
+
+@settings(deadline=None)
+@given(x=ANY, y=ANY)
+def test_comparisons_are_pythons_with_nan_too(x: float, y: float) -> None:
+    assert compare_with_nan(x, y) == python(compare_with_nan)(x, y)
+    np.testing.assert_equal(extremes(x, y), python(extremes)(x, y))
+
+
+@settings(deadline=None)
+@given(x=st.floats(1e-3, 700.0))
+def test_mathematical_functions_are_the_librarys(x: float) -> None:
+    assert library_functions(x) == pytest.approx(python(library_functions)(x), rel=8.0 * np.finfo(float).eps)
+
+
+def point(weight: float = 0.5) -> Point:
+    return Point(weight, 3, np.array([2.0]), np.array([[1.0, -1.0], [0.5, 8.0]]))
+
+
+def test_records_are_read_and_written_in_place() -> None:
+    given_here, given_there = point(), point()
+    assert total(given_here) == python(total)(given_there)
+    np.testing.assert_array_equal(given_here.grid, [[-1.0, 1.0], [-0.5, -8.0]])
+
+
+def test_a_function_is_called_through_its_address() -> None:
+    assert total_of_all(Points((point(1.0), point(2.0)), point()), total.address) == 3.0 + python(total)(point())
+
+
+@pytest.mark.parametrize("bad", [np.zeros((2, 2)), np.zeros(3, dtype=np.float32), np.zeros(6)[::2]])
+def test_an_array_of_another_kind_is_refused_before_it_is_read(bad: np.ndarray) -> None:
+    with pytest.raises(TypeError, match=r"Point.place: .*allowed: 1 dimensions of contiguous float64"):
+        Point(1.0, 1, bad, np.zeros((2, 2)))
+
+
+def test_a_call_with_too_few_arguments_is_refused() -> None:
+    with pytest.raises(TypeError, match="1 arguments, allowed: 2"):
+        arithmetic(1.0)
+
+
+REFUSED = {
+    "a string": ("x = 'text'", "constant 'text'; allowed: numbers and truth values"),
+    "an object": ("x = print", "print is no number, array or tuple of the module"),
+    "an unknown call": ("print(x)", r"print\(\) is not compiled; allowed: compiled and inlined functions"),
+    "a with statement": ("with x:\n        pass", "a With statement is not compiled"),
+    "a real for an integer": ("n = 1\n    n = x", "float given, int needed"),
+    "a backward loop": ("for i in range(3, 0, -1):\n        pass", "a loop counts upwards by one"),
+    "a chain of comparisons": ("x = 1.0 if 0.0 < x < 1.0 else 0.0", "one comparison at a time"),
+    "a list": ("y = [x]", "a List is not compiled"),
+    "a rebound array": ("v = a\n    v = b", "v names an array or a record, and is assigned once only"),
+    "named arguments": ("x = max(x, key=x)", "arguments are given in order, without names"),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_anything_else_is_refused_with_module_line_and_reason(what: str, tmp_path: Path) -> None:
+    body, reason = REFUSED[what]
+    name = f"refused_{list(REFUSED).index(what)}"
+    lines = [
+        "from __future__ import annotations",
+        "from reference_impl.machine_code.functions import compiled",
+        "@compiled",
+        "def tried(x: float, a: Vector, b: Vector) -> None:",
+        f"    {body}",
+    ]
+    (tmp_path / f"{name}.py").write_text("\n".join(lines), encoding="utf-8")
+    sys.path.insert(0, str(tmp_path))
+    try:
+        function = __import__(name).tried
+    finally:
+        sys.path.remove(str(tmp_path))
+    Library(name, (function,))
+    with pytest.raises(CompilationError, match=rf"{name}, line \d: .*{reason}"):
+        function(1.0, np.zeros(1), np.zeros(1))
+
+
+def test_a_function_of_no_library_says_so() -> None:
+    with pytest.raises(CompilationError, match="is an entry of no library: only compiled code can call it"):
+        compiled(python(arithmetic))(1.0, 2.0)
+
+
+def fresh() -> Library:
+    """The library as another process would meet it."""
+    return Library("stored", (compiled(python(arithmetic)),))
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv(store.PLACE, str(tmp_path))
+    return tmp_path
+
+
+def test_machine_code_is_kept_once(folder: Path) -> None:
+    first = fresh()
+    assert not first.is_kept
+    assert first.code == fresh().code
+    assert [path.name for path in folder.iterdir()] == [f"{first.key}{store.SUFFIX}"]
+
+
+@pytest.mark.parametrize("damage", [b"", b"text", None])
+def test_a_damaged_file_is_compiled_anew(folder: Path, damage: bytes | None) -> None:
+    made = fresh()
+    code = made.code
+    path = folder / f"{made.key}{store.SUFFIX}"
+    content = path.read_bytes()
+    path.write_bytes(content[:-1] + bytes([content[-1] ^ 1]) if damage is None else damage)
+    assert not fresh().is_kept
+    assert fresh().code == code
+    assert path.read_bytes() == content
+
+
+def test_code_for_another_processor_or_compiler_is_not_taken(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    keys = {fresh().key}
+    monkeypatch.setattr(target, "processor", lambda: ("haswell", ""))
+    keys.add(fresh().key)
+    monkeypatch.setattr("llvmlite.__version__", "0.0")
+    keys.add(fresh().key)
+    assert len(keys) == 3
+
+
+def test_a_folder_that_can_not_be_made_costs_the_compilation_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv(store.PLACE, str(tmp_path / "file" / "compiled"))
+    assert fresh().code
+    assert not fresh().is_kept
+
+
+def test_two_processes_at_once_keep_one_whole_file(folder: Path) -> None:
+    script = "from tests.reference.test_machine_code import fresh; print(len(fresh().code))"
+    running = [subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    sizes = {p.communicate()[0] for p in running}
+    assert all(p.returncode == 0 for p in running)
+    assert len(sizes) == 1
+    assert fresh().is_kept
+    assert len(list(folder.iterdir())) == 1
