@@ -1,15 +1,21 @@
 """What all tests share."""
 
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
 import pytest
 
-from barchain.crossval import suite
-from barchain.solutions import reference_runs
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _reference_solutions_without_compiling():
-    """Reference solutions by NumPy: compiling a scene's set of effects takes longer than a test's short run."""
+def _compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """One folder of compiled code for all workers of a session: the tests start from nothing, and compile once."""
+    root = tmp_path_factory.getbasetemp()
+    folder = (root.parent if os.environ.get("PYTEST_XDIST_WORKER") else root) / "compiled"
     with pytest.MonkeyPatch.context() as patch:
-        for module in (reference_runs, suite):
-            patch.setattr(module, "solution_engine", lambda: reference_runs.NUMPY)
+        patch.setenv("BARCHAIN_COMPILED", str(folder))
         yield

@@ -25,13 +25,6 @@ if TYPE_CHECKING:
 SCENE = load_scene("effects/drag")
 
 
-@pytest.fixture(autouse=True)
-def _form_as_it_is_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Other tests have NumPy's form chosen; here the choice itself is tried."""
-    monkeypatch.setattr("barchain.solutions.reference_runs.solution_engine", solution_engine)
-    monkeypatch.setattr("barchain.crossval.suite.solution_engine", solution_engine)
-
-
 def job(engine: str, scene: str = "effects/drag") -> Job:
     return Job(load_scene(scene), engine, ENGINES[engine], Setting(AccuracyParameter.RTOL, 1e-10), Role.MAIN)
 
