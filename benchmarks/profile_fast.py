@@ -23,7 +23,7 @@ from reference_impl.fast.layout import RX, CompiledChain, Workspace
 from reference_impl.fast.trigonometry import unit_vectors
 from reference_impl.machine_code.functions import compiled
 from reference_impl.machine_code.library import Library
-from reference_impl.machine_code.records import Matrix, Vector
+from reference_impl.machine_code.structs import Matrix, Vector
 from reference_impl.model.chain import ChainModel
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from reference_impl.fast.accelerations import evaluate
 from reference_impl.fast.layout import CompiledChain, Workspace
 from reference_impl.machine_code.functions import compiled
 from reference_impl.machine_code.library import Library
-from reference_impl.machine_code.records import Vector
+from reference_impl.machine_code.structs import Vector
 
 BARELY = 1e-30  # of a rate: it leaves an angle unchanged, and keeps the compiler from evaluating only once
 

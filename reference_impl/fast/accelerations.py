@@ -26,10 +26,10 @@ from reference_impl.fast.layout import (
 )
 from reference_impl.fast.trigonometry import unit_vectors
 from reference_impl.machine_code.functions import compiled, inlined
-from reference_impl.machine_code.records import Vector
+from reference_impl.machine_code.structs import Vector
 
 if TYPE_CHECKING:
-    from reference_impl.machine_code.records import Matrix
+    from reference_impl.machine_code.structs import Matrix
 
 
 @compiled

@@ -8,7 +8,7 @@ from reference_impl.fast.layout import DX, DY, HALF, UX, UY, VX, VY, WEIGHT
 from reference_impl.machine_code.functions import inlined
 
 if TYPE_CHECKING:
-    from reference_impl.machine_code.records import Matrix, Vector
+    from reference_impl.machine_code.structs import Matrix, Vector
 
 
 @inlined

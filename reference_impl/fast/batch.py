@@ -22,7 +22,7 @@ from reference_impl.fast.stepper import (
 )
 from reference_impl.machine_code.functions import compiled, inlined
 from reference_impl.machine_code.library import Library
-from reference_impl.machine_code.records import Matrix, Record, Vector
+from reference_impl.machine_code.structs import Matrix, Struct, Vector
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -72,7 +72,7 @@ class BatchResult(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Members(Record):
+class Members(Struct):
     """Members of a batch and their results in compiled code; `runs` members, n samples."""
 
     chains: tuple[CompiledChain, ...]
@@ -202,7 +202,7 @@ def record_samples(
     work: Workspace,
     members: Members,
 ) -> None:
-    """Record angles and magnitudes of the reactions at the samples reached.
+    """Struct angles and magnitudes of the reactions at the samples reached.
 
     Parameters
     ----------

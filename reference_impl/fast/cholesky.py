@@ -30,7 +30,7 @@ from reference_impl.fast.layout import (
     RY,
 )
 from reference_impl.machine_code.functions import compiled
-from reference_impl.machine_code.records import Matrix
+from reference_impl.machine_code.structs import Matrix
 from reference_impl.model.joints import ROUNDING
 
 

@@ -18,7 +18,7 @@ from scipy.integrate._ivp import dop853_coefficients
 from reference_impl.fast.accelerations import evaluate
 from reference_impl.fast.layout import CompiledChain, Workspace
 from reference_impl.machine_code.functions import compiled, inlined
-from reference_impl.machine_code.records import Matrix, Vector
+from reference_impl.machine_code.structs import Matrix, Vector
 
 Terms = tuple[tuple[int, ...], tuple[float, ...]]
 STAGES, EXTRA, POWER = 12, 3, 7

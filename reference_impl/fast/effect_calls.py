@@ -3,7 +3,7 @@
 An effect's module defines
 
 constants(effect)
-    Record with the constants and arrays of an effect of the reference, and its ``mode`` if it has modes.
+    Struct with the constants and arrays of an effect of the reference, and its ``mode`` if it has modes.
 add_effect(own, n, t_s, y, mean_x, mean_y, chain, work)
     Adds accelerations to rows A of `Workspace.effect_bars` (central ones to rows G) and to `Workspace.effect_common`,
     and angular accelerations to row ANGULAR.
@@ -38,16 +38,16 @@ from reference_impl.fast.layout import (
     Workspace,
 )
 from reference_impl.machine_code.functions import inlined, through_address
-from reference_impl.machine_code.records import Record, Vector
+from reference_impl.machine_code.structs import Struct, Vector
 
 if TYPE_CHECKING:
-    from reference_impl.machine_code.records import Matrix
+    from reference_impl.machine_code.structs import Matrix
 
 
 @through_address
 def add_effect(
     address: int,
-    own: Record,
+    own: Struct,
     n: int,
     t_s: float,
     y: Vector,
@@ -62,7 +62,7 @@ def add_effect(
 @through_address
 def mode_ended(
     address: int,
-    own: Record,
+    own: Struct,
     n: int,
     t_s: float,
     y: Vector,

@@ -36,7 +36,7 @@ from reference_impl.fast.layout import (
 from reference_impl.machine_code.functions import inlined
 
 if TYPE_CHECKING:
-    from reference_impl.machine_code.records import Matrix, Vector
+    from reference_impl.machine_code.structs import Matrix, Vector
 
 
 @inlined

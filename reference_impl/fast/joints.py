@@ -50,7 +50,7 @@ from reference_impl.fast.layout import (
     UY,
 )  # fmt: skip
 from reference_impl.machine_code.functions import compiled, inlined
-from reference_impl.machine_code.records import Matrix
+from reference_impl.machine_code.structs import Matrix
 from reference_impl.model.joints import CONVERGED, DIVERGED, REFINEMENTS, ROUNDING
 
 SubChain = tuple[float, float, float, float, float, bool]

@@ -33,7 +33,7 @@ from reference_impl.fast.layout import (
     Workspace,
 )  # fmt: skip
 from reference_impl.machine_code.functions import compiled
-from reference_impl.machine_code.records import Matrix, Vector
+from reference_impl.machine_code.structs import Matrix, Vector
 
 
 @compiled

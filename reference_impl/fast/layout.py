@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.machine_code.records import Matrix, Record, Vector
+from reference_impl.machine_code.structs import Matrix, Struct, Vector
 from reference_impl.model.chain import ill_conditioned
 
 if TYPE_CHECKING:
@@ -38,14 +38,14 @@ COMMON_X, COMMON_Y, NONCENTRAL_X, NONCENTRAL_Y, MEAN_X, MEAN_Y = range(6)
 
 
 @dataclass(frozen=True)
-class CompiledEffect(Record):
+class CompiledEffect(Struct):
     """One effect in compiled code."""
 
     add: int
     """Address of its function of :func:`reference_impl.fast.effect_calls.add_effect`"""
     mode_ended: int
     """Address of its function of :func:`reference_impl.fast.effect_calls.mode_ended`; 0 for an effect without events"""
-    own: Record
+    own: Struct
     """Constants and arrays of the effect, defined by its module; an effect with modes has them in ``own.mode``"""
 
     @property
@@ -59,7 +59,7 @@ Effects = tuple[CompiledEffect, ...]
 
 
 @dataclass(frozen=True)
-class CompiledChain(Record):
+class CompiledChain(Struct):
     """Chain in compiled code; N bars, P prescribed rotations."""
 
     mu_m3_s2: float
@@ -77,7 +77,7 @@ class CompiledChain(Record):
 
 
 @dataclass(frozen=True)
-class Workspace(Record):
+class Workspace(Struct):
     """Scratch arrays of one evaluation, and its results besides the rates."""
 
     bars: Matrix

@@ -20,7 +20,7 @@ from reference_impl.integrate.stepper import Integration, smooth_segments
 from reference_impl.integrate.surface_contact import contact_instant
 from reference_impl.machine_code.functions import compiled
 from reference_impl.machine_code.library import Library
-from reference_impl.machine_code.records import Matrix, Vector
+from reference_impl.machine_code.structs import Matrix, Vector
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.effect import EffectState
 from reference_impl.model.joints import NOT_POSITIVE_DEFINITE

@@ -28,7 +28,7 @@ from reference_impl.fast.trigonometry import unit_vectors
 from reference_impl.integrate.coordinate_sets import ANGLE_ROUNDOFF
 from reference_impl.integrate.discrete_modes import EVENT_SAMPLES
 from reference_impl.machine_code.functions import compiled
-from reference_impl.machine_code.records import Matrix, Record, Vector
+from reference_impl.machine_code.structs import Matrix, Struct, Vector
 
 ARRIVED, CHECK_SURFACE, COLLAPSED, NOT_FINITE, LOST_JOINT, MODE_ENDED = range(6)
 FROM_START = (0.0, *EVENT_SAMPLES)  # of a step
@@ -38,7 +38,7 @@ NOW, STEP, TAKEN, STEPS, SAMPLED, EVALUATIONS, EXACT = range(7)
 
 
 @dataclass(frozen=True)
-class SurfaceBounds(Record):
+class SurfaceBounds(Struct):
     """Bounds that exclude contact with the surface."""
 
     contact_free_radius_m: float
@@ -50,7 +50,7 @@ class SurfaceBounds(Record):
 
 
 @dataclass(frozen=True)
-class Stepper(Record):
+class Stepper(Struct):
     """State of an integration between steps."""
 
     clock: Vector

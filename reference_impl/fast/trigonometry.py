@@ -10,7 +10,7 @@ import math
 
 from reference_impl.fast.layout import UX, UY
 from reference_impl.machine_code.functions import compiled, inlined
-from reference_impl.machine_code.records import Matrix, Vector
+from reference_impl.machine_code.structs import Matrix, Vector
 
 LARGEST_RAD = 1e5  # up to here, multiples of PART_1 are exact
 PER_QUARTER = 0.6366197723675814

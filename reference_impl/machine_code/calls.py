@@ -16,8 +16,8 @@ from reference_impl.machine_code.values import (
     ArrayValue,
     CompilationError,
     Kind,
-    RecordsValue,
     Scalar,
+    StructsValue,
     Value,
 )
 
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 
 
 def length(value: Value) -> Value:
-    """Length of a vector, number of rows of a matrix, or number of records or items."""
+    """Length of a vector, number of rows of a matrix, or number of structs or items."""
     if isinstance(value, ArrayValue):
         return Scalar(Kind.INTEGER, value.extents[0])
-    if isinstance(value, RecordsValue):
+    if isinstance(value, StructsValue):
         return Scalar(Kind.INTEGER, value.count)
     if isinstance(value, tuple):
         return len(value)

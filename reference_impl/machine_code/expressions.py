@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from reference_impl.machine_code.arithmetic import binary, code, compared, negated, negative
-from reference_impl.machine_code.memory import Slot, constant_array, kept, load, record_at
+from reference_impl.machine_code.memory import Slot, constant_array, kept, load, struct_at
 from reference_impl.machine_code.values import (
     ArrayValue,
     CompilationError,
     Kind,
-    RecordsValue,
-    RecordValue,
     Scalar,
+    StructsValue,
+    StructValue,
     Value,
     is_constant,
     kind_of,
@@ -84,16 +84,16 @@ class Expressions:
         return tuple(self.value(item) for item in node.elts)
 
     def value_Attribute(self, node: ast.Attribute) -> Value:
-        """Field of a record, shape of an array, or constant of a module."""
+        """Field of a struct, shape of an array, or constant of a module."""
         module = self.source.names.get(getattr(node.value, "id", ""))
         if isinstance(module, types.ModuleType):
             return self.constant(ast.unparse(node), getattr(module, node.attr, None))
         whole = self.value(node.value)
         if isinstance(whole, ArrayValue) and node.attr == "shape":
             return tuple(Scalar(Kind.INTEGER, extent) for extent in whole.extents)
-        if isinstance(whole, RecordValue) and node.attr in whole.fields:
+        if isinstance(whole, StructValue) and node.attr in whole.fields:
             return whole.fields[node.attr]
-        raise CompilationError(f"{ast.unparse(node)} is neither a field of a record nor a shape")
+        raise CompilationError(f"{ast.unparse(node)} is neither a field of a struct nor a shape")
 
     def indices(self, node: ast.expr) -> list[Value]:
         """Indices of a subscript."""
@@ -101,12 +101,12 @@ class Expressions:
         return list(found) if isinstance(found, tuple) else [found]
 
     def value_Subscript(self, node: ast.Subscript) -> Value:
-        """Element of an array, row of a matrix, item of a tuple, or one of several records."""
+        """Element of an array, row of a matrix, item of a tuple, or one of several structs."""
         whole, indices = self.value(node.value), self.indices(node.slice)
         if isinstance(whole, ArrayValue):
             return load(self.builder, whole, indices)
-        if isinstance(whole, RecordsValue):
-            return record_at(self.builder, whole, indices[0])
+        if isinstance(whole, StructsValue):
+            return struct_at(self.builder, whole, indices[0])
         if isinstance(whole, tuple) and isinstance(indices[0], int):
             return whole[indices[0]]  # type: ignore[no-any-return]
         raise CompilationError(f"{ast.unparse(node)} has no such index during compilation")

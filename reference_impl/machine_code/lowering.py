@@ -16,16 +16,16 @@ from reference_impl.machine_code.values import (
     ArrayValue,
     CompilationError,
     Kind,
-    RecordsValue,
-    RecordValue,
     Scalar,
+    StructsValue,
+    StructValue,
     Value,
 )
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-BY_REFERENCE = ArrayValue, RecordValue, RecordsValue
+BY_REFERENCE = ArrayValue, StructValue, StructsValue
 
 
 class Lowering(Calls):
@@ -96,11 +96,11 @@ class Lowering(Calls):
             raise CompilationError(f"{ast.unparse(target)} is no target for this value")
 
     def bind(self, name: str, value: Value) -> None:
-        """Bind a name: arrays and records once, by reference; numbers to memory of their own."""
+        """Bind a name: arrays and structs once, by reference; numbers to memory of their own."""
         before = self.scope.get(name)
         if isinstance(value, BY_REFERENCE):
             if before is not None:
-                raise CompilationError(f"{name} names an array or a record, and is assigned once only")
+                raise CompilationError(f"{name} names an array or a struct, and is assigned once only")
             self.scope[name] = value
             return
         if not isinstance(before, (Slot, tuple)):

@@ -1,4 +1,4 @@
-"""Instructions for arrays and records in memory, and for local variables."""
+"""Instructions for arrays and structs in memory, and for local variables."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from llvmlite import ir
 
 from reference_impl.machine_code.arithmetic import code
-from reference_impl.machine_code.records import ANY_RECORD, Record, field_types, item_type
+from reference_impl.machine_code.structs import ANY_STRUCT, Struct, field_types, item_type
 from reference_impl.machine_code.values import (
     BYTES,
     DOUBLE,
@@ -17,9 +17,9 @@ from reference_impl.machine_code.values import (
     ArrayValue,
     CompilationError,
     Kind,
-    RecordsValue,
-    RecordValue,
     Scalar,
+    StructsValue,
+    StructValue,
     Value,
     kind_of,
 )
@@ -103,8 +103,8 @@ def store(builder: ir.IRBuilder, array: ArrayValue, indices: list[Value], value:
     builder.store(code(builder, value, Kind.REAL), element(builder, array, indices), align=BYTES)
 
 
-def loaded_record(builder: ir.IRBuilder, of: type[Record], address: Any) -> RecordValue:
-    """Record at an address, with all of its fields loaded; unused ones cost nothing."""
+def loaded_struct(builder: ir.IRBuilder, of: type[Struct], address: Any) -> StructValue:
+    """Struct at an address, with all of its fields loaded; unused ones cost nothing."""
     at = 0
 
     def next_word(kind: Any) -> Any:
@@ -123,17 +123,17 @@ def loaded_record(builder: ir.IRBuilder, of: type[Record], address: Any) -> Reco
             fields[name] = ArrayValue(next_word(POINTER), (next_word(WORD),))
         elif annotation == "Matrix":
             fields[name] = ArrayValue(next_word(POINTER), (next_word(WORD), next_word(WORD)))
-        elif annotation == ANY_RECORD:
-            fields[name] = RecordValue(next_word(POINTER), {})
+        elif annotation == ANY_STRUCT:
+            fields[name] = StructValue(next_word(POINTER), {})
         else:
-            fields[name] = RecordsValue(item_type(of, annotation), next_word(POINTER), next_word(WORD))
-    return RecordValue(address, fields)
+            fields[name] = StructsValue(item_type(of, annotation), next_word(POINTER), next_word(WORD))
+    return StructValue(address, fields)
 
 
-def record_at(builder: ir.IRBuilder, records: RecordsValue, index: Value) -> RecordValue:
-    """One of several records."""
-    place = builder.gep(records.address, [word(builder, index)], inbounds=True, source_etype=POINTER)
-    return loaded_record(builder, records.of, builder.load(place, typ=POINTER, align=BYTES))
+def struct_at(builder: ir.IRBuilder, structs: StructsValue, index: Value) -> StructValue:
+    """One of several structs."""
+    place = builder.gep(structs.address, [word(builder, index)], inbounds=True, source_etype=POINTER)
+    return loaded_struct(builder, structs.of, builder.load(place, typ=POINTER, align=BYTES))
 
 
 def constant_array(builder: ir.IRBuilder, values: np.ndarray[Any, Any]) -> ArrayValue:

@@ -1,6 +1,6 @@
 """Types of compiled functions in memory: what is passed for each parameter, and returned.
 
-A number is passed as itself, a vector as address and length, a matrix as address, rows and columns, a record as the
+A number is passed as itself, a vector as address and length, a matrix as address, rows and columns, a struct as the
 address of its words.
 """
 
@@ -14,16 +14,16 @@ from typing import TYPE_CHECKING, Any
 from llvmlite import ir
 
 from reference_impl.machine_code.arithmetic import code
-from reference_impl.machine_code.memory import keep, loaded_record, new_slots
-from reference_impl.machine_code.records import DIMENSIONS, Record, array_words
+from reference_impl.machine_code.memory import keep, loaded_struct, new_slots
+from reference_impl.machine_code.structs import DIMENSIONS, Struct, array_words
 from reference_impl.machine_code.values import (
     POINTER,
     WORD,
     ArrayValue,
     CompilationError,
     Kind,
-    RecordValue,
     Scalar,
+    StructValue,
     Value,
     kind_of,
 )
@@ -48,7 +48,7 @@ class Signature:
     """Name and annotation"""
     returns: str
     names: dict[str, Any]
-    """Names of the module, among them the records"""
+    """Names of the module, among them the structs"""
 
     @cached_property
     def results(self) -> tuple[Kind, ...]:
@@ -94,7 +94,7 @@ class Signature:
             if annotation in DIMENSIONS:
                 found += array_words(f"{self.name}: {name}", value, DIMENSIONS[annotation])
             else:
-                found.append(value.address if isinstance(value, Record) else value)
+                found.append(value.address if isinstance(value, Struct) else value)
         return found
 
 
@@ -134,7 +134,7 @@ def passed(builder: ir.IRBuilder, signature: Signature, arguments: list[Value]) 
             words.append(code(builder, value, KINDS[annotation]))
         elif isinstance(value, ArrayValue) and len(value.extents) == DIMENSIONS.get(annotation):
             words += [value.address, *value.extents]
-        elif isinstance(value, RecordValue):
+        elif isinstance(value, StructValue):
             words.append(value.address)
         else:
             raise CompilationError(f"{signature.name}: {name} needs {annotation}")
@@ -180,21 +180,21 @@ def received(builder: ir.IRBuilder, signature: Signature, arguments: list[Any]) 
             address = next(words)
             found.append(ArrayValue(address, tuple(next(words) for _ in range(DIMENSIONS[annotation]))))
         else:
-            found.append(loaded_record(builder, record_type(signature, annotation), next(words)))
+            found.append(loaded_struct(builder, struct_type(signature, annotation), next(words)))
     return found
 
 
-def record_type(signature: Signature, annotation: str) -> type[Record]:
-    """Record that an annotation names.
+def struct_type(signature: Signature, annotation: str) -> type[Struct]:
+    """Struct that an annotation names.
 
     Raises
     ------
     CompilationError
-        If the module of the function has no such record when it runs.
+        If the module of the function has no such struct when it runs.
     """
     found = signature.names.get(annotation)
-    if not (isinstance(found, type) and issubclass(found, Record)):
-        raise CompilationError(f"{signature.name}: {annotation} is no record imported at run time")
+    if not (isinstance(found, type) and issubclass(found, Struct)):
+        raise CompilationError(f"{signature.name}: {annotation} is no struct imported at run time")
     return found
 
 

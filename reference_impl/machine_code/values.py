@@ -1,4 +1,4 @@
-"""Values during compilation: typed results of instructions, arrays, records, and constants of Python.
+"""Values during compilation: typed results of instructions, arrays, structs, and constants of Python.
 
 A constant (float, integer, truth value, or tuple of them) stays an object of Python until an instruction needs it.
 A tuple of values is a tuple of Python.
@@ -53,16 +53,16 @@ class ArrayValue:
 
 
 @dataclass(frozen=True)
-class RecordValue:
-    """Record behind an address, with its fields already loaded."""
+class StructValue:
+    """Struct behind an address, with its fields already loaded."""
 
     address: Any
     fields: dict[str, Value]
 
 
 @dataclass(frozen=True)
-class RecordsValue:
-    """Array of addresses of records of one type."""
+class StructsValue:
+    """Array of addresses of structs of one type."""
 
     of: type
     address: Any
@@ -70,7 +70,7 @@ class RecordsValue:
 
 
 Constant = float | int | bool
-Value = Scalar | ArrayValue | RecordValue | RecordsValue | Constant | tuple[Any, ...] | None
+Value = Scalar | ArrayValue | StructValue | StructsValue | Constant | tuple[Any, ...] | None
 
 
 def is_constant(value: Value) -> bool:

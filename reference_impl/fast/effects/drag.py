@@ -27,7 +27,7 @@ from reference_impl.fast.layout import (
 )
 from reference_impl.machine_code.functions import compiled
 from reference_impl.machine_code.library import Library
-from reference_impl.machine_code.records import Record, Vector
+from reference_impl.machine_code.structs import Struct, Vector
 from reference_impl.model.effect import EDGE_ON
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class CompiledDrag(Record):
+class CompiledDrag(Struct):
     """Drag in compiled code."""
 
     density_kg_m3: float

@@ -15,7 +15,7 @@ from reference_impl.fast.layout import (
 )
 from reference_impl.machine_code.functions import compiled
 from reference_impl.machine_code.library import Library
-from reference_impl.machine_code.records import Matrix, Record, Vector
+from reference_impl.machine_code.structs import Matrix, Struct, Vector
 
 if TYPE_CHECKING:
     from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
@@ -24,7 +24,7 @@ STIFFNESS, DAMPING, REST = range(3)
 
 
 @dataclass(frozen=True)
-class CompiledSprings(Record):
+class CompiledSprings(Struct):
     """Springs and dampers in compiled code."""
 
     table: Matrix

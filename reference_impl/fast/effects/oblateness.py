@@ -29,14 +29,14 @@ from reference_impl.fast.layout import (
 )
 from reference_impl.machine_code.functions import compiled, inlined
 from reference_impl.machine_code.library import Library
-from reference_impl.machine_code.records import Record, Vector
+from reference_impl.machine_code.structs import Struct, Vector
 
 if TYPE_CHECKING:
     from reference_impl.effects.oblateness import OblatenessEffect
 
 
 @dataclass(frozen=True)
-class CompiledOblateness(Record):
+class CompiledOblateness(Struct):
     """J2 in compiled code."""
 
     strength_m5_s2: float

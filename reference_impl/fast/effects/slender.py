@@ -20,19 +20,19 @@ from reference_impl.fast.layout import (
 )
 from reference_impl.machine_code.functions import compiled
 from reference_impl.machine_code.library import Library
-from reference_impl.machine_code.records import Record, Vector
+from reference_impl.machine_code.structs import Struct, Vector
 
 if TYPE_CHECKING:
     from reference_impl.effects.slender import SlenderBarEffect
 
 
 @dataclass(frozen=True)
-class CompiledSlenderBars(Record):
+class CompiledSlenderBars(Struct):
     """Effect without constants of its own."""
 
 
 def constants(_: SlenderBarEffect) -> CompiledSlenderBars:
-    """Record without constants."""
+    """Struct without constants."""
     return CompiledSlenderBars()
 
 

@@ -20,7 +20,7 @@ from reference_impl.fast.layout import (
 )
 from reference_impl.machine_code.functions import compiled, inlined
 from reference_impl.machine_code.library import Library
-from reference_impl.machine_code.records import Record, Vector
+from reference_impl.machine_code.structs import Struct, Vector
 from reference_impl.model.effect import EDGE_ON
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class CompiledSunlight(Record):
+class CompiledSunlight(Struct):
     """Solar pressure in compiled code."""
 
     pressure_Pa: float

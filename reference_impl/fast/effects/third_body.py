@@ -26,14 +26,14 @@ from reference_impl.fast.layout import (
 )
 from reference_impl.machine_code.functions import compiled, inlined
 from reference_impl.machine_code.library import Library
-from reference_impl.machine_code.records import Record, Vector
+from reference_impl.machine_code.structs import Struct, Vector
 
 if TYPE_CHECKING:
     from reference_impl.effects.third_body import ThirdBodyEffect
 
 
 @dataclass(frozen=True)
-class CompiledThirdBody(Record):
+class CompiledThirdBody(Struct):
     """Third body in compiled code."""
 
     mu_m3_s2: float

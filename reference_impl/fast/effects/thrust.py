@@ -21,7 +21,7 @@ from reference_impl.fast.layout import (
 )
 from reference_impl.machine_code.functions import compiled
 from reference_impl.machine_code.library import Library
-from reference_impl.machine_code.records import Matrix, Record, Vector
+from reference_impl.machine_code.structs import Matrix, Struct, Vector
 
 if TYPE_CHECKING:
     from reference_impl.effects.thrust import ThrustEffect
@@ -30,7 +30,7 @@ TIME, FORCE = range(2)
 
 
 @dataclass(frozen=True)
-class CompiledThrust(Record):
+class CompiledThrust(Struct):
     """Thrust in compiled code."""
 
     bar: int

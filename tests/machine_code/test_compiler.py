@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import subprocess
 import sys
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,19 +13,23 @@ from hypothesis import strategies as st
 
 pytest.importorskip("llvmlite", reason="compiled code needs it")
 
-from reference_impl.machine_code import store, target
+from typing import TYPE_CHECKING
+
 from reference_impl.machine_code.functions import compiled, inlined, through_address
 from reference_impl.machine_code.library import Library
-from reference_impl.machine_code.records import Matrix, Record, Vector
+from reference_impl.machine_code.structs import Matrix, Struct, Vector
 from reference_impl.machine_code.values import CompilationError
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 FACTORS = (1.5, -2.0, 4.0)
 TABLE = np.array([[1.0, 2.0], [3.0, 4.0]])
 
 
 @dataclass(frozen=True)
-class Point(Record):
-    """Record of every kind of number."""
+class Point(Struct):
+    """Struct of every kind of field."""
 
     weight: float
     number: int
@@ -36,11 +38,11 @@ class Point(Record):
 
 
 @dataclass(frozen=True)
-class Points(Record):
-    """Record of records."""
+class Points(Struct):
+    """Struct with structs."""
 
     items: tuple[Point, ...]
-    any: Record
+    any: Struct
 
 
 @inlined
@@ -101,7 +103,7 @@ def library_functions(x: float) -> float:
 
 @compiled
 def total(point: Point) -> float:
-    """Sum over a record, its rows, constants and an unrolled tuple."""
+    """Sum over a struct, its rows, constants and an unrolled tuple."""
     found = point.weight * point.number
     for factor in FACTORS:
         found += factor * point.place[0]
@@ -114,14 +116,14 @@ def total(point: Point) -> float:
 
 
 @through_address
-def total_at(address: int, point: Record) -> float:
+def total_at(address: int, point: Struct) -> float:
     """Call of a function like `total`."""
     raise NotImplementedError
 
 
 @compiled
 def total_of_all(points: Points, address: int) -> float:
-    """Sum over records, through an address."""
+    """Sum over structs, through an address."""
     found = total_at(address, points.any)
     for k in range(len(points.items)):
         found += points.items[k].weight
@@ -168,7 +170,7 @@ def point(weight: float = 0.5) -> Point:
     return Point(weight, 3, np.array([2.0]), np.array([[1.0, -1.0], [0.5, 8.0]]))
 
 
-def test_records_are_read_and_written_in_place() -> None:
+def test_structs_are_read_and_written_in_place() -> None:
     given_here, given_there = point(), point()
     assert total(given_here) == python(total)(given_there)
     np.testing.assert_array_equal(given_here.grid, [[-1.0, 1.0], [-0.5, -8.0]])
@@ -198,7 +200,7 @@ REFUSED = {
     "a backward loop": ("for i in range(3, 0, -1):\n        pass", "a loop counts upwards by one"),
     "a chain of comparisons": ("x = 1.0 if 0.0 < x < 1.0 else 0.0", "one comparison at a time"),
     "a list": ("y = [x]", "a List is not compiled"),
-    "a rebound array": ("v = a\n    v = b", "v names an array or a record, and is assigned once only"),
+    "a rebound array": ("v = a\n    v = b", "v names an array or a struct, and is assigned once only"),
     "named arguments": ("x = max(x, key=x)", "arguments are given in order, without names"),
 }
 
@@ -228,61 +230,3 @@ def test_anything_else_is_refused_with_module_line_and_reason(what: str, tmp_pat
 def test_a_function_of_no_library_says_so() -> None:
     with pytest.raises(CompilationError, match="is an entry of no library: only compiled code can call it"):
         compiled(python(arithmetic))(1.0, 2.0)
-
-
-def fresh() -> Library:
-    """The library as another process would meet it."""
-    return Library("stored", (compiled(python(arithmetic)),))
-
-
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setenv(store.PLACE, str(tmp_path))
-    return tmp_path
-
-
-def test_machine_code_is_kept_once(folder: Path) -> None:
-    first = fresh()
-    assert not first.is_kept
-    assert first.code == fresh().code
-    assert [path.name for path in folder.iterdir()] == [f"{first.key}{store.SUFFIX}"]
-
-
-@pytest.mark.parametrize("damage", [b"", b"text", None])
-def test_a_damaged_file_is_compiled_anew(folder: Path, damage: bytes | None) -> None:
-    made = fresh()
-    code = made.code
-    path = folder / f"{made.key}{store.SUFFIX}"
-    content = path.read_bytes()
-    path.write_bytes(content[:-1] + bytes([content[-1] ^ 1]) if damage is None else damage)
-    assert not fresh().is_kept
-    assert fresh().code == code
-    assert path.read_bytes() == content
-
-
-def test_code_for_another_processor_or_compiler_is_not_taken(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    keys = {fresh().key}
-    monkeypatch.setattr(target, "processor", lambda: ("haswell", ""))
-    keys.add(fresh().key)
-    monkeypatch.setattr("llvmlite.__version__", "0.0")
-    keys.add(fresh().key)
-    assert len(keys) == 3
-
-
-def test_a_folder_that_can_not_be_made_costs_the_compilation_only(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "file").touch()
-    monkeypatch.setenv(store.PLACE, str(tmp_path / "file" / "compiled"))
-    assert fresh().code
-    assert not fresh().is_kept
-
-
-def test_two_processes_at_once_keep_one_whole_file(folder: Path) -> None:
-    script = "from tests.reference.test_machine_code import fresh; print(len(fresh().code))"
-    running = [subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) for _ in range(2)]
-    sizes = {p.communicate()[0] for p in running}
-    assert all(p.returncode == 0 for p in running)
-    assert len(sizes) == 1
-    assert fresh().is_kept
-    assert len(list(folder.iterdir())) == 1

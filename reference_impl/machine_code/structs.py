@@ -1,8 +1,8 @@
-"""Records: named groups of arrays and numbers that Python fills and compiled code reads by address.
+"""Structs: named groups of arrays and numbers that Python fills and compiled code reads by address.
 
-A record is a frozen dataclass whose annotations are ``float``, ``int``, ``Vector``, ``Matrix``, ``Record`` for a record
-of any type, or a tuple of records ``tuple[R, ...]``. In memory it is a row of 64-bit words: a number is one word, a
-vector its address and length, a matrix its address, rows and columns, a record its address, a tuple of records the
+A struct is a frozen dataclass whose annotations are ``float``, ``int``, ``Vector``, ``Matrix``, ``Struct`` for a struct
+of any type, or a tuple of structs ``tuple[R, ...]``. In memory it is a row of 64-bit words: a number is one word, a
+vector its address and length, a matrix its address, rows and columns, a struct its address, a tuple of structs the
 address of a row of addresses, and their number.
 """
 
@@ -23,12 +23,12 @@ Matrix = NDArray[np.float64]
 
 
 DIMENSIONS = {"Vector": 1, "Matrix": 2}
-ANY_RECORD = "Record"
+ANY_STRUCT = "Struct"
 
 
 @dataclass(frozen=True)
-class Record:
-    """Base of all records: packs its fields when it is made.
+class Struct:
+    """Base of all structs: packs its fields when it is made.
 
     Raises
     ------
@@ -48,7 +48,7 @@ class Record:
                 words.append(int(np.float64(value).view(np.int64)))
             elif annotation == "int":
                 words.append(int(value))
-            elif annotation == ANY_RECORD:
+            elif annotation == ANY_STRUCT:
                 words.append(value.address)
             else:
                 addresses = np.array([item.address for item in value], dtype=np.int64)
@@ -59,7 +59,7 @@ class Record:
 
     @property
     def address(self) -> int:
-        """Address of the words; valid as long as the record lives."""
+        """Address of the words; valid as long as the struct lives."""
         memory: tuple[NDArray[np.int64], ...] = self.__dict__["_memory"]
         return int(memory[0].ctypes.data)
 
@@ -80,13 +80,13 @@ def array_words(name: str, array: NDArray[Any], dimensions: int) -> list[int]:
     return [array.ctypes.data, *array.shape]
 
 
-def field_types(record: Any) -> tuple[tuple[str, str], ...]:
+def field_types(struct: Any) -> tuple[tuple[str, str], ...]:
     """Name and annotation of each field, in the order of the words."""
-    return tuple((f.name, str(f.type)) for f in dataclasses.fields(record))
+    return tuple((f.name, str(f.type)) for f in dataclasses.fields(struct))
 
 
-def item_type(record: type[Record], annotation: str) -> type[Record]:
-    """Type R of the annotation ``tuple[R, ...]`` of a field of `record`."""
+def item_type(struct: type[Struct], annotation: str) -> type[Struct]:
+    """Type R of the annotation ``tuple[R, ...]`` of a field of `struct`."""
     name = annotation.removeprefix("tuple[").removesuffix(", ...]")
-    found: type[Record] = getattr(sys.modules[record.__module__], name)
+    found: type[Struct] = getattr(sys.modules[struct.__module__], name)
     return found
