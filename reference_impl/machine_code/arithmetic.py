@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 from llvmlite import ir
 
 from reference_impl.machine_code.values import (
-    BIT,
     DOUBLE,
+    WIDTH,
     WORD,
     CompilationError,
     Kind,
@@ -29,12 +29,15 @@ from reference_impl.machine_code.values import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+INDEX = ir.IntType(32)
 FLAGS = ("contract",)
 REAL_INSTRUCTIONS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
-INTEGER_INSTRUCTIONS = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.BitAnd: "and_"}
+SUMS = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul"}
+BITWISE = {ast.BitAnd: "and_", ast.BitOr: "or_", ast.BitXor: "xor", ast.LShift: "shl", ast.RShift: "ashr"}
 FOLDED: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv, ast.BitAnd: operator.and_, ast.Pow: operator.pow,
+    ast.FloorDiv: operator.floordiv, ast.Pow: operator.pow, ast.BitAnd: operator.and_, ast.BitOr: operator.or_,
+    ast.BitXor: operator.xor, ast.LShift: operator.lshift, ast.RShift: operator.rshift,
 }  # fmt: skip
 COMPARISONS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
 INTRINSICS = {"sqrt": "llvm.sqrt", "exp": "llvm.exp", "cos": "llvm.cos", "sin": "llvm.sin", "fabs": "llvm.fabs"}
@@ -46,6 +49,8 @@ def code(builder: ir.IRBuilder, value: Value, kind: Kind | None = None) -> Any:
     given = kind_of(value)
     wanted = kind or given
     if is_constant(value):
+        if wanted is Kind.LANES and given is not Kind.TRUTH:
+            return ir.Constant(wanted.type, [float(value)] * WIDTH)  # type: ignore[arg-type]
         if wanted is not given and not (given is Kind.INTEGER and wanted is Kind.REAL):
             raise CompilationError(f"{given.value} given, {wanted.value} needed")
         return ir.Constant(wanted.type, float(value) if wanted is Kind.REAL else int(value))  # type: ignore[arg-type]
@@ -54,7 +59,24 @@ def code(builder: ir.IRBuilder, value: Value, kind: Kind | None = None) -> Any:
         return value.code
     if (given, wanted) == (Kind.INTEGER, Kind.REAL):
         return builder.sitofp(value.code, DOUBLE)
+    if wanted is Kind.LANES and given in (Kind.INTEGER, Kind.REAL):
+        return in_all_lanes(builder, code(builder, value, Kind.REAL))
     raise CompilationError(f"{given.value} given, {wanted.value} needed")
+
+
+def in_all_lanes(builder: ir.IRBuilder, real: Any) -> Any:
+    """One real in all lanes."""
+    none = ir.Constant(Kind.LANES.type, ir.Undefined)
+    first = builder.insert_element(none, real, ir.Constant(INDEX, 0))
+    return builder.shuffle_vector(first, none, ir.Constant(ir.VectorType(INDEX, WIDTH), [0] * WIDTH))
+
+
+def common_kind(a: Value, b: Value) -> Kind:
+    """Kind in which two numbers are added or compared."""
+    kinds = {kind_of(a), kind_of(b)}
+    if Kind.LANES in kinds:
+        return Kind.LANES
+    return kinds.pop() if len(kinds) == 1 else Kind.REAL
 
 
 def binary(builder: ir.IRBuilder, sign: ast.operator, a: Value, b: Value) -> Value:
@@ -66,20 +88,17 @@ def binary(builder: ir.IRBuilder, sign: ast.operator, a: Value, b: Value) -> Val
         return power(builder, a, b)
     if kind is ast.FloorDiv:
         return halved(builder, a, b)
-    if kind is not ast.Div and {kind_of(a), kind_of(b)} == {Kind.INTEGER}:
-        return Scalar(Kind.INTEGER, integer(builder, kind, a, b))
-    if kind not in REAL_INSTRUCTIONS:
+    common = common_kind(a, b)
+    if kind in BITWISE and kind_of(a) is kind_of(b) and common in (Kind.INTEGER, Kind.MASK):
+        return Scalar(common, getattr(builder, BITWISE[kind])(code(builder, a), code(builder, b)))
+    if kind in SUMS and common is Kind.INTEGER:  # an overflow is undefined; counts of bars never overflow
+        return Scalar(common, getattr(builder, SUMS[kind])(code(builder, a), code(builder, b), flags=("nsw",)))
+    if kind not in REAL_INSTRUCTIONS or common is Kind.MASK:
         raise CompilationError(f"operator {kind.__name__} of {kind_of(a).value} and {kind_of(b).value}")
-    x, y = code(builder, a, Kind.REAL), code(builder, b, Kind.REAL)
-    return Scalar(Kind.REAL, getattr(builder, REAL_INSTRUCTIONS[kind])(x, y, flags=FLAGS))
-
-
-def integer(builder: ir.IRBuilder, kind: type[ast.operator], a: Value, b: Value) -> Any:
-    """Integer result; sums that overflow are undefined, which counts of bars never do."""
-    x, y = code(builder, a), code(builder, b)
-    if kind is ast.BitAnd:
-        return builder.and_(x, y)
-    return getattr(builder, INTEGER_INSTRUCTIONS[kind])(x, y, flags=("nsw",))
+    if common is Kind.INTEGER:  # a quotient is real
+        common = Kind.REAL
+    x, y = code(builder, a, common), code(builder, b, common)
+    return Scalar(common, getattr(builder, REAL_INSTRUCTIONS[kind])(x, y, flags=FLAGS))
 
 
 def power(builder: ir.IRBuilder, a: Value, b: Value) -> Value:
@@ -116,7 +135,7 @@ def negative(builder: ir.IRBuilder, value: Value) -> Value:
         return -value  # type: ignore[operator]
     if kind_of(value) is Kind.INTEGER:
         return Scalar(Kind.INTEGER, builder.neg(code(builder, value)))
-    return Scalar(Kind.REAL, builder.fneg(code(builder, value, Kind.REAL), flags=FLAGS))
+    return Scalar(kind_of(value), builder.fneg(code(builder, value), flags=FLAGS))
 
 
 def compared(builder: ir.IRBuilder, sign: ast.cmpop, a: Value, b: Value) -> Scalar:
@@ -124,10 +143,12 @@ def compared(builder: ir.IRBuilder, sign: ast.cmpop, a: Value, b: Value) -> Scal
     symbol = COMPARISONS.get(type(sign))
     if symbol is None:
         raise CompilationError(f"comparison {type(sign).__name__}; allowed: {', '.join(COMPARISONS.values())}")
-    if Kind.REAL not in (kind_of(a), kind_of(b)):
+    common = common_kind(a, b)
+    if common not in (Kind.REAL, Kind.LANES):
         return Scalar(Kind.TRUTH, builder.icmp_signed(symbol, code(builder, a), code(builder, b)))
     compare = builder.fcmp_unordered if symbol == "!=" else builder.fcmp_ordered
-    return Scalar(Kind.TRUTH, compare(symbol, code(builder, a, Kind.REAL), code(builder, b, Kind.REAL)))
+    result = Kind.MASK if common is Kind.LANES else Kind.TRUTH
+    return Scalar(result, compare(symbol, code(builder, a, common), code(builder, b, common)))
 
 
 def extreme(builder: ir.IRBuilder, symbol: str, values: list[Value]) -> Value:
@@ -155,5 +176,7 @@ def finite(builder: ir.IRBuilder, value: Value) -> Value:
 
 
 def negated(builder: ir.IRBuilder, value: Value) -> Scalar:
-    """Other truth value."""
-    return Scalar(Kind.TRUTH, builder.xor(code(builder, value, Kind.TRUTH), ir.Constant(BIT, 1)))
+    """Other truth value, or the other bits of an integer or a mask."""
+    if kind_of(value) not in (Kind.TRUTH, Kind.INTEGER, Kind.MASK):
+        raise CompilationError(f"{kind_of(value).value} given; allowed after not and ~: bool, int, Mask")
+    return Scalar(kind_of(value), builder.not_(code(builder, value)))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from reference_impl.machine_code import arithmetic, signatures
 from reference_impl.machine_code.arithmetic import code
 from reference_impl.machine_code.expressions import Expressions
-from reference_impl.machine_code.functions import Compiled, Inlined, ThroughAddress
+from reference_impl.machine_code.functions import BuiltIn, Compiled, Inlined, ThroughAddress
 from reference_impl.machine_code.memory import keep, kept, new_slots
 from reference_impl.machine_code.values import (
     ArrayValue,
@@ -95,6 +95,8 @@ class Calls(Expressions):
             return self.inline(lowered.source, arguments)
         if isinstance(lowered, ThroughAddress):
             return self.call_through_address(lowered.source, arguments)
+        if isinstance(lowered, BuiltIn):
+            return lowered.make(self.builder, arguments)  # type: ignore[no-any-return]
         if name in BUILT_IN:
             return BUILT_IN[name](self.builder, arguments)
         if name in arithmetic.INTRINSICS or name in arithmetic.LIBRARY:

@@ -120,9 +120,13 @@ class Expressions:
         operand = self.value(node.operand)
         if isinstance(node.op, ast.USub):
             return negative(self.builder, operand)
-        if isinstance(node.op, ast.Not):
+        if isinstance(node.op, ast.Not) and kind_of(operand) is Kind.TRUTH:
             return (not operand) if isinstance(operand, bool) else negated(self.builder, operand)
-        raise CompilationError(f"{ast.unparse(node)}: allowed signs: - and not")
+        if isinstance(node.op, ast.Invert) and kind_of(operand) is not Kind.TRUTH:
+            return negated(self.builder, operand)
+        raise CompilationError(
+            f"{ast.unparse(node)}: allowed: - of numbers, not of truth values, ~ of integers and masks"
+        )
 
     def value_Compare(self, node: ast.Compare) -> Value:
         """Result of one comparison."""

@@ -126,6 +126,24 @@ class ThroughAddress:
     source: Source
 
 
+@dataclass(frozen=True)
+class BuiltIn:
+    """Mark of a function that stands for instructions."""
+
+    make: Callable[[Any, list[Any]], Any]
+    """From LLVM's builder and the arguments to the value"""
+
+
+def built_in(make: Callable[[Any, list[Any]], Any]) -> Callable[[F], F]:
+    """Let a function, whose body is empty, stand for the instructions that `make` appends."""
+
+    def marked(function: F) -> F:
+        function.__lowered__ = BuiltIn(make)  # type: ignore[attr-defined]
+        return function
+
+    return marked
+
+
 def compiled(function: F) -> F:
     """Compile a function as one of its own: for functions that Python calls, or several others."""
     return cast("F", Compiled(function))

@@ -174,9 +174,11 @@ class Lowering(Calls):
     def count(self, node: ast.For) -> None:
         """Loop over ``range(stop)`` or ``range(start, stop)``."""
         assert isinstance(node.iter, ast.Call)
-        bounds = [word(self.builder, self.value(a)) for a in node.iter.args]
-        if len(bounds) > 2 or node.orelse:
-            raise CompilationError("a loop counts upwards by one: range(stop) or range(start, stop), without else")
+        values = [self.value(a) for a in node.iter.args]
+        by = values.pop() if len(values) == 3 else 1
+        if not isinstance(by, int) or by == 0 or node.orelse:
+            raise CompilationError("a loop counts in steps known during compilation, other than 0, and has no else")
+        bounds = [word(self.builder, v) for v in values]
         start, stop = bounds if len(bounds) == 2 else (ir.Constant(WORD, 0), bounds[0])
         counter = new_slots(self.builder, Scalar(Kind.INTEGER, start))
         keep(self.builder, counter, Scalar(Kind.INTEGER, start))
@@ -184,20 +186,18 @@ class Lowering(Calls):
         self.builder.branch(test)
         self.builder.position_at_end(test)
         now = kept(self.builder, counter)
-        self.builder.cbranch(self.builder.icmp_signed("<", word(self.builder, now), stop), inside, after)
+        inwards = self.builder.icmp_signed("<" if by > 0 else ">", word(self.builder, now), stop)
+        self.builder.cbranch(inwards, inside, after)
         self.builder.position_at_end(inside)
         self.assign(node.target, now)
-        self.loop(node.body, self.builder.block, step, step_after(self.builder, counter, step, test, after))
+        self.loop(node.body, self.builder.block, step, step_after(self.builder, counter, by, step, test, after))
 
 
-def step_after(builder: ir.IRBuilder, counter: Slots, step: ir.Block, test: ir.Block, after: ir.Block) -> ir.Block:
+def step_after(
+    builder: ir.IRBuilder, counter: Slots, by: int, step: ir.Block, test: ir.Block, after: ir.Block
+) -> ir.Block:
     """Fill the block that counts on, and return the block after the loop."""
     with builder.goto_block(step):
-        one = ir.Constant(WORD, 1)
-        keep(
-            builder,
-            counter,
-            Scalar(Kind.INTEGER, builder.add(word(builder, kept(builder, counter)), one, flags=("nsw",))),
-        )
+        keep(builder, counter, binary(builder, ast.Add(), kept(builder, counter), by))
         builder.branch(test)
     return after

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import numpy as np
 from llvmlite import ir
 
 from reference_impl.machine_code.arithmetic import code
-from reference_impl.machine_code.structs import ANY_STRUCT, Struct, field_types, item_type
+from reference_impl.machine_code.structs import ANY_STRUCT, DIMENSIONS, ELEMENTS, Struct, field_types, item_type
 from reference_impl.machine_code.values import (
     BYTES,
     DOUBLE,
@@ -23,9 +24,6 @@ from reference_impl.machine_code.values import (
     Value,
     kind_of,
 )
-
-if TYPE_CHECKING:
-    import numpy as np
 
 
 @dataclass(frozen=True)
@@ -85,22 +83,22 @@ def element(builder: ir.IRBuilder, array: ArrayValue, indices: list[Value]) -> A
         offset = builder.add(builder.mul(offset, extent, flags=("nsw",)), word(builder, index), flags=("nsw",))
     for extent in array.extents[len(indices) :]:
         offset = builder.mul(offset, extent, flags=("nsw",))
-    return builder.gep(array.address, [offset], inbounds=True, source_etype=DOUBLE)
+    return builder.gep(array.address, [offset], inbounds=True, source_etype=array.kind.type)
 
 
 def load(builder: ir.IRBuilder, array: ArrayValue, indices: list[Value]) -> Value:
     """Element of an array, or row of a matrix."""
     place = element(builder, array, indices)
     if len(indices) < len(array.extents):
-        return ArrayValue(place, array.extents[len(indices) :])
-    return Scalar(Kind.REAL, builder.load(place, typ=DOUBLE, align=BYTES))
+        return ArrayValue(place, array.extents[len(indices) :], array.kind)
+    return Scalar(array.kind, builder.load(place, typ=array.kind.type, align=BYTES))
 
 
 def store(builder: ir.IRBuilder, array: ArrayValue, indices: list[Value], value: Value) -> None:
     """Set an element."""
     if len(indices) != len(array.extents):
         raise CompilationError(f"{len(array.extents)} indices are needed, given: {len(indices)}")
-    builder.store(code(builder, value, Kind.REAL), element(builder, array, indices), align=BYTES)
+    builder.store(code(builder, value, array.kind), element(builder, array, indices), align=BYTES)
 
 
 def loaded_struct(builder: ir.IRBuilder, of: type[Struct], address: Any) -> StructValue:
@@ -119,10 +117,10 @@ def loaded_struct(builder: ir.IRBuilder, of: type[Struct], address: Any) -> Stru
             fields[name] = Scalar(Kind.REAL, next_word(DOUBLE))
         elif annotation == "int":
             fields[name] = Scalar(Kind.INTEGER, next_word(WORD))
-        elif annotation == "Vector":
-            fields[name] = ArrayValue(next_word(POINTER), (next_word(WORD),))
-        elif annotation == "Matrix":
-            fields[name] = ArrayValue(next_word(POINTER), (next_word(WORD), next_word(WORD)))
+        elif annotation in DIMENSIONS:
+            address = next_word(POINTER)
+            extents = tuple(next_word(WORD) for _ in range(DIMENSIONS[annotation]))
+            fields[name] = ArrayValue(address, extents, array_kind(annotation))
         elif annotation == ANY_STRUCT:
             fields[name] = StructValue(next_word(POINTER), {})
         else:
@@ -137,10 +135,16 @@ def struct_at(builder: ir.IRBuilder, structs: StructsValue, index: Value) -> Str
 
 
 def constant_array(builder: ir.IRBuilder, values: np.ndarray[Any, Any]) -> ArrayValue:
-    """Array of constants in the compiled code."""
-    flat = ir.ArrayType(DOUBLE, values.size)
+    """Array of constants in the compiled code: reals or integers."""
+    kind = Kind.INTEGER if values.dtype.kind == "i" else Kind.REAL
+    flat = ir.ArrayType(kind.type, values.size)
     name = builder.module.get_unique_name("constants")
     table = ir.GlobalVariable(builder.module, flat, name)
-    table.initializer = ir.Constant(flat, [float(v) for v in values.ravel()])
+    table.initializer = ir.Constant(flat, values.ravel().tolist())
     table.global_constant, table.linkage = True, "internal"
-    return ArrayValue(table, tuple(ir.Constant(WORD, n) for n in values.shape))
+    return ArrayValue(table, tuple(ir.Constant(WORD, n) for n in values.shape), kind)
+
+
+def array_kind(annotation: str) -> Kind:
+    """Kind of the elements of an array."""
+    return Kind.INTEGER if ELEMENTS[annotation] is np.int64 else Kind.REAL

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from llvmlite import ir
 
 from reference_impl.machine_code.arithmetic import code
-from reference_impl.machine_code.memory import keep, loaded_struct, new_slots
+from reference_impl.machine_code.memory import array_kind, keep, loaded_struct, new_slots
 from reference_impl.machine_code.structs import DIMENSIONS, Struct, array_words
 from reference_impl.machine_code.values import (
     POINTER,
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from reference_impl.machine_code.functions import Source
 
 KINDS = {kind.value: kind for kind in Kind}
+"""By annotation"""
 C_TYPES: dict[Kind, Any] = {Kind.REAL: ctypes.c_double, Kind.INTEGER: ctypes.c_int64, Kind.TRUTH: ctypes.c_bool}
 NO_RESULT = "None"
 TUPLE = "tuple["
@@ -92,7 +93,7 @@ class Signature:
         found: list[Any] = []
         for (name, annotation), value in zip(self.parameters, arguments, strict=True):
             if annotation in DIMENSIONS:
-                found += array_words(f"{self.name}: {name}", value, DIMENSIONS[annotation])
+                found += array_words(f"{self.name}: {name}", value, annotation)
             else:
                 found.append(value.address if isinstance(value, Struct) else value)
         return found
@@ -178,7 +179,8 @@ def received(builder: ir.IRBuilder, signature: Signature, arguments: list[Any]) 
             found.append(Scalar(KINDS[annotation], next(words)))
         elif annotation in DIMENSIONS:
             address = next(words)
-            found.append(ArrayValue(address, tuple(next(words) for _ in range(DIMENSIONS[annotation]))))
+            extents = tuple(next(words) for _ in range(DIMENSIONS[annotation]))
+            found.append(ArrayValue(address, extents, array_kind(annotation)))
         else:
             found.append(loaded_struct(builder, struct_type(signature, annotation), next(words)))
     return found

@@ -1,6 +1,6 @@
 """Structs: named groups of arrays and numbers that Python fills and compiled code reads by address.
 
-A struct is a frozen dataclass whose annotations are ``float``, ``int``, ``Vector``, ``Matrix``, ``Struct`` for a struct
+A struct is a frozen dataclass whose annotations are ``float``, ``int``, ``Vector``, ``Matrix``, ``Words``, ``Struct`` for a struct
 of any type, or a tuple of structs ``tuple[R, ...]``. In memory it is a row of 64-bit words: a number is one word, a
 vector its address and length, a matrix its address, rows and columns, a struct its address, a tuple of structs the
 address of a row of addresses, and their number.
@@ -22,7 +22,10 @@ Matrix = NDArray[np.float64]
 """(rows, columns) doubles, contiguous"""
 
 
-DIMENSIONS = {"Vector": 1, "Matrix": 2}
+Words = NDArray[np.int64]
+"""(n,) integers, contiguous"""
+DIMENSIONS = {"Vector": 1, "Matrix": 2, "Words": 1}
+ELEMENTS: dict[str, type[np.generic]] = {"Vector": np.float64, "Matrix": np.float64, "Words": np.int64}
 ANY_STRUCT = "Struct"
 
 
@@ -43,7 +46,7 @@ class Struct:
         for name, annotation in field_types(type(self)):
             value = getattr(self, name)
             if annotation in DIMENSIONS:
-                words += array_words(f"{type(self).__name__}.{name}", value, DIMENSIONS[annotation])
+                words += array_words(f"{type(self).__name__}.{name}", value, annotation)
             elif annotation == "float":
                 words.append(int(np.float64(value).view(np.int64)))
             elif annotation == "int":
@@ -64,18 +67,19 @@ class Struct:
         return int(memory[0].ctypes.data)
 
 
-def array_words(name: str, array: NDArray[Any], dimensions: int) -> list[int]:
+def array_words(name: str, array: NDArray[Any], annotation: str) -> list[int]:
     """Address and extents of an array.
 
     Raises
     ------
     TypeError
-        If the array is not one of contiguous doubles with as many `dimensions`.
+        If the array is not a contiguous one of that type.
     """
-    if array.ndim != dimensions or array.dtype != np.float64 or not array.flags.c_contiguous:
+    dimensions, elements = DIMENSIONS[annotation], np.dtype(ELEMENTS[annotation])
+    if array.ndim != dimensions or array.dtype != elements or not array.flags.c_contiguous:
         raise TypeError(
             f"{name}: {array.ndim} dimensions of {array.dtype}, contiguous {array.flags.c_contiguous}; "
-            f"allowed: {dimensions} dimensions of contiguous float64"
+            f"allowed: {dimensions} dimensions of contiguous {elements}"
         )
     return [array.ctypes.data, *array.shape]
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from functools import cache
 from typing import Any
 
 import llvmlite
 from llvmlite import binding as llvm
 
-PROCESSOR = "BARCHAIN_PROCESSOR"
-"""Environment variable: LLVM's name of a processor to compile for, by default this machine's"""
+from reference_impl.machine_code.processor import processor
+
 SPEED = 3
 """Level of optimization"""
 
@@ -24,15 +23,6 @@ def machine() -> Any:
     name, features = processor()
     target = llvm.Target.from_default_triple()
     return target.create_target_machine(cpu=name, features=features, opt=SPEED, reloc="pic", codemodel="small")
-
-
-@cache
-def processor() -> tuple[str, str]:
-    """Name and features of the processor to compile for."""
-    given = os.environ.get(PROCESSOR)
-    if given:
-        return given, ""
-    return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
 
 
 def digest() -> bytes:

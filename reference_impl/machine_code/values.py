@@ -12,22 +12,29 @@ from typing import Any
 
 from llvmlite import ir
 
+from reference_impl.machine_code.processor import register_width
+
+WIDTH = register_width()
+"""Doubles in the widest vector register"""
 DOUBLE, WORD, BIT, POINTER = ir.DoubleType(), ir.IntType(64), ir.IntType(1), ir.PointerType()
 BYTES = 8
 """Size of every element in memory: a double, an integer or an address"""
 
 
 class Kind(enum.Enum):
-    """Types of scalars."""
+    """Types of scalars, and of one number (`LANES`) or truth value (`MASK`) in each lane of a vector register."""
 
     REAL = "float"
     INTEGER = "int"
     TRUTH = "bool"
+    LANES = "Lanes"
+    MASK = "Mask"
 
     @property
     def type(self) -> ir.Type:
         """LLVM's type."""
-        return {Kind.REAL: DOUBLE, Kind.INTEGER: WORD, Kind.TRUTH: BIT}[self]
+        lanes, mask = ir.VectorType(DOUBLE, WIDTH), ir.VectorType(BIT, WIDTH)
+        return {Kind.REAL: DOUBLE, Kind.INTEGER: WORD, Kind.TRUTH: BIT, Kind.LANES: lanes, Kind.MASK: mask}[self]
 
 
 class CompilationError(TypeError):
@@ -45,11 +52,13 @@ class Scalar:
 
 @dataclass(frozen=True)
 class ArrayValue:
-    """Contiguous array of doubles: one extent for a vector, two for a matrix."""
+    """Contiguous array: one extent for a vector, two for a matrix."""
 
     address: Any
     extents: tuple[Any, ...]
     """LLVM's integers, slowest index first"""
+    kind: Kind = Kind.REAL
+    """Of the elements: real or integer"""
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,10 @@ pytest.importorskip("llvmlite", reason="compiled code needs it")
 from typing import TYPE_CHECKING
 
 from reference_impl.machine_code.functions import compiled, inlined, through_address
+from reference_impl.machine_code.lanes import bits, digit, equal, flags, get, larger, put, root, select, size, smaller
 from reference_impl.machine_code.library import Library
-from reference_impl.machine_code.structs import Matrix, Struct, Vector
-from reference_impl.machine_code.values import CompilationError
+from reference_impl.machine_code.structs import Matrix, Struct, Vector, Words
+from reference_impl.machine_code.values import WIDTH, CompilationError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -70,6 +71,8 @@ def counted(n: int, stop: int) -> int:
         if total > 50 or i > stop:
             break
         total += i // 2
+    for j in range(n, 0, -3):
+        total = total + (j << 1 ^ 5 | 8) - (~j >> 1)
     while k < n:
         k += 1
         total = total + (1 if k < 3 else 2)
@@ -130,7 +133,33 @@ def total_of_all(points: Points, address: int) -> float:
     return found
 
 
-Library("tried", (arithmetic, counted, compare_with_nan, extremes, library_functions, total, total_of_all))
+@compiled
+def in_lanes(a: Vector, b: Vector, result: Matrix) -> int:
+    """Every operator of lanes, row by row into `result`; returns the bits of a mask."""
+    x, y = get(a, 0), get(b, 0)
+    put(result, 0, x + y * 2.0)
+    put(result, 1, (x - y) / (1.0 + y * y))
+    put(result, 2, -root(size(x)))
+    put(result, 3, select((x < y) | (x > 1.0), x, y))
+    put(result, 4, smaller(x, y))
+    put(result, 5, larger(x, y))
+    put(result, 6, select(digit(y, 1), equal(1.0), equal(0.0)))
+    put(result, 7, select(flags(bits(x >= y) & 6), equal(1.0), equal(0.0)))
+    return bits(~(x <= y))
+
+
+@compiled
+def counted_words(words: Words) -> int:
+    """Integers in memory."""
+    for i in range(len(words)):
+        words[i] = words[i] + i
+    return words[0] * words[1]
+
+
+Library(
+    "tried",
+    (in_lanes, counted_words, arithmetic, counted, compare_with_nan, extremes, library_functions, total, total_of_all),
+)
 REAL = st.floats(-1e6, 1e6)
 ANY = st.floats(allow_nan=True, allow_infinity=True)
 
@@ -186,6 +215,28 @@ def test_an_array_of_another_kind_is_refused_before_it_is_read(bad: np.ndarray) 
         Point(1.0, 1, bad, np.zeros((2, 2)))
 
 
+def test_each_lane_computes_as_a_number_alone() -> None:
+    random = np.random.default_rng(3)
+    x, y = random.normal(size=WIDTH), np.round(random.normal(scale=9.0, size=WIDTH))
+    found = np.zeros((8, WIDTH))
+    assert in_lanes(x, y, found) == sum(1 << k for k in range(WIDTH) if not x[k] <= y[k])
+    eps, largest = np.finfo(float).eps, 1.0 + np.abs(x) + 2.0 * np.abs(y)
+    assert np.all(np.abs(found[0] - (x + y * 2.0)) <= eps * largest)
+    assert np.all(np.abs(found[1] - (x - y) / (1.0 + y * y)) <= 4.0 * eps * np.abs(found[1]))
+    np.testing.assert_array_equal(found[2], -np.sqrt(np.abs(x)))
+    np.testing.assert_array_equal(found[3], np.where((x < y) | (x > 1.0), x, y))
+    np.testing.assert_array_equal(found[4], np.minimum(x, y))
+    np.testing.assert_array_equal(found[5], np.maximum(x, y))
+    np.testing.assert_array_equal(found[6], y.astype(int) >> 1 & 1)
+    np.testing.assert_array_equal(found[7], (x >= y) & (np.isin(np.arange(WIDTH), (1, 2))))
+
+
+def test_integers_stand_in_memory_too() -> None:
+    words = np.array([7, 5, 3])
+    assert counted_words(words) == 7 * 6
+    np.testing.assert_array_equal(words, [7, 6, 5])
+
+
 def test_a_call_with_too_few_arguments_is_refused() -> None:
     with pytest.raises(TypeError, match="1 arguments, allowed: 2"):
         arithmetic(1.0)
@@ -197,7 +248,11 @@ REFUSED = {
     "an unknown call": ("print(x)", r"print\(\) is not compiled; allowed: compiled and inlined functions"),
     "a with statement": ("with x:\n        pass", "a With statement is not compiled"),
     "a real for an integer": ("n = 1\n    n = x", "float given, int needed"),
-    "a backward loop": ("for i in range(3, 0, -1):\n        pass", "a loop counts upwards by one"),
+    "a step of a loop that is not known": (
+        "for i in range(0, 3, int(x)):\n        pass",
+        "a loop counts in steps known",
+    ),
+    "a truth value of a number": ("n = ~(x > 0.0)", "allowed: - of numbers, not of bool, ~ of int and Mask"),
     "a chain of comparisons": ("x = 1.0 if 0.0 < x < 1.0 else 0.0", "one comparison at a time"),
     "a list": ("y = [x]", "a List is not compiled"),
     "a rebound array": ("v = a\n    v = b", "v names an array or a struct, and is assigned once only"),
