@@ -73,7 +73,7 @@ class BatchResult(NamedTuple):
 
 @dataclass(frozen=True)
 class Members(Struct):
-    """Members of a batch and their results in compiled code; `runs` members, n samples."""
+    """Members of a batch in compiled code."""
 
     chains: tuple[CompiledChain, ...]
     bounds: tuple[SurfaceBounds, ...]
@@ -81,6 +81,12 @@ class Members(Struct):
     """(runs, size)"""
     atol: Matrix
     """(runs, size)"""
+
+
+@dataclass(frozen=True)
+class Results(Struct):
+    """Results of a batch in compiled code; `runs` members, n samples."""
+
     angle_rad: Matrix
     """(runs n, N)"""
     reaction_N: Matrix
@@ -106,28 +112,31 @@ def run_batch(batch: Batch, t_s: Vector, segments_s: Matrix) -> BatchResult:
     segments_s : ndarray, shape (k, 2)
         Starts and ends of the smooth segments between known instants.
     """
-    runs, _, bars = batch.bars.shape
-    n = len(t_s)
     members = Members(
         tuple(starmap(chain_of(batch), zip(batch.mu_m3_s2, batch.bars, batch.laws, strict=True))),
         tuple(starmap(SurfaceBounds, zip(*bounds_of(batch), strict=True))),
         batch.y0,
         batch.atol,
-        np.full((runs * n, bars), np.nan),
-        np.full((runs * n, bars - 1), np.nan),
-        np.zeros(runs),
-        np.zeros(runs),
-        np.zeros(runs),
     )
-    work = workspace(bars, batch.laws.shape[1], bool(batch.effects))
-    integrate_all(members, t_s, segments_s, new_stepper(batch.y0[0]), work, np.empty((n, batch.y0.shape[1])))
-    return BatchResult(
-        members.angle_rad.reshape(runs, n, bars),
-        members.reaction_N.reshape(runs, n, bars - 1),
-        members.code,
-        members.steps,
-        members.evaluations,
-    )
+    results, n = new_results(batch, t_s), len(t_s)
+    work = workspace(batch.bars.shape[2], batch.laws.shape[1], bool(batch.effects))
+    integrate_all(members, t_s, segments_s, new_stepper(batch.y0[0]), work, np.empty((n, batch.y0.shape[1])), results)
+    return batch_result(results, n)
+
+
+def new_results(batch: Batch, t_s: Vector) -> Results:
+    """Results of a batch without any sample."""
+    runs, _, bars = batch.bars.shape
+    rows = runs * len(t_s)
+    angle, reaction = np.full((rows, bars), np.nan), np.full((rows, bars - 1), np.nan)
+    return Results(angle, reaction, np.zeros(runs), np.zeros(runs), np.zeros(runs))
+
+
+def batch_result(results: Results, samples: int) -> BatchResult:
+    """Results by member and sample."""
+    runs = len(results.code)
+    angle, reaction = (x.reshape(runs, samples, -1) for x in (results.angle_rad, results.reaction_N))
+    return BatchResult(angle, reaction, results.code, results.steps, results.evaluations)
 
 
 def chain_of(batch: Batch) -> Callable[[float, Matrix, Matrix], CompiledChain]:
@@ -142,14 +151,19 @@ def bounds_of(batch: Batch) -> tuple[Vector, Vector, Vector]:
 
 @compiled
 def integrate_all(
-    members: Members, t_s: Vector, segments_s: Matrix, s: Stepper, work: Workspace, sample_states: Matrix
+    members: Members,
+    t_s: Vector,
+    segments_s: Matrix,
+    s: Stepper,
+    work: Workspace,
+    sample_states: Matrix,
+    results: Results,
 ) -> None:
     """Run all chains of a batch in sequence.
 
     Parameters
     ----------
     members : Members
-        Also the results.
     t_s : ndarray, shape (n,)
     segments_s : ndarray, shape (k, 2)
     s : Stepper
@@ -158,6 +172,8 @@ def integrate_all(
         Intermediate results of an evaluation.
     sample_states : ndarray, shape (n, size)
         States of the present run at its samples; overwritten.
+    results : Results
+        Output.
     """
     for r in range(len(members.chains)):
         chain, bounds = members.chains[r], members.bounds[r]
@@ -167,8 +183,8 @@ def integrate_all(
             start, end = segments_s[k, 0], segments_s[k, 1]
             if code == ARRIVED:
                 code = advance_to(start, end, bounds, t_s, sample_states, members.atol[r], s, chain, work)
-        members.code[r], members.steps[r], members.evaluations[r] = code, s.clock[STEPS], s.clock[EVALUATIONS]
-        record_samples(r, int(s.clock[SAMPLED]), t_s, sample_states, s.end, chain, work, members)
+        results.code[r], results.steps[r], results.evaluations[r] = code, s.clock[STEPS], s.clock[EVALUATIONS]
+        record_samples(r, int(s.clock[SAMPLED]), t_s, sample_states, s.end, chain, work, results)
 
 
 @inlined
@@ -200,7 +216,7 @@ def record_samples(
     rates: Vector,
     chain: CompiledChain,
     work: Workspace,
-    members: Members,
+    results: Results,
 ) -> None:
     """Struct angles and magnitudes of the reactions at the samples reached.
 
@@ -217,7 +233,7 @@ def record_samples(
     chain : CompiledChain
     work : Workspace
         Intermediate results of an evaluation; overwritten.
-    members : Members
+    results : Results
         Output.
     """
     n = chain.bars.shape[1]
@@ -225,9 +241,9 @@ def record_samples(
         row = r * len(t_s) + k
         evaluate(t_s[k], sample_states[k], rates, chain, work)
         for j in range(n):
-            members.angle_rad[row, j] = sample_states[k, j]
+            results.angle_rad[row, j] = sample_states[k, j]
         for j in range(n - 1):
-            members.reaction_N[row, j] = np.hypot(work.bars[RX, j], work.bars[RY, j])
+            results.reaction_N[row, j] = np.hypot(work.bars[RX, j], work.bars[RY, j])
 
 
 Library("batch", (integrate_all,))

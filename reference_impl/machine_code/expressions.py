@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from reference_impl.machine_code.arithmetic import binary, code, compared, negated, negative
+from reference_impl.machine_code.arithmetic import binary, code, common_kind, compared, negated, negative
 from reference_impl.machine_code.memory import Slot, constant_array, kept, load, struct_at
 from reference_impl.machine_code.values import (
     ArrayValue,
@@ -124,9 +124,7 @@ class Expressions:
             return (not operand) if isinstance(operand, bool) else negated(self.builder, operand)
         if isinstance(node.op, ast.Invert) and kind_of(operand) is not Kind.TRUTH:
             return negated(self.builder, operand)
-        raise CompilationError(
-            f"{ast.unparse(node)}: allowed: - of numbers, not of truth values, ~ of integers and masks"
-        )
+        raise CompilationError(f"{ast.unparse(node)}: allowed: - of numbers, not of bool, ~ of int and Mask")
 
     def value_Compare(self, node: ast.Compare) -> Value:
         """Result of one comparison."""
@@ -205,6 +203,5 @@ def common_kinds(a: Value, b: Value) -> list[Kind]:
     """Kinds that hold two values, scalar by scalar."""
     found = []
     for x, y in zip(flat(a), flat(b), strict=True):
-        kinds = {kind_of(x), kind_of(y)}
-        found.append(kinds.pop() if len(kinds) == 1 else Kind.REAL)
+        found.append(common_kind(x, y))
     return found

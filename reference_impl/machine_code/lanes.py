@@ -19,7 +19,7 @@ from reference_impl.machine_code.values import BYTES, WIDTH, WORD, ArrayValue, C
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from reference_impl.machine_code.structs import Matrix
+    from reference_impl.machine_code.structs import Matrix, Vector
 
 Lanes = Any
 """A number in each lane; inside compiled code only"""
@@ -38,7 +38,8 @@ def of_each(name: str) -> Callable[[Any, list[Any]], Scalar]:
     """Intrinsic of LLVM for each lane."""
 
     def make(builder: Any, arguments: list[Any]) -> Scalar:
-        callee = builder.module.declare_intrinsic(name, [Kind.LANES.type])
+        kind, full = Kind.LANES.type, f"{name}.v{WIDTH}f64"
+        callee = builder.module.globals.get(full) or ir.Function(builder.module, ir.FunctionType(kind, [kind]), full)
         return Scalar(Kind.LANES, builder.call(callee, [lanes(builder, arguments[0])]))
 
     return make
@@ -103,12 +104,22 @@ def unpacked(builder: Any, arguments: list[Any]) -> Scalar:
 
 @built_in(loaded)
 def get(array: Matrix, row: int) -> Lanes:
-    """Row of a matrix with a column for each lane, or as many numbers of a vector from an element on."""
+    """Row of a matrix with a column for each lane."""
 
 
 @built_in(stored)
 def put(array: Matrix, row: int, value: Lanes) -> None:
-    """Set a row of a matrix with a column for each lane, or as many numbers of a vector from an element on."""
+    """Set a row of a matrix with a column for each lane."""
+
+
+@built_in(loaded)
+def load(array: Vector, start: int) -> Lanes:
+    """As many numbers of a vector as there are lanes, from an element on."""
+
+
+@built_in(stored)
+def store(array: Vector, start: int, value: Lanes) -> None:
+    """Set as many numbers of a vector as there are lanes, from an element on."""
 
 
 @built_in(lambda builder, a: Scalar(Kind.LANES, lanes(builder, a[0])))

@@ -118,9 +118,9 @@ def loaded_struct(builder: ir.IRBuilder, of: type[Struct], address: Any) -> Stru
         elif annotation == "int":
             fields[name] = Scalar(Kind.INTEGER, next_word(WORD))
         elif annotation in DIMENSIONS:
-            address = next_word(POINTER)
+            start = next_word(POINTER)
             extents = tuple(next_word(WORD) for _ in range(DIMENSIONS[annotation]))
-            fields[name] = ArrayValue(address, extents, array_kind(annotation))
+            fields[name] = ArrayValue(start, extents, array_kind(annotation))
         elif annotation == ANY_STRUCT:
             fields[name] = StructValue(next_word(POINTER), {})
         else:

@@ -1,9 +1,9 @@
 """Structs: named groups of arrays and numbers that Python fills and compiled code reads by address.
 
-A struct is a frozen dataclass whose annotations are ``float``, ``int``, ``Vector``, ``Matrix``, ``Words``, ``Struct`` for a struct
-of any type, or a tuple of structs ``tuple[R, ...]``. In memory it is a row of 64-bit words: a number is one word, a
-vector its address and length, a matrix its address, rows and columns, a struct its address, a tuple of structs the
-address of a row of addresses, and their number.
+A struct is a frozen dataclass whose annotations are ``float``, ``int``, ``Vector``, ``Matrix``, ``Words``, ``Struct``
+for a struct of any type, or a tuple of structs ``tuple[R, ...]``. In memory it is a row of 64-bit words: a number is
+one word, a vector its address and length, a matrix its address, rows and columns, a struct its address, a tuple of
+structs the address of a row of addresses, and their number.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ pytest.importorskip("llvmlite", reason="compiled code needs it")
 from typing import TYPE_CHECKING
 
 from reference_impl.machine_code.functions import compiled, inlined, through_address
-from reference_impl.machine_code.lanes import bits, digit, equal, flags, get, larger, put, root, select, size, smaller
+from reference_impl.machine_code.lanes import bits, digit, equal, flags, larger, load, put, root, select, size, smaller
 from reference_impl.machine_code.library import Library
 from reference_impl.machine_code.structs import Matrix, Struct, Vector, Words
 from reference_impl.machine_code.values import WIDTH, CompilationError
@@ -136,7 +136,7 @@ def total_of_all(points: Points, address: int) -> float:
 @compiled
 def in_lanes(a: Vector, b: Vector, result: Matrix) -> int:
     """Every operator of lanes, row by row into `result`; returns the bits of a mask."""
-    x, y = get(a, 0), get(b, 0)
+    x, y = load(a, 0), load(b, 0)
     put(result, 0, x + y * 2.0)
     put(result, 1, (x - y) / (1.0 + y * y))
     put(result, 2, -root(size(x)))
