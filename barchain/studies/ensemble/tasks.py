@@ -13,7 +13,8 @@ from adapters.engine import EngineError, Setting
 from adapters.reference.compiled_engine import ReferenceFast
 from barchain.studies.ensemble.cluster_code import need_same_code
 from barchain.studies.ensemble.population import Population, batch
-from reference_impl.fast.batch import BatchResult, run_batch
+from reference_impl.fast.batch import BatchResult
+from reference_impl.fast.lanes.batch import run_members
 from reference_impl.fast.stepper import ARRIVED
 from reference_impl.integrate.stepper import smooth_segments
 
@@ -55,7 +56,7 @@ def run_task(task: EnsembleTask) -> EnsembleTaskResult:
     scene = task.part.scene
     breaks_s = tuple(t for p in scene.effects.prescribed_rotation for t in p.breaks_s)
     smooth = np.array(smooth_segments(scene.times_s, breaks_s))
-    seen = run_batch(batch(task.part, task.rtol), scene.times_s, smooth)
+    seen = run_members(batch(task.part, task.rtol), scene.times_s, smooth)
     ended, failed = [""] * task.part.runs, [""] * task.part.runs
     for run in np.nonzero(seen.code != ARRIVED)[0]:
         ended[run], failed[run] = run_alone(task, int(run), seen)
