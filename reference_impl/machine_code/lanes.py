@@ -155,6 +155,7 @@ def larger(a: Lanes, b: Lanes) -> Lanes:
 @built_in(packed)
 def bits(mask: Mask) -> int:
     """Flags as an integer, bit 0 that of lane 0."""
+    raise NotImplementedError
 
 
 @built_in(

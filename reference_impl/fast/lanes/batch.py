@@ -64,10 +64,8 @@ def rows_of(batch: Batch, rows: NDArray[np.intp]) -> Batch:
     """Some chains of a batch."""
     if len(rows) == len(batch.mu_m3_s2):
         return batch
-    shared = {"gravity": batch.gravity, "effects": batch.effects}
-    return Batch(
-        **{name: shared.get(name, getattr(batch, name)[rows] if name not in shared else None) for name in Batch._fields}
-    )
+    own = [name for name in Batch._fields if name not in ("gravity", "effects")]
+    return batch._replace(**{name: getattr(batch, name)[rows] for name in own})
 
 
 def write_rows(result: BatchResult, rows: NDArray[np.intp], part: BatchResult) -> None:
