@@ -20,11 +20,11 @@ START_S = 60.0
 SLOW = """
 import time
 import barchain.studies.ensemble.tasks as tasks
-from reference_impl.fast.batch import run_batch
+from reference_impl.fast.lanes.batch import run_members
 def slowly(*given):
     time.sleep(0.5)
-    return run_batch(*given)
-tasks.run_batch = slowly
+    return run_members(*given)
+tasks.run_members = slowly
 """
 DIES = """
 import os
