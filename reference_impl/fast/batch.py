@@ -57,7 +57,7 @@ class Batch(NamedTuple):
 
 
 class BatchResult(NamedTuple):
-    """Results of a batch at n samples."""
+    """MemberResults of a batch at n samples."""
 
     angle_rad: Array
     """(runs, n, N)"""
@@ -84,8 +84,8 @@ class Members(Struct):
 
 
 @dataclass(frozen=True)
-class Results(Struct):
-    """Results of a batch in compiled code; `runs` members, n samples."""
+class MemberResults(Struct):
+    """MemberResults of a batch in compiled code; `runs` members, n samples."""
 
     angle_rad: Matrix
     """(runs n, N)"""
@@ -124,16 +124,16 @@ def run_batch(batch: Batch, t_s: Vector, segments_s: Matrix) -> BatchResult:
     return batch_result(results, n)
 
 
-def new_results(batch: Batch, t_s: Vector) -> Results:
-    """Results of a batch without any sample."""
+def new_results(batch: Batch, t_s: Vector) -> MemberResults:
+    """MemberResults of a batch without any sample."""
     runs, _, bars = batch.bars.shape
     rows = runs * len(t_s)
     angle, reaction = np.full((rows, bars), np.nan), np.full((rows, bars - 1), np.nan)
-    return Results(angle, reaction, np.zeros(runs), np.zeros(runs), np.zeros(runs))
+    return MemberResults(angle, reaction, np.zeros(runs), np.zeros(runs), np.zeros(runs))
 
 
-def batch_result(results: Results, samples: int) -> BatchResult:
-    """Results by member and sample."""
+def batch_result(results: MemberResults, samples: int) -> BatchResult:
+    """MemberResults by member and sample."""
     runs = len(results.code)
     angle, reaction = (x.reshape(runs, samples, -1) for x in (results.angle_rad, results.reaction_N))
     return BatchResult(angle, reaction, results.code, results.steps, results.evaluations)
@@ -157,7 +157,7 @@ def integrate_all(
     s: Stepper,
     work: Workspace,
     sample_states: Matrix,
-    results: Results,
+    results: MemberResults,
 ) -> None:
     """Run all chains of a batch in sequence.
 
@@ -172,7 +172,7 @@ def integrate_all(
         Intermediate results of an evaluation.
     sample_states : ndarray, shape (n, size)
         States of the present run at its samples; overwritten.
-    results : Results
+    results : MemberResults
         Output.
     """
     for r in range(len(members.chains)):
@@ -216,7 +216,7 @@ def record_samples(
     rates: Vector,
     chain: CompiledChain,
     work: Workspace,
-    results: Results,
+    results: MemberResults,
 ) -> None:
     """Struct angles and magnitudes of the reactions at the samples reached.
 
@@ -233,7 +233,7 @@ def record_samples(
     chain : CompiledChain
     work : Workspace
         Intermediate results of an evaluation; overwritten.
-    results : Results
+    results : MemberResults
         Output.
     """
     n = chain.bars.shape[1]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reference_impl.fast.batch import Results
+from reference_impl.fast.batch import MemberResults
 from reference_impl.fast.dop853 import EXTRA, POWER, STAGES
 from reference_impl.fast.lanes.evaluation import evaluate
 from reference_impl.fast.lanes.layout import (
@@ -74,7 +74,7 @@ def new_lanes(bars: int, t_s: Vector) -> LaneBuffers:
 
 
 @compiled
-def run_queue(gravity: int, columns: Matrix, lanes: LaneBuffers, result: Results) -> None:
+def run_queue(gravity: int, columns: Matrix, lanes: LaneBuffers, result: MemberResults) -> None:
     """Run all chains of a batch; a chain that lanes can't run gets the code GIVEN_BACK and no samples.
 
     Parameters
@@ -83,7 +83,7 @@ def run_queue(gravity: int, columns: Matrix, lanes: LaneBuffers, result: Results
     columns : ndarray, shape (runs, rows)
         See :func:`reference_impl.fast.lanes.layout.start_columns`.
     lanes : LaneBuffers
-    result : Results
+    result : MemberResults
         Output.
     """
     n, g, busy = result.angle_rad.shape[1], lanes.running, 0
@@ -109,7 +109,9 @@ def run_queue(gravity: int, columns: Matrix, lanes: LaneBuffers, result: Results
 
 
 @inlined
-def refill(n: int, gravity: int, end_s: float, busy: int, columns: Matrix, lanes: LaneBuffers, result: Results) -> int:
+def refill(
+    n: int, gravity: int, end_s: float, busy: int, columns: Matrix, lanes: LaneBuffers, result: MemberResults
+) -> int:
     """Move waiting chains to idle lanes; returns the bits of busy lanes, 0 after the last chain."""
     queue, s, ready = lanes.queue, 2 * n + 4, lanes.ready
     bars = STATE + BLOCKS * s
@@ -132,7 +134,7 @@ def refill(n: int, gravity: int, end_s: float, busy: int, columns: Matrix, lanes
 
 
 @inlined
-def prepare(n: int, gravity: int, end_s: float, columns: Matrix, lanes: LaneBuffers, result: Results) -> None:
+def prepare(n: int, gravity: int, end_s: float, columns: Matrix, lanes: LaneBuffers, result: MemberResults) -> None:
     """Begin the next W chains of a batch; `queue` tells those to be run, the others are given back."""
     ready, s, bars = lanes.ready, 2 * n + 4, STATE + BLOCKS * (2 * n + 4)
     first, last = lanes.queue[FOLLOWING], min(lanes.queue[FOLLOWING] + WIDTH, len(columns))
@@ -190,7 +192,7 @@ def interpolate(n: int, lane: int, lanes: LaneBuffers) -> None:
 
 
 @inlined
-def record(n: int, gravity: int, lane: int, lanes: LaneBuffers, result: Results) -> None:
+def record(n: int, gravity: int, lane: int, lanes: LaneBuffers, result: MemberResults) -> None:
     """Counts of a chain that has arrived, and its angles and sizes of reactions at all samples."""
     g, one, room, s = lanes.running, lanes.single, len(lanes.times), 2 * n + 4
     y, bars = STATE + Y * s, STATE + BLOCKS * s
