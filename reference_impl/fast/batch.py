@@ -57,7 +57,7 @@ class Batch(NamedTuple):
 
 
 class BatchResult(NamedTuple):
-    """MemberResults of a batch at n samples."""
+    """Results of a batch at n samples."""
 
     angle_rad: Array
     """(runs, n, N)"""
@@ -85,7 +85,7 @@ class Members(Struct):
 
 @dataclass(frozen=True)
 class MemberResults(Struct):
-    """MemberResults of a batch in compiled code; `runs` members, n samples."""
+    """Results of a batch in compiled code; `runs` members, n samples."""
 
     angle_rad: Matrix
     """(runs n, N)"""
@@ -125,7 +125,7 @@ def run_batch(batch: Batch, t_s: Vector, segments_s: Matrix) -> BatchResult:
 
 
 def new_results(batch: Batch, t_s: Vector) -> MemberResults:
-    """MemberResults of a batch without any sample."""
+    """Results of a batch without any sample."""
     runs, _, bars = batch.bars.shape
     rows = runs * len(t_s)
     angle, reaction = np.full((rows, bars), np.nan), np.full((rows, bars - 1), np.nan)
@@ -133,7 +133,7 @@ def new_results(batch: Batch, t_s: Vector) -> MemberResults:
 
 
 def batch_result(results: MemberResults, samples: int) -> BatchResult:
-    """MemberResults by member and sample."""
+    """Results by member and sample."""
     runs = len(results.code)
     angle, reaction = (x.reshape(runs, samples, -1) for x in (results.angle_rad, results.reaction_N))
     return BatchResult(angle, reaction, results.code, results.steps, results.evaluations)
