@@ -86,7 +86,7 @@ def actual_angle_acceleration(
     """Acceleration of the angle prescribed by `law`: the bar's, minus the longitude's for the local horizontal.
 
     Gravity is central. Only reactions and noncentral effects accelerate the bar's longitude; for effects see
-    :func:`reference_impl.fast.effect_dispatch.add_noncentral_acceleration`.
+    :func:`reference_impl.fast.effect_calls.add_noncentral_acceleration`.
     """
     if law[LOCAL] == 0.0:
         return angular

@@ -49,7 +49,7 @@ def code(builder: ir.IRBuilder, value: Value, kind: Kind | None = None) -> Any:
     given = kind_of(value)
     wanted = kind or given
     if is_constant(value):
-        if wanted is Kind.LANES and given is not Kind.TRUTH:
+        if wanted is Kind.LANES and given is not Kind.BOOLEAN:
             return ir.Constant(wanted.type, [float(value)] * WIDTH)  # type: ignore[arg-type]
         if wanted is not given and not (given is Kind.INTEGER and wanted is Kind.REAL):
             raise CompilationError(f"{given.value} given, {wanted.value} needed")
@@ -145,9 +145,9 @@ def compared(builder: ir.IRBuilder, sign: ast.cmpop, a: Value, b: Value) -> Scal
         raise CompilationError(f"comparison {type(sign).__name__}; allowed: {', '.join(COMPARISONS.values())}")
     common = common_kind(a, b)
     if common not in (Kind.REAL, Kind.LANES):
-        return Scalar(Kind.TRUTH, builder.icmp_signed(symbol, code(builder, a), code(builder, b)))
+        return Scalar(Kind.BOOLEAN, builder.icmp_signed(symbol, code(builder, a), code(builder, b)))
     compare = builder.fcmp_unordered if symbol == "!=" else builder.fcmp_ordered
-    result = Kind.MASK if common is Kind.LANES else Kind.TRUTH
+    result = Kind.MASK if common is Kind.LANES else Kind.BOOLEAN
     return Scalar(result, compare(symbol, code(builder, a, common), code(builder, b, common)))
 
 
@@ -176,7 +176,7 @@ def finite(builder: ir.IRBuilder, value: Value) -> Value:
 
 
 def negated(builder: ir.IRBuilder, value: Value) -> Scalar:
-    """Other truth value, or the other bits of an integer or a mask."""
-    if kind_of(value) not in (Kind.TRUTH, Kind.INTEGER, Kind.MASK):
+    """Other Boolean, or the other bits of an integer or a mask."""
+    if kind_of(value) not in (Kind.BOOLEAN, Kind.INTEGER, Kind.MASK):
         raise CompilationError(f"{kind_of(value).value} given; allowed after not and ~: bool, int, Mask")
     return Scalar(kind_of(value), builder.not_(code(builder, value)))

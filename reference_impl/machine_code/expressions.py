@@ -60,7 +60,7 @@ class Expressions:
     def value_Constant(self, node: ast.Constant) -> Value:
         """Number in the source."""
         if not is_constant(node.value):  # type: ignore[arg-type]
-            raise CompilationError(f"constant {node.value!r}; allowed: numbers and truth values")
+            raise CompilationError(f"constant {node.value!r}; allowed: numbers and Booleans")
         return node.value  # type: ignore[return-value]
 
     def value_Name(self, node: ast.Name) -> Value:
@@ -116,13 +116,13 @@ class Expressions:
         return binary(self.builder, node.op, self.value(node.left), self.value(node.right))
 
     def value_UnaryOp(self, node: ast.UnaryOp) -> Value:
-        """Other sign, or other truth value."""
+        """Other sign, or other Boolean."""
         operand = self.value(node.operand)
         if isinstance(node.op, ast.USub):
             return negative(self.builder, operand)
-        if isinstance(node.op, ast.Not) and kind_of(operand) is Kind.TRUTH:
+        if isinstance(node.op, ast.Not) and kind_of(operand) is Kind.BOOLEAN:
             return (not operand) if isinstance(operand, bool) else negated(self.builder, operand)
-        if isinstance(node.op, ast.Invert) and kind_of(operand) is not Kind.TRUTH:
+        if isinstance(node.op, ast.Invert) and kind_of(operand) is not Kind.BOOLEAN:
             return negated(self.builder, operand)
         raise CompilationError(f"{ast.unparse(node)}: allowed: - of numbers, not of bool, ~ of int and Mask")
 
@@ -143,18 +143,18 @@ class Expressions:
         """``first and second`` if `goes_on`, else ``first or second``."""
         if isinstance(first, bool):
             return self.value(second) if first is goes_on else first
-        left = code(self.builder, first, Kind.TRUTH)
+        left = code(self.builder, first, Kind.BOOLEAN)
         begin, more, after = self.builder.block, *(self.builder.append_basic_block(n) for n in ("more", "decided"))
         self.builder.cbranch(left, *((more, after) if goes_on else (after, more)))
         self.builder.position_at_end(more)
-        right = code(self.builder, self.value(second), Kind.TRUTH)
+        right = code(self.builder, self.value(second), Kind.BOOLEAN)
         last = self.builder.block
         self.builder.branch(after)
         self.builder.position_at_end(after)
-        merged = self.builder.phi(Kind.TRUTH.type)
+        merged = self.builder.phi(Kind.BOOLEAN.type)
         merged.add_incoming(left, begin)
         merged.add_incoming(right, last)
-        return Scalar(Kind.TRUTH, merged)
+        return Scalar(Kind.BOOLEAN, merged)
 
     def value_IfExp(self, node: ast.IfExp) -> Value:
         """One of two values; only that one is evaluated."""
@@ -163,7 +163,7 @@ class Expressions:
             return self.value(node.body if test else node.orelse)
         blocks = [self.builder.append_basic_block(name) for name in ("yes", "no")]
         after = self.builder.append_basic_block("either")
-        self.builder.cbranch(code(self.builder, test, Kind.TRUTH), *blocks)
+        self.builder.cbranch(code(self.builder, test, Kind.BOOLEAN), *blocks)
         found = []
         for block, branch in zip(blocks, (node.body, node.orelse), strict=True):
             self.builder.position_at_end(block)

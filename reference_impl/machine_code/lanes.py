@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Lanes = Any
 """A number in each lane; inside compiled code only"""
 Mask = Any
-"""A truth value in each lane; inside compiled code only"""
+"""A Boolean in each lane; inside compiled code only"""
 BITS, INTEGERS = ir.IntType(WIDTH), ir.VectorType(WORD, WIDTH)
 ROUNDER = 6755399441055744.0  # 1.5·2^52: its addition rounds to an integer, which the sum's last bits are
 

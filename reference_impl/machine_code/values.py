@@ -1,6 +1,6 @@
 """Values during compilation: typed results of instructions, arrays, structs, and constants of Python.
 
-A constant (float, integer, truth value, or tuple of them) stays an object of Python until an instruction needs it.
+A constant (float, integer, Boolean, or tuple of them) stays an object of Python until an instruction needs it.
 A tuple of values is a tuple of Python.
 """
 
@@ -22,11 +22,11 @@ BYTES = 8
 
 
 class Kind(enum.Enum):
-    """Types of scalars, and of one number (`LANES`) or truth value (`MASK`) in each lane of a vector register."""
+    """Types of scalars, and of one number (`LANES`) or Boolean (`MASK`) in each lane of a vector register."""
 
     REAL = "float"
     INTEGER = "int"
-    TRUTH = "bool"
+    BOOLEAN = "bool"
     LANES = "Lanes"
     MASK = "Mask"
 
@@ -34,7 +34,7 @@ class Kind(enum.Enum):
     def type(self) -> ir.Type:
         """LLVM's type."""
         lanes, mask = ir.VectorType(DOUBLE, WIDTH), ir.VectorType(BIT, WIDTH)
-        return {Kind.REAL: DOUBLE, Kind.INTEGER: WORD, Kind.TRUTH: BIT, Kind.LANES: lanes, Kind.MASK: mask}[self]
+        return {Kind.REAL: DOUBLE, Kind.INTEGER: WORD, Kind.BOOLEAN: BIT, Kind.LANES: lanes, Kind.MASK: mask}[self]
 
 
 class CompilationError(TypeError):
@@ -98,7 +98,7 @@ def kind_of(value: Value) -> Kind:
     if isinstance(value, Scalar):
         return value.kind
     if isinstance(value, bool):
-        return Kind.TRUTH
+        return Kind.BOOLEAN
     if isinstance(value, int):
         return Kind.INTEGER
     if isinstance(value, float):

@@ -243,7 +243,7 @@ def test_a_call_with_too_few_arguments_is_refused() -> None:
 
 
 REFUSED = {
-    "a string": ("x = 'text'", "constant 'text'; allowed: numbers and truth values"),
+    "a string": ("x = 'text'", "constant 'text'; allowed: numbers and Booleans"),
     "an object": ("x = print", "print is no number, array or tuple of the module"),
     "an unknown call": ("print(x)", r"print\(\) is not compiled; allowed: compiled and inlined functions"),
     "a with statement": ("with x:\n        pass", "a With statement is not compiled"),
@@ -252,7 +252,7 @@ REFUSED = {
         "for i in range(0, 3, int(x)):\n        pass",
         "a loop counts in steps known",
     ),
-    "a truth value of a number": ("n = ~(x > 0.0)", "allowed: - of numbers, not of bool, ~ of int and Mask"),
+    "a Boolean of a number": ("n = ~(x > 0.0)", "allowed: - of numbers, not of bool, ~ of int and Mask"),
     "a chain of comparisons": ("x = 1.0 if 0.0 < x < 1.0 else 0.0", "one comparison at a time"),
     "a list": ("y = [x]", "a List is not compiled"),
     "a rebound array": ("v = a\n    v = b", "v names an array or a struct, and is assigned once only"),
