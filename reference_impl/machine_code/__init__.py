@@ -7,7 +7,7 @@ on each function to find types and to allow for all of Python; here a whole inte
 
 ``functions``
     The decorators ``compiled`` (a function of its own), ``inlined`` (lowered into its callers), ``through_address``
-    (a call of a function whose address is known at run time) and ``built_in`` (a function that stands for instructions).
+    (a call of a function whose address is known at run time) and ``built_in`` (stands for instructions).
 ``structs``, ``lanes``
     Named groups of arrays and numbers, passed by reference; numbers in the lanes of a vector register.
 ``lowering``, ``expressions``, ``arithmetic``, ``memory``, ``calls``, ``signatures``, ``unit``

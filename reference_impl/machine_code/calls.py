@@ -52,7 +52,7 @@ BUILT_IN: dict[str, Callable[[ir.IRBuilder, list[Value]], Value]] = {
     "max": lambda builder, a: arithmetic.extreme(builder, ">", a),
     "int": lambda builder, a: arithmetic.rounded_to_integer(builder, a[0]),
     "float": lambda builder, a: Scalar(Kind.REAL, code(builder, a[0], Kind.REAL)),
-    "bool": lambda builder, a: Scalar(Kind.TRUTH, code(builder, a[0], Kind.TRUTH)),
+    "bool": lambda builder, a: Scalar(Kind.BOOLEAN, code(builder, a[0], Kind.BOOLEAN)),
     "isfinite": lambda builder, a: arithmetic.finite(builder, a[0]),
 }
 

@@ -114,7 +114,7 @@ class Lowering(Calls):
             self.body(node.body if test else node.orelse)
             return
         yes, no, after = (self.builder.append_basic_block(name) for name in ("yes", "no", "after"))
-        self.builder.cbranch(code(self.builder, test, Kind.TRUTH), yes, no)
+        self.builder.cbranch(code(self.builder, test, Kind.BOOLEAN), yes, no)
         goes_on = False
         for block, statements in ((yes, node.body), (no, node.orelse)):
             self.builder.position_at_end(block)
@@ -136,7 +136,7 @@ class Lowering(Calls):
         test, inside, after = (self.builder.append_basic_block(name) for name in ("while", "do", "done"))
         self.builder.branch(test)
         self.builder.position_at_end(test)
-        self.builder.cbranch(code(self.builder, self.value(node.test), Kind.TRUTH), inside, after)
+        self.builder.cbranch(code(self.builder, self.value(node.test), Kind.BOOLEAN), inside, after)
         self.loop(node.body, inside, test, after)
 
     def loop(self, statements: list[ast.stmt], inside: ir.Block, again: ir.Block, after: ir.Block) -> None:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 KINDS = {kind.value: kind for kind in Kind}
 """By annotation"""
-C_TYPES: dict[Kind, Any] = {Kind.REAL: ctypes.c_double, Kind.INTEGER: ctypes.c_int64, Kind.TRUTH: ctypes.c_bool}
+C_TYPES: dict[Kind, Any] = {Kind.REAL: ctypes.c_double, Kind.INTEGER: ctypes.c_int64, Kind.BOOLEAN: ctypes.c_bool}
 NO_RESULT = "None"
 TUPLE = "tuple["
 
