@@ -39,7 +39,8 @@ from barchain.judge.local_errors import (
     step_constant,
 )
 from barchain.judge.scales import scales
-from barchain.solutions.reference import PARTED_RAD, RICHARDSON
+from barchain.solutions.reference import RICHARDSON
+from reports.tables.crossval import PARTED_RAD
 
 if TYPE_CHECKING:
     from typing import Any

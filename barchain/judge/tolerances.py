@@ -25,12 +25,12 @@ from barchain.judge.measured_roundoff import SPREAD_FACTOR
 from barchain.judge.residuals import MAX_MEASURED_SHARE
 from barchain.solutions.reference import (
     FINE_PER_RADIAN,
-    PARTED_RAD,
     PERTURBATION_RAD,
     RICHARDSON,
     SOLUTION_CHECK_RTOL,
     SOLUTION_RTOL,
 )
+from reports.tables.crossval import PARTED_RAD
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ import numpy as np
 from barchain.metrics.model_difference import track_response
 from barchain.metrics.quantities import differences
 from barchain.metrics.rates import MODES_PER_BAR, own_rate
+from reports.tables.crossval import PARTED_RAD
 from scenarios import Gravity
 
 if TYPE_CHECKING:
@@ -33,7 +34,6 @@ FINE_PER_RADIAN = 4.0  # of the fastest rate: a sine's second difference is then
 FINE_PER_SLEW = 20.0  # three half waves: half a radian between samples
 MOST_FINE = 20_000  # samples: they resolve a slew of a thousandth of the run
 TRACK = ("com", "com_velocity")
-PARTED_RAD = 1e-2  # two runs whose attitudes differ by more have parted: later samples are not compared
 
 
 def with_perturbed_start(scene: Scene) -> Scene:

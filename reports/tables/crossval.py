@@ -69,6 +69,8 @@ QUANTITY_UNITS = {
 SOLUTION, AMPLIFICATION = "solution", "amplification"
 REFERENCE_SOLUTION = "(reference solution)"
 """Stands in the engine column for a scene's reference solution that could not be run"""
+PARTED_RAD = 1e-2
+"""Two runs whose attitudes differ by more have parted: later samples are not compared"""
 ALL_SCENES = "(all scenes)"
 """Stands in the scene column of a row about an engine in all scenes together"""
 

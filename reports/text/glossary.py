@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from reports.tables.crossval import PARTED_RAD
+
 TERMS = {
     "reference solution": "Run of the reference equations at tight tolerances, with which every engine's run is "
     "compared. Its own error is estimated and enters every tolerance.",
@@ -16,8 +18,8 @@ TERMS = {
     "error amplification": "Factor by which a small perturbation of the initial angles and rates has grown in the "
     "attitude. A second run of the reference measures the factor. Its initial angles and rates are perturbed by up to "
     "1e-10 (rad; relative to the orbital rate).",
-    "predictability limit": "Last instant at which two correct runs at this setting agree to 0.01 rad. Later "
-    "attitudes are not compared point by point.",
+    "predictability limit": f"Last instant at which two correct runs at this setting agree to {PARTED_RAD:g} rad. "
+    "Later attitudes are not compared point by point.",
     "detection limit": "Smallest relative error that the comparison would have reported as a failure.",
     "centre-of-mass residual": "Distance between the centre of mass and the mass-weighted mean of the bars' centres: "
     "the residual of the paper's equation (6).",

@@ -14,13 +14,8 @@ from barchain.judge.residuals import worst
 from barchain.metrics.model_difference import com_displacement
 from barchain.metrics.quantities import conserved, differences, drifts
 from barchain.run.job import RunResult
-from barchain.solutions.reference import (
-    PARTED_RAD,
-    PERTURBATION_RAD,
-    divergence_instant_s,
-    establish,
-    with_perturbed_start,
-)
+from barchain.solutions.reference import PERTURBATION_RAD, divergence_instant_s, establish, with_perturbed_start
+from reports.tables.crossval import PARTED_RAD
 from reports.tables.outcome import Outcome
 from scenarios import Actuator, load_scene
 

@@ -14,7 +14,7 @@ import numpy as np
 from adapters.engine import EngineError
 from barchain.judge.checks.restart import RTOL, RestartSegment, restarted_run
 from barchain.metrics.quantities import differences
-from barchain.solutions.reference import PARTED_RAD
+from reports.tables.crossval import PARTED_RAD
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

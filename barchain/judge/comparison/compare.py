@@ -20,8 +20,7 @@ from barchain.judge.landing import end_instant_fault
 from barchain.judge.residuals import FINEST_NOISE, HALVED_STEP_NOISE, worst
 from barchain.metrics.quantities import drifts
 from barchain.run.job import ROUNDOFF_ROLES, Role
-from barchain.solutions.reference import PARTED_RAD
-from reports.tables.crossval import QUANTITY_UNITS
+from reports.tables.crossval import PARTED_RAD, QUANTITY_UNITS
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

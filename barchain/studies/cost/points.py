@@ -11,8 +11,8 @@ from adapters.common.initial_state import chain_model
 from barchain.metrics.model_difference import com_displacement
 from barchain.metrics.quantities import differences
 from barchain.solutions.certified import MARGIN
-from barchain.solutions.reference import PARTED_RAD
 from reference_impl.model import invariants
+from reports.tables.crossval import PARTED_RAD
 from scenarios import Gravity
 
 if TYPE_CHECKING:

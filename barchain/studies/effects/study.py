@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from barchain.record.facts import scene_words
-from barchain.solutions.reference import PARTED_RAD
 from barchain.studies.effects.budget import EffectsBudget, EffectsResult
 from barchain.studies.effects.default_options import MATTERS, REPEATS, RTOL, SECONDS
 from barchain.studies.effects.effect_toggles import switches
 from barchain.studies.effects.plan import EffectsPlan
 from barchain.studies.effects.sensitivity import LOOSER
+from reports.tables.crossval import PARTED_RAD
 from reports.tables.effects import FILES
 
 if TYPE_CHECKING:

@@ -8,8 +8,9 @@ import numpy as np
 
 from barchain.judge.error_units import NORM_SLACK
 from barchain.metrics.quantities import differences
-from barchain.solutions.reference import PARTED_RAD, PERTURBATION_RAD
+from barchain.solutions.reference import PERTURBATION_RAD
 from barchain.timing.orders import slope
+from reports.tables.crossval import PARTED_RAD
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

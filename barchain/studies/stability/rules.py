@@ -10,10 +10,11 @@ from barchain.judge.comparison.verdict import MIN_JUDGED_SHARE, TWO_SETTING_METR
 from barchain.judge.error_units import NORM_SLACK
 from barchain.metrics.quantities import drifts
 from barchain.run.job import Role
-from barchain.solutions.reference import PARTED_RAD, RICHARDSON, divergence_instant_s
+from barchain.solutions.reference import RICHARDSON, divergence_instant_s
 from barchain.studies.stability.engine_runs import JUDGED, LEVEL_WORDS, WITH_TRAJECTORY
 from barchain.studies.stability.growth import attitude_error, grows_too_fast, growth_excess
 from barchain.studies.stability.law import GrowthLaw, law
+from reports.tables.crossval import PARTED_RAD
 from reports.tables.outcome import Outcome
 from reports.tables.stability import Stability
 

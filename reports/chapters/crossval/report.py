@@ -13,7 +13,7 @@ from reports.chapters.crossval.summary import SHORT_OF_THE_RUN, WORDS, RunCell, 
 from reports.chapters.crossval.verdict import failure_words, summary_verdict
 from reports.page import surroundings, templates
 from reports.plotting.palette import engine_pen
-from reports.tables.crossval import Results, read_results
+from reports.tables.crossval import PARTED_RAD, Results, read_results
 from reports.tables.outcome import Outcome
 from reports.tables.schema import RECORD
 from reports.tables.writing import write_atomically
@@ -79,7 +79,11 @@ def write_report(folder: Path, chapters: Mapping[Chapter, ChapterView]) -> tuple
 def rendered(results: Results, chapters: Mapping[Chapter, ChapterView]) -> tuple[str, str]:
     """HTML and Markdown of a comparison's report."""
     summary = summarise(results)
-    shared = context(results, summary) | {"chapters": list(chapters)} | {c.name: v for c, v in chapters.items()}
+    shared = (
+        context(results, summary)
+        | {"chapters": list(chapters), "parted_rad": PARTED_RAD}
+        | {c.name: v for c, v in chapters.items()}
+    )
     views = [view_scene(results, summary, s) for s in summary.scenes]
     environment = report_templates()
     html, markdown = (environment.get_template(f"crossval/report.{kind}.j2") for kind in ("html", "md"))
