@@ -78,12 +78,14 @@ def table(small: SmallPlan, out: Path) -> pd.DataFrame:
 
 
 def runs_kept(small: SmallPlan, out: Path) -> set[str]:
-    """Keys of the runs that a record holds as passed."""
+    """Keys of the runs that a record holds as passed; an ensemble's holds their number, and parts in files."""
     path = (out / small.table).with_name("record.json")
     if not path.is_file():
         return set()
     record = json.loads(path.read_text())  # whole at every instant
-    return {r["key"] for r in (*record.get("carried", []), *record.get("runs", [])) if r["outcome"] == "pass"}
+    runs = record.get("runs", [])
+    listed = runs if isinstance(runs, list) else []
+    return {r["key"] for r in (*record.get("carried", []), *listed) if r["outcome"] == "pass"}
 
 
 @dataclass(frozen=True)
