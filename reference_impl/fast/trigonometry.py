@@ -10,12 +10,12 @@ import math
 
 from reference_impl.fast.layout import UX, UY
 from reference_impl.machine_code.functions import compiled, inlined
+from reference_impl.machine_code.lanes import ROUNDER
 from reference_impl.machine_code.structs import Matrix, Vector
 
 LARGEST_RAD = 1e5  # up to here, multiples of PART_1 are exact
 PER_QUARTER = 0.6366197723675814
 PART_1, PART_2, PART_3 = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
-ROUNDER = 6755399441055744.0  # 1.5·2^52; its addition rounds to an integer
 S1, S2, S3 = -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04
 S4, S5, S6 = 2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10
 C1, C2, C3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05

@@ -5,7 +5,9 @@ from __future__ import annotations
 import subprocess
 import sys
 from dataclasses import replace
+from importlib import import_module
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +26,8 @@ from reference_impl.effects.slender import SlenderBarEffect
 from reference_impl.effects.solar_pressure import SolarPressureEffect
 from reference_impl.effects.third_body import ThirdBodyEffect
 from reference_impl.effects.thrust import ThrustEffect
+from reference_impl.fast import effect_calls
+from reference_impl.machine_code.signatures import signature
 from reference_impl.model import relative
 from reference_impl.model.kinematics import consistent_state
 from scenarios import load_scene, scene_names
@@ -40,6 +44,7 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 BARS, NOW_S = 5, 25.0
+EFFECTS = Path(effect_calls.__file__).parent / "effects"
 
 
 def effect(name: str, random: np.random.Generator) -> ChainEffect:
@@ -69,10 +74,6 @@ TOGETHER = (
     ("third_body", "joint_spring_damper", "third_body", "drag"),
     ("slender", "oblateness", "third_body", "drag", "solar_pressure", "joint_spring_damper", "thrust"),
 )
-COMPILED_ONCE = (
-    *(pytest.param(names, marks=pytest.mark.slow, id="+".join(names)) for names in TOGETHER[:2]),
-    TOGETHER[2],
-)
 
 
 def acted_on(names: tuple[str, ...], seed: int, gravity: str, decades: float = 0.5, laws=()) -> Case:
@@ -96,7 +97,7 @@ def allowed(c: Case, a: Accelerations, t_s: float) -> tuple[Array, Array, float]
 
 
 @pytest.mark.parametrize("gravity", ["point", "gradient"])
-@pytest.mark.parametrize("names", [*((name,) for name in ALONE), *COMPILED_ONCE], ids="+".join)
+@pytest.mark.parametrize("names", [*((name,) for name in ALONE), *TOGETHER], ids="+".join)
 def test_one_evaluation_is_the_references_to_round_off(names: tuple[str, ...], gravity: str) -> None:
     """As without effects; what they add enters each residual by its own terms, `tests.effects.effect_sizes`."""
     for seed in range(10):
@@ -122,7 +123,7 @@ def test_free_motion_has_effects_too(names: tuple[str, ...]) -> None:
     assert np.linalg.norm(a.com_m_s2) > 0.0
 
 
-@pytest.mark.parametrize("names", COMPILED_ONCE[1:], ids="+".join)
+@pytest.mark.parametrize("names", TOGETHER[1:], ids="+".join)
 def test_a_law_against_the_local_horizontal_holds_whatever_acts(names: tuple[str, ...]) -> None:
     """What moves the bar sideways turns its horizontal: theta'' - omega'' of what came out is the law's.
 
@@ -275,3 +276,13 @@ def test_pieces_of_a_thrust_meet_where_the_table_says() -> None:
     assert isinstance(thrust, ThrustEffect)
     for piece, ((_, b), (_, f)) in enumerate(zip(pairwise(thrust.times_s), pairwise(thrust.force_N), strict=True)):
         assert thrust.interpolated_force_N(piece, b) == pytest.approx(f, rel=4 * U)
+
+
+@pytest.mark.parametrize("name", [p.stem for p in sorted(EFFECTS.glob("*.py")) if "def add_effect" in p.read_text()])
+def test_every_effect_has_the_types_with_which_it_is_called(name: str) -> None:
+    """A call through an address checks nothing: another type would be read from the wrong register."""
+    module = import_module(f"reference_impl.fast.effects.{name}")
+    for call in ("add_effect", "mode_ended"):
+        if hasattr(module, call):
+            declared = getattr(effect_calls, call).__lowered__.source
+            assert str(signature(getattr(module, call).source).type) == str(signature(declared, skipped=1).type)

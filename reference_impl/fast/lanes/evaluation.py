@@ -48,7 +48,6 @@ from reference_impl.fast.trigonometry import (
     PART_2,
     PART_3,
     PER_QUARTER,
-    ROUNDER,
     S1,
     S2,
     S3,
@@ -57,7 +56,7 @@ from reference_impl.fast.trigonometry import (
     S6,
 )
 from reference_impl.machine_code.functions import compiled, inlined
-from reference_impl.machine_code.lanes import Lanes, bits, digit, equal, get, put, root, select
+from reference_impl.machine_code.lanes import ROUNDER, Lanes, bits, digit, equal, get, put, root, select
 from reference_impl.machine_code.structs import Matrix
 from reference_impl.model.joints import ROUNDING
 

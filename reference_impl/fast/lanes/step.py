@@ -36,6 +36,7 @@ from reference_impl.fast.lanes.layout import (
 )
 from reference_impl.fast.lanes.sums import DENSE, ERRORS, weighted_sum
 from reference_impl.fast.layout import LEVER, NO_GRAVITY
+from reference_impl.fast.stepper import RTOL_FLOOR
 from reference_impl.fast.trigonometry import LARGEST_RAD
 from reference_impl.integrate.coordinate_sets import ANGLE_ROUNDOFF
 from reference_impl.machine_code.functions import compiled, inlined
@@ -55,7 +56,6 @@ from reference_impl.machine_code.lanes import (
 )
 from reference_impl.machine_code.structs import Matrix
 
-RTOL_FLOOR = 100.0 * float(np.finfo(float).eps)  # SciPy's smallest
 LEAST_STEP = 10.0 * float(np.finfo(float).eps)  # of the time
 MOST_TURNED_RAD = 0.5 * LARGEST_RAD  # no stage of a step then leaves the range of the sine
 
