@@ -3,7 +3,7 @@
 The compiled reference is written in this part of Python: functions of floats, integers, Booleans, arrays and
 structs, with loops and branches, without objects, allocation or exceptions. Types follow from the annotations of
 parameters and from first assignments; anything else is rejected with file and line. A general compiler spends seconds
-on each function to find types and to allow for all of Python; here a whole integrator takes some three.
+on each function to find types and to allow for all of Python; here a whole integrator takes some four.
 
 ``functions``
     The decorators ``compiled`` (a function of its own), ``inlined`` (lowered into its callers), ``through_address``
