@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -66,23 +67,42 @@ def densely_sampled(scene: Scene) -> Scene:
     return dataclasses.replace(scene, run=dataclasses.replace(scene.run, samples=times * intervals + 1))
 
 
+class SolutionSource(StrEnum):
+    """Origin of the solution that judges a scene."""
+
+    SHIPPED = "shipped"
+    """Certified solution that comes with barchain"""
+    HEYOKA = "heyoka"
+    """Certified solution, run here"""
+    REFERENCE = "reference"
+    """Reference solution, run here"""
+
+    @property
+    def certified(self) -> bool:
+        """Whether the solution is independent of the reference's equations."""
+        return self is not SolutionSource.REFERENCE
+
+
 @dataclass(frozen=True)
 class ReferenceSolution:
-    """Reference solution of one scene and its limits; n samples."""
+    """Solution that judges one scene, and its limits; n samples. It is the reference's, or a certified one."""
 
     scene: Scene
     trajectory: Trajectory
     fine: Trajectory
     """The motion at dense samples (:func:`densely_sampled`), for its derivatives only"""
     error: dict[str, Array]
-    """Error estimate for each quantity, (n,), never falling"""
+    """Error estimate or error bar for each quantity, (n,), never falling"""
     amplification: Array
     """(n,) largest perturbation of the attitude so far, relative to the first sample's"""
     response: dict[str, Array]
     """Change of each quantity per change of attitude, (n,), never falling, SI units per rad: the larger of
     the perturbed run's and the looser run's"""
     limit_s: float
-    """Predictability limit of the reference solution, s"""
+    """Predictability limit of the solution itself, s"""
+    source: SolutionSource = SolutionSource.REFERENCE
+    setting: str = f"rtol={SOLUTION_RTOL:g}"
+    """Accuracy of its runs, in words"""
 
     @property
     def growth_per_orbit(self) -> float:

@@ -19,8 +19,9 @@ from barchain.solutions.reference import (
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
+    from adapters.trajectory import Trajectory
     from scenarios import Scene
 
 NUMPY = "reference"
@@ -65,10 +66,22 @@ def solution_of(scene: Scene, runs: Mapping[Role, RunResult]) -> ReferenceSoluti
     SolutionFailedError
         If all runs have returned and one failed.
     """
-    if any(role not in runs for role in SOLUTION_ROLES):
+    seen = completed(runs, SOLUTION_ROLES)
+    return None if seen is None else establish(scene, *seen)
+
+
+def completed(runs: Mapping[Role, RunResult], roles: Sequence[Role]) -> list[Trajectory] | None:
+    """Trajectories of all roles in their order; None before all have returned.
+
+    Raises
+    ------
+    SolutionFailedError
+        If all runs have returned and one failed.
+    """
+    if any(role not in runs for role in roles):
         return None
-    failed = [r.reason for r in runs.values() if r.outcome is not Outcome.PASS]
+    failed = [runs[role].reason for role in roles if runs[role].outcome is not Outcome.PASS]
     if failed:  # usually for the same reason, which is then given once
         raise SolutionFailedError("; ".join(dict.fromkeys(failed)))
-    seen = [runs[role].trajectory for role in SOLUTION_ROLES]
-    return establish(scene, *(t for t in seen if t is not None))
+    seen = [runs[role].trajectory for role in roles]
+    return [t for t in seen if t is not None]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
+from reference_impl.integrate.roundings import ROUNDINGS
 from reference_impl.model import absolute, relative
 from reference_impl.model.kinematics import consistent_state, gap_vectors
 from reference_impl.model.state import Accelerations, State
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from reference_impl.model.chain import ChainModel
     from reference_impl.model.effect import Modes
 
-ROUNDINGS = 4.0  # round-off errors of an absolute coordinate in one step
 ANGLE_ROUNDOFF = 0.5 * float(np.finfo(float).eps)  # rad, rounding error of an angle of about a radian
 CoordinateSet = Literal["minimal", "redundant", "projected", "absolute"]
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from reference_impl.integrate.roundings import ROUNDINGS
 from reference_impl.precision.chain import (
     AbsoluteState,
     ChainAccelerations,
@@ -25,8 +26,6 @@ from reference_impl.precision.formulations import absolute, relative
 
 if TYPE_CHECKING:
     from reference_impl.precision.arithmetic import Arithmetic, Values
-
-ROUNDINGS = 4.0  # round-off errors of a coordinate in one step, as in reference_impl.integrate.coordinate_sets
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,66 @@
+"""Solution that judges a scene: shipped, else run here by heyoka where it is installed, else the reference's."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from adapters.registry import ENGINES
+from barchain.run.job import CERTIFIED_ROLES, Role, RunResult
+from barchain.solutions.certified_judge import CERTIFIER, affordable, certified_jobs, establish_certified
+from barchain.solutions.reference import SolutionSource
+from barchain.solutions.reference_runs import completed, solution_jobs, solution_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adapters.registry import Registration
+    from barchain.run.job import Job
+    from barchain.solutions.reference import ReferenceSolution
+    from scenarios import Scene
+
+WORDS = {
+    SolutionSource.SHIPPED: "certified solution that comes with barchain",
+    SolutionSource.HEYOKA: "certified solution, run for this comparison",
+    SolutionSource.REFERENCE: "reference solution, run for this comparison",
+}
+"""Origin of a judging solution in words"""
+HEYOKA = "adapters.heyoka."
+
+
+def source_to_run(scene: Scene) -> SolutionSource:
+    """Kind of solution that is run for a scene without a shipped one."""
+    certifier = ENGINES[CERTIFIER]
+    if certifier.missing or not affordable(scene) or certifier.load().unsupported(scene):
+        return SolutionSource.REFERENCE
+    return SolutionSource.HEYOKA
+
+
+def judging_jobs(scene: Scene, source: SolutionSource) -> list[Job]:
+    """Runs for a solution of this kind; none for a shipped one."""
+    if source is SolutionSource.SHIPPED:
+        return []
+    return certified_jobs(scene) if source is SolutionSource.HEYOKA else solution_jobs(scene)
+
+
+def judging_solution(scene: Scene, source: SolutionSource, runs: Mapping[Role, RunResult]) -> ReferenceSolution | None:
+    """Solution of this kind, or None before all its runs have returned.
+
+    Raises
+    ------
+    SolutionFailedError
+        If all runs have returned and one failed.
+    """
+    if source is SolutionSource.REFERENCE:
+        return solution_of(scene, runs)
+    seen = completed(runs, CERTIFIED_ROLES)
+    return None if seen is None else establish_certified(scene, *seen)
+
+
+def engine_of(source: SolutionSource, reference: str) -> str:
+    """Engine that made a solution; `reference` is the form of the reference in use."""
+    return CERTIFIER if source.certified else reference
+
+
+def shares_equations(registration: Registration, source: SolutionSource) -> bool:
+    """Whether an engine steps the equations that the judging solution was made with: agreement shows its arithmetic."""
+    return registration.target.startswith(HEYOKA) if source.certified else registration.ours
