@@ -101,7 +101,8 @@ class Engine(ABC):
     """Supported effects, named as in `Effects.names`; each is modelled without approximation."""
     observables: ClassVar[frozenset[Observable]]
     options: ClassVar[frozenset[str]] = frozenset()
-    """Names of optional observables that cost time; the constructor takes each as ``name=True``"""
+    """Names of options, each taken by the constructor as ``name=True``: optional observables that cost time, and
+    ``repeated_load``, with which barchain's loads are applied twice, at half strength"""
     joints_in_place: ClassVar[bool] = False
     """Whether every step closes the joints at position level, so that gaps do not grow with time"""
     track_by_length: ClassVar[bool] = False
@@ -135,7 +136,7 @@ class Engine(ABC):
         ----------
         scene : Scene
         motion : Trajectory
-            Reference solution at close samples.
+            Judging solution at close samples.
         """
         del scene, motion
         return None

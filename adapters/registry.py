@@ -21,8 +21,10 @@ ENTRY_POINT_GROUP = "barchain.engines"  # for third parties; barchain's own engi
 
 SAFE_NAME = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
 TARGET = r"[A-Za-z_][\w.]*:[A-Za-z_]\w*"
-RESERVED = frozenset({"solution", "solution-check", "solution-dense", "perturbed-start", "amplification"})
-"""Names of the reference solution's own files beside those of engines"""
+RESERVED = frozenset({
+    "solution", "solution-check", "solution-dense", "perturbed-start", "close-start", "amplification",
+})  # fmt: skip
+"""Names of the judging solution's own files beside those of engines"""
 
 
 class UnknownEngineError(KeyError):
@@ -56,6 +58,8 @@ class Registration:
     """Whether `build` compiles code for the scene's effects, which may take longer than the run"""
     distribution: str = ""
     """Distribution that registers the engine, of another package; its version and files decide a stored result"""
+    needs_compiler: bool = False
+    """Whether the engine also needs llvmlite, for the compiled right-hand side"""
     rejected: str = ""
     """Reason why the engine can't be selected: its name is taken, or is none"""
 
@@ -80,11 +84,16 @@ class Registration:
         """Missing distribution and the command that installs it; None if the engine can be used here."""
         if self.rejected:
             return self.rejected
-        if not self.requires:
-            return None
-        if importlib.util.find_spec(self.module or self.requires) is None:
-            return f"{self.requires} is not installed; try: {self.install}"
+        for requires, module in self.requirements:
+            if importlib.util.find_spec(module) is None:
+                return f"{requires} is not installed; try: {self.install}"
         return None  # a failing import of an installed distribution is reported by the worker
+
+    @property
+    def requirements(self) -> tuple[tuple[str, str], ...]:
+        """Required distributions, each with a module to import."""
+        own = ((self.requires, self.module or self.requires),) if self.requires else ()
+        return (*own, ("llvmlite", "llvmlite")) if self.needs_compiler else own
 
     @property
     def version(self) -> str:
@@ -110,11 +119,38 @@ def _external(module: str, name: str, requires: str, *, in_default_set: bool = T
     return Registration(f"adapters.{module}:{name}", requires, install=install, in_default_set=in_default_set)
 
 
-def _more(module: str, name: str, requires: str, imported: str = "", *, ours: bool = False) -> Registration:
-    """Registration of a general solver or engine that only studies select."""
+def _more(module: str, name: str, requires: str, imported: str = "") -> Registration:
+    """Registration of an engine that only studies select."""
     install = "pip install '.[more-engines]'"
+    return Registration(f"adapters.{module}:{name}", requires, imported, install, in_default_set=False, optional=True)
+
+
+def _solver(module: str, name: str, requires: str, imported: str = "", *, compiled: bool = False) -> Registration:
+    """Registration of a library's integrator on barchain's equations; `compiled` if these are the compiled ones."""
+    install = "pip install '.[fast,more-engines]'" if compiled else "pip install '.[more-engines]'"
     return Registration(
-        f"adapters.{module}:{name}", requires, imported, install, ours=ours, in_default_set=False, optional=True
+        f"adapters.{module}:{name}",
+        requires,
+        imported,
+        install,
+        ours=True,
+        in_default_set=False,
+        optional=True,
+        compiles=compiled,
+        needs_compiler=compiled,
+    )
+
+
+def _diffrax(name: str) -> Registration:
+    """Registration of an integrator in JAX on barchain's equations in JAX."""
+    return Registration(
+        f"adapters.diffrax.adapter:{name}",
+        "diffrax",
+        install="pip install '.[jax]'",
+        ours=True,
+        in_default_set=False,
+        optional=True,
+        compiles=True,
     )
 
 
@@ -157,12 +193,18 @@ ENGINES: dict[str, Registration] = {
     "heyoka": _certified("Heyoka"),
     "heyoka-long": _certified("HeyokaLong", in_default_set=False),
     "heyoka-quad": _certified("HeyokaQuad", in_default_set=False),
-    "scipy-rk45": _more("ode_solvers.scipy_engines", "ScipyRK45", "scipy", ours=True),
-    "scipy-dop853": _more("ode_solvers.scipy_engines", "ScipyDop853", "scipy", ours=True),
-    "scipy-radau": _more("ode_solvers.scipy_engines", "ScipyRadau", "scipy", ours=True),
-    "scipy-lsoda": _more("ode_solvers.scipy_engines", "ScipyLsoda", "scipy", ours=True),
-    "cvode-adams": _more("ode_solvers.cvode_engines", "CvodeAdams", "scikit-sundae", "sksundae", ours=True),
-    "cvode-bdf": _more("ode_solvers.cvode_engines", "CvodeBdf", "scikit-sundae", "sksundae", ours=True),
+    "scipy-rk45": _solver("ode_solvers.scipy_engines", "ScipyRK45", "scipy", compiled=True),
+    "scipy-dop853": _solver("ode_solvers.scipy_engines", "ScipyDop853", "scipy", compiled=True),
+    "scipy-radau": _solver("ode_solvers.scipy_engines", "ScipyRadau", "scipy", compiled=True),
+    "scipy-lsoda": _solver("ode_solvers.scipy_engines", "ScipyLsoda", "scipy", compiled=True),
+    "cvode-adams": _solver("ode_solvers.cvode_engines", "CvodeAdams", "scikit-sundae", "sksundae", compiled=True),
+    "cvode-bdf": _solver("ode_solvers.cvode_engines", "CvodeBdf", "scikit-sundae", "sksundae", compiled=True),
+    "scipy-rk45-numpy": _solver("ode_solvers.scipy_engines", "ScipyRK45NumPy", "scipy"),
+    "scipy-dop853-numpy": _solver("ode_solvers.scipy_engines", "ScipyDop853NumPy", "scipy"),
+    "scipy-radau-numpy": _solver("ode_solvers.scipy_engines", "ScipyRadauNumPy", "scipy"),
+    "scipy-lsoda-numpy": _solver("ode_solvers.scipy_engines", "ScipyLsodaNumPy", "scipy"),
+    "cvode-adams-numpy": _solver("ode_solvers.cvode_engines", "CvodeAdamsNumPy", "scikit-sundae", "sksundae"),
+    "diffrax-dopri8": _diffrax("DiffraxDopri8"),
     "mujoco": _more("mujoco.adapter", "Mujoco", "mujoco"),
     "pinocchio": _more("pinocchio.adapter", "Pinocchio", "pin", "pinocchio"),
 }

@@ -6,10 +6,13 @@ import dataclasses
 import re
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Array = NDArray[np.float64]
 ENDED = "ended_s"
@@ -104,6 +107,8 @@ def to_frame(trajectory: Trajectory) -> pd.DataFrame:
     ``position_j_x_m, position_j_y_m`` (j = 1..N), ``reaction_j_x_N, reaction_j_y_N, impulse_j_x_N_s, impulse_j_y_N_s,
     gap_j_m`` (j = 1..N-1), ``torque_p_N_m``, ``com_residual_m``, ``condition``.
     """
+    import pandas as pd  # a worker makes no tables
+
     columns: dict[str, Array] = {
         "t_s": trajectory.t_s,
         "com_x_m": trajectory.com_m[:, 0],

@@ -1,7 +1,7 @@
 """Bars that turn their other face to the wind or to the Sun, within one of the equal steps.
 
 Forces of air and light jump, or their slope does, at the reversal. Only the motion tells whether one occurs. Engines of
-equal steps look for reversals in their own run, and the harness in the reference solution at close samples.
+equal steps look for reversals in their own run, and the harness in the judging solution at close samples.
 """
 
 from __future__ import annotations

@@ -9,6 +9,11 @@ Integrators: trapezoidal rule at index 2 (order 2), generalized-alpha at index 3
 equal steps.
 Accuracy parameter: steps per orbit.
 
+Loads: one connector for each bar, whose force is a symbolic user function: an expression that Exudyn evaluates in C++.
+On a circular orbit no Python runs in a step. On other orbits, and under loads that depend on time, Python sets the
+expressions' numbers once before each step (3 to 5 % of a run). Exudyn has no faster exact form: its own gravity
+connector acts on points, without the gradient's torque. The cost study measures the loads' share of a run.
+
 Supported: all gravity models, oblateness, third bodies, drag, solar pressure without shadow, joint springs and dampers,
 thrusts; prescribed rotations except by the tree.
 Not supported: impulses, the shadow's edge, bars that turn their other face to the wind or the Sun, thrust tables with

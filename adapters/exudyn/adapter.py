@@ -71,7 +71,7 @@ class ExudynRedundant(ExudynEngine):
 
     def make(self, steps: Steps) -> RedundantModel:
         """Bodies with joints."""
-        return RedundantModel(self.scene, steps, absolute=self.absolute)
+        return RedundantModel(self.scene, steps, absolute=self.absolute, load_copies=self.load_copies)
 
     def readings(self) -> tuple[SensorReadings, dict[str, float | str]]:
         """Bodies' coordinates and joints' multipliers; the multiplier of a prescribed rotation is minus its torque."""
@@ -157,7 +157,7 @@ class ExudynTree(ExudynEngine):
 
     def make(self, steps: Steps) -> TreeModel:
         """Kinematic tree."""
-        return TreeModel(self.scene, steps, absolute=False)
+        return TreeModel(self.scene, steps, absolute=False, load_copies=self.load_copies)
 
     def readings(self) -> tuple[SensorReadings, dict[str, float | str]]:
         """Bars' states from tree coordinates, reactions from the bars' momentum."""

@@ -32,9 +32,14 @@ class ExudynEngine(Engine):
     """Common part: settings, run, and checks that Exudyn does not make."""
 
     observables = OBSERVED
+    options = frozenset({"repeated_load"})
     absolute: ClassVar[bool] = False
     index3: ClassVar[bool] = False
     explicit: ClassVar[bool] = False
+
+    def __init__(self, *, repeated_load: bool = False) -> None:
+        """Prepare a run; `repeated_load` applies each load twice at half strength, to time the loads."""
+        self.load_copies = 2 if repeated_load else 1
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:

@@ -21,6 +21,12 @@ EVERYTHING = frozenset(
 )
 
 
+CLOSE_START = "close_start"
+"""Name of the option of a perturbed start below double precision"""
+CLOSE_START_RAD = "1e-18"
+"""Perturbation of angles, rad, and of rates relative to the orbit's or the bars' own, as a decimal number"""
+
+
 def tolerances(finest: int) -> tuple[float, ...]:
     """Requested errors 1e-4 to 1e-`finest`, a decade each."""
     return tuple(float(f"1e-{k}") for k in range(4, finest + 1))
@@ -37,11 +43,15 @@ class HeyokaEngine(Engine):
         | {Observable.IMPULSE}
     )
     precision: ClassVar[Precision]
+    start_perturbation_rad = ""
+    """Perturbation of the initial angles and rates as a decimal number; none if empty"""
 
     def build(self, scene: Scene, setting: Setting) -> None:
         """Derive and compile the equations."""
         begun = time.perf_counter()
         self.ran = HeyokaRun(scene, scene.times_s, self.precision, setting.value)
+        if self.start_perturbation_rad:
+            self.ran.perturb_start(self.start_perturbation_rad)
         self.compile_s = time.perf_counter() - begun
 
     def simulate(self) -> None:
@@ -80,3 +90,11 @@ class HeyokaQuad(HeyokaEngine):
     title = "heyoka, Taylor series of adaptive order, quadruple precision"
     sweep = AccuracySweep(AccuracyParameter.RTOL, tolerances(30), default=1e-20)
     precision = QUAD
+    options = frozenset({CLOSE_START})
+
+    def __init__(self, *, close_start: bool = False) -> None:
+        """Prepare a run; with `close_start` from initial angles and rates perturbed by :data:`CLOSE_START_RAD`.
+
+        No number in double precision can hold so small a perturbation of an angle.
+        """
+        self.start_perturbation_rad = CLOSE_START_RAD if close_start else ""

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
     from adapters.heyoka.structure import Numbers, Structure
 
-KEPT = 64  # compiled codes in a process's cache; one takes some megabytes
+KEPT = 8  # structures whose compiled code a process keeps; heyoka keeps the code of others on disk
+MEMORY = 1 << 28  # bytes of code in heyoka's own cache, which takes 2 GB by default
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,14 @@ class Precision:
 
 
 DOUBLE, LONG, QUAD = Precision("double"), Precision("long double"), Precision("real128")
+
+
+@lru_cache(maxsize=1)
+def bound_memory() -> None:
+    """Limit the memory of heyoka's own cache, once in a process."""
+    import heyoka as hy
+
+    hy.llvm_state.set_memcache_limit(MEMORY)
 
 
 @lru_cache(maxsize=KEPT)

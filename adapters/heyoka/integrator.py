@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from adapters.heyoka.compiled import KEPT, Precision, symbols
+from adapters.heyoka.compiled import KEPT, Precision, bound_memory, symbols
 from adapters.heyoka.discrete_modes import mode_events
 
 if TYPE_CHECKING:
@@ -17,6 +17,7 @@ def integrator(structure: Structure, precision: Precision, rtol: float) -> Any:
     """Integrator of a structure, without parameters and state; only one run at a time may use it."""
     import heyoka as hy
 
+    bound_memory()
     found, number = symbols(structure), precision.number
     watched = events(structure, precision)
     return hy.taylor_adaptive(

@@ -15,7 +15,7 @@ from adapters.heyoka.effects import impulse_size, thrust_segment
 from adapters.heyoka.integrator import integrator
 from adapters.heyoka.structure import LAW_PARAMETERS, Numbers, parameters_of, start_of, structure_of
 from adapters.heyoka.units import units_of
-from adapters.trajectory import Trajectory
+from adapters.trajectory import ENDED, Trajectory
 
 MOST_MODE_CHANGES = 100_000  # in one segment
 
@@ -80,6 +80,14 @@ class HeyokaRun:
         self.impulse_sum = np.array([self.number(0.0)] * (2 * (self.structure.bars - 1)))
         self.steps = 0
         self.landed: Any = None
+
+    def perturb_start(self, size: str) -> None:
+        """Perturb angles, and rates relative to the fastest initial one, by a decimal number; signs differ by bar."""
+        scene, bars, moved = self.scene, self.structure.bars, self.number(size)
+        fastest = scene.orbital_rate_rad_s * max(1.0, *(abs(a) for a in scene.chain.rate_factor)) * self.units.time_s
+        for j in range(bars):
+            self.start[4 + j] += moved * (-1) ** j
+            self.start[4 + bars + j] += moved * fastest * (-1) ** (j // 2)
 
     def scaled_time(self, t_s: float) -> Any:
         """Time in the working precision and units."""
@@ -210,6 +218,9 @@ class HeyokaRun:
         y = states.astype(float)
         joints = 2 * (bars - 1)
         landed_s = None if self.landed is None else float(self.landed) * units.time_s
+        info: dict[str, float | str] = {"steps": self.steps, "evaluations": self.steps * int(self.solver.order)}
+        if landed_s is not None:
+            info[ENDED] = landed_s
         impulse = (impulse_sum.astype(float) * (units.force * units.time_s)).reshape(n, bars - 1, 2)
         return Trajectory(
             self.times_s[:n],
@@ -221,7 +232,7 @@ class HeyokaRun:
             torque_N_m=seen[:, joints:] * (units.force * units.length_m),
             impulse_N_s=impulse if self.structure.effects.impulses else None,
             ended="" if landed_s is None else f"a bar reached the surface at t = {landed_s:.6f} s",
-            info={"steps": self.steps, "evaluations": self.steps * int(self.solver.order)},
+            info=info,
         )
 
 

@@ -1,15 +1,14 @@
-"""Engines of SUNDIALS' CVODE, through scikit-sundae."""
+"""Engines of SUNDIALS' CVODE, through its C interface."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, final
-
-import numpy as np
+from typing import TYPE_CHECKING, ClassVar, final
 
 from adapters.engine import AccuracyParameter, AccuracySweep, EngineError
 from adapters.ode_solvers.driver import SolvedSegment
-from adapters.ode_solvers.engine import SolverEngine
+from adapters.ode_solvers.engine import CompiledSolverEngine, SolverEngine
+from adapters.ode_solvers.python_callbacks import PythonFunctions
 
 if TYPE_CHECKING:
     from adapters.ode_solvers.driver import Problem
@@ -18,25 +17,12 @@ if TYPE_CHECKING:
 MOST_STEPS = 10_000_000  # between two samples; CVODE's default of 500 is too small for long intervals
 
 
-class CvodeSurfaceEvent:
-    """Event that ends a run at the surface."""
-
-    terminal = (True,)
-    direction = (-1,)
-
-    def __init__(self, problem: Problem) -> None:
-        self.problem = problem
-
-    def __call__(self, t_s: float, y: Array, height: Array) -> None:
-        """Set the height of the chain."""
-        height[0] = self.problem.height_at_event(t_s, y)
-
-
 @dataclass(frozen=True)
 class CvodeSolver:
     """One linear multistep method of CVODE at one pair of tolerances."""
 
-    method: str
+    stiff: bool
+    """Backward differences with Newton's method, else Adams with fixed-point iteration, as SUNDIALS advises"""
     rtol: float
     atol: float
 
@@ -48,60 +34,60 @@ class CvodeSolver:
         EngineError
             If CVODE reports a failure.
         """
-        from sksundae.cvode import CVODE
+        from adapters.ode_solvers.sundials import ADAMS, BDF, Cvode
 
-        def rate(t_s: float, state: Array, out: Array) -> None:
-            out[:] = problem.rate(t_s, state)
-
-        solver = CVODE(
-            rate,
-            method=self.method,
-            rtol=self.rtol,
-            atol=self.atol,
-            eventsfn=CvodeSurfaceEvent(problem),
-            num_events=1,
-            max_num_steps=MOST_STEPS,
-        )
-        event_calls = problem.event_calls
-        found: Any = solver.solve(np.concatenate([[start_s], instants_s]), y)
-        if not found.success:
-            raise EngineError(f"CVODE, {self.method}: {found.message}")
-        steps = (
-            problem.event_calls - event_calls - 1 - len(instants_s)
-        )  # CVODE calls the event at the start, after each step and at each instant
-        alone = len(instants_s) == 1  # CVODE then returns every step of its own, the last of them at the instant
-        if found.t_events is None:
-            return SolvedSegment(found.y[-1:] if alone else found.y[1:], None, steps, int(found.njev))
-        reached = found.y[:0] if alone else found.y[1:-1]  # the last row is the event's
-        return SolvedSegment(reached, float(found.t_events[0]), steps, int(found.njev))
+        functions = problem.compiled or PythonFunctions(problem)
+        run = Cvode(BDF if self.stiff else ADAMS, functions, y, start_s)
+        try:
+            run.set_tolerances(self.rtol, self.atol, MOST_STEPS)
+            if self.stiff:
+                run.solve_by_newton()
+            else:
+                run.solve_by_iteration()
+            run.stop_at_surface()
+            found = run.run(instants_s)
+        except EngineError as error:
+            raise EngineError(f"CVODE, {'BDF' if self.stiff else 'Adams'}: {error}") from error
+        finally:
+            run.close()
+            evaluations, event_calls = functions.counts()
+            problem.evaluations += evaluations
+            problem.event_calls += event_calls
+        return SolvedSegment(found.y, found.stopped_s, found.steps, found.jacobians)
 
 
-class CvodeEngine(SolverEngine):
+class CvodeMethod(SolverEngine):
     """Common part of both methods."""
 
-    method: ClassVar[str]
+    stiff: ClassVar[bool] = False
     step_constant = 5.0  # multistep estimates are differences of earlier steps; up to 2.3 was measured
-
-    def solver(self, rtol: float, atol: float) -> CvodeSolver:
-        """CVODE with this method."""
-        return CvodeSolver(self.method, rtol, atol)
-
-
-@final
-class CvodeAdams(CvodeEngine):
-    """Adams-Moulton, orders 1 to 12: for problems that are not stiff."""
-
-    title = "CVODE (SUNDIALS), Adams, on the reference's equations"
-    method = "Adams"
     sweep = AccuracySweep(
         AccuracyParameter.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), default=1e-10
     )
 
+    def solver(self, rtol: float, atol: float) -> CvodeSolver:
+        """CVODE with this method."""
+        return CvodeSolver(self.stiff, rtol, atol)
+
 
 @final
-class CvodeBdf(CvodeEngine):
+class CvodeAdams(CompiledSolverEngine, CvodeMethod):
+    """Adams-Moulton, orders 1 to 12: for problems that are not stiff."""
+
+    title = "CVODE (SUNDIALS), Adams, on the compiled reference's equations"
+
+
+@final
+class CvodeBdf(CompiledSolverEngine, CvodeMethod):
     """Backward differences, orders 1 to 5: for stiff problems."""
 
-    title = "CVODE (SUNDIALS), BDF, on the reference's equations"
-    method = "BDF"
+    title = "CVODE (SUNDIALS), BDF, on the compiled reference's equations"
+    stiff = True
     sweep = AccuracySweep(AccuracyParameter.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11), default=1e-9)
+
+
+@final
+class CvodeAdamsNumPy(CvodeMethod):
+    """Adams-Moulton on rates in NumPy."""
+
+    title = "CVODE (SUNDIALS), Adams, on the NumPy reference's equations"

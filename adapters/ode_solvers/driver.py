@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
@@ -29,6 +30,29 @@ class SolvedSegment:
     """Number of Jacobians; their evaluations are part of the problem's count"""
 
 
+class CFunctions(ABC):
+    """C functions of a problem, for a solver with a C interface."""
+
+    rates: int
+    """Address of ``int f(double t, N_Vector y, N_Vector rates, void *user_data)``"""
+    height: int
+    """Address of ``int f(double t, N_Vector y, double *height, void *user_data)``"""
+    user_data: int
+    """Address of the last argument"""
+
+    @abstractmethod
+    def read_vectors(self, data_of: int) -> None:
+        """Take the address of the library's function from a vector to its numbers."""
+
+    @abstractmethod
+    def counts(self) -> tuple[int, int]:
+        """Evaluations of the rates and of the height since the last call."""
+
+    @abstractmethod
+    def failure(self) -> BaseException | None:
+        """Exception in the equations since the last call."""
+
+
 @dataclass
 class Problem:
     """An initial value problem that counts evaluations.
@@ -42,6 +66,8 @@ class Problem:
     """(size,)"""
     height: Callable[[Array], float]
     """Least distance of the chain from the surface, m"""
+    compiled: CFunctions | None = None
+    """The same two functions in machine code, which a solver with a C interface calls instead"""
     evaluations: int = field(default=0, init=False)
     event_calls: int = field(default=0, init=False)
 

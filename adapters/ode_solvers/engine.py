@@ -17,6 +17,8 @@ from reference_impl.integrate.simulate import Simulation
 
 if TYPE_CHECKING:
     from adapters.common.initial_state import InitialState
+    from adapters.ode_solvers.compiled_callbacks import CompiledFunctions
+    from adapters.ode_solvers.compiled_rates import RatesFunction
     from adapters.trajectory import Trajectory
     from reference_impl.integrate.simulate import History
     from reference_impl.integrate.stepper import Integration
@@ -29,7 +31,7 @@ SciPy's defaults are 1e-3 and 1e-6, and that ratio suits the smallest of these, 
 
 
 class SolverRun:
-    """One simulation by a library's solver."""
+    """One simulation by a library's solver, on rates in NumPy."""
 
     jacobians = 0
 
@@ -39,19 +41,77 @@ class SolverRun:
     def integrate(self, t_s: Array) -> Integration:
         """Integrate over the samples, `t_s` (n,)."""
         own = self.simulation
-        problem = Problem(own.coordinates.rhs, own.y0, own.height)
         if own.model.effects or own.model.impulses:
             own.events = DiscreteModes(own.coordinates, float(t_s[-1]), detects_events=False)
         try:
-            result = drive(self.solver, problem, t_s, own.model.breaks_s, own.events)
+            return self.driven(t_s)
         finally:
             own.coordinates.modes = None
+
+    def driven(self, t_s: Array) -> Integration:
+        """Integrate in the components of the NumPy reference."""
+        own = self.simulation
+        problem = Problem(own.coordinates.rhs, own.y0, own.height)
+        result = drive(self.solver, problem, t_s, own.model.breaks_s, own.events)
         self.jacobians = result.jacobians
         return result.walk
 
     def history(self, result: Integration, *, condition: bool = False) -> History:
         """Observables at the samples."""
         return self.simulation.history(result, condition=condition)
+
+
+class CompiledSolverRun(SolverRun):
+    """One simulation by a library's solver, on compiled rates and in their order of components."""
+
+    def __init__(self, simulation: Simulation, solver: Solver) -> None:
+        """Compile the rates, or load them from the cache."""
+        from adapters.ode_solvers.compiled_callbacks import CompiledFunctions
+        from adapters.ode_solvers.compiled_rates import RatesFunction
+
+        super().__init__(simulation, solver)
+        self.function = RatesFunction(simulation.model)
+        self.c_functions = CompiledFunctions(self.function)
+        y0 = compiled_order(self.function, simulation.y0)
+        self.problem = Problem(self.function.rates, y0, self.c_functions.height_m)
+
+    def driven(self, t_s: Array) -> Integration:
+        """Integrate in the compiled order of components."""
+        own = self.simulation
+        restart = CompiledRestart(own.events, self.function, self.problem, self.c_functions)
+        restart.hold()
+        result = drive(self.solver, self.problem, t_s, own.model.breaks_s, restart if own.events else None)
+        self.jacobians = result.jacobians
+        return dataclasses.replace(result.walk, y=result.walk.y[:, self.function.order])
+
+
+@dataclasses.dataclass(frozen=True)
+class CompiledRestart:
+    """Change of a compiled state, and of the modes of its rates, at an event."""
+
+    events: DiscreteModes | None
+    function: RatesFunction
+    problem: Problem
+    c_functions: CompiledFunctions
+
+    def begin_segment(self, start_s: float, end_s: float, y: Array) -> Array:
+        """Apply the impulses at this instant, and set the modes until `end_s`."""
+        assert self.events is not None
+        begun = self.events.begin_segment(start_s, end_s, y[self.function.order])
+        self.hold()
+        return compiled_order(self.function, begun)
+
+    def hold(self) -> None:
+        """Set the modes; where some follow from each evaluated state, the solver calls Python for each evaluation."""
+        self.function.hold(self.events.modes if self.events else None)
+        self.problem.compiled = None if self.function.following else self.c_functions
+
+
+def compiled_order(function: RatesFunction, y: Array) -> Array:
+    """Components of a vector of the NumPy reference in the compiled order, (size,)."""
+    found = y.copy()
+    found[function.order] = y
+    return found
 
 
 class SolverEngine(ReferenceEngine):
@@ -63,6 +123,7 @@ class SolverEngine(ReferenceEngine):
         "solar_pressure.shadow": "solar_pressure.shadow is not supported: a general solver steps over the shadow's edge"
     }
     prepared: SolverRun
+    run_class: ClassVar[type[SolverRun]] = SolverRun
 
     @abstractmethod
     def solver(self, rtol: float, atol: float) -> Solver:
@@ -71,9 +132,15 @@ class SolverEngine(ReferenceEngine):
     def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> SolverRun:
         """Right-hand side and solver."""
         state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
-        return SolverRun(Simulation(model, *state, rtol=rtol), self.solver(rtol, ATOL_SHARE * rtol))
+        return self.run_class(Simulation(model, *state, rtol=rtol), self.solver(rtol, ATOL_SHARE * rtol))
 
     def read(self) -> Trajectory:
         """Observables at the samples, and the number of Jacobians."""
         seen = super().read()
         return dataclasses.replace(seen, info=seen.info | {"jacobians": self.prepared.jacobians})
+
+
+class CompiledSolverEngine(SolverEngine):
+    """A library's solver on the compiled right-hand side."""
+
+    run_class = CompiledSolverRun

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, final
 
 from adapters.engine import Coordinates
 from adapters.reference.numpy_engines import ReferenceEngine, SimulationRun
-from reference_impl.fast.simulate import FastSimulation
 
 if TYPE_CHECKING:
     from adapters.common.initial_state import InitialState
@@ -22,5 +21,7 @@ class ReferenceFast(ReferenceEngine):
 
     def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> SimulationRun:
         """Compile, or load compiled code from the cache."""
+        from reference_impl.fast.simulate import FastSimulation
+
         state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
         return FastSimulation(model, *state, rtol=rtol)

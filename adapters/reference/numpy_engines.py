@@ -11,12 +11,12 @@ import numpy as np
 from adapters.common.initial_state import chain_model, initial_state
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.trajectory import ENDED, Observable, Trajectory
-from reference_impl.integrate.coordinate_sets import ROUNDINGS, CoordinateSet
-from reference_impl.integrate.simulate import Simulation
+from reference_impl.integrate.roundings import ROUNDINGS
 from scenarios import Gravity
 
 if TYPE_CHECKING:
     from adapters.common.initial_state import InitialState
+    from reference_impl.integrate.coordinate_sets import CoordinateSet
     from reference_impl.integrate.simulate import History
     from reference_impl.integrate.stepper import Integration
     from reference_impl.model.arrays import Array
@@ -108,6 +108,8 @@ class ReferenceNumPy(ReferenceEngine):
 
     def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> SimulationRun:
         """SciPy's stepper on the NumPy right-hand side."""
+        from reference_impl.integrate.simulate import Simulation
+
         state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
         return Simulation(model, *state, rtol=rtol, coordinates=self.coordinate_set)
 

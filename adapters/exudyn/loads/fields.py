@@ -124,7 +124,7 @@ class ExudynThirdBody(ExudynLoad):
         far = self.body.distance_m
         bx, by = (far * n for n in inputs)
         q = (view.x_m * (view.x_m - 2.0 * bx) + view.y_m * (view.y_m - 2.0 * by)) / far**2
-        k, cube = encke(q, xp.sqrt)
+        k, cube = encke(q, xp)
         pull = -self.body.mu_m3_s2 * self.mass[bar] / far**3
         fx, fy = pull * (view.x_m + (view.x_m - bx) * k), pull * (view.y_m + (view.y_m - by) * k)
         if not self.gravity.turns:

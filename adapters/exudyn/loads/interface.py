@@ -46,7 +46,7 @@ class ExudynLoad(ABC):
         view : InertialView
         inputs : sequence of `time_input_count` numbers
         xp : module
-            With sqrt, exp, sign and abs for these numbers: numpy, or Exudyn's symbolic.
+            Functions of these numbers: numpy, or Exudyn's symbolic.
         """
 
 

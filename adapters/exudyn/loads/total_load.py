@@ -87,7 +87,7 @@ class Loading:
         if self.absolute:
             return absolute_load(self.bars[bar], self.mu, m, xp.sqrt)
         assert orbit is not None
-        return orbit_load(self.bars[bar], orbit, m, xp.sqrt)
+        return orbit_load(self.bars[bar], orbit, m, xp)
 
 
 def effects_of(scene: Scene, frame: ReferenceFrame) -> list[ExudynLoad]:

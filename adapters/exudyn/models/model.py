@@ -57,8 +57,9 @@ class Model(ABC):
     inside_degree: int
     """Degree of the orbital quantities within a step: 0 where loads are evaluated at its end only."""
 
-    def __init__(self, scene: Scene, steps: Steps, *, absolute: bool) -> None:
-        self.scene, self.steps, self.absolute = scene, steps, absolute
+    def __init__(self, scene: Scene, steps: Steps, *, absolute: bool, load_copies: int = 1) -> None:
+        """Assemble the system; `load_copies` connectors share each bar's load."""
+        self.scene, self.steps, self.absolute, self.load_copies = scene, steps, absolute, load_copies
         self.frame: ReferenceFrame = frame_of(scene, absolute=absolute)
         self.start = initial_coordinates(scene, self.frame.at(np.zeros(1)), absolute=absolute)
         self.loading = Loading(scene, self.frame)
@@ -120,8 +121,10 @@ class Model(ABC):
 
     def add_load(self, bar: int, ground: Any, marker: Any) -> None:
         """Apply all loads of a bar to the body of `marker`, between the body and the ground."""
-        if not self.loading.acts_on(bar):
-            return
+        for _ in range(self.load_copies if self.loading.acts_on(bar) else 0):
+            self._add_connector(bar, ground, marker)
+
+    def _add_connector(self, bar: int, ground: Any, marker: Any) -> None:
         connector = "ObjectConnectorRigidBodySpringDamper"
         function = symbolic_function(self.mbs, self.load_function(bar), "springForceTorqueUserFunction", connector)
         self.references.append(function)
@@ -154,8 +157,8 @@ class Model(ABC):
             c, s = self.symbolic.cos(rotation[2]), self.symbolic.sin(rotation[2])
             m = BarMotion(displacement[0], displacement[1], velocity[0], velocity[1], c, s, spin[2])
             fx, fy, torque = self.load(bar, m, t)
-            zero = 0.0 * displacement[0]
-            return [-fx, -fy, zero, zero, zero, zero if torque is None else -torque]
+            zero, sign = 0.0 * displacement[0], -1.0 / self.load_copies
+            return [sign * fx, sign * fy, zero, zero, zero, zero if torque is None else sign * torque]
 
         return pull
 
@@ -191,6 +194,7 @@ class Model(ABC):
 
     def _tick(self, _mbs: object, t_s: float) -> bool:
         """Exudyn's preStepUserFunction, called before each step with the step's end."""
-        for table in self.tables:
-            table.tick(t_s)
+        for _ in range(self.load_copies):
+            for table in self.tables:
+                table.tick(t_s)
         return True
