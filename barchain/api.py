@@ -9,7 +9,8 @@ from adapters.engine import EngineError
 from adapters.registry import engines as registered_engines
 from adapters.registry import find_engine
 from barchain.boundary.declared import engine_class
-from barchain.crossval.run import run_comparison
+from barchain.execution.executors import LocalProcesses, chosen_executor
+from barchain.execution.limits import WORKERS_S
 from barchain.record.folder_lock import locked_if_there
 from barchain.run.job import Job, Role
 from barchain.run.pool import run_jobs
@@ -111,7 +112,7 @@ def simulate(
         raise ValueError(f"{engine} has no condition number; the reference has one")
     options = frozenset({"condition"} if condition else ())
     job = Job(loaded, engine, registration, choose_setting(engine, setting), Role.MAIN, options)
-    _, result = next(iter(run_jobs([job], time_limit_s=time_limit_s, workers=1)))
+    _, result = next(iter(run_jobs([job], time_limit_s=time_limit_s, executor=LocalProcesses(1))))
     if result.outcome is not Outcome.PASS or result.trajectory is None:
         raise EngineError(f"{engine} on {loaded.name}: {result.reason or result.outcome.advice}")
     return result.trajectory
@@ -125,11 +126,13 @@ def compare(
     settings: Mapping[str, Mapping[str, float]] | None = None,
     time_limit_s: float = TIME_LIMIT_S,
     workers: int | None = None,
+    dask: str | None = None,
+    dask_wait_s: float = WORKERS_S,
     resume: bool = False,
     overwrite: bool = False,
     progress: Callable[[str, str, str], None] | None = None,
 ) -> ComparisonResult:
-    """Run scenes in engines, and compare every run with the reference solution of its scene.
+    """Run scenes in engines, and compare every run with the judging solution of its scene.
 
     Parameters
     ----------
@@ -147,6 +150,10 @@ def compare(
         Wall time after which one run is ended, s; an engine that compiles has ten minutes more for compiling.
     workers : int, optional
         Number of processes side by side; all cores by default.
+    dask : str, optional
+        Address of a Dask scheduler whose workers make the runs instead.
+    dask_wait_s : float
+        Longest time that the scheduler may have no worker, s.
     resume : bool
         Take over the runs that an earlier comparison of these scenes and engines left in `out`.
     overwrite : bool
@@ -171,17 +178,21 @@ def compare(
         If `resume` finds results of another schema version in `out`, or damaged ones.
     FolderInUseError
         If another process writes into `out`.
+    ClusterError
+        If the Dask cluster can't be used, or fails.
 
     Notes
     -----
     In a script, call it below ``if __name__ == "__main__":``: workers import the script.
     """
+    from barchain.crossval.run import run_comparison  # noqa: PLC0415  # a single run needs no judge
+
     return run_comparison(
         scenes,
         engines,
         out,
         time_limit_s=time_limit_s,
-        workers=workers,
+        executor=chosen_executor(workers, dask, dask_wait_s),
         settings=settings,
         resume=resume,
         overwrite=overwrite,

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
 from barchain.boundary.limits import TEXT_LENGTH
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
+
+    from numpy.typing import DTypeLike, NDArray
 
     from adapters.trajectory import Array
 
@@ -27,11 +31,36 @@ class MessageError(ValueError):
 def write_message(path: Path, header: dict[str, Any], arrays: dict[str, Array]) -> None:
     """Write an answer; `header` is JSON, every array float64."""
     need_finite(header)
-    text = np.frombuffer(json.dumps(header, allow_nan=False).encode("ascii"), np.uint8)
     half = path.with_name(path.name + ".part")
     with half.open("wb") as file:
-        np.savez(file, **{HEADER: text}, **arrays)  # type: ignore[arg-type]
+        write_parts(file, header, arrays)
     half.replace(path)
+
+
+def message_bytes(header: dict[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    """Bytes of a message of barchain's own code; numbers of the header may be NaN or infinite."""
+    sink = io.BytesIO()
+    write_parts(sink, header, arrays)
+    return sink.getvalue()
+
+
+def write_parts(file: IO[bytes], header: dict[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Write header and arrays."""
+    text = np.frombuffer(json.dumps(header, default=plain_scalar).encode("ascii"), np.uint8)
+    np.savez(file, **{HEADER: text}, **arrays)  # type: ignore[arg-type]
+
+
+def plain_scalar(value: object) -> object:
+    """Python number of a NumPy scalar with the same value and the same text.
+
+    Raises
+    ------
+    TypeError
+        For anything else.
+    """
+    if isinstance(value, (np.float64, np.integer, np.bool_)):
+        return value.item()
+    raise TypeError(f"a message holds no {type(value).__name__}")
 
 
 def need_finite(value: object, place: str = "its answer") -> None:
@@ -43,8 +72,15 @@ def need_finite(value: object, place: str = "its answer") -> None:
         need_finite(entry, plain_text(key) if isinstance(value, dict) else f"{place}[{key}]")
 
 
-def read_message(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
+def read_message(source: Path | bytes, dtype: DTypeLike = np.float64) -> tuple[dict[str, Any], dict[str, Array]]:
     """Header and arrays of an answer.
+
+    Parameters
+    ----------
+    source : Path or bytes
+        A file, or its contents.
+    dtype : dtype
+        Type of all arrays.
 
     Raises
     ------
@@ -52,7 +88,7 @@ def read_message(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
         If the file is damaged, holds other types than text and float64, or its header is no JSON object.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with np.load(io.BytesIO(source) if isinstance(source, bytes) else source, allow_pickle=False) as file:
             found = {name: file[name] for name in file.files}
         header = json.loads(found.pop(HEADER).tobytes().decode("ascii"))
     except Exception as error:  # a file that an engine wrote itself may raise anything: MemoryError, zlib.error, ...
@@ -60,8 +96,8 @@ def read_message(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
     if not isinstance(header, dict):
         raise MessageError(f"its answer is a {type(header).__name__}, expected an object")
     for name, values in found.items():
-        if values.dtype != np.float64:
-            raise MessageError(f"{plain_text(name)} holds {values.dtype}, expected float64")
+        if values.dtype != dtype:
+            raise MessageError(f"{plain_text(name)} holds {values.dtype}, expected {np.dtype(dtype)}")
     return header, found
 
 

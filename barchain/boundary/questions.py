@@ -186,8 +186,8 @@ def turn(
     return header | {"seconds": least | {"runs": float(len(timings)), "cold": more}}, arrays
 
 
-def sendable(result: Trajectory) -> dict[str, Array]:
-    """Arrays of a trajectory, all float64."""
+def sendable(result: Trajectory, *, keep_order: bool = False) -> dict[str, Array]:
+    """Arrays of a trajectory, all float64; in C's order of memory, or in their own, which sums may depend on."""
     found = {}
     for name in ARRAYS:
         value = getattr(result, name)
@@ -197,7 +197,7 @@ def sendable(result: Trajectory) -> dict[str, Array]:
             raise MessageError(f"{name} is a {type(value).__name__}, expected an array of float64")
         if value.dtype != np.float64:
             raise MessageError(f"{name} holds {plain_text(value.dtype, 40)}, expected float64")
-        found[name] = np.ascontiguousarray(np.asarray(value))
+        found[name] = value if keep_order else np.ascontiguousarray(np.asarray(value))
     return found
 
 

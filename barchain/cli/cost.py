@@ -17,6 +17,7 @@ from barchain.cli.common.options import (
     repeats_option,
     resume_option,
     time_limit_option,
+    timed_alone,
 )
 from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import say
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 @click.option("--markdown", is_flag=True, help="Print the table of speed ratios as Markdown.")
 @resume_option
 @overwrite_option
+@timed_alone
 def cost(
     scenes: tuple[str, ...], names: tuple[str, ...], out: Path, orbits: float, repeats: int, minutes: float,
     time_limit: float, markdown: bool, resume: bool, overwrite: bool,

@@ -10,12 +10,12 @@ from barchain.cli.common.exit_codes import end_study
 from barchain.cli.common.numbers import RealNumber
 from barchain.cli.common.options import (
     JOINS,
+    executor_options,
     minutes_option,
     out_option,
     overwrite_option,
     repeats_option,
     scene_argument,
-    workers_option,
 )
 from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import literal, say
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from rich.table import Table
 
+    from barchain.execution.executors import Executor
     from reports.chapters.effects.view import BudgetTable, EffectsView
 
 SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a cell of words or of numbers
@@ -45,11 +46,11 @@ SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a 
                    "supports the scene.")  # fmt: skip
 @repeats_option(REPEATS)
 @minutes_option(SECONDS / 60.0, shown="a third", more="; no further round of timing is begun after it")
-@workers_option
+@executor_options
 @overwrite_option
 def effects(
     scene: str, out: Path | None, rtol: float, matters: float, engine: str | None, repeats: int, minutes: float,
-    workers: int | None, overwrite: bool,
+    executor: Executor, overwrite: bool,
 ) -> None:  # fmt: skip
     """Measure relevance and run time of each effect in SCENE.
 
@@ -67,7 +68,7 @@ def effects(
     if engine:
         need_loaded(engine)
     study = EffectsStudy()
-    plan = study.plan(EffectsOptions(load_scene(scene), rtol, matters, repeats, 60.0 * minutes, workers, engine))
+    plan = study.plan(EffectsOptions(load_scene(scene), rtol, matters, repeats, 60.0 * minutes, executor, engine))
     with kept_or_temporary(out) as folder, verdicts_shown(plan.turns) as show:
         result, rendered = run_study_in(folder, study, plan, Reporter(show, show.note), overwrite=overwrite)
     assert isinstance(rendered.view, EffectsView)

@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import TYPE_CHECKING
 
 import click
 
 from barchain.cli.common.exit_codes import end_study
-from barchain.cli.common.numbers import MOST_RUNS, MOST_SAMPLES, ORBITS, POSITIVE_SECONDS, SEED, WORDS, RealNumber
+from barchain.cli.common.numbers import MOST_RUNS, MOST_SAMPLES, ORBITS, SEED, RealNumber
 from barchain.cli.common.options import (
     OWN_PAGE,
+    executor_options,
     out_option,
     overwrite_option,
     resume_option,
     scene_argument,
-    workers_option,
 )
 from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import say
-from barchain.studies.ensemble.limits import WORKERS_S
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from barchain.execution.executors import Executor
 
 ENGINE = "reference-fast"
 
@@ -43,17 +43,12 @@ ENGINE = "reference-fast"
               help="Request this relative accuracy of a step.")  # fmt: skip
 @click.option("--seed", metavar="N", type=SEED, default=1, show_default=True,
               help="Draw with this seed; equal seeds draw equal copies.")  # fmt: skip
-@workers_option
-@click.option(
-    "--dask", metavar="ADDRESS", type=WORDS, help="Send the runs to this Dask scheduler, e.g. tcp://10.0.0.1:8786."
-)
-@click.option("--dask-wait", metavar="S", type=POSITIVE_SECONDS, default=WORKERS_S, show_default=True,
-              help="Give up if the scheduler has no worker for this time, in seconds.")  # fmt: skip
+@executor_options
 @resume_option
 @overwrite_option
 def ensemble(
     scene: str, vary: tuple[str, ...], runs: int, out: Path, orbits: float | None, samples: int, rtol: float,
-    seed: int, workers: int | None, dask: str | None, dask_wait: float, resume: bool, overwrite: bool,
+    seed: int, executor: Executor, resume: bool, overwrite: bool,
 ) -> None:  # fmt: skip
     """Run many perturbed copies of SCENE, and take quantiles of attitude and reactions over time.
 
@@ -71,12 +66,12 @@ def ensemble(
 
     study = EnsembleStudy()
     try:
-        options = EnsembleOptions(scene, vary, runs, seed, rtol, orbits, samples, workers=workers, dask=dask)
-        plan = study.plan(dataclasses.replace(options, dask_wait_s=dask_wait))
+        options = EnsembleOptions(scene, vary, runs, seed, rtol, orbits, samples, executor=executor)
+        plan = study.plan(options)
         result, rendered = run_study_in(out, study, plan, Reporter(counted=counted), resume=resume, overwrite=overwrite)
     except VariationError as error:
         raise click.UsageError(str(error)) from error
-    counts = ", ".join(f"{n} {word}" for word, n in result.runs["outcome"].value_counts().items())
+    counts = ", ".join(f"{n} {word}" for word, n in result.tally.outcomes.most_common())
     say(f"{runs} runs in {result.seconds['run']:.2f} s: {counts}")
     say(f"ensemble: {rendered.page}")
     end_study(result, result.failures)

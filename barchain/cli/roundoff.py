@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 import click
 
 from barchain.cli.common.exit_codes import end_study
-from barchain.cli.common.options import out_option, overwrite_option, workers_option
+from barchain.cli.common.options import executor_options, out_option, overwrite_option
 from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import say
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from barchain.execution.executors import Executor
 
 PARTS = ("evaluation", "trajectories", "engines", "times")
 
@@ -22,9 +24,9 @@ PARTS = ("evaluation", "trajectories", "engines", "times")
 @click.option("--part", "parts", multiple=True, metavar="PART", type=click.Choice(PARTS), default=PARTS,
               help=f"Run this part of the study: {', '.join(PARTS)}. May be repeated; default: all four.")  # fmt: skip
 @click.option("--full", is_flag=True, help="Take all sizes, arithmetics and numbers of bars, finer steps, longer runs.")
-@workers_option
+@executor_options
 @overwrite_option
-def roundoff(out: Path, parts: tuple[str, ...], full: bool, workers: int | None, overwrite: bool) -> None:
+def roundoff(out: Path, parts: tuple[str, ...], full: bool, executor: Executor, overwrite: bool) -> None:
     """Measure the digits of the reactions that absolute and relative coordinates leave.
 
     Exits with 1 if a task fails.
@@ -34,7 +36,7 @@ def roundoff(out: Path, parts: tuple[str, ...], full: bool, workers: int | None,
     from barchain.studies.study import Reporter  # noqa: PLC0415
 
     study = RoundoffStudy()
-    plan = study.plan(RoundoffOptions(parts, full, workers))
+    plan = study.plan(RoundoffOptions(parts, full, executor))
     with verdicts_shown(plan.turns) as show:
         result, rendered = run_study_in(out, study, plan, Reporter(show, show.note), overwrite=overwrite)
     say(f"round-off study: {rendered.page}")

@@ -16,6 +16,7 @@ from barchain.cli.common.options import (
     repeats_option,
     resume_option,
     time_limit_option,
+    timed_alone,
 )
 from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import say
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 @time_limit_option(TIME_LIMIT_S, more=", and run an orbit that is expected to take longer in part, or not at all")
 @resume_option
 @overwrite_option
+@timed_alone
 def scaling(
     names: tuple[str, ...], bars: tuple[int, ...], out: Path, repeats: int, minutes: float, time_limit: float,
     resume: bool, overwrite: bool,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from barchain.cli.common.exit_codes import end_study
-from barchain.cli.common.options import engine_option, optional_scenes, out_option, overwrite_option, workers_option
+from barchain.cli.common.options import engine_option, executor_options, optional_scenes, out_option, overwrite_option
 from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import literal, say
 from barchain.cli.selftest_random import RandomOptions, random_options, run_random, show_faults
@@ -15,6 +15,7 @@ from barchain.cli.selftest_random import RandomOptions, random_options, run_rand
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from barchain.execution.executors import Executor
     from barchain.studies.selftest.study import SelftestPlan
     from reports.chapters.selftest.view import SelftestView
 
@@ -30,12 +31,12 @@ if TYPE_CHECKING:
 )
 @click.option("--list", "listed", is_flag=True, help="List the faults, and run nothing.")
 @out_option(None, help_text="Write tables and page into this folder; default: print only.")
-@workers_option
+@executor_options
 @overwrite_option
 @random_options
 def selftest(
     scenes: tuple[str, ...], faults: tuple[str, ...], engines: tuple[str, ...], smallest: bool, listed: bool,
-    out: Path | None, workers: int | None, overwrite: bool, asked: RandomOptions,
+    out: Path | None, executor: Executor, overwrite: bool, asked: RandomOptions,
 ) -> None:  # fmt: skip
     """Insert known faults into an engine, and show which check detects each.
 
@@ -49,7 +50,7 @@ def selftest(
     if asked.number is not None:
         if scenes or smallest:
             raise click.UsageError("--random draws its scenes: leave out SCENE and --smallest")
-        run_random(asked, engines, faults, listed, out, workers, overwrite=overwrite)
+        run_random(asked, engines, faults, listed, out, executor, overwrite=overwrite)
         return
     asked.reject()
     if len(engines) > 1:
@@ -58,7 +59,7 @@ def selftest(
         list_faults()
         return
     (engine,) = engines or ("reference",)
-    run_matrix(plan_of(scenes, faults, engine, smallest, workers), out, overwrite=overwrite)
+    run_matrix(plan_of(scenes, faults, engine, smallest, executor), out, overwrite=overwrite)
 
 
 def list_faults() -> None:
@@ -86,7 +87,7 @@ def run_matrix(plan: SelftestPlan, out: Path | None, *, overwrite: bool) -> None
 
 
 def plan_of(
-    scenes: tuple[str, ...], faults: tuple[str, ...], engine: str, smallest: bool, workers: int | None
+    scenes: tuple[str, ...], faults: tuple[str, ...], engine: str, smallest: bool, executor: Executor
 ) -> SelftestPlan:
     """Plan of a self-test; a note says which scenes the engine does not support."""
     from barchain.cli.common.names import need_engine  # noqa: PLC0415
@@ -95,7 +96,7 @@ def plan_of(
 
     need_engine(engine)
     try:
-        plan = SelftestStudy().plan(SelftestOptions(scenes, faults, engine, smallest, workers))
+        plan = SelftestStudy().plan(SelftestOptions(scenes, faults, engine, smallest, executor))
     except UnknownFaultError as error:
         raise click.UsageError(f"--fault {error}") from error
     for name, reason in plan.left_out.items():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import os
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from pathlib import Path
 
+    from barchain.execution.executors import Executor
     from barchain.studies.selftest.campaign.study import CampaignOptions, CampaignPlan, CampaignStudy
     from barchain.studies.selftest.faults.fault import Fault
 
@@ -71,7 +71,7 @@ def random_options(command: Callable[..., None]) -> Callable[..., None]:
 
 def run_random(
     asked: RandomOptions, engines: tuple[str, ...], faults: tuple[str, ...], listed: bool, out: Path | None,
-    workers: int | None, *, overwrite: bool = False,
+    executor: Executor, *, overwrite: bool = False,
 ) -> None:  # fmt: skip
     """Run a campaign, print its findings, and exit by them; or list its faults."""
     from barchain.cli.campaign_summary import show_campaign  # noqa: PLC0415
@@ -86,9 +86,9 @@ def run_random(
     if listed:
         show_faults(FAULTS.values())
         return
-    verdicts = VerdictWorkers(workers or os.cpu_count() or 1)
-    study = CampaignStudy(in_workers(workers), verdicts)
-    plan = plan_of(study, options_of(asked, engines, faults, workers))
+    verdicts = VerdictWorkers(executor)
+    study = CampaignStudy(in_workers(executor), verdicts)
+    plan = plan_of(study, options_of(asked, engines, faults, executor))
     with kept_or_temporary(out) as folder:
         try:
             found, rendered = run_study_in(folder, study, plan, Reporter(counted=counted), overwrite=overwrite)
@@ -101,7 +101,7 @@ def run_random(
 
 
 def options_of(
-    asked: RandomOptions, engines: tuple[str, ...], faults: tuple[str, ...], workers: int | None
+    asked: RandomOptions, engines: tuple[str, ...], faults: tuple[str, ...], executor: Executor
 ) -> CampaignOptions:
     """Options of a campaign; a missing engine ends the command."""
     from barchain.cli.common.names import need_engine  # noqa: PLC0415
@@ -112,7 +112,7 @@ def options_of(
         need_engine(name)
     assert asked.number is not None
     given: dict[str, Any] = {"seed": asked.seed, "most_reruns": asked.reruns, "shrink_s": asked.shrink_seconds}
-    options = CampaignOptions(asked.number, engines=engines, hosts=hosts, faults=faults, workers=workers)
+    options = CampaignOptions(asked.number, engines=engines, hosts=hosts, faults=faults, executor=executor)
     return replace(options, **{name: value for name, value in given.items() if value is not None})
 
 

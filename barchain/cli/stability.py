@@ -13,18 +13,19 @@ from barchain.cli.common.numbers import NamedPath
 from barchain.cli.common.options import (
     OWN_PAGE,
     engine_option,
+    executor_options,
     optional_scenes,
     out_option,
     overwrite_option,
     resume_option,
     time_limit_option,
-    workers_option,
 )
 from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import say
 from barchain.studies.stability.limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:
+    from barchain.execution.executors import Executor
     from barchain.studies.stability.plan import StabilityPlan
     from barchain.studies.stability.run import StabilityResult
 
@@ -34,14 +35,16 @@ if TYPE_CHECKING:
 @engine_option("the engines marked so in `barchain engines`, and SciPy's solvers")
 @out_option(help_text=OWN_PAGE)
 @time_limit_option(TIME_LIMIT_S, more="; a run of a form of the reference after ten times that")
-@workers_option
+@executor_options
+@click.option("--full", is_flag=True,
+              help="Run pairs that take minutes too, e.g. NumPy in long scenes.")  # fmt: skip
 @resume_option
 @overwrite_option
 @click.option("--accept", "accepted", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
               help="Record these outcomes as expected in this file, and keep those of other pairs there.")  # fmt: skip
 def stability(
-    scenes: tuple[str, ...], names: tuple[str, ...], out: Path, time_limit: float, workers: int | None, resume: bool,
-    overwrite: bool, accepted: Path | None,
+    scenes: tuple[str, ...], names: tuple[str, ...], out: Path, time_limit: float, executor: Executor, full: bool,
+    resume: bool, overwrite: bool, accepted: Path | None,
 ) -> None:  # fmt: skip
     """Run every engine on every hard scene at three settings, and classify its stability.
 
@@ -52,7 +55,7 @@ def stability(
     from barchain.studies.stability.study import StabilityStudy  # noqa: PLC0415  # what no other command needs
     from barchain.studies.study import Reporter  # noqa: PLC0415
 
-    plan = plan_of(scenes, names, time_limit, workers)
+    plan = plan_of(scenes, names, time_limit, executor, full=full)
     if accepted:
         check_accepted(accepted)
     with verdicts_shown(plan.turns) as show:
@@ -65,11 +68,13 @@ def stability(
     end_study(dataclasses.replace(result, changes=()) if accepted else result, result.failures)
 
 
-def plan_of(scenes: tuple[str, ...], names: tuple[str, ...], time_limit: float, workers: int | None) -> StabilityPlan:
+def plan_of(
+    scenes: tuple[str, ...], names: tuple[str, ...], time_limit: float, executor: Executor, *, full: bool
+) -> StabilityPlan:
     """Plan of a study."""
     from barchain.studies.stability.study import StabilityOptions, StabilityStudy  # noqa: PLC0415
 
-    return StabilityStudy().plan(StabilityOptions(scenes, names, time_limit, workers))
+    return StabilityStudy().plan(StabilityOptions(scenes, names, time_limit, executor, full))
 
 
 def check_accepted(file: Path) -> None:

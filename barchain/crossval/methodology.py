@@ -27,9 +27,10 @@ def limitations() -> list[str]:
         "exponential atmosphere without shading of one bar by another, third bodies on fixed circles.",
         "The paper's gravity gradient has a torque without its counterpart in the force. No method then conserves "
         "energy and angular momentum to O((l/r)²), and they are not judged.",
-        "Error estimates and the reference solution come from double precision. On chaotic scenes they end at the "
-        "predictability limit. Beyond it a run is compared with the reference restarted from the run's own states.",
-        "The reference is compared with its own run at a smaller rtol: its row shows convergence, not independence.",
+        "Error estimates come from double precision. On chaotic scenes they end at the predictability limit. Beyond it "
+        "a run is compared with the reference restarted from the run's own states.",
+        "A scene's facts name the solution that judges it. Where that is a reference solution, the rows of the "
+        "reference's forms show convergence, not independence; where it is a certified solution, those of heyoka do.",
         "Index 3 starts with multipliers off by first order in the step and damps that error in some 50 steps. The "
         "tolerance of its first reactions includes that error.",
         "Joint gaps and the distance of the bars' weighted centre from the centre of mass are computed from the places "

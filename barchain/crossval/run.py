@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from barchain.crossval.record import new_record
 from barchain.crossval.suite import ANY_INDEPENDENT, ComparisonPlan, Suite
+from barchain.execution.executors import ALL_CORES
 from barchain.record.claim import claimed
 from barchain.record.folder_lock import kept_or_temporary
 from barchain.record.study_store import StudyStore
@@ -17,7 +18,7 @@ from barchain.run.selection import chosen_engines, unique_names
 from barchain.run.settings import choose_setting
 from barchain.run.store import RunStore
 from barchain.run.time_limits import TIME_LIMIT_S
-from reports.tables.crossval import FILES, REFERENCE_SOLUTION
+from reports.tables.crossval import FILES, JUDGING_SOLUTION
 from reports.tables.outcome import Outcome
 from scenarios import Scene, load_scene
 
@@ -27,11 +28,12 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from adapters.registry import Registration
+    from barchain.execution.executors import Executor
 
 
 @dataclass(frozen=True)
 class ComparisonResult:
-    """Result of a comparison of engines with the reference solution."""
+    """Result of a comparison of engines with the judging solution."""
 
     metrics: pd.DataFrame
     """One value a row; columns :data:`reports.tables.crossval.METRIC_COLUMNS`"""
@@ -57,7 +59,7 @@ def run_comparison(
     out: Path | str | None = None,
     *,
     time_limit_s: float = TIME_LIMIT_S,
-    workers: int | None = None,
+    executor: Executor = ALL_CORES,
     settings: Mapping[str, Mapping[str, float]] | None = None,
     resume: bool = False,
     overwrite: bool = False,
@@ -72,6 +74,8 @@ def run_comparison(
 
     Parameters
     ----------
+    executor : Executor
+        Place of the runs; all cores of this machine by default.
     need_external : bool
         Count a scene that no engine with independent physics passes as a failure.
     command : str
@@ -89,13 +93,14 @@ def run_comparison(
         unique_names(loaded),
         chosen,
         time_limit_s,
-        workers,
+        executor,
         {name: choose_setting(name, values) for name, values in (settings or {}).items()},
         need_external,
         named=engine_names is not None,
     )
+    executor.check()
     with kept_or_temporary(None if out is None else Path(out)) as folder:
-        order = [(s.name, e) for s in plan.scenes for e in [REFERENCE_SOLUTION, *chosen, ANY_INDEPENDENT]]
+        order = [(s.name, e) for s in plan.scenes for e in [JUDGING_SOLUTION, *chosen, ANY_INDEPENDENT]]
         note = notes or (lambda _: None)
         with claimed(FILES, folder, resume=resume, overwrite=overwrite):
             keep_compiled(note)

@@ -11,22 +11,36 @@ import pandas as pd
 
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
+from adapters.registry import ENGINES
 from barchain.boundary.declared import OutsideEngine, engine_class, engine_fault
 from barchain.boundary.message import plain_text
+from barchain.crossval.default_settings import comparison_setting
+from barchain.execution.executors import ALL_CORES
 from barchain.judge.comparison.compare import judge
 from barchain.judge.comparison.verdict import Verdict, no_verdict
+from barchain.judge.comparison.verdict_message import VERDICTS
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import follow_up_jobs, gathered
 from barchain.judge.support import unsupported
 from barchain.metrics.model_difference import com_displacement
 from barchain.record.scene_description import gradient_defect
-from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult
+from barchain.run.job import JUDGING_ROLES, Job, Role, RunResult
+from barchain.run.order import longest_first
 from barchain.run.pool import run_jobs
 from barchain.run.verdict_workers import Judges
-from barchain.solutions.reference import SOLUTION_RTOL, ReferenceSolution
-from barchain.solutions.reference_runs import SolutionFailedError, solution_engine, solution_jobs, solution_of
+from barchain.solutions.judging import (
+    WORDS,
+    engine_of,
+    judging_jobs,
+    judging_solution,
+    shares_equations,
+    source_to_run,
+)
+from barchain.solutions.reference import ReferenceSolution, SolutionSource
+from barchain.solutions.reference_runs import SolutionFailedError, solution_engine
 from barchain.solutions.sampling import closely_sampled
-from reports.tables.crossval import ALL_SCENES, REFERENCE_SOLUTION
+from barchain.solutions.shipped import shipped_solution
+from reports.tables.crossval import ALL_SCENES, JUDGING_SOLUTION
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -34,6 +48,7 @@ if TYPE_CHECKING:
 
     from adapters.engine import Engine, Setting
     from adapters.registry import Registration
+    from barchain.execution.executors import Executor
     from barchain.judge.evidence import Evidence
     from barchain.run.store import RunStore
     from scenarios import Scene
@@ -50,7 +65,8 @@ class ComparisonPlan:
     scenes: list[Scene]
     engines: dict[str, Registration]
     time_limit_s: float = 120.0
-    workers: int | None = None
+    executor: Executor = ALL_CORES
+    """Place of the runs and of long verdicts"""
     settings: dict[str, Setting] = field(default_factory=dict)
     """Setting of an engine other than its default"""
     need_external: bool = False
@@ -58,9 +74,13 @@ class ComparisonPlan:
     named: bool = False
     """Whether the engines were requested by name: an engine that was compared on no scene is then a failure"""
 
-    def setting(self, name: str, engine: type[Engine]) -> Setting:
-        """Setting at which an engine is judged."""
-        return self.settings.get(name, engine.sweep.setting())
+    def setting(self, name: str, engine: type[Engine], solution: ReferenceSolution | None = None) -> Setting:
+        """Setting at which an engine is judged; `solution` is the scene's, where it is known before the runs."""
+        given = self.settings.get(name)
+        if given is not None:
+            return given
+        own = name in ENGINES  # declarations of another package's engine are not asked for a choice
+        return comparison_setting(engine, solution if own else None)
 
 
 @dataclass
@@ -71,6 +91,8 @@ class SceneProgress:
     solution_runs: dict[Role, RunResult] = field(default_factory=dict)
     runs: dict[str, dict[Role, RunResult]] = field(default_factory=dict)
     verdicts: dict[str, Verdict] = field(default_factory=dict)
+    source: SolutionSource = SolutionSource.REFERENCE
+    """Origin of the solution that judges the scene"""
     solution: ReferenceSolution | None = None
     solution_failed: str = ""
 
@@ -90,11 +112,13 @@ class Suite:
         store.note = note
         self.progress = {scene.name: SceneProgress(closely_sampled(scene)) for scene in plan.scenes}
         self.classes: dict[str, type[Engine]] = {}
+        self.settings: dict[tuple[str, str], Setting] = {}
+        """Setting of each engine on each scene, chosen before the first run"""
         self.idle: dict[str, Verdict] = {}
         """Verdicts on engines that were compared on no scene, though they should have been"""
         self.doubted: dict[tuple[str, str], Verdict] = {}
         """Verdicts that wait for the further runs that they request"""
-        self.judges: Judges[tuple[str, str]] = Judges(plan.workers)
+        self.judges: Judges[tuple[str, str], Verdict] = Judges(VERDICTS, plan.executor)
 
     def run(self) -> dict[tuple[str, str], Verdict]:
         """Make all runs and judge them; verdicts by (scene, engine)."""
@@ -112,6 +136,7 @@ class Suite:
         for text in beforehand(waiting):
             self.note(text)
         self.make(waiting, start)
+        self.make(self.recalled(self.fall_back(), earlier), start)
         self.make(self.recalled(self.follow_ups(), earlier), start)
         for (scene, engine), verdict in self.doubted.items():  # the further runs failed: what was found stands
             self.settle(scene, engine, verdict)
@@ -134,7 +159,9 @@ class Suite:
 
     def make(self, jobs: list[Job], start: float) -> None:
         """Make runs, and take their results as they come."""
-        for job, result in run_jobs(jobs, time_limit_s=self.plan.time_limit_s, workers=self.plan.workers):
+        for job, result in run_jobs(
+            longest_first(jobs), time_limit_s=self.plan.time_limit_s, executor=self.plan.executor
+        ):
             self.take(job, result)
             self.collect(wait=False)
             self.store.record["seconds"] = time.perf_counter() - start
@@ -144,8 +171,7 @@ class Suite:
         """Further runs that doubted verdicts request."""
         jobs = []
         for (name, engine), verdict in self.doubted.items():
-            scene, loaded = self.progress[name].scene, self.classes[engine]
-            setting = self.plan.setting(engine, loaded)
+            scene, loaded, setting = self.progress[name].scene, self.classes[engine], self.settings[name, engine]
             jobs += follow_up_jobs(scene, engine, self.plan.engines[engine], loaded, setting, verdict.further_runs)
         if jobs:
             self.note(f"{len(jobs)} further runs, to tell round-off and slow convergence from wrong physics")
@@ -157,13 +183,34 @@ class Suite:
         self.prepare()
         for name, progress in self.progress.items():
             scene = progress.scene
-            jobs += solution_jobs(scene)
+            jobs += self.jobs_of_solution(progress)
             for engine, registration in self.plan.engines.items():
                 reason = self.cannot(engine, registration, scene)
                 if reason is not None:
                     self.settle(name, engine, no_verdict(name, engine, None, *reason))
                 else:
-                    jobs += self.engine_jobs(scene, engine, registration)
+                    jobs += self.engine_jobs(progress, engine, registration)
+        return jobs
+
+    def jobs_of_solution(self, progress: SceneProgress) -> list[Job]:
+        """Runs of the solution that judges a scene: none where a certified solution comes with barchain."""
+        shipped = shipped_solution(progress.scene)
+        if shipped is not None:
+            progress.source = SolutionSource.SHIPPED
+            self.establish(progress, shipped)
+            return []
+        progress.source = source_to_run(progress.scene)
+        return judging_jobs(progress.scene, progress.source)
+
+    def fall_back(self) -> list[Job]:
+        """Runs of the reference for scenes whose certified solution could not be run."""
+        jobs = []
+        for name, progress in self.progress.items():
+            if progress.source is SolutionSource.HEYOKA and progress.solution_failed:
+                self.note(f"{name}: no certified solution ({progress.solution_failed}); the reference judges")
+                progress.source, progress.solution_failed = SolutionSource.REFERENCE, ""
+                progress.solution_runs.clear()
+                jobs += judging_jobs(progress.scene, progress.source)
         return jobs
 
     def prepare(self) -> None:
@@ -185,9 +232,11 @@ class Suite:
             return Outcome.FAILED, engine_fault(error)
         return None if reason is None else (Outcome.UNSUPPORTED, reason)
 
-    def engine_jobs(self, scene: Scene, engine: str, registration: Registration) -> list[Job]:
+    def engine_jobs(self, progress: SceneProgress, engine: str, registration: Registration) -> list[Job]:
         """The two runs of one engine on one scene."""
-        setting = self.plan.setting(engine, self.classes[engine])
+        scene = progress.scene
+        setting = self.plan.setting(engine, self.classes[engine], progress.solution)
+        self.settings[scene.name, engine] = setting
         finer = finer_setting(scene, self.classes[engine].sweep, setting)
         return [
             Job(scene, engine, registration, setting, Role.MAIN),
@@ -198,7 +247,7 @@ class Suite:
         """Store a result, and judge the engines whose runs it completes."""
         self.store.keep_run(job, result)
         progress = self.progress[job.scene.name]
-        if job.role in SOLUTION_ROLES:
+        if job.role in JUDGING_ROLES:
             progress.solution_runs[job.role] = result
             self.found_solution(progress)
             ready = list(progress.runs)
@@ -209,35 +258,41 @@ class Suite:
             self.judge_if_ready(progress, engine)
 
     def found_solution(self, progress: SceneProgress) -> None:
-        """Establish the reference solution once its runs are there."""
+        """Establish the judging solution once its runs are there."""
         try:
-            solution = solution_of(progress.scene, progress.solution_runs)
+            solution = judging_solution(progress.scene, progress.source, progress.solution_runs)
         except SolutionFailedError as error:
-            self.give_up(progress, str(error))
+            if progress.source is SolutionSource.HEYOKA:
+                progress.solution_failed = str(error)  # for the time being, see :meth:`fall_back`
+            else:
+                self.give_up(progress, str(error))
             return
-        if solution is None:
-            return
-        progress.solution = solution
-        self.store.record["scenes"][progress.scene.name] |= solution_facts(solution)
+        if solution is not None:
+            self.establish(progress, solution)
+
+    def establish(self, progress: SceneProgress, solution: ReferenceSolution) -> None:
+        """Take the solution that judges a scene, and store it with its error amplification."""
+        name, progress.solution = progress.scene.name, solution
+        self.store.record["scenes"][name] |= solution_facts(solution)
         t = solution.trajectory.t_s[: len(solution.amplification)]
-        self.store.keep_amplification(
-            progress.scene.name, pd.DataFrame({"t_s": t, "amplification": solution.amplification})
-        )
+        self.store.keep_amplification(name, pd.DataFrame({"t_s": t, "amplification": solution.amplification}))
+        if solution.source.certified:  # no run of its own has these samples
+            self.store.keep_solution(name, solution.trajectory)
 
     def give_up(self, progress: SceneProgress, reason: str) -> None:
-        """Settle a scene that has no reference solution by one verdict; its engines get none."""
-        progress.solution_failed, name = f"the reference solution could not be run ({reason})", progress.scene.name
-        verdict = no_verdict(name, REFERENCE_SOLUTION, None, Outcome.FAILED, progress.solution_failed)
-        self.settle(name, REFERENCE_SOLUTION, verdict)
+        """Settle a scene that has no judging solution by one verdict; its engines get none."""
+        progress.solution_failed, name = f"the judging solution could not be run ({reason})", progress.scene.name
+        verdict = no_verdict(name, JUDGING_SOLUTION, None, Outcome.FAILED, progress.solution_failed)
+        self.settle(name, JUDGING_SOLUTION, verdict)
 
     def judge_if_ready(self, progress: SceneProgress, engine: str) -> None:
-        """Judge an engine once its two runs and the reference solution exist, if it supports the motion."""
+        """Judge an engine once its two runs and the judging solution exist, if it supports the motion."""
         runs, name = progress.runs[engine], progress.scene.name
         evidence = gathered(runs)
         given = engine in progress.verdicts or (name, engine) in self.judges.waiting
         if evidence is None or progress.solution is None or given:
             return
-        setting = self.plan.setting(engine, self.classes[engine])
+        setting = self.settings[name, engine]
         try:
             reason = unsupported(self.classes[engine], progress.solution)
         except Exception as error:  # an engine of another package gives no answer on the motion
@@ -279,7 +334,7 @@ class Suite:
     def fail(self, name: str, engine: str, error: BaseException) -> None:
         """Settle a pair whose verdict could not be given: values or claims of the engine that no check foresees."""
         said = f"no verdict: {error if isinstance(error, EngineError) else f'{type(error).__name__}: {error}'}"
-        setting = self.plan.setting(engine, self.classes[engine])
+        setting = self.settings[name, engine]
         self.settle(name, engine, no_verdict(name, engine, setting, Outcome.FAILED, plain_text(said)))
 
     def judged(self, name: str, engine: str, verdict: Verdict) -> None:
@@ -311,12 +366,17 @@ class Suite:
         for name, progress in self.progress.items():
             if progress.solution_failed:
                 continue
-            outside = [v.outcome for e, v in progress.verdicts.items() if self.plan.engines[e].external]
+            outside = [v.outcome for e, v in progress.verdicts.items() if self.independent(e, progress.source)]
             if Outcome.PASS not in outside:
                 reason = "no engine with independent physics was compared and passed on this scene"
                 self.settle(
                     name, ANY_INDEPENDENT, no_verdict(name, ANY_INDEPENDENT, None, Outcome.NOTHING_COMPARED, reason)
                 )
+
+    def independent(self, engine: str, source: SolutionSource) -> bool:
+        """Whether an engine has physics independent of barchain's equations and of the judging solution's."""
+        registration = self.plan.engines[engine]
+        return registration.external and not shares_equations(registration, source)
 
     def require_compared(self) -> None:
         """Reject engines compared on no scene, if they were requested by name or had several scenes to do."""
@@ -359,20 +419,21 @@ def goes_beyond(errors: ErrorModel) -> bool:
 
 def beforehand(jobs: list[Job]) -> list[str]:
     """Announcement of the runs that give no verdict yet; none without such runs."""
-    first = [job for job in jobs if job.role in SOLUTION_ROLES]
+    first = [job for job in jobs if job.role in JUDGING_ROLES]
     scenes = len({job.scene.name for job in first})
-    of = "the scene" if scenes == 1 else f"{scenes} scenes"
-    return [f"reference solution of {of} first: {len(first)} runs"] if first else []
+    of = "a scene" if scenes == 1 else f"{scenes} scenes"
+    return [f"solution that judges {of} first: {len(first)} runs"] if first else []
 
 
 def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
-    """Entry of record.json on a scene's reference solution."""
+    """Entry of record.json on the solution that judges a scene."""
     displacement = com_displacement(solution.scene, solution.trajectory)
     inside = solution.trajectory.t_s[: len(solution.amplification)] <= solution.limit_s
     return {
-        "solution_engine": solution_engine(),
+        "solution_source": WORDS[solution.source],
+        "solution_engine": engine_of(solution.source, solution_engine()),
         "solution_method": str(solution.trajectory.info.get("method", "")),
-        "solution_setting": f"rtol={SOLUTION_RTOL:g}",
+        "solution_setting": solution.setting,
         "solution_error_rad": float(solution.error["attitude"][: len(inside)][inside].max()),
         "solution_limit_s": solution.limit_s,
         "amplification_per_orbit": solution.growth_per_orbit,
@@ -380,7 +441,7 @@ def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
         "model_difference": {
             "com_m": float(abs(displacement.vector_m).max()),
             "note": "departure of the chain's centre of mass from a particle's track, O((L/r)^2), "
-            "predicted along the reference solution's attitude and subtracted for engines without attitude",
+            "predicted along the judging solution's attitude and subtracted for engines without attitude",
         },
         **gradient_defect(solution.scene, solution.trajectory, solution.limit_s),
     }

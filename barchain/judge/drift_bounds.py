@@ -1,6 +1,6 @@
 """Bounds of the drifts of joint gaps, centre-of-mass residual, energy and angular momentum, over the whole run.
 
-The bounds follow from the motion of the reference solution. Beyond the predictability limit the engine's path is a
+The bounds follow from the motion of the judging solution. Beyond the predictability limit the engine's path is a
 different one of the same kind, and the slack of the bounds covers the difference.
 """
 

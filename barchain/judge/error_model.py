@@ -1,11 +1,11 @@
 """Error model of one engine at one setting in one scene, for the main run of a verdict.
 
 The finer run and each restart have an error model of their own; in each, every member is computed once.
-Everything here follows from the scene, the reference solution, and the promise of the engine's method at its setting.
+Everything here follows from the scene, the judging solution, and the promise of the engine's method at its setting.
 Nothing follows from the engine's own run, except a count of steps, which is bounded
 (`barchain.judge.declared_noise`).
 
-Two questions are asked of a difference from the reference solution, at every sample up to the predictability limit.
+Two questions are asked of a difference from the judging solution, at every sample up to the predictability limit.
 
 *Is the difference explained?* The two error estimates, round-off and the declared model difference explain it:
 ``explained = 2 (E_engine + E_reference) + floor + model``. The 2 is Richardson's, see
@@ -164,8 +164,8 @@ class ErrorModel:
     def limit_s(self) -> float:
         """Predictability limit, s: until then two correct runs at this setting agree to :data:`PARTED_RAD`.
 
-        The limit follows from the error amplification, measured on the reference solution, times the errors that the
-        method promises. The engine's own run does not enter. The limit is no later than the reference solution's own.
+        The limit follows from the error amplification, measured on the judging solution, times the errors that the
+        method promises. The engine's own run does not enter. The limit is no later than the judging solution's own.
         """
         parted = np.nonzero(np.maximum.accumulate(self.attitude_rad) > PARTED_RAD)[0]
         last = int(parted[0]) - 1 if len(parted) else self.n - 1

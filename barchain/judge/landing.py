@@ -1,4 +1,4 @@
-"""Whether the instant at which a run ends is that of the reference solution."""
+"""Whether the instant at which a run ends is that of the judging solution."""
 
 from __future__ import annotations
 

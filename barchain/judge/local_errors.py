@@ -159,7 +159,7 @@ def error_constant(order: float) -> float:
 
 
 def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, solution: ReferenceSolution) -> LocalErrors:
-    """Local errors of a fixed-step method of order p: C h^p times derivative p+1 of the reference solution.
+    """Local errors of a fixed-step method of order p: C h^p times derivative p+1 of the judging solution.
 
     Third derivatives come from its dense samples, higher ones from the third by the rate at which that varies. In
     absolute coordinates the orbit's own error along the track turns every local vertical. The track in a moving frame

@@ -1,4 +1,4 @@
-"""Differences of one engine's runs from the reference solution, and all bounds that they are compared with."""
+"""Differences of one engine's runs from the judging solution, and all bounds that they are compared with."""
 
 from __future__ import annotations
 
@@ -240,7 +240,7 @@ class Residuals:
 
     @cached_property
     def finest_difference(self) -> dict[str, Array]:
-        """Differences of the finest run from the reference solution; empty without that run."""
+        """Differences of the finest run from the judging solution; empty without that run."""
         return {} if self.finest is None else differences(self.finest, self.solution.trajectory)
 
     def errors_by_setting(self, quantity: str) -> tuple[float, ...]:

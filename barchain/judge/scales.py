@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def scales(solution: ReferenceSolution) -> dict[str, float]:
-    """Size of each quantity over the whole run, from the reference solution and the scene alone; SI units.
+    """Size of each quantity over the whole run, from the judging solution and the scene alone; SI units.
 
     ``attitude`` counts in radians, ``rate`` in the fastest rate of a bar. ``reaction`` counts in the largest one, but
     in no less than the inertia force of the bars: where forces cancel, their sum says nothing of what they are made of.

@@ -1,4 +1,4 @@
-"""Support of a scene's motion by an engine: limits that only the reference solution shows."""
+"""Support of a scene's motion by an engine: limits that only the judging solution shows."""
 
 from __future__ import annotations
 
@@ -10,5 +10,5 @@ if TYPE_CHECKING:
 
 
 def unsupported(engine: type[Engine], solution: ReferenceSolution) -> str | None:
-    """Reason if an engine does not support the motion of the reference solution; None if it does."""
+    """Reason if an engine does not support the motion of the judging solution; None if it does."""
     return engine.unsupported_motion(solution.scene, solution.fine)

@@ -1,4 +1,4 @@
-"""Markdown tables of the register of tolerances, and of the outcomes.
+"""Markdown tables of the register of tolerances, of the outcomes, and of the judging solutions that come with barchain.
 
 ``python -m barchain.judge.tolerance_tables FILE...`` rewrites the tables in Markdown files.
 """
@@ -10,7 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from barchain.judge.tolerances import SAFEGUARDS, TOLERANCES
+from barchain.solutions.sampling import closely_sampled
+from barchain.solutions.shipped import read_solution, shipped_path
 from reports.tables.outcome import SEVERITY
+from scenarios import load_scene, scene_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -34,7 +37,25 @@ def outcome_table() -> list[tuple[str, ...]]:
     return [head, *((f"`{o}`", "0" if o.ok else "1", o.advice) for o in SEVERITY)]
 
 
-TABLES = {"tolerances": tolerance_table, "safeguards": safeguard_table, "outcomes": outcome_table}
+def solution_table() -> list[tuple[str, ...]]:
+    """Rows of the judging solutions that come with barchain for Markdown, by scene, the header first."""
+    head = ("scene", "kB", "error bar of the attitude at the end, rad", "of the reactions, N", "error amplification")
+    return [head, *(solution_row(name) for name in scene_names() if shipped_path(name).is_file())]
+
+
+def solution_row(name: str) -> tuple[str, ...]:
+    """Row of one scene's judging solution."""
+    path, scene = shipped_path(name), closely_sampled(load_scene(name))
+    found = read_solution(path, scene)
+    reaction = f"{found.error['reaction'][-1]:.1e}" if "reaction" in found.error else "–"
+    size, angle, grown = path.stat().st_size / 1e3, found.error["attitude"][-1], found.amplification[-1]
+    return name, f"{size:.0f}", f"{angle:.1e}", reaction, f"{grown:.2g}"
+
+
+TABLES = {
+    "tolerances": tolerance_table, "safeguards": safeguard_table, "outcomes": outcome_table,
+    "judging-solutions": solution_table,
+}  # fmt: skip
 """Generated tables by the name in their markers"""
 
 

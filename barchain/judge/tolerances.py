@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from adapters.heyoka.adapter import CLOSE_START_RAD
 from barchain.judge.checks.extrapolation import HIGHER_ORDER_SHARE, PERSISTING_SHARE
 from barchain.judge.checks.restart import CONSECUTIVE, SCATTERED
 from barchain.judge.comparison.beyond_limit import MAX_EMPTY_SHARE
@@ -23,6 +24,7 @@ from barchain.judge.error_units import NORM_SLACK
 from barchain.judge.local_errors import MAX_STEP_CONSTANT, ROUNDINGS, error_constant
 from barchain.judge.measured_roundoff import SPREAD_FACTOR
 from barchain.judge.residuals import MAX_MEASURED_SHARE
+from barchain.solutions.certified_run import CERTIFIED_CHECK_RTOL, CERTIFIED_RTOL, ROUNDED
 from barchain.solutions.reference import (
     FINE_PER_RADIAN,
     PERTURBATION_RAD,
@@ -66,8 +68,14 @@ def plain(value: float) -> str:
 
 TOLERANCES = (
     Tolerance(
+        "all", "certified solution", f"rtol = {CERTIFIED_RTOL:g}",
+        "heyoka in quadruple precision; its difference from the run at "
+        f"rtol = {CERTIFIED_CHECK_RTOL:g} bounds its error, and {ROUNDED:g} roundings to double precision are added",
+        "test_a_fault_in_the_references_own_equations_is_caught_by_the_certified_solution_and_not_by_itself",
+    ),
+    Tolerance(
         "all", "reference solution", f"rtol = {SOLUTION_RTOL:g}",
-        "the reference at its smallest rtol; its difference from the run at "
+        "for scenes without a certified solution: the reference at its smallest rtol; its difference from the run at "
         f"rtol = {SOLUTION_CHECK_RTOL:g} bounds its error",
         "test_the_reference_is_consistent_with_itself_at_every_setting",
     ),
@@ -87,14 +95,14 @@ TOLERANCES = (
         "all", "error amplification G(t)",
         f"initial angles and rates perturbed by 0.5 to 1 times {PERTURBATION_RAD:g} (rad; relative to the orbital "
         "rate)",
-        "a second run of the reference: the perturbation is far above the reference's own error, and its growth is "
-        "linear up to 1e8 times",
+        "a second run: the perturbation is far above the error of the solution, and its growth is linear up to 1e8 "
+        f"times; of a certified solution, a third run perturbed by {CLOSE_START_RAD}, linear up to 1e16 times",
         "test_a_perturbed_run_starts_at_its_distance_and_shows_the_amplification_of_the_horizontal_chain",
     ),
     Tolerance(
         "all", "predictability limit", f"{PARTED_RAD:g} rad",
         "the last sample at which the expected-error bound of the attitude is below this value: error amplification of "
-        "the reference solution times the errors that the method promises; the engine's own runs do not enter",
+        "the judging solution times the errors that the method promises; the engine's own runs do not enter",
         "test_runs_that_are_unstable_each_in_its_own_way_do_not_pass",
     ),
     Tolerance(
@@ -141,7 +149,7 @@ TOLERANCES = (
     ),
     Tolerance(
         "pointwise", "derivatives", f"{FINE_PER_RADIAN:g} samples a radian",
-        "derivatives of the reference solution come from a run sampled so densely, and more densely in a manoeuvre",
+        "derivatives of the judging solution come from a run sampled so densely, and more densely in a manoeuvre",
         "test_a_manoeuvre_between_few_samples_is_no_false_alarm",
     ),
     Tolerance(
@@ -277,7 +285,7 @@ SAFEGUARDS = (
     ),
     Safeguard(
         "motion of the engine (rates for bounds of gap and energy)",
-        "taken from the reference solution",
+        "taken from the judging solution",
         "rates that lose a part over the run",
         "test_energy_may_drift_by_what_the_finer_setting_changes_and_no_more",
     ),

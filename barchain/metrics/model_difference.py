@@ -5,7 +5,7 @@ O((L/r)²). To first order the track is displaced by
 
     delta'' = G(Z0) delta + (g_mean - g(Z0)),   G = mu/r³ (3 r̂ r̂ᵀ - I),
 
-with the attitude of the reference solution. The displacement is independent of the judged engine.
+with the attitude of the judging solution. The displacement is independent of the judged engine.
 
 Oblateness and third bodies contribute to the mean acceleration and to G. The force on the bars' second moments is of
 the same order (l/r)² of gravity as the effect of their places, and is in the mean acceleration. Its contribution to G,
@@ -201,7 +201,7 @@ def displacement_rate(
 
 
 def integrate(scene: Scene, solution: Trajectory, every: int) -> Array:
-    """Displacement and its velocity along the reference solution, (n, 4), from every `every`-th sample."""
+    """Displacement and its velocity along the judging solution, (n, 4), from every `every`-th sample."""
     acting, t, acceleration = tides(scene), solution.t_s, excess_acceleration(scene, solution, every)
     knots = every_nth(len(t), every)
     com = CubicHermiteSpline(t[knots], solution.com_m[knots], solution.com_velocity_m_s[knots])

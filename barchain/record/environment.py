@@ -9,8 +9,6 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from reports.tables.schema import KEY, SCHEMA_VERSION
-
 PACKAGES = (
     "numpy", "scipy", "pandas", "pyarrow", "llvmlite", "exudyn", "rebound", "pymunk", "heyoka", "mujoco", "pin",
     "scikit-sundae",
@@ -65,6 +63,8 @@ def provenance(command: str, extra: dict[str, str] | None = None) -> dict[str, A
     extra : dict of str, optional
         Versions of further packages by name.
     """
+    from reports.tables.schema import KEY, SCHEMA_VERSION  # noqa: PLC0415  # worker processes ask for versions alone
+
     return {
         KEY: SCHEMA_VERSION,
         "barchain": package_version("barchain"),

@@ -82,7 +82,7 @@ def losses(scene: Scene) -> list[Loss]:
 
 
 def gradient_defect(scene: Scene, solution: Trajectory, limit_s: float) -> dict[str, Any]:
-    """Relative drift of the reference solution's energy and angular momentum by the gravity model alone.
+    """Relative drift of the judging solution's energy and angular momentum by the gravity model alone.
 
     Empty for a scene with another reason for a drift.
     """

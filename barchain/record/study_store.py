@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from reports.tables.cells import to_cells
-from reports.tables.reading import TABLES, recorded_content
+from reports.tables.reading import TABLES, check_recorded
 from reports.tables.schema import KEY, RECORD, SCHEMA_VERSION
 from reports.tables.writing import RecordedFolder, make_folder, sweep
 
@@ -96,7 +96,7 @@ class StudyStore:
         tables = [self.files.path(self.out, table).name for part in others for table in self.files.parts.get(part, ())]
         known = self.earlier.get(TABLES) or {}
         for name in tables:
-            recorded_content(self.files.folder(self.out), name, self.earlier)
+            check_recorded(self.files.folder(self.out), name, self.earlier)
         self.record[PARTS] = others | self.record[PARTS]
         self.record[TABLES] = {name: known[name] for name in tables if name in known}
 
@@ -121,6 +121,12 @@ class StudyStore:
         """Write a table whole, and the record."""
         frame = content if isinstance(content, pd.DataFrame) else self.frame(table, content)
         self.writer.write(self.files.path(self.out, table).name, to_cells(frame).to_csv(index=False).encode("utf-8"))
+
+    def write_text(self, table: str, parts: Iterable[bytes]) -> None:
+        """Write a table whole from parts of its text, which are not held at once, and the record."""
+        with self.writer.replacing(self.files.path(self.out, table).name) as file:
+            for part in parts:
+                file.write(part)
 
     def append(self, table: str, rows: Iterable[Mapping[str, Any]]) -> None:
         """Add rows to the end of a table; the first rows bring the header."""

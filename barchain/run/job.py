@@ -40,6 +40,8 @@ class Role(StrEnum):
     """The reference at dense samples, for derivatives of the motion."""
     PERTURBED_START = "perturbed-start"
     """The reference from a slightly perturbed start: shows the scene's error amplification."""
+    CLOSE_START = "close-start"
+    """heyoka from a start perturbed below double precision: amplification beyond that of the perturbed start."""
     COARSE = "coarse"
     """An engine at a much coarser setting: shows how its error falls with the setting."""
     PLAIN = "plain"
@@ -52,6 +54,11 @@ ROUNDOFF_ROLES = (Role.ROUNDOFF_1, Role.ROUNDOFF_2, Role.ROUNDOFF_3)
 """Runs that show a run's round-off: one difference may be small by chance, three hardly"""
 SOLUTION_ROLES = (Role.SOLUTION, Role.SOLUTION_CHECK, Role.PERTURBED_START, Role.FINE)
 """Runs of a scene's reference solution, in the order that `barchain.solutions.reference.establish` takes them"""
+CERTIFIED_ROLES = (Role.FINE, Role.SOLUTION_CHECK, Role.PERTURBED_START, Role.CLOSE_START)
+"""Runs of a scene's certified solution, in the order that `barchain.solutions.certified_judge.establish_certified`
+takes them"""
+JUDGING_ROLES = frozenset({*SOLUTION_ROLES, *CERTIFIED_ROLES})
+"""Runs of the solution that judges a scene, of either kind"""
 
 
 @dataclass(frozen=True)
@@ -71,7 +78,7 @@ class Job:
         """Name of its trajectory's file inside the scene's folder."""
         if self.role is Role.MAIN:
             return self.engine
-        return str(self.role) if self.role in SOLUTION_ROLES else f"{self.engine}.{self.role}"
+        return str(self.role) if self.role in JUDGING_ROLES else f"{self.engine}.{self.role}"
 
     @cached_property
     def key(self) -> str:

@@ -3,42 +3,25 @@
 from __future__ import annotations
 
 import math
-import os
-from concurrent.futures import ThreadPoolExecutor, as_completed
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from adapters.engine import EngineError
 from adapters.trajectory import Trajectory
 from barchain.boundary.declared import engine_class
 from barchain.boundary.limits import OutsideLimits
 from barchain.boundary.message import MessageError, plain_info, plain_number, plain_text
-from barchain.boundary.process import STOP, Reply, ask
+from barchain.boundary.process import Reply, ask
 from barchain.boundary.questions import ARRAYS
 from barchain.run.job import RunResult, failure
 from barchain.run.trajectory_checks import fault, shape_fault
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
+    from adapters.trajectory import Array
     from barchain.run.job import Job
     from scenarios import Scene
 
 OUTCOMES = {"missing": Outcome.MISSING, "timed_out": Outcome.TIMED_OUT}
-
-
-def run_outside(jobs: list[Job], time_s: float, workers: int | None) -> Iterator[tuple[Job, RunResult]]:
-    """Run jobs, each in a process of its own, and yield each result as it comes."""
-    count = min(workers or os.cpu_count() or 1, len(jobs))
-    with STOP.armed(), ThreadPoolExecutor(count) as threads:
-        waiting = {threads.submit(one_run, job, time_s): job for job in jobs}
-        try:
-            for future in as_completed(waiting):
-                yield waiting[future], future.result()
-        finally:
-            STOP.set()
-            for future in waiting:
-                future.cancel()
 
 
 def one_run(job: Job, time_s: float) -> RunResult:
@@ -83,20 +66,7 @@ def checked(job: Job, reply: Reply) -> RunResult:
     EngineError
         If the engine's declarations can't be had.
     """
-    unknown = sorted(set(reply.arrays) - set(ARRAYS))
-    if unknown:
-        raise MessageError(f"its answer holds unknown arrays: {plain_text(', '.join(unknown))}")
-    given = reply.header.get("seconds")
-    given = given if isinstance(given, dict) else {}
-    seconds = {plain_text(k, 20): float(plain_number(v) or 0.0) for k, v in given.items()}
-    try:
-        trajectory = Trajectory(
-            **reply.arrays,
-            ended=plain_text(reply.header.get("ended", "")),
-            info=plain_info(reply.header.get("info")),
-        )
-    except TypeError as error:
-        raise MessageError(f"its answer is incomplete: {plain_text(error)}") from None
+    seconds, trajectory = durations(reply.header.get("seconds")), trajectory_from(reply.header, reply.arrays)
     engine = engine_class(job.registration)
     wrong = shape_fault(job.scene, trajectory)
     if wrong:
@@ -105,3 +75,26 @@ def checked(job: Job, reply: Reply) -> RunResult:
     if found:
         return RunResult(found[0], found[1], trajectory, seconds)
     return RunResult(Outcome.PASS, trajectory.ended, trajectory, seconds)
+
+
+def trajectory_from(header: dict[str, Any], arrays: dict[str, Array]) -> Trajectory:
+    """Trajectory from the parts of an answer.
+
+    Raises
+    ------
+    MessageError
+        If a part is missing, unknown or of a wrong type.
+    """
+    unknown = sorted(set(arrays) - set(ARRAYS))
+    if unknown:
+        raise MessageError(f"its answer holds unknown arrays: {plain_text(', '.join(unknown))}")
+    try:
+        return Trajectory(**arrays, ended=plain_text(header.get("ended", "")), info=plain_info(header.get("info")))
+    except TypeError as error:
+        raise MessageError(f"its answer is incomplete: {plain_text(error)}") from None
+
+
+def durations(given: object) -> dict[str, float]:
+    """Wall times by phase from an answer, s."""
+    found = given if isinstance(given, dict) else {}
+    return {plain_text(k, 20): float(plain_number(v) or 0.0) for k, v in found.items()}

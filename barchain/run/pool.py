@@ -1,37 +1,29 @@
 """Runs in worker processes with a time limit: a crash or a hang costs one run.
 
 A process is used again for further runs, and keeps the changes of an engine: a module, a rounding mode, an environment
-variable. Therefore the reference solution is run in processes without any other engine, and each run of a third-party
-adapter has a process of its own. Every process computes in one thread.
+variable. Therefore the judging solutions are run in processes without any judged engine, and each run of a third-party
+adapter has a process of its own. Every process computes in one thread. Processes are those of this machine, or stand
+beside the workers of a Dask cluster (:mod:`barchain.execution.executors`).
 """
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import queue
-import signal
-import tempfile
-from concurrent.futures import CancelledError
-from concurrent.futures import TimeoutError as FutureTimeoutError
 from enum import IntEnum
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pebble import ProcessExpired, ProcessPool
-
 from adapters.registry import ENGINES
-from barchain.boundary.threads import one_thread_each, temporary_root
-from barchain.run.job import SOLUTION_ROLES, Job, RunResult, failure
-from barchain.run.outside_runs import run_outside
+from barchain.execution.executors import ALL_CORES
+from barchain.run.job import JUDGING_ROLES, Job
+from barchain.run.messages import outside_call, outside_result, shared_call, shared_result
 from barchain.run.time_limits import COMPILE_S, SOLUTION_PATIENCE, TimeLimit
-from barchain.run.worker import run_job
-from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from pebble import ProcessFuture
+    from barchain.execution.call import Call
+    from barchain.execution.executors import Executor
+    from barchain.execution.session import Session
+    from barchain.run.job import RunResult
 
 RUNS_PER_WORKER = 40  # some engines leak memory with every model
 
@@ -40,7 +32,7 @@ class PoolGroup(IntEnum):
     """Runs that may share a process, in the order of running."""
 
     SOLUTION = 0
-    """The reference, for reference solutions"""
+    """The reference or heyoka, for the solutions that judge"""
     REGISTERED = 1
     """Engines behind barchain's own adapters"""
     THIRD_PARTY = 2
@@ -49,7 +41,7 @@ class PoolGroup(IntEnum):
 
 def pool_group(job: Job) -> PoolGroup:
     """Group of processes that a run belongs to."""
-    if job.role in SOLUTION_ROLES:
+    if job.role in JUDGING_ROLES:
         return PoolGroup.SOLUTION
     return PoolGroup.REGISTERED if job.registration in ENGINES.values() else PoolGroup.THIRD_PARTY
 
@@ -58,7 +50,7 @@ def run_jobs(
     jobs: Iterable[Job],
     *,
     time_limit_s: float,
-    workers: int | None = None,
+    executor: Executor = ALL_CORES,
     compile_s: float = COMPILE_S,
     solution_patience: float = SOLUTION_PATIENCE,
 ) -> Iterator[tuple[Job, RunResult]]:
@@ -70,69 +62,68 @@ def run_jobs(
     time_limit_s : float
         Wall time after which a run's process is ended, s. An engine that compiles has `compile_s` more, and the limit
         holds for its `simulate` alone.
-    workers : int, optional
-        Number of processes side by side; all cores by default.
+    executor : Executor
+        Place of the processes; all cores of this machine by default.
     compile_s : float
         Additional wall time for compiling, s; 0 if everything is known to be compiled.
     solution_patience : float
-        Limit of a run for the reference solution, relative to `time_limit_s`.
+        Limit of a run for the judging solution, relative to `time_limit_s`.
+
+    Raises
+    ------
+    ClusterLostError
+        If the executor is a cluster, and fails; results so far have been yielded.
     """
-    waiting = list(jobs)
-    for group in PoolGroup:
-        own = [job for job in waiting if pool_group(job) is group]
-        if own:
-            limit_s = time_limit_s * (solution_patience if group is PoolGroup.SOLUTION else 1.0)
-            if group is PoolGroup.THIRD_PARTY:
-                yield from run_outside(own, limit_s, workers)
-            else:
-                yield from run_together(own, TimeLimit(limit_s, compile_s), workers)
+    limits = {
+        PoolGroup.SOLUTION: TimeLimit(time_limit_s * solution_patience, compile_s),
+        PoolGroup.REGISTERED: TimeLimit(time_limit_s, compile_s),
+        PoolGroup.THIRD_PARTY: TimeLimit(time_limit_s, 0.0),
+    }
+    waiting = [(job, pool_group(job)) for job in jobs]
+    return answered([(job, group, limits[group]) for job, group in sorted(waiting, key=lambda one: one[1])], executor)
 
 
-def run_together(jobs: list[Job], limit: TimeLimit, workers: int | None) -> Iterator[tuple[Job, RunResult]]:
-    """Run the jobs of one group of processes, and yield each result as it comes."""
-    done: queue.SimpleQueue[tuple[Job, Path, ProcessFuture]] = queue.SimpleQueue()
-    context = multiprocessing.get_context("spawn")  # loaded engines are not safe to fork
-    count = min(workers or os.cpu_count() or 1, len(jobs))
-    with one_thread_each(), tempfile.TemporaryDirectory(dir=temporary_root()) as logs:
-        pool = ProcessPool(count, max_tasks=RUNS_PER_WORKER, context=context)
-        try:
-            for number, job in enumerate(jobs, start=1):
-                log = Path(logs) / f"{number}.log"
-                future = pool.schedule(run_job, (job, log), timeout=limit.allowed_s(job))
-                future.add_done_callback(lambda f, job=job, log=log: done.put((job, log, f)))
-            for _ in jobs:
-                job, log, future = done.get()
-                result = limit.judged(job, collect(future, log, limit.allowed_s(job)))
-                yield job, result
-        finally:
-            pool.stop()
-            pool.join()
+def run_together(
+    jobs: Iterable[Job], limit: TimeLimit, executor: Executor = ALL_CORES
+) -> Iterator[tuple[Job, RunResult]]:
+    """Run jobs in processes that all of them may share, and yield each result as it comes."""
+    return answered([(job, PoolGroup.REGISTERED, limit) for job in jobs], executor)
 
 
-def collect(future: ProcessFuture, log: Path, time_limit_s: float) -> RunResult:
-    """Result of a run, or a failure that describes the end of its process."""
-    try:
-        result: RunResult = future.result()
-    except (FutureTimeoutError, CancelledError):
-        return failure(Outcome.TIMED_OUT, f"no result within {time_limit_s:g} s")
-    except ProcessExpired as error:
-        return failure(Outcome.FAILED, f"its process died ({describe_exit(error.exitcode)}){last_words(log)}")
-    except BaseException as error:  # an exit that a worker hands on as an exception is no request to end
-        if isinstance(error, KeyboardInterrupt):
-            raise
-        return failure(Outcome.FAILED, f"its result could not be brought back: {type(error).__name__}: {error}")
-    return result
+def answered(asked: list[tuple[Job, PoolGroup, TimeLimit]], executor: Executor) -> Iterator[tuple[Job, RunResult]]:
+    """Submit runs in order, and yield their results as they come."""
+    if not asked:
+        return
+    with executor.session() as session:
+        runs = RunQueue(session)
+        for job, group, limit in asked:
+            runs.add(job, limit, group)
+        yield from runs.results()
 
 
-def describe_exit(code: int | None) -> str:
-    """``signal 11, SIGSEGV`` or ``exit code 3``."""
-    if code is not None and code < 0:
-        return f"signal {-code}, {signal.Signals(-code).name}"
-    return f"exit code {code}"
+class RunQueue:
+    """Runs of a session, which begin in the order in which they are added; a result may lead to further runs."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.asked: list[tuple[Job, PoolGroup, TimeLimit]] = []
+
+    def add(self, job: Job, limit: TimeLimit, group: PoolGroup | None = None) -> None:
+        """Queue a run; its group of processes follows from the job by default."""
+        chosen = pool_group(job) if group is None else group
+        self.session.submit(len(self.asked), call_of(job, chosen, limit))
+        self.asked.append((job, chosen, limit))
+
+    def results(self) -> Iterator[tuple[Job, RunResult]]:
+        """Results as they come, until none is awaited."""
+        for k, answer in self.session.answers():
+            job, group, limit = self.asked[k]
+            result_of = outside_result if group is PoolGroup.THIRD_PARTY else shared_result
+            yield job, limit.judged(job, result_of(job, answer))
 
 
-def last_words(log: Path) -> str:
-    """Last line in the log of a dead process; empty without one."""
-    lines = log.read_text(errors="replace").split("\n") if log.is_file() else []
-    said = [line.strip() for line in lines if line.strip()]
-    return f"; last output: {said[-1][:200]}" if said else ""
+def call_of(job: Job, group: PoolGroup, limit: TimeLimit) -> Call:
+    """Call that makes a run."""
+    if group is PoolGroup.THIRD_PARTY:
+        return outside_call(job, limit.time_s)
+    return shared_call(job, limit.allowed_s(job), limit.simulate_s(job), f"{group.name.lower()} runs", RUNS_PER_WORKER)

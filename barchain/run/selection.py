@@ -20,6 +20,14 @@ def chosen_engines(names: Iterable[str] | None) -> dict[str, Registration]:
     return {name: find_engine(name) for name in dict.fromkeys(names)}
 
 
+def one_of_each(registered: dict[str, Registration]) -> dict[str, Registration]:
+    """First engine of each library, and the first of those built on barchain's own equations, in their order."""
+    first: dict[str, str] = {}
+    for name, r in registered.items():
+        first.setdefault("" if r.ours else r.requires or r.distribution or name, name)
+    return {name: registered[name] for name in first.values()}
+
+
 def unique_names(scenes: list[Scene]) -> list[Scene]:
     """Scenes with different names, so that no scene overwrites files of another; duplicates are dropped."""
     kept: dict[str, Scene] = {}

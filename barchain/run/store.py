@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from adapters.trajectory import Trajectory, from_frame
-from barchain.run.job import Job, RunResult
+from barchain.run.job import Job, Role, RunResult
 from reports.tables.crossval import METRIC_COLUMNS
 from reports.tables.outcome import Outcome
 from reports.tables.reading import DamagedResultsError, brief, damaged, digest, read_bytes, read_parquet
@@ -143,6 +143,10 @@ class RunStore:
     def keep_amplification(self, scene: str, frame: pd.DataFrame) -> None:
         """Write the error amplification of a scene over time."""
         self.files.write(f"differences/{scene}/amplification.parquet", parquet(frame))
+
+    def keep_solution(self, scene: str, trajectory: Trajectory) -> None:
+        """Write the solution that judges a scene, where no run of the comparison has its samples."""
+        self.files.write(f"trajectories/{scene}/{Role.SOLUTION}.parquet", parquet(trajectory.to_frame()))
 
     def metrics(self) -> pd.DataFrame:
         """All rows so far, in the given order of scenes and engines."""

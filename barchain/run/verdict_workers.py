@@ -7,65 +7,89 @@ own row, like a run.
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import queue
-from contextlib import ExitStack
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
-from pebble import ProcessPool
-
-from barchain.boundary.threads import one_thread_each
+from barchain.boundary.message import MessageError, plain_text
+from barchain.execution.call import Call, CallFailedError
+from barchain.execution.executors import ALL_CORES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterator
 
-    from pebble import ProcessFuture
+    from barchain.execution.call import Answer
+    from barchain.execution.executors import Executor
+    from barchain.execution.session import Session
 
 JUDGING_S = 300.0  # a verdict on the longest shipped scene takes some twenty seconds in NumPy
 Key = TypeVar("Key", bound="Hashable")
+VerdictT = TypeVar("VerdictT")
 
 
-class Judges(Generic[Key]):
+@dataclass(frozen=True)
+class VerdictCodec(Generic[VerdictT]):
+    """How a verdict comes back from another process: as bytes that are read without running code."""
+
+    encode: Callable[[VerdictT], bytes]
+    """A function of a module"""
+    decode: Callable[[bytes], VerdictT]
+    """Raises MessageError, ValueError, TypeError or KeyError for other bytes"""
+
+
+class Judges(Generic[Key, VerdictT]):
     """Worker processes for verdicts; the first submitted verdict starts them."""
 
-    def __init__(self, workers: int | None = None, time_limit_s: float = JUDGING_S) -> None:
+    def __init__(
+        self, codec: VerdictCodec[VerdictT], executor: Executor = ALL_CORES, time_limit_s: float = JUDGING_S
+    ) -> None:
         """Prepare.
 
         Parameters
         ----------
-        workers : int, optional
-            Number of processes side by side; all cores by default.
+        codec : VerdictCodec
+        executor : Executor
+            Place of the processes; all cores of this machine by default.
         time_limit_s : float
             Wall time after which a verdict's process is ended, s.
         """
-        self.workers, self.time_limit_s = workers or os.cpu_count() or 1, time_limit_s
-        self.pool: ProcessPool | None = None
-        self.threads = ExitStack()
-        self.done: queue.SimpleQueue[tuple[Key, ProcessFuture]] = queue.SimpleQueue()
+        self.codec, self.executor, self.time_limit_s = codec, executor, time_limit_s
+        self.session: Session | None = None
         self.waiting: set[Key] = set()
         """Keys of verdicts that are still to come"""
 
-    def submit(self, key: Key, function: Callable[..., Any], *given: Any) -> None:
+    def submit(self, key: Key, function: Callable[..., VerdictT], *given: Any) -> None:
         """Call `function` with the given arguments in a worker; :meth:`collected` yields its result with `key`."""
-        if self.pool is None:
-            self.threads.enter_context(one_thread_each())
-            self.pool = ProcessPool(self.workers, context=multiprocessing.get_context("spawn"))
-        future = self.pool.schedule(function, given, timeout=self.time_limit_s)
+        if self.session is None:
+            self.session = self.executor.session()
         self.waiting.add(key)
-        future.add_done_callback(lambda f: self.done.put((key, f)))
+        given = (self.codec.encode, function, given)
+        self.session.submit(key, Call(encoded, given, self.time_limit_s, "verdicts"))
 
-    def collected(self, *, wait: bool) -> Iterator[tuple[Key, Any]]:
+    def collected(self, *, wait: bool) -> Iterator[tuple[Key, VerdictT | CallFailedError]]:
         """Results by their keys, an exception for a failure: the finished results, or with `wait` all."""
-        while self.waiting and (wait or not self.done.empty()):
-            key, future = self.done.get()
-            self.waiting.discard(key)
-            yield key, future.exception() or future.result()
+        if self.session is None:
+            return
+        for key, answer in self.session.answers(wait=wait):
+            own = cast("Key", key)
+            self.waiting.discard(own)
+            yield own, self.decoded(answer)
+
+    def decoded(self, answer: Answer) -> VerdictT | CallFailedError:
+        """Verdict of an answer, or the reason why there is none."""
+        try:
+            return self.codec.decode(answer.needed())
+        except CallFailedError as error:
+            return error
+        except (MessageError, ValueError, TypeError, KeyError) as error:
+            return CallFailedError(f"its verdict is damaged: {plain_text(error)}")
 
     def close(self) -> None:
         """End the processes."""
-        if self.pool is not None:
-            self.pool.stop()
-            self.pool.join()
-            self.pool = None
-        self.threads.close()
+        if self.session is not None:
+            self.session.close()
+            self.session = None
+
+
+def encoded(encode: Callable[[Any], bytes], function: Callable[..., Any], given: tuple[Any, ...]) -> bytes:
+    """Result of a function as bytes, in the process that calls it."""
+    return encode(function(*given))

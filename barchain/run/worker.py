@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import os
-import sys
+import signal
 import tempfile
 import time
 from typing import TYPE_CHECKING, TypeVar
@@ -13,6 +12,7 @@ import numpy as np
 
 from adapters.engine import EngineError
 from barchain.boundary.threads import temporary_root
+from barchain.execution.processes import quietly
 from barchain.run.job import Job, RunResult, failure
 from barchain.run.trajectory_checks import fault
 from reports.tables.outcome import Outcome
@@ -27,18 +27,24 @@ T = TypeVar("T")
 BUILD = "build"
 
 
-def run_job(job: Job, log: Path) -> RunResult:
-    """Run `job`; the engine's output goes to `log`, and every exception becomes a failure.
+def run_quietly(job: Job, log: Path) -> RunResult:
+    """Run `job`; the engine's output goes to `log`, which outlives a crash of the process."""
+    with quietly(log):
+        return run_job(job)
+
+
+def run_job(job: Job, simulate_s: float | None = None) -> RunResult:
+    """Run `job` in a temporary folder; every exception becomes a failure.
 
     Parameters
     ----------
     job : Job
-    log : Path
-        File for the engine's output; it outlives a crash of the process.
+    simulate_s : float, optional
+        Wall time after which the engine's ``simulate`` ends this process by SIGALRM, s.
     """
-    with quietly(log), temporary_folder() as folder, contextlib.chdir(folder):
+    with temporary_folder() as folder, contextlib.chdir(folder):
         try:
-            return run_phases(job, job.registration.load())
+            return run_phases(job, job.registration.load(), simulate_s)
         except ImportError as error:
             return failure(Outcome.MISSING, f"does not import ({error}); try: {job.registration.install}")
         except EngineError as error:
@@ -60,17 +66,32 @@ def rejection(error: Exception) -> bool:
     return said and BUILD in getattr(error, "__notes__", ())
 
 
-def run_phases(job: Job, engine_class: type[Engine]) -> RunResult:
-    """Build, simulate and read, each timed, and check the trajectory."""
+def run_phases(job: Job, engine_class: type[Engine], simulate_s: float | None = None) -> RunResult:
+    """Build, simulate and read, each timed, and check the trajectory; `simulate_s` as in :func:`run_job`."""
     engine = engine_class(**dict.fromkeys(job.options, True))
     seconds: dict[str, float] = {}
     timed(seconds, BUILD, lambda: engine.build(job.scene, job.setting))
-    timed(seconds, "simulate", engine.simulate)
+    with process_ended_after(simulate_s):
+        timed(seconds, "simulate", engine.simulate)
     seen = timed(seconds, "read", engine.read)
     found = fault(job.scene, engine_class, seen)
     if found:
         return RunResult(found[0], found[1], seen, seconds)
     return RunResult(Outcome.PASS, seen.ended, seen, seconds)
+
+
+@contextlib.contextmanager
+def process_ended_after(limit_s: float | None) -> Iterator[None]:
+    """Let the system end this process after `limit_s`, compiled code of an engine included; None: no limit."""
+    if limit_s is None:
+        yield
+        return
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    signal.setitimer(signal.ITIMER_REAL, limit_s)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
 def timed(seconds: dict[str, float], phase: str, call: Callable[[], T]) -> T:
@@ -83,22 +104,3 @@ def timed(seconds: dict[str, float], phase: str, call: Callable[[], T]) -> T:
         raise
     seconds[phase] = time.perf_counter() - start
     return result
-
-
-@contextlib.contextmanager
-def quietly(log: Path) -> Iterator[None]:
-    """Redirect the output of this process and its libraries, C code included, to `log`."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    kept = os.dup(1), os.dup(2)
-    with log.open("wb") as sink:
-        os.dup2(sink.fileno(), 1)
-        os.dup2(sink.fileno(), 2)
-        try:
-            yield
-        finally:
-            sys.stdout.flush()
-            sys.stderr.flush()
-            for target, copy in zip((1, 2), kept, strict=True):
-                os.dup2(copy, target)
-                os.close(copy)

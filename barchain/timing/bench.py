@@ -21,10 +21,11 @@ from adapters.registry import ENGINES
 from barchain.boundary.limits import QUESTION_S
 from barchain.boundary.threads import one_thread_each, temporary_root
 from barchain.run.job import Job, RunResult
+from barchain.run.messages import collect
 from barchain.run.outside_runs import one_turn
-from barchain.run.pool import PoolGroup, collect, pool_group
+from barchain.run.pool import PoolGroup, pool_group
 from barchain.run.time_limits import TimeLimit
-from barchain.run.worker import run_job
+from barchain.run.worker import run_quietly
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ def turn(job: Job, log: Path, least_s: float) -> RunResult:
     """
     cold: list[RunResult] = []
     if job.scene.digest not in warmed:
-        cold.append(run_job(job, log))
+        cold.append(run_quietly(job, log))
         if cold[0].outcome is not Outcome.PASS:
             return cold[0]
         warmed.add(job.scene.digest)
@@ -83,7 +84,7 @@ def repeated(job: Job, log: Path, least_s: float) -> list[RunResult]:
     """Run until `simulate` has taken `least_s`, or all phases five times that; a failure ends the turn."""
     found: list[RunResult] = []
     while len(found) < MOST_RUNS:
-        found.append(run_job(job, log))
+        found.append(run_quietly(job, log))
         if found[-1].outcome is not Outcome.PASS:
             break
         if sum(r.seconds["simulate"] for r in found) >= least_s:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from barchain.cli.common.names import ENGINE, SCENE
-from barchain.cli.common.numbers import MINUTES, MOST_REPEATS, MOST_WORKERS, POSITIVE_SECONDS, NamedPath
+from barchain.cli.common.numbers import MINUTES, MOST_REPEATS, MOST_WORKERS, POSITIVE_SECONDS, WORDS, NamedPath
 from barchain.cli.common.settings import FORM, SETTING
+from barchain.execution.executors import chosen_executor
+from barchain.execution.limits import WORKERS_S
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,9 +33,50 @@ set_option = click.option(
          "chosen engine that has it. May be repeated; default: each engine's own.",
 )  # fmt: skip
 workers_option = click.option("--workers", type=click.IntRange(1, MOST_WORKERS), metavar="N", help=WORKERS)
+dask_option = click.option(
+    "--dask",
+    metavar="ADDRESS",
+    type=WORDS,
+    help="Make the runs on the workers of this Dask scheduler, e.g. tcp://10.0.0.1:8786; default: on this machine.",
+)
+dask_wait_option = click.option(
+    "--dask-wait", metavar="S", type=POSITIVE_SECONDS, default=WORKERS_S, show_default=True,
+    help="With --dask: give up if the scheduler has no worker for this time, in seconds.",
+)  # fmt: skip
 resume_option = click.option("--resume", is_flag=True, help="Go on from results in the folder that the same code made.")
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace results that are already there.")
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+
+
+def executor_options(command: Callable[..., None]) -> Callable[..., None]:
+    """`--workers`, `--dask` and `--dask-wait`, given to the command as one `executor`."""
+
+    @functools.wraps(command)
+    def gathered(**given: Any) -> None:
+        workers, dask, wait_s = (given.pop(name) for name in ("workers", "dask", "dask_wait"))
+        if dask is not None and workers is not None:
+            raise click.UsageError("--workers counts runs on this machine; with --dask the cluster's threads decide")
+        command(**given, executor=chosen_executor(workers, dask, wait_s))
+
+    found: Callable[..., None] = gathered
+    for option in (dask_wait_option, dask_option, workers_option):
+        found = option(found)
+    return found
+
+
+def timed_alone(command: Callable[..., None]) -> Callable[..., None]:
+    """Reject `--dask` in a study whose times must come from this machine alone."""
+
+    @functools.wraps(command)
+    def local(**given: Any) -> None:
+        if given.pop("dask") is not None:
+            raise click.UsageError(
+                "--dask: this study times its runs, which takes one quiet machine; no cluster is taken"
+            )
+        command(**given)
+
+    found: Callable[..., None] = click.option("--dask", hidden=True, metavar="ADDRESS")(local)
+    return found
 
 
 def engine_option(default: str, names: str = "names") -> Callable[[F], F]:

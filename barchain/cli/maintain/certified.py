@@ -19,14 +19,15 @@ MAKER = "heyoka-quad"
 @click.command("certified")
 @optional_scenes
 @click.option("--out", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False),
-              help="Write a table for each scene into this folder.")  # fmt: skip
+              help="Write a table and a judging solution for each scene into this folder.")  # fmt: skip
 @click.option("--check", "only_check", is_flag=True,
               help="Compare a fresh run with the solution that comes with barchain; write nothing.")  # fmt: skip
 @overwrite_option
 def certified_solutions(scenes: tuple[str, ...], out: Path | None, only_check: bool, overwrite: bool) -> None:
     """Make or check certified solutions of SCENEs that come with barchain; default: all of these.
 
-    A certified solution is a run in quadruple precision with error bars. Needs the engine heyoka-quad. A check exits
+    A certified solution is a run in quadruple precision with error bars. One of its files is a table of a few instants;
+    the other has all samples, and judges engines in comparisons. Needs the engine heyoka-quad. A check exits
     with 1 where a fresh run is not inside the error bars.
     """
     names = shipped(scenes)
@@ -34,7 +35,7 @@ def certified_solutions(scenes: tuple[str, ...], out: Path | None, only_check: b
         raise click.UsageError("give either --out DIR or --check")
     need_loaded(MAKER)
     if out is not None:
-        tables = [out / f"{name}.csv" for name in names]
+        tables = [out / f"{name}.{ending}" for name in names for ending in ("csv", "parquet")]
         there = [path for path in tables if path.exists()]
         from barchain.record.claim import claim  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""`barchain compare` and `barchain crossval`: engines against the reference solution, scene by scene."""
+"""`barchain compare` and `barchain crossval`: engines against the judging solution, scene by scene."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import click
 from barchain.cli.common.exit_codes import findings
 from barchain.cli.common.options import (
     engine_option,
+    executor_options,
     out_option,
     overwrite_option,
     required_scenes,
     resume_option,
     set_option,
     time_limit_option,
-    workers_option,
 )
 from barchain.cli.common.terminal import say
 from barchain.record.command import typed
@@ -28,11 +28,13 @@ if TYPE_CHECKING:
 
     from barchain.cli.common.settings import GivenSetting
     from barchain.crossval.run import ComparisonResult
+    from barchain.execution.executors import Executor
     from scenarios import Scene
 
 CORE = ("paper/", "basics/")
+LOOK = "comparison"
 OUT = "Write report and tables into this folder."
-PATIENT = f"; a run for the reference solution after {SOLUTION_PATIENCE:g} times that"
+PATIENT = f"; a run for the judging solution after {SOLUTION_PATIENCE:g} times that"
 
 
 def run_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -40,7 +42,7 @@ def run_options(command: Callable[..., None]) -> Callable[..., None]:
     for option in (
         overwrite_option,
         resume_option,
-        workers_option,
+        executor_options,
         time_limit_option(TIME_LIMIT_S, PATIENT),
         set_option,
     ):
@@ -50,10 +52,11 @@ def run_options(command: Callable[..., None]) -> Callable[..., None]:
 
 @click.command()
 @required_scenes
-@engine_option("the engines marked so in `barchain engines`")
-@out_option(required=True, help_text=OUT)
+@engine_option("one of each library")
+@click.option("--all-engines", is_flag=True, help="Take all engines marked as default in `barchain engines`.")
+@out_option(LOOK, help_text=OUT)
 @run_options
-def compare(scenes: tuple[str, ...], names: tuple[str, ...], out: Path, **options: Any) -> None:
+def compare(scenes: tuple[str, ...], names: tuple[str, ...], all_engines: bool, out: Path, **options: Any) -> None:
     """Compare engines on the SCENEs that you name, and write a report.
 
     SCENEs are names or files. Exits with 1 if a comparison fails, if a scene's reference solution could not be run, or
@@ -62,7 +65,10 @@ def compare(scenes: tuple[str, ...], names: tuple[str, ...], out: Path, **option
     """
     from scenarios import load_scene  # noqa: PLC0415
 
-    compare_and_render([load_scene(s) for s in scenes], names or None, out, need_external=False, **options)
+    if names and all_engines:
+        raise click.UsageError("give either --engine or --all-engines")
+    loaded = [load_scene(s) for s in scenes]
+    compare_and_render(loaded, names or None, out, need_external=False, quick=not all_engines, **options)
 
 
 @click.command()
@@ -83,24 +89,29 @@ def crossval(tag: str | None, out: Path, **options: Any) -> None:
 
 
 def compare_and_render(
-    scenes: list[Scene], names: tuple[str, ...] | None, out: Path, *, need_external: bool,
-    settings: tuple[GivenSetting, ...], time_limit: float, workers: int | None, resume: bool, overwrite: bool,
+    scenes: list[Scene], names: tuple[str, ...] | None, out: Path, *, need_external: bool, quick: bool = False,
+    settings: tuple[GivenSetting, ...], time_limit: float, executor: Executor, resume: bool, overwrite: bool,
 ) -> None:  # fmt: skip
-    """Run the comparison with progress, render the report, and exit by its outcome."""
+    """Run the comparison with progress, render the report, and exit by its outcome.
+
+    Without `names` all default engines take part, or with `quick` one of each library.
+    """
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
     from barchain.cli.common.settings import settings_by_engine  # noqa: PLC0415
     from barchain.crossval.run import run_comparison  # noqa: PLC0415
-    from barchain.run.selection import chosen_engines  # noqa: PLC0415
+    from barchain.run.selection import chosen_engines, one_of_each  # noqa: PLC0415
     from reports.render import check_others, render  # noqa: PLC0415
 
     engines = chosen_engines(names)
+    if names is None and quick:
+        engines = one_of_each(engines)
     chosen = settings_by_engine(settings, engines)
     check_others("crossval", out)
     with verdicts_shown(len(scenes) * len(engines)) as show:
         result = run_comparison(
-            scenes, names, out, time_limit_s=time_limit, workers=workers, settings=chosen, resume=resume,
+            scenes, names, out, time_limit_s=time_limit, executor=executor, settings=chosen, resume=resume,
             overwrite=overwrite, need_external=need_external, command=typed(), progress=show, notes=show.note,
-            render=lambda folder: render(folder)[0],
+            registered=engines, render=lambda folder: render(folder)[0],
         )  # fmt: skip
     show_verdict(result)
     if not result.passed:

@@ -29,7 +29,7 @@ UNITS: dict[str, tuple[str, tuple[float, ...]]] = {
 }
 """Quantity of each channel, and units that it may have been rounded in"""
 ROUNDED = 4.0  # units in the last place, of a number that was multiplied by its unit
-ERRORS = 10.0  # of the reference solution: where a value is exact, its error is no more than this off the decimal
+ERRORS = 10.0  # of the judging solution: where a value is exact, its error is no more than this off the decimal
 MOSTLY = 0.5  # of the reference's values: chance puts next to none on a lattice so coarse
 
 
@@ -40,7 +40,7 @@ def rounded_values(trajectory: Trajectory, solution: ReferenceSolution | None = 
     ----------
     trajectory : Trajectory
     solution : ReferenceSolution, optional
-        Values that are exact decimals in the reference solution, too, were not rounded.
+        Values that are exact decimals in the judging solution, too, were not rounded.
     """
     for name, (quantity, units) in UNITS.items():
         values = getattr(trajectory, name)
@@ -72,7 +72,7 @@ class Lattice:
 
 
 def exact(solution: ReferenceSolution, name: str, quantity: str, column: int, lattice: Lattice) -> bool:
-    """Whether the reference solution's own values are on the lattice, to its error."""
+    """Whether the judging solution's own values are on the lattice, to its error."""
     values = getattr(solution.trajectory, name)
     if values is None or quantity not in solution.error:
         return False

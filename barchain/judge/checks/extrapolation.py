@@ -35,7 +35,7 @@ def extrapolation_residual(
     coarse, fine : Trajectory
         Runs at some step and at half of it.
     right : Trajectory
-        The reference solution.
+        The judging solution.
     order : float
         Of the method.
     """

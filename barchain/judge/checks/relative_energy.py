@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 MAX_KINETIC_RATIO = 4.0
 """Largest kinetic energy about the centre of mass that is accepted, relative to the largest possible: twice every rate.
 
-The largest possible energy is that of the reference solution, and the energy that the tide can give a stretched chain
+The largest possible energy is that of the judging solution, and the energy that the tide can give a stretched chain
 between lying along the orbit and standing upright: 3/2 n² I. The bound therefore holds beyond the predictability limit
-too, and for a chain that leaves an equilibrium on which the reference solution still rests.
+too, and for a chain that leaves an equilibrium on which the judging solution still rests.
 """
 
 

@@ -1,4 +1,4 @@
-"""Whether a run ends at the event that ends the reference solution."""
+"""Whether a run ends at the event that ends the judging solution."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def end_event_fault(trajectory: Trajectory, solution: ReferenceSolution) -> str | None:
-    """Reason if a run and the reference solution do not end at the same event, to one sample; None if they do."""
+    """Reason if a run and the judging solution do not end at the same event, to one sample; None if they do."""
     run, right = solution.scene.run, solution.trajectory
     spacing = run.duration_s / (run.samples - 1)
     apart = abs(len(trajectory.t_s) - len(right.t_s))

@@ -1,1 +1,1 @@
-"""Comparison of one engine with the reference solution of one scene, and its verdict."""
+"""Comparison of one engine with the judging solution of one scene, and its verdict."""

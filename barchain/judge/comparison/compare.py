@@ -1,4 +1,4 @@
-"""Verdict on one engine in one scene: rows of metrics, and differences from the reference solution over time."""
+"""Verdict on one engine in one scene: rows of metrics, and differences from the judging solution over time."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def judge(
     solution: ReferenceSolution,
     errors: ErrorModel | None = None,
 ) -> Verdict:
-    """Compare an engine's runs with the reference solution.
+    """Compare an engine's runs with the judging solution.
 
     Samples that arithmetic fails on cost their engine's verdict, not the comparison of all engines. Where the evidence
     does not settle the verdict, it names the runs that would (:attr:`Verdict.further_runs`).
@@ -235,7 +235,7 @@ class Comparison(BeyondLimit):
 
     def share_row(self, rows: list[Row]) -> Row:
         """Row of the share of the run that was judged: up to the limit, and in segments beyond it."""
-        last = len(self.solution.amplification) - 1  # of the reference solution, not of what the engine's runs have
+        last = len(self.solution.amplification) - 1  # of the judging solution, not of what the engine's runs have
         if self.com_only or last == 0:
             return self.row("run", "judged_share", 1.0, None, Outcome.REPORTED)
         judged = self.t <= self.limit_s

@@ -14,6 +14,7 @@ from barchain.studies.cost.points import TELLS
 from barchain.studies.cost.reach import MEASURES, QUANTITIES, curves_of, least_error, reach_rows
 from barchain.timing.orders import SCATTERED, STRAIGHT, OrderFit, fit_order, price_of_a_digit
 from barchain.timing.statistics import Interval, on_front
+from reports.tables.cost import OWN_EQUATIONS
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -23,15 +24,15 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
 
 ORDER_COLUMNS = (
-    "scene", "engine", "quantity", "against", "order", "order_low", "order_high", "theory", "points",
+    "scene", "engine", "kind", "quantity", "against", "order", "order_low", "order_high", "theory", "points",
     "error_from", "error_to", "least_error",
 )  # fmt: skip
 REACH_COLUMNS = (
-    "scene", "quantity", "measure", "target", "engine", "status", "cost", "cost_low", "cost_high",
+    "scene", "quantity", "measure", "target", "engine", "kind", "status", "cost", "cost_low", "cost_high",
     "over_fastest", "over_fastest_low", "over_fastest_high",
     "over_baseline", "over_baseline_low", "over_baseline_high", "fastest",
 )  # fmt: skip
-PRICE_COLUMNS = ("scene", "engine", "quantity", "measure", "factor", "factor_low", "factor_high")
+PRICE_COLUMNS = ("scene", "engine", "kind", "quantity", "measure", "factor", "factor_low", "factor_high")
 
 
 def judged(rows: pd.DataFrame, quantity: str) -> pd.DataFrame:
@@ -51,7 +52,7 @@ def order_row(rows: pd.DataFrame, quantity: str, theory: float | None) -> dict[s
     fit = fit_order(x, error, STRAIGHT if fixed else SCATTERED) if len(told) else None
     against = "step" if fixed else "evaluations"
     first = rows.iloc[0]
-    found = {"scene": first.scene, "engine": first.engine, "quantity": quantity, "against": against}
+    found = {"scene": first.scene, "engine": first.engine, "kind": first.kind, "quantity": quantity, "against": against}
     return found | fit_columns(fit) | {"theory": theory, "least_error": least_error(rows, quantity)}
 
 
@@ -71,7 +72,8 @@ def fit_columns(fit: OrderFit | None) -> dict[str, Any]:
 
 def equal_steps_row(scene: str, step_s: Array, error: Array, theory: float) -> dict[str, Any]:
     """Order of the reference's method at equal steps."""
-    found = {"scene": scene, "engine": "reference", "quantity": "attitude", "against": "equal steps"}
+    found = {"scene": scene, "engine": "reference", "kind": OWN_EQUATIONS, "quantity": "attitude"}
+    found["against"] = "equal steps"
     return found | fit_columns(fit_order(step_s, error)) | {"theory": theory, "least_error": math.nan}
 
 
@@ -102,23 +104,23 @@ def reach_table(points: pd.DataFrame, times: Mapping[tuple[str, str, str], Array
 
 def price_table(points: pd.DataFrame) -> pd.DataFrame:
     """Price of one more digit, on every scene."""
-    rows = []
+    rows, kinds = [], dict(zip(points.engine, points.kind, strict=True))
     for scene in dict.fromkeys(points.scene):
         for measure in MEASURES:
             for engine, curve in curves_of(points, scene, "attitude", measure, {}).items():
                 price = price_of_a_digit(curve.error, curve.cost) or Interval(math.nan)
-                row = (scene, engine, "attitude", measure, price.value, price.low, price.high)
+                row = (scene, engine, kinds[engine], "attitude", measure, price.value, price.low, price.high)
                 rows.append(dict(zip(PRICE_COLUMNS, row, strict=True)))
     return pd.DataFrame(rows, columns=list(PRICE_COLUMNS))
 
 
 def front_of(points: pd.DataFrame) -> Array:
-    """Which points no other engine's beats in attitude error and time, (n,) bool."""
+    """Which points no other engine of the same kind beats in attitude error and time, (n,) bool."""
     error, cost = points.attitude_error_rad.to_numpy(float), points.seconds.to_numpy(float)
     good = (points.outcome == Outcome.PASS.value).to_numpy()
     told = np.maximum(error, TELLS * points.attitude_floor_rad.to_numpy(float))
     found = np.zeros(len(points), bool)
-    for scene in dict.fromkeys(points.scene):
-        here = good & (points.scene == scene).to_numpy()
+    for _, group in points.reset_index(drop=True).groupby(["scene", "kind"], sort=False):
+        here = group.index[good[group.index]]
         found[here] = on_front(told[here], cost[here])
     return found

@@ -16,14 +16,14 @@ from reference_impl.integrate.simulate import Simulation
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array
-    from barchain.studies.cost.points import SolutionSource
+    from barchain.studies.cost.points import BoundedSolution
     from scenarios import Scene
 
 STEPS_PER_ORBIT = (16, 20, 25, 32, 40, 50, 64, 80)
 ORDER = 8.0
 
 
-def errors_at_equal_steps(solution: SolutionSource) -> tuple[Array, Array]:
+def errors_at_equal_steps(solution: BoundedSolution) -> tuple[Array, Array]:
     """Steps (s) and errors of the attitude at the end (rad), each (n,), above the certified solution's floor.
 
     Empty for scenes with prescribed rotations: their laws have kinks, which steps would straddle.

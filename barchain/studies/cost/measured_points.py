@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from barchain.studies.cost.plan import kind_of
 from reports.tables.cost import NOT_RUN
 from reports.tables.outcome import Outcome
 
@@ -42,7 +43,8 @@ class MeasuredPoints:
 
     def keep_point(self, job: Job, columns: dict[str, Any]) -> None:
         """Keep the columns of a point's first run."""
-        named = {"scene": job.scene.name, "engine": job.engine, "setting": str(job.setting)}
+        named = {"scene": job.scene.name, "engine": job.engine, "kind": kind_of(job.registration)}
+        named["setting"] = str(job.setting)
         self.rows[job.key] = named | {"parameter": str(job.setting.parameter), "value": job.setting.value} | columns
         self.rows[job.key]["key"] = job.key
         self.store.write("points", self.points())

@@ -12,6 +12,7 @@ from barchain.boundary.declared import engine_class
 from barchain.run.job import Job, Role
 from barchain.studies.cost.limits import MINUTES, REPEATS, TIME_LIMIT_S
 from barchain.timing.left_out import LeftOut, cannot
+from reports.tables.cost import INDEPENDENT, OWN_EQUATIONS
 
 if TYPE_CHECKING:
     from adapters.engine import AccuracySweep, Setting
@@ -38,6 +39,11 @@ class CostPlan:
         """Number of first runs and rounds to be reported, engines left out among them."""
         found = [sweeps(s, self.engines) for s in self.scenes]
         return sum(sum(map(len, runs.values())) + len(out) + self.repeats for runs, out in found)
+
+
+def kind_of(registration: Registration) -> str:
+    """Kind of an engine: one of :data:`reports.tables.cost.KINDS`."""
+    return INDEPENDENT if registration.external else OWN_EQUATIONS
 
 
 def shortened(scene: Scene, orbits: float = 1.0) -> Scene:

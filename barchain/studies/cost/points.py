@@ -24,7 +24,7 @@ VANISHING = 1e-9  # of m n² l: reactions below it are round-off of zero
 UNITS = {"attitude": "rad", "reaction": "N", "com": "m"}
 
 
-class SolutionSource(Protocol):
+class BoundedSolution(Protocol):
     """Members of a certified solution that the study uses."""
 
     @property
@@ -40,7 +40,7 @@ class SolutionSource(Protocol):
         """Bound of its error at each sample, (n,) for each quantity: SI units."""
 
 
-def compared(solution: SolutionSource) -> int:
+def compared(solution: BoundedSolution) -> int:
     """Count the samples before the certified solution's own error reaches :data:`PARTED_RAD`."""
     bound = solution.error.get("attitude")
     n = len(solution.trajectory.t_s)
@@ -50,12 +50,12 @@ def compared(solution: SolutionSource) -> int:
     return min(n, int(parted[0])) if len(parted) else n
 
 
-def errors_of(solution: SolutionSource, trajectory: Trajectory) -> dict[str, float]:
+def errors_of(solution: BoundedSolution, trajectory: Trajectory) -> dict[str, float]:
     """Columns of a point: largest error of each quantity, the certified solution's floor under it, and drifts.
 
     Parameters
     ----------
-    solution : SolutionSource
+    solution : BoundedSolution
     trajectory : Trajectory
         At the same instants; it may end early.
 
@@ -94,7 +94,7 @@ def under_floor(errors: dict[str, float]) -> str:
     return ",".join(blurred)
 
 
-def with_particle(solution: SolutionSource) -> tuple[Trajectory, dict[str, Array]]:
+def with_particle(solution: BoundedSolution) -> tuple[Trajectory, dict[str, Array]]:
     """Track that a particle takes for the chain, and the bound of its error.
 
     An engine without attitude moves a particle: the departure of the chain's centre of mass from that is a
@@ -106,7 +106,7 @@ def with_particle(solution: SolutionSource) -> tuple[Trajectory, dict[str, Array
     return track, {**solution.error, "com": solution.error["com"][:n] + apart.uncertainty_m}
 
 
-def reaction_size(solution: SolutionSource, n: int) -> float:
+def reaction_size(solution: BoundedSolution, n: int) -> float:
     """Largest true reaction, N; m n² l of the longest bar where reactions vanish."""
     scene, reaction = solution.scene, solution.trajectory.reaction_N
     natural = max(scene.chain.mass_kg) * scene.mean_motion_rad_s**2 * max(scene.chain.length_m)
@@ -128,7 +128,7 @@ def energy(scene: Scene, trajectory: Trajectory) -> tuple[Array, float]:
     return total - total[0], float(kinetic)
 
 
-def energy_error(solution: SolutionSource, trajectory: Trajectory, n: int) -> float:
+def energy_error(solution: BoundedSolution, trajectory: Trajectory, n: int) -> float:
     """Largest difference of the energy's change from the certified solution's, over the initial kinetic energy.
 
     The paper's gravity gradient does not conserve energy, so the change is compared, not taken for an error.

@@ -95,18 +95,19 @@ def curves_of(
 def reach_rows(
     points: pd.DataFrame, scene: str, quantity: str, measure: str, times: Mapping[tuple[str, str, str], Array]
 ) -> list[dict[str, Any]]:
-    """Rows of reach.csv for one scene: every engine at every target."""
+    """Rows of reach.csv for one scene: every engine at every target; the fastest is that of an engine's own kind."""
     curves = curves_of(points, scene, quantity, measure, times)
+    kinds = dict(zip(points.engine, points.kind, strict=True))
     least = TELLS * floor_of(points[points.scene == scene], quantity)
     rows: list[dict[str, Any]] = []
     for target in TARGETS:
         status = "no verdict" if target < least else "not reached"
         found = {e: Reached(e, c, p) for e, c in curves.items() if (p := locate(c, target)) is not None}
-        fastest = min(found.values(), key=lambda r: r.cost, default=None)
+        fastest = {kinds[r.engine]: r for r in sorted(found.values(), key=lambda r: r.cost, reverse=True)}
         base = {"scene": scene, "quantity": quantity, "measure": measure, "target": target}
         for engine in curves:
-            columns = reached_columns(found.get(engine), fastest, found.get(BASELINE))
-            rows.append(base | {"engine": engine, "status": status} | columns)
+            columns = reached_columns(found.get(engine), fastest.get(kinds[engine]), found.get(BASELINE))
+            rows.append(base | {"engine": engine, "kind": kinds[engine], "status": status} | columns)
     return rows
 
 

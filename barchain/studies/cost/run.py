@@ -14,6 +14,7 @@ from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
 from barchain.studies.cost.findings import equal_steps_row, front_of, orders_table, price_table, reach_table
 from barchain.studies.cost.fixed_steps import ORDER, errors_at_equal_steps
+from barchain.studies.cost.load_share import load_jobs, load_times
 from barchain.studies.cost.measured_points import MeasuredPoints
 from barchain.studies.cost.plan import sweeps
 from barchain.studies.cost.points import UNITS, errors_of, under_floor
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from barchain.record.study_store import StudyStore
     from barchain.run.job import Job, RunResult
     from barchain.studies.cost.plan import CostPlan
-    from barchain.studies.cost.points import SolutionSource
+    from barchain.studies.cost.points import BoundedSolution
     from barchain.studies.study import Reporter
     from barchain.timing.left_out import LeftOut
     from scenarios import Scene
@@ -63,13 +64,14 @@ class CostRun:
     """One run of the study over many scenes and engines."""
 
     def __init__(
-        self, plan: CostPlan, store: StudyStore, solution_of: Callable[[Scene], SolutionSource], reporter: Reporter
+        self, plan: CostPlan, store: StudyStore, solution_of: Callable[[Scene], BoundedSolution], reporter: Reporter
     ) -> None:
         """Prepare; `reporter` gets scene, engine and setting, and outcome after each first run."""
         self.plan, self.store, self.solution_of, self.report = plan, store, solution_of, reporter.step
         self.measured = MeasuredPoints(store)
         self.haste_at = math.inf
         self.equal_steps: list[dict[str, Any]] = []
+        self.loads: list[dict[str, Any]] = []
 
     def run(self) -> CostResult:
         """Measure everything and write the tables; an interrupted run leaves the points measured so far."""
@@ -108,6 +110,7 @@ class CostRun:
         self.haste_at = time.perf_counter() + FIRST_SHARE * (deadline - time.perf_counter())
         self.first_pass(bench, solution, runs)
         self.rounds(bench, [job for row in by_setting(runs) for job in row], deadline)
+        self.time_loads(bench, runs)
         self.equal_steps.append(equal_steps_row(scene.name, *errors_at_equal_steps(solution), ORDER))
         self.store.write("points", self.summed_up())
 
@@ -118,13 +121,13 @@ class CostRun:
             self.store.record["left_out"].append(found)
         self.report(out.scene, out.engine, str(out.outcome))
 
-    def note_solution(self, solution: SolutionSource) -> None:
+    def note_solution(self, solution: BoundedSolution) -> None:
         """Add source, precision and error of the certified solution to the record."""
         error = {name: float(np.max(values)) for name, values in solution.error.items()}
         words = {name: str(getattr(solution, name, "")) for name in ("precision", "source")}
         self.store.record["certified_solutions"][solution.scene.name] = words | {"error": error}
 
-    def first_pass(self, bench: TimingBench, solution: SolutionSource, runs: dict[str, list[Job]]) -> None:
+    def first_pass(self, bench: TimingBench, solution: BoundedSolution, runs: dict[str, list[Job]]) -> None:
         """One turn of every point, setting by setting over the engines; settings past the time limit are not run."""
         for level in by_setting(runs):
             for job in level:
@@ -138,7 +141,7 @@ class CostRun:
         late = time.perf_counter() > self.haste_at
         return min(LONG_S, self.plan.time_limit_s) if late else self.plan.time_limit_s
 
-    def first_turn(self, bench: TimingBench, solution: SolutionSource, job: Job, sweep: list[Job]) -> None:
+    def first_turn(self, bench: TimingBench, solution: BoundedSolution, job: Job, sweep: list[Job]) -> None:
         """Errors of a point, and a first idea of its time."""
         coarser = [(c, self.measured.rows[c.key]) for c in sweep[: sweep.index(job)]]
         reason = too_long(coarser, job, self.limit_s) or too_fine([row for _, row in coarser])
@@ -179,6 +182,13 @@ class CostRun:
         late = late and seconds > BRIEF_S
         return have <= turn and have < min(enough[0 if late else 1], self.plan.repeats)
 
+    def time_loads(self, bench: TimingBench, runs: dict[str, list[Job]]) -> None:
+        """Share of barchain's loads in the time of each engine that can tell."""
+        for job in load_jobs(runs.values(), self.measured.rows):
+            found = load_times(bench, job, 10.0 * self.plan.time_limit_s)
+            if found is not None:
+                self.loads.append(found.row)
+
     def summed_up(self) -> pd.DataFrame:
         """Points with medians and intervals of their times."""
         for key, row in self.measured.rows.items():
@@ -198,6 +208,7 @@ class CostRun:
         self.store.write("orders", orders_table(points, self.plan.engines, self.equal_steps))
         self.store.write("reach", reach_table(points, self.measured.times_by_point()))
         self.store.write("price", price_table(points))
+        self.store.write("loads", self.store.frame("loads", self.loads))
 
 
 def by_setting(runs: dict[str, list[Job]]) -> list[list[Job]]:
@@ -237,7 +248,7 @@ def blurred(row: dict[str, Any]) -> bool:
     return bool(present) and present <= set(str(row.get("under_floor") or "").split(","))
 
 
-def columns_of(job: Job, result: RunResult, solution: SolutionSource) -> dict[str, Any]:
+def columns_of(job: Job, result: RunResult, solution: BoundedSolution) -> dict[str, Any]:
     """Columns of points.csv that a first run gives; errors of failed runs too, where they have a whole trajectory."""
     found: dict[str, Any] = {"outcome": str(result.outcome), "reason": result.reason}
     if job.setting.parameter is AccuracyParameter.STEPS_PER_ORBIT:

@@ -9,7 +9,7 @@ from adapters.registry import engines
 from barchain.record.facts import engine_facts, external_versions, scene_words
 from barchain.run.selection import chosen_engines, unique_names
 from barchain.studies.cost.limits import MINUTES, REPEATS, TIME_LIMIT_S
-from barchain.studies.cost.plan import CostPlan, shortened
+from barchain.studies.cost.plan import CostPlan, kind_of, shortened
 from barchain.studies.cost.run import CostResult, CostRun
 from barchain.studies.study import limits_of
 from reports.tables.cost import FILES
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from barchain.record.study_store import StudyStore
-    from barchain.studies.cost.points import SolutionSource
+    from barchain.studies.cost.points import BoundedSolution
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
 
@@ -49,7 +49,7 @@ class CostOptions:
 class CostStudy:
     """The cost study."""
 
-    solution_of: Callable[[Scene], SolutionSource] | None = None
+    solution_of: Callable[[Scene], BoundedSolution] | None = None
     """Reference solution of a scene; the certified solution by default"""
     files: ClassVar[StudyFiles] = FILES
 
@@ -72,7 +72,7 @@ class CostStudy:
         """Engines, scenes and limits."""
         return {
             "packages": external_versions(plan.engines),
-            "engines": {name: engine_facts(r) for name, r in plan.engines.items()},
+            "engines": {name: engine_facts(r) | {"kind": kind_of(r)} for name, r in plan.engines.items()},
             "scenes": {s.name: scene_words(s) for s in plan.scenes},
             "certified_solutions": {},
             "left_out": [],
@@ -84,9 +84,9 @@ class CostStudy:
         return CostRun(plan, store, self.solution_of or certified_source(), reporter).run()
 
 
-def certified_source() -> Callable[[Scene], SolutionSource]:
+def certified_source() -> Callable[[Scene], BoundedSolution]:
     """Certified solutions, whose engine is imported only when a study needs them."""
     from barchain.solutions.certified import certified  # noqa: PLC0415  # heyoka is an extra
 
-    found: Callable[[Scene], SolutionSource] = certified
+    found: Callable[[Scene], BoundedSolution] = certified
     return found

@@ -82,7 +82,7 @@ class EffectsBudget:
 
     def run_all(self, jobs: Iterable[Job]) -> None:
         """Run jobs side by side, each reported as it comes."""
-        for job, result in run_jobs(jobs, time_limit_s=TIME_LIMIT_S, workers=self.plan.workers):
+        for job, result in run_jobs(jobs, time_limit_s=TIME_LIMIT_S, executor=self.plan.executor):
             self.results[job.key] = result
             self.report(self.plan.scene.name, self.said(job), str(result.outcome))
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.boundary.declared import engine_class
+from barchain.execution.executors import ALL_CORES
 from barchain.run.job import Job, Role
 from barchain.studies.effects.default_options import FAST, MATTERS, REPEATS, RTOL, SECONDS, SLOW
 from barchain.studies.effects.effect_toggles import Switch, switches
@@ -17,6 +18,7 @@ from barchain.studies.effects.sensitivity import LOOSER
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from barchain.execution.executors import Executor
     from barchain.studies.effects.altitude_range import Heights
     from scenarios import Scene
 
@@ -32,7 +34,7 @@ class EffectsPlan:
     """Share from which a change matters: see :mod:`reports.chapters.effects.advice`"""
     repeats: int = REPEATS
     seconds: float = SECONDS
-    workers: int | None = None
+    executor: Executor = ALL_CORES
     engine: str | None = None
     """Form of the reference that runs all; None: the compiled one where it can"""
 

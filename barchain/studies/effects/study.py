@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from barchain.execution.executors import ALL_CORES
 from barchain.record.facts import scene_words
 from barchain.studies.effects.budget import EffectsBudget, EffectsResult
 from barchain.studies.effects.default_options import MATTERS, REPEATS, RTOL, SECONDS
@@ -15,6 +16,7 @@ from reports.tables.crossval import PARTED_RAD
 from reports.tables.effects import FILES
 
 if TYPE_CHECKING:
+    from barchain.execution.executors import Executor
     from barchain.record.study_store import StudyStore
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
@@ -34,8 +36,8 @@ class EffectsOptions:
     """Rounds of timing"""
     seconds: float = SECONDS
     """Time after which no further round of timing is begun"""
-    workers: int | None = None
-    """Processes side by side; all cores by default"""
+    executor: Executor = ALL_CORES
+    """Place of the runs that are not timed; all cores of this machine by default"""
     engine: str | None = None
     """Form of the reference for all runs; by default the compiled one where it supports them"""
 
@@ -47,8 +49,16 @@ class EffectsStudy:
     files: ClassVar[StudyFiles] = FILES
 
     def plan(self, options: EffectsOptions) -> EffectsPlan:
-        """All effects of a scene, present or absent there."""
-        return EffectsPlan(switches=switches(options.scene), **vars(options))
+        """All effects of a scene, present or absent there.
+
+        Raises
+        ------
+        ClusterError
+            For a Dask cluster that can't be used.
+        """
+        plan = EffectsPlan(switches=switches(options.scene), **vars(options))
+        options.executor.check()
+        return plan
 
     def record(self, plan: EffectsPlan) -> dict[str, Any]:
         """Scene, and the limits of the advice."""

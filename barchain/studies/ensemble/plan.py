@@ -6,8 +6,9 @@ import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from barchain.studies.ensemble.cluster import DaskAddress, check_cluster
-from barchain.studies.ensemble.limits import WORKERS_S
+from barchain.execution.executors import ALL_CORES
+from barchain.studies.ensemble.bins import BINS, PILOT_RUNS
+from barchain.studies.ensemble.population import check_effects, populations
 from barchain.studies.ensemble.variation import VariationError, parse
 from scenarios import Scene, load_scene
 
@@ -15,13 +16,16 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
+    from barchain.execution.executors import Executor
     from barchain.studies.ensemble.variation import Variation
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 RTOL = 1e-8
 RUNS = 1000
 SAMPLES = 101
-MOST_NUMBERS = 1_000_000_000  # 8 GB of angles and reactions
+MOST_HELD = 10_000_000  # angles and reactions for exact quantiles, 80 MB; more are counted in bins
+MOST_NUMBERS = 1_000_000_000  # 8 GB
+CHECKED_AT_ONCE = 50_000  # bars of the copies that are drawn together
 
 
 @dataclass(frozen=True)
@@ -41,12 +45,8 @@ class EnsembleOptions:
     samples: int = SAMPLES
     """Number of equally spaced instants"""
     quantiles: tuple[float, ...] = QUANTILES
-    workers: int | None = None
-    """Threads; one for each core by default"""
-    dask: str | None = None
-    """Address of a Dask scheduler that gets the runs instead"""
-    dask_wait_s: float = WORKERS_S
-    """Longest time that the scheduler may have no worker"""
+    executor: Executor = ALL_CORES
+    """Place of the runs; on this machine they share a process, with one thread for each of its workers"""
 
 
 @dataclass(frozen=True)
@@ -60,8 +60,12 @@ class EnsemblePlan:
     seed: int
     rtol: float
     quantiles: tuple[float, ...]
-    workers: int | None
-    cluster: DaskAddress | None
+    executor: Executor
+
+    @property
+    def exact(self) -> bool:
+        """Whether all samples are held for exact quantiles: if they are few, or take no more room than bins."""
+        return self.runs <= max(PILOT_RUNS + BINS, MOST_HELD // columns(self.scene))
 
 
 def make_plan(options: EnsembleOptions) -> EnsemblePlan:
@@ -82,11 +86,9 @@ def make_plan(options: EnsembleOptions) -> EnsemblePlan:
     check_overlaps(variations)
     check_numbers(scene, options.runs)
     check_draws(variations, scene, options)
-    cluster = None if options.dask is None else DaskAddress(options.dask, options.dask_wait_s)
-    if cluster is not None:
-        check_cluster(cluster)
+    options.executor.check()
     return EnsemblePlan(
-        scene, variations, options.runs, options.seed, options.rtol, options.quantiles, options.workers, cluster
+        scene, variations, options.runs, options.seed, options.rtol, options.quantiles, options.executor
     )
 
 
@@ -111,19 +113,26 @@ def overlap(a: Variation, b: Variation) -> bool:
 
 
 def check_draws(variations: tuple[Variation, ...], scene: Scene, options: EnsembleOptions) -> None:
-    """Reject draws outside the range of a quantity before a folder is made or a scheduler is asked.
+    """Reject effects and draws that a run could not have, before a folder is made or a scheduler is asked.
 
-    Draws are the same here and in the run. They are a fraction of the numbers that :func:`check_numbers` allows.
+    Draws are the same here and in the run.
     """
-    for variation in variations:
-        variation.draw(options.runs, scene.bars, options.seed)
+    check_effects(scene, variations)
+    size = max(1, CHECKED_AT_ONCE // scene.bars)
+    for _ in populations(scene, variations, options.runs, options.seed, size):
+        pass
+
+
+def columns(scene: Scene) -> int:
+    """Angles and reactions of a run at all samples."""
+    return scene.run.samples * (2 * scene.bars - 1)
 
 
 def check_numbers(scene: Scene, runs: int) -> None:
-    """Reject an ensemble that memory does not hold."""
-    numbers = runs * scene.run.samples * (2 * scene.bars - 1)
+    """Reject an ensemble whose samples, or whose first runs and bins, memory does not hold."""
+    numbers = columns(scene) * min(runs, PILOT_RUNS + BINS)
     if numbers > MOST_NUMBERS:
         raise VariationError(
-            f"--runs {runs}: {numbers:.1e} numbers would have to be held, allowed: {MOST_NUMBERS:.0e}; "
-            "fewer runs or --samples"
+            f"--runs {runs} --samples {scene.run.samples}: {numbers:.1e} numbers would have to be held, "
+            f"allowed: {MOST_NUMBERS:.0e}; fewer samples"
         )

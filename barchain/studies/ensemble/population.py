@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adapters.common.initial_state import POINT_PART, chain_model, initial_state
-from barchain.studies.ensemble.variation import VariationError
+from barchain.studies.ensemble.variation import DrawStream, VariationError
 from reference_impl.fast import layout
 from reference_impl.fast.batch import Batch
 from reference_impl.integrate.simulate import contact_free_perigee_m, contact_free_radius_m, largest_pull_m_s2
 from scenarios import Gravity
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from adapters.trajectory import Array
     from barchain.studies.ensemble.variation import Variation
     from scenarios import Scene
@@ -67,29 +69,48 @@ class Population:
 IN_RADIANS = {"angle_deg": "angle_rad", "longitude_deg": "longitude_rad"}
 
 
+def populations(
+    scene: Scene, variations: tuple[Variation, ...], runs: int, seed: int, size: int
+) -> Iterator[Population]:
+    """Copies of `scene` in parts of `size`, each drawn when it is asked for.
+
+    Raises
+    ------
+    VariationError
+        If a copy is one that a scene file could not describe.
+    """
+    streams = [DrawStream(v, scene.bars, seed) for v in variations]
+    for first in range(0, runs, size):
+        part = drawn(scene, streams, min(size, runs - first))
+        check(part, first)
+        yield part
+
+
 def populate(scene: Scene, variations: tuple[Variation, ...], runs: int, seed: int) -> Population:
-    """Draw `runs` copies of `scene`.
+    """Draw `runs` copies of `scene` at once, as :func:`populations`."""
+    return next(populations(scene, variations, runs, seed, runs))
+
+
+def drawn(scene: Scene, streams: list[DrawStream], runs: int) -> Population:
+    """Draw the next copies of `scene`.
 
     A bar whose mass or length varies keeps the shape of its mass: its inertia goes with m l², unless it varies itself.
     """
-    check_effects(scene, variations)
     names = [f.name for f in dataclasses.fields(Population) if f.name != "scene"]
     whole: dict[str, Any] = vars(scene.orbit) | vars(scene.chain)
     given = {name: np.atleast_1d(np.array(whole[name], dtype=float)) for name in names}
-    drawn = {name: np.tile(value, (runs, 1)) for name, value in given.items()}
-    for v in variations:
+    copies = {name: np.tile(value, (runs, 1)) for name, value in given.items()}
+    shapes = np.ones((runs, scene.bars), dtype=bool)
+    for stream in streams:
+        v, values = stream.variation, stream.take(runs)
         where = slice(v.bar - 1, v.bar) if v.bar else slice(None)
-        values = v.draw(runs, scene.bars, seed)
         name = IN_RADIANS.get(v.key, v.key)
-        drawn[name][:, where] = values if name == v.key else np.radians(values)
-    shaped = drawn["mass_kg"] / given["mass_kg"] * (drawn["length_m"] / given["length_m"]) ** 2
-    for v in variations:
+        copies[name][:, where] = values if name == v.key else np.radians(values)
         if v.key == "inertia_kg_m2":
-            shaped[:, slice(v.bar - 1, v.bar) if v.bar else slice(None)] = 1.0
-    drawn["inertia_kg_m2"] *= shaped
-    made = Population(scene, **{name: d if hasattr(scene.chain, name) else d[:, 0] for name, d in drawn.items()})
-    check(made)
-    return made
+            shapes[:, where] = False
+    scaled = copies["mass_kg"] / given["mass_kg"] * (copies["length_m"] / given["length_m"]) ** 2
+    copies["inertia_kg_m2"] *= np.where(shapes, scaled, 1.0)
+    return Population(scene, **{name: d if hasattr(scene.chain, name) else d[:, 0] for name, d in copies.items()})
 
 
 HELD = ("drag", "solar_pressure", "thrust", "impulse")  # settled between compiled segments, run by run
@@ -115,8 +136,8 @@ def check_effects(scene: Scene, variations: tuple[Variation, ...]) -> None:
         )
 
 
-def check(population: Population) -> None:
-    """Reject copies that a scene file could not describe.
+def check(population: Population, first: int) -> None:
+    """Reject copies that a scene file could not describe; the first of them is run `first`, counted from 0.
 
     Raises
     ------
@@ -127,7 +148,7 @@ def check(population: Population) -> None:
     if low.any():
         run = int(np.argmax(low))
         raise VariationError(
-            f"run {run + 1} starts {population.altitude_m[run]:g} m up with a chain of "
+            f"run {first + run + 1} starts {population.altitude_m[run]:g} m up with a chain of "
             f"{population.length_m[run].sum():g} m, allowed: higher than the chain is long"
         )
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from barchain.execution.executors import DaskCluster
 from barchain.record.facts import scene_facts
-from barchain.studies.ensemble.execution import EnsembleResult, run_ensemble
+from barchain.studies.ensemble.bins import DIGITS, PILOT_RUNS
+from barchain.studies.ensemble.execution import EnsembleSummary, run_ensemble
 from barchain.studies.ensemble.kept_parts import KEY, StoredParts, plan_key
 from barchain.studies.ensemble.plan import make_plan
 from reports.tables.ensemble import FILES
@@ -42,11 +44,12 @@ class EnsembleStudy:
             "runs": plan.runs,
             "rtol": plan.rtol,
             "seed": plan.seed,
-            "dask": plan.cluster is not None,
+            "estimated": None if plan.exact else {"relative_error": 2.0**-DIGITS, "pilot_runs": PILOT_RUNS},
+            "dask": isinstance(plan.executor, DaskCluster),
             KEY: plan_key(plan),
         }
 
-    def run(self, plan: EnsemblePlan, store: StudyStore, reporter: Reporter) -> EnsembleResult:
+    def run(self, plan: EnsemblePlan, store: StudyStore, reporter: Reporter) -> EnsembleSummary:
         """Draw, run and reduce the copies.
 
         Raises
@@ -54,13 +57,13 @@ class EnsembleStudy:
         ClusterLostError
             If the plan's cluster fails; parts so far are in the folder.
         """
-        kept = StoredParts(store)
+        kept = StoredParts(plan, store)
         with reporter.counted("runs", plan.runs) as done:
-            result = run_ensemble(plan, done, kept)
+            result = run_ensemble(plan, kept, done)
         store.write("quantiles", result.quantiles)
-        store.write("runs", result.runs)
-        store.record["outcomes"] = result.runs["outcome"].value_counts().to_dict()
-        store.record["evaluations"] = int(result.runs["evaluations"].sum())
+        store.write_text("runs", kept.run_text())
+        store.record["outcomes"] = dict(result.tally.outcomes.most_common())
+        store.record["evaluations"] = result.tally.evaluations
         store.record["phases_s"] = result.seconds
         kept.remove()
         return result

@@ -93,29 +93,40 @@ class Variation:
     family: str
     numbers: tuple[float, ...]
 
-    def draw(self, runs: int, bars: int, seed: int) -> Array:
-        """Values, shape (runs, k): k = N with a draw for each bar, else 1.
 
-        The draws of one quantity do not depend on what else varies.
+class DrawStream:
+    """Values of one quantity, copy after copy.
+
+    They depend neither on what else varies, nor on how many copies are drawn at a time.
+    """
+
+    def __init__(self, variation: Variation, bars: int, seed: int) -> None:
+        """Begin with the first copy."""
+        self.variation, self.drawn = variation, 0
+        self.columns = bars if variation.bar == 0 else 1
+        self.made = FAMILIES[variation.family].make(*variation.numbers)
+        self.rng = np.random.default_rng([seed, zlib.crc32(f"{variation.key}[{variation.bar}]".encode())])
+
+    def take(self, runs: int) -> Array:
+        """Values of the next copies, shape (runs, k): k = N with a draw for each bar, else 1.
 
         Raises
         ------
         VariationError
             If a draw is out of what the scene allows.
         """
-        rng = np.random.default_rng([seed, zlib.crc32(f"{self.key}[{self.bar}]".encode())])
-        columns = bars if self.bar == 0 else 1
-        made = FAMILIES[self.family].make(*self.numbers)
         with np.errstate(over="ignore"):  # infinity is out of every range
-            values: Array = np.asarray(made.rvs(size=(runs, columns), random_state=rng), dtype=float)
-        wrong = RANGES[self.key].excludes(values)
+            values: Array = np.asarray(self.made.rvs(size=(runs, self.columns), random_state=self.rng), dtype=float)
+        valid = RANGES[self.variation.key]
+        wrong = valid.excludes(values)
         if wrong.any():
             run = int(np.argmax(wrong.any(axis=1)))
             drawn = values[run][wrong[run]][0]
             raise VariationError(
-                f"--vary {self.text}: run {run + 1} draws {drawn:g}, allowed: {RANGES[self.key].value}, "
+                f"--vary {self.variation.text}: run {self.drawn + run + 1} draws {drawn:g}, allowed: {valid.value}, "
                 f"up to {MOST_MAGNITUDE:g}; bounds or a lognormal distribution keep draws there"
             )
+        self.drawn += runs
         return values
 
 

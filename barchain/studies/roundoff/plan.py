@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from adapters.registry import ENGINES
+from barchain.execution.executors import ALL_CORES
 from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind
 from barchain.studies.roundoff.formulations.third_parties import present
 from barchain.studies.roundoff.parts.trajectories import ScaledScene
 from scenarios import load_scene
+
+if TYPE_CHECKING:
+    from barchain.execution.executors import Executor
 
 PARTS = ("evaluation", "trajectories", "engines", "times")
 SCENE = "paper/fig15"  # the 80° chain turning with its orbit, which stays regular: what grows is round-off alone
@@ -60,8 +64,8 @@ class RoundoffPlan:
     time_bars: tuple[int, ...] = field(default=())
     """Bars at which evaluations are timed, after all else; none if empty"""
     parts: tuple[str, ...] = PARTS
-    workers: int | None = None
-    """Processes side by side; None: all cores"""
+    executor: Executor = ALL_CORES
+    """Place of the tasks that are not timed"""
 
     @property
     def turns(self) -> int:
@@ -74,7 +78,7 @@ class RoundoffPlan:
         return tuple(dict.fromkeys(t.solution for t in self.tasks if t.solution is not None))
 
 
-def make_plan(parts: tuple[str, ...] = PARTS, *, full: bool = False, workers: int | None = None) -> RoundoffPlan:
+def make_plan(parts: tuple[str, ...] = PARTS, *, full: bool = False, executor: Executor = ALL_CORES) -> RoundoffPlan:
     """Plan of a study.
 
     Parameters
@@ -83,8 +87,8 @@ def make_plan(parts: tuple[str, ...] = PARTS, *, full: bool = False, workers: in
         Of :data:`PARTS`.
     full : bool
         Every size, arithmetic and number of bars, finer steps, longer runs: half an hour instead of minutes.
-    workers : int, optional
-        Processes side by side; all cores by default.
+    executor : Executor
+        Place of the tasks that are not timed; all cores of this machine by default.
     """
     tasks: list[RoundoffTask] = []
     if "evaluation" in parts:
@@ -94,7 +98,7 @@ def make_plan(parts: tuple[str, ...] = PARTS, *, full: bool = False, workers: in
     if "engines" in parts:
         tasks += engines(full)
     times = ((5, 50, 500) if full else (5, 50)) if "times" in parts else ()
-    return RoundoffPlan(tuple(tasks), full, times, tuple(parts), workers)
+    return RoundoffPlan(tuple(tasks), full, times, tuple(parts), executor)
 
 
 def evaluations(full: bool) -> list[RoundoffTask]:

@@ -2,37 +2,26 @@
 
 from __future__ import annotations
 
-import multiprocessing
-from concurrent.futures import as_completed
 from dataclasses import dataclass
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, cast
 
-from pebble import ProcessPool
-
-from barchain.boundary.threads import one_thread_each
+from barchain.boundary.message import MessageError
+from barchain.execution.call import Call, CallFailedError
+from barchain.studies.roundoff.messages import rows_from, solution_bytes, solution_from, task_bytes
 from barchain.studies.roundoff.parts.times import time_rows
-from barchain.studies.roundoff.parts.trajectories import solution_of
 from barchain.studies.roundoff.rows import RoundoffRows
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from concurrent.futures import Future
-
+    from barchain.execution.call import Answer
+    from barchain.execution.session import Session
     from barchain.record.study_store import StudyStore
-    from barchain.studies.roundoff.parts.trajectories import HighPrecisionSolution
+    from barchain.studies.roundoff.parts.trajectories import HighPrecisionSolution, ScaledScene
     from barchain.studies.roundoff.plan import RoundoffPlan, RoundoffTask
     from barchain.studies.study import Reporter
 
-Rows = list[dict[str, Any]]
 TASK_LIMIT_S = 600.0
-
-
-def call(function: str, arguments: tuple[Any, ...]) -> Rows:
-    """Run a task in this process."""
-    module, _, name = function.partition(":")
-    found: Rows = getattr(import_module(module), name)(*arguments)
-    return found
+SOLUTION_LIMIT_S = 3600.0  # without a high-precision solution none of its tasks is run
 
 
 @dataclass(frozen=True)
@@ -59,8 +48,7 @@ class RoundoffRun:
     def run(self) -> RoundoffResult:
         """Run everything and write the tables; an interrupted run leaves the rows so far."""
         try:
-            with one_thread_each():
-                self.run_tasks()
+            self.run_tasks()
             if self.plan.time_bars:
                 self.rows.keep("times", time_rows(self.plan.time_bars))
                 self.report("times", "relative over absolute", str(Outcome.PASS))
@@ -69,36 +57,43 @@ class RoundoffRun:
         return RoundoffResult(tuple(f"{f['table']}: {f['task']}: {f['reason']}" for f in self.record["failed"]))
 
     def run_tasks(self) -> None:
-        """All tasks in a pool of processes, the high-precision solutions first."""
-        context = multiprocessing.get_context("spawn")
-        pool = ProcessPool(self.plan.workers or multiprocessing.cpu_count(), context=context)
+        """All tasks in processes of the executor, the high-precision solutions first."""
+        with self.plan.executor.session() as session:
+            for family in self.plan.high_precision_solutions:
+                session.submit(family, Call(solution_bytes, (family,), SOLUTION_LIMIT_S))
+            self.submit(session, None)
+            for key, answer in session.answers():
+                if isinstance(key, int):
+                    self.keep(key, answer)
+                else:
+                    self.go_on(session, cast("ScaledScene", key), answer)
+
+    def submit(self, session: Session, family: ScaledScene | None, *solution: HighPrecisionSolution) -> None:
+        """Queue the tasks that take a solution; one that hangs is ended, and costs its own rows."""
+        for k, task in enumerate(self.plan.tasks):
+            if task.solution == family:
+                session.submit(k, Call(task_bytes, (task.function, (*solution, *task.arguments)), TASK_LIMIT_S))
+
+    def go_on(self, session: Session, family: ScaledScene, answer: Answer) -> None:
+        """Queue the tasks of a high-precision solution that has come; without it they fail."""
         try:
-            high_precision_solutions = {
-                family: pool.schedule(solution_of, (family,)) for family in self.plan.high_precision_solutions
-            }
-            waiting = {self.schedule(pool, t): k for k, t in enumerate(self.plan.tasks) if t.solution is None}
-            for k, task in enumerate(self.plan.tasks):
-                if task.solution is not None:
-                    waiting[self.schedule(pool, task, high_precision_solutions[task.solution].result())] = k
-            for future in as_completed(waiting):
-                self.keep(waiting[future], future)
-        finally:
-            pool.stop()
-            pool.join()
+            self.submit(session, family, solution_from(family, answer.needed()))
+        except (CallFailedError, MessageError, KeyError) as error:
+            for task in (t for t in self.plan.tasks if t.solution == family):
+                self.fail(task, f"no high-precision solution: {error}")
 
-    def schedule(self, pool: ProcessPool, task: RoundoffTask, *solution: HighPrecisionSolution) -> Future[Rows]:
-        """Queue a task; one that hangs is ended, and costs its own rows."""
-        found: Future[Rows] = pool.schedule(call, (task.function, (*solution, *task.arguments)), timeout=TASK_LIMIT_S)
-        return found
-
-    def keep(self, place: int, future: Future[Rows]) -> None:
+    def keep(self, place: int, answer: Answer) -> None:
         """Take a task's rows; one that fails costs its own rows, and is noted."""
         task = self.plan.tasks[place]
         try:
-            self.rows.keep(task.table, future.result(), place)
-        except Exception as error:
-            said = f"{type(error).__name__}: {error}".splitlines()[0]
-            self.record["failed"].append({"table": task.table, "task": task.title, "reason": said})
-            self.report(task.table, f"{task.title}: {said}", str(Outcome.FAILED))
+            rows = rows_from(answer.needed())
+        except (CallFailedError, MessageError) as error:
+            self.fail(task, str(error))
             return
+        self.rows.keep(task.table, rows, place)
         self.report(task.table, task.title, str(Outcome.PASS))
+
+    def fail(self, task: RoundoffTask, reason: str) -> None:
+        """Note a task without rows."""
+        self.record["failed"].append({"table": task.table, "task": task.title, "reason": reason})
+        self.report(task.table, f"{task.title}: {reason}", str(Outcome.FAILED))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from barchain.execution.executors import ALL_CORES
 from barchain.record.environment import package_version
 from barchain.studies.roundoff.formulations.states import MEMBERS
 from barchain.studies.roundoff.objects import objects
@@ -14,6 +15,7 @@ from reference_impl.precision.arithmetic import ARITHMETICS, EXACT_DIGITS, long_
 from reports.tables.roundoff import FILES
 
 if TYPE_CHECKING:
+    from barchain.execution.executors import Executor
     from barchain.record.study_store import StudyStore
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
@@ -26,8 +28,8 @@ class RoundoffOptions:
     parts: tuple[str, ...] = PARTS
     full: bool = False
     """All sizes, arithmetics and numbers of bars, finer steps, longer runs: half an hour instead of minutes"""
-    workers: int | None = None
-    """Processes side by side; all cores by default"""
+    executor: Executor = ALL_CORES
+    """Place of the tasks that are not timed; all cores of this machine by default"""
 
 
 @dataclass(frozen=True)
@@ -37,8 +39,16 @@ class RoundoffStudy:
     files: ClassVar[StudyFiles] = FILES
 
     def plan(self, options: RoundoffOptions) -> RoundoffPlan:
-        """Tasks of the parts."""
-        return make_plan(options.parts, full=options.full, workers=options.workers)
+        """Tasks of the parts.
+
+        Raises
+        ------
+        ClusterError
+            For a Dask cluster that can't be used.
+        """
+        plan = make_plan(options.parts, full=options.full, executor=options.executor)
+        options.executor.check()
+        return plan
 
     def record(self, plan: RoundoffPlan) -> dict[str, Any]:
         """Parts, arithmetics, and the objects named on the axes; failed tasks are added as they come."""

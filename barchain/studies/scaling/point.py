@@ -11,7 +11,7 @@ from barchain.boundary.limits import QUESTION_S
 from barchain.boundary.memory import Peak
 from barchain.run.job import Job, RunResult
 from barchain.run.outside_runs import one_first_run, one_run, one_turn
-from barchain.run.worker import run_job
+from barchain.run.worker import run_quietly
 from barchain.timing.bench import LEAST_S, LONG_S, MOST_RUNS, turn, warmed
 from barchain.timing.evaluation import DIRECT, evaluation_times, loop_of
 from barchain.timing.statistics import median_time
@@ -67,11 +67,11 @@ class Measured(RunResult):
 
 def measure_point(task: ScalingTask, log: Path) -> Measured:
     """Warm up, take the memory of one whole run, then times."""
-    warm = run_job(task.warm, log)
+    warm = run_quietly(task.warm, log)
     if warm.outcome is not Outcome.PASS:
         return Measured(warm.outcome, f"{warm.reason} (on three bars, to warm up)")
     peak = Peak()
-    first = run_job(task.job, log) if task.share else RunResult(Outcome.PASS)
+    first = run_quietly(task.job, log) if task.share else RunResult(Outcome.PASS)
     if first.outcome is not Outcome.PASS:
         return Measured(first.outcome, first.reason)
     columns: dict[str, float | str] = {"memory_B": peak.beyond()} if task.share else {}
@@ -79,7 +79,7 @@ def measure_point(task: ScalingTask, log: Path) -> Measured:
         columns |= spread("evaluation", evaluation_times(loop_of(task.job.engine, task.job.scene), task.repeats))
         columns["per"] = "right-hand side"
     if task.share:
-        own = TimedRuns(lambda: run_job(task.job, log), lambda: turn(task.job, log, LEAST_S))
+        own = TimedRuns(lambda: run_quietly(task.job, log), lambda: turn(task.job, log, LEAST_S))
         warmed.add(task.job.scene.digest)  # the first run was the one that is not timed
         columns = run_columns(task, first, own) | columns
     return Measured(Outcome.PASS, columns=columns)

@@ -21,7 +21,8 @@ from adapters.trajectory import Observable
 from barchain.boundary.declared import engine_class
 from barchain.boundary.memory import installed
 from barchain.boundary.threads import one_thread_each, temporary_root
-from barchain.run.pool import PoolGroup, collect, pool_group
+from barchain.run.messages import collect
+from barchain.run.pool import PoolGroup, pool_group
 from barchain.studies.scaling.measured_points import ScalingPoints
 from barchain.studies.scaling.plan import MEMORY_SHARE, SHARES, affordable, predicted
 from barchain.studies.scaling.point import (

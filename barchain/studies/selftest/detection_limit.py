@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from barchain.execution.executors import ALL_CORES
 from barchain.studies.selftest.check_results import cell
 from barchain.studies.selftest.trial import FaultTrial, run_trials
 from reports.tables.selftest import FaultOutcome
@@ -13,6 +14,7 @@ from reports.tables.selftest import FaultOutcome
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
+    from barchain.execution.executors import Executor
     from barchain.studies.selftest.check_results import FaultCell, Reading
     from barchain.studies.selftest.faults.fault import Fault, Size
     from barchain.studies.selftest.trial import SelftestCase
@@ -91,7 +93,7 @@ def most_trials(pairs: list[Bracket]) -> int:
 
 
 def settled(
-    pairs: list[Bracket], *, workers: int | None = None, done: Callable[[int], None] = lambda _: None
+    pairs: list[Bracket], *, executor: Executor = ALL_CORES, done: Callable[[int], None] = lambda _: None
 ) -> list[Bracket]:
     """Brackets narrowed to a factor of two, in rounds of one trial each."""
     open_pairs = {(p.fault.name, p.case.scene.name): p for p in pairs}
@@ -100,7 +102,7 @@ def settled(
         if not asked:
             return list(open_pairs.values())
         trials = [FaultTrial(p.case, p.fault, p.at(asked[n])) for n, p in open_pairs.items() if n in asked]
-        for result in run_trials(trials, workers=workers):
+        for result in run_trials(trials, executor=executor):
             one = cell(result)
             name = one.fault.name, one.scene
             by = one.worst if one.fate is FaultOutcome.KILLED else None

@@ -6,6 +6,7 @@ import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from barchain.execution.executors import ALL_CORES
 from barchain.run.job import Role
 from barchain.studies.selftest.check_results import FaultCell, cell, nothing
 from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, UNMODIFIED
@@ -15,6 +16,7 @@ from reports.tables.selftest import FaultOutcome
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
+    from barchain.execution.executors import Executor
     from barchain.studies.selftest.faults.fault import Fault
     from barchain.studies.selftest.trial import SelftestCase, TrialResult
 
@@ -66,7 +68,7 @@ def not_applicable(fault: Fault, host: str) -> str:
 
 
 def insert_faults(
-    faults: Iterable[Fault], found: list[SelftestCase], host: str, *, workers: int | None = None, done: Done = quiet
+    faults: Iterable[Fault], found: list[SelftestCase], host: str, *, executor: Executor = ALL_CORES, done: Done = quiet
 ) -> Iterator[tuple[FaultCell, TrialResult | None]]:
     """Insert faults into scenes: a cell for each pair, with its result where something was run."""
     trials = []
@@ -78,17 +80,17 @@ def insert_faults(
                 done(1)
             else:
                 trials.append(FaultTrial(case, fault, fault.natural))
-    for result in run_trials(trials, workers=workers):
+    for result in run_trials(trials, executor=executor):
         yield cell(result), result
         done(1)
 
 
 def with_controls(
-    found: list[SelftestCase], host: str, *, workers: int | None = None, done: Done = quiet
+    found: list[SelftestCase], host: str, *, executor: Executor = ALL_CORES, done: Done = quiet
 ) -> tuple[list[SelftestCase], list[FaultCell]]:
     """Cases with the controls' runs, and the controls' cells."""
     kept, cells = {g.scene.name: g for g in found}, []
-    for one, result in insert_faults(CONTROLS.values(), found, host, workers=workers, done=done):
+    for one, result in insert_faults(CONTROLS.values(), found, host, executor=executor, done=done):
         cells.append(one)
         if result is not None:
             name = one.scene
@@ -119,12 +121,12 @@ def matrix(
     found: list[SelftestCase],
     host: str = HOST,
     *,
-    workers: int | None = None,
+    executor: Executor = ALL_CORES,
     done: Done = quiet,
 ) -> tuple[Matrix, list[SelftestCase]]:
     """Controls and faults in all scenes, in the order of the catalogue; and the cases with the controls' runs."""
-    ready, cells = with_controls(found, host, workers=workers, done=done)
-    cells += [one for one, _ in insert_faults(faults, ready, host, workers=workers, done=done)]
+    ready, cells = with_controls(found, host, executor=executor, done=done)
+    cells += [one for one, _ in insert_faults(faults, ready, host, executor=executor, done=done)]
     place = {name: k for k, name in enumerate([*CONTROLS, *FAULTS])}
     scenes = {g.scene.name: k for k, g in enumerate(found)}
     return Matrix(tuple(sorted(cells, key=lambda c: (place[c.fault.name], scenes[c.scene])))), ready

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from adapters.registry import find_own_engine
 from barchain.boundary.declared import engine_class
+from barchain.execution.executors import ALL_CORES
 from barchain.run.job import SOLUTION_ROLES, Role
 from barchain.studies.selftest.detection_limit import brackets, most_trials, settled
 from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, find
@@ -18,6 +19,7 @@ from reports.tables.selftest import FILES
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from barchain.execution.executors import Executor
     from barchain.record.study_store import StudyStore
     from barchain.studies.selftest.faults.fault import Fault
     from barchain.studies.selftest.trial import SelftestCase
@@ -38,8 +40,8 @@ class SelftestOptions:
     """Engine that the faults are inserted into; faults in the code itself need the reference"""
     smallest: bool = False
     """Whether the smallest detected size of each continuous fault is looked for"""
-    workers: int | None = None
-    """Processes side by side; all cores by default"""
+    executor: Executor = ALL_CORES
+    """Place of the runs; all cores of this machine by default"""
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,7 @@ class SelftestPlan:
     faults: tuple[Fault, ...]
     host: str = HOST
     smallest: bool = False
-    workers: int | None = None
+    executor: Executor = ALL_CORES
     left_out: dict[str, str] = field(default_factory=dict)
     """Scenes that the host does not support, with the reason"""
 
@@ -68,6 +70,8 @@ class SelftestStudy:
         ------
         SceneError, UnknownFaultError, UnknownEngineError
             For a scene, a fault or an engine that does not exist.
+        ClusterError
+            For a Dask cluster that can't be used.
         """
         engine = engine_class(find_own_engine(options.host))
         faults = [f for f in map(find, dict.fromkeys(options.faults or FAULTS)) if f.name not in CONTROLS]
@@ -75,7 +79,8 @@ class SelftestStudy:
         reasons = {s.name: engine.unsupported(s) for s in scenes}
         able = tuple(s for s in scenes if not reasons[s.name])
         left_out = {name: reason for name, reason in reasons.items() if reason}
-        return SelftestPlan(able, tuple(faults), options.host, options.smallest, options.workers, left_out)
+        options.executor.check()
+        return SelftestPlan(able, tuple(faults), options.host, options.smallest, options.executor, left_out)
 
     def record(self, plan: SelftestPlan) -> dict[str, Any]:
         """Host, scenes and faults in words."""
@@ -96,9 +101,9 @@ class SelftestStudy:
         """
         store.remove("smallest")
         with reporter.counted("reference solutions", len(plan.scenes) * len(SOLUTION_ROLES)) as done:
-            found = selftest_cases(plan.scenes, plan.host, workers=plan.workers, done=done)
+            found = selftest_cases(plan.scenes, plan.host, executor=plan.executor, done=done)
         with reporter.counted("faults", len(plan.scenes) * (len(plan.faults) + len(CONTROLS))) as done:
-            tried, ready = matrix(plan.faults, found, plan.host, workers=plan.workers, done=done)
+            tried, ready = matrix(plan.faults, found, plan.host, executor=plan.executor, done=done)
         store.write("selftest", (row for cell in tried.cells for row in cell.rows()))
         store.record.update(passed=tried.passed, unkilled=[f.name for f in tried.unkilled])
         if plan.smallest:
@@ -113,7 +118,7 @@ def look_for_smallest(
     store.write_record()
     pairs = brackets(tried.cells, ready)
     with reporter.counted("sizes", most_trials(pairs)) as done:
-        store.write("smallest", (pair.row() for pair in settled(pairs, workers=plan.workers, done=done)))
+        store.write("smallest", (pair.row() for pair in settled(pairs, executor=plan.executor, done=done)))
 
 
 def scene_words(scene: Scene) -> dict[str, Any]:

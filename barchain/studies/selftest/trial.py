@@ -9,6 +9,7 @@ from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
 from adapters.registry import find_own_engine
 from barchain.boundary.declared import engine_class
+from barchain.execution.executors import ALL_CORES
 from barchain.judge.comparison.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.run.job import Job, Role, RunResult
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Trajectory
+    from barchain.execution.executors import Executor
     from barchain.judge.comparison.verdict import Verdict
     from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.selftest.faults.fault import Fault
@@ -89,7 +91,7 @@ class TrialResult:
 
 
 def selftest_cases(
-    scenes: Iterable[Scene], host: str, *, workers: int | None = None, done: Callable[[int], None] = lambda _: None
+    scenes: Iterable[Scene], host: str, *, executor: Executor = ALL_CORES, done: Callable[[int], None] = lambda _: None
 ) -> list[SelftestCase]:
     """Reference solutions of scenes that a host supports, established as in a comparison.
 
@@ -102,7 +104,7 @@ def selftest_cases(
     wanted = {s.name: s for s in scenes}
     runs: dict[str, dict[Role, RunResult]] = {name: {} for name in wanted}
     jobs = [(name, job) for name, s in wanted.items() for job in solution_jobs(s, NUMPY)]
-    for job, result in run_jobs([job for _, job in jobs], time_limit_s=TIME_LIMIT_S, workers=workers):
+    for job, result in run_jobs([job for _, job in jobs], time_limit_s=TIME_LIMIT_S, executor=executor):
         if result.outcome is not Outcome.PASS:
             raise SelftestError(f"{job.scene.name}: the reference solution could not be run ({result.reason})")
         runs[job.scene.name][job.role] = result
@@ -117,7 +119,7 @@ def selftest_cases(
     return cases
 
 
-def run_trials(trials: Iterable[FaultTrial], *, workers: int | None = None) -> Iterator[TrialResult]:
+def run_trials(trials: Iterable[FaultTrial], *, executor: Executor = ALL_CORES) -> Iterator[TrialResult]:
     """Run each trial at its main and its finer setting, and judge it; results as they come."""
     waiting = {t.key: t for t in trials}
     for trial in [t for t in waiting.values() if t.replays]:
@@ -127,7 +129,7 @@ def run_trials(trials: Iterable[FaultTrial], *, workers: int | None = None) -> I
     jobs = [job for t in waiting.values() if not t.replays for job in t.jobs()]
     if not jobs:
         return
-    for job, result in run_together(jobs, TimeLimit(TIME_LIMIT_S), workers):
+    for job, result in run_together(jobs, TimeLimit(TIME_LIMIT_S), executor):
         trial = by_job[job.key]
         by_role = runs.setdefault(trial.key, {})
         by_role[job.role] = result

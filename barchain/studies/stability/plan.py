@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.ode_solvers.scipy_engines import ScipyEngine
 from adapters.registry import COMPILED, ENGINES, engines, find_engine
 from barchain.boundary.declared import engine_class
+from barchain.execution.executors import ALL_CORES
 from barchain.run.job import SOLUTION_ROLES, Job, Role
 from barchain.studies.stability.limits import TIME_LIMIT_S
 from barchain.timing.left_out import cannot
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 
     from adapters.engine import Engine
     from adapters.registry import Registration
+    from barchain.execution.executors import Executor
     from scenarios import Scene
 
 HARD = "hard/"
@@ -33,7 +36,8 @@ LEVELS = (Role.COARSE, Role.MAIN, Role.FINER)
 COARSER_RTOL, COARSER_STEPS = 100.0, 0.25  # two decades of a request; two halvings of a step
 PLAIN_RTOL = 1e-3  # SciPy's default; its default absolute tolerance of 1e-6 is a thousandth of it, as the adapter takes
 EXACT_RTOL = 1e-14  # of the compiled reference: its sums are compensated from here on
-SCIPY = "scipy-"
+SCIPY = re.compile("scipy-.*")
+"""SciPy's solvers, on compiled rates and on rates in NumPy"""
 
 
 @dataclass(frozen=True)
@@ -43,13 +47,22 @@ class StabilityPlan:
     scenes: tuple[Scene, ...]
     engines: dict[str, Registration]
     time_limit_s: float = TIME_LIMIT_S
-    workers: int | None = None
+    executor: Executor = ALL_CORES
+    left_out: frozenset[tuple[str, str]] = frozenset()
+    """Scenes and engines that the default study leaves to a full one"""
+
+    def engines_of(self, scene: Scene) -> dict[str, Registration]:
+        """Engines that take part in a scene."""
+        return {name: r for name, r in self.engines.items() if (scene.name, name) not in self.left_out}
 
     @property
     def turns(self) -> int:
         """Number of runs, for the progress."""
         able = [
-            (s, engine_class(r)) for s in self.scenes for name, r in self.engines.items() if cannot(s, name, r) is None
+            (s, engine_class(r))
+            for s in self.scenes
+            for name, r in self.engines_of(s).items()
+            if cannot(s, name, r) is None
         ]
         solutions = sum(len(SOLUTION_ROLES) + len(exact_jobs(s)) for s in self.scenes)
         return solutions + sum(len(settings(s, e)) for s, e in able)
@@ -60,15 +73,19 @@ def hard_scenes() -> list[str]:
     return [name for name in scene_names() if name.startswith(HARD) and HUGE not in load_scene(name).tags]
 
 
-def default_engines() -> dict[str, Registration]:
-    """Engines that take part where none is named: those of the default set, and SciPy's solvers."""
-    found = engines().items()
-    return {name: r for name, r in found if not r.missing and (r.by_default or name.startswith(SCIPY))}
+def default_engines(*, full: bool = False) -> dict[str, Registration]:
+    """Engines that take part where none is named: those of the default set, and SciPy's solvers.
+
+    The solvers run on compiled rates; on rates in NumPy in a full study, and where no compiler is installed.
+    """
+    found = {name: r for name, r in engines().items() if not r.missing and (r.by_default or SCIPY.fullmatch(name))}
+    compiled = set() if full else {f"{name}-numpy" for name in found}
+    return {name: r for name, r in found.items() if name not in compiled}
 
 
-def chosen_engines(names: Iterable[str] | None) -> dict[str, Registration]:
+def chosen_engines(names: Iterable[str] | None, *, full: bool = False) -> dict[str, Registration]:
     """Engines by name, or the default ones."""
-    return {name: find_engine(name) for name in dict.fromkeys(names)} if names else default_engines()
+    return {name: find_engine(name) for name in dict.fromkeys(names)} if names else default_engines(full=full)
 
 
 def settings(scene: Scene, engine: type[Engine]) -> dict[Role, Setting]:

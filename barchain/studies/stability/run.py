@@ -1,4 +1,4 @@
-"""Runs of a stability study, wave after wave, each engine judged as soon as its last run is there."""
+"""Runs of a stability study: each result leads to the next setting, each engine is judged once its runs are there."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from adapters.engine import EngineError
 from barchain.boundary.declared import engine_class
 from barchain.judge.support import unsupported
 from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult, failure
-from barchain.run.pool import run_jobs
+from barchain.run.order import longest_first
+from barchain.run.pool import RunQueue
+from barchain.run.time_limits import TimeLimit
 from barchain.solutions.reference import SOLUTION_RTOL, ReferenceSolution
 from barchain.solutions.reference_runs import SolutionFailedError, solution_engine, solution_jobs, solution_of
 from barchain.studies.stability import expected
@@ -24,8 +26,7 @@ from reports.tables.outcome import Outcome
 from reports.tables.stability import Stability
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
+    from adapters.engine import Setting
     from barchain.record.study_store import StudyStore
     from barchain.studies.stability.plan import StabilityPlan
     from barchain.studies.study import Reporter
@@ -35,8 +36,8 @@ REFERENCES = ("reference", "reference-fast")
 """Engines that must be stable in all scenes that are well-posed"""
 REFERENCE_PATIENCE = 10.0
 """Times the time limit that these are given: they are to be judged, and NumPy takes minutes for a thousand orbits"""
-WAVES = ((Role.COARSE, Role.PLAIN, Role.EXACT), (Role.MAIN,), (Role.FINER,))
-"""Runs in the order in which they are made: those that take longest come last, and only if there is hope"""
+FIRST_ROLES = (Role.COARSE, Role.PLAIN)
+"""Runs that do not wait for a coarser one"""
 
 Pair = tuple[str, str]
 
@@ -50,6 +51,13 @@ class HardSceneRuns:
     runs: dict[str, dict[Role, RunResult]] = field(default_factory=dict)
     solution: ReferenceSolution | None = None
     solution_failed: str = ""
+    exact: RunResult | None = None
+    """Run with compensated sums that waits for the reference solution"""
+
+    @property
+    def solution_settled(self) -> bool:
+        """Whether it is known that there is a reference solution, or none."""
+        return self.solution is not None or bool(self.solution_failed)
 
 
 @dataclass(frozen=True)
@@ -88,28 +96,41 @@ class StabilityRun:
     def run(self) -> StabilityResult:
         """Make all runs, and judge each engine in each scene as soon as its last one is there."""
         self.leave_out()
-        self.make([job for s in self.plan.scenes for job in solution_jobs(s)])
-        for wave in WAVES:
-            self.make(self.hopeful(self.jobs(wave)))
+        with self.plan.executor.session() as session:
+            self.queue = RunQueue(session)
+            for job in (*(j for s in self.plan.scenes for j in solution_jobs(s)), *longest_first(self.first_jobs())):
+                self.ask(job)
+            for job, result in self.queue.results():
+                self.take(job, result)
         failures = tuple(f"{name}: {fault}" for name, fault in self.faults.items())
         return StabilityResult(self.findings, tuple(self.changes), self.unstable_references(), failures)
 
-    def jobs(self, roles: Iterable[Role]) -> list[Job]:
-        """Runs of some roles in all scenes."""
-        wanted, found = tuple(roles), []
+    def first_jobs(self) -> list[Job]:
+        """Runs of engines that wait for no other."""
+        found = []
         for scene in self.plan.scenes:
-            if Role.EXACT in wanted:
-                found += exact_jobs(scene)
-            for name, registration in self.plan.engines.items():
+            found += exact_jobs(scene)
+            for name in self.plan.engines_of(scene):
                 if (scene.name, name) not in self.findings:
-                    own = settings(scene, engine_class(registration))
-                    found += [Job(scene, name, registration, own[r], r) for r in wanted if r in own]
+                    own = self.settings_of(scene, name)
+                    first = [r for r in FIRST_ROLES if r in own]
+                    if Role.COARSE not in own:
+                        first.append(Role.MAIN)
+                    found += [self.job(scene, name, role) for role in first]
         return found
+
+    def settings_of(self, scene: Scene, engine: str) -> dict[Role, Setting]:
+        """Settings of an engine in a scene."""
+        return settings(scene, engine_class(self.plan.engines[engine]))
+
+    def job(self, scene: Scene, engine: str, role: Role) -> Job:
+        """Run of an engine at one of its settings."""
+        return Job(scene, engine, self.plan.engines[engine], self.settings_of(scene, engine)[role], role)
 
     def leave_out(self) -> None:
         """Settle the engines that do not support a scene, and those that do not load."""
         for scene in self.plan.scenes:
-            for name, registration in self.plan.engines.items():
+            for name, registration in self.plan.engines_of(scene).items():
                 out = cannot(scene, name, registration)
                 if out is None:
                     continue
@@ -119,17 +140,17 @@ class StabilityRun:
                     self.faults[name] = out.reason
                     self.settle(scene.name, name, Finding(Stability.FAILED, out.reason))
 
-    def hopeful(self, jobs: list[Job]) -> list[Job]:
-        """Runs expected within the time limit; a run whose coarser run timed out is settled as timed out."""
-        found = []
-        for job in jobs:
-            late = self.late_before(job)
-            if late is None:
-                found.append(job)
-            else:
-                said = f"not run: the {LEVEL_WORDS[late]} setting already took longer than {self.limit_s(job):g} s"
-                self.take(job, failure(Outcome.TIMED_OUT, said))
-        return found
+    def ask(self, job: Job) -> None:
+        """Queue a run, or take its result where it is known: an earlier study's, or late as a coarser run was."""
+        recalled = self.store.recall(job, self.earlier)
+        late = self.late_before(job)
+        if recalled is not None:
+            self.take(job, recalled)
+        elif late is not None:
+            said = f"not run: the {LEVEL_WORDS[late]} setting already took longer than {self.limit_s(job):g} s"
+            self.take(job, failure(Outcome.TIMED_OUT, said))
+        else:
+            self.queue.add(job, TimeLimit(self.limit_s(job)))
 
     def limit_s(self, job: Job) -> float:
         """Wall time allowed to a run."""
@@ -143,22 +164,8 @@ class StabilityRun:
         runs = self.scenes[job.scene.name].runs.get(job.engine, {})
         return next((r for r in before if r in runs and runs[r].outcome is Outcome.TIMED_OUT), None)
 
-    def make(self, jobs: list[Job]) -> None:
-        """Make some runs, or recall them; those with the same limit side by side."""
-        waiting = []
-        for job in jobs:
-            recalled = self.store.recall(job, self.earlier)
-            if recalled is None:
-                waiting.append(job)
-            else:
-                self.take(job, recalled)
-        for limit_s in sorted({self.limit_s(job) for job in waiting}):
-            alike = [job for job in waiting if self.limit_s(job) == limit_s]
-            for job, result in run_jobs(alike, time_limit_s=limit_s, workers=self.plan.workers, solution_patience=1.0):
-                self.take(job, result)
-
     def take(self, job: Job, result: RunResult) -> None:
-        """Note a result, and judge what it completes."""
+        """Note a result, ask for the run that it leads to, and judge what it completes."""
         self.store.keep_run(job, result)
         said = "pass" if result.outcome is Outcome.PASS else f"{result.outcome}: {result.reason}"
         self.report(job.scene.name, job.engine, f"{job.setting} {said}" if said != "pass" else said)
@@ -167,11 +174,24 @@ class StabilityRun:
             progress.solution_runs[job.role] = result
             self.found_solution(progress)
         elif job.role is Role.EXACT:
-            self.follow(progress, job, result)
+            progress.exact = result
         else:
             progress.runs.setdefault(job.engine, {})[job.role] = result
-            if job.role is Role.FINER:
-                self.judge(progress, job.engine)
+            if job.role in LEVELS[:-1]:
+                self.ask(self.job(job.scene, job.engine, LEVELS[LEVELS.index(job.role) + 1]))
+        self.judge_complete(progress)
+
+    def judge_complete(self, progress: HardSceneRuns) -> None:
+        """Judge each engine whose runs are all there, once the reference solution is settled."""
+        if not progress.solution_settled:
+            return
+        scene, exact = progress.scene, progress.exact
+        if exact is not None:
+            progress.exact = None
+            self.follow(progress, exact_jobs(scene)[0], exact)
+        for engine, runs in progress.runs.items():
+            if (scene.name, engine) not in self.findings and runs.keys() == self.settings_of(scene, engine).keys():
+                self.judge(progress, engine)
 
     def found_solution(self, progress: HardSceneRuns) -> None:
         """Establish the reference solution once its runs are made."""

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from barchain.execution.executors import ALL_CORES
 from barchain.record.facts import engine_facts
 from barchain.run.selection import unique_names
+from barchain.studies.stability.left_out import left_to_a_full_study
 from barchain.studies.stability.limits import TIME_LIMIT_S
 from barchain.studies.stability.plan import StabilityPlan, chosen_engines, hard_scenes
 from barchain.studies.stability.run import REFERENCES, StabilityResult, StabilityRun
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from barchain.execution.executors import Executor
     from barchain.record.study_store import StudyStore
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
@@ -33,8 +36,10 @@ class StabilityOptions:
     """The engines of the default set and SciPy's solvers by default"""
     time_limit_s: float = TIME_LIMIT_S
     """Wall time of one run; a form of the reference gets ten times as much"""
-    workers: int | None = None
-    """Processes side by side; all cores by default"""
+    executor: Executor = ALL_CORES
+    """Place of the runs; all cores of this machine by default"""
+    full: bool = False
+    """Pairs that take minutes too, and SciPy's solvers also on rates in NumPy"""
 
 
 @dataclass(frozen=True)
@@ -50,9 +55,15 @@ class StabilityStudy:
         ------
         SceneError, UnknownEngineError
             For a scene or an engine that does not exist.
+        ClusterError
+            For a Dask cluster that can't be used.
         """
         scenes = unique_names([load_scene(s) for s in options.scenes or hard_scenes()])
-        return StabilityPlan(tuple(scenes), chosen_engines(options.engines), options.time_limit_s, options.workers)
+        chosen = chosen_engines(options.engines, full=options.full)
+        whole = options.full or bool(options.engines)
+        left = frozenset() if whole else left_to_a_full_study(scenes, chosen)
+        options.executor.check()
+        return StabilityPlan(tuple(scenes), chosen, options.time_limit_s, options.executor, left)
 
     def record(self, plan: StabilityPlan) -> dict[str, Any]:
         """Scenes, engines and limits; runs are added as they come."""
@@ -61,6 +72,7 @@ class StabilityStudy:
             "scenes": {s.name: scene_words(s) for s in plan.scenes},
             "engines": {name: engine_facts(r).get("title", "") for name, r in plan.engines.items()},
             "references": [name for name in REFERENCES if name in plan.engines],
+            "left_out": sorted([scene, name] for scene, name in plan.left_out),
             "runs": [],
         }
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from barchain.execution.executors import ALL_CORES
 from barchain.run.verdict_workers import Judges
 from barchain.studies.selftest.campaign.cells import CampaignCell
+from barchain.studies.selftest.campaign.messages import JUDGED
 from barchain.studies.selftest.campaign.rating import Judged, judged
 from reports.tables.campaign import CellClass
 from reports.tables.outcome import Outcome
@@ -13,6 +15,7 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from barchain.execution.executors import Executor
     from barchain.studies.selftest.campaign.trial import CampaignCase
 
     JudgeCases = Callable[[list[CampaignCase]], list[Judged]]
@@ -26,8 +29,8 @@ def judge_serially(cases: list[CampaignCase]) -> list[Judged]:
 class VerdictWorkers:
     """Worker processes that judge."""
 
-    def __init__(self, workers: int) -> None:
-        self.judges: Judges[int] = Judges(workers)
+    def __init__(self, executor: Executor = ALL_CORES) -> None:
+        self.judges: Judges[int, Judged] = Judges(JUDGED, executor)
 
     def __call__(self, cases: list[CampaignCase]) -> list[Judged]:
         """Judge; a verdict that does not come is a mistake in the campaign, and costs one cell."""
@@ -41,7 +44,7 @@ class VerdictWorkers:
         """Verdict, or why there is none."""
         if isinstance(found, Judged):
             return found
-        trial, said = case.trial, f"no verdict: {type(found).__name__}: {found}"
+        trial, said = case.trial, f"no verdict: {found}"
         kind = CellClass.BROKEN if trial.fault else CellClass.FALSE_ALARM
         return Judged(
             CampaignCell(trial.scene.name, trial.engine, trial.fault, kind, str(Outcome.FAILED), reason=said), {}, ()

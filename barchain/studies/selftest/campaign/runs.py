@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from adapters.registry import Registration, find_own_engine
+from barchain.execution.executors import ALL_CORES
 from barchain.run.pool import run_jobs, run_together
 from barchain.run.time_limits import TimeLimit
-from barchain.run.worker import run_job
+from barchain.run.worker import run_quietly
 from barchain.studies.selftest.campaign.faults.catalogue import find
 from barchain.studies.selftest.faults.faulty_engine import engine_with_fault
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
     from adapters.engine import Engine
+    from barchain.execution.executors import Executor
     from barchain.run.job import Job, RunResult
 
     Runner = Callable[[list[Job]], Iterable[tuple[Job, RunResult]]]
@@ -44,15 +46,15 @@ def campaign_registration(host: str, fault: str) -> CampaignRegistration:
     return CampaignRegistration(f"fault:{fault}:{host}", compiles=compiles, host=host, fault=fault)
 
 
-def in_workers(workers: int | None, time_limit_s: float = TIME_LIMIT_S) -> Runner:
-    """Worker processes; engines with a fault share processes, as they are barchain's."""
+def in_workers(executor: Executor = ALL_CORES, time_limit_s: float = TIME_LIMIT_S) -> Runner:
+    """Worker processes of an executor; engines with a fault share processes, as they are barchain's."""
 
     def run(jobs: list[Job]) -> Iterator[tuple[Job, RunResult]]:
         own = [job for job in jobs if isinstance(job.registration, CampaignRegistration)]
         unmodified = [job for job in jobs if not isinstance(job.registration, CampaignRegistration)]
-        yield from run_jobs(unmodified, time_limit_s=time_limit_s, workers=workers)
+        yield from run_jobs(unmodified, time_limit_s=time_limit_s, executor=executor)
         if own:
-            yield from run_together(own, TimeLimit(time_limit_s), workers)
+            yield from run_together(own, TimeLimit(time_limit_s), executor)
 
     return run
 
@@ -61,7 +63,7 @@ def in_this_process(jobs: list[Job]) -> Iterator[tuple[Job, RunResult]]:
     """One after the other, without a limit of time."""
     with tempfile.TemporaryDirectory() as folder:
         for job in jobs:
-            yield job, run_job(job, Path(folder) / "log")
+            yield job, run_quietly(job, Path(folder) / "log")
 
 
 class RunCache:

@@ -6,6 +6,7 @@ import itertools
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from barchain.execution.executors import ALL_CORES
 from barchain.run.selection import chosen_engines
 from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.campaign.faults.catalogue import FAULTS, find
@@ -20,6 +21,7 @@ from reports.tables.campaign import FILES
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from barchain.execution.executors import Executor
     from barchain.record.study_store import StudyStore
     from barchain.studies.selftest.campaign.findings import KeptFinding
     from barchain.studies.selftest.campaign.judging import JudgeCases
@@ -54,8 +56,8 @@ class CampaignOptions:
     """Faults in one host on one scene that need runs of their own"""
     shrink_s: float = SHRINK_S
     """Time for the search of a simpler scene of one finding; 0: no search"""
-    workers: int | None = None
-    """Processes side by side; all cores by default"""
+    executor: Executor = ALL_CORES
+    """Place of runs and verdicts; all cores of this machine by default"""
 
 
 @dataclass(frozen=True)
@@ -106,9 +108,12 @@ class CampaignStudy:
         ------
         UnknownFaultError
             For a fault that does not exist.
+        ClusterError
+            For a Dask cluster that can't be used.
         """
         installed = tuple(name for name, r in chosen_engines(None).items() if not r.missing)
         faults = tuple(find(name).name for name in dict.fromkeys(options.faults or FAULTS))
+        options.executor.check()
         return CampaignPlan(**(vars(options) | {"engines": options.engines or installed, "faults": faults}))
 
     def record(self, plan: CampaignPlan) -> dict[str, Any]:

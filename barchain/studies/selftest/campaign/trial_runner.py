@@ -14,7 +14,7 @@ from barchain.solutions.sampling import closely_sampled
 from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.campaign.trial import FIRST, CampaignCase, CampaignTrial
 from reports.tables.campaign import CellClass
-from reports.tables.crossval import REFERENCE_SOLUTION
+from reports.tables.crossval import JUDGING_SOLUTION
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class TrialRunner:
         """Cells of engines that are not run on a scene, and trials of those that are."""
         if scene.name in self.failed:
             why, failed = self.failed[scene.name], str(Outcome.FAILED)
-            return [CampaignCell(scene.name, REFERENCE_SOLUTION, "", CellClass.FALSE_ALARM, failed, reason=why)], []
+            return [CampaignCell(scene.name, JUDGING_SOLUTION, "", CellClass.FALSE_ALARM, failed, reason=why)], []
         cells, trials = [], []
         for name in engines:
             host = engine_class(find_engine(name))

@@ -10,7 +10,7 @@ from barchain.studies.selftest.campaign.judging import judge_serially
 from barchain.studies.selftest.campaign.runs import RunCache, in_this_process
 from barchain.studies.selftest.campaign.scenes.simpler import EXACT, Form, effects_of, simplified, whole
 from barchain.studies.selftest.campaign.trial_runner import TrialRunner
-from reports.tables.crossval import REFERENCE_SOLUTION
+from reports.tables.crossval import JUDGING_SOLUTION
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -98,7 +98,7 @@ def cell_of(scene: Scene, engine: str, fault: str) -> CampaignCell | None:
     """Cell of an engine, or of a fault in it, on a scene, all in this process; None where it can't be tried."""
     runner = TrialRunner(RunCache(in_this_process), judge_serially)
     (sampled,) = runner.establish([scene])
-    cells, trials = runner.unmodified_trials(sampled, [] if engine == REFERENCE_SOLUTION else [engine])
+    cells, trials = runner.unmodified_trials(sampled, [] if engine == JUDGING_SOLUTION else [engine])
     cells += runner.judge_trials(trials)
     if fault:
         left_out, trials = runner.fault_trials(sampled, engine, [fault], ALL)

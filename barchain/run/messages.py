@@ -1,0 +1,167 @@
+"""Runs and their results as messages between processes: text and float64 arrays, read without running code."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import TYPE_CHECKING, Any
+
+from barchain.boundary.limits import OutsideLimits
+from barchain.boundary.message import (
+    MessageError,
+    message_bytes,
+    plain_info,
+    plain_text,
+    read_message,
+)
+from barchain.boundary.process import Reply, ask
+from barchain.boundary.questions import sendable
+from barchain.execution.call import Answer, Call, CallEnd
+from barchain.execution.code_versions import need_same_version
+from barchain.execution.processes import collected
+from barchain.record.environment import package_version
+from barchain.record.sources import installed_digest
+from barchain.run.job import RunResult, failure
+from barchain.run.outside_runs import durations, result_of, trajectory_from
+from barchain.run.trajectory_checks import shape_fault
+from barchain.run.worker import run_job
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from pebble import ProcessFuture
+
+    from adapters.registry import Registration
+    from barchain.run.job import Job
+
+ENDS = {CallEnd.TIMED_OUT: Outcome.TIMED_OUT}
+
+
+def shared_call(job: Job, limit_s: float, simulate_s: float | None, pool: str, runs_per_worker: int) -> Call:
+    """Run of barchain's own adapter, in a process that runs of the same pool share.
+
+    Parameters
+    ----------
+    job : Job
+    limit_s : float
+        Wall time of the run, s.
+    simulate_s : float, optional
+        Wall time of the engine's ``simulate`` alone, s.
+    pool : str
+        Runs of one pool share processes.
+    runs_per_worker : int
+        Number of runs after which a process is replaced.
+    """
+    return Call(shared_run, (job, version_of(job.registration), simulate_s), limit_s, pool, runs_per_worker)
+
+
+def outside_call(job: Job, limit_s: float) -> Call:
+    """Run of an engine of another package, in a process of its own behind the boundary."""
+    return Call(outside_run, (job, limit_s, version_of(job.registration)), limit_s, pool="")
+
+
+def version_of(registration: Registration) -> str:
+    """Version of the package that an engine needs, and of another's engine the digest of its installed files."""
+    name = registration.requires or registration.distribution
+    digest = installed_digest(registration.distribution) if registration.distribution else ""
+    return f"{name} {package_version(name)}{digest}" if name else ""
+
+
+def shared_run(job: Job, version: str, simulate_s: float | None = None) -> bytes:
+    """Run a job in this process; `simulate_s` as in :func:`barchain.run.worker.run_job`.
+
+    Raises
+    ------
+    WrongWorkerError
+        If the engine's package has another version here.
+    """
+    need_same_version(version_of(job.registration), version)
+    return message_of(run_job(job, simulate_s))
+
+
+def message_of(result: RunResult) -> bytes:
+    """Message with a result; a trajectory that can't be sent is dropped with the reason."""
+    try:
+        arrays = {} if result.trajectory is None else sendable(result.trajectory, keep_order=True)
+        info = {} if result.trajectory is None else plain_info(result.trajectory.info)
+    except MessageError as error:
+        if result.outcome is Outcome.PASS:
+            return message_of(failure(Outcome.FAILED, str(error)))
+        return message_of(dataclasses.replace(result, trajectory=None))
+    ended = "" if result.trajectory is None else result.trajectory.ended
+    header = {
+        "outcome": str(result.outcome), "reason": result.reason, "seconds": result.seconds,
+        "rejected": result.rejected, "ended": ended, "info": info, "ran": result.trajectory is not None,
+    }  # fmt: skip
+    return message_bytes(header, arrays)
+
+
+def outside_run(job: Job, limit_s: float, version: str) -> bytes:
+    """Ask an engine of another package for a run; a message with its answer, which has not been checked.
+
+    Raises
+    ------
+    WrongWorkerError
+        If the engine's package has another version here.
+    """
+    need_same_version(version_of(job.registration), version)
+    reply = ask("run", job.registration, job.options, job.scene, job.setting, limits=OutsideLimits(limit_s))
+    header = {"said": reply.header, "problem": reply.problem, "kind": reply.kind, "rejected": reply.rejected}
+    return message_bytes(header, reply.arrays)
+
+
+def failed_run(answer: Answer) -> RunResult:
+    """Result of a run whose call gave no answer; `simulate` had not ended where its own timer ended the process."""
+    if answer.end is CallEnd.OWN_TIMER:
+        return RunResult(Outcome.TIMED_OUT, answer.reason, seconds={"simulate": math.inf})
+    return failure(ENDS.get(answer.end, Outcome.FAILED), answer.reason)
+
+
+def collect(future: ProcessFuture[RunResult], log: Path, limit_s: float) -> RunResult:
+    """Result of a run in a process that is timed, or a failure that describes the end of the process."""
+    found = collected(future, log, limit_s)
+    return failed_run(found) if isinstance(found, Answer) else found
+
+
+def shared_result(job: Job, answer: Answer) -> RunResult:
+    """Result of :func:`shared_run`, checked."""
+    if answer.end is not CallEnd.ANSWERED:
+        return failed_run(answer)
+    try:
+        return result_from(job, *read_message(answer.content))
+    except (MessageError, ValueError, TypeError) as error:
+        return failure(Outcome.FAILED, f"its result is damaged: {plain_text(error)}")
+
+
+def result_from(job: Job, header: dict[str, Any], arrays: dict[str, Any]) -> RunResult:
+    """Result from the parts of a message.
+
+    Raises
+    ------
+    MessageError, ValueError, TypeError
+        If a part is missing, or of a wrong type or shape.
+    """
+    outcome = Outcome(str(header.get("outcome")))
+    trajectory = trajectory_from(header, arrays) if header.get("ran") else None
+    wrong = None if trajectory is None or outcome is not Outcome.PASS else shape_fault(job.scene, trajectory)
+    if wrong:
+        return failure(*wrong)
+    reason = plain_text(header.get("reason", ""))
+    return RunResult(outcome, reason, trajectory, durations(header.get("seconds")), bool(header.get("rejected")))
+
+
+def outside_result(job: Job, answer: Answer) -> RunResult:
+    """Result of :func:`outside_run`, checked as if it came from a stranger."""
+    if answer.end is not CallEnd.ANSWERED:
+        return failed_run(answer)
+    try:
+        header, arrays = read_message(answer.content)
+    except MessageError as error:
+        return failure(Outcome.FAILED, str(error))
+    said = header.get("said")
+    reply = Reply(
+        said if isinstance(said, dict) else {}, arrays, plain_text(header.get("problem", "")),
+        str(header.get("kind", "")), bool(header.get("rejected")),
+    )  # fmt: skip
+    return result_of(job, reply)
