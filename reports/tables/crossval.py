@@ -4,11 +4,11 @@ A result folder holds
 
 ``metrics.csv``
     tidy, one value a row, columns :data:`METRIC_COLUMNS`. An engine in parentheses stands for several engines
-    together, or for a missing reference solution; the scene :data:`ALL_SCENES` for all scenes together;
+    together, or for a missing judging solution; the scene :data:`ALL_SCENES` for all scenes together;
 ``record.json``
     provenance, scenes, engines, and the outcome of every run;
 ``trajectories/<scene>/<engine>.parquet``
-    one row per sample; ``solution.parquet`` is the reference solution;
+    one row per sample; ``solution.parquet`` is the judging solution;
 ``differences/<scene>/<engine>.parquet``
     ``t_s`` and, for each compared quantity q: ``q_difference``, ``q_tolerance`` (the explained part) and
     ``q_bound`` (the expected-error bound), each the largest over the quantity's components;
@@ -67,8 +67,8 @@ QUANTITY_UNITS = {
     "run": "",
 }
 SOLUTION, AMPLIFICATION = "solution", "amplification"
-REFERENCE_SOLUTION = "(reference solution)"
-"""Stands in the engine column for a scene's reference solution that could not be run"""
+JUDGING_SOLUTION = "(judging solution)"
+"""Stands in the engine column for a scene's judging solution that could not be run"""
 PARTED_RAD = 1e-2
 """Two runs whose attitudes differ by more have parted: later samples are not compared"""
 ALL_SCENES = "(all scenes)"
@@ -110,7 +110,7 @@ class Results:
         return recorded_parquet(self.folder, f"trajectories/{scene}/{engine}.parquet", self.record)
 
     def differences(self, scene: str, engine: str) -> pd.DataFrame | None:
-        """Differences from the reference solution over time, or None without any."""
+        """Differences from the judging solution over time, or None without any."""
         return recorded_parquet(self.folder, f"differences/{scene}/{engine}.parquet", self.record)
 
 

@@ -4,7 +4,8 @@ A folder ``ensemble`` inside a result folder holds
 
 ``quantiles.csv``
     tidy: a row for each instant, quantity, item (bar or joint, from 1) and quantile, columns :data:`QUANTILE_COLUMNS`;
-    ``runs`` is the number of runs that reached the instant;
+    ``runs`` is the number of runs that reached the instant, ``error_bound`` the largest error of an estimated quantile,
+    0 of an exact one;
 ``runs.csv``
     a row for each run: the drawn values, the outcome (finished, ended or failed), its reason, steps, evaluations;
 ``record.json``
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-QUANTILE_COLUMNS = ("t_s", "quantity", "item", "quantile", "value", "unit", "runs")
+QUANTILE_COLUMNS = ("t_s", "quantity", "item", "quantile", "value", "unit", "runs", "error_bound")
 
 
 class EnsembleRecord(Record):
@@ -36,6 +37,9 @@ class EnsembleRecord(Record):
     rtol: float | None = None
     seed: int | None = None
     key: str | None = None
+    estimated: dict[str, float] | None = None
+    """Of quantiles estimated from counts in bins: largest error relative to the distance from the median of the first
+    runs, and their number; None of exact quantiles"""
     outcomes: dict[str, int] | None = None
     phases_s: dict[str, float] | None = None
     evaluations: int | None = None

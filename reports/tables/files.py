@@ -6,9 +6,7 @@ import os
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
-
-from reports.tables.reading import TABLES, damaged, needed_content, read_csv, recorded_content
+from reports.tables.reading import TABLES, check_recorded, damaged, needed_content, read_csv, recorded_content
 from reports.tables.schema import RECORD, Record, read_record
 
 if TYPE_CHECKING:
@@ -16,6 +14,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     import numpy as np
+    import pandas as pd
     from numpy.typing import NDArray
 
 
@@ -83,6 +82,8 @@ class StudyFiles:
 
     def recorded(self, out: Path, table: str, record: Mapping[str, Any]) -> pd.DataFrame:
         """Read a table that belongs to a record, as :meth:`read`; a table left from another run counts as missing."""
+        import pandas as pd
+
         path, needed = self.path(out, table), table not in self.optional
         content = (needed_content if needed else recorded_content)(self.folder(out), path.name, record)
         if content is None:
@@ -125,7 +126,7 @@ class StudyFiles:
         """
         record = self.read_record(out)
         for name in record.get(TABLES) or ():
-            recorded_content(self.folder(out), name, record)
+            check_recorded(self.folder(out), name, record)
         return record
 
 

@@ -10,13 +10,14 @@ import stat
 import warnings
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
-
 from reports.tables.cells import from_cells
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping
+    from hashlib import _Hash as Hash
     from pathlib import Path
+
+    import pandas as pd
 
 REMEDY = "restore the file, or run again with --overwrite or into another folder"
 DEEPEST = 40
@@ -51,9 +52,14 @@ def read_bytes(path: Path) -> bytes:
     DamagedResultsError
         If it is a folder, a pipe or a device.
     """
+    need_regular(path)
+    return path.read_bytes()
+
+
+def need_regular(path: Path) -> None:
+    """Check that a path is a regular file, as :func:`read_bytes`."""
     if not stat.S_ISREG(path.stat().st_mode):
         raise damaged(path, "is no regular file")
-    return path.read_bytes()
 
 
 def read_text(path: Path) -> str:
@@ -157,6 +163,8 @@ def read_csv(
 
 def parsed_csv(path: Path, text: str, words: Collection[str]) -> pd.DataFrame:
     """Cells of a CSV text, columns of words as text."""
+    import pandas as pd
+
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", pd.errors.DtypeWarning)
@@ -173,6 +181,8 @@ def parsed_csv(path: Path, text: str, words: Collection[str]) -> pd.DataFrame:
 
 def need_numbers(path: Path, column: pd.Series[Any]) -> None:
     """Check that a column holds numbers and empty cells only."""
+    import pandas as pd
+
     numeric = pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(column)
     if numeric or column.isna().all():
         return
@@ -191,6 +201,8 @@ def need_flags(path: Path, column: pd.Series[Any]) -> None:
 
 def read_parquet(path: Path, content: bytes | None = None) -> pd.DataFrame:
     """Table of numbers over time ``t_s`` of a Parquet file; errors as :func:`read_csv`."""
+    import pandas as pd
+
     data = read_bytes(path) if content is None else content
     try:
         found = pd.read_parquet(io.BytesIO(data))
@@ -203,9 +215,25 @@ def read_parquet(path: Path, content: bytes | None = None) -> pd.DataFrame:
     return found
 
 
+def new_hash() -> Hash:
+    """Hash of contents that come one after another."""
+    return hashlib.sha256()
+
+
+def hash_text(content: Hash) -> str:
+    """Hash of a file's contents, as records hold it."""
+    return content.hexdigest()[:DIGITS]
+
+
 def digest(content: bytes) -> str:
     """Hash of a file's contents, as records hold it."""
-    return hashlib.sha256(content).hexdigest()[:DIGITS]
+    return hash_text(hashlib.sha256(content))
+
+
+def file_digest(path: Path) -> str:
+    """Hash of a file's contents, which are not held at once."""
+    with path.open("rb") as file:
+        return hash_text(hashlib.file_digest(file, "sha256"))
 
 
 def recorded_content(folder: Path, name: str, record: Mapping[str, Any]) -> bytes | None:
@@ -230,17 +258,44 @@ def recorded_content(folder: Path, name: str, record: Mapping[str, Any]) -> byte
     DamagedResultsError
         If the contents differ from those that the record describes, or a complete record lists a missing file.
     """
+    path = recorded_path(folder, name, record)
+    if path is None:
+        return None
+    content = read_bytes(path)
+    need_digest(path, digest(content), record.get(TABLES), name)
+    return content
+
+
+def check_recorded(folder: Path, name: str, record: Mapping[str, Any]) -> None:
+    """Check a table that belongs to a record, without holding its contents; errors as :func:`recorded_content`."""
+    path = recorded_path(folder, name, record)
+    if path is not None:
+        need_regular(path)
+        need_digest(path, file_digest(path), record.get(TABLES), name)
+
+
+def recorded_path(folder: Path, name: str, record: Mapping[str, Any]) -> Path | None:
+    """File of a table that belongs to a record; None if there is no such file, or the record does not know it.
+
+    Raises
+    ------
+    DamagedResultsError
+        If a complete record lists a missing file.
+    """
     known, path = record.get(TABLES), folder / name
     if known is not None and name not in known:
         return None
-    if not os.path.lexists(path):
-        if known is not None and record.get("complete"):
-            raise damaged(path, "is missing, and the record lists it")
-        return None
-    content = read_bytes(path)
-    if known is not None and digest(content) not in known[name]:
+    if os.path.lexists(path):
+        return path
+    if known is not None and record.get("complete"):
+        raise damaged(path, "is missing, and the record lists it")
+    return None
+
+
+def need_digest(path: Path, found: str, known: Mapping[str, list[str]] | None, name: str) -> None:
+    """Check that a table has a digest that its record lists."""
+    if known is not None and found not in known[name]:
         raise damaged(path, "is not the table that the record describes: damaged, changed, or of another run")
-    return content
 
 
 def needed_content(folder: Path, name: str, record: Mapping[str, Any]) -> bytes:

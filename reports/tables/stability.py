@@ -65,6 +65,7 @@ class StabilityRecord(RunsRecord):
     scenes: dict[str, dict[str, Any]] | None = None
     engines: dict[str, str] | None = None
     references: list[str] | None = None
+    left_out: list[list[str]] | None = None
 
 
 FILES = StudyFiles(

@@ -7,14 +7,15 @@ import io
 import json
 import os
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
-from reports.tables.reading import TABLES, digest, read_bytes
+from reports.tables.reading import TABLES, digest, file_digest, hash_text, new_hash, read_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     import pandas as pd
+    from typing_extensions import Buffer
 
 PART = ".part"
 """Ending of a file that is being written"""
@@ -41,7 +42,14 @@ def named(path: Path) -> Iterator[None]:
 
 
 def write_atomically(path: Path, content: str | bytes) -> None:
-    """Write a file whole: an interruption or a full disk leaves the earlier file, and no partial one.
+    """Write a file whole, as :func:`replaced`."""
+    with replaced(path) as file:
+        file.write(content.encode("utf-8") if isinstance(content, str) else content)
+
+
+@contextlib.contextmanager
+def replaced(path: Path) -> Iterator[DigestedFile]:
+    """File that takes its place when the context ends; a failure leaves the earlier file, and no partial one.
 
     A symbolic link at `path` is replaced; the file that it points to stays as it is.
 
@@ -51,17 +59,42 @@ def write_atomically(path: Path, content: str | bytes) -> None:
         If the file can't be written; the error names it.
     """
     half = path.with_name(path.name + PART)
-    data = content.encode("utf-8") if isinstance(content, str) else content
     with named(path):
         half.unlink(missing_ok=True)
-        try:
-            with os.fdopen(os.open(half, NEW, 0o666), "wb") as file:
-                file.write(data)
+        file = os.fdopen(os.open(half, NEW, 0o666), "wb")
+    try:
+        yield DigestedFile(path, file)
+        with named(path):
+            file.close()
             os.replace(half, path)  # noqa: PTH105
-        except BaseException:
+    except BaseException:
+        for remove in (file.close, half.unlink):
             with contextlib.suppress(OSError):
-                half.unlink(missing_ok=True)
-            raise
+                remove()
+        raise
+
+
+class DigestedFile(io.BufferedIOBase):
+    """File that is written from its start to its end, and the digest of its contents so far."""
+
+    def __init__(self, path: Path, file: IO[bytes]) -> None:
+        """Begin before the first byte; errors name `path`."""
+        self.path, self.file, self.hash = path, file, new_hash()
+
+    def writable(self) -> bool:
+        """Whether it is written: always."""
+        return True
+
+    def write(self, content: Buffer) -> int:
+        """Write more."""
+        self.hash.update(content)
+        with named(self.path):
+            return self.file.write(content)
+
+    @property
+    def digest(self) -> str:
+        """Digest, as records hold it."""
+        return hash_text(self.hash)
 
 
 def append_whole(path: Path, content: bytes) -> None:
@@ -139,24 +172,30 @@ class RecordedFolder:
 
     def write(self, table: str, content: bytes) -> None:
         """Write a table whole, and the record."""
-        path = self.folder / table
+        with self.replacing(table) as file:
+            file.write(content)
+
+    @contextlib.contextmanager
+    def replacing(self, table: str) -> Iterator[DigestedFile]:
+        """File that becomes the table when the context ends; the record then describes it."""
         make_folder(self.folder, PurePath(table).parent)
-        self.announce(table, content)
-        write_atomically(path, content)
+        with replaced(self.folder / table) as file:
+            yield file
+            self.announce(table, file.digest)
 
     def append(self, table: str, content: bytes) -> None:
         """Add to the end of a table that is there."""
         path = self.folder / table
         with named(path):
             whole = read_bytes(path) + content
-        self.announce(table, whole)
+        self.announce(table, digest(whole))
         append_whole(path, content)
 
-    def announce(self, table: str, content: bytes) -> None:
+    def announce(self, table: str, following: str) -> None:
         """Write the record with the digest of a table's next state."""
         known, path = self.tables.get(table, []), self.folder / table
-        present = digest(path.read_bytes()) if known and path.is_file() else None
-        self.tables[table] = list(dict.fromkeys([digest(content), *(found for found in known if found == present)]))
+        present = file_digest(path) if known and path.is_file() else None
+        self.tables[table] = list(dict.fromkeys([following, *(found for found in known if found == present)]))
         self.write_record()
 
     def remove(self, table: str) -> None:

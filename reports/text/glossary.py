@@ -7,16 +7,18 @@ from reports.tables.crossval import PARTED_RAD
 TERMS = {
     "reference solution": "Run of the reference equations at tight tolerances, with which every engine's run is "
     "compared. Its own error is estimated and enters every tolerance.",
+    "judging solution": "Solution with which every engine's run is compared: a certified solution in quadruple "
+    "precision from independent equations, or else a tight run of the reference. Its own error enters every tolerance.",
     "certified solution": "Solution in quadruple precision with an error bound for each quantity. Errors in this study "
     "are differences from the certified solution.",
     "independent engine": "Engine whose equations of motion are not barchain's own. The other engines are built on "
     "barchain's equations.",
-    "normalised error": "Difference from the reference solution, divided by its explained part: both error estimates, "
+    "normalised error": "Difference from the judging solution, divided by its explained part: both error estimates, "
     "round-off and the declared model difference. Up to 1 the difference is explained.",
     "expected-error bound": "Largest error that the engine's method may make at its setting in this scene. The bound "
     "follows from the order of the method and from the error amplification.",
     "error amplification": "Factor by which a small perturbation of the initial angles and rates has grown in the "
-    "attitude. A second run of the reference measures the factor. Its initial angles and rates are perturbed by up to "
+    "attitude. A second run measures the factor. Its initial angles and rates are perturbed by up to "
     "1e-10 (rad; relative to the orbital rate).",
     "predictability limit": f"Last instant at which two correct runs at this setting agree to {PARTED_RAD:g} rad. "
     "Later attitudes are not compared point by point.",
@@ -25,7 +27,7 @@ TERMS = {
     "the residual of the paper's equation (6).",
     "accuracy parameter": "Setting that controls an engine's error: a number of equal steps, or a tolerance.",
     "accuracy sweep": "Runs of one engine at several values of its accuracy parameter, from coarse to fine.",
-    "work-precision front": "Runs that no other run beats in both time and error.",
+    "work-precision front": "Runs that no other run of the same kind of engine beats in both time and error.",
     "evaluation": "One evaluation of the right-hand side: all accelerations and reactions of one state.",
     "size ratio ε": "Length of a bar, divided by the Earth's radius.",
     "unit round-off u": "Largest relative error of rounding a number: 1.1×10⁻¹⁶ in double precision (float64), "

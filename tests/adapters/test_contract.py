@@ -30,9 +30,8 @@ def shortened(name):
     )
 
 
-COMPILED = {"effects/everything", "effects/impulse"}
-"""Scenes with effects on which the compiled reference is tried each time: every other set of effects takes a minute to
-compile. One evaluation with each effect alone is compared in `test_fast_effects`."""
+COMPILES_FOR_SECONDS = {"diffrax-dopri8": "basics/two_bars_free"}
+"""Engines that compile each scene for seconds, with the scene on which every run of the tests tries them"""
 
 
 PAIRS = [
@@ -44,9 +43,9 @@ PAIRS = [
 
 
 def marked(engine, name):
-    """The pair, marked as slow where its set of effects would have to be compiled."""
-    rare = engine == "reference-fast" and name.startswith("effects/") and name not in COMPILED
-    return pytest.param(engine, name, marks=pytest.mark.slow if rare else ())
+    """The pair, marked as slow where the engine compiles for seconds."""
+    slow = COMPILES_FOR_SECONDS.get(engine, name) != name
+    return pytest.param(engine, name, marks=pytest.mark.slow if slow else ())
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -15,10 +16,14 @@ from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3
 from adapters.exudyn.frames.axes import turned
 from adapters.exudyn.frames.clock import NAMES, coefficients
 from adapters.exudyn.frames.orbit import KeplerOrbit
+from adapters.exudyn.loads.gravity import encke
 from adapters.exudyn.timetable import Steps
 from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import Observable, Trajectory
 from scenarios import Actuator, Frame, Scene, load_scene, scene_names
+
+if TYPE_CHECKING:
+    from adapters.exudyn.base_engine import ExudynEngine
 
 ENGINES = (Exudyn, ExudynIndex3, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynTree)
 REFERENCE_RAD = 1e-10  # the reference's own error over an orbit of an unstable chain at rtol 1e-13
@@ -242,3 +247,34 @@ def test_the_orbits_numbers_hold_inside_a_step() -> None:
         number = getattr(exact, name)
         fitted = table[:, i] @ (2 * u + 1) ** np.arange(8)
         np.testing.assert_allclose(fitted, number, rtol=0, atol=1e-9 * np.abs(number).max())
+
+
+@pytest.mark.parametrize("name", ["paper/fig05", "paper/fig13", "effects/thrust"])
+@pytest.mark.parametrize("engine", [Exudyn, ExudynTree])
+def test_loads_applied_twice_at_half_strength_give_the_same_motion(engine: type[ExudynEngine], name: str) -> None:
+    """The loads' share of a run is timed so: their sum may differ in its last digit, which the run amplifies."""
+    scene = shortened(name, 0.1, 5)
+    setting = engine.sweep.setting(200)
+    once, twice = engine().run(scene, setting), engine(repeated_load=True).run(scene, setting)
+    for quantity in ("angle_rad", "reaction_N"):
+        a, b = (getattr(found, quantity) for found in (once, twice))
+        # a last digit in each of some 20 steps, and Newton's tolerance, 1e-10 of the smallest forces
+        assert np.abs(a - b).max() <= 1e-9 * np.abs(a).max()
+
+
+@pytest.mark.parametrize("q", [0.0, 1e-320, 1e-14, -1e-9, 3.7e-5, -0.3, 0.9, 8.0])
+def test_enckes_number_is_exact_in_its_symbolic_form_too(q: float) -> None:
+    from exudyn import symbolic
+
+    mpmath = pytest.importorskip("mpmath")
+    recording = symbolic.GetRecording()
+    symbolic.SetRecording(True)
+    try:
+        found = encke(symbolic.Real("q", q), symbolic)[0].Evaluate()
+    finally:
+        symbolic.SetRecording(recording)
+    with mpmath.workdps(400):
+        exact = (1 + mpmath.mpf(q)) ** mpmath.mpf("-1.5") - 1
+        off = abs(float(mpmath.mpf(found) - exact))
+    # eight operations of a rounding each; a number below the smallest normal one is lost whole
+    assert off <= 8 * np.finfo(float).eps * abs(float(exact)) + np.finfo(float).tiny

@@ -158,7 +158,7 @@ def test_no_step_straddles_a_break_of_a_law_and_samples_at_breaks_are_seen_once(
         assert apart.max() <= 1e-11 * size  # 100 steps at 1e-13
 
 
-@pytest.mark.slow  # to compile it takes some ten seconds
+@pytest.mark.exhaustive  # to compile it takes some ten seconds
 def test_a_chain_of_fifty_bars_runs():
     n = 50
     chain = {

@@ -1,4 +1,4 @@
-"""SciPy's and SUNDIALS' solvers on the reference's equations: they are driven as their users drive them."""
+"""SciPy's and SUNDIALS' solvers on the reference's equations, compiled and in NumPy."""
 
 import dataclasses
 import functools
@@ -7,25 +7,42 @@ import numpy as np
 import pytest
 
 import adapters.ode_solvers.scipy_solver as scipy_module
+from adapters.common.initial_state import chain_model, initial_state
 from adapters.engine import AccuracyParameter, EngineError, Setting
-from adapters.ode_solvers.cvode_engines import CvodeAdams, CvodeBdf
+from adapters.ode_solvers.cvode_engines import CvodeAdams, CvodeAdamsNumPy, CvodeBdf
 from adapters.ode_solvers.driver import Problem, drive
-from adapters.ode_solvers.engine import ATOL_SHARE
-from adapters.ode_solvers.scipy_engines import ScipyDop853, ScipyLsoda, ScipyRadau, ScipyRK45
+from adapters.ode_solvers.engine import ATOL_SHARE, CompiledSolverEngine, compiled_order
+from adapters.ode_solvers.scipy_engines import (
+    ScipyDop853,
+    ScipyDop853NumPy,
+    ScipyLsoda,
+    ScipyLsodaNumPy,
+    ScipyRadau,
+    ScipyRadauNumPy,
+    ScipyRK45,
+    ScipyRK45NumPy,
+)
 from adapters.ode_solvers.scipy_solver import RTOL_FLOOR, ScipySolver
 from adapters.registry import ENGINES
+from reference_impl.integrate.simulate import Simulation
 from scenarios import load_scene
-from tests.support.generic_scenes import solution, steep, worst
+from tests.support.generic_scenes import generic, solution, steep, worst
 
-SCIPY = [ScipyRK45, ScipyDop853, ScipyRadau, ScipyLsoda]
-CVODE = [CvodeAdams, CvodeBdf]
-ALL = pytest.mark.parametrize("engine", SCIPY + CVODE)
+IN_NUMPY = [ScipyRK45NumPy, ScipyDop853NumPy, ScipyRadauNumPy, ScipyLsodaNumPy, CvodeAdamsNumPy]
+COMPILED = [ScipyRK45, ScipyDop853, ScipyRadau, ScipyLsoda, CvodeAdams, CvodeBdf]
+CVODE = [CvodeAdams, CvodeAdamsNumPy, CvodeBdf]
+ALL = pytest.mark.parametrize("engine", IN_NUMPY + COMPILED)
+EPS = np.finfo(float).eps
+WITHOUT_JACOBIAN = (ScipyRK45, ScipyDop853, ScipyRK45NumPy, ScipyDop853NumPy, CvodeAdams, CvodeAdamsNumPy)
 
 
 @pytest.fixture(autouse=True)
-def _cvode_is_there(request):
-    if request.node.callspec.params.get("engine") in CVODE if hasattr(request.node, "callspec") else False:
+def _libraries_are_there(request):
+    engine = request.node.callspec.params.get("engine") if hasattr(request.node, "callspec") else None
+    if engine in CVODE:
         pytest.importorskip("sksundae")
+    if engine in COMPILED:
+        pytest.importorskip("llvmlite")
 
 
 @functools.cache
@@ -103,11 +120,11 @@ def test_steps_evaluations_and_jacobians_are_counted(engine):
     a, b = (run(engine, s, 1e-6).info for s in (few, many))
     assert a["evaluations"] > a["steps"] > 5
     assert a["steps"] == pytest.approx(b["steps"], rel=0.3)  # not samples, though those are looked at besides
-    assert (a["jacobians"] > 0) == (engine not in (ScipyRK45, ScipyDop853))
+    assert (a["jacobians"] > 0) == (engine not in WITHOUT_JACOBIAN)
 
 
 def test_explicit_methods_take_their_stages_in_each_step():
-    for engine, stages in ((ScipyRK45, 6), (ScipyDop853, 12)):
+    for engine, stages in ((ScipyRK45NumPy, 6), (ScipyDop853NumPy, 12)):
         info = run(engine, steep(orbits=0.5), 1e-8).info
         assert info["evaluations"] >= stages * info["steps"]
         assert info["evaluations"] < 2 * stages * info["steps"] + 100  # rejected steps, and dense output
@@ -133,8 +150,8 @@ def test_a_success_that_lsoda_claims_for_a_state_that_is_not_finite_is_an_error(
 def test_cvodes_failure_is_an_error(monkeypatch, capfd):
     pytest.importorskip("sksundae")
     monkeypatch.setattr("adapters.ode_solvers.cvode_engines.MOST_STEPS", 3)
-    with pytest.raises(EngineError, match="CVODE, Adams"):
-        CvodeAdams().run(steep(), Setting(AccuracyParameter.RTOL, 1e-8))
+    with pytest.raises(EngineError, match="CVODE, Adams: CVode failed: CV_TOO_MUCH_WORK"):
+        CvodeAdamsNumPy().run(steep(), Setting(AccuracyParameter.RTOL, 1e-8))
     capfd.readouterr()
 
 
@@ -150,7 +167,13 @@ def test_an_error_in_the_equations_comes_out(engine, monkeypatch):
             raise np.linalg.LinAlgError("not positive definite")
         return np.zeros_like(y)
 
-    prepared.prepared.simulation.coordinates.rhs = rhs
+    run_ = prepared.prepared
+    if isinstance(prepared, CompiledSolverEngine):
+        run_.problem.rhs = rhs
+        run_.function.following = True  # such rates are called from Python, by CVODE too
+        monkeypatch.setattr(run_.function, "hold", lambda modes: None)
+    else:
+        run_.simulation.coordinates.rhs = rhs
     with pytest.raises(EngineError, match="not positive definite"):
         prepared.simulate()
 
@@ -169,9 +192,9 @@ def test_tolerances_are_a_plain_users(monkeypatch):
         return own(*args, **named)
 
     monkeypatch.setattr(scipy_module, "solve_ivp", watched)
-    ScipyDop853().run(steep(orbits=0.05), Setting(AccuracyParameter.RTOL, 1e-9))
+    ScipyDop853NumPy().run(steep(orbits=0.05), Setting(AccuracyParameter.RTOL, 1e-9))
     assert (asked["rtol"], asked["atol"]) == (1e-9, ATOL_SHARE * 1e-9)
-    ScipyDop853().run(steep(orbits=0.05), Setting(AccuracyParameter.RTOL, 1e-14))
+    ScipyDop853NumPy().run(steep(orbits=0.05), Setting(AccuracyParameter.RTOL, 1e-14))
     assert asked["rtol"] == RTOL_FLOOR  # SciPy would warn, and take that
 
 
@@ -187,6 +210,67 @@ def test_they_are_the_reference_in_another_hand_and_no_check_on_it():
         if name.startswith(("scipy-", "cvode-")):
             assert not registration.external
             assert not registration.in_default_set
+
+
+@pytest.fixture(scope="module")
+def compiled():
+    pytest.importorskip("llvmlite")
+    from adapters.ode_solvers import compiled_callbacks, compiled_rates
+
+    return compiled_callbacks, compiled_rates
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_compiled_rates_and_height_are_those_in_numpy(compiled, seed):
+    callbacks, rates = compiled
+    scene = generic(seed)
+    model, start = chain_model(scene), initial_state(scene)
+    own = Simulation(model, start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s, rtol=1e-9)
+    function = rates.RatesFunction(model)
+    y = compiled_order(function, own.y0)
+    expected, found = own.coordinates.rhs(0.0, own.y0), function.rates(0.0, y)[function.order]
+    n = scene.bars
+    for block in np.split(np.arange(4 + 2 * n), [2, 4, 4 + n]):  # each in its own unit
+        # two walks of some tens of operations, amplified by the joint system's condition (below 1e3 here)
+        assert np.abs(found[block] - expected[block]).max() <= 1e3 * EPS * np.abs(expected[block]).max()
+    assert callbacks.CompiledFunctions(function).height_m(y) == pytest.approx(
+        own.height(own.y0), abs=4 * np.spacing(scene.radius0_m)
+    )
+
+
+def test_cvode_calls_no_python_function_of_the_chain_while_it_runs(monkeypatch):
+    pytest.importorskip("llvmlite")
+    pytest.importorskip("sksundae")
+    engine = CvodeAdams()
+    engine.build(steep(orbits=0.2), engine.sweep.setting())
+    problem, calls = engine.prepared.problem, []
+    own = problem.rhs
+    problem.rhs = lambda t, y: calls.append(t) or own(t, y)
+    engine.simulate()
+    assert calls == [0.0]  # the check of the initial state
+    assert engine.read().info["evaluations"] > 50
+
+
+def test_where_bars_turn_faces_the_compiled_rates_take_the_faces_of_each_evaluated_state():
+    """Its modes follow from the state, so that CVODE calls Python: slower, and the same motion as in NumPy."""
+    pytest.importorskip("llvmlite")
+    pytest.importorskip("sksundae")
+    scene = load_scene("effects/drag")
+    run_ = dataclasses.replace(scene.run, duration_s=0.05 * scene.run.duration_s, samples=5)
+    short = dataclasses.replace(scene, run=run_)
+    setting = Setting(AccuracyParameter.RTOL, 1e-10)
+    in_numpy, in_c = (engine().run(short, setting) for engine in (CvodeAdamsNumPy, CvodeAdams))
+    assert worst(in_c.angle_rad, in_numpy.angle_rad) < 1e-7  # both are 1e-10 in each of some hundred steps
+
+
+def test_a_chain_whose_joints_are_lost_in_round_off_is_an_error_in_compiled_code_too(monkeypatch):
+    pytest.importorskip("llvmlite")
+    pytest.importorskip("sksundae")
+    engine = CvodeAdams()
+    engine.build(steep(), engine.sweep.setting())
+    engine.prepared.function.chain.bars[2] = np.nan  # inverse masses: every pivot is lost
+    with pytest.raises(EngineError, match=r"not finite|not positive definite"):
+        engine.simulate()
 
 
 @ALL

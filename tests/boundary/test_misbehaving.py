@@ -34,12 +34,13 @@ IMPORTS = {
     "dies": "SIGSEGV",
     "empty": "Engine",
 }
-QUICK = (
-    "simulate_exits_0", "simulate_leaves_0", "read_exits_bye", "build_interrupts", "info_code", "info_set",
-    "gives_complex", "gives_list_for_array", "unsupported_raises", "lacks_title", "claims_noise_misspelt",
-    "read_kills_supervisor", "read_claims_memory", "read_removes_folder", "declares_step_constant_nan",
+QUICK = ("simulate_exits_0", "info_code", "gives_complex", "unsupported_raises", "read_kills_supervisor")
+"""Misbehaviours that every test run tries"""
+SLOW = (
+    "simulate_leaves_0", "read_exits_bye", "build_interrupts", "info_set", "gives_list_for_array", "lacks_title",
+    "claims_noise_misspelt", "read_claims_memory", "read_removes_folder", "declares_step_constant_nan",
 )  # fmt: skip
-"""Misbehaviours that every test run tries; the others are slow"""
+"""Misbehaviours that the slow tests try; the exhaustive test tries all"""
 
 
 def registered(names: dict[str, str]) -> dict[str, Registration]:
@@ -78,13 +79,15 @@ def check(result: ComparisonResult, folder: Path, names: object) -> None:
     assert not TRACE.exists()
 
 
-def test_an_engine_that_exits_dies_or_lies_costs_its_own_row(tmp_path: Path) -> None:
-    result = compared(targets([*QUICK, "plain"]), tmp_path)
-    check(result, tmp_path, QUICK)
+@pytest.mark.parametrize("names", [QUICK, pytest.param(SLOW, marks=pytest.mark.slow)], ids=["quick", "slow"])
+def test_an_engine_that_exits_dies_or_lies_costs_its_own_row(tmp_path: Path, names: tuple[str, ...]) -> None:
+    result = compared(targets([*names, "plain"]), tmp_path)
+    check(result, tmp_path, names)
     assert result.outcomes[SCENE, "plain"] is Outcome.PASS
     assert not result.passed
 
 
+@pytest.mark.slow
 def test_a_server_that_an_engine_has_stopped_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("barchain.boundary.process.START_S", 12.0)
     result = compared(targets(["simulate_stops_server", "plain"]), tmp_path, 8.0)
@@ -99,7 +102,8 @@ def test_a_child_goes_where_the_engine_has_killed_its_supervisor(tmp_path: Path)
     assert ours() <= before
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
+@pytest.mark.timeout(3600)  # most of 250 engines take their whole limit
 def test_every_misbehaviour_costs_its_own_row_and_leaves_no_process(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -113,6 +117,7 @@ def test_every_misbehaviour_costs_its_own_row_and_leaves_no_process(
     assert ours() <= before
 
 
+@pytest.mark.slow
 def test_harmless_engines_pass_whatever_they_start(tmp_path: Path) -> None:
     before = ours()
     result = compared(targets(FINE), tmp_path, 20.0)
@@ -122,6 +127,7 @@ def test_harmless_engines_pass_whatever_they_start(tmp_path: Path) -> None:
     assert not [p for p in psutil.process_iter(["cmdline"]) if p.info["cmdline"] == ["sleep", "600"]]
 
 
+@pytest.mark.slow
 def test_a_package_that_misbehaves_at_import_costs_its_own_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "bad_syntax.py").write_text("def")

@@ -10,6 +10,7 @@ import pytest
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
 from barchain.boundary.threads import THREADS, one_thread_each
+from barchain.execution.executors import LocalProcesses
 from barchain.run import pool
 from barchain.run.job import Job, Role
 from barchain.run.pool import PoolGroup, pool_group, run_jobs
@@ -50,7 +51,9 @@ def test_a_worker_computes_in_one_thread(group: PoolGroup, monkeypatch: pytest.M
 def test_a_worker_that_replaces_another_computes_in_one_thread_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(ENGINES, "faulty", FAULTY)
     monkeypatch.setattr(pool, "RUNS_PER_WORKER", 1)
-    results = [r for _, r in run_jobs([job(), job(rtol=1e-7), job(rtol=1e-8)], time_limit_s=60.0, workers=1)]
+    results = [
+        r for _, r in run_jobs([job(), job(rtol=1e-7), job(rtol=1e-8)], time_limit_s=60.0, executor=LocalProcesses(1))
+    ]
     assert [r.outcome for r in results] == 3 * [Outcome.PASS], results
 
 

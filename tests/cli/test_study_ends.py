@@ -12,7 +12,8 @@ import pytest
 from adapters.registry import ENGINES, Registration
 from barchain.cli.common.exit_codes import ExitCode, end_study
 from barchain.cli.main import run
-from barchain.studies.ensemble.execution import EnsembleResult
+from barchain.studies.ensemble.execution import EnsembleSummary
+from barchain.studies.ensemble.rows import RunTally
 from barchain.studies.roundoff.run import RoundoffResult
 from barchain.studies.selftest.trial import SelftestError
 from barchain.studies.stability.expected import recorded
@@ -56,8 +57,9 @@ def test_a_study_of_times_that_measured_nothing_has_failed():
 
 
 def test_a_failed_run_of_an_ensemble_and_a_failed_task_of_the_roundoff_study_do_not_pass():
-    runs = pd.DataFrame({"run": [1, 2], "outcome": ["finished", "failed"], "reason": ["", "diverged"]})
-    ensemble = EnsembleResult(None, None, runs, {}, None, None)
+    tally = RunTally()
+    tally.add({"run": [1, 2], "outcome": ["finished", "failed"], "reason": ["", "diverged"], "evaluations": [3, 4]})
+    ensemble = EnsembleSummary(None, None, False, tally, {})
     assert ensemble.failures == ("1 of 2 runs failed, the first of them run 2: diverged",)
     assert not ensemble.passed
     assert not RoundoffResult(("times: x: y",)).passed
@@ -100,6 +102,7 @@ def test_a_command_whose_own_engine_does_not_load_ends_in_one_line(command, brok
     assert capsys.readouterr().err == f"barchain: {BROKEN}\n"
 
 
+@pytest.mark.slow
 def test_an_engine_that_does_not_load_costs_the_stability_study_its_own_rows(broken, capsys):
     assert run(["-q", "stability", QUICK, "--engine=broken", "--engine=rebound", "--out=x"]) == ExitCode.FINDINGS
     assert "broken: " + BROKEN in capsys.readouterr().err

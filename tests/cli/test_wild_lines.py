@@ -63,14 +63,14 @@ def test_a_sample_of_wild_lines_ends_in_one_line_each(tmp_path, monkeypatch, cap
     check_lines(sample(60), tmp_path, monkeypatch, capsys)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_every_wild_line_ends_in_one_line(tmp_path, monkeypatch, capsys):
     lines = list(wild_lines())
     assert len(lines) >= 500
     check_lines(lines, tmp_path, monkeypatch, capsys)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     command=st.sampled_from(sorted(cli.commands)),

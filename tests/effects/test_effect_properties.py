@@ -78,7 +78,7 @@ def drifts(gravity: str, length_m: float, orbits: float, rtol: float = 1e-11) ->
 
 
 @pytest.mark.parametrize("gravity", ["point", "quadrupole", "slender"])
-@pytest.mark.parametrize("orbits", [3.0, pytest.param(100.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("orbits", [3.0, pytest.param(100.0, marks=pytest.mark.exhaustive)])
 def test_gravity_with_a_potential_keeps_energy_and_angular_momentum(gravity: str, orbits: float) -> None:
     """Over a hundred orbits (three by default), to the integrator's tolerance; bars of a hundred kilometres."""
     lost, turned, lost_allowed, turned_allowed = drifts(gravity, 1e5, orbits)
@@ -98,6 +98,7 @@ def test_the_gradients_defect_is_the_square_of_size_over_radius() -> None:
     assert exponent == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gravity", ["point", "quadrupole", "slender"])
 @pytest.mark.parametrize("bodies", [1, 2])
 def test_a_third_body_leaves_the_jacobi_integral(gravity: str, bodies: int) -> None:
@@ -320,6 +321,7 @@ def told(*, blocked: bool = False, others: bool = False) -> tuple[dict[str, str]
     return bits, loaded
 
 
+@pytest.mark.slow
 def test_scenes_without_effects_load_no_effect_and_give_the_same_bits_whether_there_are_any() -> None:
     """Left alone, with all effects' modules loaded beside, and with none to be had."""
     bits, loaded = told()

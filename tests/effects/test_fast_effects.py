@@ -16,6 +16,7 @@ import pytest
 from adapters.common.initial_state import chain_model
 from adapters.reference.compiled_engine import ReferenceFast
 from adapters.reference.numpy_engines import Reference
+from barchain.execution.executors import LocalProcesses
 from barchain.studies.ensemble.execution import ensemble
 from barchain.studies.ensemble.variation import VariationError
 from reference_impl.effects.drag import DragEffect
@@ -110,7 +111,7 @@ def test_one_evaluation_is_the_references_to_round_off(names: tuple[str, ...], g
         assert np.linalg.norm(a.com_m_s2 - b.com_m_s2) <= com
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("names", [("joint_spring_damper", "solar_pressure", "thrust")], ids="+".join)
 def test_free_motion_has_effects_too(names: tuple[str, ...]) -> None:
     c = acted_on(names, 3, "none")
@@ -257,7 +258,7 @@ def test_ensembles_carry_what_is_smooth_and_refuse_the_rest() -> None:
     """
     scene = load_scene("effects/oblateness")
     same = f"altitude_m=normal({scene.orbit.altitude_m!r}, 0)"
-    found = ensemble(scene, [same], runs=2, orbits=0.2, samples=5, rtol=1e-9, workers=1)
+    found = ensemble(scene, [same], runs=2, orbits=0.2, samples=5, rtol=1e-9, executor=LocalProcesses(1))
     alone = ReferenceFast().run(found.scene, ReferenceFast.sweep.setting(1e-9))
     without = replace(found.scene, effects=replace(scene.effects, oblateness=None))
     assert alone.angle_rad is not None

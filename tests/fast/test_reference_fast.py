@@ -190,6 +190,7 @@ print(INTEGRATOR.is_kept)
 """
 
 
+@pytest.mark.slow
 def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
     env = os.environ | {"BARCHAIN_COMPILED": str(tmp_path)}
     found = [

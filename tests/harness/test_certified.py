@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.heyoka.adapter import HeyokaLong
-from adapters.reference.numpy_engines import Reference
+from adapters.reference.compiled_engine import ReferenceFast
 from adapters.registry import Registration
 from barchain.cli.maintain.certified import certified_solutions
 from barchain.judge.error_model import ErrorModel
@@ -70,15 +70,15 @@ MANY_STEPS = ("effects/slews", "effects/everything")  # of the NumPy reference: 
 
 def reference_runs(scene):
     settings = [Setting(AccuracyParameter.RTOL, rtol) for rtol in (SOLUTION_RTOL, SOLUTION_CHECK_RTOL)]
-    tight, looser = (Reference().run(scene, s) for s in settings)
-    return establish(scene, tight, looser, Reference().run(with_perturbed_start(scene), settings[0])), settings[0]
+    tight, looser = (ReferenceFast().run(scene, s) for s in settings)
+    return establish(scene, tight, looser, ReferenceFast().run(with_perturbed_start(scene), settings[0])), settings[0]
 
 
 @pytest.mark.parametrize(
     ("name", "orbits"),
-    [pytest.param(name, None, marks=[pytest.mark.slow] if name in (*LONG_RUNS, *MANY_STEPS) else [])
+    [pytest.param(name, None, marks=[pytest.mark.exhaustive] if name in (*LONG_RUNS, *MANY_STEPS) else [])
      for name in TAME]
-    + [pytest.param(name, None, marks=pytest.mark.slow) for name in HARD if name in TOLD]
+    + [pytest.param(name, None, marks=pytest.mark.exhaustive) for name in HARD if name in TOLD]
     + [(name, 1.0) for name in LONG_RUNS],
 )  # fmt: skip
 def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_predictability_limit(
@@ -95,7 +95,7 @@ def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_predictabil
     seen, setting = reference_runs(scene)
     n = int(np.searchsorted(seen.trajectory.t_s, seen.limit_s, side="right"))
     assert n > 10
-    floor = ErrorModel(Reference, setting, seen, seen.trajectory).floor
+    floor = ErrorModel(ReferenceFast, setting, seen, seen.trajectory).floor
     for quantity, apart in differences(seen.trajectory, judge.trajectory).items():
         allowed = 2.0 * seen.error[quantity][:n] + judge.error[quantity][:n] + floor[quantity][:n]
         record_property(f"{quantity}_apart", float(apart[:n].max()))
@@ -105,8 +105,8 @@ def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_predictabil
 
 @pytest.mark.parametrize(
     "name",
-    [QUICK, "basics/libration", "paper/fig13", "paper/fig17"]
-    + [pytest.param(n, marks=pytest.mark.slow) for n in TAME if n.startswith("paper/")],
+    [QUICK, "basics/libration", *(pytest.param(n, marks=pytest.mark.slow) for n in ("paper/fig13", "paper/fig17"))]
+    + [pytest.param(n, marks=pytest.mark.exhaustive) for n in TAME if n.startswith("paper/")],
 )
 def test_a_fresh_run_agrees_with_the_committed_table_inside_both_error_bars(name):
     found = check(load_scene(name))

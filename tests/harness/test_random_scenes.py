@@ -91,7 +91,7 @@ def test_a_bar_off_its_law_is_seen() -> None:
     assert "off its law" in broken(scene, seen.replace(angle_rad=seen.angle_rad + off), RTOL)
 
 
-@pytest.mark.slow  # its set of effects takes a minute to compile
+@pytest.mark.exhaustive  # its set of effects takes a minute to compile
 def test_a_joint_that_only_a_look_at_its_reaction_finds_lost_ends_in_the_engines_own_words() -> None:
     """Number 13617: entries 1e14 apart, the steps go through, the refined reactions do not settle."""
     with pytest.raises(EngineError, match="not positive definite in double precision"):

@@ -14,7 +14,7 @@ from reports.tables.outcome import Outcome
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.mark.parametrize("path", ["docs/verdicts.md", "design/comparison.md"])
+@pytest.mark.parametrize("path", ["docs/verdicts.md", "design/comparison.md", "docs/certified_solutions.md"])
 def test_the_tables_in_the_docs_are_those_of_the_register(path: str) -> None:
     text = (ROOT / path).read_text(encoding="utf-8")
     assert ": generated -->" in text

@@ -170,6 +170,7 @@ def test_samples_that_no_segment_covers_answer_for_themselves(chaotic, unmodifie
     assert "own state" in fault_between_segments(errors, pushed, few, first, extra={})[2]
 
 
+@pytest.mark.slow
 def test_an_impulse_beyond_the_limit_is_followed_and_no_later_segment_lacks_its_channel():
     chain = load_scene("paper/fig05")
     blow = load_scene("effects/impulse").effects.impulse[0]
@@ -237,6 +238,7 @@ def test_a_count_of_steps_that_no_method_takes_widens_nothing(chaotic):
     assert not judged(chaotic, *lying).outcome.ok
 
 
+@pytest.mark.slow
 def test_a_declared_error_constant_counts_up_to_ten_and_makes_no_room_for_a_wrong_mass(chaotic):
     class Boasting(NoisyReference):
         step_constant = 1e6
@@ -257,6 +259,7 @@ def test_declared_noise_counts_up_to_a_hundredth_of_each_quantity(chaotic):
     assert not bounded({"reaction": np.full(n, 1e9)}, scales(chaotic))["reaction"].any()
 
 
+@pytest.mark.slow
 def test_an_engine_that_declares_any_noise_does_not_pass_with_a_wrong_mass(chaotic):
     scene = chaotic.scene
     heavy = dataclasses.replace(scene.chain, mass_kg=(*scene.chain.mass_kg[:-1], 1.1 * scene.chain.mass_kg[-1]))
@@ -317,6 +320,7 @@ def three_settings(engine, scene):
     return main, [engine().run(scene, s) for s in (main, finer, finest)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", [Exudyn, Pymunk])
 def test_noise_and_offsets_far_below_a_second_order_method_s_own_error_are_seen(steep, engine):
     setting, runs = three_settings(engine, steep.scene)
@@ -414,6 +418,7 @@ def test_a_comparison_looks_closely_enough_and_keeps_a_scene_s_own_instants():
     assert closely_sampled(lasting("paper/fig05", 1.0, 101)).run.samples == 101
 
 
+@pytest.mark.slow
 def test_five_samples_over_two_chaotic_orbits_are_judged_and_not_only_the_first():
     solution = solution_of(closely_sampled(lasting("paper/fig05", 2.0, 5)))
     main, finer = run(solution.scene, 1e-8), run(solution.scene, 1e-9)
@@ -434,6 +439,7 @@ def test_a_finer_run_that_ends_early_does_not_shorten_what_is_judged(chaotic, un
     assert judged(chaotic, cut(unmodified[0], samples), unmodified[1]).outcome is Outcome.INCOMPLETE
 
 
+@pytest.mark.slow
 def test_a_finest_run_that_ends_early_or_failed_is_no_evidence(steep):
     setting, runs = three_settings(Exudyn, steep.scene)
     own = np.abs(runs[0].angle_rad - runs[1].angle_rad).max()

@@ -16,6 +16,7 @@ from barchain.studies.roundoff.parts.evaluation import BOTH, REACTION, errors
 from barchain.studies.roundoff.plan import DECADES
 from reference_impl.precision.arithmetic import FLOAT32, FLOAT64, exact_numbers
 from tests.reference.cancellation import errors_of_all
+from tests.support.slow import slow_but
 
 ROOT = Path(__file__).resolve().parents[2]
 KEPT = 1e-13
@@ -153,7 +154,10 @@ SUBTRACTIONS = {
 }
 
 
-@pytest.mark.parametrize("what", SUBTRACTIONS)
+QUICK = ("gravity's differences by subtraction", "compiled: relative places by subtraction")
+
+
+@pytest.mark.parametrize("what", slow_but(SUBTRACTIONS, QUICK))
 def test_a_cancelling_subtraction_put_back_anywhere_is_seen(what, tmp_path):
     """A copy of the reference with the fault in it is asked for the same digits, in a process of its own."""
     file, old, new = SUBTRACTIONS[what]

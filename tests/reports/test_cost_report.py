@@ -7,13 +7,17 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 import pytest
+from markupsafe import escape
 
 from adapters.registry import Registration
 from barchain.studies.cost.findings import front_of, orders_table, price_table, reach_table
-from reports.chapters.cost.charts import ChartData, CostCurve, by_family, overview
-from reports.plotting.families import families
+from reports.chapters.cost.charts import SOLID_AND_DASHED, ChartData, CostCurve, by_family, overview
+from reports.chapters.cost.view import view_cost
+from reports.plotting.families import families, family_pens
 from reports.render import render, render_study
+from reports.tables.cost import INDEPENDENT, KINDS, LOAD_COLUMNS
 from reports.tables.schema import KEY, SCHEMA_VERSION
 from reports.text.ratios import decade, ratio_text, span_text
 from tests.studies.cost_points import engine_points, point, table, times_of
@@ -23,9 +27,14 @@ from tests.support.report_fixture import build
 if TYPE_CHECKING:
     from pathlib import Path
 
-    import pandas as pd
-
 REFERENCE = Registration("adapters.reference.numpy_engines:Reference", ours=True)
+
+
+def load_row(engine: str, share: float, low: float, high: float) -> dict[str, object]:
+    """Share of the loads in an engine's time."""
+    named = {"scene": "s", "engine": engine, "setting": "steps_per_orbit=640", "kind": INDEPENDENT}
+    times = {"seconds": 0.01, "seconds_twice": 0.01 * (1.0 + share)}
+    return named | times | {"share": share, "share_low": low, "share_high": high}
 
 
 def write(folder: Path, points: pd.DataFrame, *, finished: bool = True) -> Path:
@@ -36,7 +45,8 @@ def write(folder: Path, points: pd.DataFrame, *, finished: bool = True) -> Path:
     points = points.assign(on_front=front_of(points))
     engines = dict.fromkeys(points.engine, REFERENCE)
     made = {"points": points, "orders": orders_table(points, engines, []), "price": price_table(points)}
-    for name, found in (made | {"reach": reach_table(points, times)}).items():
+    loads = pd.DataFrame([load_row("slow", 0.4, 0.38, 0.43)], columns=list(LOAD_COLUMNS))
+    for name, found in (made | {"reach": reach_table(points, times), "loads": loads}).items():
         found.to_csv(inside / f"{name}.csv", index=False)
     record = {
         "finished": finished,
@@ -82,6 +92,8 @@ def test_the_chapter_stands_alone_and_says_what_was_left_out(tmp_path: Path) -> 
     assert "cut off" not in html
     assert "| slow-er |" in text.replace("\\", "")
     assert "not reached" in text
+    assert "40&nbsp;%" in html
+    assert "| slow | steps\\_per\\_orbit=640 | 40 % | 38 to 43 % |" in text
     assert "nan" not in html.lower().replace("nanmin", "")
 
 
@@ -124,6 +136,45 @@ def test_many_engines_are_drawn_family_by_family() -> None:
     whole = overview(data, "t")
     assert whole is not None
     assert [e.label for e in whole.legend] == ["exudyn", "scipy", "cvode", "mujoco", "rebound"]
+
+
+def test_both_kinds_of_engines_are_told_apart_in_tables_and_charts(tmp_path: Path) -> None:
+    folder = write(tmp_path, study())
+    page, ratios, _ = render_study("cost", folder)
+    html, text = page.read_text(), ratios.read_text()
+    for heading in KINDS.values():
+        # times for attitude, for reactions; evaluations; times relative to the baseline
+        assert html.count(f">{escape(heading)}</th>") == 4
+        assert f"**{heading}**" in text
+    order = [
+        "**Engines with independent physics**",
+        "| slow |",
+        "**Integrators on barchain's equations**",
+        "| reference",
+    ]
+    assert sorted(order, key=text.index) == order
+    assert escape(SOLID_AND_DASHED) in html
+    view = view_cost(folder).scenes[0]
+    dashes = {entry.label: bool(entry.pen.dash) for entry in view.overviews[0].legend}
+    assert dashes == {"slow": False, "slow-er": False, "bad": False, "reference-fast": True}
+    assert list(dashes)[-1] == "reference-fast"
+
+
+def test_engines_that_are_alone_in_their_family_are_divided_by_kind() -> None:
+    x, no = np.array([1e-3, 1e-6]), np.zeros(2, bool)
+    tracks = tuple(CostCurve(e, x, 1.0 / x, no, no, independent=e == "mujoco") for e in ("mujoco", "diffrax-dopri8"))
+    panels = by_family(ChartData("n", "x", "y", 1e-14, tracks))
+    assert [[e.label for e in p.legend] for p in panels] == [["mujoco"], ["diffrax-dopri8"]]
+
+
+def test_integrators_on_rates_in_numpy_are_a_family_of_their_own() -> None:
+    names = ["scipy-rk45", "scipy-dop853", "scipy-rk45-numpy", "cvode-adams-numpy"]
+    assert list(families(names).values()) == ["scipy", "scipy", "numpy", "numpy"]
+
+
+def test_more_groups_than_colours_have_different_pens() -> None:
+    pens = family_pens([f"{chr(97 + k)}-1" for k in range(11)])
+    assert len({(p.colour.name, p.marker) for p in pens.values()}) == 11
 
 
 def test_nothing_to_draw_draws_nothing() -> None:

@@ -37,7 +37,7 @@ def folder(tmp_path: Path) -> Path:
     (tmp_path / "record.json").write_text(json.dumps(MADE))
     scene = {"name": "some/scene", "title": "Some scene"}
     write(tmp_path / "effects", "effects.csv", COLUMNS, MADE | {"scene": scene})
-    spent = {"phases_s": {"run": 1.0, "draw": 0.1, "reduce": 0.1}, "outcomes": {"finished": 4}}
+    spent = {"phases_s": {"run": 1.0, "reduce": 0.1}, "outcomes": {"finished": 4}}
     ensemble = (
         MADE | spent | {"scene": scene} | {"runs": 4, "rtol": 1e-10, "vary": ["mass"], "seed": 1, "evaluations": 1000}
     )
@@ -45,7 +45,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-QUANTILES = ("quantity", "item", "unit", "runs", "t_s", "quantile", "value")
+QUANTILES = ("quantity", "item", "unit", "runs", "t_s", "quantile", "value", "error_bound")
 
 
 def write(folder: Path, table: str, columns: tuple[str, ...], record: dict[str, Any]) -> None:

@@ -262,19 +262,19 @@ def test_a_row_without_its_value_shows_nan_and_a_word_for_it_is_refused(tmp_path
 def test_a_chart_marks_the_predictability_limit_of_the_reference_solution(small: Path) -> None:
     page, text = (path.read_text() for path in reports.render(small))
     assert ">predictability limit</text>" not in page
-    assert "Reference valid: to the end of the run" in text
+    assert "Solution valid: to the end of the run" in text
     record = json.loads((small / "record.json").read_text())
     scene = record["scenes"]["basics/radial_equilibrium"]
     scene["solution_limit_s"] = 0.4 * scene["duration_s"]
     change_record(small, scenes=record["scenes"])
     page, text = (html.unescape(path.read_text()) for path in reports.render(small))
-    assert "Reference valid: to 0.40 of 1 orbits" in text
+    assert "Solution valid: to 0.40 of 1 orbits" in text
     assert "to 0.40 of 1 orbits" in page
-    assert "After 0.40 orbits: beyond the predictability limit of the reference solution" in page
+    assert "After 0.40 orbits: beyond the predictability limit of the judging solution" in page
     assert page.count(">predictability limit</text>") == 2  # in both components of the reactions, over the whole run
     del scene["solution_limit_s"]
     change_record(small, scenes=record["scenes"])
-    assert "Reference valid" not in reports.render(small)[1].read_text()
+    assert "Solution valid" not in reports.render(small)[1].read_text()
 
 
 def test_the_chart_of_independent_engines_shows_them_alone_and_only_as_far_as_compared(small: Path) -> None:
@@ -283,7 +283,7 @@ def test_the_chart_of_independent_engines_shows_them_alone_and_only_as_far_as_co
     shown = [f for f in figures if "independent engines</figcaption>" in f]
     assert len(shown) == 1
     labels = re.findall(r"</svg>([^<]+)</li>", shown[0])
-    assert labels == ["reference solution", *(e for e in ENGINES if not e.startswith("reference") and e != "rebound")]
+    assert labels == ["judging solution", *(e for e in ENGINES if not e.startswith("reference") and e != "rebound")]
     own = {"engines": {e: {"external": False} for e in ENGINES}}
     change_record(small, **own)
     assert "independent engines</figcaption>" not in reports.render(small)[0].read_text()

@@ -22,6 +22,7 @@ from reports.tables.roundoff import COLUMNS, read_roundoff
 from reports.tables.schema import KEY, SCHEMA_VERSION
 from tests.support.page_policy import check_policy
 from tests.support.report_fixture import build
+from tests.support.slow import slow_but
 
 U = {"float32": 2.0**-24, "float64": 2.0**-53, "long double": 2.0**-64}
 SIZES = [10.0**-k for k in range(2, 13, 2)]
@@ -175,6 +176,7 @@ def changed(key, constant, exponent):
     return LAWS | {key: (constant, exponent)}
 
 
+@pytest.mark.slow
 def test_the_page_and_its_twin_say_the_same(tmp_path):
     page, twin = both(tmp_path)
     view = view_roundoff(tmp_path)
@@ -192,15 +194,16 @@ def test_the_page_and_its_twin_say_the_same(tmp_path):
     assert "<flat> tyre" in page
 
 
+@pytest.mark.slow
 def test_equal_tables_give_equal_bytes(tmp_path):
     first, second = (render_study("roundoff", write(tmp_path / name)).page.read_bytes() for name in "ab")
     assert first == second
 
 
-@pytest.mark.parametrize("names", [
+@pytest.mark.parametrize("names", slow_but([
     ("evaluation",), ("laws",), ("trajectories",), ("best", "best_laws"), ("growth", "growth_laws", "longitudes"),
     ("engines", "engine_laws", "times"),
-])  # fmt: skip
+], [("laws",)]))  # fmt: skip
 def test_missing_tables_cost_only_their_own(tmp_path, names):
     page, twin = both(tmp_path, without=names)
     assert not re.search(r"\bnan\b", page + twin)
@@ -216,12 +219,14 @@ def test_a_study_that_was_cut_off_at_once_has_a_page(tmp_path):
         assert not re.search(r"\bnan\b", text)
 
 
+@pytest.mark.slow
 def test_sizes_have_ratios_where_nothing_says_how_long_they_are(tmp_path):
     page, _ = both(tmp_path, objects=[])
     assert "ε = " in page
     assert not re.search(r"\bnan\b", page)
 
 
+@pytest.mark.slow
 def test_the_chapter_joins_the_report_of_a_comparison(tmp_path):
     folder = build(tmp_path, ["basics/two_bars_free"], samples=21)
     render(folder)

@@ -55,7 +55,7 @@ def test_a_sample_of_mutated_scenes_is_read_or_rejected_in_short_lines(tmp_path)
     check(random.Random(3).sample([m for name in SOURCES for m in mutations(name)], 150), tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", SOURCES)
 def test_every_mutated_scene_is_read_or_rejected_in_short_lines(name, tmp_path):
     check(mutations(name, 400), tmp_path)
@@ -65,7 +65,7 @@ def test_the_mutations_are_two_thousand_and_more():
     assert sum(len(set(mutations(name, 400))) for name in SOURCES) >= 2000
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(content=st.binary(max_size=200) | st.text(max_size=200).map(lambda t: t.encode("utf-8", "replace")))
 def test_any_bytes_are_read_or_rejected(content, tmp_path):

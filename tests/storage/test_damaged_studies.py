@@ -13,6 +13,7 @@ import pytest
 from barchain.cli.main import run
 from reports.tables.reading import TABLES
 from tests.storage.small_plans import SMALL
+from tests.support.slow import slow_but
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -29,7 +30,7 @@ QUICK = ("comparison", "cost")
 
 def each(names: Iterable[str]) -> list[ParameterSet]:
     """Parameters of a test, slow ones marked."""
-    return [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in names]
+    return [pytest.param(name, marks=() if name in QUICK else pytest.mark.exhaustive) for name in names]
 
 
 RENDERED = each(name for name in SMALL if name != "campaign")
@@ -133,7 +134,7 @@ def test_words_for_numbers_are_named_without_a_digest(
     check_named(table, ["report", str(out)], capsys)
 
 
-@pytest.mark.parametrize("value", [1, [], {}, "x", None, [1], {"a": 1}])
+@pytest.mark.parametrize("value", slow_but([1, [], {}, "x", None, [1], {"a": 1}], [[]]))
 @pytest.mark.parametrize("name", RENDERED)
 def test_an_entry_of_any_type_is_read_or_named(
     name: str, value: object, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -132,12 +132,13 @@ def check_kill_and_going_on(name: str, number: int, known: dict[str, Uninterrupt
     assert not list(out.rglob("*.part"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["comparison"])
 def test_a_killed_run_goes_on_to_the_same_tables(name: str, whole: dict[str, Uninterrupted], tmp_path: Path) -> None:
     check_kill_and_going_on(name, 2, whole, tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.timeout(0)
 @pytest.mark.parametrize("number", range(30))
 def test_thirty_random_kills_over_all_studies(number: int, whole: dict[str, Uninterrupted], tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 MOST_ENTRIES = 16
-DATA = {".toml", ".csv"}  # folders of scenes and of certified solutions grow with the number of scenes
+DATA = {".toml", ".csv", ".parquet"}  # folders of scenes and of certified solutions grow with the number of scenes
 
 
 def entries(folder: Path) -> list[Path]:

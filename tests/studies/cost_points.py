@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reports.tables.cost import POINT_COLUMNS
+from reports.tables.cost import INDEPENDENT, OWN_EQUATIONS, POINT_COLUMNS
 
 FLOOR = 1e-14
 
@@ -30,7 +30,16 @@ def point(engine: str, n: int, error: float, seconds: float, *, scene: str = "s"
     setting = {"setting": f"steps_per_orbit={n}", "parameter": "steps_per_orbit", "value": float(n)}
     spent = {"seconds": seconds, "evaluations": float(2 * n), "steps": float(n), "turns": 5}
     key = f"{scene}|{engine}|{n}"
-    named = {"scene": scene, "engine": engine, "outcome": "pass", "reason": "", "under_floor": "", "key": key}
+    kind = OWN_EQUATIONS if engine.startswith("reference") else INDEPENDENT
+    named = {
+        "scene": scene,
+        "engine": engine,
+        "kind": kind,
+        "outcome": "pass",
+        "reason": "",
+        "under_floor": "",
+        "key": key,
+    }
     return named | setting | errors | floors | spent
 
 

@@ -591,6 +591,7 @@ def test_what_is_printed(small: tuple[Campaign, Path], capsys: pytest.CaptureFix
     assert rate_words(Rate("missed", "all", "all", 400, 2)) == "missed: 2 of 400, 0.50 % (0.14 % to 1.80 %)"
 
 
+@pytest.mark.slow
 def test_the_command_runs_in_worker_processes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     options = "--engine reference --host reference --fault sign-reaction --fault declares-noise --workers 1"
     asked = f"selftest --random 1 --seed {SEED} {options} --out {tmp_path} --shrink-seconds 0"
@@ -622,7 +623,7 @@ def test_a_findings_scene_is_written_simpler_and_simpler(tmp_path: Path, monkeyp
     assert "(2 times)" in finding_words(kept, kept=False)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_campaign_passes(tmp_path: Path) -> None:
     plan = CampaignPlan(6, 100, ("reference-absolute", "exudyn-index3", "rebound", "pymunk-absolute"), shrink_s=0.0)
     found = run_study(CampaignStudy(in_this_process, judge_serially), plan, tmp_path)

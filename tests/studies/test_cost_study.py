@@ -14,6 +14,7 @@ from barchain.run.job import RunResult
 from barchain.solutions.certified import certified
 from barchain.studies.cost.findings import orders_table
 from barchain.studies.cost.fixed_steps import errors_at_equal_steps
+from barchain.studies.cost.load_share import LoadTimes, load_jobs, load_times
 from barchain.studies.cost.plan import shortened, sweeps
 from barchain.studies.cost.points import errors_of, under_floor
 from barchain.studies.cost.run import CostRun, columns_of, too_fine, too_long
@@ -21,7 +22,7 @@ from barchain.studies.cost.study import CostOptions, CostStudy
 from barchain.studies.study import Reporter, run_study
 from barchain.timing.orders import fit_order
 from reports.render import render_study
-from reports.tables.cost import FILES, POINT_COLUMNS, read_cost
+from reports.tables.cost import FILES, INDEPENDENT, POINT_COLUMNS, read_cost
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.support.certified_stand_in import certified_stand_in
@@ -57,6 +58,7 @@ def measured(solution, engine, values):
     return pd.DataFrame(rows).reindex(columns=list(POINT_COLUMNS))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("engine", "values", "order", "within"),
     [
@@ -235,3 +237,42 @@ def test_runs_that_succeed_but_are_wrong_are_points_with_large_errors(solution):
     wrong = errors_of(solution, seen.replace(reaction_N=-seen.reaction_N))
     assert wrong["reaction_relative"] == pytest.approx(2.0, abs=1e-4)
     assert under_floor(wrong) == ""
+
+
+def test_the_loads_of_an_engine_with_the_option_are_timed_at_its_finest_brief_setting():
+    sweeps_of = [
+        sweep_of("exudyn", (100, 500, 1000)),
+        sweep_of("reference", (1e-4, 1e-6)),
+        sweep_of("exudyn-tree", (50, 100)),
+    ]
+    seconds = [(0.01, 0.05, 0.2), (0.01, 0.01), (0.3, 0.6)]
+    points = {
+        job.key: {"outcome": "pass", "seconds": s}
+        for jobs, own in zip(sweeps_of, seconds, strict=True)
+        for job, s in zip(jobs, own, strict=True)
+    }
+    found = load_jobs(sweeps_of, points)
+    assert [(j.engine, j.setting.value) for j in found] == [("exudyn", 500), ("exudyn-tree", 50)]
+    failed = {key: {"outcome": "failed", "seconds": np.nan} for key in points}
+    assert load_jobs(sweeps_of, failed) == []
+
+
+def test_the_share_of_the_loads_is_the_time_that_they_add_when_applied_once_more():
+    job = sweep_of("exudyn", (100,))[0]
+    spread = np.array([0.98, 0.99, 1.0, 1.0, 1.0, 1.01, 1.02])
+    row = LoadTimes(job, 0.010 * spread, 0.014 * spread).row
+    assert row["share"] == pytest.approx(0.4)
+    assert 0.35 < row["share_low"] < 0.4 < row["share_high"] < 0.45  # 2 % in each of the two medians
+    assert row["kind"] == INDEPENDENT
+
+
+def test_each_load_is_applied_twice_in_the_second_run(monkeypatch):
+    class Bench:
+        def run(self, job, time_limit_s):
+            asked.append(job.options)
+            return RunResult(Outcome.PASS, "", None, {"simulate": 2.0 if job.options else 1.0})
+
+    asked = []
+    found = load_times(Bench(), sweep_of("exudyn", (100,))[0], LIMIT_S)
+    assert asked == [frozenset(), {"repeated_load"}] * 7
+    assert found.row["share"] == 1.0

@@ -12,6 +12,7 @@ import pytest
 
 from adapters.common.initial_state import initial_state
 from adapters.reference.numpy_engines import Reference
+from barchain.execution.executors import LocalProcesses
 from barchain.studies.effects.altitude_range import Heights, expected, seen
 from barchain.studies.effects.atmosphere import LAYERS, caveat, density_kg_m3, layer_at
 from barchain.studies.effects.cost_ratio import (
@@ -175,7 +176,7 @@ def test_the_budget_takes_the_heights_that_its_own_run_came_to(monkeypatch: pyte
 
     monkeypatch.setattr(EffectsPlan, "between", kept)
     scene = transfer(11)
-    options = EffectsOptions(scene, rtol=1e-8, engine=SLOW, repeats=1, workers=2, seconds=0.0)
+    options = EffectsOptions(scene, rtol=1e-8, engine=SLOW, repeats=1, executor=LocalProcesses(2), seconds=0.0)
     run_study(STUDY, STUDY.plan(options), tmp_path)
     assert asked == [pytest.approx(Heights(180e3, 1000e3), abs=1.0)]
 
@@ -341,7 +342,9 @@ def test_light_on_bars_that_cross_its_edge_together_does_not_stop_the_run() -> N
 def budget(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Any]]:
     """Folder of a small real budget, and what was told of its progress."""
     folder, told, noted = tmp_path_factory.mktemp("budget"), [], []
-    plan = STUDY.plan(EffectsOptions(brief(load_scene(DRAG)), rtol=1e-9, engine=SLOW, repeats=1, workers=2))
+    plan = STUDY.plan(
+        EffectsOptions(brief(load_scene(DRAG)), rtol=1e-9, engine=SLOW, repeats=1, executor=LocalProcesses(2))
+    )
     reporter = Reporter(lambda *a: told.append(a), noted.append)
     run_study(STUDY, plan, folder, command="barchain effects", reporter=reporter)
     assert len(told) == plan.turns

@@ -12,10 +12,13 @@ pytest.importorskip("llvmlite", reason="ensembles run in the compiled reference"
 from adapters.engine import Setting
 from adapters.reference.compiled_engine import ReferenceFast
 from barchain.cli.main import run as barchain
-from barchain.studies.ensemble.cluster import ClusterError
+from barchain.execution.call import Answer, CallFailedError
+from barchain.execution.connection import ClusterError
+from barchain.execution.executors import DaskCluster, LocalProcesses
 from barchain.studies.ensemble.execution import ensemble
 from barchain.studies.ensemble.population import populate
-from barchain.studies.ensemble.tasks import run_task, tasks
+from barchain.studies.ensemble.task_results import packed
+from barchain.studies.ensemble.tasks import EnsembleTask, needed_result, run_task
 from barchain.studies.ensemble.variation import VariationError, parse
 from scenarios import load_scene
 from tests.support.page_policy import check_policy
@@ -40,7 +43,7 @@ def test_every_copy_moves_as_the_engine_moves_it_bit_for_bit(name):
     scene = short(name)
     vary = [v for v in EVERYTHING if not v.startswith("speed_factor") or scene.bound]
     population = populate(scene, tuple(parse(v, scene.bars) for v in vary), 5, seed=3)
-    part = run_task(tasks(population, RTOL)[0])
+    part = run_task(EnsembleTask(population, RTOL))
     for run in range(5):
         alone = ReferenceFast().run(population.copy(run), Setting(ReferenceFast.sweep.parameter, RTOL))
         # starts made for all copies at once are the engine's own to a rounding; what follows amplifies it by the orbit
@@ -64,10 +67,10 @@ def test_quantiles_of_free_turning_are_those_of_the_rates_drawn():
 
 def test_draws_of_one_quantity_depend_neither_on_what_else_varies_nor_on_the_number_of_workers():
     scene = short("paper/fig13")
-    alone = ensemble(scene, EVERYTHING[:1], runs=300, samples=3, workers=1)
-    together = ensemble(scene, EVERYTHING, runs=300, samples=3, workers=2)
+    alone = ensemble(scene, EVERYTHING[:1], runs=300, samples=3, executor=LocalProcesses(1))
+    together = ensemble(scene, EVERYTHING, runs=300, samples=3, executor=LocalProcesses(2))
     np.testing.assert_array_equal(alone.runs["angle_deg[4]"], together.runs["angle_deg[4]"])
-    again = ensemble(scene, EVERYTHING, runs=300, samples=3, workers=1)
+    again = ensemble(scene, EVERYTHING, runs=300, samples=3, executor=LocalProcesses(1))
     np.testing.assert_array_equal(again.angle_rad, together.angle_rad)
     np.testing.assert_array_equal(again.reaction_N, together.reaction_N)
     other = ensemble(scene, EVERYTHING, runs=300, samples=3, seed=2)
@@ -144,6 +147,7 @@ def test_the_command_writes_tables_and_a_page(tmp_path, capsys):
     page = (out / "ensemble.html").read_text(encoding="utf-8")
     assert page.count("<svg") == 9
     assert "angle_deg=normal(0, 1)" in page
+    assert "estimated" not in page
     assert len((out / "ensemble" / "quantiles.csv").read_text().splitlines()) == 1 + 5 * 5 * 9
     assert barchain(["ensemble", "paper/fig05", "--vary", "angle=normal(0, 1)", *arguments]) == 2
     assert barchain(["ensemble", "paper/fig99", "--vary", "angle_deg=normal(0, 1)", *arguments]) == 2
@@ -152,9 +156,25 @@ def test_the_command_writes_tables_and_a_page(tmp_path, capsys):
 def test_an_address_where_nothing_answers_is_said_in_one_line():
     pytest.importorskip("distributed")
     with pytest.raises(ClusterError, match="no Dask scheduler answers there"):
-        ensemble(short("paper/fig05"), ["angle_deg=normal(0, 1)"], runs=2, dask="tcp://127.0.0.1:1")
+        ensemble(short("paper/fig05"), ["angle_deg=normal(0, 1)"], runs=2, executor=DaskCluster("tcp://127.0.0.1:1"))
 
 
+@pytest.mark.parametrize("damage", ["runs", "words", "bytes"])
+def test_a_part_that_comes_back_damaged_is_no_result(damage):
+    task = EnsembleTask(populate(short("paper/fig05"), (), 4, seed=1), RTOL)
+    sound = run_task(task)
+    fewer = sound.seen._replace(angle_rad=sound.seen.angle_rad[:3])
+    content = {
+        "runs": packed(dataclasses.replace(sound, seen=fewer)),
+        "words": packed(dataclasses.replace(sound, failed=("", "", ""))),
+        "bytes": packed(sound)[:-30],
+    }
+    assert needed_result(task, Answer(packed(sound))).ended == sound.ended
+    with pytest.raises(CallFailedError, match="came back damaged"):
+        needed_result(task, Answer(content[damage]))
+
+
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")  # a cluster that loses a worker has much to say about it
 def test_a_cluster_that_loses_a_worker_half_way_loses_no_run_and_changes_no_bit():
     distributed = pytest.importorskip("distributed")
@@ -175,7 +195,9 @@ def test_a_cluster_that_loses_a_worker_half_way_loses_no_run_and_changes_no_bit(
                 os.kill(victim, signal.SIGKILL)
                 killed.append(done)
 
-        there = ensemble(scene, vary, runs=8000, samples=6, dask=cluster.scheduler_address, progress=kill_half_way)
+        there = ensemble(
+            scene, vary, runs=8000, samples=6, executor=DaskCluster(cluster.scheduler_address), progress=kill_half_way
+        )
     assert killed
     assert killed[0] < 8000
     np.testing.assert_array_equal(there.angle_rad, here.angle_rad)

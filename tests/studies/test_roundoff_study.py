@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from barchain.execution.executors import LocalProcesses
 from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind
 from barchain.studies.roundoff.laws import fits as laws
 from barchain.studies.roundoff.laws.fits import best_laws, best_table, evaluation_laws, growth_laws
@@ -116,6 +117,7 @@ def test_the_truth_is_far_below_any_double(solution):
     assert max(solution.error["attitude"].max(), solution.error["reaction"].max()) < 1e-15
 
 
+@pytest.mark.slow
 def test_a_run_in_absolute_coordinates_ends_at_an_error_that_grows_as_the_chain_shrinks(solution):
     rows = []
     for name in ("minimal", "relative", "absolute"):
@@ -145,6 +147,7 @@ def test_own_steps_reach_the_tolerance_or_the_arithmetics_floor(solution):
     assert (rows.evaluations > 0).all()
 
 
+@pytest.mark.slow
 def test_errors_of_rounding_grow_with_time_as_a_random_walk_moves_things():
     family = ScaledScene(load_scene("paper/fig15"), (1e-4,), 12, orbits=3.0, samples=12)
     known = solution_of(family)
@@ -220,7 +223,7 @@ def small_plan():
     cases = [EvaluationCase(StateKind.GENERIC, 2, r, 4) for r in (1e-3, 1e-5, 1e-7)]
     good = [RoundoffTask("evaluation", f"{c.ratio:g}", function, (c, *ways)) for c in cases]
     wrong = RoundoffTask("evaluation", "wrong", function, (cases[0], ("nonsense",), ("float64",)))
-    return RoundoffPlan((*good, wrong), full=False, workers=1)
+    return RoundoffPlan((*good, wrong), full=False, executor=LocalProcesses(1))
 
 
 def test_a_study_writes_its_tables_and_a_task_that_fails_costs_its_own_rows(tmp_path):

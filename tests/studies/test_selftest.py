@@ -20,7 +20,7 @@ from adapters.trajectory import ENDED
 from barchain.cli.main import run as command
 from barchain.judge.comparison.verdict import JUDGED_METRICS
 from barchain.run.job import Role
-from barchain.run.worker import run_job
+from barchain.run.worker import run_quietly
 from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, with_perturbed_start
 from barchain.studies.selftest import matrix as matrix_module
 from barchain.studies.selftest.check_results import CHECKS, cell, nothing, reading
@@ -40,6 +40,7 @@ from reports.tables.outcome import Outcome
 from reports.tables.selftest import COLUMNS, SMALLEST, FaultOutcome, read_selftest
 from scenarios import load_scene
 from tests.support.page_policy import check_policy
+from tests.support.slow import slow_but
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -103,7 +104,7 @@ def case(name: str) -> SelftestCase:
 def tried(where: SelftestCase, fault: Fault, size: float | None = None):  # type: ignore[no-untyped-def]
     """Result of a fault at its natural size, run in this process."""
     trial = FaultTrial(where, fault, fault.natural if size is None else size)
-    here = (replayed(trial, job) if trial.replays else run_job(job, Path(os.devnull)) for job in trial.jobs())
+    here = (replayed(trial, job) if trial.replays else run_quietly(job, Path(os.devnull)) for job in trial.jobs())
     return judged(trial, *here)
 
 
@@ -113,7 +114,7 @@ def homes(fault: str) -> Iterator[SelftestCase]:
     return map(case, own or CHEAP)
 
 
-@pytest.mark.parametrize("name", FAULTS)
+@pytest.mark.parametrize("name", slow_but(FAULTS, list(FAULTS)[::6]))
 def test_every_fault_is_caught_in_some_scene_or_proven_invisible(name: str) -> None:
     fault, survived = FAULTS[name], []
     for where in homes(name):
@@ -321,6 +322,7 @@ def test_the_page_is_rendered_from_the_tables_alone(folder: Path) -> None:
     assert "| scale-rate |" in (folder / "selftest" / "selftest.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_fault_killed_by_nothing_ends_with_exit_code_1(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -346,7 +348,7 @@ def test_every_default_scene_is_short() -> None:
     assert np.isfinite([f.natural for f in FAULTS.values()]).all()
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_full_matrix_has_no_survivor() -> None:
     from barchain.studies.selftest.trial import selftest_cases
 

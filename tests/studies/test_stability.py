@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from adapters.engine import AccuracyParameter, Setting
-from adapters.registry import ENGINES
+from adapters.registry import COMPILED, ENGINES
 from barchain.cli.main import run as command
-from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult
+from barchain.execution.executors import LocalProcesses
+from barchain.run.job import SOLUTION_ROLES, Job, Role
+from barchain.run.pool import RunQueue
 from barchain.studies.stability import expected
 from barchain.studies.stability.expected import SLOW
 from barchain.studies.stability.plan import (
@@ -24,7 +26,7 @@ from barchain.studies.stability.plan import (
     settings,
 )
 from barchain.studies.stability.rules import Finding
-from barchain.studies.stability.study import StabilityStudy
+from barchain.studies.stability.study import StabilityOptions, StabilityStudy
 from barchain.studies.study import run_study
 from reports.chapters.stability.view import view_stability
 from reports.render import render_study
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
+    from barchain.run.time_limits import TimeLimit
     from tests.support.faulty_engines import Faulty
 
 
@@ -56,8 +59,26 @@ def test_coarser_settings_are_coarser_or_none() -> None:
 
 def test_scipy_runs_at_its_own_default_tolerances_too() -> None:
     roles = {name: settings(scene(FREE), r.load()) for name, r in default_engines().items()}
-    plain = {name for name, by in roles.items() if Role.PLAIN in by}
+    plain = {name.removesuffix("-numpy") for name, by in roles.items() if Role.PLAIN in by}
     assert plain == {"scipy-rk45", "scipy-dop853", "scipy-radau", "scipy-lsoda"}
+
+
+@pytest.mark.skipif(ENGINES[COMPILED].missing is not None, reason="needs the compiled reference")
+def test_recorded_time_outs_and_long_runs_in_numpy_are_left_to_a_full_study_or_to_a_named_engine() -> None:
+    def long_runs(**options: Any) -> set[str]:
+        plan = StabilityStudy().plan(StabilityOptions(["hard/whip", FREE], **options))
+        assert plan.engines_of(plan.scenes[1]) == plan.engines
+        return set(plan.engines_of(plan.scenes[0]))
+
+    assert expected.recorded()["hard/whip", "exudyn"] == SLOW
+    late = {"reference", "reference-absolute", "exudyn"}
+    assert not late & long_runs()
+    assert {COMPILED, "exudyn-tree"} <= long_runs()
+    assert late | {"scipy-dop853-numpy"} <= long_runs(full=True)
+    many = StabilityStudy().plan(StabilityOptions(["hard/bars_1000", "hard/bars_100"])).left_out
+    assert ("hard/bars_1000", "heyoka") in many
+    assert ("hard/bars_100", "heyoka") not in many
+    assert long_runs(engines=["reference"]) == {"reference"}
 
 
 def found_as(word: str) -> Finding:
@@ -103,11 +124,14 @@ def test_what_is_recorded_is_of_scenes_and_engines_that_are_there() -> None:
         assert expected.stability_of(word) in Stability
 
 
+@pytest.mark.slow
 def test_engines_that_can_not_are_left_out_and_no_engine_is_run_without_hope(tmp_path: Path) -> None:
     faulty: dict[str, type[Faulty]] = {
         "can-not": CanNot, "can-not-follow": CanNotFollow, "hangs": faulty_engines.Hangs,
     }  # fmt: skip
-    plan = StabilityPlan((scene(FREE),), {n: registration(e) for n, e in faulty.items()}, time_limit_s=1.0, workers=1)
+    plan = StabilityPlan(
+        (scene(FREE),), {n: registration(e) for n, e in faulty.items()}, time_limit_s=1.0, executor=LocalProcesses(1)
+    )
     result = run_study(StabilityStudy(), plan, tmp_path)
     assert result.findings[FREE, "can-not"].stability is Stability.UNSUPPORTED
     follows = result.findings[FREE, "can-not-follow"]
@@ -130,7 +154,7 @@ def ours() -> Iterable[str]:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of a small study, run as a user would."""
     out = tmp_path_factory.mktemp("stability")
-    named = [word for name in (*ours(), "scipy-rk45") for word in ("--engine", name)]
+    named = [word for name in (*ours(), "scipy-rk45-numpy") for word in ("--engine", name)]
     few = ["--workers", "1", "--out", str(out)]  # the runs are short: starting processes takes longer
     assert command(["stability", "hard/vertical_fall", "hard/slews_overlapping", *named, *few]) == 0
     return out
@@ -169,13 +193,12 @@ def test_the_page_is_rendered_from_the_tables_alone(folder: Path) -> None:
 
 
 def test_a_study_goes_on_from_what_an_earlier_one_left(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def nothing(jobs: list[Job], **_: object) -> list[tuple[Job, RunResult]]:
-        assert not jobs
-        return []
+    def nothing(runs: RunQueue, job: Job, *_: object) -> None:
+        raise AssertionError(f"{job.engine} is run again")
 
     before = read_stability(folder).outcomes
-    monkeypatch.setattr("barchain.studies.stability.run.run_jobs", nothing)
-    named = [word for name in (*ours(), "scipy-rk45") for word in ("--engine", name)]
+    monkeypatch.setattr(RunQueue, "add", nothing)
+    named = [word for name in (*ours(), "scipy-rk45-numpy") for word in ("--engine", name)]
     assert command(["stability", *before.scene.unique(), *named, "--out", str(folder), "--resume"]) == 0
     assert read_stability(folder).outcomes.equals(before)
 
@@ -185,17 +208,17 @@ def test_forms_of_the_reference_get_ten_times_as_long_as_other_engines(
 ) -> None:
     allowed_s: dict[str, float] = {}
 
-    def noted(jobs: list[Job], *, time_limit_s: float, **_: object) -> list[tuple[Job, RunResult]]:
-        allowed_s.update({job.engine: time_limit_s for job in jobs if job.role not in SOLUTION_ROLES})
-        return []
+    def noted(runs: RunQueue, job: Job, limit: TimeLimit) -> None:
+        if job.role not in SOLUTION_ROLES:
+            allowed_s[job.engine] = limit.time_s
 
-    monkeypatch.setattr("barchain.studies.stability.run.run_jobs", noted)
+    monkeypatch.setattr(RunQueue, "add", noted)
     plan = StabilityPlan((load_scene("hard/vertical_fall"),), chosen_engines(["reference", "exudyn"]), time_limit_s=7.0)
     run_study(StabilityStudy(), plan, tmp_path)
     assert allowed_s == {"reference": 70.0, "exudyn": 7.0}
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.timeout(0)  # an hour on two cores
 def test_ours_are_stable_in_all_hard_scenes_and_nothing_changed(tmp_path: Path) -> None:
     scenes = tuple(load_scene(name) for name in hard_scenes())

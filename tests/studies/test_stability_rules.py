@@ -13,7 +13,7 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from barchain.metrics.model_difference import com_displacement, track_response
 from barchain.run.job import Job, Role, RunResult, failure
-from barchain.run.worker import run_job
+from barchain.run.worker import run_quietly
 from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, with_perturbed_start
 from barchain.studies.stability.engine_runs import EngineRuns
 from barchain.studies.stability.evidence import evidence
@@ -72,7 +72,7 @@ def seen_of(engine: type[Faulty], name: str, tmp_path: Path) -> EngineRuns:
     """Runs of a faulty engine, made as a worker makes them."""
     own = settings(scene(name), engine)
     jobs = {role: Job(scene(name), "faulty", registration(engine), s, role) for role, s in own.items()}
-    runs = {role: run_job(job, tmp_path / f"{role}.log") for role, job in jobs.items()}
+    runs = {role: run_quietly(job, tmp_path / f"{role}.log") for role, job in jobs.items()}
     return EngineRuns(scene(name), "faulty", engine, own, runs, solution(name))
 
 
@@ -136,7 +136,7 @@ def test_without_a_truth_nothing_is_stable(tmp_path: Path) -> None:
 def test_a_refusal_is_said_while_building_and_nowhere_else(tmp_path: Path) -> None:
     def made(engine: type[Faulty]) -> RunResult:
         job = Job(scene(FREE), "faulty", registration(engine), engine.sweep.setting(), Role.MAIN)
-        return run_job(job, tmp_path / "log")
+        return run_quietly(job, tmp_path / "log")
 
     assert made(WillNot).rejected
     assert not made(CanNotFactor).rejected

@@ -15,11 +15,16 @@ from reports.plotting.series import Array, DecadeRange, decade_range
 from reports.text.numerals import power_of_ten
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.axes import Axes
 
 FLOOR_MARGIN = 10.0  # times the certified solution's own error: smaller errors of an engine are unresolved
+SOLID_AND_DASHED = "Solid lines: independent physics. Dashed lines: barchain's equations."
 LARGEST = 10.0  # larger errors are drawn on the edge
 FAILED = Pen(COLOURS["ink"], "x")
+DASH = (4.0, 2.0)
+"""Dashes of integrators on barchain's equations"""
 
 
 @dataclass(frozen=True)
@@ -35,6 +40,8 @@ class CostCurve:
     """(n,) bool"""
     blurred: Flags
     """(n,) bool: below the floor of the certified solution"""
+    independent: bool = True
+    """Whether the engine has independent physics"""
 
     @property
     def drawn(self) -> Flags:
@@ -42,6 +49,15 @@ class CostCurve:
         placed = np.isfinite(self.error) & (self.error > 0.0) & np.isfinite(self.cost) & (self.cost > 0.0)
         found: Flags = placed & ~self.failed
         return found
+
+
+@dataclass(frozen=True)
+class Front:
+    """Work-precision front of one kind of engines, from the coarsest point."""
+
+    error: Array
+    cost: Array
+    independent: bool
 
 
 @dataclass(frozen=True)
@@ -67,30 +83,53 @@ class ChartData:
         return decade_range([t.cost[t.drawn] for t in self.tracks])
 
 
-def overview(data: ChartData, title: str, front: tuple[Array, Array] | None = None) -> Panel | None:
-    """Chart of all engines, each family in a colour, with the work-precision front."""
+def overview(data: ChartData, title: str, fronts: Sequence[Front] = ()) -> Panel | None:
+    """Chart of all engines, each family in a colour, both kinds in different lines, with a front for each kind."""
     groups = group_of([t.engine for t in data.tracks])
-    pens = family_pens(list(groups))
+    dashed = {groups[t.engine] for t in data.tracks if not t.independent}
+    pens = {word: styled(pen, dashed=word in dashed) for word, pen in family_pens(list(groups)).items()}
     ax = axes(data, title, "all")
     if ax is None:
         return None
-    if front is not None and len(front[0]) > 1:
-        ax.plot(*front, color=COLOURS["accent"].stand_in, linewidth=7.0, alpha=0.25, solid_capstyle="round", zorder=1)
+    for front in fronts:
+        draw_front(ax, front)
     for track in data.tracks:
         draw(ax, track, pens[groups[track.engine]])
     used = {groups[t.engine] for t in data.tracks if t.drawn.any() or t.failed.any()}
-    legend = tuple(Legend(word, pen) for word, pen in pens.items() if word in used)
+    shown = sorted((word for word in pens if word in used), key=lambda word: word in dashed)
+    legend = tuple(Legend(word, pens[word]) for word in shown)
     said = f"{note(data)} {SHARED if len(groups) > len(pens) else ''}".strip()
     return Panel(title, finish(ax, frame(data, title, "all")), said, legend)
+
+
+def styled(pen: Pen, *, dashed: bool) -> Pen:
+    """Pen of an engine of one kind."""
+    return replace(pen, dash=DASH) if dashed else pen
+
+
+def draw_front(ax: Axes, front: Front) -> None:
+    """Draw the wide line of a work-precision front."""
+    colour = COLOURS["accent" if front.independent else "rule"].stand_in
+    if len(front.error) > 1:
+        ax.plot(
+            front.error, front.cost, color=colour, linewidth=7.0, alpha=0.25 if front.independent else 0.5,
+            solid_capstyle="round", zorder=1,
+        )  # fmt: skip
 
 
 def by_family(data: ChartData) -> list[Panel]:
     """One chart for each family: its engines in colour, all others in grey."""
     shown = [t for t in data.tracks if t.drawn.any() or t.failed.any()]
     groups = families([t.engine for t in shown])
-    names = sorted(set(groups.values()), key=lambda g: (g == OTHERS, list(groups.values()).index(g)))
+    groups = {t.engine: alone(groups[t.engine], t) for t in shown}
+    names = sorted(set(groups.values()), key=lambda g: (g.startswith(OTHERS), list(groups.values()).index(g)))
     found = (family(data, g, [t for t in shown if groups[t.engine] == g]) for g in names)
     return [p for p in found if p]
+
+
+def alone(family: str, track: CostCurve) -> str:
+    """Family of an engine; those that are alone in theirs are divided by kind."""
+    return family if family != OTHERS or track.independent else f"{OTHERS}, barchain's equations"
 
 
 def family(data: ChartData, name: str, own: list[CostCurve]) -> Panel | None:
@@ -102,7 +141,7 @@ def family(data: ChartData, name: str, own: list[CostCurve]) -> Panel | None:
     for track in data.tracks:
         if track.engine not in {t.engine for t in own}:
             ax.plot(track.error[track.drawn], track.cost[track.drawn], color=COLOURS["rule"].stand_in, linewidth=0.8)
-    pens = {t.engine: engine_pen(k + 2) for k, t in enumerate(own)}
+    pens = {t.engine: styled(engine_pen(k + 2), dashed=not t.independent) for k, t in enumerate(own)}
     for track in own:
         draw(ax, track, pens[track.engine])
     svg = finish(ax, frame(data, title, name))
@@ -139,7 +178,8 @@ def draw(ax: Axes, track: CostCurve, pen: Pen) -> None:
     good, colour = track.drawn, pen.colour.stand_in
     left, right = ax.get_xlim()
     x = np.clip(track.error, left, right)
-    ax.plot(x[good], track.cost[good], color=colour, linewidth=1.3, zorder=2)
+    line = (0.0, pen.dash) if pen.dash else "solid"
+    ax.plot(x[good], track.cost[good], color=colour, linewidth=1.3, linestyle=line, zorder=2)
     sharp, blurred = good & ~track.blurred, good & track.blurred
     ax.plot(x[sharp], track.cost[sharp], pen.marker, color=colour, markersize=MARKER_SIZE, markeredgewidth=0, zorder=3)
     ax.plot(
@@ -160,6 +200,8 @@ def note(data: ChartData) -> str:
     """Note beside a chart: failed runs, meaning of hollow points."""
     failed = [f"{t.engine} ({int(t.failed.sum())})" for t in data.tracks if t.failed.any()]
     blurred = any((t.blurred & t.drawn).any() for t in data.tracks)
+    both = {t.independent for t in data.tracks if t.drawn.any()}
     said = [f"× failed: {', '.join(failed)}." if failed else ""]
+    said += [SOLID_AND_DASHED if len(both) > 1 else ""]
     said += ["Hollow: below the floor of the certified solution (shaded)." if blurred else ""]
     return " ".join(s for s in said if s)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from reports.chapters.cost.charts import FLOOR_MARGIN, ChartData, CostCurve, by_family, overview
-from reports.tables.cost import BASELINE, NOT_RUN, CostTables, read_cost
+from reports.chapters.cost.charts import FLOOR_MARGIN, ChartData, CostCurve, Front, by_family, overview
+from reports.tables.cost import BASELINE, INDEPENDENT, KINDS, NOT_RUN, CostTables, read_cost
 from reports.tables.files import flags
 from reports.tables.outcome import Outcome
 from reports.text.numerals import is_nan, number
@@ -50,13 +50,26 @@ class ReachCell:
 
 
 @dataclass(frozen=True)
+class ReachGroup:
+    """Costs of the engines of one kind: a row for each engine."""
+
+    heading: str
+    rows: tuple[tuple[str, tuple[ReachCell, ...]], ...]
+
+
+@dataclass(frozen=True)
 class ReachTable:
-    """Costs to reach target errors: a row for each engine."""
+    """Costs to reach target errors, by kind of engine."""
 
     title: str
     targets: tuple[float, ...]
-    rows: tuple[tuple[str, tuple[ReachCell, ...]], ...]
+    groups: tuple[ReachGroup, ...]
     timed: bool
+
+    @property
+    def engines(self) -> tuple[str, ...]:
+        """Names of the engines in the table."""
+        return tuple(engine for group in self.groups for engine, _ in group.rows)
 
 
 @dataclass(frozen=True)
@@ -80,6 +93,8 @@ class CostScene:
     """One for each engine: ``engine``, ``version``, ``title``, and ``build_s``, ``compile_s``, ``read_s`` or None"""
     points: tuple[dict[str, Any], ...]
     """Rows of points.csv"""
+    loads: tuple[dict[str, Any], ...]
+    """Rows of loads.csv: share of barchain's loads in an engine's time"""
     left_out: tuple[dict[str, Any], ...]
     """Engines skipped on the scene: ``scene``, ``engine``, ``outcome``, ``reason``"""
 
@@ -87,7 +102,7 @@ class CostScene:
     def baseline(self) -> ReachTable | None:
         """Table of times to reach an attitude error; None where the baseline engine was not run."""
         table = next((t for t in self.reach if t.timed), None)
-        return table if table and any(e == self.baseline_name for e, _ in table.rows) else None
+        return table if table and self.baseline_name in table.engines else None
 
     @property
     def baseline_name(self) -> str:
@@ -132,6 +147,7 @@ def view_scene(tables: CostTables, scene: str) -> CostScene:
         price=tuple(prices(tables.price, scene)),
         phase_times=tuple(phase_times(points, tables.record)),
         points=tuple(records(points, scene)),
+        loads=tuple(records(tables.loads, scene)),
         left_out=tuple(r for r in rows(tables.record.get("left_out")) if r.get("scene") == scene),
     )
 
@@ -141,7 +157,7 @@ def overviews(points: pd.DataFrame, timed: ChartData, name: str) -> list[Panel |
     reactions = chart_data(points, "reaction", "seconds", f"{name}-reaction")
     counted = chart_data(points, "attitude", "evaluations", f"{name}-count")
     return [
-        overview(timed, "Time against attitude error", front(points)),
+        overview(timed, "Time against attitude error", fronts(points)),
         overview(reactions, "Time against error of reactions"),
         overview(counted, "Evaluations against attitude error"),
     ]
@@ -175,13 +191,18 @@ def cost_curve(own: pd.DataFrame, error: str, floor: str, cost: str) -> CostCurv
         cost=run[cost].to_numpy(float),
         failed=(run.outcome != Outcome.PASS.value).to_numpy() & (cost == "seconds"),
         blurred=errors < FLOOR_MARGIN * run[floor].to_numpy(float),
+        independent=str(own.kind.iloc[0]) == INDEPENDENT,
     )
 
 
-def front(points: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
-    """Work-precision front, from the coarsest point."""
+def fronts(points: pd.DataFrame) -> tuple[Front, ...]:
+    """Work-precision fronts of both kinds."""
     best = points[flags(points.on_front)].sort_values("attitude_error_rad", ascending=False)
-    return best.attitude_error_rad.to_numpy(float), best.seconds.to_numpy(float)
+    by_kind = ((kind == INDEPENDENT, best[best.kind == kind]) for kind in KINDS)
+    return tuple(
+        Front(own.attitude_error_rad.to_numpy(float), own.seconds.to_numpy(float), independent)
+        for independent, own in by_kind
+    )
 
 
 def records(table: pd.DataFrame, scene: str) -> list[dict[str, Any]]:
@@ -198,7 +219,7 @@ def reach_tables(reach: pd.DataFrame, scene: str) -> tuple[ReachTable, ...]:
         ("attitude", "evaluations", "Evaluations to reach an attitude error"),
     )
     found = (reach_table(reach, scene, q, m, title) for q, m, title in wanted)
-    return tuple(t for t in found if t.rows)
+    return tuple(t for t in found if t.groups)
 
 
 def reach_table(reach: pd.DataFrame, scene: str, quantity: str, measure: str, title: str) -> ReachTable:
@@ -206,8 +227,17 @@ def reach_table(reach: pd.DataFrame, scene: str, quantity: str, measure: str, ti
     own = reach[(reach.scene == scene) & (reach.quantity == quantity) & (reach.measure == measure)]
     targets = tuple(float(t) for t in dict.fromkeys(own.target))
     cells = {(r["engine"], r["target"]): cell(r) for r in records(own, scene)}
-    shown = [(str(e), tuple(cells[e, t] for t in targets)) for e in dict.fromkeys(own.engine)]
-    return ReachTable(title, targets, tuple(shown), measure == "seconds")
+    groups = (
+        ReachGroup(heading, tuple((str(e), tuple(cells[e, t] for t in targets)) for e in dict.fromkeys(of.engine)))
+        for heading, of in by_heading(own)
+    )
+    return ReachTable(title, targets, tuple(groups), measure == "seconds")
+
+
+def by_heading(table: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+    """Rows of each kind of engine, with its heading; kinds without rows are left out."""
+    found = [(heading, table[table.kind == kind]) for kind, heading in KINDS.items()]
+    return [(heading, own) for heading, own in found if len(own)]
 
 
 def cell(row: dict[str, Any]) -> ReachCell:
@@ -225,7 +255,7 @@ def prices(price: pd.DataFrame, scene: str) -> list[dict[str, Any]]:
     """Cost factors of one more digit, one row for each engine: in time and in evaluations."""
     found: dict[str, dict[str, Any]] = {}
     for row in records(price, scene):
-        found.setdefault(row["engine"], {"engine": row["engine"]})[row["measure"]] = row
+        found.setdefault(row["engine"], {"engine": row["engine"], "kind": row["kind"]})[row["measure"]] = row
     return list(found.values())
 
 
@@ -237,7 +267,11 @@ def phase_times(points: pd.DataFrame, record: dict[str, Any]) -> list[dict[str, 
         own = points[points.engine == engine]
         times = {k: number(own[k].median()) for k in ("build_s", "read_s")}
         found.append(
-            {"engine": engine, "version": mapping(engines.get(engine)).get("version") or ""}
+            {
+                "engine": engine,
+                "kind": str(own.kind.iloc[0]),
+                "version": mapping(engines.get(engine)).get("version") or "",
+            }
             | {k: None if is_nan(v) else v for k, v in times.items()}
             | {"compile_s": number(own.compile_s.max()) if own.compile_s.notna().any() else None}
             | {"title": mapping(engines.get(engine)).get("title") or ""}

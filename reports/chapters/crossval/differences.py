@@ -1,4 +1,4 @@
-"""Charts of differences from the reference solution, of drifts, and of the error amplification."""
+"""Charts of differences from the judging solution, of drifts, and of the error amplification."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class DifferenceCharts:
         """Charts of all differences."""
         found = [self.difference_panel(q, title) for q, title in DIFFERENCES.items()]
         text = "Dashed: explained part of the difference. A tick marks a line that ends at its predictability limit."
-        return group("Differences from the reference solution", text, self.legend(found), [p for p, _ in found])
+        return group("Differences from the judging solution", text, self.legend(found), [p for p, _ in found])
 
     def drift_group(self) -> ChartGroup | None:
         """Charts of all drifts and of the error amplification."""

@@ -78,5 +78,5 @@ def solution_words(known: dict[str, object]) -> str:
         return f"{ONE_DERIVATION}."
     return (
         f"{ONE_DERIVATION}. An independent derivation, computed with heyoka, is stored as a certified solution of "
-        f"these physics ({solution}); barchain\N{RIGHT SINGLE QUOTATION MARK}s tests compare the reference with it."
+        f"these physics ({solution})."
     )

@@ -1,4 +1,4 @@
-"""A scene's physics, its reference solution and its model in words."""
+"""A scene's physics, its judging solution and its model in words."""
 
 from __future__ import annotations
 
@@ -37,12 +37,9 @@ def facts(scene: SceneRecord, *, of_track: bool = True) -> list[tuple[str, Fact]
         ("Period", span(scene.value("period_s")) if scene.closed else ""),
         ("Duration", duration(scene)),
         *((f"Bar {p.get('bar', '?')} turned", prescription_words(p)) for p in scene.prescribed),
-        (
-            "Reference solution",
-            ", ".join(filter(None, [scene.text("solution_engine"), scene.text("solution_setting")])),
-        ),
-        ("Reference valid", solution_valid(scene)),
-        ("Reference error", (scene.value("solution_error_rad"), "rad")),
+        ("Judged by", judged_by(scene)),
+        ("Solution valid", solution_valid(scene)),
+        ("Solution error", (scene.value("solution_error_rad"), "rad")),
         ("Error amplification per orbit", (scene.value("amplification_per_orbit") if scene.closed else None, "times")),
         ("Total error amplification", (scene.value("amplification_total"), "times")),
         ("Model difference", model_difference(scene) if of_track else ""),
@@ -54,6 +51,13 @@ def facts(scene: SceneRecord, *, of_track: bool = True) -> list[tuple[str, Fact]
         elif value[0] is not None:
             kept.append((name, (value[0], value[1])))
     return kept
+
+
+def judged_by(scene: SceneRecord) -> str:
+    """Solution that judges the engines: its origin, its engine and the accuracy of its runs."""
+    made = ", ".join(filter(None, [scene.text("solution_engine"), scene.text("solution_setting")]))
+    source = scene.text("solution_source")
+    return f"{source} ({made})" if source and made else source or made
 
 
 def solution_valid(scene: SceneRecord) -> str:

@@ -51,7 +51,7 @@ class DrawnMotion:
     angle_rad: Array
     """(n, N)"""
     limit_s: float = np.inf
-    """Predictability limit of the reference solution; infinite where it covers the run"""
+    """Predictability limit of the judging solution; infinite where it covers the run"""
 
     @property
     def drawable(self) -> bool:
@@ -128,7 +128,7 @@ def beyond(geometry: Geometry, motion: DrawnMotion, end_s: float) -> str:
     predictability_limit = (
         f"{motion.limit_s / geometry.period_s:.2f} orbits" if geometry.closed else f"{motion.limit_s:.0f} s"
     )
-    return f" After {predictability_limit}: beyond the predictability limit of the reference solution."
+    return f" After {predictability_limit}: beyond the predictability limit of the judging solution."
 
 
 def along(at_s: Array, t_s: Array, values: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Charts of joint reactions: the reference solution as lines, independent engines as marks on them."""
+"""Charts of joint reactions: the judging solution as lines, independent engines as marks on them."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class ReactionCharts:
             for component, axis in AXES.items()
         ]
         legend = tuple(Legend(f"joint {j + 1}", joint_pen(k)) for k, j in enumerate(self.shown))
-        text = "Force on bar j from bar j+1 in inertial axes; reference solution."
+        text = "Force on bar j from bar j+1 in inertial axes; judging solution."
         if self.data.solution_end_s < self.data.end_s:
             text += " Faint: beyond its predictability limit."
         return group("Reactions", text, legend, [*panels, self.engines_panel()])
@@ -79,7 +79,7 @@ class ReactionCharts:
         return linear_panel(self.scaled(frame, self.solution_lines(component, start, end), window_s))
 
     def solution_lines(self, component: str, start_s: float, end_s: float) -> list[Line]:
-        """Lines of the reference solution; those beyond the predictability limit come first, below the others."""
+        """Lines of the judging solution; those beyond the predictability limit come first, below the others."""
         assert self.solution is not None
         t, values = self.solution.t_s, self.solution.of[component]
         seen = (t >= start_s) & (t <= end_s)
@@ -92,7 +92,7 @@ class ReactionCharts:
         ]
 
     def engines_panel(self) -> Panel | None:
-        """Largest component: reference solution as a line, marks of every independent engine on it."""
+        """Largest component: judging solution as a line, marks of every independent engine on it."""
         runs = self.independent_runs()
         if self.solution is None or not runs:
             return None
@@ -112,7 +112,7 @@ class ReactionCharts:
         frame = self.frame("engines", f"Joint {joint + 1} along {AXES[component]}, independent engines", window)
         frame.x_span = (start / self.unit_s(window), end / self.unit_s(window))
         made = linear_panel(self.scaled(frame, lines, window))
-        legend = (Legend("reference solution", SOLUTION_PEN), *(Legend(e, hollow(self.data.pens[e])) for e in runs))
+        legend = (Legend("judging solution", SOLUTION_PEN), *(Legend(e, hollow(self.data.pens[e])) for e in runs))
         note = "Marks: samples of each engine up to its predictability limit."
         if window is None and end < self.data.end_s:
             note += " The panel ends at the median of these limits."

@@ -62,7 +62,7 @@ class SceneData:
 
     @property
     def solution_end_s(self) -> float:
-        """Predictability limit of the reference solution, s; infinite where it covers the run."""
+        """Predictability limit of the judging solution, s; infinite where it covers the run."""
         predictability_limit = self.scene.value("solution_limit_s")
         return (
             np.inf

@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from reports.tables.crossval import ALL_SCENES, QUANTITY_UNITS, REFERENCE_SOLUTION, Results, is_engine
+from reports.tables.crossval import ALL_SCENES, JUDGING_SOLUTION, QUANTITY_UNITS, Results, is_engine
 from reports.tables.outcome import Outcome, gravest
 from reports.text.numerals import number
 from reports.text.record import SceneRecord, is_complete, mapping
@@ -155,8 +155,8 @@ class Summary:
 
     @property
     def unsolved(self) -> list[RunCell]:
-        """Cells of scenes without a reference solution, with the reason."""
-        return [c for s in self.scenes if (c := self.cell(s.name, REFERENCE_SOLUTION))]
+        """Cells of scenes without a judging solution, with the reason."""
+        return [c for s in self.scenes if (c := self.cell(s.name, JUDGING_SOLUTION))]
 
     @property
     def idle(self) -> list[RunCell]:
@@ -164,7 +164,7 @@ class Summary:
         return [c for (scene, _), c in self.cells.items() if scene == ALL_SCENES]
 
     def shown_in(self, scene: str) -> list[RunCell]:
-        """Cells of a scene's own table: of the missing reference solution, if so, and of the engines."""
+        """Cells of a scene's own table: of the missing judging solution, if so, and of the engines."""
         return [*(c for c in self.unsolved if c.scene == scene), *self.of_scene(scene)]
 
     def of_track(self, scene: str) -> bool:

@@ -1,4 +1,4 @@
-"""Charts of the torques of prescribed rotations: reference solution and engines."""
+"""Charts of the torques of prescribed rotations: judging solution and engines."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ def torques(data: SceneData, differences: DifferenceCharts) -> ChartGroup | None
         name = f"Torque on bar {law.get('bar', '?')}"
         panels.append(linear_panel(ChartFrame(f"{data.id}-torque-{p}", name, "time, s", unit, (start, end), scaled)))
         used += [e for e in engines if e not in used]
-    panels.append(differences.difference_panel("torque", "Difference from the reference solution")[0])
-    legend = (*(Legend(e, data.pens[e]) for e in used), Legend("reference solution", SOLUTION_PEN))
+    panels.append(differences.difference_panel("torque", "Difference from the judging solution")[0])
+    legend = (*(Legend(e, data.pens[e]) for e in used), Legend("judging solution", SOLUTION_PEN))
     return group("Prescribed torque", "Positive counter-clockwise.", legend, panels)
 
 
 def torque_lines(data: SceneData, p: int, start_s: float, end_s: float) -> tuple[list[Line], list[str]]:
-    """Torque p of every engine that has it, the reference solution on top; and these engines."""
+    """Torque p of every engine that has it, the judging solution on top; and these engines."""
     lines, engines = [], []
     for engine in (*data.summary.engines, SOLUTION):
         table = data.solution if engine == SOLUTION else data.results.trajectory(data.scene.name, engine)

@@ -46,9 +46,9 @@ def summary_verdict(summary: Summary) -> CrossvalVerdict:
 
 
 def unsolved_words(summary: Summary) -> str:
-    """Clause on scenes without a reference solution; empty without any."""
+    """Clause on scenes without a judging solution; empty without any."""
     found = [c.scene for c in summary.unsolved]
-    return f"the reference solution of {listed(found)} could not be run" if found else ""
+    return f"the judging solution of {listed(found)} could not be run" if found else ""
 
 
 def idle_words(summary: Summary) -> str:
@@ -126,7 +126,7 @@ def normalised_error_words(cell: RunCell, row: QuantityRow) -> str:
 
 
 def solved(summary: Summary) -> list[SceneRecord]:
-    """Scenes with a reference solution."""
+    """Scenes with a judging solution."""
     without = {c.scene for c in summary.unsolved}
     return [s for s in summary.scenes if s.name not in without]
 

@@ -37,7 +37,7 @@ class EnsembleView:
     scene: SceneRecord
     groups: list[FanGroup]
     final: list[dict[str, Any]]
-    """Quantiles at the last instant"""
+    """Quantiles at the last instant, with the largest of their error bounds"""
 
 
 def view_ensemble(folder: Path) -> EnsembleView:
@@ -62,9 +62,14 @@ def groups(table: pd.DataFrame, scene: SceneRecord) -> list[FanGroup]:
 def final(table: pd.DataFrame) -> list[dict[str, Any]]:
     """Quantiles at the last instant, a row for each bar or joint."""
     last = table[table["t_s"] == table["t_s"].max()]
-    wide = last.pivot_table(index=["quantity", "item", "unit", "runs"], columns="quantile", values="value")
+    index = ["quantity", "item", "unit", "runs"]
+    wide = last.pivot_table(index=index, columns="quantile", values="value")
+    bounds = last.groupby(index)["error_bound"].max()
     found = [
-        {"quantity": str(key[0]), "item": int(key[1]), "unit": str(key[2]), "runs": int(key[3]), "values": dict(row)}
+        {
+            "quantity": str(key[0]), "item": int(key[1]), "unit": str(key[2]), "runs": int(key[3]),
+            "values": dict(row), "error_bound": float(bounds[key]),
+        }
         for key, row in zip(wide.index, wide.to_dict("records"), strict=True)
-    ]
+    ]  # fmt: skip
     return rows(found)

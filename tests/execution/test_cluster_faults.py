@@ -16,10 +16,10 @@ pytest.importorskip("distributed")
 import psutil
 
 from barchain.cli.main import run as barchain
-from barchain.studies.ensemble.limits import ANSWER_S
+from barchain.execution.limits import ANSWER_S
 from reports.tables.ensemble import FILES
-from tests.studies import local_cluster
-from tests.studies.local_cluster import LocalCluster, kill, listener
+from tests.support import local_cluster
+from tests.support.local_cluster import LocalCluster, kill, listener
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -66,7 +66,7 @@ def connections() -> list[object]:
 
 
 def stored_parts(out: Path) -> int:
-    return len(list((out / "ensemble" / "parts").glob("*.npz")))
+    return len(list((out / "ensemble" / "parts").glob("0*.npz")))
 
 
 def interrupting(monkeypatch: pytest.MonkeyPatch, act: Callable[[], None], after: int = 500) -> None:
@@ -94,7 +94,7 @@ def test_an_address_without_a_listener_ends_at_once_and_makes_no_folder(tmp_path
 
 @pytest.mark.parametrize("answer", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", bytes(range(256)) * 40])
 def test_an_address_that_is_no_scheduler_ends_in_its_time(tmp_path, capfd, monkeypatch, answer):
-    monkeypatch.setattr("barchain.studies.ensemble.cluster.ANSWER_S", 2.0)
+    monkeypatch.setattr("barchain.execution.connection.ANSWER_S", 2.0)
     with listener(answer) as address:
         Ended(capfd, tmp_path / "out", address).check(2, "no Dask scheduler answers there", 2.0)
     assert not (tmp_path / "out").exists()
@@ -106,7 +106,7 @@ def test_a_scheduler_without_workers_ends_in_the_stated_time(tmp_path, capfd, cl
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("preload", "words"),
     [
@@ -123,14 +123,14 @@ def test_a_worker_with_other_code_is_named_before_anything_runs(tmp_path, capfd,
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_lost_scheduler_keeps_the_parts_that_were_done_and_resume_goes_on(tmp_path, capfd, monkeypatch, cluster):
     cluster.worker(local_cluster.SLOW, "--no-nanny")
     out, lost = tmp_path / "out", []
     interrupting(monkeypatch, lambda: (kill(cluster.scheduler), lost.append(time.monotonic())))
     ended = Ended(capfd, out, cluster.address)
     after_s = time.monotonic() - lost[0]
-    ended.check(1, "the scheduler was lost; 2 of 10 parts sent were done", 60.0)
+    ended.check(1, "the scheduler was lost; 2 of 10 tasks sent were done", 60.0)
     assert after_s < ANSWER_S
     assert stored_parts(out) == 1
     counts: list[int] = []
@@ -143,16 +143,16 @@ def test_a_lost_scheduler_keeps_the_parts_that_were_done_and_resume_goes_on(tmp_
         assert FILES.path(out, table).read_bytes() == FILES.path(tmp_path / "whole", table).read_bytes()
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_scheduler_that_stops_answering_is_given_up(tmp_path, capfd, monkeypatch, cluster):
     cluster.worker(local_cluster.SLOW, "--no-nanny")
-    monkeypatch.setattr("barchain.studies.ensemble.cluster.SILENT_S", 12.0)
+    monkeypatch.setattr("barchain.execution.connection.SILENT_S", 12.0)
     interrupting(monkeypatch, lambda: psutil.Process(cluster.scheduler.pid).suspend())
     Ended(capfd, tmp_path / "out", cluster.address).check(1, "no answer within 12 s", 60.0)
     assert stored_parts(tmp_path / "out") == 1
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_workers_that_all_leave_are_given_up_after_the_stated_time(tmp_path, capfd, monkeypatch, cluster):
     worker = cluster.worker(local_cluster.SLOW, "--no-nanny")
     interrupting(monkeypatch, lambda: kill(worker))
@@ -161,14 +161,14 @@ def test_workers_that_all_leave_are_given_up_after_the_stated_time(tmp_path, cap
     assert stored_parts(tmp_path / "out") == 1
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_part_that_kills_its_worker_too_often_ends_the_command(tmp_path, capfd, monkeypatch):
     monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
     (tmp_path / "cluster").mkdir()
     cluster = LocalCluster(tmp_path / "cluster")
     try:
         cluster.worker(local_cluster.DIES, "--no-nanny")
-        Ended(capfd, tmp_path / "out", cluster.address).check(1, "a part was lost with its worker (deaths: 1)", 60.0)
+        Ended(capfd, tmp_path / "out", cluster.address).check(1, "a task was lost with its worker (deaths: 1)", 60.0)
     finally:
         cluster.close()
 

@@ -17,22 +17,36 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 START_S = 60.0
-SLOW = """
-import time
-import barchain.studies.ensemble.tasks as tasks
-from reference_impl.fast.lanes.batch import run_members
-def slowly(*given):
-    time.sleep(0.5)
-    return run_members(*given)
-tasks.run_members = slowly
+ONCE = """
+import barchain.execution.beside_worker as beside_worker
+if not hasattr(beside_worker, 'real'):  # Dask imports a preload twice
+    beside_worker.real = beside_worker.replied
 """
-DIES = """
+SLOW = f"""
+import time
+{ONCE}
+def slowly(request):
+    time.sleep(0.5)
+    return beside_worker.real(request)
+beside_worker.replied = slowly
+"""
+DIES = f"""
 import os
-import barchain.studies.ensemble.tasks as tasks
-tasks.run_task = lambda task: os._exit(3)
+from barchain.execution.wire import parted
+{ONCE}
+beside_worker.replied = lambda request: os._exit(3) if len(parted(request)) > 1 else beside_worker.real(request)
 """
 LACKS_BARCHAIN = "import sys; sys.modules['barchain'] = None"
-OTHER_SOURCES = "from barchain.studies.ensemble import cluster_code; cluster_code.digest_of = lambda *names: 'other'"
+OTHER_HOST = """
+from barchain.execution import code_versions, host
+code_versions.digest_of = lambda *names: 'other'
+host.main()
+"""
+OTHER_SOURCES = f"""
+import sys
+import barchain.execution.beside_worker as beside_worker
+beside_worker.COMMAND = [sys.executable, "-c", {OTHER_HOST!r}]
+"""
 OTHER_DASK = """
 import distributed.versions as versions
 if not hasattr(versions, 'real'):
@@ -58,10 +72,11 @@ class LocalCluster:
             time.sleep(0.1)
 
     def start(self, kind: str, *options: str) -> subprocess.Popen[bytes]:
-        """Start a process of Dask in a group of its own."""
+        """Start a process of Dask in a group of its own, which imports what the tests import."""
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
         process = subprocess.Popen(
             [sys.executable, "-m", f"distributed.cli.dask_{kind}", *options],
-            cwd=self.folder, env=dict(os.environ), start_new_session=True,
+            cwd=self.folder, env=environment, start_new_session=True,
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         )  # fmt: skip
         self.processes.append(process)

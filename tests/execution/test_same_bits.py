@@ -1,0 +1,150 @@
+"""Tables from a cluster are those of this machine to the last bit, even if a worker is killed or the scheduler lost."""
+
+from __future__ import annotations
+
+import os
+import signal
+from typing import TYPE_CHECKING
+
+import pytest
+
+pytest.importorskip("distributed")
+
+from adapters.registry import Registration
+from barchain.cli.main import run as barchain
+from barchain.crossval.run import run_comparison
+from barchain.execution.connection import ClusterLostError
+from barchain.execution.executors import DaskCluster, LocalProcesses
+from reports.tables.outcome import Outcome
+from tests.support.local_cluster import LocalCluster, kill
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+    from barchain.execution.executors import Executor
+
+PATIENT_S = 120.0
+ENGINES = ("rebound", "pymunk")
+QUICK = ("basics/kepler_circular",)
+SEVERAL = ("basics/kepler_circular", "basics/free_rotation")
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[LocalCluster]:
+    (tmp_path / "cluster").mkdir()
+    made = LocalCluster(tmp_path / "cluster")
+    yield made
+    made.close()
+
+
+def compared(
+    out: Path, scenes: tuple[str, ...], executor: Executor, act: Callable[[], None] = lambda: None, **options: bool
+) -> bytes:
+    """Table of a comparison; `act` is called after the first verdict."""
+    acts = iter([act])
+
+    def act_once(_scene: str, _engine: str, _outcome: str) -> None:
+        next(acts, lambda: None)()
+
+    run_comparison(scenes, ENGINES, out, executor=executor, progress=act_once, **options)
+    return (out / "metrics.csv").read_bytes()
+
+
+def test_a_comparison_on_a_cluster_gives_the_tables_of_this_machine(tmp_path: Path, cluster: LocalCluster) -> None:
+    cluster.worker()
+    there = compared(tmp_path / "there", QUICK, DaskCluster(cluster.address, PATIENT_S))
+    here = compared(tmp_path / "here", QUICK, LocalProcesses())
+    assert there == here
+    stored = {path.relative_to(tmp_path / "here") for path in (tmp_path / "here").rglob("*.parquet")}
+    assert stored
+    for path in stored:
+        assert (tmp_path / "there" / path).read_bytes() == (tmp_path / "here" / path).read_bytes(), path
+
+
+@pytest.mark.exhaustive
+def test_a_comparison_whose_worker_is_killed_half_way_gives_the_same_bits(
+    tmp_path: Path, cluster: LocalCluster
+) -> None:
+    victim, _ = cluster.worker(), cluster.worker()
+    there = compared(
+        tmp_path / "there",
+        SEVERAL,
+        DaskCluster(cluster.address, PATIENT_S),
+        lambda: os.killpg(victim.pid, signal.SIGKILL),
+    )
+    assert victim.wait() == -signal.SIGKILL
+    assert there == compared(tmp_path / "here", SEVERAL, LocalProcesses())
+
+
+@pytest.mark.exhaustive
+def test_a_comparison_whose_scheduler_is_lost_goes_on_from_its_rows(tmp_path: Path, cluster: LocalCluster) -> None:
+    cluster.worker()
+    out = tmp_path / "out"
+    with pytest.raises(ClusterLostError, match="the scheduler was lost"):
+        compared(out, SEVERAL, DaskCluster(cluster.address, PATIENT_S), lambda: kill(cluster.scheduler))
+    assert (out / "metrics.csv").read_text(encoding="utf-8").count("\n") > 1
+    assert any((out / "trajectories").rglob("*.parquet"))
+    resumed = compared(out, SEVERAL, LocalProcesses(), resume=True)
+    assert resumed == compared(tmp_path / "whole", SEVERAL, LocalProcesses())
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize(
+    ("line", "tables"),
+    [
+        ("stability hard/vertical_fall --engine rebound", ["stability/outcomes.csv"]),
+        ("selftest basics/kepler_circular --fault scale-rate --fault sign-reaction", ["selftest/selftest.csv"]),
+        ("roundoff --part evaluation", ["roundoff/evaluation.csv", "roundoff/longitudes.csv"]),
+    ],
+)
+def test_a_study_on_a_cluster_gives_the_tables_of_this_machine(
+    line: str, tables: list[str], tmp_path: Path, cluster: LocalCluster
+) -> None:
+    cluster.worker()
+    cluster.worker()
+    codes = [
+        barchain(["-q", *line.split(), "--out", str(tmp_path / "here")]),
+        barchain(
+            ["-q", *line.split(), "--out", str(tmp_path / "there"), "--dask", cluster.address, "--dask-wait", "120"]
+        ),
+    ]
+    assert codes[0] == codes[1]
+    for table in tables:
+        assert (tmp_path / "there" / table).read_bytes() == (tmp_path / "here" / table).read_bytes(), table
+
+
+@pytest.mark.exhaustive
+def test_a_run_that_crashes_or_hangs_costs_its_row_on_a_worker_too(tmp_path: Path, cluster: LocalCluster) -> None:
+    worker = cluster.worker()
+    faulty = {
+        name: Registration(f"tests.support.faulty_engines:{name}") for name in ("Segfault", "Hangs", "Unmodified")
+    }
+    executor = DaskCluster(cluster.address, PATIENT_S)
+    result = run_comparison(
+        ["basics/two_bars_free"], out=tmp_path / "out", executor=executor, registered=faulty, time_limit_s=30.0
+    )
+    reasons = {row.engine: row.reason for row in result.metrics.itertuples() if row.outcome != "pass"}
+    assert "SIGSEGV" in reasons["Segfault"]
+    assert "no result within 30 s" in reasons["Hangs"]
+    assert result.outcomes["basics/two_bars_free", "Unmodified"] is Outcome.PASS
+    assert worker.poll() is None
+
+
+@pytest.mark.parametrize("line", ["cost paper/fig05", "scaling"])
+def test_a_study_that_times_its_runs_takes_no_cluster(
+    line: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert barchain([*line.split(), "--out", str(tmp_path / "out"), "--dask", "tcp://127.0.0.1:1"]) == 2
+    said = capfd.readouterr().err
+    assert "--dask: this study times its runs" in said
+    assert said.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_workers_of_this_machine_are_not_counted_on_a_cluster(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    line = ["compare", *QUICK, "--out", str(tmp_path / "out"), "--dask", "tcp://127.0.0.1:1", "--workers", "2"]
+    assert barchain(line) == 2
+    assert "--workers counts runs on this machine" in capfd.readouterr().err

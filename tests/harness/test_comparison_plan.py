@@ -1,0 +1,75 @@
+"""Choices of a comparison that nobody made: engines of a quick look, settings, and the order of runs."""
+
+from __future__ import annotations
+
+import pytest
+
+from adapters.engine import AccuracyParameter, Setting
+from adapters.registry import ENGINES
+from barchain.crossval.default_settings import (
+    KEPT_LIMIT,
+    WANTED_SHARE,
+    coarse_first,
+    comparison_setting,
+    expected_share,
+    promise,
+    two_digits,
+)
+from barchain.crossval.suite import ComparisonPlan
+from barchain.run.job import Job, Role
+from barchain.run.order import longest_first
+from barchain.run.selection import chosen_engines, one_of_each
+from barchain.solutions.sampling import closely_sampled
+from barchain.solutions.shipped import shipped_solution
+from scenarios import load_scene
+
+
+def judge_of(name: str):  # type: ignore[no-untyped-def]
+    found = shipped_solution(closely_sampled(load_scene(name)))
+    assert found is not None
+    return found
+
+
+def test_a_quick_look_takes_one_engine_of_each_library() -> None:
+    everything = {name: r for name, r in chosen_engines(None).items() if name != "heyoka"}
+    assert list(one_of_each(everything)) == ["reference", "exudyn", "rebound", "pymunk"]
+    assert one_of_each({"exudyn-tree": ENGINES["exudyn-tree"]}).keys() == {"exudyn-tree"}
+
+
+@pytest.mark.parametrize("engine", ["exudyn", "exudyn-index3", "exudyn-absolute", "exudyn-tree", "pymunk"])
+@pytest.mark.parametrize("scene", ["basics/libration", "basics/two_bars_free"])
+def test_the_setting_is_the_coarsest_that_still_shows_something(engine: str, scene: str) -> None:
+    loaded, solution = ENGINES[engine].load(), judge_of(scene)
+    chosen, default = comparison_setting(loaded, solution), loaded.sweep.setting()
+    assert chosen.value <= default.value
+    if expected_share(promise(loaded, default, solution)) <= WANTED_SHARE:
+        assert expected_share(promise(loaded, chosen, solution)) <= WANTED_SHARE
+        coarser = [s for s in coarse_first(loaded, default) if s.value < chosen.value]
+        assert all(expected_share(promise(loaded, s, solution)) > WANTED_SHARE for s in coarser)
+    else:
+        kept = KEPT_LIMIT * promise(loaded, default, solution).limit_s
+        assert promise(loaded, chosen, solution).limit_s >= kept
+
+
+def test_a_given_setting_a_method_that_chooses_its_steps_and_an_unknown_solution_change_nothing() -> None:
+    loaded, solution = ENGINES["pymunk"].load(), judge_of("basics/libration")
+    given = Setting(AccuracyParameter.STEPS_PER_ORBIT, 777.0)
+    plan = ComparisonPlan([], {}, settings={"pymunk": given})
+    assert plan.setting("pymunk", loaded, solution) == given
+    assert ComparisonPlan([], {}).setting("pymunk", loaded) == loaded.sweep.setting()
+    assert ComparisonPlan([], {}).setting("another-package", loaded, solution) == loaded.sweep.setting()
+    reference = ENGINES["reference"].load()
+    assert comparison_setting(reference, solution) == reference.sweep.setting()
+
+
+def test_numbers_of_steps_are_rounded_up_to_two_digits() -> None:
+    assert [two_digits(v) for v in (110.5, 2500.0, 7071.1, 25.0)] == [120.0, 2500.0, 7100.0, 25.0]
+
+
+def test_runs_that_compile_begin_first_and_then_the_longest() -> None:
+    def job(engine: str, scene: str, role: Role = Role.MAIN) -> Job:
+        return Job(load_scene(scene), engine, ENGINES[engine], ENGINES[engine].load().sweep.setting(), role)
+
+    small, large = job("heyoka", "basics/libration"), job("heyoka", "paper/fig05")
+    short, long = job("pymunk", "basics/libration"), job("pymunk", "paper/fig05")
+    assert longest_first([short, small, long, large]) == [large, small, long, short]

@@ -1,0 +1,242 @@
+"""Solutions that judge: shipped with barchain, run by heyoka, or the reference's; their files and their honesty."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from adapters.engine import AccuracyParameter, Setting
+from adapters.heyoka.adapter import CLOSE_START_RAD, HeyokaQuad
+from adapters.reference.numpy_engines import Reference
+from adapters.registry import ENGINES, Registration
+from adapters.trajectory import Trajectory
+from barchain.crossval import suite as suite_module
+from barchain.crossval.record import new_record
+from barchain.crossval.run import run_comparison
+from barchain.crossval.suite import ComparisonPlan, Suite
+from barchain.judge.comparison.compare import judge
+from barchain.judge.evidence import Evidence
+from barchain.metrics.quantities import differences
+from barchain.record.study_store import StudyStore
+from barchain.run.job import CERTIFIED_ROLES, Role, RunResult, failure
+from barchain.run.store import RunStore
+from barchain.solutions.certified import committed
+from barchain.solutions.certified_judge import CERTIFIER, affordable, amplification_of, certified_jobs
+from barchain.solutions.certified_table import DamagedTableError, physics_digest
+from barchain.solutions.judging import shares_equations, source_to_run
+from barchain.solutions.reference import SolutionSource, densely_sampled, establish, with_perturbed_start
+from barchain.solutions.reference_runs import solution_engine
+from barchain.solutions.sampling import closely_sampled
+from barchain.solutions.shipped import read_solution, rounded_up, shipped_files, shipped_path, shipped_solution
+from barchain.solutions.shipped import write_solution as write
+from barchain.studies.selftest.faults.equations import no_tide
+from reports.tables.crossval import FILES
+from reports.tables.outcome import Outcome
+from scenarios import load_scene
+from tests.support.scene_lists import TAME
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from barchain.solutions.reference import ReferenceSolution
+    from scenarios import Scene
+
+QUICK = "basics/two_bars_free"
+MOST_BYTES = 6e6
+ROUNDING = 2.0**-53
+
+
+def shipped(name: str) -> ReferenceSolution:
+    found = shipped_solution(closely_sampled(load_scene(name)))
+    assert found is not None
+    return found
+
+
+def other_run(name: str, **changes: Any) -> Scene:
+    scene = load_scene(name)
+    return dataclasses.replace(scene, run=dataclasses.replace(scene.run, **changes))
+
+
+@pytest.mark.parametrize("name", TAME)
+def test_core_and_effects_have_judging_solutions_at_the_samples_of_a_comparison(
+    name: str,
+) -> None:
+    found, scene = shipped(name), closely_sampled(load_scene(name))
+    seen, n = found.trajectory, len(found.amplification)
+    assert found.source is SolutionSource.SHIPPED
+    assert len(seen.t_s) == scene.run.samples or "surface" in seen.ended
+    np.testing.assert_array_equal(seen.t_s, scene.times_s[: len(seen.t_s)])
+    dense = densely_sampled(scene).times_s[: len(found.fine.t_s)]
+    np.testing.assert_allclose(found.fine.t_s, dense, rtol=4.0 * ROUNDING, atol=0.0)
+    assert set(found.error) == set(found.response) == set(differences(seen, seen))
+    assert found.amplification[0] == 1.0
+    for values in (*found.error.values(), *found.response.values(), found.amplification):
+        assert values.shape == (n,)
+        assert np.all(np.diff(values) >= 0.0)
+    assert all(bar[-1] > 0.0 for bar in found.error.values())
+
+
+@pytest.mark.parametrize("name", TAME)
+def test_the_judging_solution_agrees_with_the_committed_table_inside_both_error_bars(name: str) -> None:
+    """Two runs of heyoka with other samples: the table's instants of the whole run are among the scene's own."""
+    found, table = shipped(name), committed(physics_digest(load_scene(name)))
+    assert table is not None
+    mine = np.searchsorted(found.trajectory.t_s, table.trajectory.t_s * (1.0 - 4.0 * ROUNDING))
+    mine = np.minimum(mine, len(found.trajectory.t_s) - 1)
+    same = np.abs(found.trajectory.t_s[mine] - table.trajectory.t_s) == 0.0
+    assert same.sum() > 2
+    rows, theirs = mine[same], np.nonzero(same)[0]
+    apart = differences(found.trajectory.samples(rows), table.trajectory.samples(theirs))
+    for quantity, distance in apart.items():
+        assert np.all(distance <= found.error[quantity][rows] + table.error[quantity][theirs]), quantity
+
+
+def test_shipped_solutions_are_a_few_megabytes_in_all() -> None:
+    assert sum(path.stat().st_size for path in shipped_files().values()) < MOST_BYTES
+
+
+def test_what_is_written_is_read_back(tmp_path: Path) -> None:
+    made = shipped("basics/kepler_circular")
+    path = shipped_path("x/y", tmp_path)
+    write(path, made)
+    again = read_solution(path, made.scene)
+    for name in ("t_s", "com_m", "com_velocity_m_s", "angle_rad", "rate_rad_s", "reaction_N"):
+        np.testing.assert_array_equal(getattr(made.fine, name), getattr(again.fine, name))
+        np.testing.assert_array_equal(getattr(made.trajectory, name), getattr(again.trajectory, name))
+    for mine, theirs in ((made.error, again.error), (made.response, again.response)):
+        assert mine.keys() == theirs.keys()
+        assert all(np.array_equal(mine[name], theirs[name]) for name in mine)
+    assert (again.limit_s, again.setting) == (made.limit_s, made.setting)
+
+
+def test_rounding_up_keeps_zero_and_never_shrinks() -> None:
+    values = np.array([0.0, 1.0, 1.0 + 1e-12, 1e-300])
+    assert np.all(rounded_up(values).astype(float) >= values)
+    assert rounded_up(values)[0] == 0.0
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+def test_a_damaged_file_is_told_in_one_line(share: float, tmp_path: Path) -> None:
+    scene = closely_sampled(load_scene(QUICK))
+    whole = bytearray(shipped_files()[scene.digest].read_bytes())
+    whole[int(share * len(whole))] ^= 0x40
+    path = tmp_path / "damaged.parquet"
+    path.write_bytes(bytes(whole))
+    with pytest.raises(DamagedTableError, match=r"damaged\.parquet") as told:
+        read_solution(path, scene)
+    assert "\n" not in str(told.value)
+
+
+def test_other_samples_of_shipped_physics_are_judged_by_heyoka_and_without_it_by_the_reference(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    own = other_run(QUICK, samples=7)
+    assert shipped_solution(closely_sampled(own)) is None
+    assert source_to_run(own) is SolutionSource.HEYOKA
+    assert source_to_run(load_scene("hard/long_10000")) is SolutionSource.REFERENCE
+    assert not affordable(load_scene("hard/bars_100"))
+    monkeypatch.setitem(ENGINES, CERTIFIER, dataclasses.replace(ENGINES[CERTIFIER], requires="not-there"))
+    assert source_to_run(own) is SolutionSource.REFERENCE
+
+
+def test_engines_that_share_the_judges_equations_are_no_independent_evidence() -> None:
+    assert shares_equations(ENGINES["heyoka"], SolutionSource.SHIPPED)
+    assert not shares_equations(ENGINES["reference"], SolutionSource.SHIPPED)
+    assert shares_equations(ENGINES["reference"], SolutionSource.REFERENCE)
+    assert not shares_equations(ENGINES["exudyn"], SolutionSource.HEYOKA)
+
+
+def test_a_comparison_on_a_core_scene_runs_no_solution_and_says_what_judged(tmp_path: Path) -> None:
+    engine = {"Unmodified": Registration("tests.support.faulty_engines:Unmodified")}
+    result = run_comparison([QUICK], out=tmp_path, registered=engine)
+    assert result.passed
+    record = json.loads((tmp_path / "record.json").read_text())
+    assert {run["role"] for run in record["runs"]} == {Role.MAIN, Role.FINER}
+    assert record["scenes"][QUICK]["solution_source"] == "certified solution that comes with barchain"
+    assert "real128" in record["scenes"][QUICK]["solution_setting"]
+    assert (tmp_path / "trajectories" / QUICK / "solution.parquet").is_file()
+
+
+def test_the_reference_judges_where_heyoka_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(suite_module, "source_to_run", lambda scene: SolutionSource.HEYOKA)
+    scene = other_run(QUICK, samples=7)
+    plan = ComparisonPlan([scene], {})
+    store = RunStore(StudyStore(FILES, tmp_path, new_record(plan, "test")), [])
+    notes: list[str] = []
+    suite = Suite(plan, store, lambda *_: None, notes.append)
+    progress = suite.progress[scene.name]
+    assert [job.role for job in suite.jobs_of_solution(progress)] == list(CERTIFIED_ROLES)
+    progress.solution_runs = {role: failure(Outcome.FAILED, "no steps left") for role in CERTIFIED_ROLES}
+    suite.found_solution(progress)
+    assert {job.engine for job in suite.fall_back()} == {solution_engine()}
+    assert (progress.source, progress.solution_failed) == (SolutionSource.REFERENCE, "")
+    assert notes == [f"{scene.name}: no certified solution (no steps left); the reference judges"]
+
+
+def motion(t_s: np.ndarray, angle_rad: np.ndarray) -> Trajectory:
+    return Trajectory(t_s, np.zeros((len(t_s), 2)), np.zeros((len(t_s), 2)), angle_rad[:, None])
+
+
+def test_amplification_stays_honest_far_beyond_the_growth_that_parts_the_perturbed_run() -> None:
+    """True growth e^t, in angles of some turns, rounded; runs that have parted differ by a radian at most."""
+    t = np.linspace(0.0, 30.0, 301)
+    angle = np.array(10.0 + np.sin(t))
+    far, near = (angle + np.tanh(size * np.exp(t)) for size in (1e-10, float(CLOSE_START_RAD)))
+    grown = amplification_of(*(motion(t, x) for x in (angle, far, near)))
+    true = np.exp(t)
+    assert np.all(grown >= 0.99 * true)
+    assert np.all(grown <= 1.01 * true)
+
+
+def test_the_chaotic_scenes_amplify_more_than_a_run_in_double_precision_could_show() -> None:
+    found = shipped("paper/fig09")
+    assert found.amplification[-1] > 1e11
+    assert found.error["attitude"][-1] > 1e2 * found.error["attitude"][1]
+
+
+def test_the_close_start_is_off_by_less_than_double_precision_can_hold() -> None:
+    scene = other_run("basics/kepler_circular", samples=2)
+    runs = [HeyokaQuad(close_start=close) for close in (False, True)]
+    for run in runs:
+        run.build(scene, Setting(AccuracyParameter.RTOL, 1e-20))
+    apart = np.array(runs[1].ran.start) - np.array(runs[0].ran.start)
+    angles = apart[4 : 4 + scene.bars]
+    assert np.all(apart[:4].astype(float) == 0.0)
+    np.testing.assert_allclose(np.abs(angles.astype(float)), float(CLOSE_START_RAD), rtol=1e-12)
+    assert {job.role: job.options for job in certified_jobs(scene)}[Role.CLOSE_START]
+
+
+FAULT = 1e-6
+"""Share of the tide that is missing: far below what any two engines of second order would show"""
+
+
+def runs_of(scene: Scene) -> list[RunResult]:
+    settings = (Setting(AccuracyParameter.RTOL, rtol) for rtol in (1e-10, 1e-11))
+    return [RunResult(Outcome.PASS, trajectory=Reference().run(scene, s)) for s in settings]
+
+
+def own_solution(scene: Scene) -> ReferenceSolution:
+    def run(of: Scene, rtol: float) -> Trajectory:
+        return Reference().run(of, Setting(AccuracyParameter.RTOL, rtol))
+
+    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(with_perturbed_start(scene), 1e-13))
+
+
+def test_a_fault_in_the_references_own_equations_is_caught_by_the_certified_solution_and_not_by_itself() -> None:
+    """The tide without a millionth part: the faulty reference agrees with the faulty reference solution."""
+    solution = shipped("basics/radial_equilibrium")
+    setting = Setting(AccuracyParameter.RTOL, 1e-10)
+    right = judge("reference", Reference, setting, Evidence(*runs_of(solution.scene)), solution)
+    assert right.outcome is Outcome.PASS
+    with no_tide(FAULT):
+        faulty = Evidence(*runs_of(solution.scene))
+        itself = own_solution(solution.scene)
+    assert judge("reference", Reference, setting, faulty, itself).outcome is Outcome.PASS
+    assert judge("reference", Reference, setting, faulty, solution).outcome in (
+        Outcome.INCONSISTENT,
+        Outcome.EXCEEDS_BOUND,
+    )

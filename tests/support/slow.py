@@ -1,0 +1,25 @@
+"""Parameters of which the default run tries some, and the slow tests the rest."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable
+
+
+def slow_but(values: Iterable[Any], quick: Collection[Any]) -> list[Any]:
+    """Parameters; all but the quick ones are slow.
+
+    Raises
+    ------
+    ValueError
+        If a quick one is not among the parameters.
+    """
+    found = list(values)
+    missing = [each for each in quick if each not in found]
+    if missing:
+        raise ValueError(f"{missing} given as quick, allowed: {found}")
+    return [each if each in quick else pytest.param(each, marks=pytest.mark.slow) for each in found]
