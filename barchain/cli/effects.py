@@ -15,9 +15,10 @@ from barchain.cli.common.options import (
     out_option,
     overwrite_option,
     repeats_option,
+    resume_option,
     scene_argument,
 )
-from barchain.cli.common.result_folder import run_study_in
+from barchain.cli.common.result_folder import need_kept, run_study_in
 from barchain.cli.common.terminal import literal, say
 from barchain.studies.effects.default_options import FAST, MATTERS, REPEATS, RTOL, RTOLS, SECONDS, SLOW
 
@@ -47,10 +48,11 @@ SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a 
 @repeats_option(REPEATS)
 @minutes_option(SECONDS / 60.0, shown="a third", more="; no further round of timing is begun after it")
 @executor_options
+@resume_option
 @overwrite_option
 def effects(
     scene: str, out: Path | None, rtol: float, matters: float, engine: str | None, repeats: int, minutes: float,
-    executor: Executor, overwrite: bool,
+    executor: Executor, resume: bool, overwrite: bool,
 ) -> None:  # fmt: skip
     """Measure relevance and run time of each effect in SCENE.
 
@@ -65,12 +67,14 @@ def effects(
     from reports.chapters.effects.view import EffectsView  # noqa: PLC0415
     from scenarios import load_scene  # noqa: PLC0415
 
+    need_kept(out, resume=resume)
     if engine:
         need_loaded(engine)
     study = EffectsStudy()
     plan = study.plan(EffectsOptions(load_scene(scene), rtol, matters, repeats, 60.0 * minutes, executor, engine))
     with kept_or_temporary(out) as folder, verdicts_shown(plan.turns) as show:
-        result, rendered = run_study_in(folder, study, plan, Reporter(show, show.note), overwrite=overwrite)
+        reporter = Reporter(show, show.note)
+        result, rendered = run_study_in(folder, study, plan, reporter, resume=resume, overwrite=overwrite)
     assert isinstance(rendered.view, EffectsView)
     show_view(rendered.view)
     if out:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from barchain.cli.common.exit_codes import end_study
-from barchain.cli.common.options import executor_options, out_option, overwrite_option
+from barchain.cli.common.options import executor_options, out_option, overwrite_option, resume_option
 from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import say
 
@@ -25,8 +25,9 @@ PARTS = ("evaluation", "trajectories", "engines", "times")
               help=f"Run this part of the study: {', '.join(PARTS)}. May be repeated; default: all four.")  # fmt: skip
 @click.option("--full", is_flag=True, help="Take all sizes, arithmetics and numbers of bars, finer steps, longer runs.")
 @executor_options
+@resume_option
 @overwrite_option
-def roundoff(out: Path, parts: tuple[str, ...], full: bool, executor: Executor, overwrite: bool) -> None:
+def roundoff(out: Path, parts: tuple[str, ...], full: bool, executor: Executor, resume: bool, overwrite: bool) -> None:
     """Measure the digits of the reactions that absolute and relative coordinates leave.
 
     Exits with 1 if a task fails.
@@ -38,6 +39,6 @@ def roundoff(out: Path, parts: tuple[str, ...], full: bool, executor: Executor, 
     study = RoundoffStudy()
     plan = study.plan(RoundoffOptions(parts, full, executor))
     with verdicts_shown(plan.turns) as show:
-        result, rendered = run_study_in(out, study, plan, Reporter(show, show.note), overwrite=overwrite)
+        result, rendered = run_study_in(out, study, plan, Reporter(show, show.note), resume=resume, overwrite=overwrite)
     say(f"round-off study: {rendered.page}")
     end_study(result, result.failures)

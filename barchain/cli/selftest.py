@@ -7,8 +7,15 @@ from typing import TYPE_CHECKING
 import click
 
 from barchain.cli.common.exit_codes import end_study
-from barchain.cli.common.options import engine_option, executor_options, optional_scenes, out_option, overwrite_option
-from barchain.cli.common.result_folder import run_study_in
+from barchain.cli.common.options import (
+    engine_option,
+    executor_options,
+    optional_scenes,
+    out_option,
+    overwrite_option,
+    resume_option,
+)
+from barchain.cli.common.result_folder import need_kept, run_study_in
 from barchain.cli.common.terminal import literal, say
 from barchain.cli.selftest_random import RandomOptions, random_options, run_random, show_faults
 
@@ -32,11 +39,12 @@ if TYPE_CHECKING:
 @click.option("--list", "listed", is_flag=True, help="List the faults, and run nothing.")
 @out_option(None, help_text="Write tables and page into this folder; default: print only.")
 @executor_options
+@resume_option
 @overwrite_option
 @random_options
 def selftest(
     scenes: tuple[str, ...], faults: tuple[str, ...], engines: tuple[str, ...], smallest: bool, listed: bool,
-    out: Path | None, executor: Executor, overwrite: bool, asked: RandomOptions,
+    out: Path | None, executor: Executor, resume: bool, overwrite: bool, asked: RandomOptions,
 ) -> None:  # fmt: skip
     """Insert known faults into an engine, and show which check detects each.
 
@@ -47,10 +55,11 @@ def selftest(
     missed that is larger than the verdict's own limit of detection, or if more than 0.5 % of the verdicts on
     unmodified engines are false alarms.
     """
+    need_kept(out, resume=resume)
     if asked.number is not None:
         if scenes or smallest:
             raise click.UsageError("--random draws its scenes: leave out SCENE and --smallest")
-        run_random(asked, engines, faults, listed, out, executor, overwrite=overwrite)
+        run_random(asked, engines, faults, listed, out, executor, resume=resume, overwrite=overwrite)
         return
     asked.reject()
     if len(engines) > 1:
@@ -59,7 +68,7 @@ def selftest(
         list_faults()
         return
     (engine,) = engines or ("reference",)
-    run_matrix(plan_of(scenes, faults, engine, smallest, executor), out, overwrite=overwrite)
+    run_matrix(plan_of(scenes, faults, engine, smallest, executor), out, resume=resume, overwrite=overwrite)
 
 
 def list_faults() -> None:
@@ -69,7 +78,7 @@ def list_faults() -> None:
     show_faults(FAULTS.values())
 
 
-def run_matrix(plan: SelftestPlan, out: Path | None, *, overwrite: bool) -> None:
+def run_matrix(plan: SelftestPlan, out: Path | None, *, resume: bool = False, overwrite: bool = False) -> None:
     """Run the kill matrix, print it, and end with exit code 1 if a fault is missed."""
     from barchain.cli.common.progress import counted  # noqa: PLC0415
     from barchain.record.folder_lock import kept_or_temporary  # noqa: PLC0415
@@ -78,7 +87,8 @@ def run_matrix(plan: SelftestPlan, out: Path | None, *, overwrite: bool) -> None
     from reports.chapters.selftest.view import SelftestView  # noqa: PLC0415
 
     with kept_or_temporary(out) as folder:
-        tried, rendered = run_study_in(folder, SelftestStudy(), plan, Reporter(counted=counted), overwrite=overwrite)
+        reporter = Reporter(counted=counted)
+        tried, rendered = run_study_in(folder, SelftestStudy(), plan, reporter, resume=resume, overwrite=overwrite)
     assert isinstance(rendered.view, SelftestView)
     show_view(rendered.view)
     if out:

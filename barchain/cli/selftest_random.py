@@ -71,29 +71,23 @@ def random_options(command: Callable[..., None]) -> Callable[..., None]:
 
 def run_random(
     asked: RandomOptions, engines: tuple[str, ...], faults: tuple[str, ...], listed: bool, out: Path | None,
-    executor: Executor, *, overwrite: bool = False,
+    executor: Executor, *, resume: bool = False, overwrite: bool = False,
 ) -> None:  # fmt: skip
     """Run a campaign, print its findings, and exit by them; or list its faults."""
     from barchain.cli.campaign_summary import show_campaign  # noqa: PLC0415
     from barchain.cli.common.progress import counted  # noqa: PLC0415
     from barchain.record.folder_lock import kept_or_temporary  # noqa: PLC0415
     from barchain.studies.selftest.campaign.faults.catalogue import FAULTS  # noqa: PLC0415
-    from barchain.studies.selftest.campaign.judging import VerdictWorkers  # noqa: PLC0415  # what no other command needs
-    from barchain.studies.selftest.campaign.runs import in_workers  # noqa: PLC0415
-    from barchain.studies.selftest.campaign.study import CampaignStudy  # noqa: PLC0415
+    from barchain.studies.selftest.campaign.study import CampaignStudy  # noqa: PLC0415  # what no other command needs
     from barchain.studies.study import Reporter  # noqa: PLC0415
 
     if listed:
         show_faults(FAULTS.values())
         return
-    verdicts = VerdictWorkers(executor)
-    study = CampaignStudy(in_workers(executor), verdicts)
+    study, reporter = CampaignStudy(), Reporter(counted=counted)
     plan = plan_of(study, options_of(asked, engines, faults, executor))
     with kept_or_temporary(out) as folder:
-        try:
-            found, rendered = run_study_in(folder, study, plan, Reporter(counted=counted), overwrite=overwrite)
-        finally:
-            verdicts.close()
+        found, rendered = run_study_in(folder, study, plan, reporter, resume=resume, overwrite=overwrite)
         show_campaign(found, kept=out is not None)
     if out:
         say(f"selftest: {rendered.page}")

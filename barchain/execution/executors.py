@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from barchain.execution.address import DaskAddress
 from barchain.execution.limits import WORKERS_S
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from barchain.execution.session import Session
 
 
@@ -52,10 +54,32 @@ class DaskCluster(DaskAddress):
         return DaskSession(self)
 
 
-Executor = LocalProcesses | DaskCluster
+@dataclass(frozen=True)
+class KeptAnswers:
+    """Executor that keeps each answer in a folder of a study, and gives those that are there without a call."""
+
+    folder: Path
+    """Folder of the study; answers lie in a folder inside it"""
+    inside: LocalProcesses | DaskCluster
+    """Place of the calls whose answers are not there"""
+
+    def check(self) -> None:
+        """Check the place of the calls, with its errors."""
+        self.inside.check()
+
+    def session(self) -> Session:
+        """Context that runs calls."""
+        from barchain.execution.kept_answers import KeptSession  # noqa: PLC0415
+
+        return KeptSession(self.inside.session(), self.folder)
+
+
+Executor: TypeAlias = LocalProcesses | DaskCluster | KeptAnswers
 ALL_CORES = LocalProcesses()
 
 
-def chosen_executor(workers: int | None = None, dask: str | None = None, dask_wait_s: float = WORKERS_S) -> Executor:
+def chosen_executor(
+    workers: int | None = None, dask: str | None = None, dask_wait_s: float = WORKERS_S
+) -> LocalProcesses | DaskCluster:
     """Executor by the options of a command: a cluster where an address is given."""
     return LocalProcesses(workers) if dask is None else DaskCluster(dask, dask_wait_s)

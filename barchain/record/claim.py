@@ -8,6 +8,7 @@ import shutil
 from typing import TYPE_CHECKING
 
 from barchain.record.folder_lock import locked
+from reports.tables.files import ANSWERS
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator
@@ -81,7 +82,7 @@ def places_of(files: StudyFiles, out: Path, parts: Collection[str] | None) -> li
         and files.has_record(out)
         and others & set(files.read_record(out).get("parts") or ())
     ):
-        return [files.path(out, table) for part in parts for table in files.parts[part]]
+        return [*(files.path(out, table) for part in parts for table in files.parts[part]), folder / ANSWERS]
     if folder.is_symlink() and files.study:
         return [folder]
     if files.study:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
@@ -61,6 +62,8 @@ class StudyStore:
         self.own = tuple(self.record.get(PARTS, ()))
         if self.earlier and files.parts:
             self.keep_other_parts()
+        elif self.earlier and files.keeps_answers:
+            need_same_entries(files.record_path(out), self.earlier, self.record)
         elif self.earlier:
             need_subjects(files.record_path(out), self.earlier, self.record)
             self.carry_over()
@@ -157,6 +160,28 @@ class StudyStore:
         """Write that all is done: every result is there, and its report is written."""
         self.record["finished"] = True
         self.write_record()
+
+
+def need_same_entries(path: Path, earlier: Mapping[str, Any], record: Mapping[str, Any]) -> None:
+    """Check that a study goes on with the options of the earlier one, as its tables are made anew.
+
+    Raises
+    ------
+    OtherPlanError
+        If an entry that the study writes before its first run is another.
+    """
+    for entry, value in record.items():
+        no_option = entry in (*OF_A_PART, KEY, "study", "finished", TABLES) or value in ([], {})
+        if not no_option and as_text(value) != as_text(earlier.get(entry)):
+            raise OtherPlanError(
+                f"{path}: holds results of another {entry} than this command's; give the command that began them, "
+                "another --out, or --overwrite"
+            )
+
+
+def as_text(entry: object) -> str:
+    """Entry of a record as it is compared."""
+    return json.dumps(entry, sort_keys=True)
 
 
 def need_subjects(path: Path, earlier: Mapping[str, Any], record: Mapping[str, Any]) -> None:

@@ -7,10 +7,12 @@ record's beginning (:func:`barchain.record.environment.provenance`), the reporte
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
+from barchain.execution.executors import KeptAnswers
 from barchain.record.claim import claimed
 from barchain.record.environment import provenance
 from barchain.record.study_store import PARTS, StudyStore
@@ -186,6 +188,7 @@ def run_and_render(
     with claimed(study.files, out, record.get(PARTS), resume=resume, overwrite=overwrite):
         keep_compiled(reporter.note)
         store = StudyStore(study.files, out, record, resume=resume)
+        plan = keeping_answers(plan, store)
         store.write_record()
         try:
             result = study.run(plan, store, reporter)
@@ -195,6 +198,14 @@ def run_and_render(
         rendered = render(out)
         store.finish()
     return result, rendered
+
+
+def keeping_answers(plan: PlanT, store: StudyStore) -> PlanT:
+    """Plan whose executor keeps answers in the study's folder, if the study goes on from them."""
+    if not store.files.keeps_answers:
+        return plan
+    placed: Any = plan
+    return dataclasses.replace(placed, executor=KeptAnswers(store.folder, placed.executor))  # type: ignore[no-any-return]
 
 
 def new_record(study: Study[Any, PlanT, Any], plan: PlanT, command: str) -> dict[str, Any]:

@@ -52,7 +52,13 @@ class CampaignRecord(Record):
 
 
 FILES = StudyFiles(
-    "campaign", {"campaign": COLUMNS, "rates": RATE_COLUMNS}, WORDS, model=CampaignRecord, pages=("campaign.html",)
+    "campaign",
+    {"campaign": COLUMNS, "rates": RATE_COLUMNS},
+    WORDS,
+    model=CampaignRecord,
+    pages=("campaign.html",),
+    resumes=True,
+    keeps_answers=True,
 )
 
 

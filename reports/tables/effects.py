@@ -48,7 +48,16 @@ class EffectsRecord(Record):
     matters: float | None = None
 
 
-FILES = StudyFiles("effects", {"effects": COLUMNS}, WORDS, flags=("on",), model=EffectsRecord, pages=("effects.html",))
+FILES = StudyFiles(
+    "effects",
+    {"effects": COLUMNS},
+    WORDS,
+    flags=("on",),
+    model=EffectsRecord,
+    pages=("effects.html",),
+    resumes=True,
+    keeps_answers=True,
+)
 UNITS = {"com": "m", "attitude": "rad", "reaction": "N"}
 
 

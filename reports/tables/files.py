@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+ANSWERS = "answers"
+"""Folder of the kept answers inside a study's folder"""
+
+
 @dataclass(frozen=True)
 class StudyFiles:
     """Tables and record of a study, in the folder ``<study>`` of a result folder; of a comparison in that itself."""
@@ -36,6 +40,8 @@ class StudyFiles:
     """Entries of the record with their types"""
     resumes: bool = False
     """Whether an interrupted study can go on"""
+    keeps_answers: bool = False
+    """Whether an interrupted study goes on by making its tables anew, from the answers of processes that it kept"""
     parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Tables of each part that can be run by itself, beside the tables of earlier runs of the others"""
     folders: tuple[str, ...] = ()

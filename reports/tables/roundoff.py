@@ -116,6 +116,8 @@ FILES = StudyFiles(
     model=RoundoffRecord,
     parts=PARTS,
     pages=("roundoff.html",),
+    resumes=True,
+    keeps_answers=True,
 )
 
 

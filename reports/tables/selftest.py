@@ -51,6 +51,8 @@ FILES = StudyFiles(
     ("killed",),
     SelftestRecord,
     pages=("selftest.html",),
+    resumes=True,
+    keeps_answers=True,
 )
 
 

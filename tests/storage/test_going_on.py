@@ -94,7 +94,7 @@ def test_a_part_does_not_join_a_record_of_another_version(overwrite: bool, tmp_p
 def test_parts_are_replaced_one_by_one(tmp_path: Path) -> None:
     for name in ("times", "engines"):
         part(tmp_path, name, name).end(1.0, complete=True)
-    with pytest.raises(ResultsInPlaceError, match="holds results of these parts; --overwrite"):
+    with pytest.raises(ResultsInPlaceError, match="results of these parts; --resume goes on from there, --overwrite"):
         claim_results(roundoff.FILES, tmp_path, ["times"])
     claim_results(roundoff.FILES, tmp_path, ["evaluation"])
     claim_results(roundoff.FILES, tmp_path, ["times"], overwrite=True)

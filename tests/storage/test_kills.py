@@ -78,14 +78,15 @@ def table(small: SmallPlan, out: Path) -> pd.DataFrame:
 
 
 def runs_kept(small: SmallPlan, out: Path) -> set[str]:
-    """Keys of the runs that a record holds as passed; an ensemble's holds their number, and parts in files."""
+    """Keys of the runs that a record holds as passed, and kept answers; an ensemble's record holds a number of runs."""
     path = (out / small.table).with_name("record.json")
+    answers = {file.name for file in path.parent.glob("answers/*") if file.suffix != ".part"}
     if not path.is_file():
-        return set()
+        return answers
     record = json.loads(path.read_text())  # whole at every instant
     runs = record.get("runs", [])
     listed = runs if isinstance(runs, list) else []
-    return {r["key"] for r in (*record.get("carried", []), *listed) if r["outcome"] == "pass"}
+    return answers | {r["key"] for r in (*record.get("carried", []), *listed) if r["outcome"] == "pass"}
 
 
 @dataclass(frozen=True)

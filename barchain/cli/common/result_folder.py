@@ -41,6 +41,18 @@ def run_study_in(
     )
 
 
+def need_kept(out: Path | None, *, resume: bool) -> None:
+    """Make sure that a command that goes on has a folder to go on in.
+
+    Raises
+    ------
+    UsageError
+        If not.
+    """
+    if resume and out is None:
+        raise click.UsageError("--resume goes with --out DIR")
+
+
 def need_writable(file: Path, option: str) -> None:
     """Make sure that a file can be written when the runs are done.
 

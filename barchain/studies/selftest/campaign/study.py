@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -11,8 +12,9 @@ from barchain.run.selection import chosen_engines
 from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.campaign.faults.catalogue import FAULTS, find
 from barchain.studies.selftest.campaign.findings import kept_findings, kinds
+from barchain.studies.selftest.campaign.judging import VerdictWorkers
 from barchain.studies.selftest.campaign.rates import passed, rates
-from barchain.studies.selftest.campaign.runs import RunCache
+from barchain.studies.selftest.campaign.runs import RunCache, in_workers
 from barchain.studies.selftest.campaign.scenes.draw import draw
 from barchain.studies.selftest.campaign.store import CampaignStore
 from barchain.studies.selftest.campaign.trial_runner import TrialRunner
@@ -95,10 +97,10 @@ class Campaign:
 class CampaignStudy:
     """The random campaign."""
 
-    runner: Runner
-    """Makes runs, see :mod:`barchain.studies.selftest.campaign.runs`"""
-    judge_cases: JudgeCases
-    """Gives verdicts, see :mod:`barchain.studies.selftest.campaign.judging`"""
+    runner: Runner | None = None
+    """Makes runs, see :mod:`barchain.studies.selftest.campaign.runs`; by default the plan's executor"""
+    judge_cases: JudgeCases | None = None
+    """Gives verdicts, see :mod:`barchain.studies.selftest.campaign.judging`; by default the plan's executor"""
     files: ClassVar[StudyFiles] = FILES
 
     def plan(self, options: CampaignOptions) -> CampaignPlan:
@@ -131,10 +133,11 @@ class CampaignStudy:
     def run(self, plan: CampaignPlan, store: StudyStore, reporter: Reporter) -> Campaign:
         """Try engines and faults on random scenes, and write tables as cells come."""
         tables, cells = CampaignStore(store), list[CampaignCell]()
-        with reporter.counted("scenes", plan.scenes) as done:
+        run = self.runner or in_workers(plan.executor)
+        with self.judging(plan.executor) as judge_cases, reporter.counted("scenes", plan.scenes) as done:
             drawn = plan.drawn()
             while scenes := list(itertools.islice(drawn, CHUNK)):
-                found = tried(plan, scenes, self.runner, self.judge_cases)
+                found = tried(plan, scenes, run, judge_cases)
                 cells += found
                 tables.keep_cells(found)
                 tables.keep_rates(rates(cells))
@@ -145,6 +148,15 @@ class CampaignStudy:
         result = Campaign(plan, cells, rates(cells), kept)
         store.record["passed"] = result.passed
         return result
+
+    @contextlib.contextmanager
+    def judging(self, executor: Executor) -> Iterator[JudgeCases]:
+        """Judge of trials; worker processes end with the context."""
+        if self.judge_cases is not None:
+            yield self.judge_cases
+            return
+        with contextlib.closing(VerdictWorkers(executor)) as workers:
+            yield workers
 
 
 def tried(plan: CampaignPlan, drawn: list[Scene], run: Runner, judge_cases: JudgeCases) -> list[CampaignCell]:

@@ -1,0 +1,106 @@
+"""A command that goes on after an interruption takes kept answers, and asks for the rest only."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from typing import TYPE_CHECKING
+
+import pytest
+
+from barchain.execution.call import Call, CallEnd
+from barchain.execution.executors import KeptAnswers, LocalProcesses
+from tests.execution import calls
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from barchain.execution.call import Answer
+
+PATIENT_S = 120.0
+
+
+def run_command(command: str, out: Path, seed: str) -> None:
+    line = [sys.executable, "-m", "barchain", "-q", *command.split(), "--out", str(out)]
+    made = subprocess.run(line, env=os.environ | {"PYTHONHASHSEED": seed}, capture_output=True, text=True, check=False)
+    assert made.returncode == 0, made.stderr
+
+
+def times_of(folder: Path) -> dict[Path, int]:
+    return {file: file.stat().st_mtime_ns for file in folder.iterdir()}
+
+
+def answer(folder: Path, call: Call) -> Answer:
+    with KeptAnswers(folder, LocalProcesses(1)).session() as session:
+        session.submit("asked", call)
+        ((key, found),) = session.answers()
+    assert key == "asked"
+    return found
+
+
+def files(folder: Path) -> list[Path]:
+    return sorted((folder / "answers").iterdir())
+
+
+def test_a_call_whose_answer_is_kept_is_not_made_again(tmp_path: Path) -> None:
+    call = Call(calls.process, (), PATIENT_S)
+    assert answer(tmp_path, call).content == answer(tmp_path, call).content
+
+
+def test_other_arguments_or_limits_are_asked_for(tmp_path: Path) -> None:
+    for content in (b"one", b"two"):
+        assert answer(tmp_path, Call(calls.echo, (content,), PATIENT_S)).content == content
+    answer(tmp_path, Call(calls.echo, (b"two",), 2.0 * PATIENT_S))
+    assert len(files(tmp_path)) == 3
+
+
+def test_a_failure_is_not_kept(tmp_path: Path) -> None:
+    assert answer(tmp_path, Call(calls.raises, (), PATIENT_S)).end is CallEnd.RAISED
+    assert files(tmp_path) == []
+
+
+@pytest.mark.parametrize("damage", [b"", b"half of it", b"\0" * 4096])
+def test_a_damaged_answer_is_asked_for_again(damage: bytes, tmp_path: Path) -> None:
+    call = Call(calls.echo, (b"whole",), PATIENT_S)
+    answer(tmp_path, call)
+    (file,) = files(tmp_path)
+    file.write_bytes(damage)
+    assert answer(tmp_path, call).content == b"whole"
+    assert file.read_bytes().endswith(b"whole")
+
+
+def test_an_answer_behind_a_symbolic_link_is_not_read_and_not_written(tmp_path: Path) -> None:
+    call = Call(calls.process, (), PATIENT_S)
+    first = answer(tmp_path, call)
+    (file,) = files(tmp_path)
+    elsewhere = tmp_path / "elsewhere"
+    file.rename(elsewhere)
+    before = elsewhere.read_bytes()
+    file.symlink_to(elsewhere)
+    assert answer(tmp_path, call).content != first.content
+    assert not file.is_symlink()
+    assert elsewhere.read_bytes() == before
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("command", "study"),
+    [
+        ("effects basics/two_bars_free --engine reference --repeats 1 --minutes 0.01", "effects"),
+        ("selftest basics/kepler_circular --fault scale-rate", "selftest"),
+        ("selftest --random 1 --host none --engine reference --shrink-seconds 0", "campaign"),
+        ("roundoff --part engines", "roundoff"),
+    ],
+)
+def test_another_process_asks_for_nothing_that_is_there(command: str, study: str, tmp_path: Path) -> None:
+    """Keys of calls do not depend on the process that makes them, nor on its seed of hashes."""
+    out = tmp_path / "out"
+    run_command(command, out, seed="1")
+    first = times_of(out / study / "answers")
+    lost = min(first)
+    lost.unlink()
+    run_command(f"{command} --resume", out, seed="2")
+    second = times_of(out / study / "answers")
+    assert {file for file in second if second[file] != first.get(file)} == {lost}
+    assert first.keys() == second.keys()
