@@ -34,8 +34,13 @@ LINKING = threading.RLock()
 
 @cache
 def engine() -> Any:
-    """LLVM's linker of this process."""
-    return llvm.create_lljit_compiler(target.machine())
+    """LLVM's linker of this process.
+
+    JITLink takes memory for all sections of a library at once. The older RuntimeDyld takes memory for code and for
+    constants separately. In a process with gigabytes of mapped memory they came to lie more than 2 GiB apart, beyond
+    the reach of the code's references, and LLVM aborted the process.
+    """
+    return llvm.create_lljit_compiler(target.machine(), use_jit_link=True)
 
 
 class Library:
