@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
+import gc
 import os
+import sys
 from typing import TYPE_CHECKING
 
 import pytest
@@ -23,3 +26,14 @@ def _compiled_quickly(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None
         patch.setenv("BARCHAIN_COMPILED", str(folder))
         patch.setattr(suite, "source_to_run", lambda scene: SolutionSource.REFERENCE)  # heyoka compiles
         yield
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _little_memory() -> Iterator[None]:
+    """Give memory back after each module: compilers keep all code, and the C library keeps what was freed."""
+    yield
+    if "jax" in sys.modules:
+        sys.modules["jax"].clear_caches()
+    gc.collect()
+    if sys.platform == "linux":
+        ctypes.CDLL(None).malloc_trim(0)

@@ -30,8 +30,13 @@ def shortened(name):
     )
 
 
-COMPILES_FOR_SECONDS = {"diffrax-dopri8": "basics/two_bars_free"}
-"""Engines that compile each scene for seconds, with the scene on which every run of the tests tries them"""
+COMPILES_FOR_SECONDS = {
+    "diffrax-dopri8": ("basics/two_bars_free",),
+    "heyoka": ("paper/fig05", "effects/everything"),
+    "heyoka-long": ("paper/fig13",),
+    "heyoka-quad": ("basics/kepler_circular",),
+}
+"""Engines that compile each scene for seconds, with the scenes on which every run of the tests tries them"""
 
 
 PAIRS = [
@@ -44,7 +49,7 @@ PAIRS = [
 
 def marked(engine, name):
     """The pair, marked as slow where the engine compiles for seconds."""
-    slow = COMPILES_FOR_SECONDS.get(engine, name) != name
+    slow = name not in COMPILES_FOR_SECONDS.get(engine, (name,))
     return pytest.param(engine, name, marks=pytest.mark.slow if slow else ())
 
 

@@ -43,6 +43,7 @@ def test_accelerations_and_reactions_are_those_of_the_formulation_in_numpy(gravi
         assert np.abs(a - b).max(initial=0.0) <= floor * np.abs(b).max(initial=0.0)
 
 
+@pytest.mark.slow
 def test_error_follows_the_tolerance():
     scene = steep(orbits=0.5)
     error = [worst(run(scene, rtol).angle_rad, solution(scene).angle_rad) for rtol in (1e-5, 1e-7, 1e-9)]

@@ -23,6 +23,7 @@ from scenarios import load_scene
 from tests.adapters.heyoka_state import certified_accelerations, compiled
 from tests.reference.paper_chains import AGREEMENT, LAWS, chain, disagreement, grip
 from tests.support.arbiter import judge
+from tests.support.slow import slow_but
 
 U = 2.0**-53
 
@@ -97,7 +98,10 @@ def forget():
     compiled.cache_clear()
 
 
-@pytest.mark.parametrize("name", ["paper/fig13", "paper/fig17", "basics/two_bars_free", "basics/kepler_hyperbolic"])
+HARDLY_GROWING = ("paper/fig13", "paper/fig17", "basics/two_bars_free", "basics/kepler_hyperbolic")
+
+
+@pytest.mark.parametrize("name", slow_but(HARDLY_GROWING, ["basics/two_bars_free"]))
 def test_the_three_precisions_agree_to_the_coarsest_one(name):
     """A short run: 1e-15 a step in double, 10 000 roundings of it at most, on scenes that hardly grow."""
     scene = varied(name, run={"duration_s": 600.0, "samples": 5})
@@ -111,7 +115,7 @@ def test_the_three_precisions_agree_to_the_coarsest_one(name):
     )
 
 
-@pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-12])
+@pytest.mark.parametrize("rtol", slow_but([1e-6, 1e-9, 1e-12], [1e-9]))
 def test_errors_are_what_is_asked_for(rtol):
     scene = varied("paper/fig13", run={"duration_s": 3000.0, "samples": 5})
     solution = HeyokaQuad().run(scene, Setting(AccuracyParameter.RTOL, 1e-24))

@@ -20,6 +20,7 @@ from adapters.reference.numpy_engines import Reference
 from barchain.metrics.model_difference import com_displacement, track_response
 from barchain.solutions.reference import with_perturbed_start
 from scenarios import Actuator, Axes, Drag, Frame, Gravity, Impulse, PrescribedRotation, Thrust, load_scene
+from tests.support.slow import slow_but
 
 EPS = np.finfo(float).eps
 TIGHT = Setting(AccuracyParameter.RTOL, 1e-13)
@@ -99,7 +100,7 @@ def round_off(scene, departure):
     return (6.0 * 1.5 * EPS * scene.radius0_m + 10.0 * ENCKE_RTOL * np.abs(departure).max()) * (1.0 + 3.0 * turns)
 
 
-@pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-12])
+@pytest.mark.parametrize("rtol", slow_but([1e-6, 1e-9, 1e-12], [1e-9]))
 @pytest.mark.parametrize("name", scenes())
 def test_a_particle_under_effects_is_where_enckes_method_puts_it(name, rtol):
     scene, (place, departure) = scenes()[name], yardstick(name)
@@ -253,7 +254,7 @@ def everything_it_carries():
 CHAINS = ("oblateness", "third_body", "quadrupole", "slender", "slews", "tip_masses", "joint_springs", "everything")
 
 
-@pytest.mark.parametrize("name", CHAINS)
+@pytest.mark.parametrize("name", slow_but(CHAINS, ["joint_springs"]))
 def test_a_chains_track_leaves_the_particles_by_what_is_predicted(name):
     scene = everything_it_carries() if name == "everything" else load_scene(f"effects/{name}")
     apart, allowed, size = prediction(scene)
@@ -346,6 +347,7 @@ def chain_push(scene, seen, every):
     return push
 
 
+@pytest.mark.slow
 def test_a_chains_track_in_thin_air_is_rebounds_under_the_same_force():
     """What is allowed: 16/15 of what every other sample of the attitude changes, round-off, the reference's own."""
     scene = load_scene("effects/drag")
@@ -413,7 +415,10 @@ def sails():
     return under(scene, solar_pressure=dataclasses.replace(scene.effects.solar_pressure, width_m=(1.0, 2.0, 0.5)))
 
 
-@pytest.mark.parametrize("name", ["drag", "solar_pressure", "sails", "thrust", "impulse"])
+PUSHED = ("drag", "solar_pressure", "sails", "thrust", "impulse")
+
+
+@pytest.mark.parametrize("name", slow_but(PUSHED, ["solar_pressure", "thrust"]))
 def test_a_tracks_answer_to_the_attitude_counts_what_pushes_by_it(name):
     """A run perturbed a million times more than usual: what its track does stands out of the tracks' own errors."""
     scene = sails() if name == "sails" else load_scene(f"effects/{name}")

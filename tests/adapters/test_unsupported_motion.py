@@ -172,6 +172,7 @@ def instants(said: str) -> list[float]:
     return [float(t) for t in re.findall(r"([0-9.]+) s\b", said)]
 
 
+@pytest.mark.slow
 def test_a_comparison_leaves_such_engines_out_with_the_bar_and_the_instant(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -48,6 +48,7 @@ def test_a_worker_computes_in_one_thread(group: PoolGroup, monkeypatch: pytest.M
     assert result.outcome is Outcome.PASS, result.reason
 
 
+@pytest.mark.slow
 def test_a_worker_that_replaces_another_computes_in_one_thread_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(ENGINES, "faulty", FAULTY)
     monkeypatch.setattr(pool, "RUNS_PER_WORKER", 1)

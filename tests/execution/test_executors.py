@@ -99,6 +99,7 @@ def test_a_session_that_is_left_ends_its_calls_and_leaves_no_thread(executor: Ex
     assert not {t for t in threading.enumerate() if not t.daemon} - before
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_half_way_loses_no_call(tmp_path_factory: pytest.TempPathFactory) -> None:
     pytest.importorskip("distributed")
     pair = LocalCluster(tmp_path_factory.mktemp("pair"))
@@ -116,6 +117,7 @@ def test_a_worker_that_is_killed_half_way_loses_no_call(tmp_path_factory: pytest
     assert {key: answer.content for key, answer in found.items()} == {k: str(k).encode() for k in range(40)}
 
 
+@pytest.mark.slow
 def test_a_lost_scheduler_ends_a_session_in_one_line_after_the_answers_so_far(
     tmp_path_factory: pytest.TempPathFactory,
 ) -> None:

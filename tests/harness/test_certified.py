@@ -225,6 +225,7 @@ def test_tables_hold_equally_spaced_instants_once():
     np.testing.assert_allclose(np.diff(times), times[1], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_command_makes_tables_checks_them_and_fails_where_they_differ(tmp_path, monkeypatch):
     monkeypatch.setattr(certified_module, "CERTIFIED_SOLUTIONS", tmp_path)
     certified_module.committed_tables.cache_clear()

@@ -87,6 +87,7 @@ def garbage(seen, share, *, growing, seed):
     )
 
 
+@pytest.mark.slow
 def test_an_unmodified_run_is_judged_to_its_end_far_beyond_what_can_be_predicted(chaotic, unmodified):
     verdict = judged(chaotic, *unmodified)
     assert verdict.outcome is Outcome.PASS

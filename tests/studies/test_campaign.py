@@ -535,6 +535,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> tuple[Campaign, Path]:
     return Campaign(other, both, rates(both), []), out
 
 
+@pytest.mark.slow
 def test_a_small_campaign_passes(small: tuple[Campaign, Path]) -> None:
     found, _ = small
     assert found.passed, [c for c in found.cells if c.is_finding]

@@ -294,6 +294,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.mark.slow
 def test_the_command_writes_its_tables(folder: Path) -> None:
     tables = read_selftest(folder)
     assert list(tables.cells.columns) == list(COLUMNS)

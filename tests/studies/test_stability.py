@@ -160,6 +160,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.mark.slow
 def test_ours_are_stable_in_short_hard_scenes(folder: Path) -> None:
     tables = read_stability(folder)
     assert list(tables.outcomes.columns) == list(OUTCOMES)

@@ -272,6 +272,7 @@ def test_an_interrupt_waits_until_a_part_is_taken_whole():
     assert steps == ["whole"]
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_runs(tmp_path, monkeypatch, few_held):
     """Allowed: the draws and results of the two parts that may be under way, and the rows between two checkpoints.
 
