@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 import gc
 import os
+import platform
 import sys
 from typing import TYPE_CHECKING
 
@@ -14,7 +16,7 @@ from barchain.crossval import suite
 from barchain.solutions.reference import SolutionSource
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -34,6 +36,17 @@ def _little_memory() -> Iterator[None]:
     yield
     if "jax" in sys.modules:
         sys.modules["jax"].clear_caches()
+    if "heyoka" in sys.modules:
+        for name in ("compiled", "integrator"):
+            forget(vars(sys.modules.get(f"adapters.heyoka.{name}", object)).values())
+        sys.modules["heyoka"].llvm_state.clear_memcache()
     gc.collect()
-    if sys.platform == "linux":
+    if platform.libc_ver()[0] == "glibc":
         ctypes.CDLL(None).malloc_trim(0)
+
+
+def forget(functions: Iterable[object]) -> None:
+    """Clear the caches of those functions that have one."""
+    for function in functions:
+        if isinstance(function, functools._lru_cache_wrapper):
+            function.cache_clear()
