@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from reports.tables.cells import to_cells
-from reports.tables.reading import TABLES, check_recorded
+from reports.tables.reading import TABLES, check_recorded, digest
 from reports.tables.schema import KEY, RECORD, SCHEMA_VERSION
 from reports.tables.writing import RecordedFolder, make_folder, sweep
 
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 Row = dict[str, Any]
 RUNS, CARRIED, PARTS = "runs", "carried", "parts"
+ASKED = "asked"
+"""Entry of a study that goes on from kept answers: digests of the entries that follow from its options"""
 SUBJECTS = ("scenes", "engines", "bars")
 """Entries of a record that name what was run"""
 OF_A_PART = ("barchain", "command", "created", "environment", "packages", "seconds", "complete", "failed", "full")
@@ -63,7 +65,7 @@ class StudyStore:
         if self.earlier and files.parts:
             self.keep_other_parts()
         elif self.earlier and files.keeps_answers:
-            need_same_entries(files.record_path(out), self.earlier, self.record)
+            need_same_options(files.record_path(out), self.earlier, self.record)
         elif self.earlier:
             need_subjects(files.record_path(out), self.earlier, self.record)
             self.carry_over()
@@ -162,7 +164,14 @@ class StudyStore:
         self.write_record()
 
 
-def need_same_entries(path: Path, earlier: Mapping[str, Any], record: Mapping[str, Any]) -> None:
+def asked_for(entries: Mapping[str, Any]) -> dict[str, str]:
+    """Digest of each entry that a study writes before its first run; it may add findings to the entry itself."""
+    return {
+        name: digest(json.dumps(entry, sort_keys=True).encode()) for name, entry in entries.items() if name != PARTS
+    }
+
+
+def need_same_options(path: Path, earlier: Mapping[str, Any], record: Mapping[str, Any]) -> None:
     """Check that a study goes on with the options of the earlier one, as its tables are made anew.
 
     Raises
@@ -170,18 +179,13 @@ def need_same_entries(path: Path, earlier: Mapping[str, Any], record: Mapping[st
     OtherPlanError
         If an entry that the study writes before its first run is another.
     """
-    for entry, value in record.items():
-        no_option = entry in (*OF_A_PART, KEY, "study", "finished", TABLES) or value in ([], {})
-        if not no_option and as_text(value) != as_text(earlier.get(entry)):
-            raise OtherPlanError(
-                f"{path}: holds results of another {entry} than this command's; give the command that began them, "
-                "another --out, or --overwrite"
-            )
-
-
-def as_text(entry: object) -> str:
-    """Entry of a record as it is compared."""
-    return json.dumps(entry, sort_keys=True)
+    before, now = earlier.get(ASKED) or {}, record.get(ASKED) or {}
+    other = [name for name in {**before, **now} if before.get(name) != now.get(name)]
+    if other:
+        raise OtherPlanError(
+            f"{path}: holds results of other options than this command's (entry {other[0][:40]}); give the command "
+            "that began them, another --out, or --overwrite"
+        )
 
 
 def need_subjects(path: Path, earlier: Mapping[str, Any], record: Mapping[str, Any]) -> None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 from barchain.execution.executors import KeptAnswers
 from barchain.record.claim import claimed
 from barchain.record.environment import provenance
-from barchain.record.study_store import PARTS, StudyStore
+from barchain.record.study_store import ASKED, PARTS, StudyStore, asked_for
 from barchain.run.compiler_cache import keep_compiled
 
 if TYPE_CHECKING:
@@ -214,4 +214,7 @@ def new_record(study: Study[Any, PlanT, Any], plan: PlanT, command: str) -> dict
     Versions of further ``packages`` in the study's entries are added to those of the provenance.
     """
     own = study.record(plan)
-    return provenance(command, own.pop("packages", None)) | own
+    packages = own.pop("packages", None)
+    if study.files.keeps_answers:
+        own[ASKED] = asked_for(own)
+    return provenance(command, packages) | own

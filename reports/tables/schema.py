@@ -52,6 +52,8 @@ class Record(Part):
     environment: dict[str, str | float | None] = {}
     packages: dict[str, str | None] = {}
     tables: dict[str, list[str]] | None = None
+    asked: dict[str, str] = {}
+    """Digests of the entries that follow from the options, of a study that goes on from kept answers"""
 
 
 class RunEntry(Part):

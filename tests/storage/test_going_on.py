@@ -11,8 +11,8 @@ import barchain
 from barchain.cli.main import run
 from barchain.crossval.run import run_comparison
 from barchain.record.claim import ResultsInPlaceError, claim_results
-from barchain.record.study_store import OtherPlanError, StudyStore
-from reports.tables import cost, crossval, ensemble, roundoff, scaling, stability
+from barchain.record.study_store import OtherPlanError, StudyStore, asked_for
+from reports.tables import cost, crossval, effects, ensemble, roundoff, scaling, stability
 from reports.tables.reading import DamagedResultsError
 from reports.tables.schema import KEY, SCHEMA_VERSION, SchemaVersionError
 
@@ -44,6 +44,18 @@ def test_a_study_does_not_go_on_without_what_the_earlier_one_ran(entry: str, fil
         StudyStore(files, tmp_path, record(**{entry: {"t2": words, "t3": words}}), resume=True)
     assert files.record_path(tmp_path).read_bytes() == before
     StudyStore(files, tmp_path, record(**{entry: {"t1": words, "t2": words, "t3": words}}), resume=True)
+
+
+def test_a_study_of_kept_answers_does_not_go_on_with_other_options(tmp_path: Path) -> None:
+    def asked(entries: dict[str, Any]) -> dict[str, Any]:
+        return record(**entries, asked=asked_for(entries))
+
+    first = StudyStore(effects.FILES, tmp_path, asked({"rtol": 1e-9, "scene": {"name": "a"}}))
+    first.record["scene"]["end_s"] = 1.0
+    first.write_record()
+    with pytest.raises(OtherPlanError, match=r"other options than this command's \(entry rtol\)"):
+        StudyStore(effects.FILES, tmp_path, asked({"rtol": 1e-8, "scene": {"name": "a"}}), resume=True)
+    StudyStore(effects.FILES, tmp_path, asked({"rtol": 1e-9, "scene": {"name": "a"}}), resume=True)
 
 
 def test_a_scaling_study_does_not_go_on_without_numbers_of_bars(tmp_path: Path) -> None:
