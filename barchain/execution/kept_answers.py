@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from barchain.execution.call import Answer, CallEnd, pickled
 from barchain.execution.code_versions import code_versions
 from barchain.execution.session import Session
+from barchain.record.environment import package_version, packages
 from reports.tables.files import ANSWERS
 from reports.tables.writing import make_folder, write_atomically
 
@@ -67,8 +68,9 @@ def file_name(call: Call) -> str:
 
 @cache
 def versions_text() -> bytes:
-    """Versions of the code that decides answers."""
-    return repr(sorted(code_versions().items())).encode()
+    """Versions of barchain, of its engines and of what computes in them: all code that decides answers."""
+    found = packages() | code_versions() | {"gmpy2": package_version("gmpy2")}
+    return repr(sorted(found.items())).encode()
 
 
 def checksum(content: bytes) -> bytes:

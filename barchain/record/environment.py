@@ -11,7 +11,7 @@ from typing import Any
 
 PACKAGES = (
     "numpy", "scipy", "pandas", "pyarrow", "llvmlite", "exudyn", "rebound", "pymunk", "heyoka", "mujoco", "pin",
-    "scikit-sundae",
+    "scikit-sundae", "diffrax", "jax",
 )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from barchain.execution import kept_answers
 from barchain.execution.call import Call, CallEnd
 from barchain.execution.executors import KeptAnswers, LocalProcesses
 from tests.execution import calls
@@ -53,6 +54,18 @@ def test_other_arguments_or_limits_are_asked_for(tmp_path: Path) -> None:
         assert answer(tmp_path, Call(calls.echo, (content,), PATIENT_S)).content == content
     answer(tmp_path, Call(calls.echo, (b"two",), 2.0 * PATIENT_S))
     assert len(files(tmp_path)) == 3
+
+
+@pytest.mark.parametrize(("place", "package"), [("code_versions", "barchain"), ("packages", "exudyn")])
+def test_another_version_of_the_code_is_asked_anew(
+    place: str, package: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    call = Call(calls.process, (), PATIENT_S)
+    first = answer(tmp_path, call)
+    monkeypatch.setattr(kept_answers, place, lambda: {package: "2"})
+    kept_answers.versions_text.cache_clear()
+    assert answer(tmp_path, call).content != first.content
+    kept_answers.versions_text.cache_clear()
 
 
 def test_a_failure_is_not_kept(tmp_path: Path) -> None:
