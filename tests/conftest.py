@@ -10,13 +10,15 @@ import platform
 import sys
 from typing import TYPE_CHECKING
 
+import pyarrow
 import pytest
 
 from barchain.crossval import suite
 from barchain.solutions.reference import SolutionSource
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
+    from types import ModuleType
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -31,22 +33,24 @@ def _compiled_quickly(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None
 
 
 @pytest.fixture(autouse=True, scope="module")
-def _little_memory() -> Iterator[None]:
-    """Give memory back after each module: compilers keep all code, and the C library keeps what was freed."""
+def _little_memory(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Give memory back after each module: its caches, compilers' code, and memory that allocators keep once freed."""
     yield
+    forget(request.module)
     if "jax" in sys.modules:
         sys.modules["jax"].clear_caches()
     if "heyoka" in sys.modules:
         for name in ("compiled", "integrator"):
-            forget(vars(sys.modules.get(f"adapters.heyoka.{name}", object)).values())
+            forget(sys.modules.get(f"adapters.heyoka.{name}"))
         sys.modules["heyoka"].llvm_state.clear_memcache()
     gc.collect()
+    pyarrow.default_memory_pool().release_unused()
     if platform.libc_ver()[0] == "glibc":
         ctypes.CDLL(None).malloc_trim(0)
 
 
-def forget(functions: Iterable[object]) -> None:
-    """Clear the caches of those functions that have one."""
-    for function in functions:
-        if isinstance(function, functools._lru_cache_wrapper):
+def forget(module: ModuleType | None) -> None:
+    """Clear the caches of a module's own functions."""
+    for function in vars(module).values() if module else ():
+        if isinstance(function, functools._lru_cache_wrapper) and function.__module__ == vars(module)["__name__"]:
             function.cache_clear()
