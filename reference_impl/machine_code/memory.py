@@ -147,4 +147,4 @@ def constant_array(builder: ir.IRBuilder, values: np.ndarray[Any, Any]) -> Array
 
 def array_kind(annotation: str) -> Kind:
     """Kind of the elements of an array."""
-    return Kind.INTEGER if ELEMENTS[annotation] is np.int64 else Kind.REAL
+    return Kind.INTEGER if ELEMENTS[annotation] == np.int64 else Kind.REAL

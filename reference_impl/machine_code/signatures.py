@@ -93,7 +93,7 @@ class Signature:
         found: list[Any] = []
         for (name, annotation), value in zip(self.parameters, arguments, strict=True):
             if annotation in DIMENSIONS:
-                found += array_words(f"{self.name}: {name}", value, annotation)
+                found += array_words(value, annotation, self.name, name)
             else:
                 found.append(value.address if isinstance(value, Struct) else value)
         return found

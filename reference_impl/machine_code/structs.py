@@ -8,9 +8,11 @@ structs the address of a row of addresses, and their number.
 
 from __future__ import annotations
 
+import ctypes
 import dataclasses
 import sys
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -25,7 +27,7 @@ Matrix = NDArray[np.float64]
 Words = NDArray[np.int64]
 """(n,) integers, contiguous"""
 DIMENSIONS = {"Vector": 1, "Matrix": 2, "Words": 1}
-ELEMENTS: dict[str, type[np.generic]] = {"Vector": np.float64, "Matrix": np.float64, "Words": np.int64}
+ELEMENTS = {"Vector": np.dtype(np.float64), "Matrix": np.dtype(np.float64), "Words": np.dtype(np.int64)}
 ANY_STRUCT = "Struct"
 
 
@@ -46,7 +48,7 @@ class Struct:
         for name, annotation in field_types(type(self)):
             value = getattr(self, name)
             if annotation in DIMENSIONS:
-                words += array_words(f"{type(self).__name__}.{name}", value, annotation)
+                words += array_words(value, annotation, type(self).__name__, name)
             elif annotation == "float":
                 words.append(int(np.float64(value).view(np.int64)))
             elif annotation == "int":
@@ -59,32 +61,42 @@ class Struct:
                 words += [addresses.ctypes.data, len(value)]
         packed = np.array(words, dtype=np.int64)
         object.__setattr__(self, "_memory", (packed, *kept))
+        object.__setattr__(self, "_address", packed.ctypes.data)
 
     @property
     def address(self) -> int:
         """Address of the words; valid as long as the struct lives."""
-        memory: tuple[NDArray[np.int64], ...] = self.__dict__["_memory"]
-        return int(memory[0].ctypes.data)
+        found: int = self.__dict__["_address"]
+        return found
 
 
-def array_words(name: str, array: NDArray[Any], annotation: str) -> list[int]:
-    """Address and extents of an array.
+def array_words(array: NDArray[Any], annotation: str, owner: str, name: str) -> tuple[int, ...]:
+    """Address and extents of an array, a field or parameter `name` of `owner`.
 
     Raises
     ------
     TypeError
         If the array is not a contiguous one of that type.
     """
-    dimensions, elements = DIMENSIONS[annotation], np.dtype(ELEMENTS[annotation])
+    dimensions, elements = DIMENSIONS[annotation], ELEMENTS[annotation]
     if array.ndim != dimensions or array.dtype != elements or not array.flags.c_contiguous:
         raise TypeError(
-            f"{name}: {array.ndim} dimensions of {array.dtype}, contiguous {array.flags.c_contiguous}; "
+            f"{owner}.{name}: {array.ndim} dimensions of {array.dtype}, contiguous {array.flags.c_contiguous}; "
             f"allowed: {dimensions} dimensions of contiguous {elements}"
         )
-    return [array.ctypes.data, *array.shape]
+    return address_of(array), *array.shape
 
 
-def field_types(struct: Any) -> tuple[tuple[str, str], ...]:
+def address_of(array: NDArray[Any]) -> int:
+    """Address of an array's first element: the buffer gives it in a quarter of the time of ``array.ctypes``."""
+    try:
+        return ctypes.addressof(ctypes.c_char.from_buffer(array))
+    except (TypeError, ValueError):  # an array that can't be written, or an empty one, gives no buffer
+        return array.ctypes.data
+
+
+@cache
+def field_types(struct: type[Struct]) -> tuple[tuple[str, str], ...]:
     """Name and annotation of each field, in the order of the words."""
     return tuple((f.name, str(f.type)) for f in dataclasses.fields(struct))
 

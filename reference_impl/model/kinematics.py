@@ -61,8 +61,10 @@ def consistent_state(
     model: ChainProperties, com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array
 ) -> State:
     """Complete state of a chain with closed joints."""
-    reach = model.half_m * unit_along(angle_rad)
-    position, velocity = bar_centres(model, np.stack([reach, 1j * rate_rad_s * reach]))
+    reach = np.empty((2, len(angle_rad)), np.complex128)  # and its rate; np.stack takes a fifth of the whole time
+    np.multiply(model.half_m, unit_along(angle_rad), out=reach[0])
+    np.multiply(1j * rate_rad_s, reach[0], out=reach[1])
+    position, velocity = bar_centres(model, reach)
     return State(com_m, com_velocity_m_s, angle_rad, rate_rad_s, as_vectors(position), as_vectors(velocity))
 
 
