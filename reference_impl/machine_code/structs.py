@@ -89,15 +89,21 @@ def array_words(array: NDArray[Any], annotation: str, owner: str, name: str) -> 
 
 def address_of(array: NDArray[Any]) -> int:
     """Address of an array's first element: the buffer gives it in a quarter of the time of ``array.ctypes``."""
+    buffer: Any = array
     try:
-        return ctypes.addressof(ctypes.c_char.from_buffer(array))
+        return ctypes.addressof(ctypes.c_char.from_buffer(buffer))
     except (TypeError, ValueError):  # an array that can't be written, or an empty one, gives no buffer
         return array.ctypes.data
 
 
-@cache
-def field_types(struct: type[Struct]) -> tuple[tuple[str, str], ...]:
+def field_types(struct: Any) -> tuple[tuple[str, str], ...]:
     """Name and annotation of each field, in the order of the words."""
+    return known_field_types(struct)
+
+
+@cache
+def known_field_types(struct: Any) -> tuple[tuple[str, str], ...]:
+    """:func:`field_types`, found once for each struct."""
     return tuple((f.name, str(f.type)) for f in dataclasses.fields(struct))
 
 
