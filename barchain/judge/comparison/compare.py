@@ -185,6 +185,7 @@ class Comparison(BeyondLimit):
         allowed = float((self.margin[quantity] + self.model_difference(quantity).size)[inside][int(np.argmax(size))])
         reported = {"rms": float(np.sqrt(np.mean(size**2))), "final": float(size[-1])} | self.first_orbit(quantity)
         reported["detection_limit"] = self.detection_limit(quantity)
+        reported["roundoff_floor"] = float(self.errors.floor[quantity][: self.n][inside].max())
         return [
             self.row(quantity, "max", float(size.max()), allowed, bounded.outcome, bounded.reason),
             *(self.row(quantity, name, value, None, Outcome.REPORTED) for name, value in reported.items()),
