@@ -7,7 +7,8 @@ form of the reference and judged by what it must keep (`barchain.studies.selftes
 joints, energy, angular momentum, laws, numbers that are numbers. A run that ends in anything but a readable error, or
 keeps less than it must, is a finding: the command lists it and exits with 1. Runs that take too long are counted
 apart: where bars are so unequal that double precision is at its end, steps may shrink. What is compiled is compiled
-first."""
+first.
+"""
 
 from __future__ import annotations
 

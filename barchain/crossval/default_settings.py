@@ -20,6 +20,8 @@ WANTED_SHARE = 1e-3
 """Largest expected-error bound over the first orbit, relative to each quantity's scale"""
 KEPT_LIMIT = 0.75
 """Least predictability limit of a chaotic scene, relative to that at the engine's default setting"""
+STEPS_PER_TURN = 40
+"""Least steps in the fastest turn of a bar: bounds hold to the predictability limit, and some chains tumble after it"""
 QUANTITIES = ("attitude", "rate", "reaction")
 PER_OCTAVE = 2
 """Settings tried for each factor of two in the steps"""
@@ -32,7 +34,7 @@ def comparison_setting(engine: type[Engine], solution: ReferenceSolution | None)
     setting. Otherwise it is the coarsest setting of an engine of equal steps whose expected-error bound stays below
     :data:`WANTED_SHARE`. Where not even the default setting promises so much in a chaotic scene, it is the coarsest
     that keeps :data:`KEPT_LIMIT` of the predictability limit: each halving of the step of a second-order method buys
-    an eighth of an orbit more.
+    an eighth of an orbit more. The fastest turn of the whole run takes at least :data:`STEPS_PER_TURN` steps.
     """
     default = engine.sweep.setting()
     if default.parameter is not AccuracyParameter.STEPS_PER_ORBIT or solution is None:
@@ -47,7 +49,16 @@ def comparison_setting(engine: type[Engine], solution: ReferenceSolution | None)
         shows = (
             s for s in coarse_first(engine, default) if expected_share(promise(engine, s, solution)) <= WANTED_SHARE
         )
-    return next(shows, default)
+    least = STEPS_PER_TURN * turns_per_orbit(solution)
+    return next((s for s in shows if s.value >= least), default)
+
+
+def turns_per_orbit(solution: ReferenceSolution) -> float:
+    """Turns of the fastest bar in the orbit to which steps are counted."""
+    rates = solution.trajectory.rate_rad_s
+    if rates is None:
+        return 0.0
+    return float(np.max(np.abs(rates))) * solution.scene.step_period_s / (2.0 * math.pi)
 
 
 def coarse_first(engine: type[Engine], default: Setting) -> Iterator[Setting]:
