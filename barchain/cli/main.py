@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import select
 import sys
 import traceback
 
@@ -69,6 +70,8 @@ def run(arguments: list[str]) -> int:
     except SystemExit as ended:
         if COMPLETION in os.environ:
             raise
+        if isinstance(ended.__context__, BrokenPipeError) or output_is_unread():  # Rich and click ask for the end then
+            return ExitCode.UNREAD
         raise EndedEarlyError(f"something inside asked the process to end with {ended.code!r}") from ended
     except Exception as error:
         known = failure(error)
@@ -77,6 +80,15 @@ def run(arguments: list[str]) -> int:
         if verbosity.verbose():
             traceback.print_exc()
         return complain(*known)
+
+
+def output_is_unread() -> bool:
+    """Whether the reader at the other end of the command's output has ended."""
+    if not hasattr(select, "poll"):
+        return False
+    asked = select.poll()
+    asked.register(1, select.POLLOUT)
+    return any(event & (select.POLLERR | select.POLLHUP) for _, event in asked.poll(0))
 
 
 def resume_hint(arguments: list[str]) -> str:

@@ -72,6 +72,13 @@ def failing(monkeypatch):
     return install
 
 
+@pytest.mark.parametrize("line", ["scenes", "scenes show paper/fig05", "--help", "schema"])
+def test_a_reader_that_ends_first_ends_the_command_without_a_word(line: str) -> None:
+    command = f"{sys.executable} -m barchain {line}; echo ended with $? >&2"
+    made = subprocess.run(["sh", "-c", f"({command}) | true"], capture_output=True, text=True, check=False)
+    assert made.stderr == "ended with 141\n"
+
+
 def test_an_interrupt_exits_with_130_and_says_how_to_go_on(failing, capsys):
     failing(KeyboardInterrupt())
     assert run(["fails"]) == 130

@@ -25,6 +25,7 @@ class ExitCode(IntEnum):
     MISSING_ENGINE = 3
     INTERNAL_ERROR = 70
     INTERRUPTED = 130
+    UNREAD = 141
 
 
 MEANINGS = {
@@ -35,6 +36,7 @@ MEANINGS = {
     ExitCode.MISSING_ENGINE: "An engine that was named, or that the command needs, is not installed; nothing was run.",
     ExitCode.INTERNAL_ERROR: "barchain itself failed; a traceback was printed.",
     ExitCode.INTERRUPTED: "The command was interrupted, e.g. by Ctrl-C; results so far are kept.",
+    ExitCode.UNREAD: "The reader of the command's output ended first, e.g. `head`; results so far are kept.",
 }
 
 
