@@ -2,8 +2,8 @@
 
     python benchmarks/random_scenes.py [--scenes 10000] [--first 0] [--engine reference-fast] [--out FILE.csv]
 
-Each scene (`barchain.fuzzing.random_scenes.draw`, the same for the same number) is run by one form of the reference
-and judged by what it must keep (`barchain.fuzzing.reference_checks`): closed joints, energy, angular momentum, laws,
+Each scene (`barchain.judge.checks.fuzzing.random_scenes.draw`, the same for the same number) is run by one form of the reference
+and judged by what it must keep (`barchain.judge.checks.fuzzing.reference_checks`): closed joints, energy, angular momentum, laws,
 numbers that are numbers. A run that ends in anything but a readable error, or keeps less than it must, is a
 finding: the command
 lists it and exits with 1. Runs that take too long are counted apart: where bars are so unequal that double precision is
@@ -23,8 +23,8 @@ import pandas as pd
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import find_engine
 from barchain.cli.common.progress import verdicts_shown
-from barchain.fuzzing.random_scenes import draw
-from barchain.fuzzing.reference_checks import broken
+from barchain.judge.checks.fuzzing.random_scenes import draw
+from barchain.judge.checks.fuzzing.reference_checks import broken
 from barchain.run.job import Job, Role, RunResult
 from barchain.run.pool import run_jobs
 from barchain.run.time_limits import COMPILE_S

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from adapters.engine import EngineError
 from adapters.reference.compiled_engine import ReferenceFast
 from adapters.reference.numpy_engines import Reference
-from barchain.fuzzing.random_scenes import draw
-from barchain.fuzzing.reference_checks import broken
+from barchain.judge.checks.fuzzing.random_scenes import draw
+from barchain.judge.checks.fuzzing.reference_checks import broken
 from scenarios import Gravity, Scene
 
 RTOL = 1e-9
