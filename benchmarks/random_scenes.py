@@ -2,12 +2,11 @@
 
     python benchmarks/random_scenes.py [--scenes 10000] [--first 0] [--engine reference-fast] [--out FILE.csv]
 
-Each scene (`barchain.judge.checks.fuzzing.random_scenes.draw`, the same for the same number) is run by one form of the reference
-and judged by what it must keep (`barchain.judge.checks.fuzzing.reference_checks`): closed joints, energy, angular momentum, laws,
-numbers that are numbers. A run that ends in anything but a readable error, or keeps less than it must, is a
-finding: the command
-lists it and exits with 1. Runs that take too long are counted apart: where bars are so unequal that double precision is
-at its end, steps may shrink. What is compiled is compiled first.
+Each scene (`barchain.judge.checks.fuzzing.random_scenes.draw`, the same for the same number) is run by one form of the
+reference and judged by what it must keep (`barchain.judge.checks.fuzzing.reference_checks`): closed joints, energy,
+angular momentum, laws, numbers that are numbers. A run that ends in anything but a readable error, or keeps less than
+it must, is a finding: the command lists it and exits with 1. Runs that take too long are counted apart: where bars are
+so unequal that double precision is at its end, steps may shrink. What is compiled is compiled first.
 """
 
 from __future__ import annotations

@@ -15,6 +15,7 @@ from barchain.cli.common.terminal import plain, say
 from barchain.cli.cost import cost
 from barchain.cli.effects import effects
 from barchain.cli.ensemble import ensemble
+from barchain.cli.history.commands import history
 from barchain.cli.maintain.certified import certified_solutions
 from barchain.cli.maintain.doctor import doctor
 from barchain.cli.maintain.schema import schema
@@ -35,6 +36,7 @@ MOST_SHOWN = 60  # characters of an argument that is shown
 SECTIONS = {
     "Run and compare": (scenes, engines, simulate, compare, crossval, report),
     "Studies": (cost, scaling, roundoff, stability, effects, selftest, ensemble),
+    "Nights": (history,),
     "Maintain": (doctor, validate, schema, certified_solutions),
 }
 

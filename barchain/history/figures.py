@@ -151,6 +151,8 @@ class Figure:
             number = getattr(self, field)
             if number is not None and not math.isfinite(number):
                 raise self.wrong(f"{field} {number} given, allowed: a finite number; a missing figure has a reason")
+            if number is not None:
+                object.__setattr__(self, field, float(number) + 0.0)  # databases have no negative zero
         kind, value = self.identity.kind, self.value
         if self.tolerance is not None and (self.tolerance < 0.0 or kind not in {FigureKind.ERROR, FigureKind.VALUE}):
             raise self.wrong("a tolerance is at least 0, of an error or a value")

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
-from barchain.history.connection import told
 from barchain.history.faults import UnknownFigureError
-from barchain.history.rows import read_figures
-from barchain.history.tables import environments, figures, nights, series, texts
-from barchain.history.vocabulary import identity_of
+from barchain.history.storage.connection import told
+from barchain.history.storage.rows import read_figures
+from barchain.history.storage.tables import environments, figures, nights, series, texts
+from barchain.history.storage.vocabulary import identity_of
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any, Self
 
 import sqlalchemy as sa
 
-from barchain.history.connection import connected, shown, told, writing
 from barchain.history.faults import HistoryError, UnknownNightError
 from barchain.history.figures import Environment, Night, NightPart
-from barchain.history.rows import figure_rows, read_figures
-from barchain.history.tables import environments, figures, night_parts, nights, parts, series, texts
-from barchain.history.vocabulary import (
+from barchain.history.storage.connection import connected, shown, told, writing
+from barchain.history.storage.rows import figure_rows, read_figures
+from barchain.history.storage.tables import environments, figures, night_parts, nights, parts, series, texts
+from barchain.history.storage.vocabulary import (
     environment_number,
     environment_of,
     link_parts,

@@ -185,7 +185,7 @@ class Comparison(BeyondLimit):
         allowed = float((self.margin[quantity] + self.model_difference(quantity).size)[inside][int(np.argmax(size))])
         reported = {"rms": float(np.sqrt(np.mean(size**2))), "final": float(size[-1])} | self.first_orbit(quantity)
         reported["detection_limit"] = self.detection_limit(quantity)
-        reported |= self.rounding(quantity, inside)
+        reported |= self.rounding(quantity)
         return [
             self.row(quantity, "max", float(size.max()), allowed, bounded.outcome, bounded.reason),
             *(self.row(quantity, name, value, None, Outcome.REPORTED) for name, value in reported.items()),
@@ -193,9 +193,9 @@ class Comparison(BeyondLimit):
             self.row(quantity, "normalised_error", explained.ratio, 1.0, explained.outcome, explained.reason),
         ]
 
-    def rounding(self, quantity: str, inside: Array) -> dict[str, float]:
+    def rounding(self, quantity: str) -> dict[str, float]:
         """Largest share of rounding in the difference, by its metric: two machines' results may differ by twice it."""
-        floor = self.errors.floor.get(quantity)
+        inside, floor = self.inside(quantity), self.errors.floor.get(quantity)
         return {} if floor is None else {ROUNDING: float(floor[inside[: len(floor)]].max())}
 
     def first_orbit(self, quantity: str) -> dict[str, float]:

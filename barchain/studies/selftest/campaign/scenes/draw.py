@@ -1,7 +1,8 @@
 """Sane scenes drawn at random: chains that somebody might fly, with every kind of effect.
 
-`barchain.judge.checks.fuzzing.random_scenes` looks for what the reference does not survive, far beyond what anybody would fly. These
-scenes are what a user may write on an ordinary day; nobody tuned them, and no engine should be accused on them.
+`barchain.judge.checks.fuzzing.random_scenes` looks for what the reference does not survive, far beyond what anybody
+would fly. These scenes are what a user may write on an ordinary day; nobody tuned them, and no engine should be accused
+on them.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from alembic import context
 
-from barchain.history.tables import metadata
+from barchain.history.storage.tables import metadata
 
 context.configure(
     connection=context.config.attributes["connection"],

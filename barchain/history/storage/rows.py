@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import sqlalchemy as sa
 
 from barchain.history.figures import Figure
-from barchain.history.tables import figures, series, texts
-from barchain.history.vocabulary import CHUNK, depends_of, depends_text, identity_of
+from barchain.history.storage.tables import figures, series, texts
+from barchain.history.storage.vocabulary import CHUNK, depends_of, depends_text, identity_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence

@@ -13,7 +13,7 @@ from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 
 from barchain.history.faults import HistoryError, NewerSchemaError
 from barchain.history.location import file_of, full_url
-from barchain.history.tables import HEAD
+from barchain.history.storage.tables import HEAD
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -107,7 +107,7 @@ def prepare(engine: Engine, given: str) -> None:
         found = revision(connection)
     if found == HEAD:
         return
-    from barchain.history.migrating import known_revisions, upgrade  # noqa: PLC0415  # Alembic, only where needed
+    from barchain.history.storage.migrating import known_revisions, upgrade  # noqa: PLC0415  # Alembic, only where needed
 
     with writing(engine) as connection:
         found = revision(connection)  # another process may have been faster

@@ -12,7 +12,7 @@ from sqlalchemy.dialects import postgresql, sqlite
 
 from barchain.history.figures import Environment, FigureIdentity, FigureKind, FigureUnit, NightPart
 from barchain.history.identity import content_digest
-from barchain.history.tables import environments, night_parts, parts, series, texts
+from barchain.history.storage.tables import environments, night_parts, parts, series, texts
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
