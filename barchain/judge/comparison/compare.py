@@ -196,7 +196,7 @@ class Comparison(BeyondLimit):
     def rounding(self, quantity: str) -> dict[str, float]:
         """Largest share of rounding in the difference, by its metric: two machines' results may differ by twice it."""
         inside, floor = self.inside(quantity), self.errors.floor.get(quantity)
-        return {} if floor is None else {ROUNDING: float(floor[inside[: len(floor)]].max())}
+        return {} if floor is None else {ROUNDING: float(floor[: len(inside)][inside].max())}
 
     def first_orbit(self, quantity: str) -> dict[str, float]:
         """Largest difference up to one orbit, by its metric: on a chaotic scene the one at the limit says little."""
