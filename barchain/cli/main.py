@@ -16,7 +16,7 @@ from barchain.cli.common.terminal import plain, say
 from barchain.cli.cost import cost
 from barchain.cli.effects import effects
 from barchain.cli.ensemble import ensemble
-from barchain.cli.history import history
+from barchain.cli.history.commands import history
 from barchain.cli.maintain.certified import certified_solutions
 from barchain.cli.maintain.doctor import doctor
 from barchain.cli.maintain.schema import schema
@@ -37,7 +37,7 @@ MOST_SHOWN = 60  # characters of an argument that is shown
 SECTIONS = {
     "Run and compare": (scenes, engines, simulate, compare, crossval, report),
     "Studies": (cost, scaling, roundoff, stability, effects, selftest, ensemble),
-    "Nightly": (history,),
+    "Nights": (history,),
     "Maintain": (doctor, validate, schema, certified_solutions),
 }
 

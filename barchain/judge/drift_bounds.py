@@ -81,13 +81,32 @@ def invariant_bounds(model: ErrorModel, main: Drifts, finer: Drifts) -> dict[str
 
 def invariant_floor(model: ErrorModel) -> Array:
     """Relative error of an invariant by round-off and the engine's noise, (n,): a random walk, not amplified."""
-    scene, setting, solution = model.scene, model.setting, model.solution
+    scene, setting = model.scene, model.setting
+    requested = NORM_SLACK * setting.value if setting.parameter is AccuracyParameter.RTOL else 0.0
+    found: Array = QUADRATIC * scene.bars * (invariant_walk(model) + requested)
+    return found
+
+
+def invariant_walk(model: ErrorModel) -> Array:
+    """Random walk of the roundings and the engine's noise in a factor of an invariant, (n,), relative."""
+    scene, solution = model.scene, model.solution
     steps = np.sqrt(model.steps_taken(model.t_s))
     unit = model.roundoff_rad * orbit_scale(scene) * ROUNDINGS + model.noise.get("rate", 0.0)
-    walk = (inner_share(solution) * unit / fastest(solution) + ROUNDINGS * MACHINE_EPSILON) * steps
-    requested = NORM_SLACK * setting.value if setting.parameter is AccuracyParameter.RTOL else 0.0
-    found: Array = QUADRATIC * scene.bars * (walk + requested)
+    found: Array = (inner_share(solution) * unit / fastest(solution) + ROUNDINGS * MACHINE_EPSILON) * steps
     return found
+
+
+def drift_rounding(model: ErrorModel) -> dict[str, float]:
+    """Largest share of rounding in each drift: of invariants relative, of joint gaps and centre-of-mass residuals in m.
+
+    Places round once in each step, whatever keeps the joints closed, and their errors grow with the orbit.
+    """
+    grown = np.sqrt(model.steps_taken(model.t_s)) * kepler_growth(model.scene, model.t_s - model.t_s[0])
+    places = MACHINE_EPSILON * ROUNDINGS * model.place_m * (model.scene.bars + float(np.max(grown)))
+    invariants = QUADRATIC * model.scene.bars * float(np.max(invariant_walk(model)))
+    noise = float(np.max(model.noise.get("gap", 0.0)))
+    found = dict.fromkeys(("energy", "angular_momentum"), invariants)
+    return found | {"gap": places + noise, "com_residual": places}
 
 
 def inner_share(solution: ReferenceSolution) -> float:

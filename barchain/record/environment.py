@@ -35,6 +35,42 @@ def processor() -> str:
     return platform.processor() or platform.machine()
 
 
+def machine() -> dict[str, str]:
+    """Kernel, libraries and instruction sets, for the history of nights; a text is empty where it is unknown."""
+    return {
+        "architecture": platform.machine(),
+        "kernel": f"{platform.system()} {platform.release()}".strip(),
+        "libc": " ".join(platform.libc_ver()).strip(),
+        "cpu_flags": cpu_flags(),
+        "blas": blas(),
+    }
+
+
+def cpu_flags() -> str:
+    """Instruction sets of the processor, in order."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.is_file() else []
+    found = [line.partition(":")[2].split() for line in lines if line.startswith(("flags", "Features"))]
+    return " ".join(sorted(set(found[0]))) if found else ""
+
+
+def blas() -> str:
+    """Libraries of linear algebra behind NumPy and SciPy; each with its version and its code for this processor.
+
+    Empty without threadpoolctl, of the extra `nightly`.
+    """
+    try:
+        from threadpoolctl import threadpool_info  # noqa: PLC0415
+    except ImportError:
+        return ""
+    import numpy as np  # noqa: F401, PLC0415
+    import scipy.linalg  # noqa: F401, PLC0415  # loads its own
+
+    found = [of for of in threadpool_info() if of.get("user_api") == "blas"]
+    words = {" ".join(str(of.get(k) or "") for k in ("internal_api", "version", "architecture")) for of in found}
+    return ", ".join(sorted(w.strip() for w in words))
+
+
 def packages() -> dict[str, str]:
     """Versions of the packages that results depend on."""
     return {name: package_version(name) for name in PACKAGES}
@@ -74,5 +110,6 @@ def provenance(command: str, extra: dict[str, str] | None = None) -> dict[str, A
         "command": command,
         "seconds": 0.0,
         "environment": environment(),
+        "machine": machine(),
         "packages": packages() | (extra or {}),
     }

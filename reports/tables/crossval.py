@@ -69,6 +69,8 @@ QUANTITY_UNITS = {
 SOLUTION, AMPLIFICATION = "solution", "amplification"
 JUDGING_SOLUTION = "(judging solution)"
 """Stands in the engine column for a scene's judging solution that could not be run"""
+ROUNDING = "rounding"
+"""Metric: largest share of round-off, amplified by the scene, in a difference or a drift"""
 PARTED_RAD = 1e-2
 """Two runs whose attitudes differ by more have parted: later samples are not compared"""
 ALL_SCENES = "(all scenes)"

@@ -20,6 +20,8 @@ HEAVY = (
     "llvmlite",
     "rich",
     "exudyn",
+    "sqlalchemy",
+    "alembic",
     "adapters",
     "scenarios",
     "reports",
@@ -46,7 +48,7 @@ def test_barchain_alone_prints_help_without_a_prefix_and_exits_with_0(capsys):
 def test_commands_stand_in_sections(capsys):
     run(["--help"])
     text = capsys.readouterr().out
-    assert list(SECTIONS) == ["Run and compare", "Studies", "Nightly", "Maintain"]
+    assert list(SECTIONS) == ["Run and compare", "Studies", "Nights", "Maintain"]
     places = [text.index(f"{title}:") for title in SECTIONS]
     assert places == sorted(places)
     assert (

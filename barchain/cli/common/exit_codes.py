@@ -78,7 +78,7 @@ def domain_failure(error: Exception) -> tuple[str, ExitCode] | None:
     from adapters.engine import EngineError
     from adapters.registry import UnknownEngineError
     from barchain.execution.connection import ClusterError, ClusterLostError
-    from barchain.history.errors import FigureError, HistoryError
+    from barchain.history.faults import HistoryError
     from barchain.record.claim import ResultsInPlaceError
     from barchain.record.folder_lock import FolderInUseError
     from barchain.record.study_store import OtherPlanError
@@ -89,8 +89,8 @@ def domain_failure(error: Exception) -> tuple[str, ExitCode] | None:
     from scenarios import SceneError
 
     bad_tables = DamagedTableError, DamagedResultsError, SchemaVersionError
-    bad_folder = FolderInUseError, ResultsInPlaceError, OtherPlanError, HistoryError, FigureError
-    if isinstance(error, (SceneError, UnknownEngineError, SettingError, *bad_tables, *bad_folder)):
+    bad_folder = FolderInUseError, ResultsInPlaceError, OtherPlanError
+    if isinstance(error, (SceneError, UnknownEngineError, SettingError, HistoryError, *bad_tables, *bad_folder)):
         return str(error), ExitCode.BAD_INPUT
     if isinstance(error, ClusterError):
         return str(error), ExitCode.FINDINGS if isinstance(error, ClusterLostError) else ExitCode.BAD_INPUT

@@ -13,14 +13,14 @@ from barchain.judge.checks.run_end import end_event_fault
 from barchain.judge.comparison.beyond_limit import BeyondLimit
 from barchain.judge.comparison.verdict import JUDGED_METRICS, MIN_JUDGED_SHARE, Verdict, no_verdict
 from barchain.judge.declared_noise import too_noisy
-from barchain.judge.drift_bounds import drift_bounds
+from barchain.judge.drift_bounds import drift_bounds, drift_rounding
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.error_units import NORM_SLACK
 from barchain.judge.landing import end_instant_fault
 from barchain.judge.residuals import FINEST_NOISE, HALVED_STEP_NOISE, worst
 from barchain.metrics.quantities import drifts
 from barchain.run.job import ROUNDOFF_ROLES, Role
-from reports.tables.crossval import PARTED_RAD, QUANTITY_UNITS
+from reports.tables.crossval import PARTED_RAD, QUANTITY_UNITS, ROUNDING
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -185,13 +185,18 @@ class Comparison(BeyondLimit):
         allowed = float((self.margin[quantity] + self.model_difference(quantity).size)[inside][int(np.argmax(size))])
         reported = {"rms": float(np.sqrt(np.mean(size**2))), "final": float(size[-1])} | self.first_orbit(quantity)
         reported["detection_limit"] = self.detection_limit(quantity)
-        reported["roundoff_floor"] = float(self.errors.floor[quantity][: self.n][inside].max())
+        reported |= self.rounding(quantity)
         return [
             self.row(quantity, "max", float(size.max()), allowed, bounded.outcome, bounded.reason),
             *(self.row(quantity, name, value, None, Outcome.REPORTED) for name, value in reported.items()),
             self.row(quantity, "bound_ratio", bounded.ratio, 1.0, bounded.outcome),
             self.row(quantity, "normalised_error", explained.ratio, 1.0, explained.outcome, explained.reason),
         ]
+
+    def rounding(self, quantity: str) -> dict[str, float]:
+        """Largest share of rounding in the difference, by its metric: two machines' results may differ by twice it."""
+        inside, floor = self.inside(quantity), self.errors.floor.get(quantity)
+        return {} if floor is None else {ROUNDING: float(floor[: len(inside)][inside].max())}
 
     def first_orbit(self, quantity: str) -> dict[str, float]:
         """Largest difference up to one orbit, by its metric: on a chaotic scene the one at the limit says little."""
@@ -202,7 +207,7 @@ class Comparison(BeyondLimit):
 
     def drift_rows(self) -> list[Row]:
         """Drifts over the whole run."""
-        bound = self.drift_bound
+        bound, rounding = self.drift_bound, drift_rounding(self.errors)
         rows = []
         for quantity, drift in self.drifts.items():
             n = min(len(drift), len(bound[quantity]))
@@ -214,6 +219,7 @@ class Comparison(BeyondLimit):
             reason = "" if used <= 1.0 else f"{used:.3g} times the drift's bound at t = {self.main.t_s[at]:.6g} s"
             top = int(np.argmax(drift[:n]))
             rows.append(self.row(quantity, "drift", float(drift[top]), float(allowed[top]), good, reason))
+            rows.append(self.row(quantity, ROUNDING, rounding[quantity], None, Outcome.REPORTED))
         return rows
 
     def finer_rows(self) -> list[Row]:

@@ -1,0 +1,125 @@
+"""A night from result folders of barchain."""
+
+from __future__ import annotations
+
+import datetime
+from typing import TYPE_CHECKING, Any
+
+from adapters.registry import engines
+from barchain.history.environment import recorded_environment
+from barchain.history.faults import HistoryError
+from barchain.history.figures import MACHINE, Night, NightPart
+from barchain.history.folders import comparison, judging, timing
+from barchain.history.parts import environment_parts, scene_part
+from reports.tables import campaign, cost, crossval, effects, ensemble, roundoff, scaling, selftest, stability
+from reports.tables.reading import damaged
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from pathlib import Path
+
+    from barchain.history.figures import Figure
+    from reports.tables.files import StudyFiles
+
+READERS: tuple[tuple[StudyFiles, Callable[[Path], tuple[Figure, ...]]], ...] = (
+    (crossval.FILES, comparison.comparison_figures),
+    (cost.FILES, timing.cost_figures),
+    (scaling.FILES, timing.scaling_figures),
+    (roundoff.FILES, timing.roundoff_figures),
+    (effects.FILES, timing.effects_figures),
+    (stability.FILES, judging.stability_figures),
+    (selftest.FILES, judging.selftest_figures),
+    (campaign.FILES, judging.campaign_figures),
+    (ensemble.FILES, judging.ensemble_figures),
+)
+"""Kinds of results, each with the function that gives its figures"""
+
+
+def read_figures_of(folder: Path) -> tuple[Figure, ...]:
+    """Figures of all results in a folder; errors as :func:`read_night`."""
+    return tuple(figure for files, read in found_in(folder) for figure in read(folder))
+
+
+def read_night(folder: Path) -> Night:
+    """Night of a result folder: its figures, and what its records say of environment and parts.
+
+    Records hold versions, and no digests of installed files: those parts are known by version only.
+
+    Raises
+    ------
+    HistoryError
+        If the folder holds no results.
+    FileNotFoundError, DamagedResultsError, SchemaVersionError
+        If a table or a record is missing, damaged, or of another version.
+    """
+    found = found_in(folder)
+    read = [(files, files.sound_record(folder)) for files, _ in found]
+    figures = tuple(figure for _, reader in found for figure in reader(folder))
+    first = min((record for _, record in read), key=lambda record: started(folder, record))
+    environment = recorded_environment(first)
+    return Night(
+        started=started(folder, first),
+        duration_s=sum(float(record.get("seconds") or 0.0) for _, record in read),
+        plan=", ".join(sorted(files.name for files, _ in read)),
+        barchain=str(first.get("barchain") or ""),
+        environment=environment,
+        parts=known_parts([record for _, record in read], environment_parts(environment), figures),
+        figures=figures,
+        complete=all(bool(record.get("complete")) for _, record in read),
+    )
+
+
+def found_in(folder: Path) -> list[tuple[StudyFiles, Callable[[Path], tuple[Figure, ...]]]]:
+    """Kinds of results that a folder holds."""
+    if not folder.is_dir():
+        raise HistoryError(f"{folder}: no such folder; give one that barchain wrote results into")
+    found = [(files, read) for files, read in READERS if files.has_record(folder)]
+    if not found:
+        kinds = ", ".join(files.name for files, _ in READERS)
+        raise HistoryError(f"{folder}: no results there; a night is made from those of: {kinds}")
+    return found
+
+
+def started(folder: Path, record: Mapping[str, Any]) -> datetime.datetime:
+    """Start of a study, UTC."""
+    said = str(record.get("created") or "")
+    try:
+        found = datetime.datetime.fromisoformat(said)
+        return found.astimezone(datetime.UTC)
+    except (ValueError, OverflowError):
+        raise damaged(folder, f"its record was created {said[:40]!r}, which is no date") from None
+
+
+def known_parts(
+    found: Sequence[Mapping[str, Any]], below: Iterable[NightPart], figures: Sequence[Figure]
+) -> tuple[NightPart, ...]:
+    """Parts that figures depend on, with what the records know of each."""
+    parts = {part.name: part for part in below}
+    own = str(next((record["barchain"] for record in found if record.get("barchain")), ""))
+    versions = {name: str(version) for record in found for name, version in (record.get("packages") or {}).items()}
+    versions |= {name: version for record in found for name, version in engine_versions(record).items()}
+    digests = {name: digest for record in found for name, digest in scene_digests(record).items()}
+    for name in {name for figure in figures for name in figure.depends} - {MACHINE} - set(parts):
+        kind, _, rest = name.partition(":")
+        version = versions.get(rest, "") if kind in {"engine", "library"} else "" if kind == "scene" else own
+        parts[name] = NightPart(name, version, digests.get(name, ""))
+    return tuple(parts.values())
+
+
+def engine_versions(record: Mapping[str, Any]) -> dict[str, str]:
+    """Versions of the distributions behind a record's engines, by the names of the distributions."""
+    registered, found = engines(), {}
+    entries = record.get("engines")
+    for name, facts in entries.items() if isinstance(entries, dict) else ():
+        if name in registered and isinstance(facts, dict) and facts.get("version"):
+            distribution = registered[name].distribution or registered[name].requires
+            if distribution:
+                found[distribution] = str(facts["version"])
+    return found
+
+
+def scene_digests(record: Mapping[str, Any]) -> dict[str, str]:
+    """Digests of a record's scenes, by the names of their parts; empty texts where the record has none."""
+    scenes = record.get("scenes")
+    entries = scenes.items() if isinstance(scenes, dict) else ()
+    return {scene_part(name): str(facts.get("digest") or "") for name, facts in entries if isinstance(facts, dict)}

@@ -1,0 +1,1 @@
+"""Tables of the history, their migrations, connections, and rows."""

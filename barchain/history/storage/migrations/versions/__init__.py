@@ -1,0 +1,1 @@
+"""Migrations, one module each, numbered in their order."""
