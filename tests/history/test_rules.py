@@ -64,7 +64,7 @@ def test_the_rule_of_errors_is_the_same_both_ways(a: float, b: float, ta: float,
 
 
 def test_small_steps_within_rounding_do_not_add_up_unseen() -> None:
-    nights = history_of(*[[error(1e-5 + k * 1e-9, tolerance=1e-9)] for k in range(8)])
+    nights = history_of(*[[error(1e-5 + k * 0.7e-9, tolerance=1e-9)] for k in range(8)])
     (series,) = as_series(nights)
     found = level_changes(series)
     assert [c.since for c in found] == [nights[3].name, nights[6].name]

@@ -33,6 +33,8 @@ MOST_EXACT = 12
 """Largest group whose statistic has its exact distribution; two larger ones have the normal one, which is wider in the
 tails"""
 MOST_CORRELATION = 0.9
+KEPT = 0.9
+"""Share of the differences that the autocorrelation is estimated from, the smallest ones"""
 OWN_NIGHTS = 100
 """Nights from which on a series' own autocorrelation counts as much as that of all series"""
 SEED = 20020812  # fixed, so that equal histories give equal answers
@@ -58,14 +60,16 @@ def autocorrelations(values: Sequence[Array]) -> list[float]:
 
 
 def autocorrelation(x: Array) -> float | None:
-    """Correlation of neighbours in a series (n,); a step disturbs it at two places only. None without noise.
+    """Correlation of neighbours in a series (n,); None without noise.
 
     Of a first-order autoregression differences over two nights have the variance 2 s² (1 - r²), those over one night
-    2 s² (1 - r): their ratio is 1 + r. Mean sizes take the place of deviations, as tails are heavy.
+    2 s² (1 - r): their ratio is 1 + r. Mean sizes take the place of deviations, as tails are heavy. A step disturbs two
+    differences at most: the largest ones are left out.
     """
     if len(x) < FEWEST_OLD:
         return None
-    one, two = (float(np.mean(np.abs(x[k:] - x[:-k]))) for k in (1, 2))
+    sizes = (np.sort(np.abs(x[k:] - x[:-k])) for k in (1, 2))
+    one, two = (float(np.mean(size[: math.ceil(KEPT * len(size))])) for size in sizes)
     return (two / one) ** 2 - 1.0 if one > 0.0 else None
 
 

@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 
 LEAST_EFFECT = 0.05
 """Least relative change that is told: smaller ones come and go with the machine"""
-AS_LIKELY = 20.0
-"""Places whose probability is at most so many times the least one may be that of the step"""
+AS_LIKELY = 1000.0
+"""Places at which a part changed may be so many times less clear than the clearest one: a level hardly ever changes by
+itself, and an outlier beside the step is common"""
 NEAR = 3
 """Nights from the most likely place within which another may be that of the step"""
 CONFIDENCE_SIGMAS = 1.96
