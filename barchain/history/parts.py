@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from adapters.registry import engines, find_engine
 from barchain.history.figures import MACHINE, FigureKind, NightPart
+from barchain.history.identity import content_digest
 from barchain.record.environment import package_version
 from barchain.record.sources import DIGITS, digest_of
 
@@ -73,7 +74,8 @@ def installed_parts(names: Iterable[str], scenes: Iterable[str], environment: En
 
 def environment_parts(environment: Environment) -> tuple[NightPart, ...]:
     """Python and the libraries of linear algebra: what they change has them as suspects."""
-    return NightPart(PYTHON, environment.python), NightPart(BLAS, environment.blas)
+    known = {PYTHON: environment.python, BLAS: environment.blas}
+    return tuple(NightPart(name, text, content_digest(text)[:DIGITS] if text else "") for name, text in known.items())
 
 
 def scene_parts(scene: str) -> tuple[NightPart, ...]:

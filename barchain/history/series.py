@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import fnmatch
 from collections import defaultdict
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
 from barchain.history.faults import UnknownFigureError
+from barchain.history.series_model import FigureSeries
 from barchain.history.storage.connection import told
 from barchain.history.storage.rows import read_figures
 from barchain.history.storage.tables import environments, figures, nights, series, texts
@@ -23,24 +23,11 @@ if TYPE_CHECKING:
     from sqlalchemy import ColumnElement, Select
 
     from barchain.history.figures import Figure, FigureIdentity, FigureKind
-    from barchain.history.store import NightStore, NightSummary
+    from barchain.history.series_model import NightSummary
+    from barchain.history.store import NightStore
 
 BATCH = 50_000
 """Rows of the Parquet file that are held at once"""
-
-
-@dataclass(frozen=True)
-class FigureSeries:
-    """One figure over the nights that have it, in their order."""
-
-    identity: FigureIdentity
-    nights: tuple[NightSummary, ...]
-    figures: tuple[Figure, ...]
-
-    def __post_init__(self) -> None:
-        """Check that each figure has its night."""
-        if len(self.nights) != len(self.figures):
-            raise ValueError(f"{self.identity.name}: {len(self.figures)} figures of {len(self.nights)} nights")
 
 
 def figure_series(store: NightStore, pattern: str) -> tuple[FigureSeries, ...]:

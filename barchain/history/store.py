@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import sqlalchemy as sa
 
 from barchain.history.faults import HistoryError, UnknownNightError
-from barchain.history.figures import Environment, Night, NightPart
+from barchain.history.figures import Night
+from barchain.history.series_model import NightSummary
 from barchain.history.storage.connection import connected, shown, told, writing
 from barchain.history.storage.rows import figure_rows, read_figures
 from barchain.history.storage.tables import environments, figures, night_parts, nights, parts, series, texts
@@ -31,31 +31,6 @@ if TYPE_CHECKING:
 
 LATEST = "latest"
 """Name that stands for the last night"""
-
-
-@dataclass(frozen=True)
-class NightSummary:
-    """Night without its figures."""
-
-    number: int
-    """Of the row in this store"""
-    name: str
-    started: datetime.datetime
-    duration_s: float
-    plan: str
-    barchain: str
-    environment: Environment
-    parts: tuple[NightPart, ...]
-    figures: int
-    """Number of figures"""
-    commit: str | None = None
-    complete: bool = True
-    void: str | None = None
-
-    @property
-    def state(self) -> str:
-        """State in a word or a reason."""
-        return f"void: {self.void}" if self.void else "complete" if self.complete else "incomplete"
 
 
 class NightStore:

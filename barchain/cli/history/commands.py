@@ -10,14 +10,14 @@ import click
 from barchain.cli.common.numbers import WORDS, NamedPath, RealNumber
 from barchain.cli.common.options import json_option
 from barchain.cli.common.terminal import say
+from barchain.cli.history.changes import accept_change, changes
 from barchain.cli.history.options import history_option, opened
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from barchain.history.figures import Figure, Night
-    from barchain.history.series import FigureSeries
-    from barchain.history.store import NightSummary
+    from barchain.history.series_model import FigureSeries, NightSummary
 
 MOST_NIGHTS = 1_000_000
 MOST_DAYS = 36_525.0
@@ -28,7 +28,7 @@ FIGURE_HEADINGS = ("figure", "kind", "result", "unit", "interval", "rounding", "
 
 @click.group()
 def history() -> None:
-    """Keep what nights measured: add result folders, list and show nights, follow a figure, export, prune.
+    """Keep what nights measured: add result folders, show nights and their changes, follow a figure, export, prune.
 
     Nights are those of `barchain history add`. docs/history.md describes the figures and the rules of change.
     """
@@ -143,6 +143,10 @@ def prune(keep: int | None, days: float | None, url: str | None) -> None:
     with opened(url) as store:
         gone = store.prune(keep, before)
         say(f"{store}: {len(gone)} nights removed{f', {gone[0]} to {gone[-1]}' if gone else ''}")
+
+
+history.add_command(changes)
+history.add_command(accept_change)
 
 
 def heading(night: Night) -> list[tuple[str, str]]:

@@ -10,6 +10,7 @@ from barchain.history.environment import recorded_environment
 from barchain.history.faults import HistoryError
 from barchain.history.figures import MACHINE, Night, NightPart
 from barchain.history.folders import comparison, judging, timing
+from barchain.history.identity import content_digest
 from barchain.history.parts import environment_parts, scene_part
 from reports.tables import campaign, cost, crossval, effects, ensemble, roundoff, scaling, selftest, stability
 from reports.tables.reading import damaged
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from barchain.history.figures import Figure
     from reports.tables.files import StudyFiles
 
+SUBJECTS = ("scenes", "engines", "bars", "faults")
 READERS: tuple[tuple[StudyFiles, Callable[[Path], tuple[Figure, ...]]], ...] = (
     (crossval.FILES, comparison.comparison_figures),
     (cost.FILES, timing.cost_figures),
@@ -60,7 +62,7 @@ def read_night(folder: Path) -> Night:
     return Night(
         started=started(folder, first),
         duration_s=sum(float(record.get("seconds") or 0.0) for _, record in read),
-        plan=", ".join(sorted(files.name for files, _ in read)),
+        plan=plan_of(read),
         barchain=str(first.get("barchain") or ""),
         environment=environment,
         parts=known_parts([record for _, record in read], environment_parts(environment), figures),
@@ -116,6 +118,17 @@ def engine_versions(record: Mapping[str, Any]) -> dict[str, str]:
             if distribution:
                 found[distribution] = str(facts["version"])
     return found
+
+
+def plan_of(read: Sequence[tuple[StudyFiles, Mapping[str, Any]]]) -> str:
+    """Kinds of results, and a digest of their scenes and engines: folders of the same plan have the same figures."""
+    asked = [[files.name, *(names_in(record.get(entry)) for entry in SUBJECTS)] for files, record in read]
+    return f"{', '.join(sorted(files.name for files, _ in read))} {content_digest(sorted(asked))[:8]}"
+
+
+def names_in(entry: Any) -> list[str]:
+    """Names of an entry of a record: of scenes or engines, by name or as a list."""
+    return sorted(map(str, entry)) if isinstance(entry, (dict, list)) else []
 
 
 def scene_digests(record: Mapping[str, Any]) -> dict[str, str]:
