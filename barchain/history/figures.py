@@ -8,6 +8,7 @@ from enum import StrEnum
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from barchain.history.checked_text import MOST_TEXT, FigureError, need_text
 from barchain.history.identity import content_digest
 
 if TYPE_CHECKING:
@@ -16,15 +17,9 @@ if TYPE_CHECKING:
 
 MACHINE = "machine"
 """Name of the part that stands for the machine class"""
-MOST_TEXT = 500
-"""Characters of a text; names and reasons are far shorter"""
 MOST_COUNT = 2.0**53
 """Largest count that a double holds exactly"""
 NIGHT_FORMAT = "%Y-%m-%dT%H-%M-%S"
-
-
-class FigureError(ValueError):
-    """Raised for a figure, a part or a night that contradicts itself; the message is one line."""
 
 
 class FigureKind(StrEnum):
@@ -133,7 +128,9 @@ class Figure:
         """Check the result against the kind."""
         object.__setattr__(self, "depends", tuple(sorted(set(self.depends))))
         for field in ("word", "trajectory", "reason"):
-            need_text(field, getattr(self, field))
+            text = getattr(self, field)
+            if text:  # most are empty, and a history has millions
+                need_text(field, text)
         self.check_numbers()
         kind = self.identity.kind
         if kind in WORDED and self.value is not None:
@@ -302,9 +299,3 @@ def order_of(figure: Figure) -> tuple[str, ...]:
     """Sort key of a figure."""
     i = figure.identity
     return i.scene, i.engine, i.setting, i.quantity, i.kind, i.unit, i.anchor
-
-
-def need_text(field: str, text: str, most: int = MOST_TEXT) -> None:
-    """Check that a text is printable, on one line, and not too long."""
-    if not text.isprintable() or len(text) > most:
-        raise FigureError(f"{field}: {text[:60]!r} given, allowed: at most {most} printable characters")

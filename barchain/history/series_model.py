@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from barchain.history.figures import MACHINE, MOST_TEXT, NightPart
+from barchain.history.checked_text import MOST_TEXT
+from barchain.history.figures import MACHINE, NightPart
 
 if TYPE_CHECKING:
     import datetime

@@ -28,7 +28,11 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         import pgserver
 
         running = pgserver.get_server(tmp_path_factory.mktemp("pg"), cleanup_mode="delete")
-    yield running.get_uri().replace("postgresql://", "postgresql+psycopg://")
+    address = running.get_uri().replace("postgresql://", "postgresql+psycopg://")
+    for setting in ("fsync", "full_page_writes", "synchronous_commit"):  # no power is cut here
+        command(address, f"ALTER SYSTEM SET {setting} = off")
+    command(address, "SELECT pg_reload_conf()")
+    yield address
     running.cleanup()
 
 
@@ -47,11 +51,16 @@ def store(url: str) -> Iterator[NightStore]:
         yield opened
 
 
+def command(server: str, text: str) -> None:
+    """Run a command on the server, outside a transaction."""
+    engine = sa.create_engine(server, isolation_level="AUTOCOMMIT")
+    with engine.connect() as connection:
+        connection.execute(sa.text(text))
+    engine.dispose()
+
+
 def new_database(server: str) -> str:
     """Address of an empty database of the server."""
     name = f"history_{next(NUMBERS)}"
-    engine = sa.create_engine(server, isolation_level="AUTOCOMMIT")
-    with engine.connect() as connection:
-        connection.execute(sa.text(f"CREATE DATABASE {name}"))
-    engine.dispose()
+    command(server, f"CREATE DATABASE {name}")
     return server.replace("/postgres?", f"/{name}?")

@@ -11,7 +11,7 @@ from tests.history.synthetic import ENVIRONMENT, PARTS, night
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.history.figures import Environment, Figure, NightPart
+    from barchain.history.figures import Environment, Figure, Night, NightPart
 
 FIGURES: dict[str, Sequence[Figure]] = {}
 """Figures of the nights made here, by name"""
@@ -25,7 +25,7 @@ def history_of(
     void: dict[int, str] | None = None,
 ) -> list[NightSummary]:
     """Nights with the given figures; what is not given for a night is as on the others."""
-    found = []
+    made = []
     for k, figures in enumerate(nights):
         more: dict[str, Any] = {
             "parts": (parts or {}).get(k, PARTS),
@@ -33,15 +33,20 @@ def history_of(
             "complete": (complete or {}).get(k, True),
             "void": (void or {}).get(k),
         }
-        made = night(*figures, number=k, **more)
-        FIGURES[made.name] = made.figures
-        found.append(
-            NightSummary(
-                k, made.name, made.started, made.duration_s, made.plan, made.barchain, made.environment, made.parts,
-                len(made.figures), made.commit, made.complete, made.void,
-            )
-        )  # fmt: skip
-    return found
+        made.append(night(*figures, number=k, **more))
+    return summaries(*made)
+
+
+def summaries(*nights: Night) -> list[NightSummary]:
+    """Nights without their figures, which :func:`as_series` finds again."""
+    FIGURES.update({each.name: each.figures for each in nights})
+    return [
+        NightSummary(
+            k, n.name, n.started, n.duration_s, n.plan, n.barchain, n.environment, n.parts, len(n.figures), n.commit,
+            n.complete, n.void,
+        )
+        for k, n in enumerate(nights)
+    ]  # fmt: skip
 
 
 def as_series(nights: Sequence[NightSummary]) -> tuple[FigureSeries, ...]:

@@ -11,8 +11,8 @@ import pytest
 from barchain.cli.main import run
 from barchain.history.changes.accepted import acceptance_of, accepting
 from barchain.history.changes.judging import judge_night
+from barchain.history.checked_text import FigureError
 from barchain.history.faults import HistoryError
-from barchain.history.figures import FigureError
 from barchain.history.judged import accept, accepted, change_named, judge, worse_and_not_accepted
 from barchain.history.location import VARIABLE
 from barchain.history.store import NightStore, open_store

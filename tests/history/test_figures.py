@@ -8,7 +8,8 @@ import math
 import pytest
 from hypothesis import given
 
-from barchain.history.figures import Figure, FigureError, FigureIdentity, FigureKind, FigureUnit, Night, NightPart
+from barchain.history.checked_text import FigureError
+from barchain.history.figures import Figure, FigureIdentity, FigureKind, FigureUnit, Night, NightPart
 from tests.history.synthetic import ENVIRONMENT, FIRST, bits, count, error, identity, night, nights, ratio, verdict
 
 

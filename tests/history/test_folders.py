@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.cli.main import run
+from barchain.history.changes.judging import judge_night
 from barchain.history.faults import HistoryError
 from barchain.history.figures import FigureKind
-from barchain.history.folders.reading import read_night
+from barchain.history.folders.reading import night_here, read_night
 from reports.tables.reading import DamagedResultsError
+from tests.history.histories import as_series, summaries
+from tests.history.synthetic import FIRST
 from tests.storage.small_plans import SMALL
 
 if TYPE_CHECKING:
@@ -86,6 +89,16 @@ def test_the_same_folder_is_the_same_night_and_an_interrupted_one_is_incomplete(
         (half / name).symlink_to(compared / name)
     (half / "record.json").write_text(json.dumps(record | {"complete": False}))
     assert not read_night(half).complete
+
+
+def test_a_night_of_this_installation_knows_the_digests_of_its_parts(compared: Path) -> None:
+    made = night_here([compared, compared], started=FIRST, duration_s=60.0, plan="plan")
+    assert {f.identity for f in made.figures} == {f.identity for f in read_night(compared).figures}
+    assert all(part.digest for part in made.parts)
+    assert made.complete
+    judged = judge_night(as_series(summaries(made, made)), summaries(made, made))
+    assert judged.judged == len(made.figures)
+    assert judged.changes == ()
 
 
 def test_the_digest_of_a_trajectory_does_not_depend_on_its_file(compared: Path) -> None:

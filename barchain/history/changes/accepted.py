@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from barchain.history.changes.levels import compared
 from barchain.history.changes.model import Direction, result_words
 from barchain.history.changes.steps import LEAST_EFFECT
-from barchain.history.figures import FigureKind, need_text
+from barchain.history.checked_text import FigureError, need_text
+from barchain.history.figures import FigureKind
 from barchain.history.identity import content_digest
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ class Acceptance:
         need_text("who", self.who)
         need_text("reason", self.reason)
         if not self.reason.strip():
-            need_text("reason: no text given", "\n")
+            raise FigureError("reason: no text given, allowed: some")
 
     @property
     def digest(self) -> str:

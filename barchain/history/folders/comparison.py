@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from barchain.history.figures import Figure
 
 ERROR_METRICS = ("max", "rms", "final", "first_orbit_max", "drift")
+CHAOTIC = frozenset({"relative_energy"})
+"""Quantities that are looked at beyond the predictability limit, where rounding decides them: no figures"""
 BITS_ROLES = (Role.MAIN, Role.FINER)
 DIGITS = 32
 Row = dict[str, Any]
@@ -64,7 +66,7 @@ def add_verdict(found: FigureCollector, place: Place, rows: list[Row]) -> None:
 def add_errors(found: FigureCollector, place: Place, rows: list[Row], trajectory: str) -> None:
     """Add the errors of an engine in a scene, each with the share of rounding in it."""
     rounding = {row["quantity"]: row["value"] for row in rows if row["metric"] == ROUNDING}
-    for row in (row for row in rows if row["metric"] in ERROR_METRICS):
+    for row in (row for row in rows if row["metric"] in ERROR_METRICS and row["quantity"] not in CHAOTIC):
         found.number(
             place, f"{row['quantity']}.{row['metric']}", FigureKind.ERROR, row["value"], row["unit"],
             reason=row["reason"] or row["outcome"], tolerance=rounding.get(row["quantity"]), trajectory=trajectory,

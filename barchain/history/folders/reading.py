@@ -6,20 +6,22 @@ import datetime
 from typing import TYPE_CHECKING, Any
 
 from adapters.registry import engines
-from barchain.history.environment import recorded_environment
+from barchain.history.environment import capture, recorded_environment
 from barchain.history.faults import HistoryError
 from barchain.history.figures import MACHINE, Night, NightPart
 from barchain.history.folders import comparison, judging, timing
 from barchain.history.identity import content_digest
-from barchain.history.parts import environment_parts, scene_part
+from barchain.history.parts import commit, environment_parts, installed_parts, scene_part
+from barchain.record.environment import package_version
 from reports.tables import campaign, cost, crossval, effects, ensemble, roundoff, scaling, selftest, stability
 from reports.tables.reading import damaged
+from scenarios import scene_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
     from pathlib import Path
 
-    from barchain.history.figures import Figure
+    from barchain.history.figures import Environment, Figure, FigureIdentity
     from reports.tables.files import StudyFiles
 
 SUBJECTS = ("scenes", "engines", "bars", "faults")
@@ -69,6 +71,56 @@ def read_night(folder: Path) -> Night:
         figures=figures,
         complete=all(bool(record.get("complete")) for _, record in read),
     )
+
+
+def night_here(
+    folders: Sequence[Path],
+    *,
+    started: datetime.datetime,
+    duration_s: float,
+    plan: str,
+    complete: bool = True,
+    void: str | None = None,
+) -> Night:
+    """Night of result folders that this installation has just written: parts have the digests of the installed files.
+
+    Parameters
+    ----------
+    folders : sequence of Path
+        Of a figure that stands in several folders, the first one counts.
+    started : datetime
+        UTC.
+    duration_s : float
+    plan : str
+        Digest of the plan: nights of the same plan are expected to have the same figures.
+    complete : bool
+        Whether all of the plan was done; a folder whose record is incomplete makes the night incomplete too.
+    void : str, optional
+        Why the night can't be believed.
+
+    Raises
+    ------
+    HistoryError, FileNotFoundError, DamagedResultsError, SchemaVersionError
+        As :func:`read_night`.
+    """
+    found: dict[FigureIdentity, Figure] = {}
+    for folder in folders:
+        for figure in read_figures_of(folder):
+            found.setdefault(figure.identity, figure)
+    records = [files.sound_record(folder) for folder in folders for files, _ in found_in(folder)]
+    environment, figures = capture(), tuple(found.values())
+    parts = known_parts(records, parts_here(found, environment), figures)
+    done = complete and all(bool(record.get("complete")) for record in records)
+    own = package_version("barchain")
+    return Night(started, duration_s, plan, own, environment, parts, figures, commit(), done, void)
+
+
+def parts_here(found: Iterable[FigureIdentity], environment: Environment) -> tuple[NightPart, ...]:
+    """Installed parts behind some figures."""
+    identities, known = list(found), set(engines())
+    named = {name for i in identities for name in (i.engine, i.anchor)} & known
+    scenes = {i.scene for i in identities} & set(scene_names())
+    return installed_parts(sorted(named), sorted(scenes), environment)
 
 
 def found_in(folder: Path) -> list[tuple[StudyFiles, Callable[[Path], tuple[Figure, ...]]]]:

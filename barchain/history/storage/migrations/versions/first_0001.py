@@ -18,13 +18,14 @@ RESULT = "value IS NOT NULL OR word_id IS NOT NULL OR reason_id IS NOT NULL"
 def upgrade() -> None:
     """Make all tables."""
     make_vocabulary()
+    make_series()
     make_nights()
     make_figures()
     make_acceptances()
 
 
 def make_vocabulary() -> None:
-    """Make the tables of environments, parts, identities of figures, and texts: each row once."""
+    """Make the tables of rows that nights share: each row once."""
     op.create_table(
         "environments",
         number_of("id"),
@@ -44,6 +45,18 @@ def make_vocabulary() -> None:
         sa.UniqueConstraint("name", "version", "digest", name="uq_parts_name"),
     )
     op.create_table(
+        "texts",
+        number_of("id"),
+        sa.Column("digest", sa.String(64), nullable=False),
+        text_of("text"),
+        sa.PrimaryKeyConstraint("id", name="pk_texts"),
+        sa.UniqueConstraint("digest", name="uq_texts_digest"),
+    )
+
+
+def make_series() -> None:
+    """Make the table of the identities of figures."""
+    op.create_table(
         "series",
         number_of("id"),
         sa.Column("digest", sa.String(64), nullable=False),
@@ -55,14 +68,6 @@ def make_vocabulary() -> None:
         sa.CheckConstraint(UNITS, name=op.f("ck_series_unit")),
         sa.PrimaryKeyConstraint("id", name="pk_series"),
         sa.UniqueConstraint("digest", name="uq_series_digest"),
-    )
-    op.create_table(
-        "texts",
-        number_of("id"),
-        sa.Column("digest", sa.String(64), nullable=False),
-        text_of("text"),
-        sa.PrimaryKeyConstraint("id", name="pk_texts"),
-        sa.UniqueConstraint("digest", name="uq_texts_digest"),
     )
 
 
