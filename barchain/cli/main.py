@@ -16,11 +16,11 @@ from barchain.cli.common.terminal import plain, say
 from barchain.cli.cost import cost
 from barchain.cli.effects import effects
 from barchain.cli.ensemble import ensemble
-from barchain.cli.history.commands import history
 from barchain.cli.maintain.certified import certified_solutions
 from barchain.cli.maintain.doctor import doctor
 from barchain.cli.maintain.schema import schema
 from barchain.cli.maintain.validate import validate
+from barchain.cli.nightly.commands import history
 from barchain.cli.roundoff import roundoff
 from barchain.cli.run.compare import compare, crossval
 from barchain.cli.run.engines import engines

@@ -78,7 +78,7 @@ def domain_failure(error: Exception) -> tuple[str, ExitCode] | None:
     from adapters.engine import EngineError
     from adapters.registry import UnknownEngineError
     from barchain.execution.connection import ClusterError, ClusterLostError
-    from barchain.history.faults import HistoryError
+    from barchain.nightly.history.faults import HistoryError
     from barchain.record.claim import ResultsInPlaceError
     from barchain.record.folder_lock import FolderInUseError
     from barchain.record.study_store import OtherPlanError

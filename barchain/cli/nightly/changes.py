@@ -1,0 +1,119 @@
+"""`barchain history changes` and `accept`: what a night changed, and the changes that somebody accepts."""
+
+from __future__ import annotations
+
+import datetime
+import getpass
+import os
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from barchain.cli.common.numbers import WORDS
+from barchain.cli.common.options import json_option
+from barchain.cli.common.terminal import say
+from barchain.cli.nightly.options import history_option, opened
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from barchain.nightly.history.changes.accepted import Acceptance
+    from barchain.nightly.history.changes.judging import JudgedNight
+    from barchain.nightly.history.changes.model import Change
+
+HEADINGS = ("change", "figure", "was", "is", "direction", "since", "suspects", "accepted")
+UNKNOWN_USER = "unknown"
+
+
+@click.command("changes")
+@click.argument("night", metavar="[NIGHT]", default="latest", type=WORDS)
+@click.option("--all", "every", is_flag=True, help="List also the changes that earlier nights told.")
+@history_option
+@json_option
+def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
+    """List what NIGHT changed, each with its suspects; default: the latest night."""
+    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
+
+    need_extra()
+    from barchain.nightly.history.judged import accepted, judge  # noqa: PLC0415
+
+    with opened(url) as store:
+        judged, known = judge(store, night), accepted(store)
+        rows = [change_values(c, judged, known) for c in (judged.changes if every else judged.tonight)]
+    if as_json:
+        import json  # noqa: PLC0415
+
+        say(json.dumps(rows, indent=2))
+        return
+    from barchain.cli.common.terminal import show_rows  # noqa: PLC0415
+
+    say(sentence(judged))
+    if rows:
+        show_rows(HEADINGS, [tuple(str(row[name]) for name in ("id", *HEADINGS[1:])) for row in rows])
+
+
+@click.command("accept")
+@click.argument("change", metavar="CHANGE", type=WORDS)
+@click.option("--reason", metavar="TEXT", required=True, type=WORDS, help="Say why; the reason is shown and kept.")
+@click.option("--until", metavar="DATE", type=click.DateTime(["%Y-%m-%d"]),
+              help="Let the change come back on this date (UTC); default: when the figure moves again.")  # fmt: skip
+@click.option("--night", metavar="NIGHT", default="latest", type=WORDS,
+              help="Take the change as it stands on this night; default: the latest.")  # fmt: skip
+@history_option
+def accept_change(change: str, reason: str, until: datetime.datetime | None, night: str, url: str | None) -> None:
+    """Accept CHANGE on purpose: an id of `barchain history changes`, or the name of a figure."""
+    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
+
+    need_extra()
+    from barchain.nightly.history.judged import accept, change_named, judge  # noqa: PLC0415
+
+    with opened(url) as store:
+        found = change_named(judge(store, night), change)
+        end = None if until is None else until.replace(tzinfo=datetime.UTC)
+        made = accept(store, found, user(), reason, end)
+    ending = f" until {made.until.date()}" if made.until else ""
+    say(f"{made.figure}: {made.became} (before {made.was}) accepted by {made.who}{ending}: {made.reason}")
+
+
+def user() -> str:
+    """Name of the user; of a container without users the environment's."""
+    try:
+        return getpass.getuser()
+    except (OSError, KeyError):
+        return os.environ.get("USER") or UNKNOWN_USER
+
+
+def sentence(judged: JudgedNight) -> str:
+    """Judgement of a night in one sentence."""
+    night = judged.night
+    if night.void:
+        return f"{night.name} is void and not judged: {night.void}"
+    if not judged.compared_with:
+        return f"{night.name}: {night.figures} figures; there is no earlier night"
+    told = f"{len(judged.tonight)} changes among {judged.judged} figures with an earlier night"
+    return f"{night.name}: {told}; {len(judged.same)} differ within rounding or their intervals"
+
+
+def change_values(change: Change, judged: JudgedNight, known: Sequence[Acceptance]) -> dict[str, Any]:
+    """Change with its suspects and its acceptance, as JSON holds it."""
+    from barchain.nightly.history.changes.accepted import accepting  # noqa: PLC0415
+    from barchain.nightly.history.changes.model import result_words  # noqa: PLC0415
+    from barchain.nightly.history.changes.suspects import suspicion  # noqa: PLC0415
+
+    nights = {night.name: night for night in (*judged.compared_with, judged.night)}
+    covering = accepting(change, known, datetime.datetime.now(datetime.UTC))
+    return {
+        "id": change.id,
+        "figure": change.identity.name,
+        "kind": str(change.identity.kind),
+        "was": result_words(change.was),
+        "is": result_words(change.now),
+        "factor": change.factor,
+        "direction": str(change.direction),
+        "last": change.last,
+        "since": change.since,
+        "reason": change.reason,
+        "irreproducible": change.irreproducible,
+        "suspects": suspicion(change, nights).words,
+        "accepted": f"{covering.who}: {covering.reason}" if covering else "",
+    }

@@ -1,0 +1,225 @@
+"""`barchain history`: nights as they are added, listed, shown, exported and pruned."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from barchain.cli.common.numbers import WORDS, NamedPath, RealNumber
+from barchain.cli.common.options import json_option
+from barchain.cli.common.terminal import say
+from barchain.cli.nightly.changes import accept_change, changes
+from barchain.cli.nightly.options import history_option, opened
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from barchain.nightly.history.figures import Figure, Night
+    from barchain.nightly.history.series_model import FigureSeries, NightSummary
+
+MOST_NIGHTS = 1_000_000
+MOST_DAYS = 36_525.0
+"""A century"""
+NIGHT_HEADINGS = ("night", "state", "figures", "duration", "plan", "barchain", "machine class")
+FIGURE_HEADINGS = ("figure", "kind", "result", "unit", "interval", "rounding", "reason")
+
+
+@click.group()
+def history() -> None:
+    """Keep what nights measured: add result folders, show nights and their changes, follow a figure, export, prune.
+
+    Nights are those of `barchain history add`. docs/history.md describes the figures and the rules of change.
+    """
+
+
+@history.command("add")
+@click.argument("folders", metavar="DIR...", nargs=-1, required=True, type=NamedPath(path_type=Path))
+@history_option
+def add(folders: tuple[Path, ...], url: str | None) -> None:
+    """Add the results in each DIR as a night; a night that is there already stays as it is."""
+    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
+
+    need_extra()
+    from barchain.nightly.history.folders.reading import read_night  # noqa: PLC0415
+
+    nights = [read_night(folder) for folder in folders]  # all are read before one is added
+    with opened(url, create=True) as store:
+        for folder, night in zip(folders, nights, strict=True):
+            done = "added" if store.add(night) else "already there"
+            say(f"{folder}: {night.name}, {len(night.figures)} figures: {done}")
+
+
+@history.command("list")
+@history_option
+@json_option
+def list_nights(url: str | None, as_json: bool) -> None:
+    """List all nights in the order of their starts."""
+    with opened(url) as store:
+        nights = store.nights()
+    if as_json:
+        print_json([summary_values(night) for night in nights])
+        return
+    from barchain.cli.common.terminal import show_rows  # noqa: PLC0415
+
+    show_rows(NIGHT_HEADINGS, map(night_row, nights), right=("figures", "duration"))
+
+
+@history.command("show")
+@click.argument("night", metavar="NIGHT", type=WORDS)
+@history_option
+@json_option
+def show(night: str, url: str | None, as_json: bool) -> None:
+    """Show environment, parts and figures of NIGHT: a name, its beginning, or `latest`."""
+    with opened(url) as store:
+        found = store.night(night)
+    if as_json:
+        print_json(night_values(found))
+        return
+    from barchain.cli.common.terminal import show_rows  # noqa: PLC0415
+
+    for name, text in heading(found):
+        say(f"{name:<14} {text}")
+    show_rows(("part", "version", "digest"), [(p.name, p.version, p.digest or "unknown") for p in found.parts])
+    show_rows(FIGURE_HEADINGS, map(figure_row, found.figures), right=("result",))
+
+
+@history.command("series")
+@click.argument("figure", metavar="FIGURE", type=WORDS)
+@history_option
+@json_option
+def series(figure: str, url: str | None, as_json: bool) -> None:
+    """Show FIGURE over the nights: scene:engine:setting:quantity, in which * stands for any text."""
+    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
+
+    need_extra()
+    from barchain.nightly.history.series import figure_series  # noqa: PLC0415
+
+    with opened(url) as store:
+        found = figure_series(store, figure)
+    if as_json:
+        print_json([series_values(each) for each in found])
+        return
+    from barchain.cli.common.terminal import show_rows  # noqa: PLC0415
+
+    for each in found:
+        say(each.identity.name)
+        rows = [(night.name, *figure_row(f)[2:]) for night, f in zip(each.nights, each.figures, strict=True)]
+        show_rows(("night", *FIGURE_HEADINGS[2:]), rows, right=("result",))
+
+
+@history.command("export")
+@click.option("--parquet", "path", metavar="FILE", required=True, type=NamedPath(path_type=Path, dir_okay=False),
+              help="Write a row for each figure of each night into this file.")  # fmt: skip
+@history_option
+def export(path: Path, url: str | None) -> None:
+    """Export all figures of all nights as one table."""
+    from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
+    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
+
+    need_extra()
+    from barchain.nightly.history.series import export_parquet  # noqa: PLC0415
+
+    with opened(url) as store:
+        need_writable(path, "--parquet")
+        say(f"{path}: {export_parquet(store, path)} figures")
+
+
+@history.command("prune")
+@click.option("--keep-nights", "keep", metavar="N", type=click.IntRange(0, MOST_NIGHTS),
+              help="Keep the last N nights, and remove the earlier ones.")  # fmt: skip
+@click.option("--older-than", "days", metavar="DAYS", type=RealNumber(0.0, MOST_DAYS),
+              help="Remove nights that started more than this number of days ago; with --keep-nights none of the "
+                   "last N.")  # fmt: skip
+@history_option
+def prune(keep: int | None, days: float | None, url: str | None) -> None:
+    """Remove old nights; accepted changes stay."""
+    import datetime  # noqa: PLC0415
+
+    if keep is None and days is None:
+        raise click.UsageError("give --keep-nights N, --older-than DAYS, or both")
+    before = None if days is None else datetime.datetime.now(datetime.UTC) - datetime.timedelta(days=days)
+    with opened(url) as store:
+        gone = store.prune(keep, before)
+        say(f"{store}: {len(gone)} nights removed{f', {gone[0]} to {gone[-1]}' if gone else ''}")
+
+
+history.add_command(changes)
+history.add_command(accept_change)
+
+
+def heading(night: Night) -> list[tuple[str, str]]:
+    """Lines about a whole night."""
+    own, state = night.environment, "complete" if night.complete else "incomplete"
+    return [
+        ("night", night.name),
+        ("state", f"void: {night.void}" if night.void else state),
+        ("started", night.started.isoformat()),
+        ("duration", f"{night.duration_s:.1f} s"),
+        ("plan", night.plan),
+        ("barchain", night.barchain + (f", commit {night.commit}" if night.commit else "")),
+        ("machine class", own.machine_class),
+        ("processor", f"{own.cpu}, {own.cores} cores, {own.architecture}"),
+        ("system", f"{own.kernel}, {own.libc}"),
+        ("BLAS", own.blas or "unknown"),
+        ("Python", own.python),
+    ]
+
+
+def night_row(night: NightSummary) -> tuple[str, ...]:
+    """Cells of a night."""
+    return (
+        night.name, night.state, str(night.figures), f"{night.duration_s:.0f} s", night.plan, night.barchain,
+        night.environment.machine_class,
+    )  # fmt: skip
+
+
+def figure_row(figure: Figure) -> tuple[str, ...]:
+    """Cells of a figure."""
+    low, high = (number_words(end) for end in (figure.low, figure.high))
+    result = "missing" if figure.missing else figure.word or number_words(figure.value)
+    interval = f"{low or '?'} to {high or '?'}" if low or high else ""
+    identity = figure.identity
+    rounding = number_words(figure.tolerance)
+    return identity.name, str(identity.kind), result, str(identity.unit), interval, rounding, figure.reason
+
+
+def number_words(value: float | None) -> str:
+    """Number as text; empty without one."""
+    return "" if value is None else f"{value:.6g}"
+
+
+def summary_values(night: NightSummary) -> dict[str, Any]:
+    """Night without figures, as JSON holds it."""
+    import dataclasses  # noqa: PLC0415
+
+    values = dataclasses.asdict(night) | {"started": night.started.isoformat()}
+    values.pop("number")
+    return values | {"machine_class": night.environment.machine_class}
+
+
+def night_values(night: Night) -> dict[str, Any]:
+    """Whole night, as JSON holds it."""
+    import dataclasses  # noqa: PLC0415
+
+    values = dataclasses.asdict(night) | {"name": night.name, "started": night.started.isoformat()}
+    return values | {"machine_class": night.environment.machine_class}
+
+
+def series_values(found: FigureSeries) -> dict[str, Any]:
+    """Figure over the nights, as JSON holds it."""
+    import dataclasses  # noqa: PLC0415
+
+    figures = [dataclasses.asdict(figure) for figure in found.figures]
+    for figure, night in zip(figures, found.nights, strict=True):
+        figure.pop("identity")
+        figure |= {"night": night.name, "started": night.started.isoformat()}
+    return dataclasses.asdict(found.identity) | {"name": found.identity.name, "figures": figures}
+
+
+def print_json(values: Sequence[Any] | dict[str, Any]) -> None:
+    """Print values as JSON."""
+    import json  # noqa: PLC0415
+
+    say(json.dumps(values, indent=2))

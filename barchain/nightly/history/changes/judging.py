@@ -1,0 +1,96 @@
+"""Judgement of a night: all figures by the rules of their kinds, against the earlier nights."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from barchain.nightly.history.changes.bits import bit_changes
+from barchain.nightly.history.changes.levels import RULES, level_changes, same_changes
+from barchain.nightly.history.changes.model import Change, Direction
+from barchain.nightly.history.changes.times import FALSE_ALARMS, time_changes
+from barchain.nightly.history.changes.vanished import vanished
+from barchain.nightly.history.figures import FigureKind
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from barchain.nightly.history.series_model import FigureSeries, NightSummary
+
+STEPPED = (FigureKind.RATIO, FigureKind.MEMORY)
+
+
+@dataclass(frozen=True)
+class JudgedNight:
+    """Night with its changes."""
+
+    night: NightSummary
+    compared_with: tuple[NightSummary, ...]
+    """Earlier nights that it was judged against, in their order"""
+    changes: tuple[Change, ...] = ()
+    """All changes over these nights, in the order of the nights; those that are not reproducible first"""
+    tonight: tuple[Change, ...] = ()
+    """Those that this night tells first"""
+    same: tuple[Change, ...] = ()
+    """Differences of this night from the one before that rounding or intervals explain"""
+    judged: int = 0
+    """Figures of this night that have an earlier one"""
+
+    @property
+    def worse(self) -> bool:
+        """Whether this night tells a change for the worse."""
+        return any(change.direction is Direction.WORSE for change in self.tonight)
+
+
+def judge_night(
+    series: Sequence[FigureSeries], nights: Sequence[NightSummary], false_alarms: float = FALSE_ALARMS
+) -> JudgedNight:
+    """Judge the last of some nights.
+
+    Parameters
+    ----------
+    series : sequence of FigureSeries
+        All figures over these nights.
+    nights : sequence of NightSummary
+        In their order. Void nights are left out; a void night is not judged.
+    false_alarms : float
+        Probability of a false alarm in a night, of times and memory together.
+    """
+    tonight = nights[-1]
+    if tonight.void is not None:
+        return JudgedNight(tonight, ())
+    kept = comparable(nights)
+    own = [one for one in (restricted(each, kept) for each in series) if one.nights]
+    current = [one for one in own if one.nights[-1].number == tonight.number]
+    settled = [
+        change
+        for one in own
+        if one.identity.kind not in STEPPED
+        for change in (level_changes(one) if one.identity.kind in RULES else bit_changes(one))
+    ]
+    stepped, fresh = time_changes([one for one in own if one.identity.kind in STEPPED], false_alarms)
+    gone = vanished(own, kept)
+    changes = sorted([*settled, *stepped, *gone], key=lambda c: (not c.irreproducible, c.since))
+    new = [c for c in changes if c.since == tonight.name and c.identity.kind not in STEPPED]
+    return JudgedNight(
+        tonight, tuple(kept[:-1]), tuple(changes), (*new, *fresh),
+        tuple(c for one in current if one.identity.kind in RULES for c in same_changes(one)),
+        sum(len(one.nights) > 1 for one in current),
+    )  # fmt: skip
+
+
+def comparable(nights: Sequence[NightSummary]) -> list[NightSummary]:
+    """Nights that the last one is judged against, and itself: of its machine class, or all if it is the first there."""
+    tonight = nights[-1]
+    believed = [night for night in nights if night.void is None]
+    own = [n for n in believed if n.environment.machine_class == tonight.environment.machine_class]
+    return own if len(own) > 1 else believed
+
+
+def restricted(series: FigureSeries, nights: Sequence[NightSummary]) -> FigureSeries:
+    """Series over some nights only."""
+    numbers = {night.number for night in nights}
+    kept = [k for k, night in enumerate(series.nights) if night.number in numbers]
+    if len(kept) == len(series.nights):
+        return series
+    return replace(series, nights=tuple(series.nights[k] for k in kept), figures=tuple(series.figures[k] for k in kept))

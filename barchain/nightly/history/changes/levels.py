@@ -1,0 +1,69 @@
+"""Levels of deterministic figures: a figure is compared with the night on which its present level began.
+
+Small differences that rounding explains can't add up over the nights unseen, as they could between neighbours.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from barchain.nightly.history.changes.counts import judge_count
+from barchain.nightly.history.changes.errors import judge_error
+from barchain.nightly.history.changes.model import Change, Direction, Judgement
+from barchain.nightly.history.changes.values import judge_value
+from barchain.nightly.history.changes.verdicts import judge_verdict
+from barchain.nightly.history.figures import FigureKind
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from barchain.nightly.history.figures import Figure
+    from barchain.nightly.history.series_model import FigureSeries
+
+RULES: dict[FigureKind, Callable[[Figure, Figure], Judgement | None]] = {
+    FigureKind.ERROR: judge_error,
+    FigureKind.VERDICT: judge_verdict,
+    FigureKind.COUNT: judge_count,
+    FigureKind.VALUE: judge_value,
+}
+"""Rule of each deterministic kind"""
+
+
+def compared(was: Figure, now: Figure) -> Judgement | None:
+    """Judge a figure against an earlier one of the same identity; None if nothing differs."""
+    if was.missing or now.missing:
+        if was.missing and now.missing:
+            return None
+        if now.missing:
+            return Judgement(Direction.WORSE, f"missing: {now.reason}")
+        return Judgement(Direction.BETTER, f"there again; it was missing: {was.reason}")
+    return RULES[was.identity.kind](was, now)
+
+
+def level_changes(series: FigureSeries) -> tuple[Change, ...]:
+    """Changes of a deterministic figure over the nights, each against the level before."""
+    found: list[Change] = []
+    for k in range(1, len(series.figures)):
+        if k == 1:
+            level = series.figures[0]
+        judged = compared(level, series.figures[k])
+        if judged is not None and judged.direction is not Direction.SAME:
+            last, since = series.nights[k - 1].name, series.nights[k].name
+            now = series.figures[k]
+            found.append(
+                Change(series.identity, level, now, last, since, judged.direction, judged.reason, judged.factor)
+            )
+            level = now
+    return tuple(found)
+
+
+def same_changes(series: FigureSeries) -> tuple[Change, ...]:
+    """Difference of the last night's figure from the night before that rounding or intervals explain; none, or one."""
+    if len(series.figures) < 2:
+        return ()
+    was, now = series.figures[-2:]
+    judged = compared(was, now)
+    if judged is None or judged.direction is not Direction.SAME:
+        return ()
+    last, since = series.nights[-2].name, series.nights[-1].name
+    return (Change(series.identity, was, now, last, since, judged.direction, judged.reason, judged.factor),)

@@ -1,0 +1,138 @@
+"""Rule of times and memory: steps over the nights of one machine class, with one error rate for all series together.
+
+The probability of a step in each series is corrected for its places (module :mod:`rank_test` beside this one).
+Benjamini and Hochberg's procedure over all series then bounds the expected share of false steps among those found on
+one night. Without any step that share is 1 as soon as one is found, so that a night has a false alarm with at most the
+probability :data:`FALSE_ALARMS`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.stats import false_discovery_control
+
+from barchain.nightly.history.changes.model import Change, Direction
+from barchain.nightly.history.changes.rank_test import FEWEST_NEW, FEWEST_OLD, autocorrelations, split_levels
+from barchain.nightly.history.changes.steps import LEAST_EFFECT, Step, find_steps
+from barchain.nightly.history.changes.suspects import differing
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from barchain.nightly.history.series_model import FigureSeries
+
+    Array = NDArray[np.float64]
+
+FALSE_ALARMS = 1.0 / 120.0
+"""Largest probability of a false alarm in a night: one in four months, half a one in 60 nights"""
+WINDOW = 200
+"""Nights that are looked at: longer ago, machines and their systems differ in too much"""
+SHIFT = 5
+"""Nights by which the place of a step may move when nights are added"""
+
+
+def time_changes(
+    series: Sequence[FigureSeries], false_alarms: float = FALSE_ALARMS
+) -> tuple[tuple[Change, ...], tuple[Change, ...]]:
+    """Changes of times and memory.
+
+    Parameters
+    ----------
+    series : sequence of FigureSeries
+        All series of these kinds, over the nights of one machine class; the last night is judged.
+    false_alarms : float
+
+    Returns
+    -------
+    tuple
+        All changes, and those that the last night tells for the first time.
+    """
+    present = [measured(one) for one in series]
+    last = max((night.started for one in present for night in one.nights), default=None)
+    before = [shortened(one, last) for one in present]
+    steps, earlier = all_steps(present, false_alarms), all_steps(before, false_alarms)
+    changes, fresh = [], []
+    for one, found, known in zip(present, steps, earlier, strict=True):
+        for step in found:
+            change = change_of(one, step)
+            changes.append(change)
+            if not any(alike(step, other) for other in known):
+                fresh.append(change)
+    return tuple(changes), tuple(fresh)
+
+
+def measured(series: FigureSeries) -> FigureSeries:
+    """Nights of a series with a number, at most the last :data:`WINDOW`."""
+    kept = [k for k, figure in enumerate(series.figures) if not figure.missing][-WINDOW:]
+    return replace(series, nights=tuple(series.nights[k] for k in kept), figures=tuple(series.figures[k] for k in kept))
+
+
+def shortened(series: FigureSeries, last: object) -> FigureSeries:
+    """Series as it stood before the last night."""
+    if not series.nights or series.nights[-1].started != last:
+        return series
+    return replace(series, nights=series.nights[:-1], figures=series.figures[:-1])
+
+
+def all_steps(series: Sequence[FigureSeries], false_alarms: float) -> list[tuple[Step, ...]]:
+    """Steps of each series, with one threshold for all."""
+    values = [logarithms(one) for one in series]
+    correlations = autocorrelations(values)
+    threshold = common_threshold(values, correlations, false_alarms)
+    return [
+        find_steps(x, threshold, correlation, part_changes(one)) if threshold > 0.0 else ()
+        for x, correlation, one in zip(values, correlations, series, strict=True)
+    ]
+
+
+def common_threshold(values: Sequence[Array], correlations: Sequence[float], false_alarms: float) -> float:
+    """Largest probability of a step that is a discovery on this night; 0 if there is none.
+
+    Only series that are long enough for a step count.
+    """
+    tested = [
+        float(split_levels(x, correlation).min())
+        for x, correlation in zip(values, correlations, strict=True)
+        if len(x) >= FEWEST_OLD + FEWEST_NEW
+    ]
+    if not tested:
+        return 0.0
+    adjusted = false_discovery_control(np.array(tested), method="bh")
+    return max((p for p, q in zip(tested, adjusted, strict=True) if q <= false_alarms), default=0.0)
+
+
+def logarithms(series: FigureSeries) -> Array:
+    """Logarithms of the figures, (n,)."""
+    found: Array = np.log(np.array([figure.value for figure in series.figures], float))
+    return found
+
+
+def part_changes(series: FigureSeries) -> set[int]:
+    """Places at which a part that the figure depends on differs from the night before."""
+    return {
+        k
+        for k in range(1, len(series.nights))
+        if differing(series.nights[k - 1], series.nights[k], series.figures[k].depends)
+    }
+
+
+def alike(step: Step, other: Step) -> bool:
+    """Whether two steps of a series are the same one."""
+    return abs(step.place - other.place) <= SHIFT and (step.factor > 1.0) == (other.factor > 1.0)
+
+
+def change_of(series: FigureSeries, step: Step) -> Change:
+    """Change at a step; more time, or more memory, is worse."""
+    nights = len(series.figures) - step.place
+    words = f"{step.factor:.3f} times the earlier level ({step.low:.3f} to {step.high:.3f})"
+    return Change(
+        series.identity, series.figures[step.place - 1], series.figures[-1], series.nights[step.place - 1].name,
+        series.nights[step.place].name, Direction.WORSE if step.factor > 1.0 else Direction.BETTER,
+        f"{words} in {nights} nights since; by chance with {step.probability:.1g}; least effect {LEAST_EFFECT:.0%}",
+        step.factor, step.low, step.high,
+    )  # fmt: skip

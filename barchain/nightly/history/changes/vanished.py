@@ -1,0 +1,42 @@
+"""Figures that are gone: measured on each of the last nights of the same plan, and not on this one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from barchain.nightly.history.changes.model import Change, Direction
+from barchain.nightly.history.figures import Figure
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from barchain.nightly.history.series_model import FigureSeries, NightSummary
+
+NIGHTS = 2
+"""Nights in a row that must have a figure: a plan measures some figures only now and then"""
+
+
+def vanished(series: Sequence[FigureSeries], nights: Sequence[NightSummary]) -> tuple[Change, ...]:
+    """Figures that the last of some nights lacks; none of an incomplete night.
+
+    Parameters
+    ----------
+    series : sequence of FigureSeries
+    nights : sequence of NightSummary
+        In their order.
+    """
+    if not nights or not nights[-1].complete:
+        return ()
+    tonight = nights[-1]
+    before = [night for night in nights[:-1] if night.plan == tonight.plan and night.complete][-NIGHTS:]
+    if len(before) < NIGHTS:
+        return ()
+    expected, found = {night.number for night in before}, []
+    for one in series:
+        there = {night.number: figure for night, figure in zip(one.nights, one.figures, strict=True)}
+        if expected <= set(there) and tonight.number not in there and not there[before[-1].number].missing:
+            was = there[before[-1].number]
+            reason = f"not measured, though each of the last {NIGHTS} nights of this plan had it"
+            now = Figure(one.identity, reason=reason, depends=was.depends)
+            found.append(Change(one.identity, was, now, before[-1].name, tonight.name, Direction.WORSE, reason))
+    return tuple(found)

@@ -1,0 +1,122 @@
+"""Figures of the studies that time engines: cost, scaling, effects, and the times of the round-off study."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from barchain.nightly.history.figures import FigureKind
+from barchain.nightly.history.folders.collector import FigureCollector, real, records
+from reports.tables.cost import BASELINE, read_cost
+from reports.tables.effects import UNITS, read_effects
+from reports.tables.roundoff import FILES as ROUNDOFF_FILES
+from reports.tables.roundoff import read_roundoff
+from reports.tables.scaling import read_scaling
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from barchain.nightly.history.figures import Figure
+
+REACHED = frozenset({"reached", "at most"})
+WITHOUT_EFFECT = "without"
+Row = dict[str, Any]
+
+
+def cost_figures(folder: Path) -> tuple[Figure, ...]:
+    """Outcomes and counters of each setting, times at equal errors relative to the baseline, orders of convergence."""
+    tables, found = read_cost(folder), FigureCollector("cost")
+    for row in records(tables.points):
+        place = (row["scene"], row["engine"], row["setting"])
+        found.word(place, "outcome", FigureKind.VERDICT, row["outcome"], row["reason"])
+        found.counts(place, {name: row[name] for name in ("evaluations", "steps")})
+    for row in records(tables.reach):
+        add_equal_error_cost(found, row)
+    for row in records(tables.orders):
+        place, quantity = (row["scene"], row["engine"], ""), f"order.{row['quantity']}.{row['against']}"
+        ends = {"low": row["order_low"], "high": row["order_high"]}
+        found.number(place, quantity, FigureKind.VALUE, row["order"], reason="too few points", **ends)
+    return found.figures
+
+
+def add_equal_error_cost(found: FigureCollector, row: Row) -> None:
+    """Add the time to an error relative to the baseline's: both were timed in turns."""
+    if row["engine"] == BASELINE or row["measure"] != "seconds":
+        return
+    place = (row["scene"], row["engine"], f"{row['quantity']}<={row['target']:g}")
+    found.word(place, "reach", FigureKind.VERDICT, row["status"])
+    ends = {"low": row["over_baseline_low"], "high": row["over_baseline_high"]}
+    if row["status"] in REACHED and real(row["over_baseline"]) is not None:
+        found.number(place, "time_ratio", FigureKind.RATIO, row["over_baseline"], anchor=BASELINE, **ends)
+
+
+def scaling_figures(folder: Path) -> tuple[Figure, ...]:
+    """Outcomes, memory, and the time of an evaluation relative to the baseline's with as many bars."""
+    tables, found = read_scaling(folder), FigureCollector("scaling")
+    scene = str((tables.record.get("scene") or {}).get("name") or "")
+    rows = list(records(tables.points))
+    anchors = {row["bars"]: row for row in rows if row["engine"] == BASELINE}
+    for row in rows:
+        place = (scene, row["engine"], f"bars={row['bars']:g}")
+        found.word(place, "outcome", FigureKind.VERDICT, row["outcome"], row["reason"])
+        if real(row["memory_B"]) is not None and row["memory_B"] > 0:
+            found.number(place, "memory", FigureKind.MEMORY, row["memory_B"], "B")
+        if row["engine"] != BASELINE and row["bars"] in anchors:
+            add_ratio(found, place, row, anchors[row["bars"]])
+    return found.figures
+
+
+def add_ratio(found: FigureCollector, place: tuple[str, str, str], row: Row, anchor: Row) -> None:
+    """Add the ratio of two times; its interval spans both."""
+    mine, base = ([real(r[f"evaluation_{end}"]) for end in ("s", "low", "high")] for r in (row, anchor))
+    if mine[0] is None or not base[0]:
+        return
+    low, high = over(mine[1], base[2]), over(mine[2], base[1])
+    found.number(place, "evaluation_ratio", FigureKind.RATIO, mine[0] / base[0], anchor=BASELINE, low=low, high=high)
+
+
+def over(a: float | None, b: float | None) -> float:
+    """Ratio of two numbers; NaN if one is unknown."""
+    return a / b if a is not None and b else float(np.nan)
+
+
+def effects_figures(folder: Path) -> tuple[Figure, ...]:
+    """Changes by each effect, and its time relative to a run without."""
+    tables, found = read_effects(folder), FigureCollector("effects")
+    scene = str((tables.record.get("scene") or {}).get("name") or "")
+    for row in records(tables.effects):
+        place = (scene, row["engine"], row["effect"])
+        found.word(place, "relevance", FigureKind.VERDICT, row["said"], row["reason"])
+        for name, unit in UNITS.items():
+            value, noise = real(row[f"{name}_{unit}"]), row[f"{name}_noise_{unit}"]
+            if value is not None:
+                found.number(place, f"change.{name}", FigureKind.VALUE, value, unit, tolerance=noise)
+        for name in ("time_ratio", "evaluation_ratio"):
+            if (real(row[name]) or 0.0) > 0.0:
+                ends = {"low": row[f"{name}_low"], "high": row[f"{name}_high"]}
+                found.number(place, name, FigureKind.RATIO, row[name], anchor=WITHOUT_EFFECT, **ends)
+    return found.figures
+
+
+def roundoff_figures(folder: Path) -> tuple[Figure, ...]:
+    """Exponents of all laws with their intervals, and times of relative coordinates relative to absolute ones."""
+    tables, found = read_roundoff(folder), FigureCollector("roundoff")
+    scene = str(tables.record.get("scene") or "")
+    for name in ("laws", "best_laws", "growth_laws", "engine_laws"):
+        keys = [c for c in ROUNDOFF_FILES.tables[name] if c in ROUNDOFF_FILES.words or c in {"bars", "ratio"}]
+        for row in records(getattr(tables, name)):
+            setting = " ".join(word(row[key]) for key in keys if key not in {"remark", "engine"})
+            place, ends = (scene, row.get("engine", ""), setting), {"low": row["low"], "high": row["high"]}
+            value = row["exponent"]
+            found.number(place, f"{name}.exponent", FigureKind.VALUE, value, reason=row["remark"], **ends)
+    for row in records(tables.times):
+        place = (scene, "", f"{row['code']}, {row['arithmetic']}, bars={row['bars']:g}")
+        ends = {"low": row["low"], "high": row["high"]}
+        found.number(place, "time_ratio", FigureKind.RATIO, row["ratio"], anchor="absolute", **ends)
+    return found.figures
+
+
+def word(value: Any) -> str:
+    """Key of a row as text."""
+    return value if isinstance(value, str) else f"{value:g}"

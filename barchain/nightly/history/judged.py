@@ -1,0 +1,116 @@
+"""Judgement of a stored night, and the acceptances beside it."""
+
+from __future__ import annotations
+
+import datetime
+from typing import TYPE_CHECKING
+
+import sqlalchemy as sa
+
+from barchain.nightly.history.changes.accepted import Acceptance, acceptance_of, accepting
+from barchain.nightly.history.changes.judging import STEPPED, judge_night
+from barchain.nightly.history.changes.model import Direction
+from barchain.nightly.history.changes.times import FALSE_ALARMS, WINDOW
+from barchain.nightly.history.faults import HistoryError
+from barchain.nightly.history.figures import FigureKind
+from barchain.nightly.history.series import load
+from barchain.nightly.history.storage.connection import told, writing
+from barchain.nightly.history.storage.tables import acceptances
+from barchain.nightly.history.storage.vocabulary import insert_new
+from scenarios.nearest import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from barchain.nightly.history.changes.judging import JudgedNight
+    from barchain.nightly.history.changes.model import Change
+    from barchain.nightly.history.store import NightStore
+
+RECENT_NIGHTS = 30
+"""Nights over which deterministic figures are followed; times and memory need more"""
+COLUMNS = ("figure", "was", "became", "value", "word", "since", "who", "accepted", "reason", "until")
+
+
+def judge(
+    store: NightStore, name: str = "latest", *, recent: int = RECENT_NIGHTS, false_alarms: float = FALSE_ALARMS
+) -> JudgedNight:
+    """Judge a night against the earlier ones.
+
+    Parameters
+    ----------
+    store : NightStore
+    name : str
+        Of the night.
+    recent : int
+        Nights over which deterministic figures are followed.
+    false_alarms : float
+
+    Raises
+    ------
+    UnknownNightError
+        If there is no such night.
+    """
+    chosen, every = store.summary(name), store.nights()
+    until = [night.number for night in every].index(chosen.number) + 1
+    nights = every[max(until - WINDOW, 0) : until]
+    settled = [kind for kind in FigureKind if kind not in STEPPED]
+    series = (
+        *load(store, nights[-recent:], kinds=settled),
+        *load(store, nights, kinds=STEPPED),
+    )
+    return judge_night(series, nights, false_alarms)
+
+
+def change_named(judged: JudgedNight, name: str) -> Change:
+    """Change by its id, or by the name of its figure, of which the last one counts.
+
+    Raises
+    ------
+    HistoryError
+        If there is none; the message gives the nearest name.
+    """
+    known: dict[str, Change] = {}
+    for change in sorted(judged.changes, key=lambda c: c.since):
+        known[change.identity.name] = known[change.id] = change
+    if name not in known:
+        there = f"{len(judged.changes)} changes are there" if known else "there are none"
+        raise HistoryError(f"{name[:80]}: no such change{nearest(name, known)}; {there} up to {judged.night.name}")
+    return known[name]
+
+
+def accept(
+    store: NightStore, change: Change, who: str, reason: str, until: datetime.datetime | None = None
+) -> Acceptance:
+    """Store that somebody accepts a change.
+
+    Raises
+    ------
+    HistoryError
+        If the change is that a run is not reproducible, or the end has passed already.
+    """
+    now = datetime.datetime.now(datetime.UTC)
+    if change.irreproducible:
+        raise HistoryError(f"{change.identity.name}: a run that is not reproducible can't be accepted")
+    if until is not None and until <= now:
+        raise HistoryError(f"--until {until.date()}: has passed; allowed: a later date")
+    made = acceptance_of(change, who, now, reason, until)
+    row = {column: getattr(made, column) for column in COLUMNS} | {"digest": made.digest}
+    row["series"] = row.pop("figure")
+    with told(store.given), writing(store.engine) as connection:
+        insert_new(connection, acceptances, [row])
+    return made
+
+
+def accepted(store: NightStore) -> tuple[Acceptance, ...]:
+    """All acceptances, in the order in which they were given."""
+    with told(store.given), store.engine.connect() as connection:
+        rows = connection.execute(sa.select(acceptances).order_by(acceptances.c.accepted, acceptances.c.id)).all()
+    return tuple(
+        Acceptance(r.series, r.was, r.became, r.value, r.word, r.since, r.who, r.accepted, r.reason, r.until)
+        for r in rows
+    )
+
+
+def worse_and_not_accepted(judged: JudgedNight, known: Sequence[Acceptance], at: datetime.datetime) -> list[Change]:
+    """Changes for the worse that a night tells first and that no acceptance covers."""
+    return [c for c in judged.tonight if c.direction is Direction.WORSE and accepting(c, known, at) is None]

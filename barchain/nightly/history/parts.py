@@ -1,0 +1,199 @@
+"""Parts that figures depend on: their versions and digests here, and which figure depends on which."""
+
+from __future__ import annotations
+
+import hashlib
+import subprocess
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from adapters.registry import engines, find_engine
+from barchain.nightly.history.figures import MACHINE, FigureKind, NightPart
+from barchain.nightly.history.identity import content_digest
+from barchain.record.environment import package_version
+from barchain.record.sources import DIGITS, digest_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from adapters.registry import Registration
+    from barchain.nightly.history.figures import Environment
+
+PYTHON, BLAS, HARNESS, REFERENCE, JUDGE, SHARED = "python", "blas", "harness", "reference", "judge", "adapter:shared"
+SOURCES = {
+    HARNESS: ("barchain.boundary", "barchain.execution", "barchain.run", "barchain.timing", "scenarios"),
+    REFERENCE: ("reference_impl",),
+    JUDGE: ("barchain.judge", "barchain.metrics", "barchain.solutions", "barchain.studies", "barchain.crossval"),
+    SHARED: ("adapters.common", "adapters.bar_loads", "adapters.engine", "adapters.trajectory", "adapters.registry"),
+}
+"""Packages of each part of barchain that figures of all engines depend on"""
+LIBRARIES = ("numpy", "scipy")
+"""Libraries that every engine's figures depend on: they read, judge, and step"""
+COMPILER = "llvmlite"
+IMPORTED = {
+    "adapter:ode_solvers": ("adapter:reference",),
+    "adapter:pinocchio": ("adapter:ode_solvers", "adapter:reference"),
+}
+"""Adapters that import others"""
+JUDGED = {FigureKind.ERROR, FigureKind.VERDICT, FigureKind.VALUE}
+"""Kinds that depend on the judge and its solutions"""
+
+
+def installed_parts(names: Iterable[str], scenes: Iterable[str], environment: Environment) -> tuple[NightPart, ...]:
+    """Parts as they are installed here, with digests of the contents of their files.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Names of engines.
+    scenes : iterable of str
+        Names of scenes that come with barchain, or paths of scene files.
+    environment : Environment
+
+    Raises
+    ------
+    UnknownEngineError, SceneError
+        If a name is none.
+    """
+    found = {part.name: part for part in environment_parts(environment)}
+    own = package_version("barchain")
+    found |= {name: NightPart(name, own, digest_of(*sources)) for name, sources in SOURCES.items()}
+    for name in LIBRARIES:
+        found[library(name)] = distribution_part(library(name), name)
+    for registration in map(find_engine, names):
+        for adapter in adapters_of(registration):
+            found[adapter] = NightPart(adapter, own, digest_of(adapter.replace(":", "s.")))
+        for part, name in distributions_of(registration).items():
+            found[part] = distribution_part(part, name)
+    for scene in scenes:
+        found |= {part.name: part for part in scene_parts(scene)}
+    return tuple(found.values())
+
+
+def environment_parts(environment: Environment) -> tuple[NightPart, ...]:
+    """Python and the libraries of linear algebra: what they change has them as suspects."""
+    known = {PYTHON: environment.python, BLAS: environment.blas}
+    return tuple(NightPart(name, text, content_digest(text)[:DIGITS] if text else "") for name, text in known.items())
+
+
+def scene_parts(scene: str) -> tuple[NightPart, ...]:
+    """Scene, and the solution that judges it where one comes with barchain."""
+    from barchain.solutions import certified  # noqa: PLC0415
+    from scenarios import load_scene  # noqa: PLC0415
+
+    loaded = load_scene(scene)
+    files = [certified.CERTIFIED_SOLUTIONS / f"{loaded.name}{ending}" for ending in (".csv", ".parquet")]
+    digest = hashlib.sha256(b"".join(f.read_bytes() for f in files if f.is_file())).hexdigest()[:DIGITS]
+    known = any(f.is_file() for f in files)
+    return (
+        NightPart(scene_part(loaded.name), "", loaded.digest),
+        NightPart(solution_part(loaded.name), "", digest if known else ""),
+    )
+
+
+@cache
+def distribution_part(part: str, name: str) -> NightPart:
+    """Installed distribution as a part."""
+    return NightPart(part, package_version(name), contents_digest(name))
+
+
+def contents_digest(distribution: str) -> str:
+    """Digest of the contents of a distribution's installed files; empty without any.
+
+    Dates don't count, so that two installations of the same wheel agree. Files that an installation adds, and compiled
+    Python, are left out.
+    """
+    try:
+        files = metadata.distribution(distribution).files or ()
+    except metadata.PackageNotFoundError:
+        return ""
+    found = hashlib.sha256()
+    for file in sorted(files, key=str):
+        path = Path(str(file.locate()))
+        if made_by_wheel(str(file)) and path.is_file():
+            with path.open("rb") as content:
+                found.update(f"{file}\0".encode() + hashlib.file_digest(content, "sha256").digest())
+    return found.hexdigest()[:DIGITS]
+
+
+def made_by_wheel(file: str) -> bool:
+    """Whether a file comes with the wheel, not from its installation."""
+    added = {"RECORD", "INSTALLER", "REQUESTED", "direct_url.json"}
+    return not (file.endswith(".pyc") or file.startswith("..") or Path(file).name in added)
+
+
+def depends_on(scene: str, engine: str, kind: FigureKind, anchor: str = "") -> tuple[str, ...]:
+    """Names of the parts that a figure depends on.
+
+    Parameters
+    ----------
+    scene, engine : str
+        Names; empty, or in parentheses, where a figure belongs to none.
+    kind : FigureKind
+    anchor : str
+        Engine whose time is 1, of a ratio.
+    """
+    found = {MACHINE, PYTHON, BLAS, HARNESS, REFERENCE, *map(library, LIBRARIES)}
+    for name in (engine, anchor):
+        registration = known_engine(name)
+        if registration is not None:
+            found |= {SHARED, *adapters_of(registration), *distributions_of(registration)}
+    if scene:
+        found.add(scene_part(scene))
+    if kind in JUDGED:
+        found |= {JUDGE, solution_part(scene)} if scene else {JUDGE}
+    return tuple(sorted(found))
+
+
+def known_engine(name: str) -> Registration | None:
+    """Registration of an engine; None if no engine has the name."""
+    return engines().get(name)
+
+
+def adapters_of(registration: Registration) -> tuple[str, ...]:
+    """Parts of an engine's adapter: the package of its module, and those that it imports."""
+    package, _, rest = registration.target.partition(":")[0].partition(".")
+    if package != "adapters":
+        return ()
+    own = f"adapter:{rest.partition('.')[0]}"
+    return (own, *IMPORTED.get(own, ()))
+
+
+def distributions_of(registration: Registration) -> dict[str, str]:
+    """Distributions behind an engine, by the name of the part."""
+    names = {registration.requires, registration.distribution} - {"", *LIBRARIES}
+    compiled = registration.needs_compiler or registration.requires == COMPILER
+    found = {f"engine:{name}": name for name in names - {COMPILER}}
+    return found | ({library(COMPILER): COMPILER} if compiled else {})
+
+
+def library(name: str) -> str:
+    """Part of a library."""
+    return f"library:{name}"
+
+
+def scene_part(name: str) -> str:
+    """Part of a scene."""
+    return f"scene:{name}"
+
+
+def solution_part(name: str) -> str:
+    """Part of a scene's certified solution."""
+    return f"solution:{name}"
+
+
+def commit() -> str | None:
+    """Commit of barchain's sources, with a plus where files differ from it; None outside a repository."""
+    folder = Path(__file__).parent
+
+    def git(*arguments: str) -> str:
+        line = ["git", "-C", str(folder), *arguments]
+        return subprocess.run(line, capture_output=True, text=True, check=True, timeout=30).stdout.strip()
+
+    try:
+        found, changed = git("rev-parse", "HEAD"), git("status", "--porcelain", "--untracked-files=no", ".")
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return f"{found}+" if changed else found

@@ -1,0 +1,142 @@
+"""Figures over the nights, and the whole history as a Parquet file."""
+
+from __future__ import annotations
+
+import fnmatch
+from collections import defaultdict
+from typing import TYPE_CHECKING, Any
+
+import sqlalchemy as sa
+
+from barchain.nightly.history.faults import UnknownFigureError
+from barchain.nightly.history.series_model import FigureSeries
+from barchain.nightly.history.storage.connection import told
+from barchain.nightly.history.storage.rows import read_figures
+from barchain.nightly.history.storage.tables import environments, figures, nights, series, texts
+from barchain.nightly.history.storage.vocabulary import identity_of
+from scenarios.nearest import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Sequence
+    from pathlib import Path
+
+    from sqlalchemy import ColumnElement, Select
+
+    from barchain.nightly.history.figures import Figure, FigureIdentity, FigureKind
+    from barchain.nightly.history.series_model import NightSummary
+    from barchain.nightly.history.store import NightStore
+
+BATCH = 50_000
+"""Rows of the Parquet file that are held at once"""
+
+
+def figure_series(store: NightStore, pattern: str) -> tuple[FigureSeries, ...]:
+    """Series of the figures whose name is `pattern`, or fits it (``*`` and ``?`` stand for any text).
+
+    Raises
+    ------
+    UnknownFigureError
+        If no figure fits; the message gives the nearest name.
+    """
+    with told(store.given), store.engine.connect() as connection:
+        names = {row.id: identity_of(row).name for row in connection.execute(sa.select(series))}
+    fitting = [number for number, name in names.items() if name == pattern or fnmatch.fnmatchcase(name, pattern)]
+    if not fitting:
+        there = f"{nearest(pattern, names.values())}; {len(names)} figures are there" if names else "; there are none"
+        raise UnknownFigureError(f"{pattern[:80]}: no such figure{there}")
+    return load(store, store.nights(), numbers=fitting)
+
+
+def all_series(
+    store: NightStore, last: int | None = None, kinds: Collection[FigureKind] = ()
+) -> tuple[FigureSeries, ...]:
+    """Series of all figures, or those of some kinds, over all nights or the `last` ones."""
+    return load(store, store.nights(last), kinds=kinds)
+
+
+def load(
+    store: NightStore,
+    known: Sequence[NightSummary],
+    *,
+    numbers: Sequence[int] | None = None,
+    kinds: Collection[FigureKind] = (),
+) -> tuple[FigureSeries, ...]:
+    """Series over the given nights."""
+    order = {night.number: k for k, night in enumerate(known)}
+    chosen: ColumnElement[bool] = figures.c.night_id.between(min(order, default=0), max(order, default=-1))
+    if kinds:
+        chosen &= series.c.kind.in_([str(kind) for kind in kinds])
+    if numbers is not None:
+        chosen &= figures.c.series_id.in_(numbers)
+    found: dict[FigureIdentity, list[tuple[int, Figure]]] = defaultdict(list)
+    with told(store.given), store.engine.connect() as connection:
+        for night, figure in read_figures(connection, chosen):
+            if night in order:
+                found[figure.identity].append((order[night], figure))
+    return tuple(
+        FigureSeries(identity, tuple(known[k] for k, _ in own), tuple(figure for _, figure in own))
+        for identity, own in ((i, sorted(pairs, key=lambda pair: pair[0])) for i, pairs in found.items())
+    )
+
+
+def whole() -> Select[Any]:
+    """Query of every figure of every night, as columns of the Parquet file."""
+    word, trajectory, reason, depends = (texts.alias(n) for n in ("word", "trajectory", "reason", "depends"))
+    return (
+        sa.select(
+            nights.c.name.label("night"), nights.c.started, nights.c.plan, nights.c.barchain, nights.c.source_commit,
+            nights.c.complete, nights.c.void, environments.c.machine_class, environments.c.cpu, environments.c.python,
+            series.c.scene, series.c.engine, series.c.setting, series.c.quantity, series.c.kind, series.c.unit,
+            series.c.anchor, figures.c.value, word.c.text.label("word"), figures.c.low, figures.c.high,
+            figures.c.tolerance, trajectory.c.text.label("trajectory"), depends.c.text.label("depends"),
+            reason.c.text.label("reason"),
+        )
+        .select_from(figures)
+        .join(nights, figures.c.night_id == nights.c.id)
+        .join(environments, nights.c.environment_id == environments.c.id)
+        .join(series, figures.c.series_id == series.c.id)
+        .join(depends, figures.c.depends_id == depends.c.id)
+        .outerjoin(word, figures.c.word_id == word.c.id)
+        .outerjoin(trajectory, figures.c.trajectory_id == trajectory.c.id)
+        .outerjoin(reason, figures.c.reason_id == reason.c.id)
+        .order_by(nights.c.started, nights.c.id, figures.c.series_id)
+    )  # fmt: skip
+
+
+def export_parquet(store: NightStore, path: Path) -> int:
+    """Write all figures of all nights to a Parquet file, and return their number.
+
+    Raises
+    ------
+    OSError
+        If the file can't be written; an earlier file then stays.
+    """
+    import pyarrow as pa  # noqa: PLC0415
+    import pyarrow.parquet as pq  # noqa: PLC0415
+
+    from reports.tables.writing import replaced  # noqa: PLC0415
+
+    schema = parquet_schema()
+    written = 0
+    with replaced(path) as file, pq.ParquetWriter(file, schema) as writer:
+        for rows in batches(store):
+            columns = {name: [row[k] for row in rows] for k, name in enumerate(schema.names)}
+            writer.write_table(pa.table(columns, schema=schema))
+            written += len(rows)
+    return written
+
+
+def batches(store: NightStore) -> Iterator[list[Any]]:
+    """Rows of :func:`whole`, some at a time."""
+    with told(store.given), store.engine.connect().execution_options(yield_per=BATCH) as connection:
+        for rows in connection.execute(whole()).partitions():
+            yield list(rows)
+
+
+def parquet_schema() -> Any:
+    """Names and types of the columns."""
+    import pyarrow as pa  # noqa: PLC0415
+
+    special = {"started": pa.timestamp("us", tz="UTC"), "complete": pa.bool_()}
+    special |= dict.fromkeys(("value", "low", "high", "tolerance"), pa.float64())
+    return pa.schema([(c.name, special.get(c.name, pa.string())) for c in whole().selected_columns])

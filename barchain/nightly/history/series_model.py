@@ -1,0 +1,61 @@
+"""Figures over nights as the rules of change take them: nights without figures, and one figure over many nights."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from barchain.nightly.history.checked_text import MOST_TEXT
+from barchain.nightly.history.figures import MACHINE, NightPart
+
+if TYPE_CHECKING:
+    import datetime
+    from collections.abc import Mapping
+
+    from barchain.nightly.history.figures import Environment, Figure, FigureIdentity
+
+
+@dataclass(frozen=True)
+class NightSummary:
+    """Night without its figures."""
+
+    number: int
+    """Of the row in this store"""
+    name: str
+    started: datetime.datetime
+    duration_s: float
+    plan: str
+    barchain: str
+    environment: Environment
+    parts: tuple[NightPart, ...]
+    figures: int
+    """Number of figures"""
+    commit: str | None = None
+    complete: bool = True
+    void: str | None = None
+
+    @cached_property
+    def part_named(self) -> Mapping[str, NightPart]:
+        """Parts by name, the machine class among them."""
+        machine = NightPart(MACHINE, self.environment.cpu[:MOST_TEXT], self.environment.machine_class)
+        return {part.name: part for part in (*self.parts, machine)}
+
+    @property
+    def state(self) -> str:
+        """State in a word or a reason."""
+        return f"void: {self.void}" if self.void else "complete" if self.complete else "incomplete"
+
+
+@dataclass(frozen=True)
+class FigureSeries:
+    """One figure over the nights that have it, in their order."""
+
+    identity: FigureIdentity
+    nights: tuple[NightSummary, ...]
+    figures: tuple[Figure, ...]
+
+    def __post_init__(self) -> None:
+        """Check that each figure has its night."""
+        if len(self.nights) != len(self.figures):
+            raise ValueError(f"{self.identity.name}: {len(self.figures)} figures of {len(self.nights)} nights")

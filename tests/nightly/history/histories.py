@@ -1,0 +1,60 @@
+"""Synthetic histories in memory."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import TYPE_CHECKING, Any
+
+from barchain.nightly.history.series_model import FigureSeries, NightSummary
+from tests.nightly.history.synthetic import ENVIRONMENT, PARTS, night
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from barchain.nightly.history.figures import Environment, Figure, Night, NightPart
+
+FIGURES: dict[str, Sequence[Figure]] = {}
+"""Figures of the nights made here, by name"""
+
+
+def history_of(
+    *nights: Sequence[Figure],
+    parts: dict[int, tuple[NightPart, ...]] | None = None,
+    environment: dict[int, Environment] | None = None,
+    complete: dict[int, bool] | None = None,
+    void: dict[int, str] | None = None,
+) -> list[NightSummary]:
+    """Nights with the given figures; what is not given for a night is as on the others."""
+    made = []
+    for k, figures in enumerate(nights):
+        more: dict[str, Any] = {
+            "parts": (parts or {}).get(k, PARTS),
+            "environment": (environment or {}).get(k, ENVIRONMENT),
+            "complete": (complete or {}).get(k, True),
+            "void": (void or {}).get(k),
+        }
+        made.append(night(*figures, number=k, **more))
+    return summaries(*made)
+
+
+def summaries(*nights: Night) -> list[NightSummary]:
+    """Nights without their figures, which :func:`as_series` finds again."""
+    FIGURES.update({each.name: each.figures for each in nights})
+    return [
+        NightSummary(
+            k, n.name, n.started, n.duration_s, n.plan, n.barchain, n.environment, n.parts, len(n.figures), n.commit,
+            n.complete, n.void,
+        )
+        for k, n in enumerate(nights)
+    ]  # fmt: skip
+
+
+def as_series(nights: Sequence[NightSummary]) -> tuple[FigureSeries, ...]:
+    """All figures of nights of :func:`history_of`."""
+    found = defaultdict(list)
+    for each in nights:
+        for figure in FIGURES[each.name]:
+            found[figure.identity].append((each, figure))
+    return tuple(
+        FigureSeries(identity, tuple(n for n, _ in own), tuple(f for _, f in own)) for identity, own in found.items()
+    )

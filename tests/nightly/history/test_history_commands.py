@@ -1,0 +1,115 @@
+"""`barchain history`: what each command prints, and one line for each fault."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from typing import TYPE_CHECKING
+
+import pytest
+
+from barchain.cli.main import run
+from barchain.nightly.history.location import VARIABLE, default_url
+from barchain.nightly.history.store import open_store
+from tests.nightly.history.synthetic import error, night, ratio, verdict
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@pytest.fixture
+def filled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """History of three nights, which the environment variable names."""
+    place = tmp_path / "history.sqlite"
+    with open_store(str(place), create=True) as store:
+        for k in range(3):
+            store.add(night(error(1e-5 * (k + 1)), verdict(), ratio(2.0, low=1.9), number=k))
+    monkeypatch.setenv(VARIABLE, str(place))
+    return place
+
+
+def printed(capsys: pytest.CaptureFixture[str], *words: str, code: int = 0) -> str:
+    assert run(["history", *words]) == code
+    shown = capsys.readouterr()
+    assert "Traceback" not in shown.err
+    if code:
+        assert shown.err.startswith("barchain: ")
+        assert shown.err.count("\n") == 1
+        return shown.err
+    return shown.out
+
+
+def test_nights_are_listed_shown_and_followed(filled: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    names = [n["name"] for n in json.loads(printed(capsys, "list", "--json"))]
+    assert names == sorted(names)
+    assert all(name in printed(capsys, "list") for name in names)
+    text = printed(capsys, "show", "latest")
+    assert "engine:mujoco" in text
+    assert "3e-05" in text
+    whole = json.loads(printed(capsys, "show", names[0], "--json"))
+    assert len(whole["figures"]) == 3
+    found = json.loads(printed(capsys, "series", "paper/fig05:mujoco:*:attitude.max", "--json"))
+    assert [f["value"] for f in found[0]["figures"]] == [1e-5, 2e-5, 3.0000000000000004e-05]
+    assert "1e-05" in printed(capsys, "series", error().identity.name)
+
+
+def test_export_and_prune_say_how_much(filled: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "all.parquet"
+    assert printed(capsys, "export", "--parquet", str(path)) == f"{path}: 9 figures\n"
+    assert "2 nights removed" in printed(capsys, "prune", "--keep-nights", "1")
+    assert "0 nights removed" in printed(capsys, "prune", "--keep-nights", "1")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("show 2026-01-01T02-00-01", "no such night (did you mean 2026-01-0"),
+        ("show 2026", "3 nights begin so"),
+        ("series attitude", "no such figure"),
+        ("prune", "give --keep-nights N, --older-than DAYS"),
+        ("prune --keep-nights -1", "--keep-nights"),
+        ("prune --older-than nan", "nan given"),
+        ("list --history mysql://somewhere/x", "no such kind of address; allowed: a path"),
+        ("list --history nowhere/history.sqlite", "no history there; `barchain history add DIR` begins one"),
+        ("list --history postgresql://me:secret@127.0.0.1:1/x", "me:***@127.0.0.1:1"),
+        ("export --parquet nowhere/all.parquet", "there is no folder nowhere"),
+        ("add .", "no results there"),
+        ("add", "DIR"),
+    ],
+)
+def test_a_fault_is_one_line_and_exit_code_2(
+    filled: Path, words: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    monkeypatch.chdir(empty)
+    text = printed(capsys, *words.split(), code=2)
+    assert said in " ".join(text.split())
+    assert "secret" not in text
+
+
+def test_a_file_of_something_else_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    place = tmp_path / "notes.txt"
+    place.write_text("nothing like a history\n" * 100)
+    assert "is no history of barchain, or damaged" in printed(capsys, "list", "--history", str(place), code=2)
+    assert place.read_text().startswith("nothing like")
+
+
+def test_a_missing_package_is_one_line_with_its_remedy(filled: Path) -> None:
+    code = (
+        "import sys; sys.modules['sqlalchemy'] = None; from barchain.cli.main import run; sys.exit(run(sys.argv[1:]))"
+    )
+    made = subprocess.run([sys.executable, "-c", code, "history", "list"], capture_output=True, text=True, check=False)
+    assert made.returncode == 2
+    assert made.stderr == (
+        "barchain: the history needs SQLAlchemy, which is not installed; try: pip install '.[nightly]'\n"
+    )
+
+
+def test_without_option_and_variable_the_history_is_in_the_users_data_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(VARIABLE, raising=False)
+    assert default_url().endswith("barchain/history.sqlite")
+    monkeypatch.setenv(VARIABLE, "other.sqlite")
+    assert default_url() == "other.sqlite"

@@ -1,0 +1,79 @@
+"""Parts of this installation, and which figure depends on which."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+import pytest
+
+from adapters.registry import ENGINES, UnknownEngineError
+from barchain.nightly.history.environment import capture, recorded_environment
+from barchain.nightly.history.figures import MACHINE, FigureKind
+from barchain.nightly.history.parts import contents_digest, depends_on, installed_parts, made_by_wheel
+from barchain.record.environment import environment, machine
+
+if TYPE_CHECKING:
+    from barchain.nightly.history.figures import NightPart
+
+
+def named(*engines: str) -> dict[str, NightPart]:
+    return {part.name: part for part in installed_parts(engines, ["paper/fig05"], capture())}
+
+
+def test_the_environment_names_the_machine_and_its_libraries() -> None:
+    here = capture()
+    assert here.cpu
+    assert here.cores >= 1
+    assert here.python.startswith("3.")
+    assert "openblas" in here.blas or "mkl" in here.blas or here.blas
+    assert recorded_environment({"environment": environment(), "machine": machine()}) == here
+
+
+def test_an_earlier_record_tells_kernel_and_c_library_by_the_platforms_name() -> None:
+    own = {"platform": "Linux-6.1.0-x86_64-with-glibc2.36", "cpu": "Example", "cores": 2, "python": "3.11.9"}
+    found = recorded_environment({"environment": own})
+    assert (found.libc, found.kernel, found.blas) == ("glibc 2.36", "Linux-6.1.0-x86_64", "")
+
+
+def test_every_part_of_an_installation_has_a_digest() -> None:
+    parts = named("reference", "rebound", "pymunk")
+    assert all(part.digest for part in parts.values())
+    assert {"engine:rebound", "adapter:rebound", "scene:paper/fig05", "solution:paper/fig05"} <= set(parts)
+    assert parts["adapter:rebound"].digest != parts["adapter:pymunk"].digest
+
+
+def test_figures_of_installed_engines_depend_on_installed_parts_only() -> None:
+    installed = [name for name, r in ENGINES.items() if not r.missing]
+    there = {*named(*installed), MACHINE}
+    for engine in installed:
+        for kind in FigureKind:
+            anchor = "reference" if kind is FigureKind.RATIO else ""
+            assert set(depends_on("paper/fig05", engine, kind, anchor)) <= there, (engine, kind)
+
+
+def test_a_figure_depends_on_its_own_engine_and_a_ratio_on_its_anchor_too() -> None:
+    own = set(depends_on("paper/fig05", "rebound", FigureKind.BITS))
+    assert "engine:rebound" in own
+    assert not any(part in own for part in ("engine:pymunk", "adapter:pymunk", "judge", "solution:paper/fig05"))
+    assert {"judge", "solution:paper/fig05"} <= set(depends_on("paper/fig05", "rebound", FigureKind.ERROR))
+    assert "engine:pymunk" in depends_on("paper/fig05", "rebound", FigureKind.RATIO, "pymunk")
+
+
+def test_the_digest_of_a_distribution_is_that_of_its_contents() -> None:
+    assert contents_digest("rebound") == contents_digest("rebound")
+    assert contents_digest("rebound") != contents_digest("pymunk")
+    assert contents_digest("no-such-distribution") == ""
+    assert not made_by_wheel("x-1.0.dist-info/RECORD")
+    assert not made_by_wheel("x/__pycache__/y.cpython-311.pyc")
+    assert made_by_wheel("x/y.py")
+
+
+def test_an_unknown_engine_is_none() -> None:
+    with pytest.raises(UnknownEngineError):
+        named("no-such-engine")
+
+
+def test_the_machine_class_is_the_same_in_every_call() -> None:
+    assert capture().machine_class == capture().machine_class
+    assert dataclasses.replace(capture(), cpu="Other").machine_class != capture().machine_class

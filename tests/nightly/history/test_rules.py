@@ -1,0 +1,182 @@
+"""Rules of change, one for each kind of figure."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from barchain.nightly.history.changes.bits import bit_changes
+from barchain.nightly.history.changes.errors import judge_error
+from barchain.nightly.history.changes.judging import judge_night
+from barchain.nightly.history.changes.levels import compared, level_changes, same_changes
+from barchain.nightly.history.changes.model import Direction
+from barchain.nightly.history.changes.verdicts import judge_verdict
+from barchain.nightly.history.figures import Figure, FigureKind, FigureUnit, NightPart
+from reports.tables.outcome import Outcome
+from tests.nightly.history.histories import as_series, history_of
+from tests.nightly.history.synthetic import ENVIRONMENT, NAMES, PARTS, bits, count, error, identity, verdict
+
+
+def value(number: float, low: float | None = None, high: float | None = None, tolerance: float | None = None) -> Figure:
+    own = identity("order", FigureKind.VALUE, unit=FigureUnit.ONE)
+    return Figure(own, number, "", low, high, tolerance, depends=NAMES)
+
+
+def other(name: str, digest: str = "ff") -> tuple[NightPart, ...]:
+    return tuple(dataclasses.replace(p, digest=digest) if p.name == name else p for p in PARTS)
+
+
+def test_errors_within_rounding_are_numerically_the_same_and_beyond_better_or_worse() -> None:
+    was = error(1e-5, tolerance=1e-9)
+    assert judge_error(was, error(1e-5, tolerance=1e-9)) is None
+    within = judge_error(was, error(1e-5 + 1.9e-9, tolerance=1e-9))
+    assert within.direction is Direction.SAME
+    beyond = judge_error(was, error(1e-5 + 2.1e-9, tolerance=1e-9))
+    assert beyond.direction is Direction.WORSE
+    half = judge_error(was, error(5e-6, tolerance=1e-9))
+    assert (half.direction, half.factor) == (Direction.BETTER, pytest.approx(0.5))
+
+
+def test_an_error_without_recorded_rounding_is_never_called_the_same() -> None:
+    was = error(1e-5, tolerance=None)
+    assert judge_error(was, error(1.000001e-5, tolerance=None)).direction is Direction.CHANGED
+    assert judge_error(was, error(1.1e-5, tolerance=None)).direction is Direction.WORSE
+    assert judge_error(was, error(1.1e-5, tolerance=1.0)).direction is Direction.WORSE
+
+
+def test_an_error_that_was_zero_has_no_factor() -> None:
+    judged = judge_error(error(0.0), error(1e-3))
+    assert (judged.direction, judged.factor) == (Direction.WORSE, None)
+
+
+@given(a=st.floats(0.0, 1e3), b=st.floats(0.0, 1e3), ta=st.floats(0.0, 1.0), tb=st.floats(0.0, 1.0))
+def test_the_rule_of_errors_is_the_same_both_ways(a: float, b: float, ta: float, tb: float) -> None:
+    there, back = (
+        judge_error(error(a, tolerance=ta), error(b, tolerance=tb)),
+        judge_error(error(b, tolerance=tb), error(a, tolerance=ta)),
+    )
+    assert (there is None) == (back is None)
+    if there is not None and back is not None:
+        assert {there.direction, back.direction} in ({Direction.SAME}, {Direction.BETTER, Direction.WORSE})
+
+
+def test_small_steps_within_rounding_do_not_add_up_unseen() -> None:
+    nights = history_of(*[[error(1e-5 + k * 0.7e-9, tolerance=1e-9)] for k in range(8)])
+    (series,) = as_series(nights)
+    found = level_changes(series)
+    assert [c.since for c in found] == [nights[3].name, nights[6].name]
+    assert all(c.direction is Direction.WORSE for c in found)
+    assert len(same_changes(series)) == 1
+
+
+@pytest.mark.parametrize("was", list(Outcome))
+@pytest.mark.parametrize("now", list(Outcome))
+def test_every_flip_of_a_verdict_is_told_with_its_direction(was: Outcome, now: Outcome) -> None:
+    judged = judge_verdict(verdict(str(was)), verdict(str(now)))
+    assert (judged is None) == (was is now)
+    if judged is not None:
+        assert judged.direction in {Direction.BETTER, Direction.WORSE}
+        if was.ok and not now.ok:
+            assert judged.direction is Direction.WORSE
+
+
+@pytest.mark.parametrize(
+    ("was", "now", "direction"),
+    [
+        ("stable", "drifting", Direction.WORSE),
+        ("killed", "survives", Direction.WORSE),
+        ("clean", "false alarm", Direction.WORSE),
+        ("missed", "caught", Direction.BETTER),
+        ("relevant", "negligible", Direction.CHANGED),
+    ],
+)
+def test_each_study_has_its_own_scale(was: str, now: str, direction: Direction) -> None:
+    assert judge_verdict(verdict(was), verdict(now)).direction is direction
+
+
+def test_counts_are_exact() -> None:
+    assert compared(count(1000), count(1000)) is None
+    judged = compared(count(1000), count(1001))
+    assert judged.direction is Direction.CHANGED
+    assert judged.factor == pytest.approx(1.001)
+
+
+def test_values_change_where_their_intervals_part() -> None:
+    assert compared(value(2.0, 1.9, 2.1), value(2.15, 2.05, 2.2)).direction is Direction.SAME
+    assert compared(value(2.0, 1.9, 2.1), value(2.4, 2.3, 2.5)).direction is Direction.CHANGED
+    assert compared(value(2.0, tolerance=0.1), value(2.15, tolerance=0.1)).direction is Direction.SAME
+    assert compared(value(2.0), value(2.0 + 1e-15)).direction is Direction.CHANGED
+
+
+def test_a_figure_that_is_missing_is_no_agreement() -> None:
+    gone = Figure(error().identity, reason="timed out", depends=NAMES)
+    assert compared(error(), gone).direction is Direction.WORSE
+    assert "timed out" in compared(error(), gone).reason
+    assert compared(gone, error()).direction is Direction.BETTER
+    assert compared(gone, gone) is None
+
+
+def test_equal_parts_with_other_bits_are_not_reproducible_and_told_first() -> None:
+    nights = history_of([bits("aa"), error(1e-5)], [bits("bb"), error(2e-5)])
+    judged = judge_night(as_series(nights), nights)
+    assert judged.tonight[0].irreproducible
+    assert "not reproducible" in judged.tonight[0].reason
+    assert judged.worse
+
+
+def test_other_parts_may_give_other_bits() -> None:
+    nights = history_of([bits("aa")], [bits("bb")], parts={1: other("engine:mujoco")})
+    (change,) = judge_night(as_series(nights), nights).tonight
+    assert change.direction is Direction.CHANGED
+    assert not change.irreproducible
+
+
+def test_parts_that_come_back_must_bring_their_bits_back() -> None:
+    parts = {1: other("engine:mujoco")}
+    back = history_of([bits("aa")], [bits("bb")], [bits("aa")], parts=parts)
+    assert not any(c.irreproducible for c in bit_changes(as_series(back)[0]))
+    elsewhere = history_of([bits("aa")], [bits("bb")], [bits("cc")], parts=parts)
+    last = bit_changes(as_series(elsewhere)[0])[-1]
+    assert last.irreproducible
+    assert last.last == elsewhere[0].name
+
+
+def test_without_digests_nothing_is_called_irreproducible() -> None:
+    unknown = tuple(dataclasses.replace(p, digest="") for p in PARTS)
+    nights = history_of([bits("aa")], [bits("bb")], parts={0: unknown, 1: unknown})
+    (change,) = judge_night(as_series(nights), nights).tonight
+    assert not change.irreproducible
+    assert "not known" in change.reason
+
+
+def test_a_vanished_figure_is_told_and_one_that_is_measured_now_and_then_is_not() -> None:
+    full, less = [error(), verdict()], [verdict()]
+    gone = history_of(full, full, less)
+    (change,) = judge_night(as_series(gone), gone).tonight
+    assert change.now.missing
+    assert change.direction is Direction.WORSE
+    rotating = history_of(full, less, full, less)
+    assert judge_night(as_series(rotating), rotating).tonight == ()
+    interrupted = history_of(full, full, less, complete={2: False})
+    assert judge_night(as_series(interrupted), interrupted).tonight == ()
+
+
+def test_a_void_night_is_neither_judged_nor_judged_against() -> None:
+    void = history_of([error(1e-5)], [error(9e-5)], void={1: "a fault was missed"})
+    assert judge_night(as_series(void), void).tonight == ()
+    after = history_of([error(1e-5)], [error(9e-5)], [error(1e-5)], void={1: "a fault was missed"})
+    judged = judge_night(as_series(after), after)
+    assert judged.tonight == ()
+    assert judged.judged == 1
+
+
+def test_nights_of_another_machine_class_are_left_out_unless_there_are_no_others() -> None:
+    elsewhere = dataclasses.replace(ENVIRONMENT, cpu="Other CPU")
+    first = history_of([count(10)], [count(11)], environment={1: elsewhere})
+    (change,) = judge_night(as_series(first), first).tonight
+    assert change.last == first[0].name
+    between = history_of([count(10)], [count(11)], [count(10)], environment={1: elsewhere})
+    assert judge_night(as_series(between), between).tonight == ()
