@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from barchain.cli.common.exit_codes import end_study
+from barchain.cli.common.numbers import RealNumber
 from barchain.cli.common.options import executor_options, out_option, overwrite_option, resume_option
 from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import say
@@ -23,11 +24,17 @@ PARTS = ("evaluation", "trajectories", "engines", "times")
 @out_option()
 @click.option("--part", "parts", multiple=True, metavar="PART", type=click.Choice(PARTS), default=PARTS,
               help=f"Run this part of the study: {', '.join(PARTS)}. May be repeated; default: all four.")  # fmt: skip
+@click.option("--size", "sizes", multiple=True, metavar="R", type=RealNumber(),
+              help="Judge one evaluation at this size: a bar's length over the Earth's radius, a power of ten. May be "
+                   "repeated; default: eleven sizes from 1e-2 to 1e-12.")  # fmt: skip
 @click.option("--full", is_flag=True, help="Take all sizes, arithmetics and numbers of bars, finer steps, longer runs.")
 @executor_options
 @resume_option
 @overwrite_option
-def roundoff(out: Path, parts: tuple[str, ...], full: bool, executor: Executor, resume: bool, overwrite: bool) -> None:
+def roundoff(
+    out: Path, parts: tuple[str, ...], sizes: tuple[float, ...], full: bool, executor: Executor, resume: bool,
+    overwrite: bool,
+) -> None:  # fmt: skip
     """Measure the digits of the reactions that absolute and relative coordinates leave.
 
     Exits with 1 if a task fails.
@@ -37,7 +44,10 @@ def roundoff(out: Path, parts: tuple[str, ...], full: bool, executor: Executor, 
     from barchain.studies.study import Reporter  # noqa: PLC0415
 
     study = RoundoffStudy()
-    plan = study.plan(RoundoffOptions(parts, full, executor))
+    try:
+        plan = study.plan(RoundoffOptions(parts, full, executor, sizes))
+    except ValueError as error:
+        raise click.UsageError(f"--size: {error}") from error
     with verdicts_shown(plan.turns) as show:
         result, rendered = run_study_in(out, study, plan, Reporter(show, show.note), resume=resume, overwrite=overwrite)
     say(f"round-off study: {rendered.page}")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+from dataclasses import asdict, dataclass
 from enum import StrEnum
 
 
@@ -11,7 +12,7 @@ class PartState(StrEnum):
 
     DONE = "done"
     LEFT = "left"
-    """It did not fit into the night and goes first on the next one"""
+    """Some or all of it did not fit into the night, and goes first on the next one"""
     FAILED = "failed"
     """It ended with an error"""
 
@@ -23,12 +24,16 @@ class PartResult:
     name: str
     state: PartState
     share_s: float
-    """Share of the budget"""
+    """Time that it was given"""
     duration_s: float = 0.0
     left: tuple[str, ...] = ()
-    """What of the part did not fit, in words, e.g. scenes or engines"""
+    """What of the part did not fit: scenes, or the whole part by its name"""
     reason: str = ""
     """Why the part was left or failed"""
+    done: int = 0
+    """Number of its items (scenes, faults) that were done"""
+    command: str = ""
+    """Command that repeats the part"""
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,17 @@ class AlarmTest:
     missed: tuple[str, ...] = ()
     """Faults that no check detected: one is enough to make a night void"""
     seed: int = 0
+    false_alarms: tuple[str, ...] = ()
+    """Scenes in which a check rejected the unmodified engine: one is enough to make a night void"""
+
+    @property
+    def void(self) -> str | None:
+        """Why the night can't be believed; None if the alarm rang when and only when it had to."""
+        if self.missed:
+            return f"{len(self.missed)} of {self.planted} planted faults missed: {', '.join(self.missed)}"
+        if self.false_alarms:
+            return f"a check rejects the unmodified engine in {', '.join(self.false_alarms)}"
+        return None
 
 
 @dataclass(frozen=True)
@@ -52,8 +68,41 @@ class NightRun:
     parts: tuple[PartResult, ...] = ()
     alarm: AlarmTest | None = None
     """None if the plan plants no faults, or the night ended before"""
+    turn: int = 0
+    """Number of the night among those of its plan: decides scenes, faults and seeds that change from night to night"""
 
     @property
     def complete(self) -> bool:
         """Whether all parts were done."""
-        return all(part.state is PartState.DONE for part in self.parts)
+        return bool(self.parts) and all(part.state is PartState.DONE for part in self.parts)
+
+    def to_json(self) -> str:
+        """Content as JSON."""
+        return json.dumps(asdict(self), allow_nan=False)
+
+    @classmethod
+    def from_json(cls, text: str) -> NightRun:
+        """Run from :meth:`to_json`.
+
+        Raises
+        ------
+        ValueError
+            If the text is something else.
+        """
+        try:
+            found = json.loads(text)
+            parts = tuple(part_of(entry) for entry in found["parts"])
+            alarm = found["alarm"] and AlarmTest(**tuples(found["alarm"]))
+            return cls(found["plan"], found["minutes"], parts, alarm, found["turn"])
+        except (KeyError, TypeError) as error:
+            raise ValueError(f"no run of a night: {error}") from None
+
+
+def part_of(entry: dict[str, object]) -> PartResult:
+    """Part of an entry of the JSON."""
+    return PartResult(**(tuples(entry) | {"state": PartState(str(entry["state"]))}))  # type: ignore[arg-type]
+
+
+def tuples(entry: dict[str, object]) -> dict[str, object]:
+    """Entry with tuples for JSON's lists."""
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in entry.items()}

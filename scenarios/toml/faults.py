@@ -1,4 +1,7 @@
-"""Faults of a scene file in words: one line each, with key, given and allowed values, nearest name."""
+"""Faults of a file of tables in words: one line each, with key, given and allowed values, nearest name.
+
+The file is a scene, or of another model (`root`) that is made of the same kinds of tables.
+"""
 
 from __future__ import annotations
 
@@ -21,30 +24,30 @@ if TYPE_CHECKING:
 CONSIDERED = 10 * MOST_FAULTS  # of a file's faults; a nearest name is looked for in each
 
 
-def fault_lines(error: ValidationError) -> list[str]:
+def fault_lines(error: ValidationError, root: type[BaseModel] = SceneFile) -> list[str]:
     """Lines on the faults of a file, :data:`~scenarios.limits.MOST_FAULTS` at most, and how many more there are."""
     faults = error.errors()[:CONSIDERED]
-    lines = [line for fault in without_echoes(faults) for line in explain(fault).split("\n")]
+    lines = [line for fault in without_echoes(faults, root) for line in explain(fault, root).split("\n")]
     more = len(lines) - MOST_FAULTS + error.error_count() - len(faults)
     return lines if more <= 0 else [*lines[:MOST_FAULTS], f"{more} more faults"]
 
 
-def without_echoes(errors: list[ErrorDetails]) -> list[ErrorDetails]:
+def without_echoes(errors: list[ErrorDetails], root: type[BaseModel]) -> list[ErrorDetails]:
     """Faults without the "missing" of a key that was misspelt: the two are the same fault."""
     meant = {
-        (*e["loc"][:-1], nearest_name(str(e["loc"][-1]), keys_of_table(keys_only(e["loc"][:-1]))))
+        (*e["loc"][:-1], nearest_name(str(e["loc"][-1]), keys_of_table(keys_only(e["loc"][:-1]), root)))
         for e in errors
         if e["type"] == "extra_forbidden"
     }
     return [e for e in errors if not (e["type"] == "missing" and e["loc"] in meant)]
 
 
-def explain(error: ErrorDetails) -> str:
+def explain(error: ErrorDetails, root: type[BaseModel]) -> str:
     """One line for one fault: key, given value, allowed values, nearest match."""
     loc = keys_only(error["loc"])
     key, given, kind = key_path(loc), error["input"], error["type"]
     if kind == "extra_forbidden":
-        allowed, there = keys_of_table(loc[:-1]), elsewhere(str(loc[-1]), table=is_table(given))
+        allowed, there = keys_of_table(loc[:-1], root), elsewhere(str(loc[-1]), root, table=is_table(given))
         meant = f" (did you mean {there}?)" if there else nearest(str(loc[-1]), allowed)
         return f"{key}: unknown key{meant}; allowed here: {', '.join(allowed)}"
     if kind == "missing":
@@ -55,7 +58,7 @@ def explain(error: ErrorDetails) -> str:
     if kind == "value_error":
         return explain_value(loc, given, message)
     if kind in ("model_type", "list_type"):
-        message = header(loc) or message
+        message = header(loc, root) or message
     if kind == "literal_error":
         options = [option.strip("' ") for option in message.replace(" or ", ",").split(",")]
         message += nearest(str(given), options)
@@ -77,10 +80,10 @@ def kind_of(value: object) -> str:
     return "one table" if isinstance(value, dict) else shorten(value)
 
 
-def header(loc: Sequence[int | str]) -> str:
+def header(loc: Sequence[int | str], root: type[BaseModel]) -> str:
     """Syntax of the table at `loc`, ``a table, write [effects.drag]``; empty if the key holds no table."""
     names = [part for part in loc if isinstance(part, str)]
-    path, annotation = ".".join(names), table_at(names[:-1]).model_fields[names[-1]].annotation
+    path, annotation = ".".join(names), table_at(names[:-1], root).model_fields[names[-1]].annotation
     if not tables_in(annotation):
         return ""
     if get_origin(annotation) is list:
@@ -93,12 +96,12 @@ def is_table(value: object) -> bool:
     return isinstance(value[0] if isinstance(value, list) and value else value, dict)
 
 
-def elsewhere(name: str, *, table: bool) -> str | None:
+def elsewhere(name: str, root: type[BaseModel], *, table: bool) -> str | None:
     """Path of a key, or of a table, of that name in another table: ``effects.drag`` for ``drag``; None without."""
     waiting: list[list[str]] = [[]]
     while waiting:  # from the outermost tables on
         path = waiting.pop(0)
-        fields = table_at(path).model_fields
+        fields = table_at(path, root).model_fields
         if path and name in fields and bool(tables_in(fields[name].annotation)) == table:
             return ".".join([*path, name])
         waiting += [[*path, key] for key, field in fields.items() if tables_in(field.annotation)]
@@ -118,14 +121,14 @@ def key_path(loc: Sequence[int | str]) -> str:
     return text.lstrip(".") or "scene"
 
 
-def keys_of_table(loc: Sequence[int | str]) -> list[str]:
+def keys_of_table(loc: Sequence[int | str], root: type[BaseModel]) -> list[str]:
     """Keys that the table at `loc` may hold."""
-    return list(table_at(loc).model_fields)
+    return list(table_at(loc, root).model_fields)
 
 
-def table_at(loc: Sequence[int | str]) -> type[BaseModel]:
+def table_at(loc: Sequence[int | str], root: type[BaseModel]) -> type[BaseModel]:
     """Model of the table at `loc`."""
-    model: type[BaseModel] = SceneFile
+    model = root
     for part in loc:
         if isinstance(part, str):
             model = tables_in(model.model_fields[part].annotation)[0]

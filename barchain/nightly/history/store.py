@@ -11,7 +11,16 @@ from barchain.nightly.history.figures import Night
 from barchain.nightly.history.series_model import NightSummary
 from barchain.nightly.history.storage.connection import connected, shown, told, writing
 from barchain.nightly.history.storage.rows import figure_rows, read_figures
-from barchain.nightly.history.storage.tables import environments, figures, night_parts, nights, parts, series, texts
+from barchain.nightly.history.storage.tables import (
+    environments,
+    figures,
+    night_parts,
+    nights,
+    parts,
+    runs,
+    series,
+    texts,
+)
 from barchain.nightly.history.storage.vocabulary import (
     environment_number,
     environment_of,
@@ -28,6 +37,8 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from sqlalchemy import Connection, Engine, Select
+
+    from barchain.nightly.run_facts import NightRun
 
 LATEST = "latest"
 """Name that stands for the last night"""
@@ -52,7 +63,7 @@ class NightStore:
         """Address without its password."""
         return shown(self.given)
 
-    def add(self, night: Night, replaces: str | None = None) -> bool:
+    def add(self, night: Night, replaces: str | None = None, run: NightRun | None = None) -> bool:
         """Add a night in one transaction.
 
         Parameters
@@ -60,6 +71,8 @@ class NightStore:
         night : Night
         replaces : str, optional
             Name of an incomplete night that this one goes on from, and that is removed in the same transaction.
+        run : NightRun, optional
+            What the night did of its plan.
 
         Returns
         -------
@@ -74,7 +87,7 @@ class NightStore:
         with told(self.given), writing(self.engine) as connection:
             if replaces is not None and replaces != night.name:
                 remove_incomplete(connection, replaces)
-            return add_night(connection, night)
+            return add_night(connection, night, run)
 
     def nights(self, last: int | None = None) -> tuple[NightSummary, ...]:
         """Nights in the order of their starts, all or the `last` ones."""
@@ -149,7 +162,7 @@ def open_store(given: str, *, create: bool = False) -> NightStore:
     return NightStore(given, connected(given, create=create))
 
 
-def add_night(connection: Connection, night: Night) -> bool:
+def add_night(connection: Connection, night: Night, run: NightRun | None = None) -> bool:
     """Add a night and all that belongs to it; False if it is there already."""
     there = sa.select(nights.c.id).where(nights.c.identity == night.identity)
     if connection.execute(there).first() is not None:
@@ -167,6 +180,8 @@ def add_night(connection: Connection, night: Night) -> bool:
     rows = figure_rows(night.figures, number, known, lambda wanted: text_numbers(connection, wanted))
     if rows:
         connection.execute(sa.insert(figures), rows)
+    if run is not None:
+        connection.execute(sa.insert(runs), [{"night_id": number, "plan": run.plan, "content": run.to_json()}])
     return True
 
 

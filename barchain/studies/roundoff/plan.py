@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,8 @@ from barchain.studies.roundoff.parts.trajectories import ScaledScene
 from scenarios import load_scene
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from barchain.execution.executors import Executor
 
 PARTS = ("evaluation", "trajectories", "engines", "times")
@@ -78,7 +81,9 @@ class RoundoffPlan:
         return tuple(dict.fromkeys(t.solution for t in self.tasks if t.solution is not None))
 
 
-def make_plan(parts: tuple[str, ...] = PARTS, *, full: bool = False, executor: Executor = ALL_CORES) -> RoundoffPlan:
+def make_plan(
+    parts: tuple[str, ...] = PARTS, *, full: bool = False, executor: Executor = ALL_CORES, sizes: Sequence[float] = ()
+) -> RoundoffPlan:
     """Plan of a study.
 
     Parameters
@@ -89,16 +94,42 @@ def make_plan(parts: tuple[str, ...] = PARTS, *, full: bool = False, executor: E
         Every size, arithmetic and number of bars, finer steps, longer runs: half an hour instead of minutes.
     executor : Executor
         Place of the tasks that are not timed; all cores of this machine by default.
+    sizes : sequence of float
+        Sizes at which one evaluation is judged, of :data:`DECADES`; all by default.
+
+    Raises
+    ------
+    ValueError
+        If a size is none of these.
     """
+    check_sizes(sizes)
     tasks: list[RoundoffTask] = []
     if "evaluation" in parts:
-        tasks += [*evaluations(full), *longitudes()]
+        tasks += [*of_sizes(evaluations(full), sizes), *longitudes()]
     if "trajectories" in parts:
         tasks += [*growths(full), *trajectories(full)]
     if "engines" in parts:
         tasks += engines(full)
     times = ((5, 50, 500) if full else (5, 50)) if "times" in parts else ()
     return RoundoffPlan(tuple(tasks), full, times, tuple(parts), executor)
+
+
+def check_sizes(sizes: Sequence[float]) -> None:
+    """Reject sizes at which no evaluation is judged.
+
+    Raises
+    ------
+    ValueError
+        If there is one.
+    """
+    for size in sizes:
+        if not any(math.isclose(size, known) for known in DECADES):
+            raise ValueError(f"{size:g} given, allowed: powers of ten from {min(DECADES):g} to {max(DECADES):g}")
+
+
+def of_sizes(tasks: list[RoundoffTask], sizes: Sequence[float]) -> list[RoundoffTask]:
+    """Tasks of some sizes; all without sizes."""
+    return [t for t in tasks if not sizes or any(math.isclose(t.arguments[0].ratio, size) for size in sizes)]
 
 
 def evaluations(full: bool) -> list[RoundoffTask]:

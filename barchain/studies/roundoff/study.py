@@ -30,6 +30,8 @@ class RoundoffOptions:
     """All sizes, arithmetics and numbers of bars, finer steps, longer runs: half an hour instead of minutes"""
     executor: Executor = ALL_CORES
     """Place of the tasks that are not timed; all cores of this machine by default"""
+    sizes: tuple[float, ...] = ()
+    """Sizes at which one evaluation is judged; all by default"""
 
 
 @dataclass(frozen=True)
@@ -45,8 +47,10 @@ class RoundoffStudy:
         ------
         ClusterError
             For a Dask cluster that can't be used.
+        ValueError
+            For a size at which no evaluation is judged.
         """
-        plan = make_plan(options.parts, full=options.full, executor=options.executor)
+        plan = make_plan(options.parts, full=options.full, executor=options.executor, sizes=options.sizes)
         options.executor.check()
         return plan
 

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 NIGHTS = 2
 """Nights in a row that must have a figure: a plan measures some figures only now and then"""
+SAMPLED = ("stability.", "selftest.", "campaign.")
+"""Beginnings of the quantities of studies of which a night does a part only: scenes, or faults, of that night"""
 
 
 def vanished(series: Sequence[FigureSeries], nights: Sequence[NightSummary]) -> tuple[Change, ...]:
@@ -32,7 +34,10 @@ def vanished(series: Sequence[FigureSeries], nights: Sequence[NightSummary]) -> 
     if len(before) < NIGHTS:
         return ()
     expected, found = {night.number for night in before}, []
+    done = {subject(one) for one in series if one.nights and one.nights[-1].number == tonight.number}
     for one in series:
+        if one.identity.quantity.startswith(SAMPLED) and subject(one) not in done:
+            continue
         there = {night.number: figure for night, figure in zip(one.nights, one.figures, strict=True)}
         if expected <= set(there) and tonight.number not in there and not there[before[-1].number].missing:
             was = there[before[-1].number]
@@ -40,3 +45,10 @@ def vanished(series: Sequence[FigureSeries], nights: Sequence[NightSummary]) -> 
             now = Figure(one.identity, reason=reason, depends=was.depends)
             found.append(Change(one.identity, was, now, before[-1].name, tonight.name, Direction.WORSE, reason))
     return tuple(found)
+
+
+def subject(series: FigureSeries) -> tuple[str, str, str]:
+    """Study, scene and fault of a figure of a study that does some of them each night."""
+    identity = series.identity
+    study = identity.quantity.partition(".")[0]
+    return study, identity.scene, identity.setting if study != "stability" else ""

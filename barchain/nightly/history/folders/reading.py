@@ -115,6 +115,15 @@ def night_here(
     return Night(started, duration_s, plan, own, environment, parts, figures, commit(), done, void)
 
 
+def night_without_figures(
+    _: Sequence[Path], *, started: datetime.datetime, duration_s: float, plan: str, complete: bool = True,
+    void: str | None = None,
+) -> Night:  # fmt: skip
+    """Night on which nothing was measured, as :func:`night_here`."""
+    own = package_version("barchain")
+    return Night(started, duration_s, plan, own, capture(), (), (), commit(), complete, void)
+
+
 def parts_here(found: Iterable[FigureIdentity], environment: Environment) -> tuple[NightPart, ...]:
     """Installed parts behind some figures."""
     identities, known = list(found), set(engines())

@@ -25,7 +25,7 @@ from sqlalchemy.types import TypeDecorator
 if TYPE_CHECKING:
     from sqlalchemy.engine.interfaces import Dialect
 
-HEAD = "0001"
+HEAD = "0002"
 """Revision of the migrations that these tables belong to"""
 NAMES = {
     "ix": "ix_%(table_name)s_%(column_0_name)s",
@@ -91,6 +91,15 @@ nights = Table(
     CheckConstraint("duration_s >= 0", name="duration"),
     sqlite_autoincrement=True,
 )
+
+runs = Table(
+    "runs",
+    metadata,
+    Column("night_id", ForeignKey("nights.id", ondelete="CASCADE"), primary_key=True, autoincrement=False),
+    Column("plan", Text, nullable=False),
+    Column("content", Text, nullable=False),
+)
+"""What a night did of its plan, as JSON"""
 
 parts = Table(
     "parts",

@@ -1,0 +1,160 @@
+"""`barchain nightly`: a plan inside a budget, its place in the history, and what it changed."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from barchain.cli.common.exit_codes import ExitCode
+from barchain.cli.common.numbers import WORDS, NamedPath, RealNumber
+from barchain.cli.common.terminal import say
+from barchain.cli.nightly.options import history_option, opened
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from barchain.nightly.plan.jobs import NightJob
+    from barchain.nightly.plan.loading import NightPlan
+    from barchain.nightly.run_facts import PartResult
+    from barchain.nightly.running.night import NightEnd, NightProgress
+
+MOST_MINUTES = 1440.0
+WORSE, CHANGED, NEVER = "worse", "changed", "never"
+
+
+@click.command()
+@click.option("--plan", "path", metavar="FILE", type=NamedPath(path_type=Path),
+              help="Do this plan; default: the one that comes with barchain, see `--show-plan`.")  # fmt: skip
+@click.option("--minutes", metavar="M", type=RealNumber(0.0, MOST_MINUTES, min_open=True),
+              help="End within this wall time, in minutes; default: that of the plan.")  # fmt: skip
+@history_option
+@click.option("--out", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False), default=Path("nights"),
+              show_default=True, help="Keep the results of each night in a folder in DIR.")  # fmt: skip
+@click.option("--junit", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
+              help="Write JUnit XML into this file too.")  # fmt: skip
+@click.option("--baseline", metavar="NIGHT|FILE", type=WORDS,
+              help="Compare with this night, or with an exported one; default: the nights before.")  # fmt: skip
+@click.option("--fail-on", type=click.Choice([WORSE, CHANGED, NEVER]), default=WORSE, show_default=True,
+              help="End with exit code 1 if a figure is worse, or changed; `never`: end with 0 in any case.")  # fmt: skip
+@click.option("--list", "listed", is_flag=True, help="List the commands of tonight's parts, and run nothing.")
+@click.option("--show-plan", "shown", is_flag=True, help="Print the plan file, and run nothing.")
+def nightly(
+    path: Path | None, minutes: float | None, url: str | None, out: Path, junit: Path | None, baseline: str | None,
+    fail_on: str, listed: bool, shown: bool,
+) -> None:  # fmt: skip
+    """Run a plan within a budget of time, add the night to the history, and tell what changed.
+
+    Exits with 0 if nothing is worse, with 1 if something is, with 2 for bad input, and with 3 if the night is void (a
+    planted fault was missed) or incomplete. An interrupted night goes on with the next call.
+    """
+    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
+
+    need_extra()
+    from barchain.nightly.plan.loading import SHIPPED, load_plan  # noqa: PLC0415
+
+    plan = load_plan(path)
+    if shown:
+        say((path or SHIPPED).read_text("utf-8").rstrip())
+        return
+    if listed:
+        list_jobs(plan, url, out)
+        return
+    run_and_tell(plan, minutes or plan.file.minutes, url, out, junit, baseline, fail_on)
+
+
+def list_jobs(plan: NightPlan, url: str | None, out: Path) -> None:
+    """Print the commands of the next night."""
+    for job in next_jobs(plan, url):
+        say(job.shown(out / job.name))
+
+
+def next_jobs(plan: NightPlan, url: str | None) -> tuple[NightJob, ...]:
+    """Jobs of the next night."""
+    from barchain.nightly.history.runs import last_run  # noqa: PLC0415
+    from barchain.nightly.plan.jobs import night_jobs  # noqa: PLC0415
+    from barchain.nightly.running.night import leftovers  # noqa: PLC0415
+
+    with opened(url, create=True) as store:
+        last = last_run(store, plan.identity)
+    return night_jobs(plan, last.turn + 1 if last else 0, leftovers(last))
+
+
+def run_and_tell(
+    plan: NightPlan, minutes: float, url: str | None, out: Path, junit: Path | None, baseline: str | None, fail_on: str
+) -> None:
+    """Run the night, write its documents, and end with the exit code of what it found."""
+    from barchain.nightly.running.night import run_night  # noqa: PLC0415
+
+    with opened(url, create=True) as store, shown_progress() as progress:
+        ended = run_night(plan, minutes, store, out, progress)
+    code = told(ended, url, junit, baseline, fail_on)
+    if code is not ExitCode.OK:
+        raise click.exceptions.Exit(code)
+
+
+def told(ended: NightEnd, url: str | None, junit: Path | None, baseline: str | None, fail_on: str) -> ExitCode:
+    """Tell what the night found."""
+    from barchain.cli.nightly.changes import sentence  # noqa: PLC0415
+    from barchain.nightly.history.judged import judge  # noqa: PLC0415
+
+    with opened(url) as store:
+        judged = judge(store, ended.name)
+    say(sentence(judged))
+    return ExitCode.OK
+
+
+@contextlib.contextmanager
+def shown_progress() -> Iterator[NightProgress]:
+    """Progress of a night: a bar for the job on a terminal, a line for each job elsewhere."""
+    from barchain.cli.common.progress import error_console  # noqa: PLC0415
+    from barchain.cli.common.verbosity import quiet  # noqa: PLC0415
+    from barchain.nightly.running.night import NightProgress  # noqa: PLC0415
+
+    console = error_console()
+    if quiet():
+        yield NightProgress()
+        return
+    if not console.is_terminal:
+        yield NightProgress(plain_note, plain_begin, end=plain_end)
+        return
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: PLC0415
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("night", total=None)
+
+        def begin(name: str, number: int, total: int, limit_s: float) -> None:
+            bar.reset(task, description=f"[{number}/{total}] {name}", total=limit_s)
+
+        yield NightProgress(
+            lambda text: bar.console.print(text, markup=False, highlight=False),
+            begin,
+            lambda done_s: bar.update(task, completed=done_s),
+            lambda result: bar.console.print(words(result), markup=False, highlight=False),
+        )
+
+
+def plain_note(text: str) -> None:
+    """One line, for logs."""
+    say(text, err=True)
+
+
+def plain_begin(name: str, number: int, total: int, limit_s: float) -> None:
+    """One line at the begin of a job, for logs."""
+    say(f"[{number}/{total}] {time.strftime('%H:%M:%S')}  {name}: at most {limit_s:.0f} s", err=True)
+
+
+def plain_end(result: PartResult) -> None:
+    """One line at the end of a job, for logs."""
+    say(words(result), err=True)
+
+
+def words(result: PartResult) -> str:
+    """Result of a job in one line."""
+    reason = f": {result.reason}" if result.reason else ""
+    left = f"; {len(result.left)} go first on the next night" if result.left else ""
+    return f"{result.name}: {result.state} after {result.duration_s:.0f} s{reason}{left}"

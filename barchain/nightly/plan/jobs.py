@@ -1,0 +1,204 @@
+"""Jobs of a night: each part of the plan as a command line of barchain, which anybody can repeat."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+from functools import singledispatch
+from typing import TYPE_CHECKING
+
+from adapters.registry import find_engine
+from barchain.nightly.plan.items import part_scenes, tonights, tonights_faults, tonights_seed
+from barchain.nightly.plan.loading import PlanError
+from barchain.nightly.plan.tables import (
+    CampaignTable,
+    ComparisonTable,
+    CostTable,
+    PartTable,
+    RoundoffTable,
+    ScenesTable,
+    SelftestTable,
+    StabilityTable,
+)
+from barchain.run.settings import choose_setting
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+    from pathlib import Path
+
+    from barchain.nightly.plan.loading import NightPlan
+
+FIRST = "-left"
+"""Ending of the name of a job that does what an earlier night left"""
+NO_HOSTS = "none"
+
+
+@dataclass(frozen=True)
+class NightJob:
+    """Part of a plan on one night, as a command line."""
+
+    name: str
+    """Of the part, and of the folder of the results"""
+    part: str
+    """Name of the part in the plan"""
+    study: str
+    share: float
+    arguments: tuple[str, ...]
+    """Command and options, without scenes and place of the results"""
+    scenes: tuple[str, ...] = ()
+    """Scenes in their order; empty where the command chooses its own"""
+    others: int = 0
+    """Number of items of a job without scenes: faults, random scenes"""
+
+    @property
+    def items(self) -> int:
+        """Number of items: scenes, faults, or one."""
+        return len(self.scenes) or self.others or 1
+
+    def command(self, out: Path, *more: str) -> tuple[str, ...]:
+        """Arguments of barchain with the place of the results."""
+        return (*self.arguments, *self.scenes, "--out", str(out), *more)
+
+    def shown(self, out: Path) -> str:
+        """Command line that repeats the job."""
+        return shlex.join(("barchain", *self.command(out)))
+
+
+def night_jobs(plan: NightPlan, turn: int, left: Mapping[str, Sequence[str]]) -> tuple[NightJob, ...]:
+    """Jobs of a night in their order: planted faults, what earlier nights left, then the other parts.
+
+    Parameters
+    ----------
+    plan : NightPlan
+    turn : int
+        Number of the night among those of its plan.
+    left : mapping
+        Scenes that the night before left, by the name of the part; the part's name where all of it was left.
+
+    Raises
+    ------
+    PlanError, UnknownEngineError, SettingError
+        If the plan names a scene, an engine, a setting or a part of a study that does not exist.
+    """
+    first: list[NightJob] = []
+    alarm: list[NightJob] = []
+    usual: list[NightJob] = []
+    for part in plan.file.parts:
+        jobs = part_jobs(part, plan.folder, turn, left.get(part.name, ()))
+        if isinstance(part, SelftestTable):
+            alarm += jobs
+        elif part.name in left:
+            first, usual = first + jobs[:1], usual + jobs[1:]
+        else:
+            usual += jobs
+    return (*alarm, *first, *usual)
+
+
+def part_jobs(part: PartTable, folder: Path, turn: int, left: Sequence[str]) -> list[NightJob]:
+    """Jobs of a part: of one with scenes that were left, those scenes come first and by themselves."""
+    if not isinstance(part, ScenesTable):
+        arguments, others = arguments_of(part, turn)
+        return [NightJob(part.name, part.name, part.study, part.share, arguments, (), others)]
+    every = part_scenes(part, folder)
+    before = tuple(scene for scene in every if scene in left)
+    now = tuple(scene for scene in tonights(every, part.nights, turn) if scene not in before)
+    arguments, _ = arguments_of(part, turn)
+    found = []
+    total = len(before) + len(now)
+    for name, scenes in ((part.name + FIRST, before), (part.name, now)):
+        if scenes:
+            share = part.share * len(scenes) / total
+            found.append(NightJob(name, part.name, part.study, share, arguments, scenes))
+    return found
+
+
+@singledispatch
+def arguments_of(part: PartTable, turn: int) -> tuple[tuple[str, ...], int]:
+    """Command and options of a part, and the number of its items other than scenes."""
+    raise TypeError(f"{type(part).__name__} has no command for night {turn}")
+
+
+@arguments_of.register
+def comparison_arguments(part: ComparisonTable, turn: int) -> tuple[tuple[str, ...], int]:
+    """`barchain compare` with the part's engines and settings."""
+    del turn
+    engines = each("--engine", checked_engines(part.engines)) if part.engines else ("--all-engines",)
+    settings = []
+    for engine, given in part.settings.items():
+        choose_setting(engine, given)
+        settings += [f"{engine}:{key}={value!r}" for key, value in given.items()]
+    return ("compare", *engines, *each("--set", settings), *limit(part)), 0
+
+
+@arguments_of.register
+def cost_arguments(part: CostTable, turn: int) -> tuple[tuple[str, ...], int]:
+    """`barchain cost`; its budget is added when the job begins."""
+    del turn
+    orbits = () if part.orbits is None else ("--orbits", repr(part.orbits))
+    repeats = () if part.repeats is None else ("--repeats", str(part.repeats))
+    return ("cost", *each("--engine", checked_engines(part.engines)), *orbits, *repeats, *limit(part)), 0
+
+
+@arguments_of.register
+def stability_arguments(part: StabilityTable, turn: int) -> tuple[tuple[str, ...], int]:
+    """`barchain stability`."""
+    del turn
+    return ("stability", *each("--engine", checked_engines(part.engines)), *limit(part)), 0
+
+
+@arguments_of.register
+def roundoff_arguments(part: RoundoffTable, turn: int) -> tuple[tuple[str, ...], int]:
+    """`barchain roundoff` of some sizes."""
+    del turn
+    from barchain.studies.roundoff.plan import PARTS, check_sizes  # noqa: PLC0415
+
+    for name in part.parts:
+        if name not in PARTS:
+            raise PlanError(f"{part.name}: parts: {name!r} given, allowed: {', '.join(PARTS)}")
+    try:
+        check_sizes(part.sizes)
+    except ValueError as error:
+        raise PlanError(f"{part.name}: sizes: {error}") from None
+    return ("roundoff", *each("--part", part.parts), *each("--size", map(repr, part.sizes))), 0
+
+
+@arguments_of.register
+def campaign_arguments(part: CampaignTable, turn: int) -> tuple[tuple[str, ...], int]:
+    """`barchain selftest --random` with this night's seed."""
+    hosts = part.hosts if part.hosts == (NO_HOSTS,) else checked_engines(part.hosts)
+    seed = str(tonights_seed(part, turn))
+    random = ("--random", str(part.scenes), "--seed", seed, "--shrink-seconds", "0")
+    engines = each("--engine", checked_engines(part.engines))
+    return ("selftest", *random, *each("--host", hosts), *engines), part.scenes
+
+
+@arguments_of.register
+def selftest_arguments(part: SelftestTable, turn: int) -> tuple[tuple[str, ...], int]:
+    """`barchain selftest` of this night's faults."""
+    from barchain.studies.selftest.faults.catalogue import FAULTS  # noqa: PLC0415
+
+    faults = tonights_faults(part, FAULTS, turn)
+    return ("selftest", *each("--fault", faults), *part.scenes), len(faults)
+
+
+def checked_engines(names: Sequence[str]) -> Sequence[str]:
+    """Names of engines, as they are.
+
+    Raises
+    ------
+    UnknownEngineError
+        If one is none.
+    """
+    for name in names:
+        find_engine(name)
+    return names
+
+
+def each(option: str, values: Iterable[str]) -> tuple[str, ...]:
+    """An option that is given once for each value."""
+    return tuple(word for value in values for word in (option, value))
+
+
+def limit(part: ScenesTable) -> tuple[str, ...]:
+    """Option of the longest run."""
+    return () if part.time_limit_s is None else ("--time-limit", repr(part.time_limit_s))

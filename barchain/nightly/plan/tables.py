@@ -1,0 +1,139 @@
+"""Tables of a plan file, checked by pydantic; the commands of each part have the same words as options."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar
+
+from pydantic import AfterValidator, Field, model_validator
+
+from scenarios.text import check_text
+from scenarios.toml.effect_tables import Positive, Table
+
+MOST_NAME, MOST_PARTS, MOST_NAMES = 40, 20, 500
+MOST_MINUTES = 1440.0
+NAMED = r"^[a-z0-9][a-z0-9-]*$"
+DEFAULT_MINUTES = 15.0
+
+
+def shown(text: str) -> str:
+    """Text of limited length without hidden characters."""
+    check_text(text, 200)
+    return text
+
+
+PartName = Annotated[str, Field(pattern=NAMED, max_length=MOST_NAME)]
+Words = Annotated[str, AfterValidator(shown)]
+Names = Annotated[tuple[Words, ...], Field(max_length=MOST_NAMES, strict=False)]
+Settings = dict[Words, dict[Words, float]]
+
+
+class PartTable(Table):
+    """Part of a plan: one study on some scenes."""
+
+    study: ClassVar[str]
+    """Name of the study"""
+    scenes_of_study: ClassVar[tuple[str, ...]] = ()
+    """Patterns of scenes where a plan names none"""
+
+    name: PartName = Field(description="name of the part and of its folder; small letters, digits and hyphens")
+    share: Positive = Field(1.0, description="share of the night's time, relative to the shares of the other parts")
+
+
+class ScenesTable(PartTable):
+    """Part that runs engines on scenes."""
+
+    scenes: Names = Field((), description="names, patterns such as paper/*, or files beside the plan; default: the "
+                                          "study's own")  # fmt: skip
+    engines: Names = Field((), description="names of engines; default: those that the study's command takes")
+    nights: int = Field(1, ge=1, le=365, description="divide the scenes among this many nights")
+
+    time_limit_s: Positive | None = Field(None, description="longest run, s; default: the command's own")
+
+
+class ComparisonTable(ScenesTable):
+    """Comparison of engines with the judging solutions: errors, verdicts, counts, bits of the trajectories."""
+
+    study = "comparison"
+    scenes_of_study = ("paper/*", "basics/*")
+
+    settings: Settings = Field({}, description="accuracy by engine, e.g. exudyn = { steps_per_orbit = 2000 }")
+
+
+class CostTable(ScenesTable):
+    """Times at equal error, as ratios to an anchor."""
+
+    study = "cost"
+    scenes_of_study = ("paper/*",)
+
+    orbits: Positive | None = Field(None, description="orbits of each scene; default: the command's own")
+    repeats: int | None = Field(None, ge=1, le=1000, description="times that each point is measured")
+
+
+class StabilityTable(ScenesTable):
+    """Stability of engines on hard scenes."""
+
+    study = "stability"
+    scenes_of_study = ("hard/*",)
+
+
+class RoundoffTable(PartTable):
+    """Round-off in relative and absolute coordinates."""
+
+    study = "roundoff"
+
+    parts: Names = Field(("evaluation",), description="parts of the study: evaluation, trajectories, engines, times")
+    sizes: tuple[Positive, ...] = Field(
+        (), strict=False, description="sizes of one evaluation: a bar's length over the Earth's radius, powers of ten"
+    )
+
+
+class CampaignTable(PartTable):
+    """Engines on random scenes; the seed goes on from night to night."""
+
+    study = "campaign"
+
+    scenes: int = Field(5, ge=1, le=10_000, description="number of random scenes")
+    seed: int = Field(0, ge=0, le=2**62, description="number of the first night's first scene")
+    engines: Names = Field((), description="engines that are judged; default: those of the command")
+    hosts: Names = Field(("none",), description="engines that faults are inserted into, or none")
+
+
+class SelftestTable(PartTable):
+    """Planted faults: a night that misses one is void."""
+
+    study = "selftest"
+
+    faults: int = Field(20, ge=1, le=1000, description="number of faults, other ones each night until all were planted")
+    seed: int = Field(0, ge=0, le=2**62, description="of the order in which faults are planted")
+    scenes: Names = Field((), description="scenes that faults are planted in; default: those of the command")
+
+
+class PlanFile(Table):
+    """Plan of a night."""
+
+    name: PartName = Field(description="name of the plan")
+    minutes: float = Field(
+        DEFAULT_MINUTES, gt=0.0, le=MOST_MINUTES, description="wall time of a night, minutes; --minutes overrides it"
+    )
+    selftest: list[SelftestTable] = Field([], max_length=MOST_PARTS, description="planted faults; done first")
+    comparison: list[ComparisonTable] = Field([], max_length=MOST_PARTS, description="engines against solutions")
+    cost: list[CostTable] = Field([], max_length=MOST_PARTS, description="times at equal error")
+    stability: list[StabilityTable] = Field([], max_length=MOST_PARTS, description="hard scenes")
+    roundoff: list[RoundoffTable] = Field([], max_length=MOST_PARTS, description="round-off")
+    campaign: list[CampaignTable] = Field([], max_length=MOST_PARTS, description="random scenes")
+
+    @property
+    def parts(self) -> tuple[PartTable, ...]:
+        """All parts, planted faults first: the alarm is tried before it is trusted."""
+        return (*self.selftest, *self.comparison, *self.cost, *self.stability, *self.roundoff, *self.campaign)
+
+    @model_validator(mode="after")
+    def different_names(self) -> PlanFile:
+        """Reject plans without parts, and parts of the same name."""
+        names = [part.name for part in self.parts]
+        if not names:
+            raise ValueError("the plan has no parts; write e.g. [[comparison]] with a name")
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"parts named {', '.join(twice)} given more than once, allowed: a name of its own each")
+        return self

@@ -1,0 +1,129 @@
+"""One job as a process of its own: a time limit that keeps results, a log, and the reason of a bad end."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import psutil
+
+from barchain.boundary.threads import one_thread_each
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+GRACE_S = 20.0
+"""Time in which an interrupted study ends its runs and writes its record"""
+LOOK_S = 0.1
+LONGEST_TAIL = 4096
+"""Bytes of the end of a log that are searched for the last line"""
+KNOWN = (0, 1)
+"""Exit codes of a study that came to its end, without and with findings"""
+
+
+@dataclass(frozen=True)
+class ChildEnd:
+    """End of a job's process."""
+
+    code: int | None
+    """Exit code; None if the time limit ended the process"""
+    duration_s: float
+    reason: str = ""
+    """Last line of a process that failed"""
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the time limit ended the process."""
+        return self.code is None
+
+    @property
+    def failed(self) -> bool:
+        """Whether the process ended by an error of its own."""
+        return self.code is not None and self.code not in KNOWN
+
+
+def run_barchain(
+    arguments: Sequence[str], log: Path, limit_s: float, tick: Callable[[float], None] = lambda _: None
+) -> ChildEnd:
+    """Run a command of barchain in a process of its own.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        Command and options.
+    log : Path
+        File for what the command prints.
+    limit_s : float
+        Wall time after which the command is interrupted as by Ctrl-C, s: studies keep their results then.
+    tick : callable
+        Called with the time so far, s, several times a second.
+
+    Notes
+    -----
+    If the calling process is killed, its watchman ends the command and all of its processes.
+    """
+    start = time.monotonic()
+    log.parent.mkdir(parents=True, exist_ok=True)
+    with one_thread_each(), log.open("ab") as file:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "barchain", *arguments],
+            stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
+        )  # fmt: skip
+        try:
+            while process.poll() is None and time.monotonic() - start < limit_s:
+                tick(time.monotonic() - start)
+                time.sleep(LOOK_S)
+            late = process.poll() is None
+        finally:
+            interrupt(process)
+    duration_s = time.monotonic() - start
+    if late:
+        return ChildEnd(None, duration_s)
+    said = last_line(log) if process.returncode not in KNOWN else ""
+    return ChildEnd(process.returncode, duration_s, reason_of(process.returncode, said))
+
+
+def interrupt(process: subprocess.Popen[bytes]) -> None:
+    """End a process that still runs: as by Ctrl-C, and by force if it does not end in time."""
+    if process.poll() is not None:
+        return
+    own = [psutil.Process(process.pid), *descendants(process.pid)]
+    process.send_signal(signal.SIGINT)
+    try:
+        process.wait(GRACE_S)
+    except subprocess.TimeoutExpired:
+        for one in own:
+            with contextlib.suppress(psutil.Error):
+                one.kill()
+        process.wait()
+
+
+def descendants(pid: int) -> list[psutil.Process]:
+    """Processes that a process has started, and those that they have started."""
+    with contextlib.suppress(psutil.Error):
+        return psutil.Process(pid).children(recursive=True)
+    return []
+
+
+def reason_of(code: int, said: str) -> str:
+    """Reason of a bad end in one line; empty of a good one."""
+    if code in KNOWN:
+        return ""
+    if code < 0:
+        return f"ended by signal {-code}" + (f": {said}" if said else "")
+    return said or f"ended with exit code {code}"
+
+
+def last_line(log: Path) -> str:
+    """Last line of a log that is not empty, without the command's name."""
+    with log.open("rb") as file:
+        file.seek(max(file.seek(0, 2) - LONGEST_TAIL, 0))
+        lines = file.read().decode("utf-8", "replace").splitlines()
+    found = next((line.strip() for line in reversed(lines) if line.strip()), "")
+    return "".join(c for c in found if c.isprintable()).removeprefix("barchain: ")[:300]

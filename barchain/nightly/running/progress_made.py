@@ -1,0 +1,55 @@
+"""Progress of a job as its result folder shows it: the scenes that are done."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from reports.tables import cost, crossval, stability
+from reports.tables.reading import DamagedResultsError
+from reports.tables.schema import SchemaVersionError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from barchain.nightly.plan.jobs import NightJob
+    from reports.tables.files import StudyFiles
+
+FILES: dict[str, tuple[StudyFiles, str]] = {
+    "comparison": (crossval.FILES, "metrics"),
+    "stability": (stability.FILES, "outcomes"),
+    "cost": (cost.FILES, "points"),
+}
+"""Studies with scenes, each with a table that has a row for every scene and engine that is done"""
+
+
+def scenes_left(job: NightJob, folder: Path) -> tuple[str, ...]:
+    """Scenes of an interrupted job that are not done with all engines, in their order.
+
+    Parameters
+    ----------
+    job : NightJob
+        Of a study with scenes.
+    folder : Path
+        Result folder; without results there all scenes are left.
+    """
+    files, table = FILES[job.study]
+    if not files.has_record(folder):
+        return job.scenes
+    try:
+        record = files.sound_record(folder)
+        rows = files.read(folder, table) if files.has(folder, table) else None
+    except (FileNotFoundError, DamagedResultsError, SchemaVersionError):
+        return job.scenes
+    if record.get("complete"):
+        return ()
+    done = set() if rows is None else set(zip(rows["scene"], rows["engine"], strict=True))
+    done |= {(str(scene), str(engine)) for scene, engine in record.get("left_out") or () if job.study == "stability"}
+    engines = list(record.get("engines") or ())
+    if job.study == "cost" or not engines:
+        return job.scenes  # times are measured in rounds over all settings: an interrupted scene has no ratio
+    return tuple(s for s in job.scenes if not all((name_of(s), engine) in done for engine in engines))
+
+
+def name_of(scene: str) -> str:
+    """Name of a scene in tables: of a file the file's name without its ending."""
+    return scene.rpartition("/")[2].removesuffix(".toml") if scene.endswith(".toml") else scene
