@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass
 from enum import StrEnum
+from typing import Any
 
 
 class PartState(StrEnum):
@@ -98,11 +99,11 @@ class NightRun:
             raise ValueError(f"no run of a night: {error}") from None
 
 
-def part_of(entry: dict[str, object]) -> PartResult:
+def part_of(entry: dict[str, Any]) -> PartResult:
     """Part of an entry of the JSON."""
-    return PartResult(**(tuples(entry) | {"state": PartState(str(entry["state"]))}))  # type: ignore[arg-type]
+    return PartResult(**(tuples(entry) | {"state": PartState(str(entry["state"]))}))
 
 
-def tuples(entry: dict[str, object]) -> dict[str, object]:
+def tuples(entry: dict[str, Any]) -> dict[str, Any]:
     """Entry with tuples for JSON's lists."""
     return {name: tuple(value) if isinstance(value, list) else value for name, value in entry.items()}

@@ -23,6 +23,7 @@ class ExitCode(IntEnum):
     FINDINGS = 1
     BAD_INPUT = 2
     MISSING_ENGINE = 3
+    NOT_BELIEVED = 3
     INTERNAL_ERROR = 70
     INTERRUPTED = 130
     UNREAD = 141
@@ -33,7 +34,8 @@ MEANINGS = {
     ExitCode.FINDINGS: "A run, a comparison or a check failed.",
     ExitCode.BAD_INPUT: "An option, a scene, a file, a folder or a disk is not usable; runs are made only before a "
     "disk fails.",
-    ExitCode.MISSING_ENGINE: "An engine that was named, or that the command needs, is not installed; nothing was run.",
+    ExitCode.MISSING_ENGINE: "An engine that was named, or that the command needs, is not installed; nothing was "
+    "run. Of `barchain nightly`: the night is void, as a planted fault was missed, or incomplete.",
     ExitCode.INTERNAL_ERROR: "barchain itself failed; a traceback was printed.",
     ExitCode.INTERRUPTED: "The command was interrupted, e.g. by Ctrl-C; results so far are kept.",
     ExitCode.UNREAD: "The reader of the command's output ended first, e.g. `head`; results so far are kept.",

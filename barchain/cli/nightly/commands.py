@@ -11,6 +11,7 @@ from barchain.cli.common.numbers import WORDS, NamedPath, RealNumber
 from barchain.cli.common.options import json_option
 from barchain.cli.common.terminal import say
 from barchain.cli.nightly.changes import accept_change, changes
+from barchain.cli.nightly.documents import report_night
 from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
@@ -110,20 +111,34 @@ def series(figure: str, url: str | None, as_json: bool) -> None:
 
 
 @history.command("export")
-@click.option("--parquet", "path", metavar="FILE", required=True, type=NamedPath(path_type=Path, dir_okay=False),
+@click.option("--parquet", "path", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
               help="Write a row for each figure of each night into this file.")  # fmt: skip
+@click.option("--json", "single", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
+              help="Write one night into this file, as a baseline to be kept.")  # fmt: skip
+@click.option("--night", metavar="NIGHT", default="latest", show_default=True, type=WORDS,
+              help="With --json: take this night.")  # fmt: skip
 @history_option
-def export(path: Path, url: str | None) -> None:
-    """Export all figures of all nights as one table."""
+def export(path: Path | None, single: Path | None, night: str, url: str | None) -> None:
+    """Export all figures of all nights as one table, or one night as a baseline."""
     from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
     from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
 
     need_extra()
+    from barchain.nightly.history.night_file import write_night  # noqa: PLC0415
     from barchain.nightly.history.series import export_parquet  # noqa: PLC0415
 
+    if path is None and single is None:
+        raise click.UsageError("give --parquet FILE, --json FILE, or both")
     with opened(url) as store:
-        need_writable(path, "--parquet")
-        say(f"{path}: {export_parquet(store, path)} figures")
+        for file, option in ((path, "--parquet"), (single, "--json")):
+            if file is not None:
+                need_writable(file, option)
+        if path is not None:
+            say(f"{path}: {export_parquet(store, path)} figures")
+        if single is not None:
+            found = store.night(night)
+            write_night(found, single)
+            say(f"{single}: {found.name}, {len(found.figures)} figures")
 
 
 @history.command("prune")
@@ -147,6 +162,7 @@ def prune(keep: int | None, days: float | None, url: str | None) -> None:
 
 history.add_command(changes)
 history.add_command(accept_change)
+history.add_command(report_night)
 
 
 def heading(night: Night) -> list[tuple[str, str]]:

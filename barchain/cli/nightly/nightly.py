@@ -9,9 +9,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from barchain.cli.common.exit_codes import ExitCode
-from barchain.cli.common.numbers import WORDS, NamedPath, RealNumber
+from barchain.cli.common.numbers import NamedPath, RealNumber
 from barchain.cli.common.terminal import say
+from barchain.cli.nightly.documents import (
+    JUNIT,
+    baseline_night,
+    baseline_option,
+    end_night,
+    fail_option,
+    junit_option,
+    write_documents,
+)
 from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
@@ -20,10 +28,11 @@ if TYPE_CHECKING:
     from barchain.nightly.plan.jobs import NightJob
     from barchain.nightly.plan.loading import NightPlan
     from barchain.nightly.run_facts import PartResult
-    from barchain.nightly.running.night import NightEnd, NightProgress
+    from barchain.nightly.running.night import NightProgress
 
 MOST_MINUTES = 1440.0
-WORSE, CHANGED, NEVER = "worse", "changed", "never"
+PAGE = "nightly.html"
+DOCUMENTS = (PAGE, "nightly.json", "summary.md", JUNIT)
 
 
 @click.command()
@@ -34,12 +43,9 @@ WORSE, CHANGED, NEVER = "worse", "changed", "never"
 @history_option
 @click.option("--out", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False), default=Path("nights"),
               show_default=True, help="Keep the results of each night in a folder in DIR.")  # fmt: skip
-@click.option("--junit", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
-              help="Write JUnit XML into this file too.")  # fmt: skip
-@click.option("--baseline", metavar="NIGHT|FILE", type=WORDS,
-              help="Compare with this night, or with an exported one; default: the nights before.")  # fmt: skip
-@click.option("--fail-on", type=click.Choice([WORSE, CHANGED, NEVER]), default=WORSE, show_default=True,
-              help="End with exit code 1 if a figure is worse, or changed; `never`: end with 0 in any case.")  # fmt: skip
+@junit_option
+@baseline_option
+@fail_option
 @click.option("--list", "listed", is_flag=True, help="List the commands of tonight's parts, and run nothing.")
 @click.option("--show-plan", "shown", is_flag=True, help="Print the plan file, and run nothing.")
 def nightly(
@@ -53,7 +59,7 @@ def nightly(
     """
     from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
 
-    need_extra()
+    need_extra("junitparser")
     from barchain.nightly.plan.loading import SHIPPED, load_plan  # noqa: PLC0415
 
     plan = load_plan(path)
@@ -89,22 +95,25 @@ def run_and_tell(
     """Run the night, write its documents, and end with the exit code of what it found."""
     from barchain.nightly.running.night import run_night  # noqa: PLC0415
 
-    with opened(url, create=True) as store, shown_progress() as progress:
-        ended = run_night(plan, minutes, store, out, progress)
-    code = told(ended, url, junit, baseline, fail_on)
-    if code is not ExitCode.OK:
-        raise click.exceptions.Exit(code)
+    with opened(url, create=True) as store:
+        if baseline is not None:
+            baseline_night(store, baseline)  # a wrong name is told before anything runs
+        with shown_progress() as progress:
+            ended = run_night(plan, minutes, store, out, progress)
+        facts = write_documents(store, ended.name, ended.folder, junit, baseline, fail_on)
+    publish(ended.folder, out)
+    say(facts.sentence)
+    say(f"page: {out / PAGE}")
+    end_night(facts, fail_on)
 
 
-def told(ended: NightEnd, url: str | None, junit: Path | None, baseline: str | None, fail_on: str) -> ExitCode:
-    """Tell what the night found."""
-    from barchain.cli.nightly.changes import sentence  # noqa: PLC0415
-    from barchain.nightly.history.judged import judge  # noqa: PLC0415
+def publish(folder: Path, out: Path) -> None:
+    """Copy the documents of a night beside the folders of all nights, where they stand for the latest one."""
+    from reports.tables.writing import write_atomically  # noqa: PLC0415
 
-    with opened(url) as store:
-        judged = judge(store, ended.name)
-    say(sentence(judged))
-    return ExitCode.OK
+    for name in DOCUMENTS:
+        if (folder / name).is_file():
+            write_atomically(out / name, (folder / name).read_bytes())
 
 
 @contextlib.contextmanager

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import fnmatch
 import random
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from barchain.nightly.plan.loading import PlanError
@@ -13,6 +12,7 @@ from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
+    from pathlib import Path
 
     from barchain.nightly.plan.tables import CampaignTable, ScenesTable, SelftestTable
 

@@ -190,7 +190,8 @@ def run_job(night: Running, job: NightJob, time_s: float) -> PartResult:
     ended = run_barchain(
         (*taken.command(out, *more, *again),), night.folder / LOGS / f"{job.name}.txt", time_s, night.progress.tick
     )
-    left, state, reason = (), PartState.DONE, ended.reason
+    left: tuple[str, ...] = ()
+    state, reason = PartState.DONE, ended.reason
     if ended.failed:
         state = PartState.FAILED
     elif ended.interrupted:

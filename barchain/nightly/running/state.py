@@ -5,7 +5,6 @@ from __future__ import annotations
 import datetime
 import json
 from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from barchain.nightly.history.figures import NIGHT_FORMAT
@@ -16,6 +15,7 @@ from reports.tables.writing import write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from barchain.nightly.history.figures import Environment
 

@@ -101,6 +101,16 @@ runs = Table(
 )
 """What a night did of its plan, as JSON"""
 
+judgements = Table(
+    "judgements",
+    metadata,
+    Column("night_id", ForeignKey("nights.id", ondelete="CASCADE"), primary_key=True, autoincrement=False),
+    Column("worse", Integer, nullable=False),
+    Column("changes", Integer, nullable=False),
+    Column("judged", Integer, nullable=False),
+)
+"""Numbers of changes that each night told when it was judged last: for the calendar"""
+
 parts = Table(
     "parts",
     metadata,

@@ -1,4 +1,4 @@
-"""What each night did of its plan."""
+"""What each night did of its plan, and how many changes it told."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ depends_on = None
 
 
 def upgrade() -> None:
-    """Make the table of runs."""
+    """Make the tables of runs and of judgements."""
     op.create_table(
         "runs",
         sa.Column("night_id", sa.Integer(), nullable=False, autoincrement=False),
@@ -20,4 +20,11 @@ def upgrade() -> None:
         sa.Column("content", sa.Text(), nullable=False),
         sa.ForeignKeyConstraint(["night_id"], ["nights.id"], name="fk_runs_night_id", ondelete="CASCADE"),
         sa.PrimaryKeyConstraint("night_id", name="pk_runs"),
+    )
+    op.create_table(
+        "judgements",
+        sa.Column("night_id", sa.Integer(), nullable=False, autoincrement=False),
+        *(sa.Column(name, sa.Integer(), nullable=False) for name in ("worse", "changes", "judged")),
+        sa.ForeignKeyConstraint(["night_id"], ["nights.id"], name="fk_judgements_night_id", ondelete="CASCADE"),
+        sa.PrimaryKeyConstraint("night_id", name="pk_judgements"),
     )

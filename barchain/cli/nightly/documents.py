@@ -1,0 +1,137 @@
+"""Documents of a stored night: nightly.json, summary.md, nightly.html, JUnit XML; and `barchain history report`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from barchain.cli.common.exit_codes import ExitCode
+from barchain.cli.common.numbers import WORDS, NamedPath
+from barchain.cli.common.terminal import say
+from barchain.cli.nightly.options import history_option, opened
+
+if TYPE_CHECKING:
+    from barchain.nightly.history.figures import Night
+    from barchain.nightly.history.store import NightStore
+    from reports.tables.nightly import NightlyFile
+
+WORSE, CHANGED, NEVER = "worse", "changed", "never"
+JUNIT = "junit.xml"
+NIGHT_FILE = ".json"
+
+junit_option = click.option(
+    "--junit", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
+    help="Write JUnit XML into this file; default: junit.xml beside the page.",
+)  # fmt: skip
+baseline_option = click.option(
+    "--baseline", metavar="NIGHT|FILE", type=WORDS,
+    help="Judge against this night alone, or against one of `barchain history export --json`; default: all earlier "
+    "nights.",
+)  # fmt: skip
+fail_option = click.option(
+    "--fail-on", type=click.Choice([WORSE, CHANGED, NEVER]), default=WORSE, show_default=True,
+    help="End with exit code 1 if a figure is worse, or changed; `never`: end with 0, also if the night is void or "
+    "incomplete.",
+)  # fmt: skip
+
+
+@click.command("report")
+@click.argument("night", metavar="[NIGHT]", default="latest", type=WORDS)
+@click.option("--out", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False), default=Path("nights"),
+              show_default=True, help="Write the documents into this folder.")  # fmt: skip
+@junit_option
+@baseline_option
+@fail_option
+@history_option
+def report_night(
+    night: str, out: Path, junit: Path | None, baseline: str | None, fail_on: str, url: str | None
+) -> None:
+    """Write page, summary, nightly.json and JUnit XML of NIGHT; default: the latest night.
+
+    The exit code is that of `barchain nightly`.
+    """
+    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
+
+    need_extra("junitparser")
+    with opened(url) as store:
+        facts = write_documents(store, night, out, junit, baseline, fail_on)
+    say(facts.sentence)
+    say(f"page: {out / 'nightly.html'}")
+    end_night(facts, fail_on)
+
+
+def write_documents(
+    store: NightStore, name: str, out: Path, junit: Path | None = None, baseline: str | None = None,
+    fail_on: str = WORSE,
+) -> NightlyFile:  # fmt: skip
+    """Judge a stored night, and write its documents into a folder.
+
+    Raises
+    ------
+    HistoryError
+        If the night or the baseline does not exist, or the history can't be read.
+    OSError
+        If a file can't be written.
+    """
+    from barchain.nightly.history.judged import accepted, judge  # noqa: PLC0415
+    from barchain.nightly.history.pair import judge_pair  # noqa: PLC0415
+    from barchain.nightly.history.runs import keep_judgement, kept_judgements, run_of_night  # noqa: PLC0415
+    from barchain.nightly.history.series import all_series  # noqa: PLC0415
+    from barchain.nightly.telling.facts import night_facts  # noqa: PLC0415
+    from barchain.nightly.telling.junit import write_junit  # noqa: PLC0415
+    from barchain.nightly.telling.trends import SHOWN, calendar, trend_charts  # noqa: PLC0415
+    from reports.nightly.page import write_page  # noqa: PLC0415
+    from reports.nightly.summary import write_summary  # noqa: PLC0415
+    from reports.tables.nightly import FILE  # noqa: PLC0415
+    from reports.tables.writing import write_atomically  # noqa: PLC0415
+
+    summary, night = store.summary(name), store.night(name)
+    if baseline is None:
+        judged = judge(store, summary.name)
+        keep_judgement(store, judged)
+    else:
+        judged = judge_pair(baseline_night(store, baseline), night)
+    run = run_of_night(store, summary)
+    facts = night_facts(judged, accepted(store), night.figures, run, baseline=baseline or "")
+    nights = [each for each in store.nights() if each.started <= summary.started]
+    charts = trend_charts(all_series(store, kinds=SHOWN), nights, judged.changes)
+    out.mkdir(parents=True, exist_ok=True)
+    write_atomically(out / FILE, facts.model_dump_json(indent=1) + "\n")
+    write_summary(out, facts)
+    write_page(out, facts, charts, calendar(nights, kept_judgements(store)))
+    write_junit(junit or out / JUNIT, facts, night.figures, fail_on)
+    return facts
+
+
+def baseline_night(store: NightStore, given: str) -> Night:
+    """Night of a name in the history, or of a file.
+
+    Raises
+    ------
+    HistoryError
+        If there is neither.
+    """
+    from barchain.nightly.history.night_file import read_night_file  # noqa: PLC0415
+
+    path = Path(given)
+    return read_night_file(path) if path.suffix == NIGHT_FILE or path.is_file() else store.night(given)
+
+
+def end_night(facts: NightlyFile, fail_on: str) -> None:
+    """End a command with the exit code of what a night found."""
+    code = exit_code(facts, fail_on)
+    if code is not ExitCode.OK:
+        raise click.exceptions.Exit(code)
+
+
+def exit_code(facts: NightlyFile, fail_on: str) -> ExitCode:
+    """Exit code of a night: void first, then what is worse or changed, then an incomplete night."""
+    if fail_on == NEVER:
+        return ExitCode.OK
+    if facts.night.state == "void":
+        return ExitCode.NOT_BELIEVED
+    if facts.differs if fail_on == CHANGED else facts.worse:
+        return ExitCode.FINDINGS
+    return ExitCode.NOT_BELIEVED if facts.night.state == "incomplete" else ExitCode.OK

@@ -1,0 +1,1 @@
+"""Telling of a stored night: its facts, the sentence, trends, JUnit."""

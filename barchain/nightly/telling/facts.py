@@ -1,0 +1,172 @@
+"""Facts of a stored night, as ``nightly.json`` holds them."""
+
+from __future__ import annotations
+
+import datetime
+from collections import Counter
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+from barchain.nightly.history.changes.accepted import accepting
+from barchain.nightly.history.changes.model import Direction, result_words
+from barchain.nightly.history.changes.suspects import state_words, suspicion
+from barchain.nightly.history.figures import FigureKind
+from barchain.nightly.telling.sentence import opening
+from reports.tables.nightly import (
+    AcceptanceEntry,
+    AgainstEntry,
+    AlarmEntry,
+    ChangeEntry,
+    CountsEntry,
+    NightEntry,
+    NightlyFile,
+    PartEntry,
+    RunEntry,
+    SuspectEntry,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from barchain.nightly.history.changes.accepted import Acceptance
+    from barchain.nightly.history.changes.judging import JudgedNight
+    from barchain.nightly.history.changes.model import Change
+    from barchain.nightly.history.changes.suspects import Suspect
+    from barchain.nightly.history.figures import Figure
+    from barchain.nightly.history.series_model import NightSummary
+    from barchain.nightly.run_facts import NightRun
+
+VERSIONED = ("engine:", "library:", "python")
+COMPARISON_VERDICT = "verdict"
+
+
+def night_facts(
+    judged: JudgedNight,
+    accepted: Sequence[Acceptance],
+    figures: Iterable[Figure],
+    run: NightRun | None = None,
+    *,
+    baseline: str = "",
+    confirmed: Mapping[str, str] | None = None,
+) -> NightlyFile:
+    """Facts of a judged night.
+
+    Parameters
+    ----------
+    judged : JudgedNight
+    accepted : sequence of Acceptance
+        All acceptances of the history.
+    figures : iterable of Figure
+        Of the night.
+    run : NightRun, optional
+        What it did of its plan.
+    baseline : str
+        Name of the one night that it was judged against.
+    confirmed : mapping, optional
+        Results of attributions in words, by the id of the change.
+    """
+    nights = {night.name: night for night in (*judged.compared_with, judged.night)}
+    now = datetime.datetime.now(datetime.UTC)
+
+    def entry(change: Change) -> ChangeEntry:
+        return change_entry(change, nights, accepting(change, accepted, now), (confirmed or {}).get(change.id, ""))
+
+    tonight = tuple(entry(change) for change in judged.tonight)
+    standing = tuple(e for e in map(entry, still_holding(judged)) if e.accepted is None)
+    night = judged.night
+    return NightlyFile(
+        sentence=opening(
+            tonight, judged=judged.judged, earlier=len(judged.compared_with), void=night.void,
+            complete=night.complete, baseline=baseline,
+        ),
+        night=night_entry(night),
+        against=against(judged, baseline),
+        counts=counts(judged, tonight),
+        verdicts=verdicts(figures),
+        changes=tonight,
+        standing=standing,
+        run=run_entry(run),
+    )  # fmt: skip
+
+
+def still_holding(judged: JudgedNight) -> list[Change]:
+    """Changes for the worse of earlier nights that no later change of the same figure followed."""
+    latest = {change.identity: change for change in judged.changes}
+    told = {change.id for change in judged.tonight}
+    return [c for c in latest.values() if c.direction is Direction.WORSE and c.id not in told]
+
+
+def change_entry(
+    change: Change, nights: Mapping[str, NightSummary], covering: Acceptance | None, confirmed: str
+) -> ChangeEntry:
+    """Entry of a change."""
+    identity, found = change.identity, suspicion(change, nights)
+    return ChangeEntry(
+        id=change.id, figure=identity.name, scene=identity.scene, engine=identity.engine, setting=identity.setting,
+        quantity=identity.quantity, kind=str(identity.kind), unit=str(identity.unit),
+        was=result_words(change.was), became=result_words(change.now), factor=change.factor,
+        factor_low=change.factor_low, factor_high=change.factor_high, direction=change.direction.value,
+        last=change.last, since=change.since, reason=change.reason, irreproducible=change.irreproducible,
+        suspects=tuple(map(suspect_entry, found.suspects)), unknown=found.unknown, confirmed=confirmed,
+        accepted=covering and AcceptanceEntry(
+            who=covering.who, when=covering.accepted, reason=covering.reason, until=covering.until
+        ),
+    )  # fmt: skip
+
+
+def suspect_entry(suspect: Suspect) -> SuspectEntry:
+    """Entry of a suspect."""
+    before, after = suspect.before, suspect.after
+    return SuspectEntry(
+        name=suspect.name,
+        before=state_words(before, after) if before else "",
+        after=state_words(after, before) if after else "",
+    )
+
+
+def night_entry(night: NightSummary) -> NightEntry:
+    """Entry of the night."""
+    environment = {name: value for name, value in asdict(night.environment).items() if name != "cpu_flags"}
+    versions = {p.name: p.version for p in night.parts if p.name.startswith(VERSIONED) and p.version}
+    return NightEntry(
+        name=night.name, started=night.started, duration_s=night.duration_s, plan=night.plan, barchain=night.barchain,
+        commit=night.commit, state="void" if night.void else "complete" if night.complete else "incomplete",
+        void=night.void, figures=night.figures, machine_class=night.environment.machine_class,
+        environment=environment, versions=versions,
+    )  # fmt: skip
+
+
+def against(judged: JudgedNight, baseline: str) -> AgainstEntry:
+    """Entry of the nights that it was judged against."""
+    names = [night.name for night in judged.compared_with]
+    first, last = (names[0], names[-1]) if names else ("", "")
+    return AgainstEntry(nights=len(names), first=first, last=last, baseline=baseline)
+
+
+def counts(judged: JudgedNight, tonight: Sequence[ChangeEntry]) -> CountsEntry:
+    """Numbers of changes; an accepted one counts as accepted only."""
+    told = Counter("accepted" if change.accepted else change.direction for change in tonight)
+    return CountsEntry(
+        judged=judged.judged, same=len(judged.same), worse=told["worse"], better=told["better"],
+        changed=told["changed"], accepted=told["accepted"],
+        irreproducible=sum(change.irreproducible for change in tonight),
+    )  # fmt: skip
+
+
+def verdicts(figures: Iterable[Figure]) -> dict[str, int]:
+    """Number of cells of the comparison with each verdict."""
+    found = Counter(
+        figure.word or "missing"
+        for figure in figures
+        if figure.identity.kind is FigureKind.VERDICT and figure.identity.quantity == COMPARISON_VERDICT
+    )
+    return dict(found.most_common())
+
+
+def run_entry(run: NightRun | None) -> RunEntry | None:
+    """Entry of what the night did of its plan."""
+    if run is None:
+        return None
+    parts = tuple(PartEntry.model_validate(asdict(part)) for part in run.parts)
+    alarm = None if run.alarm is None else AlarmEntry.model_validate(asdict(run.alarm))
+    return RunEntry(plan=run.plan, minutes=run.minutes, turn=run.turn, parts=parts, alarm=alarm)

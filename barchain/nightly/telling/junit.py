@@ -1,0 +1,121 @@
+"""JUnit XML of a night: a suite for each engine, a case for each scene, failures for what is worse."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import TYPE_CHECKING
+
+from junitparser import Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
+
+from barchain.nightly.history.changes.model import result_words
+from reports.tables.writing import write_atomically
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+    from pathlib import Path
+
+    from junitparser.junitparser import FinalResult as Result
+
+    from barchain.nightly.history.figures import Figure
+    from reports.tables.nightly import ChangeEntry, NightlyFile
+
+NIGHT, PLAN = "barchain nightly", "plan"
+NO_ENGINE, NO_SCENE = "all engines", "all scenes"
+FAILING = {"worse": {"worse"}, "changed": {"worse", "better", "changed"}, "never": set[str]()}
+"""Directions of changes that fail a case, by `--fail-on`"""
+UNSUPPORTED = "unsupported"
+
+
+def write_junit(path: Path, facts: NightlyFile, figures: Iterable[Figure], fail_on: str = "worse") -> None:
+    """Write the JUnit XML of a night.
+
+    Parameters
+    ----------
+    path : Path
+    facts : NightlyFile
+    figures : iterable of Figure
+        Of the night: each engine and scene with figures is a case.
+    fail_on : str
+        ``worse``, ``changed`` or ``never``.
+
+    Raises
+    ------
+    OSError
+        If the file can't be written.
+    """
+    write_atomically(path, junit_text(facts, figures, fail_on))
+
+
+def junit_text(facts: NightlyFile, figures: Iterable[Figure], fail_on: str = "worse") -> bytes:
+    """JUnit XML of a night, as :func:`write_junit`."""
+    document = JUnitXml(NIGHT)
+    document.add_testsuite(plan_suite(facts))
+    cells = by_engine(figures)
+    changes: dict[tuple[str, str], list[ChangeEntry]] = defaultdict(list)
+    for change in facts.changes:
+        changes[change.engine or NO_ENGINE, change.scene or NO_SCENE].append(change)
+        cells[change.engine or NO_ENGINE].setdefault(change.scene or NO_SCENE, [])
+    for engine in sorted(cells):
+        suite = TestSuite(engine)
+        for scene, own in sorted(cells[engine].items()):
+            suite.add_testcase(cell_case(engine, scene, own, changes[engine, scene], FAILING[fail_on]))
+        suite.update_statistics()  # type: ignore[no-untyped-call]
+        document.add_testsuite(suite)
+    document.update_statistics()  # type: ignore[no-untyped-call]
+    text: bytes = document.tostring()  # type: ignore[no-untyped-call]
+    return text
+
+
+def by_engine(figures: Iterable[Figure]) -> dict[str, dict[str, list[Figure]]]:
+    """Figures by engine and scene."""
+    found: dict[str, dict[str, list[Figure]]] = defaultdict(lambda: defaultdict(list))
+    for figure in figures:
+        found[figure.identity.engine or NO_ENGINE][figure.identity.scene or NO_SCENE].append(figure)
+    return found
+
+
+def plan_suite(facts: NightlyFile) -> TestSuite:
+    """Suite of the parts of the plan: a void night, and a part that failed or was left, are errors."""
+    suite = TestSuite(PLAN)
+    night = TestCase("night", PLAN, facts.night.duration_s)
+    if facts.night.void:
+        night.result = [Error(plain_text(facts.night.void), "void")]
+    suite.add_testcase(night)
+    for part in facts.run.parts if facts.run else ():
+        case = TestCase(part.name, PLAN, part.duration_s)
+        if part.state != "done":
+            left = f"; left: {', '.join(part.left)}" if part.left else ""
+            case.result = [Error(plain_text(f"{part.reason or part.state}{left}"), part.state)]
+        suite.add_testcase(case)
+    suite.update_statistics()  # type: ignore[no-untyped-call]
+    return suite
+
+
+def cell_case(
+    engine: str, scene: str, figures: Sequence[Figure], changes: Sequence[ChangeEntry], failing: set[str]
+) -> TestCase:
+    """Case of one engine in one scene: failures for changes, skipped if the engine does not support the scene."""
+    case = TestCase(scene, engine)
+    results: list[Result] = [
+        Failure(plain_text(failure_words(change)), change.direction)
+        for change in changes
+        if change.direction in failing and change.accepted is None
+    ]
+    if results:
+        case.result = results
+    elif figures and all(figure.missing or figure.word == UNSUPPORTED for figure in figures):
+        reason = next((figure.reason for figure in figures if figure.reason), result_words(figures[0]))
+        case.result = [Skipped(plain_text(reason))]
+    return case
+
+
+def failure_words(change: ChangeEntry) -> str:
+    """Change in one line."""
+    factor = f" (×{change.factor:.4g})" if change.factor is not None else ""
+    suspects = ", ".join(f"{s.name} {s.before} → {s.after}" for s in change.suspects) or "none known"
+    return f"{change.figure}: was {change.was}, is {change.became}{factor} since {change.since}; suspects: {suspects}"
+
+
+def plain_text(text: str) -> str:
+    """Text of characters that XML takes."""
+    return "".join(c if c.isprintable() or c in "\n\t" else "?" for c in text)

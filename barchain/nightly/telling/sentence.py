@@ -1,0 +1,112 @@
+"""The sentence that opens the page of a night."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from reports.tables.nightly import ChangeEntry
+
+SMALL = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+MOST_CAUSES = 3
+
+
+def opening(
+    changes: Sequence[ChangeEntry], *, judged: int, earlier: int, void: str | None, complete: bool, baseline: str = ""
+) -> str:
+    """Sentence on a night.
+
+    Parameters
+    ----------
+    changes : sequence of ChangeEntry
+        Of this night, accepted ones among them.
+    judged : int
+        Figures that have an earlier one.
+    earlier : int
+        Nights that the night was judged against.
+    void : str, optional
+        Why the night can't be believed.
+    complete : bool
+    baseline : str
+        Name of the one night that it was judged against.
+    """
+    if void:
+        return f"This night is void: {void}."
+    ending = "" if complete else " The night is incomplete."
+    if not earlier:
+        return f"This is the first night: there is no earlier one to compare it with.{ending}"
+    since = f" since {baseline}" if baseline else " tonight"
+    told = [change for change in changes if change.accepted is None]
+    wild = sum(change.irreproducible for change in told)
+    tame = plain([change for change in told if not change.irreproducible], since, judged)
+    quiet = "" if wild else f"Nothing changed{since} among {judged} figures."
+    said = (wild_words(wild), tame or quiet, accepted_words(len(changes) - len(told)))
+    return " ".join(part for part in said if part) + ending
+
+
+def wild_words(count: int) -> str:
+    """Sentence on runs that are not reproducible; empty without any."""
+    if not count:
+        return ""
+    runs = f"{amount(count, 'run').capitalize()} {'is' if count == 1 else 'are'} not reproducible"
+    return f"{runs}: the same sources, versions and machine class gave other bits."
+
+
+def accepted_words(count: int) -> str:
+    """Sentence on accepted changes; empty without any."""
+    return f"{amount(count, 'change').capitalize()} {'is' if count == 1 else 'are'} accepted." if count else ""
+
+
+def plain(changes: Sequence[ChangeEntry], since: str, judged: int) -> str:
+    """Sentence on changes: how many, for the worse or not, and whose they are; empty without changes."""
+    if not changes:
+        return ""
+    counted = Counter(change.direction for change in changes)
+    words = [
+        f"{amount(counted[d])} {'' if d == 'changed' else 'for the '}{d}" for d in ("worse", "better") if counted[d]
+    ]
+    if counted["changed"]:
+        words.append(f"{amount(counted['changed'])} neither better nor worse")
+    many = f"{amount(len(changes), 'figure').capitalize()} of {judged} changed{since}"
+    how = listed(words) if len(words) > 1 else f"{'all ' if len(changes) > 1 else ''}{words[0].partition(' ')[2]}"
+    return f"{many}, {how}; {causes(changes)}."
+
+
+def causes(changes: Sequence[ChangeEntry]) -> str:
+    """Whose changes they are: ``all three since engine:mujoco 4.0.0, confirmed``."""
+    found = Counter(cause(change) for change in changes)
+    if len(found) == 1:
+        (only,) = found
+        count = len(changes)
+        every = "" if count == 1 else "both " if count == 2 else f"all {amount(count)} "
+        return f"{every}{only}"
+    shown = [f"{amount(count)} {name}" for name, count in found.most_common(MOST_CAUSES)]
+    more = len(changes) - sum(count for _, count in found.most_common(MOST_CAUSES))
+    return listed([*shown, f"{amount(more)} by other causes"] if more else shown)
+
+
+def cause(change: ChangeEntry) -> str:
+    """Cause of a change in words."""
+    if change.confirmed:
+        names = ", ".join(f"{s.name} {s.after}".strip() for s in change.suspects)
+        return f"since {names}, {change.confirmed}" if len(change.suspects) == 1 else change.confirmed
+    if len(change.suspects) == 1:
+        (only,) = change.suspects
+        return f"since {only.name} {only.after or '(gone)'}".rstrip()
+    if change.suspects:
+        return f"with {amount(len(change.suspects))} suspects"
+    return "with unknown cause" if change.unknown else "without a change of any part"
+
+
+def amount(count: int, noun: str = "") -> str:
+    """``three figures``: numbers up to twelve in words."""
+    number = SMALL[count] if count < len(SMALL) else f"{count}"
+    return f"{number} {noun}{'' if count == 1 else 's'}" if noun else number
+
+
+def listed(words: Sequence[str]) -> str:
+    """``a, b and c``."""
+    return " and ".join(part for part in (", ".join(words[:-1]), words[-1]) if part)

@@ -1,0 +1,1 @@
+"""Page and summary of a night."""

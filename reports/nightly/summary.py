@@ -1,0 +1,35 @@
+"""Summary of a night as Markdown, e.g. for the step summary of a CI."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from reports.nightly.words import change_rows, seconds_words
+from reports.page import templates
+from reports.tables.writing import write_atomically
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from reports.tables.nightly import NightlyFile
+
+FILE = "summary.md"
+MOST_ROWS = 30
+
+
+def write_summary(folder: Path, facts: NightlyFile) -> Path:
+    """Write the summary of a night into a folder, and return its path."""
+    path = folder / FILE
+    write_atomically(path, summary(facts))
+    return path
+
+
+def summary(facts: NightlyFile) -> str:
+    """Text of the summary."""
+    rows = change_rows(facts.changes)
+    text = (
+        templates()
+        .get_template("nightly/summary.md.j2")
+        .render(facts=facts, rows=rows[:MOST_ROWS], more=max(len(rows) - MOST_ROWS, 0), seconds=seconds_words)
+    )
+    return text.strip() + "\n"

@@ -1,0 +1,72 @@
+"""Words of a night's page and summary: changes as rows, factors, durations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from reports.tables.nightly import AcceptanceEntry, ChangeEntry
+
+SIGNS = {"worse": "▲", "better": "▼", "changed": "△", "same": "·"}
+CLASSES = {"worse": "fail", "better": "pass", "changed": "gone", "same": "aside"}
+
+
+@dataclass(frozen=True)
+class ChangeRow:
+    """A change in words."""
+
+    entry: ChangeEntry
+    sign: str
+    style: str
+    factor: str
+    suspects: str
+    confirmed: str
+    accepted: str
+
+
+def change_rows(changes: Iterable[ChangeEntry]) -> list[ChangeRow]:
+    """Rows of the table of changes."""
+    return [
+        ChangeRow(
+            change, SIGNS[change.direction], "aside" if change.accepted else CLASSES[change.direction],
+            factor_words(change), suspect_words(change), change.confirmed or "not tried",
+            acceptance_words(change.accepted),
+        )
+        for change in changes
+    ]  # fmt: skip
+
+
+def factor_words(change: ChangeEntry) -> str:
+    """``×1.21 (1.18 to 1.25)``; empty without a factor."""
+    if change.factor is None:
+        return ""
+    found = f"×{change.factor:.4g}"
+    if change.factor_low is None or change.factor_high is None:
+        return found
+    return f"{found} ({change.factor_low:.3g} to {change.factor_high:.3g})"
+
+
+def suspect_words(change: ChangeEntry) -> str:
+    """Suspects with what they were and are."""
+    if change.suspects:
+        return ", ".join(f"{s.name} {s.before or '(none)'} → {s.after or '(none)'}" for s in change.suspects)
+    if change.unknown:
+        return f"no known one; of unknown state: {', '.join(change.unknown)}"
+    return "none: all parts that the figure depends on are the same"
+
+
+def acceptance_words(acceptance: AcceptanceEntry | None) -> str:
+    """Acceptance in one line; empty without one."""
+    if acceptance is None:
+        return ""
+    until = f", until {acceptance.until.date()}" if acceptance.until else ""
+    return f"accepted by {acceptance.who} on {acceptance.when.date()}{until}: {acceptance.reason}"
+
+
+def seconds_words(duration_s: float) -> str:
+    """``12 min 5 s``."""
+    minutes, seconds = divmod(round(duration_s), 60)
+    return f"{minutes} min {seconds} s" if minutes else f"{seconds} s"

@@ -1,0 +1,176 @@
+"""Contents of ``nightly.json``: everything that is told of a night, checked by pydantic, with a JSON Schema."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, ValidationError
+
+from reports.tables.reading import damaged
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FILE = "nightly.json"
+Direction = Literal["better", "worse", "same", "changed"]
+
+
+class Entry(BaseModel):
+    """Entry of the file: unknown keys are errors, and numbers are finite."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class SuspectEntry(Entry):
+    """Part that may have caused a change."""
+
+    name: str = Field(description="part, e.g. engine:mujoco")
+    before: str = Field(description="version or digest on the last night with the old value; empty if it was not there")
+    after: str = Field(description="version or digest on the first night with the new value; empty if it is gone")
+
+
+class AcceptanceEntry(Entry):
+    """Acceptance of a change."""
+
+    who: str
+    when: AwareDatetime
+    reason: str
+    until: AwareDatetime | None = None
+
+
+class ChangeEntry(Entry):
+    """Change of one figure."""
+
+    id: str = Field(description="name of the change for `barchain history accept` and `barchain attribute`")
+    figure: str
+    scene: str
+    engine: str
+    setting: str
+    quantity: str
+    kind: str
+    unit: str
+    was: str = Field(description="result on the last night with the old value, in words")
+    became: str = Field(description="result on the first night with the new value, in words")
+    factor: float | None = Field(None, description="new value over the old one")
+    factor_low: float | None = Field(None, description="lower end of the factor's 95 % interval, of times and memory")
+    factor_high: float | None = None
+    direction: Direction
+    last: str = Field(description="last night with the old value")
+    since: str = Field(description="first night with the new value")
+    reason: str
+    irreproducible: bool = Field(description="whether equal parts on an equal machine gave other bits")
+    suspects: tuple[SuspectEntry, ...] = Field(description="parts that differ and that the figure depends on")
+    unknown: tuple[str, ...] = Field((), description="parts of which it is not known whether they differ")
+    confirmed: str = Field("", description="result of an attribution by real runs; empty without one")
+    accepted: AcceptanceEntry | None = None
+
+
+class PartEntry(Entry):
+    """Part of the plan."""
+
+    name: str
+    state: Literal["done", "left", "failed"]
+    share_s: float
+    duration_s: float
+    left: tuple[str, ...] = Field((), description="what did not fit and goes first on the next night")
+    reason: str = ""
+    done: int = Field(0, description="number of scenes or faults that were done")
+    command: str = Field("", description="command that repeats the part")
+
+
+class AlarmEntry(Entry):
+    """Test of the alarm by planted faults."""
+
+    planted: int
+    missed: tuple[str, ...] = ()
+    seed: int = 0
+    false_alarms: tuple[str, ...] = ()
+
+
+class RunEntry(Entry):
+    """What the night did of its plan."""
+
+    plan: str
+    minutes: float
+    turn: int
+    parts: tuple[PartEntry, ...]
+    alarm: AlarmEntry | None = None
+
+
+class NightEntry(Entry):
+    """Night without its figures."""
+
+    name: str
+    started: AwareDatetime
+    duration_s: float
+    plan: str
+    barchain: str
+    commit: str | None = None
+    state: Literal["complete", "incomplete", "void"]
+    void: str | None = Field(None, description="why the night can't be believed")
+    figures: int
+    machine_class: str
+    environment: dict[str, str | int]
+    versions: dict[str, str] = Field(description="version of each engine's distribution and each library")
+
+
+class CountsEntry(Entry):
+    """Numbers of figures by what became of them."""
+
+    judged: int = Field(description="figures of the night that have an earlier one")
+    same: int = Field(description="figures that differ within rounding or their intervals")
+    worse: int
+    better: int
+    changed: int = Field(description="neither better nor worse")
+    accepted: int = Field(description="changes of tonight that somebody accepted; not counted elsewhere")
+    irreproducible: int
+
+
+class AgainstEntry(Entry):
+    """Nights, or the one baseline, that the night was judged against."""
+
+    nights: int
+    first: str = ""
+    last: str = ""
+    baseline: str = Field("", description="the one night, or file, of --baseline; empty without")
+
+
+class NightlyFile(Entry):
+    """What is told of a night."""
+
+    schema_version: Literal[1] = 1
+    sentence: str
+    night: NightEntry
+    against: AgainstEntry
+    counts: CountsEntry
+    verdicts: dict[str, int] = Field(description="number of cells with each verdict tonight, whether changed or not")
+    changes: tuple[ChangeEntry, ...] = Field(description="changes that this night tells first")
+    standing: tuple[ChangeEntry, ...] = Field(description="earlier changes for the worse that still hold")
+    run: RunEntry | None = Field(None, description="None of a night that a result folder was added as")
+
+    @property
+    def worse(self) -> bool:
+        """Whether the night tells a change for the worse that nobody accepted."""
+        return self.counts.worse > 0
+
+    @property
+    def differs(self) -> bool:
+        """Whether the night tells any change that nobody accepted."""
+        return self.counts.worse + self.counts.better + self.counts.changed > 0
+
+
+def read_nightly(path: Path) -> NightlyFile:
+    """Read a ``nightly.json``.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is none.
+    DamagedResultsError
+        If the file is something else.
+    """
+    try:
+        return NightlyFile.model_validate_json(path.read_bytes())
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise damaged(path, f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from None
