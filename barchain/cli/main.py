@@ -22,6 +22,7 @@ from barchain.cli.maintain.schema import schema
 from barchain.cli.maintain.validate import validate
 from barchain.cli.nightly.commands import history
 from barchain.cli.nightly.nightly import nightly
+from barchain.cli.nightly.releases import releases
 from barchain.cli.roundoff import roundoff
 from barchain.cli.run.compare import compare, crossval
 from barchain.cli.run.engines import engines
@@ -38,7 +39,7 @@ MOST_SHOWN = 60  # characters of an argument that is shown
 SECTIONS = {
     "Run and compare": (scenes, engines, simulate, compare, crossval, report),
     "Studies": (cost, scaling, roundoff, stability, effects, selftest, ensemble),
-    "Nights": (nightly, history),
+    "Nights": (nightly, history, releases),
     "Maintain": (doctor, validate, schema, certified_solutions),
 }
 

@@ -7,6 +7,7 @@ from reports.chapters.campaign.view import view_campaign
 from reports.chapters.cost.view import view_cost
 from reports.chapters.effects.view import view_effects
 from reports.chapters.ensemble.view import view_ensemble
+from reports.chapters.releases.view import view_releases
 from reports.chapters.roundoff.view import view_roundoff
 from reports.chapters.scaling.view import view_scaling
 from reports.chapters.selftest.view import view_selftest
@@ -43,6 +44,14 @@ CHAPTERS = (
         ("outcomes.csv", "evidence.csv", RECORD),
         view_stability,
         "stability.md",
+        in_report=False,
+    ),
+    Chapter(
+        "releases",
+        "Releases of an engine",
+        ("releases.csv", RECORD),
+        view_releases,
+        "releases.md",
         in_report=False,
     ),
     Chapter("ensemble", "Ensemble of perturbed runs", ("quantiles.csv", RECORD), view_ensemble, in_report=False),

@@ -1,0 +1,184 @@
+"""Measurement of one release in an environment of its own: a comparison, times at equal error, sizes, import time."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from barchain.nightly.environments.faults import PinnedEnvironmentError
+from barchain.nightly.environments.making import pinned_environment
+from barchain.nightly.environments.running import run_in
+from barchain.nightly.history.faults import HistoryError
+from barchain.nightly.history.figures import FigureKind
+from barchain.nightly.history.folders.reading import read_figures_of
+from reports.tables.outcome import Outcome
+from reports.tables.releases import ReleaseState
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+
+    from barchain.nightly.environments.making import PinnedEnvironment
+    from barchain.nightly.history.figures import Figure
+    from barchain.nightly.releases.index import Release
+    from barchain.nightly.releases.plan import ReleasesPlan
+
+PROBE = """
+import importlib, json, subprocess, sys, time
+from importlib import metadata
+name, module = sys.argv[1:]
+times = []
+for _ in range(5):
+    code = "import time; t = time.perf_counter(); import " + module + "; print(time.perf_counter() - t)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    if done.returncode:
+        print(json.dumps({"fault": (done.stderr.strip().splitlines() or ["can't be imported"])[-1]}))
+        raise SystemExit
+    times.append(float(done.stdout.split()[-1]))
+size = 0
+for file in metadata.distribution(name).files or ():
+    path = file.locate()
+    if path.is_file():
+        size += path.stat().st_size
+times.sort()
+print(json.dumps({"import_s": times[2], "import_low": times[0], "import_high": times[-1], "installed_B": size}))
+"""
+"""Program that measures size and import time; the first import is among the times, and the median is taken"""
+ERROR_METRIC = ".max"
+RATIO = "time_ratio"
+RUN_FAULTS = {str(o) for o in (Outcome.FAILED, Outcome.TIMED_OUT, Outcome.MISSING)}
+"""Verdicts of runs that gave no trajectory"""
+
+
+@dataclass
+class Measured:
+    """Rows of one release."""
+
+    release: dict[str, Any]
+    errors: list[dict[str, Any]] = field(default_factory=list)
+    runs: list[dict[str, Any]] = field(default_factory=list)
+    times: list[dict[str, Any]] = field(default_factory=list)
+
+
+def measure(plan: ReleasesPlan, release: Release, tree: Path, scratch: Path) -> Measured:
+    """Rows of a release; a release that does not run has the reason.
+
+    Parameters
+    ----------
+    plan : ReleasesPlan
+    release : Release
+    tree : Path
+        Today's sources of barchain.
+    scratch : Path
+        Empty folder for results.
+    """
+    place = {"engine": plan.engine, "version": str(release.version)}
+    found = Measured(place | {"released": release.date, "wheel_B": release.wheel_B, "state": str(ReleaseState.RUNS)})
+    try:
+        environment = pinned_environment([f"{plan.distribution}=={release.version}"], also=plan.also)
+    except PinnedEnvironmentError as error:
+        found.release |= {"state": str(ReleaseState.NOT_INSTALLED), "reason": str(error)}
+        return found
+    others = [each for each in environment.moved if not each.startswith(f"{plan.distribution} ")]
+    found.release["moved"] = ", ".join(others)
+    probed = probe(plan, environment, tree, scratch)
+    fault = probed.pop("fault", "")
+    found.release |= probed
+    if not fault:
+        fault = compare(plan, environment, tree, scratch, found)
+    if not fault and plan.timed:
+        time(plan, environment, tree, scratch, found)
+    if fault:
+        found.release |= {"state": str(ReleaseState.FAILS), "reason": fault}
+    return found
+
+
+def probe(plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch: Path) -> dict[str, Any]:
+    """Size and import time, or the entry ``fault``."""
+    line = ("-c", PROBE, plan.distribution, plan.module)
+    done = run_in(environment, tree, line, limit_s=plan.limit_s, folder=scratch)
+    try:
+        found: dict[str, Any] = json.loads(done.output.splitlines()[-1])
+    except (ValueError, IndexError):
+        return {"fault": done.reason or "its import gave no answer"}
+    return found
+
+
+def compare(plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch: Path, found: Measured) -> str:
+    """Add errors and trajectories; returns why nothing ran, or an empty text."""
+    out = scratch / "comparison"
+    line = (
+        "-m",
+        "barchain",
+        "-q",
+        "compare",
+        *plan.scenes,
+        "--engine",
+        plan.engine,
+        "--workers",
+        "1",
+        "--out",
+        str(out),
+    )
+    done = run_in(environment, tree, line, limit_s=plan.limit_s, folder=scratch)
+    try:
+        figures = read_figures_of(out)
+    except (HistoryError, FileNotFoundError, ValueError):
+        return done.reason or f"ended with exit code {done.code}"
+    own = [figure for figure in figures if figure.identity.engine == plan.engine]
+    place = {"engine": plan.engine, "version": found.release["version"]}
+    verdicts = {f.identity.scene: f for f in own if f.identity.quantity == "verdict"}
+    found.errors += [place | row for row in error_rows(own, verdicts)]
+    found.runs += [place | row for row in run_rows(own)]
+    broken = [f for f in verdicts.values() if f.word in RUN_FAULTS]
+    return broken[0].reason if broken and len(broken) == len(verdicts) else "" if verdicts else "no scene was judged"
+
+
+def error_rows(figures: Iterable[Figure], verdicts: dict[str, Figure]) -> Iterable[dict[str, Any]]:
+    """Largest errors of each scene, or the verdict of a scene without errors."""
+    seen = set()
+    for figure in figures:
+        i = figure.identity
+        if i.kind is FigureKind.ERROR and i.quantity.endswith(ERROR_METRIC) and "first_orbit" not in i.quantity:
+            seen.add(i.scene)
+            yield {
+                "scene": i.scene, "quantity": i.quantity.removesuffix(ERROR_METRIC), "unit": str(i.unit),
+                "value": figure.value, "rounding": figure.tolerance, "verdict": verdicts[i.scene].word,
+                "reason": verdicts[i.scene].reason or figure.reason,
+            }  # fmt: skip
+    for scene, figure in verdicts.items():
+        if scene not in seen:
+            yield {"scene": scene, "quantity": "", "unit": "", "verdict": figure.word, "reason": figure.reason}
+
+
+def run_rows(figures: Iterable[Figure]) -> Iterable[dict[str, Any]]:
+    """Digest and steps of each run."""
+    own = list(figures)
+    steps = {(f.identity.scene, f.identity.setting): f.value for f in own if f.identity.quantity == "steps"}
+    for figure in own:
+        i = figure.identity
+        if i.quantity == "trajectory" and figure.word:
+            place = (i.scene, i.setting)
+            yield {"scene": i.scene, "setting": i.setting, "trajectory": figure.word, "steps": steps.get(place)}
+
+
+def time(plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch: Path, found: Measured) -> None:
+    """Add times at equal error, relative to the anchor that is timed in turns."""
+    out = scratch / "cost"
+    line = (
+        "-m", "barchain", "-q", "cost", plan.timed, "--engine", plan.engine, "--engine", plan.anchor, "--repeats", "5",
+        "--minutes", f"{plan.minutes_each:.3f}", "--time-limit", "1", "--out", str(out),
+    )  # fmt: skip
+    run_in(environment, tree, line, limit_s=plan.limit_s, folder=scratch)
+    try:
+        figures = read_figures_of(out)
+    except (HistoryError, FileNotFoundError, ValueError):
+        return
+    for figure in figures:
+        i = figure.identity
+        if i.kind is FigureKind.RATIO and i.engine == plan.engine and i.quantity.endswith(RATIO) and figure.value:
+            found.times.append({
+                "engine": plan.engine, "version": found.release["version"], "scene": i.scene, "target": i.setting,
+                "anchor": i.anchor, "ratio": figure.value, "low": figure.low, "high": figure.high,
+            })  # fmt: skip

@@ -1,0 +1,111 @@
+"""Size and speed of a long history: many synthetic nights made of one real night.
+
+    barchain history export --json night.json
+    python benchmarks/many_nights.py night.json --nights 1000 --history many.sqlite --out many
+
+Each synthetic night has the figures of the real one; times and memory with noise, one engine with a step of 15 % on the
+last third and an error twice as large on the last night. What is printed is measured on this machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import datetime
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from barchain.cli.nightly.documents import write_documents
+from barchain.nightly.history.figures import Figure, FigureKind, Night, NightPart
+from barchain.nightly.history.judged import judge
+from barchain.nightly.history.night_file import read_night_file
+from barchain.nightly.history.series import all_series, figure_series
+from barchain.nightly.history.store import open_store
+from barchain.nightly.telling.trends import SHOWN
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+FIRST = datetime.datetime(2023, 3, 1, 2, 0, tzinfo=datetime.UTC)
+NOISE, STEP = 0.02, 1.15
+
+
+def synthetic(real: Night, number: int, nights: int, random: np.random.Generator) -> Night:
+    """Night of a number."""
+    ratios = sorted(f.identity.name for f in real.figures if f.identity.kind is FigureKind.RATIO)
+    slow = ratios[0] if ratios else ""
+    wrong = next((f.identity.name for f in real.figures if is_clear(f)), "")
+    figures = tuple(changed(f, number, nights, random, slow, wrong) for f in real.figures)
+    last = number == nights - 1
+    parts = tuple(newer(p) if last and p.name.startswith("adapter:") else p for p in real.parts)
+    started = FIRST + datetime.timedelta(days=number)
+    return dataclasses.replace(real, started=started, figures=figures, parts=parts, void=None, complete=True)
+
+
+def is_clear(figure: Figure) -> bool:
+    """Whether a figure is an error far beyond its rounding."""
+    return figure.identity.kind is FigureKind.ERROR and (figure.value or 0.0) > 100.0 * (figure.tolerance or np.inf)
+
+
+def newer(part: NightPart) -> NightPart:
+    """Part with other sources."""
+    return NightPart(part.name, part.version, part.digest[::-1])
+
+
+def changed(
+    figure: Figure, number: int, nights: int, random: np.random.Generator, slow: str, wrong: str
+) -> Figure:  # fmt: skip
+    """Figure of a night: noise of times and memory, a step, and an error on the last night."""
+    if figure.value is None:
+        return figure
+    name, factor = figure.identity.name, 1.0
+    if figure.identity.kind in {FigureKind.RATIO, FigureKind.MEMORY}:
+        factor = float(np.exp(NOISE * random.standard_normal()))
+        if name == slow and number >= 2 * nights // 3:
+            factor *= STEP
+    if name == wrong and number == nights - 1:
+        factor = 2.0
+    if factor == 1.0:
+        return figure
+    low, high = (end if end is None else end * factor for end in (figure.low, figure.high))
+    return dataclasses.replace(figure, value=figure.value * factor, low=low, high=high)
+
+
+def timed(words: str, work: Callable[[], object]) -> None:
+    """Print the time of some work."""
+    start = time.perf_counter()
+    work()
+    print(f"{words}: {time.perf_counter() - start:.2f} s")
+
+
+def main() -> None:
+    """Make the history, and measure it."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("night", type=Path)
+    parser.add_argument("--nights", type=int, default=1000)
+    parser.add_argument("--history", type=Path, required=True)
+    parser.add_argument("--out", type=Path, required=True)
+    asked = parser.parse_args()
+    real, random = read_night_file(asked.night), np.random.default_rng(0)
+    with open_store(str(asked.history), create=True) as store:
+        start = time.perf_counter()
+        for number in range(len(store.nights()), asked.nights):
+            store.add(synthetic(real, number, asked.nights, random))
+        each = (time.perf_counter() - start) / asked.nights
+        print(f"{asked.nights} nights of {len(real.figures)} figures, {each:.2f} s to add one")
+        print(f"size: {asked.history.stat().st_size / 1e6:.0f} MB")
+        name = real.figures[0].identity.name
+        timed("list of nights", store.nights)
+        timed("one figure over all nights", lambda: figure_series(store, name))
+        timed("one whole night", lambda: store.night("latest"))
+        timed("all charted figures over all nights", lambda: all_series(store, kinds=SHOWN))
+        timed("judgement of the last night", lambda: judge(store))
+        timed("judgement and all documents", lambda: write_documents(store, "latest", asked.out))
+        print(f"page: {(asked.out / 'nightly.html').stat().st_size / 1e6:.2f} MB")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Chapter of the study of releases: an engine against its release."""

@@ -1,0 +1,95 @@
+"""Stored tables of a study of releases: everything that its chapter is rendered from.
+
+A folder ``releases`` inside a result folder holds
+
+``releases.csv``
+    one row for each release, columns :data:`RELEASES`; sizes in bytes, times in s;
+``errors.csv``
+    largest errors of each release against the judging solution, columns :data:`ERRORS`;
+``runs.csv``
+    digest of the trajectory and number of steps of each release in each scene, columns :data:`RUNS`;
+``times.csv``
+    times at equal error relative to the anchor, columns :data:`TIMES`;
+``record.json``
+    engine, scenes, and environment.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any
+
+from reports.tables.files import StudyFiles
+from reports.tables.schema import Record
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+RELEASES = (
+    "engine", "version", "released", "state", "reason", "wheel_B", "installed_B",
+    "import_s", "import_low", "import_high", "moved",
+)  # fmt: skip
+ERRORS = ("engine", "version", "scene", "quantity", "unit", "value", "rounding", "verdict", "reason")
+RUNS = ("engine", "version", "scene", "setting", "trajectory", "steps")
+TIMES = ("engine", "version", "scene", "target", "anchor", "ratio", "low", "high")
+WORDS = (
+    "engine", "version", "released", "state", "reason", "moved", "scene", "quantity", "unit", "verdict", "setting",
+    "trajectory", "target", "anchor",
+)  # fmt: skip
+
+
+class ReleaseState(StrEnum):
+    """State of a release."""
+
+    RUNS = "runs"
+    FAILS = "does not run"
+    NOT_INSTALLED = "can't be installed"
+
+
+class ReleasesRecord(Record):
+    """Entries of the record."""
+
+    engine: str | None = None
+    distribution: str | None = None
+    scenes: dict[str, dict[str, Any]] | None = None
+    anchor: str | None = None
+    versions: list[str] | None = None
+
+
+FILES = StudyFiles(
+    "releases",
+    {"releases": RELEASES, "errors": ERRORS, "runs": RUNS, "times": TIMES},
+    WORDS,
+    frozenset({"errors", "runs", "times"}),
+    model=ReleasesRecord,
+    resumes=True,
+    pages=("releases.html",),
+)
+
+
+@dataclass(frozen=True)
+class ReleasesTables:
+    """Contents of the folder of a study of releases."""
+
+    releases: pd.DataFrame
+    errors: pd.DataFrame
+    runs: pd.DataFrame
+    times: pd.DataFrame
+    record: dict[str, Any]
+
+
+def read_releases(folder: Path) -> ReleasesTables:
+    """Read the study of releases in a result folder.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a table is missing.
+    SchemaVersionError
+        If the record has another schema version.
+    """
+    found = FILES.read_all(folder)
+    return ReleasesTables(**found, record=FILES.sound_record(folder))
