@@ -38,7 +38,7 @@ class ReleasesPlan:
     anchor: str = ANCHOR
     limit_s: float = LIMIT_S
     """Longest command"""
-    minutes_each: float = 0.2
+    minutes_each: float = 0.12
     """Budget of the times of one release"""
 
     @property

@@ -99,8 +99,7 @@ def log_chart(
         if label:
             legend.append(Legend(label, pen))
     if failed:
-        style = {"color": COLOURS["muted"].stand_in, "markersize": 5.0, "clip_on": False}
-        ax.plot(failed, [up.low] * len(failed), "x", **style)
+        ax.plot(failed, [up.low] * len(failed), "x", color=COLOURS["muted"].stand_in, markersize=5.0, clip_on=False)
     return Panel(title, finish(ax, frame), "", tuple(legend))
 
 
