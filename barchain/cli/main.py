@@ -20,6 +20,7 @@ from barchain.cli.maintain.certified import certified_solutions
 from barchain.cli.maintain.doctor import doctor
 from barchain.cli.maintain.schema import schema
 from barchain.cli.maintain.validate import validate
+from barchain.cli.nightly.attribute import attribute_night, bisect_figure
 from barchain.cli.nightly.commands import history
 from barchain.cli.nightly.nightly import nightly
 from barchain.cli.nightly.releases import releases
@@ -39,7 +40,7 @@ MOST_SHOWN = 60  # characters of an argument that is shown
 SECTIONS = {
     "Run and compare": (scenes, engines, simulate, compare, crossval, report),
     "Studies": (cost, scaling, roundoff, stability, effects, selftest, ensemble),
-    "Nights": (nightly, history, releases),
+    "Nights": (nightly, history, attribute_night, bisect_figure, releases),
     "Maintain": (doctor, validate, schema, certified_solutions),
 }
 

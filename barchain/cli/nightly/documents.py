@@ -75,6 +75,7 @@ def write_documents(
     OSError
         If a file can't be written.
     """
+    from barchain.nightly.history.attributed import kept_attributions  # noqa: PLC0415
     from barchain.nightly.history.judged import accepted, judge  # noqa: PLC0415
     from barchain.nightly.history.pair import judge_pair  # noqa: PLC0415
     from barchain.nightly.history.runs import keep_judgement, kept_judgements, run_of_night  # noqa: PLC0415
@@ -94,7 +95,8 @@ def write_documents(
     else:
         judged = judge_pair(baseline_night(store, baseline), night)
     run = run_of_night(store, summary)
-    facts = night_facts(judged, accepted(store), night.figures, run, baseline=baseline or "")
+    confirmed = {change: one.words for change, one in kept_attributions(store).items()}
+    facts = night_facts(judged, accepted(store), night.figures, run, baseline=baseline or "", confirmed=confirmed)
     nights = [each for each in store.nights() if each.started <= summary.started]
     charts = trend_charts(all_series(store, kinds=SHOWN), nights, judged.changes)
     out.mkdir(parents=True, exist_ok=True)

@@ -91,8 +91,7 @@ def causes(changes: Sequence[ChangeEntry]) -> str:
 def cause(change: ChangeEntry) -> str:
     """Cause of a change in words."""
     if change.confirmed:
-        names = ", ".join(f"{s.name} {s.after}".strip() for s in change.suspects)
-        return f"since {names}, {change.confirmed}" if len(change.suspects) == 1 else change.confirmed
+        return f"by real runs {change.confirmed}"
     if len(change.suspects) == 1:
         (only,) = change.suspects
         return f"since {only.name} {only.after or '(gone)'}".rstrip()

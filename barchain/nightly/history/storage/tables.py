@@ -191,3 +191,18 @@ acceptances = Table(
     Index("ix_acceptances_series", "series"),
 )
 """Changes that somebody accepted; they refer to figures by name, and stay when nights are pruned"""
+
+attributions = Table(
+    "attributions",
+    metadata,
+    number_of("id"),
+    Column("change", String(16), nullable=False, unique=True),
+    Column("figure", Text, nullable=False),
+    Column("last", String(40), nullable=False),
+    Column("since", String(40), nullable=False),
+    Column("verdict", String(20), nullable=False),
+    Column("culprits", Text, nullable=False),
+    Column("words", Text, nullable=False),
+    Column("made", UtcTime, nullable=False),
+)
+"""Results of real runs on the causes of changes; they refer to figures by name, and stay when nights are pruned"""

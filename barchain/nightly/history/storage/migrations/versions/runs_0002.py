@@ -1,4 +1,4 @@
-"""What each night did of its plan, and how many changes it told."""
+"""What each night did of its plan, how many changes it told, and attributions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ depends_on = None
 
 
 def upgrade() -> None:
-    """Make the tables of runs and of judgements."""
+    """Make the tables of runs, judgements and attributions."""
     op.create_table(
         "runs",
         sa.Column("night_id", sa.Integer(), nullable=False, autoincrement=False),
@@ -27,4 +27,16 @@ def upgrade() -> None:
         *(sa.Column(name, sa.Integer(), nullable=False) for name in ("worse", "changes", "judged")),
         sa.ForeignKeyConstraint(["night_id"], ["nights.id"], name="fk_judgements_night_id", ondelete="CASCADE"),
         sa.PrimaryKeyConstraint("night_id", name="pk_judgements"),
+    )
+    op.create_table(
+        "attributions",
+        sa.Column("id", sa.Integer(), nullable=False, autoincrement=True),
+        sa.Column("change", sa.String(16), nullable=False),
+        sa.Column("figure", sa.Text(), nullable=False),
+        *(sa.Column(name, sa.String(40), nullable=False) for name in ("last", "since")),
+        sa.Column("verdict", sa.String(20), nullable=False),
+        *(sa.Column(name, sa.Text(), nullable=False) for name in ("culprits", "words")),
+        sa.Column("made", sa.DateTime(), nullable=False),
+        sa.PrimaryKeyConstraint("id", name="pk_attributions"),
+        sa.UniqueConstraint("change", name="uq_attributions_change"),
     )

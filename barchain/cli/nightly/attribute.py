@@ -1,0 +1,80 @@
+"""`barchain attribute` and `barchain bisect`: whose change it was, by real runs in fresh environments."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from barchain.cli.common.exit_codes import findings
+from barchain.cli.common.numbers import WORDS
+from barchain.cli.common.terminal import say
+from barchain.cli.nightly.options import history_option, opened
+
+if TYPE_CHECKING:
+    from barchain.nightly.attribution.attribute import Attributed
+
+MOST_CHANGES = 10
+
+
+@click.command("attribute")
+@click.argument("night", metavar="[NIGHT]", default="latest", type=WORDS)
+@click.option("--change", "names", metavar="CHANGE", multiple=True, type=WORDS,
+              help="Attribute this change: an id of `barchain history changes`, or the name of a figure. May be "
+                   "repeated; default: the changes of NIGHT with suspects, one for each scene, engine and set of "
+                   "suspects.")  # fmt: skip
+@history_option
+def attribute_night(night: str, names: tuple[str, ...], url: str | None) -> None:
+    """Find out whose change it was: runs with old and new states of each suspect, in fresh environments.
+
+    Versions of engines and libraries come from the package index, barchain's own sources from its repository. The
+    results are kept in the history. Exits with 1 if a change is not reproduced.
+    """
+    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
+
+    need_extra("packaging", "pypi_simple")
+    from barchain.nightly.attribution.attribute import attribute  # noqa: PLC0415
+    from barchain.nightly.attribution.choice import worth_attributing  # noqa: PLC0415
+    from barchain.nightly.history.judged import change_named, judge  # noqa: PLC0415
+
+    with opened(url) as store:
+        judged = judge(store, night)
+        chosen = [change_named(judged, name) for name in names] or worth_attributing(judged, MOST_CHANGES)
+        if not chosen:
+            say(f"{judged.night.name}: no change with a suspect that can be exchanged")
+            return
+        found = attribute(store, judged, chosen, note=lambda text: say(f"  {text}", err=True))
+    for one in found:
+        show(one)
+    if any(one.attribution.verdict == "not reproduced" for one in found):
+        raise findings()
+
+
+def show(one: Attributed) -> None:
+    """Print an attribution."""
+    say(f"{one.attribution.figure}: {one.attribution.words}")
+    for cell, result in one.cells:
+        say(f"  {cell}: {result}")
+    for reason in one.fixed:
+        say(f"  not exchanged: {reason}")
+
+
+@click.command("bisect")
+@click.argument("figure", metavar="FIGURE", type=WORDS)
+@click.option("--good", metavar="NIGHT", required=True, type=WORDS, help="Take the old value of this night.")
+@click.option("--bad", metavar="NIGHT", required=True, type=WORDS, help="Take the new value of this night.")
+@click.option("--part", metavar="PART", type=WORDS, help="Walk the states of this part; default: the one that differs.")
+@history_option
+def bisect_figure(figure: str, good: str, bad: str, part: str | None, url: str | None) -> None:
+    """Find the release, or the commit, between two nights since which FIGURE has its new value.
+
+    Both ends are confirmed first; releases and commits that do not run are skipped and named.
+    """
+    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
+
+    need_extra("packaging", "pypi_simple")
+    from barchain.nightly.attribution.bisection import bisect_nights  # noqa: PLC0415
+
+    with opened(url) as store:
+        found = bisect_nights(store, figure, good, bad, part, note=lambda text: say(f"  {text}", err=True))
+    say(found.words)

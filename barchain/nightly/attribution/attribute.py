@@ -1,0 +1,150 @@
+"""Attribution of the changes of a night: real runs in fresh environments, kept in the history."""
+
+from __future__ import annotations
+
+import datetime
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from barchain.boundary.threads import one_thread_each, temporary_root
+from barchain.nightly.attribution.cells import REPEATS, CellPlace, CellRunner, command_of, middle, shows
+from barchain.nightly.attribution.search import AttributionVerdict, find_causes
+from barchain.nightly.attribution.swaps import NightTrees, pins_of, swaps_of
+from barchain.nightly.history.attributed import Attribution, keep_attribution
+from barchain.nightly.history.changes.judging import STEPPED
+from barchain.nightly.history.changes.model import result_words
+from barchain.nightly.history.changes.suspects import suspicion
+from barchain.nightly.history.faults import HistoryError
+from barchain.studies.study import ignore
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from barchain.nightly.attribution.search import Causes
+    from barchain.nightly.attribution.swaps import Swap
+    from barchain.nightly.history.changes.judging import JudgedNight
+    from barchain.nightly.history.changes.model import Change
+    from barchain.nightly.history.figures import Figure
+    from barchain.nightly.history.series_model import NightSummary
+    from barchain.nightly.history.store import NightStore
+
+
+@dataclass(frozen=True)
+class Attributed:
+    """Attribution of one change with its cells in words."""
+
+    attribution: Attribution
+    cells: tuple[tuple[str, str], ...]
+    """New parts of each cell, and the figure's result there"""
+    fixed: tuple[str, ...] = ()
+    """Why some suspects could not be exchanged"""
+
+
+def attribute(
+    store: NightStore, judged: JudgedNight, changes: Iterable[Change], note: Callable[[str], None] = ignore
+) -> list[Attributed]:
+    """Attribute changes by real runs, and keep the results in the history.
+
+    Parameters
+    ----------
+    store : NightStore
+    judged : JudgedNight
+        Night that tells the changes.
+    changes : iterable of Change
+    note : callable
+        Called with a sentence on each cell.
+
+    Raises
+    ------
+    HistoryError
+        If a change can't be attributed; the message says why.
+    """
+    nights = {night.name: night for night in (*judged.compared_with, judged.night)}
+    found = []
+    with one_thread_each():
+        for change in changes:
+            with tempfile.TemporaryDirectory(dir=temporary_root(), ignore_cleanup_errors=True) as scratch:
+                one = attribute_change(change, nights[change.last], nights[change.since], Path(scratch), note)
+            keep_attribution(store, one.attribution)
+            found.append(one)
+    return found
+
+
+def attribute_change(
+    change: Change, last: NightSummary, since: NightSummary, scratch: Path, note: Callable[[str], None]
+) -> Attributed:
+    """Attribute one change between two nights."""
+    identity = change.identity
+    command_of(identity)  # a figure that can't be measured by itself is told before anything is made
+    suspects = suspicion(change, {last.name: last, since.name: since}).suspects
+    swaps, fixed = swaps_of(suspects)
+    if not swaps:
+        said = "; ".join(fixed) or "all parts that the figure depends on are the same"
+        raise HistoryError(f"{identity.name}: no suspect can be exchanged: {said}")
+    depends = tuple(sorted({*change.was.depends, *change.now.depends}))
+    factorial = Factorial(
+        change, swaps, NightTrees(scratch / "trees", last, since, depends), since, depends, scratch, note
+    )
+    causes = find_causes([swap.name for swap in swaps], factorial.shows)
+    made = datetime.datetime.now(datetime.UTC)
+    attribution = Attribution(
+        change.id, identity.name, change.last, change.since, causes.verdict, causes.names, words(causes, swaps), made
+    )
+    return Attributed(attribution, factorial.told, tuple(fixed))
+
+
+class Factorial:
+    """Cells of one change, measured when they are asked for."""
+
+    def __init__(
+        self, change: Change, swaps: list[Swap], trees: NightTrees, since: NightSummary, depends: tuple[str, ...],
+        scratch: Path, note: Callable[[str], None],
+    ) -> None:  # fmt: skip
+        """Take the suspects; nothing is measured yet."""
+        self.change, self.swaps, self.trees, self.since, self.depends = change, swaps, trees, since, depends
+        self.note = note
+        self.runner = CellRunner(change.identity, scratch / "cells")
+        self.repeats = REPEATS if change.identity.kind in STEPPED else 1
+        self.results: dict[frozenset[str], Figure] = {}
+
+    def shows(self, cell: frozenset[str]) -> bool:
+        """Whether a cell shows the change; ratios are measured in turns with the cell of the old states."""
+        base, found = [], []
+        for repeat in range(self.repeats):
+            base.append(self.measured(frozenset(), repeat))
+            found.append(self.measured(cell, repeat))
+        self.results[frozenset()], self.results[cell] = middle(base), middle(found)
+        if self.results[frozenset()].missing and self.change.was.missing is False:
+            raise HistoryError(
+                f"{self.change.identity.name}: the old state does not run here: {self.results[frozenset()].reason}"
+            )
+        self.note(f"{cell_words(cell)}: {result_words(self.results[cell])}")
+        return shows(self.change.identity, self.results[frozenset()], self.results[cell], self.change.factor)
+
+    def measured(self, cell: frozenset[str], repeat: int) -> Figure:
+        """Figure of a cell."""
+        pins = tuple(pins_of(cell, self.swaps, self.since, self.depends))
+        place = CellPlace(pins, self.trees.tree(cell, self.swaps))
+        return self.runner.figure(place, self.change.identity, repeat)
+
+    @property
+    def told(self) -> tuple[tuple[str, str], ...]:
+        """Cells and results in words, the fewest new parts first."""
+        ordered = sorted(self.results, key=lambda cell: (len(cell), sorted(cell)))
+        return tuple((cell_words(cell), result_words(self.results[cell])) for cell in ordered)
+
+
+def cell_words(cell: frozenset[str]) -> str:
+    """New parts of a cell."""
+    return f"new: {', '.join(sorted(cell))}" if cell else "all old"
+
+
+def words(causes: Causes, swaps: list[Swap]) -> str:
+    """Result in words: ``confirmed: engine:mujoco 3.2.7 → 4.0.0``."""
+    named = {swap.name: swap.suspect.words for swap in swaps}
+    if causes.verdict is AttributionVerdict.NOT_REPRODUCED:
+        return str(causes.verdict)
+    sets = " and by itself ".join(" together with ".join(named[name] for name in sorted(one)) for one in causes.sets)
+    return f"{causes.verdict}: {sets}"

@@ -1,0 +1,47 @@
+"""Choice of the changes that are worth real runs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from barchain.nightly.attribution.cells import CellError, command_of
+from barchain.nightly.attribution.swaps import swaps_of
+from barchain.nightly.history.changes.model import Direction
+from barchain.nightly.history.changes.suspects import suspicion
+from barchain.nightly.history.figures import FigureKind
+
+if TYPE_CHECKING:
+    from barchain.nightly.history.changes.judging import JudgedNight
+    from barchain.nightly.history.changes.model import Change
+
+ORDER = (FigureKind.ERROR, FigureKind.VERDICT, FigureKind.COUNT, FigureKind.VALUE, FigureKind.BITS, FigureKind.RATIO)
+
+
+def worth_attributing(judged: JudgedNight, most: int) -> list[Change]:
+    """Changes of a night with suspects that can be exchanged: one for each engine and set of suspects.
+
+    Errors stand for the other kinds of figures, and the largest factor for its scenes.
+    """
+    nights = {night.name: night for night in (*judged.compared_with, judged.night)}
+    found: dict[tuple[str, tuple[str, ...]], Change] = {}
+    for change in sorted(judged.tonight, key=rank):
+        swaps, _ = swaps_of(suspicion(change, nights).suspects)
+        if swaps and measurable(change) and not change.irreproducible:
+            found.setdefault((change.identity.engine, tuple(swap.name for swap in swaps)), change)
+    return list(found.values())[:most]
+
+
+def rank(change: Change) -> tuple[bool, int, float]:
+    """Order of changes: for the worse first, errors first, large factors first."""
+    kind = change.identity.kind
+    place = ORDER.index(kind) if kind in ORDER else len(ORDER)
+    return change.direction is not Direction.WORSE, place, -abs((change.factor or 1.0) - 1.0)
+
+
+def measurable(change: Change) -> bool:
+    """Whether a command measures the figure by itself."""
+    try:
+        command_of(change.identity)
+    except CellError:
+        return False
+    return True
