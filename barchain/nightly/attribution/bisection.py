@@ -162,7 +162,7 @@ def commits_between(last: NightSummary, since: NightSummary, swap: Swap) -> list
 
 @dataclass
 class Walk:
-    """Figure at each state of one part; all other parts that differ have their new state."""
+    """Figure at each state of one part; all other parts that differ have the good night's state."""
 
     was: Figure
     now: Figure
@@ -209,10 +209,10 @@ class Walk:
 
     def place(self, k: int) -> CellPlace:
         """Environment and sources of a state."""
-        every = frozenset(swap.name for swap in self.swaps)
-        pins = pins_of(every, self.swaps, self.since, self.depends)
+        old: frozenset[str] = frozenset()
+        pins = pins_of(old, self.swaps, self.since, self.depends)
         if self.swap.distribution:
             pins = [p for p in pins if not p.startswith(f"{self.swap.distribution}==")]
-            return CellPlace((*pins, f"{self.swap.distribution}=={self.states[k]}"), self.trees.tree(every, self.swaps))
+            return CellPlace((*pins, f"{self.swap.distribution}=={self.states[k]}"), self.trees.tree(old, self.swaps))
         target = self.scratch / "commits" / self.states[k]
         return CellPlace(tuple(pins), target if target.is_dir() else commit_tree(self.states[k], target))

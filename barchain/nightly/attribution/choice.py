@@ -15,19 +15,23 @@ if TYPE_CHECKING:
     from barchain.nightly.history.changes.model import Change
 
 ORDER = (FigureKind.ERROR, FigureKind.VERDICT, FigureKind.COUNT, FigureKind.VALUE, FigureKind.BITS, FigureKind.RATIO)
+OWN = {FigureKind.BITS, FigureKind.RATIO, FigureKind.MEMORY}
+"""Kinds that errors do not stand for"""
 
 
 def worth_attributing(judged: JudgedNight, most: int) -> list[Change]:
     """Changes of a night with suspects that can be exchanged: one for each engine and set of suspects.
 
-    Errors stand for the other kinds of figures, and the largest factor for its scenes.
+    Errors stand for verdicts and counts, and the largest factor for its scenes. Bits and times have a change of their
+    own: another part may have made it.
     """
     nights = {night.name: night for night in (*judged.compared_with, judged.night)}
-    found: dict[tuple[str, tuple[str, ...]], Change] = {}
+    found: dict[tuple[str, str, tuple[str, ...]], Change] = {}
     for change in sorted(judged.tonight, key=rank):
         swaps, _ = swaps_of(suspicion(change, nights).suspects)
         if swaps and measurable(change) and not change.irreproducible:
-            found.setdefault((change.identity.engine, tuple(swap.name for swap in swaps)), change)
+            own = str(change.identity.kind) if change.identity.kind in OWN else ""
+            found.setdefault((change.identity.engine, own, tuple(swap.name for swap in swaps)), change)
     return list(found.values())[:most]
 
 
