@@ -1,0 +1,219 @@
+"""Changes that are planted on purpose, each on a night of its own after the same earlier nights.
+
+    python benchmarks/planted_changes.py --folder planted
+
+Each planted change is real: other sources of barchain, or another release of a library, in an environment of its own.
+The table tells whether the night told the change, in the right direction, and which part it named as the culprit.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+from barchain.nightly.environments.faults import PinnedEnvironmentError
+from barchain.nightly.environments.making import pinned_environment
+from barchain.nightly.environments.running import run_in
+from barchain.nightly.environments.sources import installed_tree
+
+EARLIER = 2
+LIMIT_S = 400.0
+NEEDED = (
+    "sqlalchemy", "alembic", "psycopg", "psycopg-binary", "threadpoolctl", "junitparser", "packaging", "pypi-simple",
+    "uv", "mujoco", "pin", "heyoka",
+)  # fmt: skip
+PLAN = """
+name = "planted"
+minutes = 5
+[[comparison]]
+name = "core"
+scenes = ["paper/fig05", "basics/two_bars_free", "basics/kepler_circular"]
+engines = ["reference", "reference-fast", "exudyn", "pymunk", "rebound", "heyoka", "mujoco", "pinocchio",
+           "scipy-dop853"]
+"""
+WRAP = """
+
+def _plant(kind):
+    import dataclasses
+    import numpy as np
+    from adapters.engine import Setting
+    build, read = kind.build, kind.read
+
+    def planted_build(self, scene, setting):
+        return build(self, scene, Setting(setting.parameter, setting.value * {factor}))
+
+    def planted_read(self):
+        found = read(self)
+        {change}
+        return found
+
+    kind.build, kind.read = planted_build, planted_read
+
+
+_plant({engine})
+"""
+SIGN = "found = dataclasses.replace(found, reaction_N=-found.reaction_N)"
+LATE = "found = dataclasses.replace(found, angle_rad=np.vstack([found.angle_rad[:1], found.angle_rad[:-1]]))"
+STEP = 'found = dataclasses.replace(found, info=found.info | {"steps": found.info["steps"] + 1})'
+LAST_BIT = "found = dataclasses.replace(found, angle_rad=found.angle_rad * (1.0 + 2.0**-52))"
+
+
+@dataclass(frozen=True)
+class Plant:
+    """One planted change."""
+
+    name: str
+    culprit: str
+    """Part that must be named"""
+    told: str
+    """Direction of at least one change: ``worse``, ``changed``; ``quiet`` if no error, count or verdict may change"""
+    file: str = ""
+    old: str = ""
+    new: str = ""
+    """Text in the place of `old`; appended where `old` is empty"""
+    pin: str = ""
+
+
+def wrapped(name: str, package: str, file: str, engine: str, told: str, *, factor: float = 1.0, change: str = "pass") -> Plant:  # fmt: skip
+    """Change of an adapter that wraps one engine."""
+    text = WRAP.format(factor=factor, change=change, engine=engine)
+    return Plant(f"{engine}: {name}", f"adapter:{package}", told, f"adapters/{package}/{file}.py", "", text)
+
+
+def stepped(package: str, file: str, engine: str) -> list[Plant]:
+    """Mistakes of an engine of equal steps."""
+    return [
+        wrapped("half the steps", package, file, engine, "worse", factor=0.5),
+        wrapped("a sign of the reactions", package, file, engine, "worse", change=SIGN),
+        wrapped("angles a sample late", package, file, engine, "worse", change=LATE),
+        wrapped("one step more", package, file, engine, "changed", change=STEP),
+    ]
+
+
+def tolerant(package: str, file: str, engine: str) -> list[Plant]:
+    """Mistakes of an engine with a tolerance."""
+    return [
+        wrapped("tolerance times 3", package, file, engine, "worse", factor=3.0),
+        wrapped("a sign of the reactions", package, file, engine, "worse", change=SIGN),
+        wrapped("angles a sample late", package, file, engine, "worse", change=LATE),
+    ]
+
+
+SOURCES = [
+    *stepped("mujoco", "adapter", "Mujoco"),
+    *stepped("exudyn", "adapter", "Exudyn"),
+    *stepped("pymunk", "adapter", "Pymunk"),
+    *tolerant("heyoka", "adapter", "Heyoka"),
+    *tolerant("pinocchio", "adapter", "Pinocchio"),
+    wrapped("tolerance times 3", "ode_solvers", "scipy_engines", "ScipyDop853", "worse", factor=3.0),
+    wrapped("angles a sample late", "rebound", "adapter", "Rebound", "worse",
+            change="found = dataclasses.replace(found, com_m=np.vstack([found.com_m[:1], found.com_m[:-1]]))"),
+    wrapped("last bit of the angles", "mujoco", "adapter", "Mujoco", "quiet", change=LAST_BIT),
+    wrapped("last bit of the angles", "exudyn", "adapter", "Exudyn", "quiet", change=LAST_BIT),
+    Plant("reference: last bit of the gravity torque", "reference", "quiet", "reference_impl/model/gravity.py",
+          "3.0 * model.mu_m3_s2 * seen.real", "3.0000000000000004 * model.mu_m3_s2 * seen.real"),
+    Plant("reference: gravity torque 1e-6 larger", "reference", "worse", "reference_impl/model/gravity.py",
+          "3.0 * model.mu_m3_s2 * seen.real", "3.000003 * model.mu_m3_s2 * seen.real"),
+    Plant("mujoco: lost order", "adapter:mujoco", "worse", "adapters/mujoco/chain.py",
+          "model.opt.timestep = dt_s", "model.opt.timestep, model.opt.integrator = dt_s, 0"),
+]  # fmt: skip
+WHEELS = [
+    Plant("mujoco 3.2.7", "engine:mujoco", "any", pin="mujoco==3.2.7"),
+    Plant("mujoco 3.3.0", "engine:mujoco", "any", pin="mujoco==3.3.0"),
+    Plant("heyoka 7.10.1", "engine:heyoka", "any", pin="heyoka==7.10.1"),
+    Plant("pinocchio 3.4.0", "engine:pin", "any", pin="pin==3.4.0"),
+    Plant("pymunk 6.11.1", "engine:pymunk", "any", pin="pymunk==6.11.1"),
+    Plant("exudyn 1.11.0", "engine:exudyn", "any", pin="exudyn==1.11.0"),
+    Plant("rebound 4.4.0", "engine:rebound", "any", pin="rebound==4.4.0"),
+    Plant("scipy 1.15.3", "library:scipy", "any", pin="scipy==1.15.3"),
+    Plant("numpy 2.0.2", "library:numpy", "any", pin="numpy==2.0.2"),
+    Plant("numpy 1.26.4", "library:numpy", "any", pin="numpy==1.26.4"),
+]
+
+
+def night(tree: Path, folder: Path, history: Path, pins: tuple[str, ...] = ()) -> str:
+    """Run a night in an environment; the reason of a failure, or an empty text."""
+    try:
+        environment = pinned_environment(pins, also=NEEDED)
+    except PinnedEnvironmentError as error:
+        return str(error)
+    line = ("-m", "barchain", "-q", "nightly", "--plan", str(folder / "plan.toml"), "--history", str(history),
+            "--out", str(history.with_suffix("")), "--fail-on", "never")  # fmt: skip
+    return run_in(environment, tree, line, limit_s=LIMIT_S, folder=folder).reason
+
+
+def planted_tree(plant: Plant, target: Path) -> Path:
+    """Sources with a planted change."""
+    tree = installed_tree(target)
+    if plant.file:
+        path = tree / plant.file
+        text = path.read_text("utf-8")
+        if plant.old and text.count(plant.old) != 1:
+            raise SystemExit(f"{plant.name}: {plant.old!r} stands {text.count(plant.old)} times in {plant.file}")
+        path.write_text(text.replace(plant.old, plant.new) if plant.old else text + plant.new, "utf-8")
+    return tree
+
+
+def verdict(plant: Plant, facts: dict) -> tuple[bool, bool | None, str]:  # type: ignore[type-arg]
+    """Whether the night told the change, whether the culprit is right, and what was told."""
+    changes = [c for c in facts["changes"] if not c["irreproducible"]]
+    deterministic = [c for c in changes if c["kind"] in {"error", "count", "verdict", "value"}]
+    bits = [c for c in changes if c["kind"] == "bits"]
+    directions = {c["direction"] for c in deterministic}
+    named = [{s["name"] for s in c["suspects"]} for c in changes]
+    right = all(names == {plant.culprit} for names in named) if named else None
+    words = f"{len(bits)} bits, " + ", ".join(
+        f"{sum(c['direction'] == d for c in deterministic)} {d}" for d in ("worse", "better", "changed")
+    )
+    if plant.told == "quiet":
+        return bool(bits) and "worse" not in directions, right, words
+    if plant.told == "any":
+        return True, right, words
+    return plant.told in directions, right, words
+
+
+def main() -> None:
+    """Plant all changes."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--folder", type=Path, required=True)
+    folder = parser.parse_args().folder.resolve()
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "plan.toml").write_text(PLAN, "utf-8")
+    base, tree = folder / "base.sqlite", folder / "tree"
+    if not base.exists():
+        installed_tree(tree)
+        for _ in range(EARLIER):
+            reason = night(tree, folder, base)
+            if reason:
+                raise SystemExit(reason)
+    told = right = judged = 0
+    plants = [*SOURCES, *WHEELS]
+    for k, plant in enumerate(plants):
+        own = folder / f"plant-{k}"
+        history = own / "h.sqlite"
+        if not (own / "h" / "nightly.json").is_file():
+            shutil.rmtree(own, ignore_errors=True)
+            own.mkdir()
+            shutil.copy(base, history)
+            (own / "plan.toml").write_text(PLAN, "utf-8")
+            reason = night(planted_tree(plant, own / "tree"), own, history, (plant.pin,) if plant.pin else ())
+            shutil.rmtree(own / "tree", ignore_errors=True)
+            if reason:
+                print(f"| {plant.name} | could not be planted: {reason} | | |", flush=True)
+                continue
+        facts = json.loads((own / "h" / "nightly.json").read_text("utf-8"))
+        ok, culprit, words = verdict(plant, facts)
+        told += ok
+        judged += culprit is not None
+        right += culprit is True
+        others = sorted({s["name"] for c in facts["changes"] for s in c["suspects"]} - {plant.culprit})
+        named = "right" if culprit else "none named" if culprit is None else f"also {', '.join(others)}"
+        print(f"| {plant.name} | {'told' if ok else 'MISSED'} | {words} | {named} |", flush=True)
+    print(f"{told} of {len(plants)} as expected; culprit right in {right} of {judged}")
+
+
+if __name__ == "__main__":
+    main()
