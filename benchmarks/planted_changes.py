@@ -77,7 +77,9 @@ class Plant:
     pin: str = ""
 
 
-def wrapped(name: str, package: str, file: str, engine: str, told: str, *, factor: float = 1.0, change: str = "pass") -> Plant:  # fmt: skip
+def wrapped(
+    name: str, package: str, file: str, engine: str, told: str, *, factor: float = 1.0, change: str = "pass"
+) -> Plant:
     """Change of an adapter that wraps one engine."""
     text = WRAP.format(factor=factor, change=change, engine=engine)
     return Plant(f"{engine}: {name}", f"adapter:{package}", told, f"adapters/{package}/{file}.py", "", text)

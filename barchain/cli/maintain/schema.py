@@ -1,4 +1,4 @@
-"""`barchain schema`: the JSON Schema of a scene file."""
+"""`barchain schema`: the JSON Schemas of barchain's files."""
 
 from __future__ import annotations
 
@@ -8,10 +8,27 @@ import click
 
 from barchain.cli.common.terminal import say
 
+FILES = ("scene", "plan", "nightly")
+
 
 @click.command()
-def schema() -> None:
-    """Print the JSON Schema of a scene file, for editors."""
-    from scenarios import SceneFile  # noqa: PLC0415
+@click.argument("file", type=click.Choice(FILES), default=FILES[0])
+def schema(file: str) -> None:
+    """Print the JSON Schema of a scene file, of a plan of nights, or of nightly.json; default: a scene file."""
+    say(json.dumps(schema_of(file), indent=2))
 
-    say(json.dumps(SceneFile.model_json_schema(), indent=2))
+
+def schema_of(file: str) -> dict[str, object]:
+    """JSON Schema of a kind of file."""
+    # ruff: noqa: PLC0415  # each kind has its own imports
+    if file == "plan":
+        from barchain.nightly.plan.tables import PlanFile
+
+        return PlanFile.model_json_schema()
+    if file == "nightly":
+        from reports.tables.nightly import NightlyFile
+
+        return NightlyFile.model_json_schema()
+    from scenarios import SceneFile
+
+    return SceneFile.model_json_schema()

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from barchain.cli.common.exit_codes import findings
+from barchain.cli.common.numbers import NamedPath
 from barchain.cli.common.options import (
     engine_option,
     executor_options,
@@ -24,11 +26,11 @@ from barchain.run.time_limits import SOLUTION_PATIENCE, TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from barchain.cli.common.settings import GivenSetting
     from barchain.crossval.run import ComparisonResult
     from barchain.execution.executors import Executor
+    from barchain.nightly.history.figures import Night
     from scenarios import Scene
 
 CORE = ("paper/", "basics/")
@@ -55,8 +57,12 @@ def run_options(command: Callable[..., None]) -> Callable[..., None]:
 @engine_option("one of each library")
 @click.option("--all-engines", is_flag=True, help="Take all engines marked as default in `barchain engines`.")
 @out_option(LOOK, help_text=OUT)
+@click.option("--baseline", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False),
+              help="Tell what changed since the results in this folder; exit with 1 if a figure is worse.")  # fmt: skip
 @run_options
-def compare(scenes: tuple[str, ...], names: tuple[str, ...], all_engines: bool, out: Path, **options: Any) -> None:
+def compare(
+    scenes: tuple[str, ...], names: tuple[str, ...], all_engines: bool, out: Path, baseline: Path | None, **options: Any
+) -> None:
     """Compare engines on the SCENEs that you name, and write a report.
 
     SCENEs are names or files. Exits with 1 if a comparison fails, if a scene's reference solution could not be run, or
@@ -68,7 +74,11 @@ def compare(scenes: tuple[str, ...], names: tuple[str, ...], all_engines: bool, 
     if names and all_engines:
         raise click.UsageError("give either --engine or --all-engines")
     loaded = [load_scene(s) for s in scenes]
-    compare_and_render(loaded, names or None, out, need_external=False, quick=not all_engines, **options)
+    before = None if baseline is None else baseline_of(baseline)
+    result = compare_and_render(loaded, names or None, out, need_external=False, quick=not all_engines, **options)
+    worse = before is not None and show_baseline(before, out)
+    if worse or not result.passed:
+        raise findings()
 
 
 @click.command()
@@ -85,14 +95,16 @@ def crossval(tag: str | None, out: Path, **options: Any) -> None:
     from scenarios import load_scene, scene_names  # noqa: PLC0415
 
     core = [load_scene(name) for name in scene_names() if name.startswith(CORE)]
-    compare_and_render(core if tag is None else tagged(core, tag), None, out, need_external=True, **options)
+    chosen = core if tag is None else tagged(core, tag)
+    if not compare_and_render(chosen, None, out, need_external=True, **options).passed:
+        raise findings()
 
 
 def compare_and_render(
     scenes: list[Scene], names: tuple[str, ...] | None, out: Path, *, need_external: bool, quick: bool = False,
     settings: tuple[GivenSetting, ...], time_limit: float, executor: Executor, resume: bool, overwrite: bool,
-) -> None:  # fmt: skip
-    """Run the comparison with progress, render the report, and exit by its outcome.
+) -> ComparisonResult:  # fmt: skip
+    """Run the comparison with progress, render the report, and print the verdicts.
 
     Without `names` all default engines take part, or with `quick` one of each library.
     """
@@ -114,8 +126,31 @@ def compare_and_render(
             registered=engines, render=lambda folder: render(folder)[0],
         )  # fmt: skip
     show_verdict(result)
-    if not result.passed:
-        raise findings()
+    return result
+
+
+def baseline_of(folder: Path) -> Night:
+    """Earlier results as a night, read before anything runs."""
+    from barchain.nightly.history.folders.reading import read_night  # noqa: PLC0415
+
+    return read_night(folder)
+
+
+def show_baseline(before: Night, out: Path) -> bool:
+    """Print what changed since a baseline; returns whether something is worse."""
+    from barchain.nightly.history.changes.model import Direction, result_words  # noqa: PLC0415
+    from barchain.nightly.history.folders.reading import read_night  # noqa: PLC0415
+    from barchain.nightly.history.pair import judge_pair  # noqa: PLC0415
+
+    after = read_night(out)
+    judged = judge_pair(before, after)
+    gone = len({f.identity for f in before.figures} - {f.identity for f in after.figures})
+    said = f"{len(judged.same)} differ within rounding; {gone} of the baseline are not in these results"
+    say(f"baseline: {len(judged.tonight)} changes among {judged.judged} figures; {said}")
+    for change in judged.tonight:
+        said = f"was {result_words(change.was)}, is {result_words(change.now)}: {change.reason}"
+        say(f"  {change.direction}  {change.identity.name}: {said}")
+    return any(change.direction is Direction.WORSE for change in judged.tonight)
 
 
 def show_verdict(result: ComparisonResult) -> None:

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 def judge_pair(before: Night, after: Night) -> JudgedNight:
     """Judge a night against one other.
 
-    Times and memory need many nights, so that a baseline tells nothing of them. Figures that the night lacks count as
-    missing if it is complete.
+    Times and memory need many nights, so that a baseline tells nothing of them. Figures that only one of both has are
+    not judged.
 
     Parameters
     ----------
