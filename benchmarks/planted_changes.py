@@ -25,14 +25,16 @@ NEEDED = (
     "sqlalchemy", "alembic", "psycopg", "psycopg-binary", "threadpoolctl", "junitparser", "packaging", "pypi-simple",
     "uv", "mujoco", "pin", "heyoka",
 )  # fmt: skip
+ENGINES = (
+    "reference", "reference-fast", "exudyn", "pymunk", "rebound", "heyoka", "mujoco", "pinocchio", "scipy-dop853",
+)  # fmt: skip
 PLAN = """
 name = "planted"
 minutes = 5
 [[comparison]]
 name = "core"
 scenes = ["paper/fig05", "basics/two_bars_free", "basics/kepler_circular"]
-engines = ["reference", "reference-fast", "exudyn", "pymunk", "rebound", "heyoka", "mujoco", "pinocchio",
-           "scipy-dop853"]
+engines = {engines}
 """
 WRAP = """
 
@@ -75,6 +77,13 @@ class Plant:
     new: str = ""
     """Text in the place of `old`; appended where `old` is empty"""
     pin: str = ""
+    engines: tuple[str, ...] = ENGINES
+    """Engines of the night: those that the change can touch, and one that it can't"""
+
+    @property
+    def plan(self) -> str:
+        """Plan of the night."""
+        return PLAN.format(engines=json.dumps(list(self.engines)))
 
 
 def wrapped(
@@ -82,7 +91,11 @@ def wrapped(
 ) -> Plant:
     """Change of an adapter that wraps one engine."""
     text = WRAP.format(factor=factor, change=change, engine=engine)
-    return Plant(f"{engine}: {name}", f"adapter:{package}", told, f"adapters/{package}/{file}.py", "", text)
+    own = "scipy-dop853" if package == "ode_solvers" else package
+    return Plant(
+        f"{engine}: {name}", f"adapter:{package}", told, f"adapters/{package}/{file}.py", "", text,
+        engines=(own, "reference-fast"),
+    )  # fmt: skip
 
 
 def stepped(package: str, file: str, engine: str) -> list[Plant]:
@@ -120,17 +133,18 @@ SOURCES = [
     Plant("reference: gravity torque 1e-6 larger", "reference", "worse", "reference_impl/model/gravity.py",
           "3.0 * model.mu_m3_s2 * seen.real", "3.000003 * model.mu_m3_s2 * seen.real"),
     Plant("mujoco: lost order", "adapter:mujoco", "worse", "adapters/mujoco/chain.py",
-          "model.opt.timestep = dt_s", "model.opt.timestep, model.opt.integrator = dt_s, 0"),
+          "model.opt.timestep = dt_s", "model.opt.timestep, model.opt.integrator = dt_s, 0",
+          engines=("mujoco", "reference-fast")),
 ]  # fmt: skip
 WHEELS = [
-    Plant("mujoco 3.2.7", "engine:mujoco", "any", pin="mujoco==3.2.7"),
-    Plant("mujoco 3.3.0", "engine:mujoco", "any", pin="mujoco==3.3.0"),
-    Plant("heyoka 7.10.1", "engine:heyoka", "any", pin="heyoka==7.10.1"),
-    Plant("pinocchio 3.4.0", "engine:pin", "any", pin="pin==3.4.0"),
-    Plant("pymunk 6.11.1", "engine:pymunk", "any", pin="pymunk==6.11.1"),
-    Plant("exudyn 1.11.0", "engine:exudyn", "any", pin="exudyn==1.11.0"),
-    Plant("rebound 4.4.0", "engine:rebound", "any", pin="rebound==4.4.0"),
-    Plant("scipy 1.15.3", "library:scipy", "any", pin="scipy==1.15.3"),
+    Plant("mujoco 3.2.7", "engine:mujoco", "any", pin="mujoco==3.2.7", engines=("mujoco", "reference-fast")),
+    Plant("mujoco 3.3.0", "engine:mujoco", "any", pin="mujoco==3.3.0", engines=("mujoco", "reference-fast")),
+    Plant("heyoka 7.10.1", "engine:heyoka", "any", pin="heyoka==7.10.1", engines=("heyoka", "reference-fast")),
+    Plant("pinocchio 3.4.0", "engine:pin", "any", pin="pin==3.4.0", engines=("pinocchio", "reference-fast")),
+    Plant("pymunk 6.11.1", "engine:pymunk", "any", pin="pymunk==6.11.1", engines=("pymunk", "reference-fast")),
+    Plant("exudyn 1.11.0", "engine:exudyn", "any", pin="exudyn==1.11.0", engines=("exudyn", "reference-fast")),
+    Plant("rebound 4.4.0", "engine:rebound", "any", pin="rebound==4.4.0", engines=("rebound", "reference-fast")),
+    Plant("scipy 1.15.3", "library:scipy", "any", pin="scipy==1.15.3", engines=("scipy-dop853", "reference", "exudyn")),
     Plant("numpy 2.0.2", "library:numpy", "any", pin="numpy==2.0.2"),
     Plant("numpy 1.26.4", "library:numpy", "any", pin="numpy==1.26.4"),
 ]
@@ -183,7 +197,7 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, required=True)
     folder = parser.parse_args().folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "plan.toml").write_text(PLAN, "utf-8")
+    (folder / "plan.toml").write_text(PLAN.format(engines=json.dumps(list(ENGINES))), "utf-8")
     base, tree = folder / "base.sqlite", folder / "tree"
     if not base.exists():
         installed_tree(tree)
@@ -200,7 +214,7 @@ def main() -> None:
             shutil.rmtree(own, ignore_errors=True)
             own.mkdir()
             shutil.copy(base, history)
-            (own / "plan.toml").write_text(PLAN, "utf-8")
+            (own / "plan.toml").write_text(plant.plan, "utf-8")
             reason = night(planted_tree(plant, own / "tree"), own, history, (plant.pin,) if plant.pin else ())
             shutil.rmtree(own / "tree", ignore_errors=True)
             if reason:
