@@ -108,10 +108,13 @@ def stepped(package: str, file: str, engine: str) -> list[Plant]:
     ]
 
 
-def tolerant(package: str, file: str, engine: str) -> list[Plant]:
-    """Mistakes of an engine with a tolerance."""
+def tolerant(package: str, file: str, engine: str, factor: float = 3.0) -> list[Plant]:
+    """Mistakes of an engine with a tolerance.
+
+    Heyoka's order follows from its tolerance, and its step from the order: a factor of 3 changes no bit.
+    """
     return [
-        wrapped("tolerance times 3", package, file, engine, "worse", factor=3.0),
+        wrapped(f"tolerance times {factor:g}", package, file, engine, "worse", factor=factor),
         wrapped("a sign of the reactions", package, file, engine, "worse", change=SIGN),
         wrapped("angles a sample late", package, file, engine, "worse", change=LATE),
     ]
@@ -121,7 +124,7 @@ SOURCES = [
     *stepped("mujoco", "adapter", "Mujoco"),
     *stepped("exudyn", "adapter", "Exudyn"),
     *stepped("pymunk", "adapter", "Pymunk"),
-    *tolerant("heyoka", "adapter", "Heyoka"),
+    *tolerant("heyoka", "adapter", "Heyoka", 100.0),
     *tolerant("pinocchio", "adapter", "Pinocchio"),
     wrapped("tolerance times 3", "ode_solvers", "scipy_engines", "ScipyDop853", "worse", factor=3.0),
     wrapped("angles a sample late", "rebound", "adapter", "Rebound", "worse",

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
+PROGRAM = (sys.executable, "-m", "barchain")
 GRACE_S = 20.0
 """Time in which an interrupted study ends its runs and writes its record"""
 LOOK_S = 0.1
@@ -72,7 +73,7 @@ def run_barchain(
     log.parent.mkdir(parents=True, exist_ok=True)
     with one_thread_each(), log.open("ab") as file:
         process = subprocess.Popen(
-            [sys.executable, "-m", "barchain", *arguments],
+            [*PROGRAM, *arguments],
             stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
         )  # fmt: skip
         try:

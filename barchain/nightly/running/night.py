@@ -216,9 +216,17 @@ def has_results(folder: Path) -> bool:
 
 def file_interrupted(store: NightStore, folder: Path, state: NightState, progress: NightProgress) -> None:
     """Add what an interrupted night did, which does not go on, and close its folder."""
+    if is_complete(store, state.stored):  # killed between its place in the history and the end of its folder
+        write_state(folder, replace(state, finished=True))
+        return
     name, _ = add(store, folder, state, complete=False)
     write_state(folder, replace(state, stored=name, finished=True))
     progress.note(f"the night of {state.started} was interrupted; what it did is kept as incomplete: {name}")
+
+
+def is_complete(store: NightStore, name: str) -> bool:
+    """Whether the history holds a whole night of this name."""
+    return any(night.name == name and night.complete for night in store.nights()) if name else False
 
 
 def add(store: NightStore, folder: Path, state: NightState, *, complete: bool) -> tuple[str, NightRun]:

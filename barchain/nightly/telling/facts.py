@@ -90,10 +90,14 @@ def night_facts(
 
 
 def still_holding(judged: JudgedNight) -> list[Change]:
-    """Changes for the worse of earlier nights that no later change of the same figure followed."""
+    """Changes for the worse of earlier nights that no later change of the same figure followed.
+
+    A run that was not reproducible is an event of its night, and no state that holds.
+    """
     latest = {change.identity: change for change in judged.changes}
     told = {change.id for change in judged.tonight}
-    return [c for c in latest.values() if c.direction is Direction.WORSE and c.id not in told]
+    worse = (c for c in latest.values() if c.direction is Direction.WORSE and not c.irreproducible)
+    return [c for c in worse if c.id not in told]
 
 
 def change_entry(

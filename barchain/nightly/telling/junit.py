@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from typing import TYPE_CHECKING
+from xml.etree import ElementTree
 
 from junitparser import Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
 
@@ -62,7 +63,9 @@ def junit_text(facts: NightlyFile, figures: Iterable[Figure], fail_on: str = "wo
         suite.update_statistics()  # type: ignore[no-untyped-call]
         document.add_testsuite(suite)
     document.update_statistics()  # type: ignore[no-untyped-call]
-    text: bytes = document.tostring()  # type: ignore[no-untyped-call]
+    root = ElementTree.fromstring(document.tostring())  # type: ignore[no-untyped-call]
+    root.attrib.pop("skipped", None)  # which the schema of Jenkins does not know here
+    text: bytes = ElementTree.tostring(root, "utf-8", xml_declaration=True)
     return text
 
 
@@ -77,12 +80,12 @@ def by_engine(figures: Iterable[Figure]) -> dict[str, dict[str, list[Figure]]]:
 def plan_suite(facts: NightlyFile) -> TestSuite:
     """Suite of the parts of the plan: a void night, and a part that failed or was left, are errors."""
     suite = TestSuite(PLAN)
-    night = TestCase("night", PLAN, facts.night.duration_s)
+    night = TestCase("night", PLAN, round(facts.night.duration_s, 3))
     if facts.night.void:
         night.result = [Error(plain_text(facts.night.void), "void")]
     suite.add_testcase(night)
     for part in facts.run.parts if facts.run else ():
-        case = TestCase(part.name, PLAN, part.duration_s)
+        case = TestCase(part.name, PLAN, round(part.duration_s, 3))
         if part.state != "done":
             left = f"; left: {', '.join(part.left)}" if part.left else ""
             case.result = [Error(plain_text(f"{part.reason or part.state}{left}"), part.state)]

@@ -1,0 +1,147 @@
+"""A plan says what each night does: errors name the key, scenes and faults rotate, what was left goes first."""
+
+from __future__ import annotations
+
+import shlex
+from typing import TYPE_CHECKING
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from adapters.registry import UnknownEngineError
+from barchain.nightly.plan.items import tonights, tonights_faults, tonights_seed
+from barchain.nightly.plan.jobs import night_jobs
+from barchain.nightly.plan.loading import PlanError, load_plan
+from barchain.nightly.plan.tables import CampaignTable, SelftestTable
+from barchain.run.settings import SettingError
+from barchain.studies.selftest.faults.catalogue import FAULTS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from barchain.nightly.plan.loading import NightPlan
+
+CORE = '[[comparison]]\nname = "core"\n'
+
+
+def plan_of(folder: Path, text: str) -> NightPlan:
+    path = folder / "plan.toml"
+    path.write_text(f'name = "own"\n{text}', "utf-8")
+    return load_plan(path)
+
+
+def test_the_shipped_plan_has_every_part_that_a_night_needs() -> None:
+    plan = load_plan()
+    jobs = night_jobs(plan, 0, {})
+    assert [job.study for job in jobs] == ["selftest", "comparison", "cost", "stability", "roundoff", "campaign"]
+    assert plan.file.minutes == 15
+    assert jobs[0].items >= 20
+    assert len(plan.file.cost[0].scenes) == 2
+    assert plan.file.stability[0].nights == 7
+    assert len(plan.file.roundoff[0].sizes) == 3
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('[[comparison]]\nname = "core"\nscene = ["paper/fig05"]', "did you mean scenes"),
+        ('[[comparisons]]\nname = "core"', "did you mean comparison"),
+        ('[[comparison]]\nname = "Core!"', "name"),
+        (f"{CORE}share = -1", "greater than 0"),
+        (f"{CORE}{CORE}", "more than once"),
+        ("", "no parts"),
+        (f"minutes = 0\n{CORE}", "minutes"),
+    ],
+)
+def test_a_faulty_plan_is_told_with_its_key_and_the_nearest_name(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(PlanError, match=r"plan\.toml") as told:
+        plan_of(tmp_path, text)
+    assert said in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "error", "said"),
+    [
+        (f'{CORE}scenes = ["paper/fig5"]', PlanError, "did you mean paper/fig05"),
+        (f'{CORE}scenes = ["papers/*"]', PlanError, "fits none"),
+        (f'{CORE}engines = ["exudym"]', UnknownEngineError, "exudyn"),
+        (f"{CORE}settings = {{ exudyn = {{ rtol = 1e-6 }} }}", SettingError, "steps_per_orbit"),
+        ('[[roundoff]]\nname = "r"\nsizes = [3e-4]', PlanError, "powers of ten"),
+        ('[[roundoff]]\nname = "r"\nparts = ["evaluations"]', PlanError, "evaluation, trajectories"),
+    ],
+)
+def test_names_of_a_plan_are_checked_before_anything_runs(
+    tmp_path: Path, text: str, error: type[Exception], said: str
+) -> None:
+    with pytest.raises(error) as told:
+        night_jobs(plan_of(tmp_path, text), 0, {})
+    assert said in str(told.value)
+
+
+def test_a_plan_that_differs_in_its_minutes_only_is_the_same_plan(tmp_path: Path) -> None:
+    first = plan_of(tmp_path, f"minutes = 5\n{CORE}").identity
+    assert plan_of(tmp_path, f"minutes = 50\n{CORE}").identity == first
+    assert plan_of(tmp_path, f"minutes = 5\n{CORE}share = 2").identity != first
+
+
+@given(st.lists(st.integers(), unique=True, max_size=40), st.integers(1, 12), st.integers(0, 100))
+def test_every_scene_is_done_once_in_as_many_nights_as_the_plan_says(
+    scenes: list[int], nights: int, first: int
+) -> None:
+    names = [str(scene) for scene in scenes]
+    done = [name for turn in range(first, first + nights) for name in tonights(names, nights, turn)]
+    assert sorted(done) == sorted(names)
+
+
+@given(st.integers(1, 150), st.integers(0, 50), st.integers(0, 1000))
+def test_faults_rotate_until_all_were_planted(count: int, turn: int, seed: int) -> None:
+    part = SelftestTable(name="alarm", faults=count, seed=seed)
+    each = min(count, len(FAULTS))
+    nights = -(-len(FAULTS) // each)
+    drawn = [tonights_faults(part, FAULTS, k) for k in range(turn, turn + nights)]
+    assert all(len(set(faults)) == each for faults in drawn)
+    assert {fault for faults in drawn for fault in faults} == set(FAULTS)
+
+
+@given(st.integers(1, 20), st.integers(0, 10**6), st.integers(0, 1000))
+def test_no_two_nights_draw_the_same_random_scene(scenes: int, seed: int, turn: int) -> None:
+    part = CampaignTable(name="random", scenes=scenes, seed=seed)
+    assert tonights_seed(part, turn + 1) == tonights_seed(part, turn) + scenes
+
+
+def test_scenes_that_were_left_are_a_job_of_their_own_and_go_before_all_parts_but_the_alarm(tmp_path: Path) -> None:
+    text = (
+        f'{CORE}scenes = ["paper/fig05", "paper/fig13"]\n[[stability]]\nname = "hard"\nnights = 7\n'
+        '[[selftest]]\nname = "alarm"'
+    )
+    plan = plan_of(tmp_path, text)
+    jobs = night_jobs(plan, 0, {"hard": ["hard/whip"], "core": ["paper/fig13"]})
+    assert [job.name for job in jobs] == ["alarm", "core-left", "hard-left", "core", "hard"]
+    assert jobs[1].scenes == ("paper/fig13",)
+    assert jobs[3].scenes == ("paper/fig05",)
+    assert jobs[2].scenes == ("hard/whip",)
+    assert "hard/whip" not in jobs[4].scenes
+
+
+def test_scenes_tagged_huge_are_done_only_where_they_are_named(tmp_path: Path) -> None:
+    (all_hard,) = night_jobs(plan_of(tmp_path, '[[stability]]\nname = "hard"'), 0, {})
+    assert "hard/bars_10000" not in all_hard.scenes
+    named = plan_of(tmp_path, '[[stability]]\nname = "hard"\nscenes = ["hard/bars_10000"]')
+    assert night_jobs(named, 0, {})[0].scenes == ("hard/bars_10000",)
+
+
+def test_a_scene_file_is_looked_for_beside_the_plan(tmp_path: Path) -> None:
+    (job,) = night_jobs(plan_of(tmp_path, f'{CORE}scenes = ["mine.toml"]'), 0, {})
+    assert job.scenes == (str(tmp_path / "mine.toml"),)
+
+
+def test_each_job_tells_the_command_that_repeats_it(tmp_path: Path) -> None:
+    text = (
+        f'{CORE}scenes = ["paper/fig05"]\nengines = ["exudyn"]\nsettings = {{ exudyn = {{ steps_per_orbit = 500.0 }} }}'
+    )
+    (job,) = night_jobs(plan_of(tmp_path, text), 0, {})
+    assert shlex.split(job.shown(tmp_path)) == [
+        "barchain", "compare", "--engine", "exudyn", "--set", "exudyn:steps_per_orbit=500.0", "paper/fig05", "--out",
+        str(tmp_path),
+    ]  # fmt: skip

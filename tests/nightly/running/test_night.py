@@ -1,0 +1,230 @@
+"""Nights as they run: kept whatever happens, resumed, and what was left goes first."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from barchain.nightly.history.judged import judge
+from barchain.nightly.history.runs import last_run, run_of_night
+from barchain.nightly.history.store import open_store
+from barchain.nightly.plan.loading import load_plan
+from barchain.nightly.run_facts import PartState
+from barchain.nightly.running import night as running
+from barchain.nightly.running.child import ChildEnd, run_barchain
+from barchain.nightly.running.night import run_night
+from barchain.nightly.running.state import read_state, write_state
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from barchain.nightly.plan.loading import NightPlan
+    from barchain.nightly.running.night import NightEnd
+
+PLAN = """
+name = "small"
+minutes = 2
+[[comparison]]
+name = "core"
+scenes = ["basics/kepler_circular", "basics/kepler_elliptic"]
+engines = ["reference"]
+"""
+
+
+@pytest.fixture
+def plan(tmp_path: Path) -> NightPlan:
+    (tmp_path / "plan.toml").write_text(PLAN, "utf-8")
+    return load_plan(tmp_path / "plan.toml")
+
+
+def one_night(plan: NightPlan, folder: Path, url: str | None = None) -> NightEnd:
+    with open_store(url or str(folder / "history.sqlite"), create=True) as store:
+        return run_night(plan, 2.0, store, folder / "nights")
+
+
+def test_two_nights_of_the_same_code_agree_in_every_bit(plan: NightPlan, tmp_path: Path) -> None:
+    first, second = one_night(plan, tmp_path), one_night(plan, tmp_path)
+    assert first.run.complete
+    assert (first.run.turn, second.run.turn) == (0, 1)
+    assert second.run.parts[0].done == 2
+    with open_store(str(tmp_path / "history.sqlite")) as store:
+        judged = judge(store, second.name)
+        assert run_of_night(store, store.summary(first.name)) == first.run
+    assert judged.tonight == ()
+    assert judged.judged > 20
+
+
+def test_a_night_that_is_killed_goes_on_with_what_it_has(
+    plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def killed(*given: Any, **more: Any) -> ChildEnd:
+        run_barchain(*given, **more)
+        raise SystemError("killed")  # nothing after a kill is run
+
+    monkeypatch.setattr(running, "run_barchain", killed)
+    with pytest.raises(SystemError):
+        one_night(plan, tmp_path)
+    monkeypatch.undo()
+    (folder,) = (tmp_path / "nights").iterdir()
+    ended = one_night(plan, tmp_path)
+    assert ended.folder == folder
+    assert ended.run.complete
+    assert json.loads((folder / "core" / "record.json").read_text("utf-8"))["complete"]
+    with open_store(str(tmp_path / "history.sqlite")) as store:
+        assert [night.complete for night in store.nights()] == [True]
+
+
+def test_an_interrupted_night_is_kept_as_incomplete_and_replaced_when_it_has_gone_on(
+    plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: Any, **__: Any) -> ChildEnd:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(running, "run_barchain", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        one_night(plan, tmp_path)
+    with open_store(str(tmp_path / "history.sqlite")) as store:
+        assert [night.complete for night in store.nights()] == [False]
+        found = last_run(store, plan.identity)
+        assert found is not None
+        assert [(part.state, part.left) for part in found.parts] == [(PartState.LEFT, ("core",))]
+    monkeypatch.undo()
+    one_night(plan, tmp_path)
+    with open_store(str(tmp_path / "history.sqlite")) as store:
+        assert [night.complete for night in store.nights()] == [True]
+
+
+def test_a_night_that_was_interrupted_under_other_code_is_kept_and_a_new_one_begins(
+    plan: NightPlan, tmp_path: Path
+) -> None:
+    first = one_night(plan, tmp_path)
+    state = read_state(first.folder)
+    assert state is not None
+    from dataclasses import replace
+
+    write_state(first.folder, replace(state, finished=False, code="other", stored="", results={}))
+    notes: list[str] = []
+    with open_store(str(tmp_path / "history.sqlite")) as store:
+        second = run_night(plan, 2.0, store, tmp_path / "nights", running.NightProgress(note=notes.append))
+        assert sorted(night.complete for night in store.nights()) == [False, True, True]
+    assert second.folder != first.folder
+    assert any("was interrupted" in note for note in notes)
+
+
+def test_a_kill_after_a_night_is_in_the_history_does_not_double_it(plan: NightPlan, tmp_path: Path) -> None:
+    from dataclasses import replace
+
+    first = one_night(plan, tmp_path)
+    state = read_state(first.folder)
+    assert state is not None
+    for changed in (replace(state, finished=False), replace(state, finished=False, code="other")):
+        write_state(first.folder, changed)
+        one_night(plan, tmp_path)
+    with open_store(str(tmp_path / "history.sqlite")) as store:
+        nights = store.nights()
+    assert [night.complete for night in nights] == [True, True]  # the same night, and the new one of other code
+    assert nights[0].name == first.name
+
+
+def test_a_part_that_fails_costs_its_own_figures_only(tmp_path: Path) -> None:
+    text = f'{PLAN}[[comparison]]\nname = "broken"\nscenes = ["no_such.toml"]\n'
+    (tmp_path / "plan.toml").write_text(text, "utf-8")
+    ended = one_night(load_plan(tmp_path / "plan.toml"), tmp_path)
+    states = {part.name: part for part in ended.run.parts}
+    assert states["core"].state is PartState.DONE
+    assert states["broken"].state is PartState.FAILED
+    assert "no_such.toml" in states["broken"].reason
+    assert not ended.run.complete
+
+
+def test_what_did_not_fit_goes_first_on_the_next_night(
+    plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(running, "pace_s", lambda *_: 1e6)
+    first = one_night(plan, tmp_path)
+    assert first.run.parts[0].left == ("basics/kepler_elliptic",)
+    assert first.run.parts[0].state is PartState.LEFT
+    monkeypatch.undo()
+    second = one_night(plan, tmp_path)
+    assert second.run.complete
+    assert sorted(p.name for p in second.folder.iterdir() if (p / "record.json").exists()) == ["core", "core-left"]
+
+
+def test_a_job_without_time_is_left_and_named(plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(running, "working_time_s", lambda _: 1.0)
+    ended = one_night(plan, tmp_path)
+    assert ended.run.parts[0].reason == "no time was left"
+    with open_store(str(tmp_path / "history.sqlite")) as store:
+        (night,) = store.nights()
+        assert (night.complete, night.figures) == (False, 0)
+
+
+COMMAND = [sys.executable, "-m", "barchain", "-q", "nightly", "--fail-on", "never"]
+
+
+def started(folder: Path, url: str) -> subprocess.Popen[bytes]:
+    line = [*COMMAND, "--plan", str(folder / "plan.toml"), "--history", url, "--out", str(folder / "nights")]
+    return subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+
+
+@pytest.mark.slow
+def test_nothing_is_lost_or_doubled_by_ten_kills_at_random_instants(plan: NightPlan, tmp_path: Path) -> None:
+    url, draw = str(tmp_path / "history.sqlite"), random.Random(7)
+    before: set[str] = set()
+    for _ in range(10):
+        process = started(tmp_path, url)
+        time.sleep(draw.uniform(0.5, 9.0))
+        os.kill(process.pid, signal.SIGKILL)
+        process.communicate()
+        if (tmp_path / "history.sqlite").exists():
+            with open_store(url, create=True) as store:
+                names = [night.name for night in store.nights() if night.complete]
+                assert before <= set(names)
+                assert len({night.started for night in store.nights()}) == len(store.nights())
+                before = set(names)
+    process = started(tmp_path, url)
+    assert process.communicate(timeout=120)[1] == b""
+    assert process.returncode == 0
+    with open_store(url) as store:
+        assert store.nights()[-1].complete
+        assert judge(store).tonight == ()
+    assert plan.identity
+
+
+@pytest.mark.slow
+def test_two_nights_at_once_are_two_nights(plan: NightPlan, tmp_path: Path, url: str) -> None:
+    both = [started(tmp_path, url) for _ in range(2)]
+    assert [process.communicate(timeout=200)[1] for process in both] == [b"", b""]
+    with open_store(url) as store:
+        nights = store.nights()
+        assert [night.complete for night in nights] == [True, True]
+        assert len({night.name for night in nights}) == 2
+    assert plan.identity
+
+
+@pytest.mark.slow
+def test_a_history_that_can_not_be_written_keeps_the_results_and_the_next_call_adds_them(
+    plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from barchain.nightly.history.faults import HistoryError
+    from barchain.nightly.history.store import NightStore
+
+    def full(*_: Any, **__: Any) -> bool:
+        raise HistoryError("history.sqlite: the disk is full; nothing was changed")
+
+    monkeypatch.setattr(NightStore, "add", full)
+    with pytest.raises(HistoryError, match="disk is full"):
+        one_night(plan, tmp_path)
+    monkeypatch.undo()
+    ended = one_night(plan, tmp_path)
+    with open_store(str(tmp_path / "history.sqlite")) as store:
+        assert [(night.name, night.complete) for night in store.nights()] == [(ended.name, True)]
+    assert len([p for p in (tmp_path / "nights").iterdir() if p.is_dir()]) == 1

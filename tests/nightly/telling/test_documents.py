@@ -1,0 +1,189 @@
+"""Documents of a stored night: page, summary, nightly.json, JUnit XML, and the exit code."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+import xmlschema
+from click.testing import CliRunner
+from junitparser import JUnitXml
+
+from barchain.cli.main import cli
+from barchain.nightly.history.figures import NightPart
+from barchain.nightly.history.judged import accept, change_named, judge
+from barchain.nightly.history.night_file import write_night
+from barchain.nightly.history.store import open_store
+from barchain.nightly.run_facts import AlarmTest, NightRun, PartResult, PartState
+from reports.tables.nightly import NightlyFile, read_nightly
+from tests.nightly.history.synthetic import PARTS, bits, count, error, night, ratio, verdict
+
+SCHEMA = Path(__file__).with_name("junit-10.xsd")
+NEWER = (NightPart("engine:mujoco", "4.0.0", "ee"), *PARTS[1:])
+RUN = NightRun(
+    "plan", 15.0,
+    (
+        PartResult("alarm", PartState.DONE, 60.0, 20.0, done=20, command="barchain selftest"),
+        PartResult("core", PartState.LEFT, 100.0, 100.0, ("paper/fig13",), "interrupted at its limit of 100 s", 3),
+        PartResult("cost", PartState.FAILED, 90.0, 2.0, reason="<b>no & such</b> engine"),
+    ),
+    AlarmTest(20),
+)  # fmt: skip
+
+
+def report(url: str, out: Path, *more: str) -> tuple[int, NightlyFile]:
+    ended = CliRunner().invoke(cli, ["history", "report", "--history", url, "--out", str(out), *more])
+    assert ended.exception is None or isinstance(ended.exception, SystemExit), ended.output
+    return ended.exit_code, read_nightly(out / "nightly.json")
+
+
+@pytest.fixture
+def history(tmp_path: Path) -> str:
+    return str(tmp_path / "history.sqlite")
+
+
+def add(url: str, *nights: Any, run: NightRun | None = None) -> None:
+    with open_store(url, create=True) as store:
+        for each in nights:
+            store.add(each, run=run)
+
+
+def usual(factor: float = 1.0, **more: Any) -> Any:
+    return night(error(1e-5 * factor), count(), verdict(), bits("00" if factor == 1.0 else "11"), ratio(), **more)
+
+
+def test_the_first_night_has_all_documents_and_exit_code_0(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0))
+    code, facts = report(history, tmp_path / "out")
+    assert code == 0
+    assert facts.sentence.startswith("This is the first night")
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {"nightly.html", "nightly.json", "summary.md", "junit.xml"}
+
+
+def test_a_larger_error_is_told_with_factor_and_suspect_and_ends_with_1(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), usual(number=1), usual(2.0, number=2, parts=NEWER))
+    code, facts = report(history, tmp_path / "out")
+    assert code == 1
+    worse = [c for c in facts.changes if c.direction == "worse"]
+    assert [(c.quantity, c.factor, [s.name for s in c.suspects]) for c in worse] == [
+        ("attitude.max", 2.0, ["engine:mujoco"])
+    ]
+    assert "engine:mujoco 4.0.0" in facts.sentence
+    summary = (tmp_path / "out" / "summary.md").read_text("utf-8")
+    page = (tmp_path / "out" / "nightly.html").read_text("utf-8")
+    for text in (summary, page):
+        assert "3.3.0 → 4.0.0" in re.sub("<wbr>", "", text)
+
+
+@pytest.mark.parametrize(("fail_on", "code"), [("worse", 0), ("changed", 1), ("never", 0)])
+def test_a_better_figure_fails_only_where_any_change_shall_fail(
+    history: str, tmp_path: Path, fail_on: str, code: int
+) -> None:
+    add(history, usual(number=0), usual(0.5, number=1, parts=NEWER))
+    assert report(history, tmp_path / "out", "--fail-on", fail_on)[0] == code
+
+
+def test_a_void_night_ends_with_3_and_is_an_error_of_its_plan(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), usual(2.0, number=1, void="1 of 20 planted faults missed: mu"), run=RUN)
+    code, facts = report(history, tmp_path / "out")
+    assert (code, facts.night.state, facts.changes) == (3, "void", ())
+    plan = {suite.name: suite for suite in JUnitXml.fromfile(str(tmp_path / "out" / "junit.xml"))}["plan"]
+    assert plan.errors == 3  # the night, the part that was left, the part that failed
+
+
+def test_an_incomplete_night_ends_with_3_unless_something_is_worse(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), usual(number=1, complete=False))
+    assert report(history, tmp_path / "out")[0] == 3
+    add(history, usual(2.0, number=2, complete=False))
+    assert report(history, tmp_path / "out")[0] == 1
+
+
+def test_an_accepted_change_is_shown_as_such_and_does_not_fail(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), usual(2.0, number=1, parts=NEWER))
+    with open_store(history) as store:
+        worse = change_named(judge(store), error().identity.name)
+        accept(store, worse, "Ada", "fewer steps on purpose")
+    code, facts = report(history, tmp_path / "out")
+    assert code == 0
+    assert facts.counts.accepted == 1
+    assert "fewer steps on purpose" in (tmp_path / "out" / "nightly.html").read_text("utf-8")
+    failures = sum(suite.failures for suite in JUnitXml.fromfile(str(tmp_path / "out" / "junit.xml")))
+    assert failures == 0
+
+
+def test_an_earlier_change_for_the_worse_stands_until_it_is_mended(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), usual(2.0, number=1), usual(2.0, number=2))
+    code, facts = report(history, tmp_path / "out")
+    assert code == 0
+    assert [c.quantity for c in facts.standing] == ["attitude.max"]
+    add(history, usual(1.0, number=3))
+    assert report(history, tmp_path / "out")[1].standing == ()
+
+
+def test_junit_agrees_with_the_schema_of_jenkins(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), usual(2.0, number=1, parts=NEWER), run=RUN)
+    add(history, night(error(3e-5), verdict("unsupported", reason="no <gravity> & such"), number=2), run=RUN)
+    report(history, tmp_path / "out", "--junit", str(tmp_path / "own.xml"))
+    xmlschema.validate(str(tmp_path / "own.xml"), str(SCHEMA))
+    suites = {suite.name: suite for suite in JUnitXml.fromfile(str(tmp_path / "own.xml"))}
+    assert suites["mujoco"].failures >= 1
+    assert {case.name for case in suites["plan"]} == {"night", "alarm", "core", "cost"}
+
+
+def test_nightly_json_agrees_with_its_own_schema(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), usual(2.0, number=1, parts=NEWER), run=RUN)
+    report(history, tmp_path / "out")
+    printed = CliRunner().invoke(cli, ["schema", "nightly"]).output
+    jsonschema.validate(json.loads((tmp_path / "out" / "nightly.json").read_text("utf-8")), json.loads(printed))
+
+
+def test_the_page_loads_nothing_and_shows_no_markup_of_the_data(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), usual(2.0, number=1), run=RUN)
+    report(history, tmp_path / "out")
+    page = (tmp_path / "out" / "nightly.html").read_text("utf-8")
+    assert "default-src 'none'" in page
+    assert "<b>no" not in page
+    assert "&lt;b&gt;no &amp; such" in page
+    assert not re.search(r"<script|https?://", page)
+
+
+def test_a_baseline_is_a_night_or_a_file_that_the_user_keeps(history: str, tmp_path: Path) -> None:
+    first = usual(number=0)
+    add(history, first, usual(2.0, number=1, parts=NEWER), usual(2.0, number=2, parts=NEWER))
+    assert report(history, tmp_path / "out")[0] == 0
+    code, facts = report(history, tmp_path / "out", "--baseline", first.name)
+    assert (code, facts.against.baseline) == (1, first.name)
+    write_night(first, tmp_path / "release.json")
+    assert report(history, tmp_path / "out", "--baseline", str(tmp_path / "release.json"))[0] == 1
+
+
+@pytest.mark.parametrize("content", ["", "{}", "[1]", '{"format": "barchain night 1"}', "\x00"])
+def test_a_file_that_is_no_baseline_is_told_in_one_line(history: str, tmp_path: Path, content: str) -> None:
+    add(history, usual(number=0))
+    path = tmp_path / "base.json"
+    path.write_text(content, "utf-8")
+    ended = CliRunner().invoke(
+        cli, ["history", "report", "--history", history, "--out", str(tmp_path), "--baseline", str(path)]
+    )
+    assert type(ended.exception).__name__ == "HistoryError"
+    assert "\n" not in str(ended.exception)
+
+
+def test_a_night_of_a_file_is_the_night_that_was_written(tmp_path: Path) -> None:
+    from barchain.nightly.history.night_file import read_night_file
+
+    made = usual(1.5, number=3, parts=NEWER, void="why")
+    write_night(made, tmp_path / "n.json")
+    assert read_night_file(tmp_path / "n.json") == made
+
+
+def test_the_exported_baseline_of_the_command_line_can_be_used(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), usual(2.0, number=1))
+    path = str(tmp_path / "base.json")
+    first = ["history", "export", "--json", path, "--night", "2026-01-01", "--history", history]
+    assert CliRunner().invoke(cli, first).exit_code == 0
+    assert report(history, tmp_path / "out", "--baseline", path)[0] == 1

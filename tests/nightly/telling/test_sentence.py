@@ -1,0 +1,90 @@
+"""The sentence that opens the page of a night."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from barchain.nightly.telling.sentence import amount, listed, opening
+from reports.tables.nightly import AcceptanceEntry, ChangeEntry, SuspectEntry
+
+MUJOCO = SuspectEntry(name="engine:mujoco", before="3.2.7", after="4.0.0")
+NUMPY = SuspectEntry(name="library:numpy", before="1.26.4", after="2.4.6")
+ACCEPTED = AcceptanceEntry(who="Ada", when="2026-01-02T03:04:05Z", reason="a better method")  # type: ignore[arg-type]
+
+
+def change(direction: str = "worse", suspects: tuple[SuspectEntry, ...] = (MUJOCO,), **more: Any) -> ChangeEntry:
+    options: dict[str, Any] = {
+        "id": "0123456789", "figure": "paper/fig05:mujoco::attitude.max", "scene": "paper/fig05", "engine": "mujoco",
+        "setting": "", "quantity": "attitude.max", "kind": "error", "unit": "rad", "was": "1e-9 rad",
+        "became": "2e-9 rad", "direction": direction, "last": "a", "since": "b", "reason": "", "irreproducible": False,
+        "suspects": suspects,
+    }  # fmt: skip
+    return ChangeEntry(**(options | more))
+
+
+def said(*changes: ChangeEntry, **more: Any) -> str:
+    options: dict[str, Any] = {"judged": 900, "earlier": 5, "void": None, "complete": True}
+    return opening(changes, **(options | more))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ((), "Nothing changed tonight among 900 figures."),
+        ((change(),), "One figure of 900 changed tonight, for the worse; since engine:mujoco 4.0.0."),
+        (
+            (change(),) * 3,
+            "Three figures of 900 changed tonight, all for the worse; all three since engine:mujoco 4.0.0.",
+        ),
+        (
+            (change(), change("better", (NUMPY,))),
+            "Two figures of 900 changed tonight, one for the worse and one for the better; one since "
+            "engine:mujoco 4.0.0 and one since library:numpy 2.4.6.",
+        ),
+        (
+            (change(suspects=(MUJOCO, NUMPY)),) * 2,
+            "Two figures of 900 changed tonight, all for the worse; both with two suspects.",
+        ),
+        (
+            (change(confirmed="confirmed: engine:mujoco 3.2.7 → 4.0.0"),),
+            "One figure of 900 changed tonight, for the worse; by real runs confirmed: engine:mujoco 3.2.7 → 4.0.0.",
+        ),
+        ((change(accepted=ACCEPTED),), "Nothing changed tonight among 900 figures. One change is accepted."),
+        ((change(suspects=()),), "One figure of 900 changed tonight, for the worse; without a change of any part."),
+    ],
+)  # fmt: skip
+def test_a_night_is_told_in_one_sentence(changes: tuple[ChangeEntry, ...], words: str) -> None:
+    assert said(*changes) == words
+
+
+def test_runs_that_are_not_reproducible_are_told_first() -> None:
+    text = said(change(), change(irreproducible=True, suspects=()))
+    assert text.startswith("One run is not reproducible")
+    assert "One figure of 900 changed" in text
+
+
+def test_a_void_night_says_so_and_nothing_else() -> None:
+    assert said(change(), void="1 of 20 planted faults missed: mu") == (
+        "This night is void: 1 of 20 planted faults missed: mu."
+    )
+
+
+def test_the_first_night_has_nothing_to_be_compared_with() -> None:
+    assert said(earlier=0) == "This is the first night: there is no earlier one to compare it with."
+
+
+def test_an_incomplete_night_says_so_too() -> None:
+    assert said(complete=False).endswith("The night is incomplete.")
+
+
+def test_a_baseline_is_named() -> None:
+    assert "changed since release.json" in said(change(), baseline="release.json")
+
+
+def test_numbers_up_to_twelve_are_words() -> None:
+    assert [amount(12), amount(13), amount(1, "figure"), amount(2, "figure")] == [
+        "twelve", "13", "one figure", "two figures",
+    ]  # fmt: skip
+    assert listed(["a", "b", "c"]) == "a, b and c"
