@@ -220,7 +220,8 @@ class Rebound(Engine):
         if free:
             sim.gravity = "none"
         elif not self.whfast:
-            sim.integrator.epsilon = epsilon(self.rtol)
+            settings = sim.ri_ias15 if isinstance(sim.integrator, str) else sim.integrator  # of 4.x, and from 5.0 on
+            settings.epsilon = epsilon(self.rtol)
         if self.forces:
             attach(sim, self.forces, self.failed)
         return sim
