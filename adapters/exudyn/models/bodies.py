@@ -37,9 +37,9 @@ class RedundantModel(Model):
                 initialVelocities=[*s.velocity_m_s[j], s.rate_rad_s[j]],
             )
         )
-        mass, inertia = chain.mass_kg[j], chain.inertia_kg_m2[j]
-        # by place: up to 1.11 the two arguments are called physicsMass and physicsInertia
-        body = self.mbs.AddObject(items().ObjectRigidBody2D("", mass, inertia, nodeNumber=node))
+        body = self.mbs.AddObject(
+            items().ObjectRigidBody2D(mass=chain.mass_kg[j], inertia=chain.inertia_kg_m2[j], nodeNumber=node)
+        )
         self.add_load(j, ground, self.mbs.AddMarker(items().MarkerBodyRigid(bodyNumber=body)))
         self.bodies.append(body)
         return node

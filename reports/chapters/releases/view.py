@@ -87,14 +87,26 @@ def release_rows(tables: ReleasesTables) -> list[ReleaseRow]:
             digits = f"other digits in {len(other)} of {len(bits)} scenes" if other else "the same digits"
         if bits:
             before = bits
+        runs = row["state"] == ReleaseState.RUNS.value
+        state, reason = partly(tables.errors, version) if runs else ("", "")
         found.append(
             ReleaseRow(
-                version, row["released"], row["state"], row["state"] == ReleaseState.RUNS.value, row["reason"],
+                version, row["released"], state or row["state"], runs, reason or row["reason"],
                 megabytes(row["wheel_B"]), megabytes(row["installed_B"]), milliseconds(row["import_s"]),
                 ratio_words(tables.times, version), digits, row["moved"],
             )
         )  # fmt: skip
     return found
+
+
+def partly(errors: pd.DataFrame, version: str) -> tuple[str, str]:
+    """State and reason of a release that runs in some scenes only; empty texts of one that runs in all."""
+    own = errors[errors["version"].astype(str) == version]
+    dead = own[own["quantity"] == ""]
+    if not len(dead):
+        return "", ""
+    every = own["scene"].nunique()
+    return f"runs in {every - dead['scene'].nunique()} of {every} scenes", str(dead["reason"].iloc[0])
 
 
 def digests(runs: pd.DataFrame, version: str) -> dict[str, str]:
