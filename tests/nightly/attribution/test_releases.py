@@ -1,0 +1,150 @@
+"""Releases of an engine: which the index has, and what is measured of each."""
+
+from __future__ import annotations
+
+import datetime
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from packaging.version import Version
+
+from barchain.nightly.environments.faults import PinnedEnvironmentError
+from barchain.nightly.releases import index, study
+from barchain.nightly.releases.index import Release, releases_of
+from barchain.nightly.releases.measuring import Measured
+from barchain.nightly.releases.plan import engine_and_distribution, make_plan
+from barchain.nightly.releases.study import ReleasesOptions, ReleasesStudy
+from barchain.studies.study import run_study
+from reports.render import render_study
+from reports.tables.releases import read_releases
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+DAY = datetime.datetime(2026, 1, 2, tzinfo=datetime.UTC)
+
+
+def file(name: str, **more: Any) -> SimpleNamespace:
+    usual = {"filename": name, "requires_python": ">=3.9", "is_yanked": False, "upload_time": DAY, "size": 10}
+    return SimpleNamespace(**(usual | more))
+
+
+@pytest.fixture
+def files(monkeypatch: pytest.MonkeyPatch) -> list[SimpleNamespace]:
+    found: list[SimpleNamespace] = []
+    monkeypatch.setattr(index, "packages", lambda _: found)
+    return found
+
+
+def test_releases_are_wheels_that_fit_here_in_the_order_of_their_versions(files: list[SimpleNamespace]) -> None:
+    files += [
+        file("mujoco-3.10.0-py3-none-any.whl"),
+        file("mujoco-3.9.0-py3-none-any.whl"),
+        file("mujoco-3.11.0-cp27-cp27m-win32.whl"),
+        file("mujoco-3.12.0-py3-none-any.whl", requires_python=">=4"),
+        file("mujoco-3.13.0-py3-none-any.whl", is_yanked=True),
+        file("mujoco-4.0.0rc1-py3-none-any.whl"),
+        file("mujoco-3.14.0.tar.gz"),
+        file("no wheel at all.whl"),
+    ]
+    assert releases_of("mujoco") == (
+        Release(Version("3.9.0"), "2026-01-02", 10),
+        Release(Version("3.10.0"), "2026-01-02", 10),
+    )
+    assert [str(r.version) for r in releases_of("mujoco", "3.10")] == ["3.10.0"]
+
+
+def test_a_first_version_that_is_none_is_told(files: list[SimpleNamespace]) -> None:
+    assert files == []
+    with pytest.raises(PinnedEnvironmentError, match="latest given, allowed: a version"):
+        releases_of("mujoco", "latest")
+
+
+def test_an_engine_or_its_distribution_can_be_named() -> None:
+    assert engine_and_distribution("exudyn") == ("exudyn", "exudyn")
+    assert engine_and_distribution("pin") == ("pinocchio", "pin")
+    assert engine_and_distribution("scipy")[1] == "scipy"
+
+
+@pytest.mark.parametrize(("given", "said"), [("mujocco", "did you mean mujoco"), ("reference", "part of barchain")])
+def test_a_name_without_releases_is_told(given: str, said: str) -> None:
+    with pytest.raises(PinnedEnvironmentError, match=said):
+        engine_and_distribution(given)
+
+
+def test_an_engine_without_a_fitting_wheel_is_told(files: list[SimpleNamespace]) -> None:
+    assert files == []
+    with pytest.raises(PinnedEnvironmentError, match="no wheel for this Python and platform from 9 on"):
+        make_plan("mujoco", since="9")
+
+
+def test_scenes_that_the_engine_does_not_support_are_told(files: list[SimpleNamespace]) -> None:
+    files.append(file("rebound-5.0.0-py3-none-any.whl"))
+    assert make_plan("rebound").scenes
+    with pytest.raises(PinnedEnvironmentError, match="mujoco does not support effects/solar_shadow"):
+        make_plan("mujoco", ["effects/solar_shadow"])
+
+
+def measured(plan: Any, release: Release, *_: Any) -> Measured:
+    """Rows of a release: 1.0 does not run, 1.2 has other digits than 1.1."""
+    version = str(release.version)
+    place = {"engine": plan.engine, "version": version}
+    found = Measured(place | {"released": "2026-01-02", "wheel_B": 1e6, "state": "runs", "import_s": 0.1})
+    if version == "1.0":
+        found.release |= {"state": "does not run", "reason": "AttributeError: no <such> name"}
+        return found
+    for scene in plan.scenes:
+        found.errors.append(place | {
+            "scene": scene, "quantity": "attitude", "unit": "rad", "value": 1e-9 * float(version), "rounding": 1e-12,
+            "verdict": "pass", "reason": "",
+        })  # fmt: skip
+        bits = "bb" if version == "1.2" and scene == plan.scenes[0] else "aa"
+        found.runs.append(place | {"scene": scene, "setting": "", "trajectory": bits, "steps": 100})
+    found.times.append(place | {
+        "scene": plan.timed, "target": "attitude<=1e-06", "anchor": "reference-fast", "ratio": 3.0, "low": 2.5,
+        "high": 3.5,
+    })  # fmt: skip
+    return found
+
+
+def test_the_study_tells_which_releases_run_and_where_digits_change_and_goes_on_after_an_interruption(
+    files: list[SimpleNamespace], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    files += [file(f"pymunk-1.{k}-py3-none-any.whl") for k in range(4)]
+    asked: list[str] = []
+
+    def until_the_third(plan: Any, release: Release, *more: Any) -> Measured:
+        asked.append(str(release.version))
+        if asked == ["1.0", "1.1", "1.2"]:
+            raise KeyboardInterrupt
+        return measured(plan, release, *more)
+
+    monkeypatch.setattr(study, "measure", until_the_third)
+    own = ReleasesStudy()
+    plan = own.plan(ReleasesOptions("pymunk"))
+    with pytest.raises(KeyboardInterrupt):
+        run_study(own, plan, tmp_path)
+    result = run_study(own, plan, tmp_path, resume=True)
+    assert asked == ["1.0", "1.1", "1.2", "1.2", "1.3"]
+    assert result.passed
+    assert list(read_releases(tmp_path).releases["version"].astype(str)) == ["1.0", "1.1", "1.2", "1.3"]
+    rendered = render_study("releases", tmp_path)
+    page = rendered.page.read_text("utf-8")
+    assert "3 of 4 releases of pymunk run with this barchain; digits change with 1.2, 1.3." in page
+    assert "no &lt;such&gt; name" in page
+    assert rendered.text is not None
+    assert "other digits in 1 of 3 scenes" in rendered.text.read_text("utf-8")
+
+
+@pytest.mark.slow
+def test_two_real_releases_of_pymunk_agree_in_every_digit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("BARCHAIN_ENVIRONMENTS", str(tmp_path / "environments"))
+    own = ReleasesStudy()
+    plan = own.plan(ReleasesOptions("pymunk", ("basics/two_bars_free",), "7.3"))
+    run_study(own, plan, tmp_path / "out")
+    tables = read_releases(tmp_path / "out")
+    assert set(tables.releases["state"]) == {"runs"}
+    assert len(tables.runs) >= 2
+    assert tables.runs["trajectory"].nunique() == 1
+    assert (tables.releases["import_s"] > 0.0).all()
