@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
-import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,10 +12,9 @@ from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engin
 from adapters.trajectory import Observable, Trajectory
 from barchain.boundary.memory import Peak
 from barchain.boundary.message import MessageError, plain_info, plain_number, plain_text
+from barchain.boundary.stopwatch import timed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from adapters.engine import Setting
     from adapters.registry import Registration
     from adapters.trajectory import Array
@@ -153,7 +151,8 @@ def run(registration: Registration, options: frozenset[str], scene: Scene, setti
     if not isinstance(ended, str):
         raise MessageError(f"ended is a {type(ended).__name__}, expected text")
     info = plain_info(result.info)
-    return {"seconds": seconds, "ended": plain_text(ended), "info": info}, sendable(result)
+    spent = {phase: plain_number(s) or 0.0 for phase, s in seconds.items()}
+    return {"seconds": spent, "ended": plain_text(ended), "info": info}, sendable(result)
 
 
 def first_run(
@@ -199,15 +198,3 @@ def sendable(result: Trajectory, *, keep_order: bool = False) -> dict[str, Array
             raise MessageError(f"{name} holds {plain_text(value.dtype, 40)}, expected float64")
         found[name] = value if keep_order else np.ascontiguousarray(np.asarray(value))
     return found
-
-
-def timed(seconds: dict[str, float], phase: str, call: Callable[[], Any]) -> Any:
-    """Result of `call`; its wall time is noted, and an exception carries the phase as a note."""
-    start = time.perf_counter()
-    try:
-        result = call()
-    except BaseException as error:
-        error.add_note(phase)
-        raise
-    seconds[phase] = plain_number(time.perf_counter() - start) or 0.0
-    return result

@@ -5,12 +5,12 @@ from __future__ import annotations
 import contextlib
 import signal
 import tempfile
-import time
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from adapters.engine import EngineError
+from barchain.boundary.stopwatch import timed
 from barchain.boundary.threads import temporary_root
 from barchain.execution.processes import quietly
 from barchain.run.job import Job, RunResult, failure
@@ -18,12 +18,11 @@ from barchain.run.trajectory_checks import fault
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
     from pathlib import Path
 
     from adapters.engine import Engine
 
-T = TypeVar("T")
 BUILD = "build"
 
 
@@ -92,15 +91,3 @@ def process_ended_after(limit_s: float | None) -> Iterator[None]:
         yield
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
-
-
-def timed(seconds: dict[str, float], phase: str, call: Callable[[], T]) -> T:
-    """Result of `call`; its wall time is noted, and an exception carries the phase as a note."""
-    start = time.perf_counter()
-    try:
-        result = call()
-    except Exception as error:
-        error.add_note(phase)
-        raise
-    seconds[phase] = time.perf_counter() - start
-    return result

@@ -1,8 +1,9 @@
 """Timing of `simulate` alone: one process for each engine, one thread, one core, one process at work at a time.
 
-Disturbances only add to a run's time. The time of a turn is therefore the least of its runs, and the time of a point
-the median over turns that lie apart. An engine's process lives through the whole study: imports and compiled code stay
-warm. A crash or a timed-out run costs its own point; the next process runs untimed once before it is timed.
+A run's time leaves out the wait for a processor (:mod:`barchain.boundary.stopwatch`). What else disturbs a run only
+adds to its time. The time of a turn is therefore the least of its runs, and the time of a point the median over turns
+that lie apart. An engine's process lives through the whole study: imports and compiled code stay warm. A crash or a
+timed-out run costs its own point; the next process runs untimed once before it is timed.
 """
 
 from __future__ import annotations

@@ -37,6 +37,9 @@ KINDS = {
 }
 """Headings of both kinds, in the order in which they are shown"""
 NOT_RUN = "not run"  # first words of the reason of a skipped point
+BUSY = 0.5
+"""Processors used by other processes from which on times are not compared with those of other runs: ratios of two
+engines then differ by up to a tenth from those on an idle machine"""
 TIME_COLUMNS = ("key", "turn", "seconds")
 LOAD_COLUMNS = ("scene", "engine", "setting", "kind", "seconds", "seconds_twice", "share", "share_low", "share_high")
 POINT_COLUMNS = (
@@ -60,6 +63,8 @@ class CostRecord(Record):
     scenes: dict[str, dict[str, Any]] | None = None
     certified_solutions: dict[str, dict[str, Any]] | None = None
     left_out: list[dict[str, Any]] | None = None
+    other_processors: float | None = None
+    """Mean number of processors that other processes used while times were measured"""
 
 
 FILES = StudyFiles(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from barchain.nightly.history.checked_text import MOST_TEXT, FigureError, need_text
 from barchain.nightly.history.identity import content_digest
+from reports.tables.cost import NOT_RUN
 
 if TYPE_CHECKING:
     import datetime
@@ -168,6 +169,11 @@ class Figure:
     def missing(self) -> bool:
         """Whether there is no result."""
         return self.value is None and not self.word
+
+    @property
+    def not_run(self) -> bool:
+        """Whether there is no result because its run did not fit into the time: no change of the figure."""
+        return self.missing and self.reason.startswith(NOT_RUN)
 
     def wrong(self, said: str) -> FigureError:
         """Error of this figure."""

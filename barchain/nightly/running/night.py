@@ -11,7 +11,7 @@ from filelock import FileLock, Timeout
 
 from barchain.nightly.history.environment import capture
 from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.folders.reading import found_in, night_here, night_without_figures
+from barchain.nightly.history.folders.reading import found_in, night_here, night_without_figures, read_figures_of
 from barchain.nightly.history.runs import last_run
 from barchain.nightly.plan.jobs import NightJob, night_jobs
 from barchain.nightly.run_facts import NightRun, PartResult, PartState
@@ -29,6 +29,8 @@ from barchain.nightly.running.state import (
     write_state,
 )
 from barchain.studies.study import ignore
+from reports.tables.reading import DamagedResultsError
+from reports.tables.schema import SchemaVersionError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -194,13 +196,15 @@ def run_job(night: Running, job: NightJob, time_s: float) -> PartResult:
     state, reason = PartState.DONE, ended.reason
     if ended.failed:
         state = PartState.FAILED
+    elif not ended.interrupted and (fault := results_fault(out)):
+        state, reason = PartState.FAILED, fault
     elif ended.interrupted:
         left = scenes_left(taken, out) if job.scenes else (job.part,)
         state, reason = PartState.LEFT, f"interrupted at its limit of {time_s:.0f} s"
     if beyond and state is not PartState.FAILED:
         state, reason = PartState.LEFT, reason or f"more scenes than fit into {time_s:.0f} s"
     left = (*left, *beyond)
-    done = 0 if ended.failed else max(taken.items - len(left) + len(beyond), 0)
+    done = 0 if state is PartState.FAILED else max(taken.items - len(left) + len(beyond), 0)
     return PartResult(
         job.part, state, round(time_s, 1), round(ended.duration_s, 3), left, reason, done, taken.shown(out)
     )
@@ -212,6 +216,15 @@ def has_results(folder: Path) -> bool:
         return bool(found_in(folder))
     except HistoryError:
         return False
+
+
+def results_fault(folder: Path) -> str:
+    """Why the results of a job can't be read; empty if they can. A job ended while it began has its record only."""
+    try:
+        read_figures_of(folder)
+    except (HistoryError, FileNotFoundError, DamagedResultsError, SchemaVersionError) as error:
+        return str(error)
+    return ""
 
 
 def file_interrupted(store: NightStore, folder: Path, state: NightState, progress: NightProgress) -> None:
@@ -248,7 +261,8 @@ def run_of(state: NightState, folder: Path) -> NightRun:
         parts[result.name] = joined(parts[result.name], result) if result.name in parts else result
     for name in state.parts:
         parts.setdefault(name, PartResult(name, PartState.LEFT, 0.0, 0.0, (name,), "the night was interrupted"))
-    tests = [test for test in (alarm_test(folder / name, state.turn) for name in state.results) if test]
+    readable = [folder / name for name in state.results if not results_fault(folder / name)]
+    tests = [test for test in (alarm_test(each, state.turn) for each in readable) if test]
     return NightRun(state.plan, state.minutes, tuple(parts.values()), together(tests), state.turn)
 
 
@@ -264,7 +278,7 @@ def joined(first: PartResult, second: PartResult) -> PartResult:
 
 def night_of(folder: Path, state: NightState, run: NightRun, *, complete: bool) -> Night:
     """Night of the result folders of its jobs."""
-    folders = [each for each in sorted(folder.iterdir()) if each.is_dir() and has_results(each)]
+    folders = [each for each in sorted(folder.iterdir()) if each.is_dir() and not results_fault(each)]
     void = run.alarm.void if run.alarm else None
     make = night_here if folders else night_without_figures
     return make(

@@ -20,6 +20,7 @@ from barchain.studies.cost.plan import sweeps
 from barchain.studies.cost.points import UNITS, errors_of, under_floor
 from barchain.timing.bench import LONG_S, TimingBench
 from barchain.timing.left_out import failures
+from barchain.timing.load import OtherLoad
 from barchain.timing.statistics import median_time
 from reports.tables.cost import NOT_RUN
 from reports.tables.outcome import Outcome
@@ -79,9 +80,11 @@ class CostRun:
         try:
             with TimingBench() as bench:
                 bench.start(self.usable())
+                load = OtherLoad()
                 for k, scene in enumerate(self.plan.scenes):
                     left_s = 60.0 * self.plan.minutes - (time.perf_counter() - start)
                     self.scene(bench, scene, time.perf_counter() + left_s / (len(self.plan.scenes) - k))
+                    self.store.record["other_processors"] = load.processors()
         finally:
             self.write_tables()
         left_out = {out["engine"]: out["reason"] for out in self.store.record["left_out"]}

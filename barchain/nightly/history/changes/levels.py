@@ -28,6 +28,9 @@ RULES: dict[FigureKind, Callable[[Figure, Figure], Judgement | None]] = {
 }
 """Rule of each deterministic kind"""
 
+PATIENCE = 5
+"""Nights in a row on which a run had no time: then that is told. Slow-downs of 10 % take about as many nights"""
+
 
 def compared(was: Figure, now: Figure) -> Judgement | None:
     """Judge a figure against an earlier one of the same identity; None if nothing differs."""
@@ -41,15 +44,22 @@ def compared(was: Figure, now: Figure) -> Judgement | None:
 
 
 def level_changes(series: FigureSeries) -> tuple[Change, ...]:
-    """Changes of a deterministic figure over the nights, each against the level before."""
+    """Changes of a deterministic figure over the nights, each against the level before.
+
+    A run that a busy machine had no time for is no change, until it has been left out :data:`PATIENCE` nights in a row.
+    """
     found: list[Change] = []
-    for k in range(1, len(series.figures)):
-        if k == 1:
-            level = series.figures[0]
-        judged = compared(level, series.figures[k])
-        if judged is not None and judged.direction is not Direction.SAME:
+    level: Figure | None = None
+    left_out = 0
+    for k, now in enumerate(series.figures):
+        left_out = left_out + 1 if now.not_run else 0
+        if 0 < left_out < PATIENCE or (level is None and now.not_run):
+            continue
+        judged = compared(level, now) if level is not None else None
+        if level is None:
+            level = now
+        elif judged is not None and judged.direction is not Direction.SAME:
             last, since = series.nights[k - 1].name, series.nights[k].name
-            now = series.figures[k]
             found.append(
                 Change(series.identity, level, now, last, since, judged.direction, judged.reason, judged.factor)
             )

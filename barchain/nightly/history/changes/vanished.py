@@ -34,9 +34,10 @@ def vanished(series: Sequence[FigureSeries], nights: Sequence[NightSummary]) -> 
     if len(before) < NIGHTS:
         return ()
     expected, found = {night.number for night in before}, []
-    done = {subject(one) for one in series if one.nights and one.nights[-1].number == tonight.number}
+    current = [one for one in series if one.nights and one.nights[-1].number == tonight.number]
+    not_run, done = {place(one) for one in current if one.figures[-1].not_run}, {subject(one) for one in current}
     for one in series:
-        if one.identity.quantity.startswith(SAMPLED) and subject(one) not in done:
+        if place(one) in not_run or (one.identity.quantity.startswith(SAMPLED) and subject(one) not in done):
             continue
         there = {night.number: figure for night, figure in zip(one.nights, one.figures, strict=True)}
         if expected <= set(there) and tonight.number not in there and not there[before[-1].number].missing:
@@ -52,3 +53,9 @@ def subject(series: FigureSeries) -> tuple[str, str, str]:
     identity = series.identity
     study = identity.quantity.partition(".")[0]
     return study, identity.scene, identity.setting if study != "stability" else ""
+
+
+def place(series: FigureSeries) -> tuple[str, str, str, str]:
+    """Study, scene, engine and setting of a figure: a run that had no time lacks all of its figures."""
+    identity = series.identity
+    return identity.quantity.partition(".")[0], identity.scene, identity.engine, identity.setting

@@ -8,13 +8,14 @@ import numpy as np
 
 from barchain.nightly.history.figures import FigureKind
 from barchain.nightly.history.folders.collector import FigureCollector, real, records
-from reports.tables.cost import BASELINE, read_cost
+from reports.tables.cost import BASELINE, BUSY, NOT_RUN, read_cost
 from reports.tables.effects import UNITS, read_effects
 from reports.tables.roundoff import FILES as ROUNDOFF_FILES
 from reports.tables.roundoff import read_roundoff
 from reports.tables.scaling import read_scaling
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from barchain.nightly.history.figures import Figure
@@ -27,12 +28,16 @@ Row = dict[str, Any]
 def cost_figures(folder: Path) -> tuple[Figure, ...]:
     """Outcomes and counters of each setting, times at equal errors relative to the baseline, orders of convergence."""
     tables, found = read_cost(folder), FigureCollector("cost")
+    busy = busy_machine(tables.record)
+    cut: dict[tuple[str, str], str] = {}
     for row in records(tables.points):
         place = (row["scene"], row["engine"], row["setting"])
-        found.word(place, "outcome", FigureKind.VERDICT, row["outcome"], row["reason"])
+        add_outcome(found, place, row)
         found.counts(place, {name: row[name] for name in ("evaluations", "steps")})
+        if str(row["reason"]).startswith(NOT_RUN):
+            cut.setdefault(place[:2], row["reason"])
     for row in records(tables.reach):
-        add_equal_error_cost(found, row)
+        add_equal_error_cost(found, row, cut.get((row["scene"], row["engine"]), ""), busy)
     for row in records(tables.orders):
         place, quantity = (row["scene"], row["engine"], ""), f"order.{row['quantity']}.{row['against']}"
         ends = {"low": row["order_low"], "high": row["order_high"]}
@@ -40,15 +45,33 @@ def cost_figures(folder: Path) -> tuple[Figure, ...]:
     return found.figures
 
 
-def add_equal_error_cost(found: FigureCollector, row: Row) -> None:
-    """Add the time to an error relative to the baseline's: both were timed in turns."""
+def add_outcome(found: FigureCollector, place: tuple[str, str, str], row: Row) -> None:
+    """Add the outcome of a point; one that the time limit left out has none, as that depends on the machine's load."""
+    skipped = str(row["reason"]).startswith(NOT_RUN)
+    found.word(place, "outcome", FigureKind.VERDICT, "" if skipped else row["outcome"], row["reason"])
+
+
+def busy_machine(record: Mapping[str, Any]) -> str:
+    """Why the times of a study tell nothing of its engines; empty if they do."""
+    others = real(record.get("other_processors"))
+    return f"other processes used {others:.1f} processors" if others is not None and others > BUSY else ""
+
+
+def add_equal_error_cost(found: FigureCollector, row: Row, not_run: str, busy: str) -> None:
+    """Add the time to an error relative to the baseline's: both were timed in turns.
+
+    `not_run` is the reason why a finer setting of the engine was not run: whether it reaches the error is then unknown.
+    `busy` is the reason why times are missing.
+    """
     if row["engine"] == BASELINE or row["measure"] != "seconds":
         return
     place = (row["scene"], row["engine"], f"{row['quantity']}<={row['target']:g}")
-    found.word(place, "reach", FigureKind.VERDICT, row["status"])
+    unknown = bool(not_run) and row["status"] not in REACHED
+    found.word(place, "reach", FigureKind.VERDICT, "" if unknown else row["status"], not_run if unknown else "")
     ends = {"low": row["over_baseline_low"], "high": row["over_baseline_high"]}
     if row["status"] in REACHED and real(row["over_baseline"]) is not None:
-        found.number(place, "time_ratio", FigureKind.RATIO, row["over_baseline"], anchor=BASELINE, **ends)
+        ratio = np.nan if busy else row["over_baseline"]
+        found.number(place, "time_ratio", FigureKind.RATIO, ratio, anchor=BASELINE, reason=busy, **ends)
 
 
 def scaling_figures(folder: Path) -> tuple[Figure, ...]:
@@ -59,7 +82,7 @@ def scaling_figures(folder: Path) -> tuple[Figure, ...]:
     anchors = {row["bars"]: row for row in rows if row["engine"] == BASELINE}
     for row in rows:
         place = (scene, row["engine"], f"bars={row['bars']:g}")
-        found.word(place, "outcome", FigureKind.VERDICT, row["outcome"], row["reason"])
+        add_outcome(found, place, row)
         if real(row["memory_B"]) is not None and row["memory_B"] > 0:
             found.number(place, "memory", FigureKind.MEMORY, row["memory_B"], "B")
         if row["engine"] != BASELINE and row["bars"] in anchors:
