@@ -7,7 +7,10 @@ import os
 import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 PACKAGES = (
     "numpy", "scipy", "pandas", "pyarrow", "llvmlite", "exudyn", "rebound", "pymunk", "heyoka", "mujoco", "pin",
@@ -57,7 +60,8 @@ def cpu_flags() -> str:
 def blas() -> str:
     """Libraries of linear algebra behind NumPy and SciPy; each with its version and its code for this processor.
 
-    Empty without threadpoolctl, of the extra `nightly`.
+    A library that a wheel brings along has the wheel's name in brackets. Empty without threadpoolctl, of the extra
+    `nightly`.
     """
     try:
         from threadpoolctl import threadpool_info  # noqa: PLC0415
@@ -67,8 +71,15 @@ def blas() -> str:
     import scipy.linalg  # noqa: F401, PLC0415  # loads its own
 
     found = [of for of in threadpool_info() if of.get("user_api") == "blas"]
-    words = {" ".join(str(of.get(k) or "") for k in ("internal_api", "version", "architecture")) for of in found}
-    return ", ".join(sorted(w.strip() for w in words))
+    return ", ".join(sorted({library_words(of) for of in found}))
+
+
+def library_words(library: Mapping[str, Any]) -> str:
+    """Name, version, code for this processor, and the wheel that a library of linear algebra lies in."""
+    words = [str(library.get(key) or "") for key in ("internal_api", "version", "architecture")]
+    folders = Path(str(library.get("filepath") or "")).parts
+    wheel = next((f"({name})" for name in ("numpy", "scipy") if {name, f"{name}.libs"} & set(folders)), "")
+    return " ".join(word for word in (*words, wheel) if word)
 
 
 def packages() -> dict[str, str]:

@@ -1,6 +1,8 @@
 """The round-off study: laws that theory gives, longitudes that do not matter, and a study that keeps what it has."""
 
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pandas as pd
@@ -267,3 +269,15 @@ def test_parts_are_known_to_the_command_line():
 
     assert OFFERED == PARTS
     assert laws.LOST == 0.1
+
+
+def test_a_fresh_process_evaluates_every_form_of_the_product():
+    code = (
+        "from barchain.studies.roundoff.formulations.production import PRODUCTION\n"
+        "from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind\n"
+        "from barchain.studies.roundoff.parts.evaluation import rows_of\n"
+        "rows = rows_of(EvaluationCase(StateKind.GENERIC, 2, 1e-4, 2), tuple(PRODUCTION), ('float64',))\n"
+        "print(sorted({row['formulation'] for row in rows}))\n"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "['reference', 'reference-fast']"

@@ -74,8 +74,14 @@ def installed_parts(names: Iterable[str], scenes: Iterable[str], environment: En
 
 def environment_parts(environment: Environment) -> tuple[NightPart, ...]:
     """Python and the libraries of linear algebra: what they change has them as suspects."""
-    known = {PYTHON: environment.python, BLAS: environment.blas}
+    known = {PYTHON: environment.python, BLAS: ", ".join(map(own_part, environment.blas.split(", ")))}
     return tuple(NightPart(name, text, content_digest(text)[:DIGITS] if text else "") for name, text in known.items())
+
+
+def own_part(library: str) -> str:
+    """Library of linear algebra without its version where it lies in a wheel: that is part of the wheel's own state."""
+    words = library.split(" ")
+    return " ".join((words[0], *words[2:])) if words[-1].startswith("(") else library
 
 
 def scene_parts(scene: str) -> tuple[NightPart, ...]:

@@ -10,7 +10,13 @@ import pytest
 from adapters.registry import ENGINES, UnknownEngineError
 from barchain.nightly.history.environment import capture, recorded_environment
 from barchain.nightly.history.figures import MACHINE, FigureKind
-from barchain.nightly.history.parts import contents_digest, depends_on, installed_parts, made_by_wheel
+from barchain.nightly.history.parts import (
+    contents_digest,
+    depends_on,
+    environment_parts,
+    installed_parts,
+    made_by_wheel,
+)
 from barchain.record.environment import environment, machine
 
 if TYPE_CHECKING:
@@ -28,6 +34,16 @@ def test_the_environment_names_the_machine_and_its_libraries() -> None:
     assert here.python.startswith("3.")
     assert "openblas" in here.blas or "mkl" in here.blas or here.blas
     assert recorded_environment({"environment": environment(), "machine": machine()}) == here
+
+
+def test_a_blas_that_a_wheel_brings_along_is_part_of_the_wheel() -> None:
+    def blas(text: str) -> str:
+        return environment_parts(dataclasses.replace(capture(), blas=text))[1].digest
+
+    assert blas("openblas 0.3.27 Haswell (numpy)") == blas("openblas 0.3.30 Haswell (numpy)")
+    assert blas("openblas 0.3.27 Haswell (numpy)") != blas("openblas 0.3.27 SkylakeX (numpy)")
+    assert blas("openblas 0.3.27 Haswell") != blas("openblas 0.3.30 Haswell")
+    assert "(numpy)" in capture().blas or "numpy" not in capture().blas
 
 
 def test_an_earlier_record_tells_kernel_and_c_library_by_the_platforms_name() -> None:

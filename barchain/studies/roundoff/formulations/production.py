@@ -50,7 +50,7 @@ class CompiledReference(MinimalAngles):
     def reactions(self, a: Arithmetic, given: Given) -> Values:
         """Of each member."""
         assert a is FLOAT64
-        from reference_impl.fast import layout  # noqa: PLC0415  # llvmlite is an extra
+        from reference_impl.fast import layout, simulate  # noqa: F401, PLC0415  # llvmlite is an extra; the library
         from reference_impl.fast.accelerations import evaluate  # noqa: PLC0415
 
         s, found = given.state, []

@@ -1,0 +1,107 @@
+"""Runs that a busy machine had no time for: no change, unless they stay away."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+import pytest
+
+from barchain.cli.main import run
+from barchain.nightly.history.changes.judging import judge_night
+from barchain.nightly.history.changes.levels import PATIENCE, level_changes
+from barchain.nightly.history.changes.model import Direction
+from barchain.nightly.history.figures import Figure, FigureKind
+from barchain.nightly.history.folders.timing import cost_figures
+from reports.tables.cost import BUSY, FILES, NOT_RUN
+from reports.tables.reading import TABLES
+from tests.nightly.history.histories import as_series, history_of
+from tests.nightly.history.synthetic import NAMES, count, identity, verdict
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+NO_TIME = f"{NOT_RUN}: past the time limit, 2 s: about 2.1 s expected"
+
+
+def left_out() -> Figure:
+    return verdict("", reason=NO_TIME)
+
+
+def test_a_run_without_time_is_no_change_and_neither_is_its_return() -> None:
+    nights = history_of(*[[verdict()], [left_out()], [verdict()], [left_out()], [left_out()], [verdict()]])
+    assert level_changes(*as_series(nights)) == ()
+
+
+def test_a_verdict_that_flipped_while_its_run_had_no_time_is_told() -> None:
+    nights = history_of(*[[verdict()], [left_out()], [verdict("inaccurate")]])
+    (change,) = level_changes(*as_series(nights))
+    assert (change.was.word, change.now.word, change.since) == ("pass", "inaccurate", nights[2].name)
+
+
+def test_a_run_that_stays_without_time_is_told_once() -> None:
+    nights = history_of([verdict()], *[[left_out()] for _ in range(PATIENCE + 3)])
+    (change,) = level_changes(*as_series(nights))
+    assert (change.direction, change.since) == (Direction.WORSE, nights[PATIENCE].name)
+    assert NO_TIME in change.reason
+
+
+def test_a_run_that_never_had_time_is_no_change() -> None:
+    nights = history_of(*[[left_out()] for _ in range(2 * PATIENCE)])
+    assert level_changes(*as_series(nights)) == ()
+
+
+def test_counts_of_a_run_without_time_have_not_vanished() -> None:
+    outcome, steps = identity("cost.outcome", FigureKind.VERDICT), count(quantity="cost.steps")
+    there, away = Figure(outcome, word="pass", depends=NAMES), Figure(outcome, reason=NO_TIME, depends=NAMES)
+    nights = history_of([there, steps], [there, steps], [away])
+    assert judge_night(as_series(nights), nights).tonight == ()
+    gone = history_of([there, steps], [there, steps], [there])
+    assert len(judge_night(as_series(gone), gone).tonight) == 1
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("cost") / "out"
+    words = "cost basics/two_bars_free --engine reference-fast --engine pymunk --orbits 0.2 --repeats 1"
+    assert run(["-q", *words.split(), "--out", str(folder)]) == 0
+    return folder
+
+
+@pytest.fixture
+def study(measured: Path, tmp_path: Path) -> Path:
+    return shutil.copytree(measured, tmp_path / "out")
+
+
+def change_record(folder: Path, **entries: Any) -> None:
+    path = FILES.record_path(folder)
+    path.write_text(json.dumps(json.loads(path.read_text("utf-8")) | entries), "utf-8")
+
+
+def named(folder: Path) -> dict[str, Figure]:
+    return {figure.identity.name: figure for figure in cost_figures(folder)}
+
+
+@pytest.mark.parametrize(("others", "judged"), [(0.0, True), (BUSY, True), (BUSY + 0.1, False), (None, True)])
+def test_ratios_of_a_busy_machine_are_missing_with_the_reason(others: float | None, judged: bool, study: Path) -> None:
+    assert FILES.sound_record(study)["other_processors"] >= 0.0
+    change_record(study, other_processors=others)
+    ratios = [figure for figure in cost_figures(study) if figure.identity.kind is FigureKind.RATIO]
+    assert ratios
+    assert all(figure.missing is not judged for figure in ratios)
+    assert judged or all(f"{others:.1f} processors" in figure.reason for figure in ratios)
+
+
+def test_a_point_without_time_has_no_verdict_and_its_engine_no_word_on_finer_errors(study: Path) -> None:
+    before, path = named(study), FILES.path(study, "points")
+    points = pd.read_csv(path, keep_default_na=False)
+    last = points.index[(points["engine"] == "pymunk") & (points["outcome"] == "pass")][-1]
+    points.loc[last, ["outcome", "reason"]] = ["nothing_compared", NO_TIME]
+    points.to_csv(path, index=False)
+    change_record(study, **{TABLES: None})
+    after = named(study)
+    missing = {name for name, figure in after.items() if figure.not_run and not before[name].not_run}
+    assert any(name.endswith("cost.outcome") for name in missing)
+    assert all(":pymunk:" in name and name.endswith(("cost.outcome", "cost.reach")) for name in missing)
