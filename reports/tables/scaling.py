@@ -41,6 +41,8 @@ class ScalingRecord(Record):
     bars: list[int] | None = None
     scene: dict[str, Any] | None = None
     targets: list[dict[str, Any]] | None = None
+    other_processors: float | None = None
+    """Mean number of processors that other processes used while times were measured"""
 
 
 FILES = StudyFiles(

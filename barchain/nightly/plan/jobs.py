@@ -16,6 +16,7 @@ from barchain.nightly.plan.tables import (
     CostTable,
     PartTable,
     RoundoffTable,
+    ScalingTable,
     ScenesTable,
     SelftestTable,
     StabilityTable,
@@ -137,6 +138,13 @@ def cost_arguments(part: CostTable, turn: int) -> tuple[tuple[str, ...], int]:
     orbits = () if part.orbits is None else ("--orbits", repr(part.orbits))
     repeats = () if part.repeats is None else ("--repeats", str(part.repeats))
     return ("cost", *each("--engine", checked_engines(part.engines)), *orbits, *repeats, *limit(part)), 0
+
+
+@arguments_of.register
+def scaling_arguments(part: ScalingTable, turn: int) -> tuple[tuple[str, ...], int]:
+    """`barchain scaling` at some numbers of bars; its budget is added when the job begins."""
+    del turn
+    return ("scaling", *each("--engine", checked_engines(part.engines)), *each("--bars", map(str, part.bars))), 0
 
 
 @arguments_of.register

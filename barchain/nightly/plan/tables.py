@@ -11,6 +11,7 @@ from scenarios.toml.effect_tables import Positive, Table
 
 MOST_NAME, MOST_PARTS, MOST_NAMES = 40, 20, 500
 MOST_MINUTES = 1440.0
+MOST_BARS = 1000
 NAMED = r"^[a-z0-9][a-z0-9-]*$"
 DEFAULT_MINUTES = 15.0
 
@@ -69,6 +70,17 @@ class CostTable(ScenesTable):
     repeats: int | None = Field(None, ge=1, le=1000, description="times that each point is measured")
 
 
+class ScalingTable(PartTable):
+    """Peak memory, and the time of an evaluation, of a chain cut into bars."""
+
+    study = "scaling"
+
+    engines: Names = Field((), description="names of engines; default: those that the study's command takes")
+    bars: tuple[Annotated[int, Field(ge=2, le=MOST_BARS)], ...] = Field(
+        (20,), strict=False, min_length=1, description="numbers of bars"
+    )
+
+
 class StabilityTable(ScenesTable):
     """Stability of engines on hard scenes."""
 
@@ -118,6 +130,7 @@ class PlanFile(Table):
     selftest: list[SelftestTable] = Field([], max_length=MOST_PARTS, description="planted faults; done first")
     comparison: list[ComparisonTable] = Field([], max_length=MOST_PARTS, description="engines against solutions")
     cost: list[CostTable] = Field([], max_length=MOST_PARTS, description="times at equal error")
+    scaling: list[ScalingTable] = Field([], max_length=MOST_PARTS, description="peak memory")
     stability: list[StabilityTable] = Field([], max_length=MOST_PARTS, description="hard scenes")
     roundoff: list[RoundoffTable] = Field([], max_length=MOST_PARTS, description="round-off")
     campaign: list[CampaignTable] = Field([], max_length=MOST_PARTS, description="random scenes")
@@ -125,7 +138,8 @@ class PlanFile(Table):
     @property
     def parts(self) -> tuple[PartTable, ...]:
         """All parts, planted faults first: the alarm is tried before it is trusted."""
-        return (*self.selftest, *self.comparison, *self.cost, *self.stability, *self.roundoff, *self.campaign)
+        timed = (*self.cost, *self.scaling)
+        return (*self.selftest, *self.comparison, *timed, *self.stability, *self.roundoff, *self.campaign)
 
     @model_validator(mode="after")
     def different_names(self) -> PlanFile:

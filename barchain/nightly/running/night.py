@@ -42,6 +42,8 @@ if TYPE_CHECKING:
 
 LOCK = ".night.lock"
 LOGS = "logs"
+TIMED = frozenset({"cost", "scaling"})
+"""Studies that plan with a budget of time"""
 
 
 @dataclass(frozen=True)
@@ -187,7 +189,7 @@ def run_job(night: Running, job: NightJob, time_s: float) -> PartResult:
         return PartResult(job.part, PartState.LEFT, time_s, 0.0, job.scenes or (job.part,), "no time was left")
     taken, beyond = fitting(job, time_s, pace_s(job.part, night.last))
     out = night.folder / job.name
-    more = ("--minutes", f"{MEASURED * time_s / 60.0:.3f}") if job.study == "cost" else ()
+    more = ("--minutes", f"{MEASURED * time_s / 60.0:.3f}") if job.study in TIMED else ()
     again = ("--resume",) if has_results(out) else ()
     ended = run_barchain(
         (*taken.command(out, *more, *again),), night.folder / LOGS / f"{job.name}.txt", time_s, night.progress.tick

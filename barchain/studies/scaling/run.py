@@ -37,6 +37,7 @@ from barchain.timing.bench import STARTUP_S, pin, quietest_core
 from barchain.timing.divided_chain import divided
 from barchain.timing.evaluation import DIRECT
 from barchain.timing.left_out import LeftOut, cannot, failures
+from barchain.timing.load import OtherLoad
 from reports.tables.cost import NOT_RUN
 from reports.tables.outcome import Outcome
 
@@ -87,10 +88,11 @@ class ScalingRun:
 
     def run(self) -> ScalingResult:
         """Measure everything and write the tables; an interrupted run leaves the points measured so far."""
-        self.deadline = time.perf_counter() + 60.0 * self.plan.minutes
+        self.deadline, load = time.perf_counter() + 60.0 * self.plan.minutes, OtherLoad()
         try:
             while ahead := {e: n for e in self.plan.engines if (n := self.next_bars(e))}:
                 self.point(*min(ahead.items(), key=lambda pair: self.price(*pair)))
+                self.points.store.record["other_processors"] = load.processors()
         finally:
             self.points.finish()
         return ScalingResult(self.idle, failures(self.points.rows, self.plan.named))

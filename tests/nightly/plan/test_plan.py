@@ -34,7 +34,9 @@ def plan_of(folder: Path, text: str) -> NightPlan:
 def test_the_shipped_plan_has_every_part_that_a_night_needs() -> None:
     plan = load_plan()
     jobs = night_jobs(plan, 0, {})
-    assert [job.study for job in jobs] == ["selftest", "comparison", "cost", "stability", "roundoff", "campaign"]
+    assert [job.study for job in jobs] == [
+        "selftest", "comparison", "cost", "scaling", "stability", "roundoff", "campaign",
+    ]  # fmt: skip
     assert plan.file.minutes == 15
     assert jobs[0].items >= 20
     assert len(plan.file.cost[0].scenes) == 2

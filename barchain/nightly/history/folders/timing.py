@@ -86,17 +86,18 @@ def scaling_figures(folder: Path) -> tuple[Figure, ...]:
         if real(row["memory_B"]) is not None and row["memory_B"] > 0:
             found.number(place, "memory", FigureKind.MEMORY, row["memory_B"], "B")
         if row["engine"] != BASELINE and row["bars"] in anchors:
-            add_ratio(found, place, row, anchors[row["bars"]])
+            add_ratio(found, place, row, anchors[row["bars"]], busy_machine(tables.record))
     return found.figures
 
 
-def add_ratio(found: FigureCollector, place: tuple[str, str, str], row: Row, anchor: Row) -> None:
-    """Add the ratio of two times; its interval spans both."""
+def add_ratio(found: FigureCollector, place: tuple[str, str, str], row: Row, anchor: Row, busy: str) -> None:
+    """Add the ratio of two times; its interval spans both. `busy` is the reason why it is missing."""
     mine, base = ([real(r[f"evaluation_{end}"]) for end in ("s", "low", "high")] for r in (row, anchor))
     if mine[0] is None or not base[0]:
         return
     low, high = over(mine[1], base[2]), over(mine[2], base[1])
-    found.number(place, "evaluation_ratio", FigureKind.RATIO, mine[0] / base[0], anchor=BASELINE, low=low, high=high)
+    ratio = np.nan if busy else mine[0] / base[0]
+    found.number(place, "evaluation_ratio", FigureKind.RATIO, ratio, anchor=BASELINE, reason=busy, low=low, high=high)
 
 
 def over(a: float | None, b: float | None) -> float:

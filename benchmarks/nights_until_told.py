@@ -1,0 +1,76 @@
+"""Nights until a slow-down is told, planted in the real times of a history.
+
+    python benchmarks/nights_until_told.py history.sqlite --before 20
+
+The times are those of real nights, with the noise of a real machine. In each of several series, the times from one
+night on are multiplied by a factor; all other series stay as they were. The history is then judged night by night.
+Without a factor every step that is told is a false alarm.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from statistics import median
+from typing import TYPE_CHECKING
+
+from barchain.nightly.history.changes.times import measured, time_changes
+from barchain.nightly.history.figures import FigureKind
+from barchain.nightly.history.series import all_series
+from barchain.nightly.history.store import open_store
+
+if TYPE_CHECKING:
+    from barchain.nightly.history.series_model import FigureSeries
+
+FACTORS = (1.03, 1.05, 1.1, 1.2)
+
+
+def until(series: FigureSeries, night: int) -> FigureSeries:
+    """Series up to a night."""
+    return dataclasses.replace(series, nights=series.nights[:night], figures=series.figures[:night])
+
+
+def slowed(series: FigureSeries, first: int, factor: float) -> FigureSeries:
+    """Series with times multiplied from a night on."""
+    later = tuple(
+        dataclasses.replace(f, value=f.value * factor, low=None, high=None) if k >= first else f
+        for k, f in enumerate(series.figures)
+        if f.value is not None
+    )
+    return dataclasses.replace(series, figures=later)
+
+
+def nights_until(every: list[FigureSeries], which: int, before: int, factor: float) -> int | None:
+    """Nights until a slow-down of one series is told; None if it never is."""
+    planted = [slowed(s, before, factor) if k == which else s for k, s in enumerate(every)]
+    for night in range(before + 1, len(every[which].nights) + 1):
+        _, fresh = time_changes([until(s, night) for s in planted])
+        if any(c.identity == every[which].identity and (c.factor or 0.0) > 1.0 for c in fresh):
+            return night - before
+    return None
+
+
+def main() -> None:
+    """Print a table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("history")
+    parser.add_argument("--before", type=int, default=20, help="nights before the slow-down")
+    parser.add_argument("--kind", choices=["ratio", "memory"], default="ratio")
+    asked = parser.parse_args()
+    with open_store(asked.history) as store:
+        found = all_series(store, kinds=(FigureKind(asked.kind),))
+    every = [one for one in map(measured, found) if len(one.nights) > asked.before + 2]
+    nights = min(len(one.nights) for one in every)
+    every = [until(one, nights) for one in every]
+    print(f"{len(every)} series, {nights} nights, {asked.before} of them before the slow-down")
+    alarms = sum(len(time_changes([until(s, night) for s in every])[1]) for night in range(asked.before, nights + 1))
+    print(f"false alarms without a slow-down: {alarms} on {nights - asked.before + 1} nights")
+    for factor in FACTORS:
+        told = [nights_until(every, k, asked.before, factor) for k in range(len(every))]
+        known = [n for n in told if n is not None]
+        words = f"median {median(known):g}, largest {max(known)}" if known else ""
+        print(f"{factor - 1.0:.0%}: told in {len(known)} of {len(told)} series; nights: {words}")
+
+
+if __name__ == "__main__":
+    main()
