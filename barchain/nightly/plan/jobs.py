@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import singledispatch
 from typing import TYPE_CHECKING
 
-from adapters.registry import find_engine
+from adapters.registry import engines, find_engine
 from barchain.nightly.plan.items import part_scenes, tonights, tonights_faults, tonights_seed
 from barchain.nightly.plan.loading import PlanError
 from barchain.nightly.plan.tables import (
@@ -123,21 +123,22 @@ def arguments_of(part: PartTable, turn: int) -> tuple[tuple[str, ...], int]:
 def comparison_arguments(part: ComparisonTable, turn: int) -> tuple[tuple[str, ...], int]:
     """`barchain compare` with the part's engines and settings."""
     del turn
-    engines = each("--engine", checked_engines(part.engines)) if part.engines else ("--all-engines",)
+    chosen = each("--engine", checked_engines(part.engines)) if part.engines else ("--all-engines",)
     settings = []
     for engine, given in part.settings.items():
         choose_setting(engine, given)
         settings += [f"{engine}:{key}={value!r}" for key, value in given.items()]
-    return ("compare", *engines, *each("--set", settings), *limit(part)), 0
+    return ("compare", *chosen, *each("--set", settings), *limit(part)), 0
 
 
 @arguments_of.register
 def cost_arguments(part: CostTable, turn: int) -> tuple[tuple[str, ...], int]:
-    """`barchain cost`; its budget is added when the job begins."""
+    """`barchain cost` of the default engines; its budget is added when the job begins."""
     del turn
+    names = part.engines or [name for name, registration in engines().items() if registration.by_default]
     orbits = () if part.orbits is None else ("--orbits", repr(part.orbits))
     repeats = () if part.repeats is None else ("--repeats", str(part.repeats))
-    return ("cost", *each("--engine", checked_engines(part.engines)), *orbits, *repeats, *limit(part)), 0
+    return ("cost", *each("--engine", checked_engines(names)), *orbits, *repeats, *limit(part)), 0
 
 
 @arguments_of.register
@@ -176,8 +177,8 @@ def campaign_arguments(part: CampaignTable, turn: int) -> tuple[tuple[str, ...],
     hosts = part.hosts if part.hosts == (NO_HOSTS,) else checked_engines(part.hosts)
     seed = str(tonights_seed(part, turn))
     random = ("--random", str(part.scenes), "--seed", seed, "--shrink-seconds", "0")
-    engines = each("--engine", checked_engines(part.engines))
-    return ("selftest", *random, *each("--host", hosts), *engines), part.scenes
+    judged = each("--engine", checked_engines(part.engines))
+    return ("selftest", *random, *each("--host", hosts), *judged), part.scenes
 
 
 @arguments_of.register

@@ -45,7 +45,8 @@ class ScenesTable(PartTable):
 
     scenes: Names = Field((), description="names, patterns such as paper/*, or files beside the plan; default: the "
                                           "study's own")  # fmt: skip
-    engines: Names = Field((), description="names of engines; default: those that the study's command takes")
+    engines: Names = Field((), description="names of engines; default: those that the study's command takes, for "
+                                           "times the default engines")  # fmt: skip
     nights: int = Field(1, ge=1, le=365, description="divide the scenes among this many nights")
 
     time_limit_s: Positive | None = Field(None, description="longest run, s; default: the command's own")

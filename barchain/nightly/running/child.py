@@ -6,6 +6,7 @@ import contextlib
 import signal
 import subprocess
 import sys
+import threading
 import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ import psutil
 from barchain.boundary.threads import one_thread_each
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
 
 PROGRAM = (sys.executable, "-m", "barchain")
@@ -72,10 +73,11 @@ def run_barchain(
     start = time.monotonic()
     log.parent.mkdir(parents=True, exist_ok=True)
     with one_thread_each(), log.open("ab") as file:
-        process = subprocess.Popen(
-            [*PROGRAM, *arguments],
-            stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
-        )  # fmt: skip
+        with interruptible():
+            process = subprocess.Popen(
+                [*PROGRAM, *arguments],
+                stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
+            )  # fmt: skip
         try:
             while process.poll() is None and time.monotonic() - start < limit_s:
                 tick(time.monotonic() - start)
@@ -88,6 +90,24 @@ def run_barchain(
         return ChildEnd(None, duration_s)
     said = last_line(log) if process.returncode not in KNOWN else ""
     return ChildEnd(process.returncode, duration_s, reason_of(process.returncode, said))
+
+
+@contextlib.contextmanager
+def interruptible() -> Iterator[None]:
+    """Let processes that are started here be interrupted.
+
+    A shell starts commands in the background so that they ignore Ctrl-C, and processes hand that on to those that they
+    start: a job would not end at its limit.
+    """
+    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    if not ignored or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def interrupt(process: subprocess.Popen[bytes]) -> None:

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from barchain.studies.cost.run import FEWEST_LONG_TURNS, FEWEST_TURNS
+from barchain.timing.bench import LONG_S
 from reports.tables import cost, crossval, stability
+from reports.tables.outcome import Outcome
 from reports.tables.reading import DamagedResultsError
 from reports.tables.schema import SchemaVersionError
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    import pandas as pd
 
     from barchain.nightly.plan.jobs import NightJob
     from reports.tables.files import StudyFiles
@@ -45,9 +52,18 @@ def scenes_left(job: NightJob, folder: Path) -> tuple[str, ...]:
     done = set() if rows is None else set(zip(rows["scene"], rows["engine"], strict=True))
     done |= {(str(scene), str(engine)) for scene, engine in record.get("left_out") or () if job.study == "stability"}
     engines = list(record.get("engines") or ())
-    if job.study == "cost" or not engines:
-        return job.scenes  # times are measured in rounds over all settings: an interrupted scene has no ratio
+    if job.study == "cost":
+        return tuple(s for s in job.scenes if rows is None or not is_timed(rows[rows["scene"] == name_of(s)]))
+    if not engines:
+        return job.scenes
     return tuple(s for s in job.scenes if not all((name_of(s), engine) in done for engine in engines))
+
+
+def is_timed(points: pd.DataFrame) -> bool:
+    """Whether the good points of a scene have the times that a median needs: they are measured in rounds over all."""
+    good = points[points["outcome"] == Outcome.PASS.value]
+    fewest = np.where(good["seconds"] >= LONG_S, FEWEST_LONG_TURNS, FEWEST_TURNS)
+    return bool(len(good) and (good["turns"].fillna(0).to_numpy() >= fewest).all())
 
 
 def name_of(scene: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 import time
 from typing import TYPE_CHECKING
@@ -45,6 +46,22 @@ def test_at_its_limit_a_command_is_interrupted_as_by_ctrl_c(instead: Path, tmp_p
     )
     ended = run_barchain((), tmp_path / "log.txt", 1.5)
     assert ended.interrupted
+    assert (tmp_path / "log.txt").read_text("utf-8") == "ready\nkept\n"
+
+
+def test_a_command_is_interrupted_at_its_limit_also_where_the_night_ignores_ctrl_c(
+    instead: Path, tmp_path: Path
+) -> None:
+    instead.write_text(
+        f"{SCRIPT}\ntry:\n    print('ready', flush=True); time.sleep(60)\nexcept KeyboardInterrupt:\n    print('kept')",
+        "utf-8",
+    )
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # as a shell starts a command in the background
+    try:
+        run_barchain((), tmp_path / "log.txt", 1.5)
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert (tmp_path / "log.txt").read_text("utf-8") == "ready\nkept\n"
 
 
