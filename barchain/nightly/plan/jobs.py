@@ -135,7 +135,7 @@ def comparison_arguments(part: ComparisonTable, turn: int) -> tuple[tuple[str, .
 def cost_arguments(part: CostTable, turn: int) -> tuple[tuple[str, ...], int]:
     """`barchain cost` of the default engines; its budget is added when the job begins."""
     del turn
-    names = part.engines or [name for name, registration in engines().items() if registration.by_default]
+    names = part.engines or default_engines()
     orbits = () if part.orbits is None else ("--orbits", repr(part.orbits))
     repeats = () if part.repeats is None else ("--repeats", str(part.repeats))
     return ("cost", *each("--engine", checked_engines(names)), *orbits, *repeats, *limit(part)), 0
@@ -143,9 +143,10 @@ def cost_arguments(part: CostTable, turn: int) -> tuple[tuple[str, ...], int]:
 
 @arguments_of.register
 def scaling_arguments(part: ScalingTable, turn: int) -> tuple[tuple[str, ...], int]:
-    """`barchain scaling` at some numbers of bars; its budget is added when the job begins."""
+    """`barchain scaling` of the default engines; its budget is added when the job begins."""
     del turn
-    return ("scaling", *each("--engine", checked_engines(part.engines)), *each("--bars", map(str, part.bars))), 0
+    names = part.engines or default_engines()
+    return ("scaling", *each("--engine", checked_engines(names)), *each("--bars", map(str, part.bars))), 0
 
 
 @arguments_of.register
@@ -188,6 +189,11 @@ def selftest_arguments(part: SelftestTable, turn: int) -> tuple[tuple[str, ...],
 
     faults = tonights_faults(part, FAULTS, turn)
     return ("selftest", *each("--fault", faults), *part.scenes), len(faults)
+
+
+def default_engines() -> tuple[str, ...]:
+    """Engines that a command without names takes; engines that only studies need would take most of a night."""
+    return tuple(name for name, registration in engines().items() if registration.by_default)
 
 
 def checked_engines(names: Sequence[str]) -> Sequence[str]:

@@ -76,7 +76,7 @@ class ScalingTable(PartTable):
 
     study = "scaling"
 
-    engines: Names = Field((), description="names of engines; default: those that the study's command takes")
+    engines: Names = Field((), description="names of engines; default: the default engines")
     bars: tuple[Annotated[int, Field(ge=2, le=MOST_BARS)], ...] = Field(
         (20,), strict=False, min_length=1, description="numbers of bars"
     )

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from barchain.nightly.history.changes.steps import LEAST_EFFECT
 from barchain.nightly.history.figures import FigureKind
 from barchain.nightly.history.folders.collector import FigureCollector, real, records
 from reports.tables.cost import BASELINE, BUSY, NOT_RUN, read_cost
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
     from barchain.nightly.history.figures import Figure
 
 REACHED = frozenset({"reached", "at most"})
+PAGE_B = 4096
+LEAST_MEMORY_B = PAGE_B / LEAST_EFFECT
+"""Least peak memory that is followed: of a smaller one, a page more or less would be a step"""
 WITHOUT_EFFECT = "without"
 Row = dict[str, Any]
 
@@ -83,7 +87,7 @@ def scaling_figures(folder: Path) -> tuple[Figure, ...]:
     for row in rows:
         place = (scene, row["engine"], f"bars={row['bars']:g}")
         add_outcome(found, place, row)
-        if real(row["memory_B"]) is not None and row["memory_B"] > 0:
+        if (real(row["memory_B"]) or 0.0) >= LEAST_MEMORY_B:
             found.number(place, "memory", FigureKind.MEMORY, row["memory_B"], "B")
         if row["engine"] != BASELINE and row["bars"] in anchors:
             add_ratio(found, place, row, anchors[row["bars"]], busy_machine(tables.record))
