@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.cli.nightly.documents import write_documents
-from barchain.nightly.history.figures import Figure, FigureKind, Night, NightPart
 from barchain.nightly.history.judged import judge
+from barchain.nightly.history.model.figures import Figure, FigureKind, Night, NightPart
 from barchain.nightly.history.night_file import read_night_file
 from barchain.nightly.history.series import all_series, figure_series
 from barchain.nightly.history.store import open_store

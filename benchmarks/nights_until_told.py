@@ -15,12 +15,12 @@ from statistics import median
 from typing import TYPE_CHECKING
 
 from barchain.nightly.history.changes.times import measured, time_changes
-from barchain.nightly.history.figures import FigureKind
+from barchain.nightly.history.model.figures import FigureKind
 from barchain.nightly.history.series import all_series
 from barchain.nightly.history.store import open_store
 
 if TYPE_CHECKING:
-    from barchain.nightly.history.series_model import FigureSeries
+    from barchain.nightly.history.model.series_model import FigureSeries
 
 FACTORS = (1.03, 1.05, 1.1, 1.2)
 

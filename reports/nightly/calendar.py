@@ -12,7 +12,7 @@ from markupsafe import Markup, escape
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from reports.tables.nightly_trends import CalendarNight
+    from reports.tables.nights.trends import CalendarNight
 
 CELL, LEFT, TOP = 15.0, 30.0, 16.0
 STATES = {

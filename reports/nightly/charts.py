@@ -11,7 +11,7 @@ from markupsafe import Markup, escape
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from reports.tables.nightly_trends import TrendChart, TrendCurve
+    from reports.tables.nights.trends import TrendChart, TrendCurve
 
 WIDTH, HEIGHT = 300.0, 84.0
 LEFT, RIGHT, TOP, BOTTOM = 44.0, 6.0, 12.0, 16.0

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from reports.nightly.charts import SmallChart
-    from reports.tables.nightly import NightlyFile
-    from reports.tables.nightly_trends import CalendarNight, TrendChart
+    from reports.tables.nights.facts import NightlyFile
+    from reports.tables.nights.trends import CalendarNight, TrendChart
 
 PAGE = "nightly.html"
 TEMPLATE = "nightly/page.html.j2"

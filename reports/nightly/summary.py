@@ -11,7 +11,7 @@ from reports.tables.writing import write_atomically
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from reports.tables.nightly import NightlyFile
+    from reports.tables.nights.facts import NightlyFile
 
 FILE = "summary.md"
 MOST_ROWS = 30

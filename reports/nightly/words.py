@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from reports.tables.nightly import AcceptanceEntry, ChangeEntry
+    from reports.tables.nights.facts import AcceptanceEntry, ChangeEntry
 
 SIGNS = {"worse": "▲", "better": "▼", "changed": "△", "same": "·"}
 CLASSES = {"worse": "fail", "better": "pass", "changed": "gone", "same": "aside"}

@@ -26,7 +26,7 @@ def schema_of(file: str) -> dict[str, object]:
 
         return PlanFile.model_json_schema()
     if file == "nightly":
-        from reports.tables.nightly import NightlyFile
+        from reports.tables.nights.facts import NightlyFile
 
         return NightlyFile.model_json_schema()
     from scenarios import SceneFile

@@ -17,8 +17,8 @@ from barchain.cli.nightly.options import history_option, opened
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.history.figures import Figure, Night
-    from barchain.nightly.history.series_model import FigureSeries, NightSummary
+    from barchain.nightly.history.model.figures import Figure, Night
+    from barchain.nightly.history.model.series_model import FigureSeries, NightSummary
 
 MOST_NIGHTS = 1_000_000
 MOST_DAYS = 36_525.0

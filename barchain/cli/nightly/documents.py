@@ -13,9 +13,9 @@ from barchain.cli.common.terminal import say
 from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
-    from barchain.nightly.history.figures import Night
+    from barchain.nightly.history.model.figures import Night
     from barchain.nightly.history.store import NightStore
-    from reports.tables.nightly import NightlyFile
+    from reports.tables.nights.facts import NightlyFile
 
 WORSE, CHANGED, NEVER = "worse", "changed", "never"
 JUNIT = "junit.xml"
@@ -85,7 +85,7 @@ def write_documents(
     from barchain.nightly.telling.trends import SHOWN, calendar, trend_charts  # noqa: PLC0415
     from reports.nightly.page import write_page  # noqa: PLC0415
     from reports.nightly.summary import write_summary  # noqa: PLC0415
-    from reports.tables.nightly import FILE  # noqa: PLC0415
+    from reports.tables.nights.facts import FILE  # noqa: PLC0415
     from reports.tables.writing import write_atomically  # noqa: PLC0415
 
     summary, night = store.summary(name), store.night(name)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from barchain.cli.common.settings import GivenSetting
     from barchain.crossval.run import ComparisonResult
     from barchain.execution.executors import Executor
-    from barchain.nightly.history.figures import Night
+    from barchain.nightly.history.model.figures import Night
     from scenarios import Scene
 
 CORE = ("paper/", "basics/")

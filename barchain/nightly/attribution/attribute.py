@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from barchain.nightly.attribution.swaps import Swap
     from barchain.nightly.history.changes.judging import JudgedNight
     from barchain.nightly.history.changes.model import Change
-    from barchain.nightly.history.figures import Figure
-    from barchain.nightly.history.series_model import NightSummary
+    from barchain.nightly.history.model.figures import Figure
+    from barchain.nightly.history.model.series_model import NightSummary
     from barchain.nightly.history.store import NightStore
 
 

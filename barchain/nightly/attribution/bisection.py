@@ -18,8 +18,8 @@ from barchain.nightly.environments.sources import commit_tree
 from barchain.nightly.history.changes.judging import STEPPED
 from barchain.nightly.history.changes.model import result_words
 from barchain.nightly.history.changes.suspects import differing
-from barchain.nightly.history.environment import capture
 from barchain.nightly.history.faults import HistoryError
+from barchain.nightly.history.model.environment import capture
 from barchain.nightly.releases.index import releases_of
 from barchain.studies.study import ignore
 from scenarios.nearest import nearest
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
     from barchain.nightly.attribution.search import Bisected
     from barchain.nightly.attribution.swaps import Swap
-    from barchain.nightly.history.figures import Figure
-    from barchain.nightly.history.series_model import NightSummary
+    from barchain.nightly.history.model.figures import Figure
+    from barchain.nightly.history.model.series_model import NightSummary
     from barchain.nightly.history.store import NightStore
 
 GIT_S = 60.0

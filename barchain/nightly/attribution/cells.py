@@ -13,8 +13,8 @@ from barchain.nightly.environments.running import run_in
 from barchain.nightly.history.changes.levels import RULES, compared
 from barchain.nightly.history.changes.model import Direction
 from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.figures import Figure, FigureIdentity, FigureKind
 from barchain.nightly.history.folders.reading import read_figures_of
+from barchain.nightly.history.model.figures import Figure, FigureIdentity, FigureKind
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

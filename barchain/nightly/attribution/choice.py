@@ -8,7 +8,7 @@ from barchain.nightly.attribution.cells import CellError, command_of
 from barchain.nightly.attribution.swaps import swaps_of
 from barchain.nightly.history.changes.model import Direction
 from barchain.nightly.history.changes.suspects import suspicion
-from barchain.nightly.history.figures import FigureKind
+from barchain.nightly.history.model.figures import FigureKind
 
 if TYPE_CHECKING:
     from barchain.nightly.history.changes.judging import JudgedNight

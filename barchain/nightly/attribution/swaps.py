@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 from barchain.nightly.environments.faults import PinnedEnvironmentError
 from barchain.nightly.environments.sources import commit_tree, installed_tree, replace_packages
-from barchain.nightly.history.parts import SOURCES, installed_parts
+from barchain.nightly.history.model.parts import SOURCES, installed_parts
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from pathlib import Path
 
     from barchain.nightly.history.changes.suspects import Suspect
-    from barchain.nightly.history.figures import NightPart
-    from barchain.nightly.history.series_model import NightSummary
+    from barchain.nightly.history.model.figures import NightPart
+    from barchain.nightly.history.model.series_model import NightSummary
 
 DISTRIBUTIONS = ("engine:", "library:")
 ADAPTER, SCENE, SOLUTION = "adapter:", "scene:", "solution:"

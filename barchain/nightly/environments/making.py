@@ -21,7 +21,7 @@ from packaging.utils import canonicalize_name
 from platformdirs import user_cache_path
 
 from barchain.nightly.environments.faults import PinnedEnvironmentError
-from barchain.nightly.history.identity import content_digest
+from barchain.nightly.history.model.identity import content_digest
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

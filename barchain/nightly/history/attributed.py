@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
-from barchain.nightly.history.checked_text import MOST_TEXT
+from barchain.nightly.history.model.checked_text import MOST_TEXT
 from barchain.nightly.history.storage.connection import told, writing
 from barchain.nightly.history.storage.tables import attributions
 

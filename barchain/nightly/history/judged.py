@@ -12,7 +12,7 @@ from barchain.nightly.history.changes.judging import STEPPED, judge_night
 from barchain.nightly.history.changes.model import Direction
 from barchain.nightly.history.changes.times import FALSE_ALARMS, WINDOW
 from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.figures import FigureKind
+from barchain.nightly.history.model.figures import FigureKind
 from barchain.nightly.history.series import load
 from barchain.nightly.history.storage.connection import told, writing
 from barchain.nightly.history.storage.tables import acceptances

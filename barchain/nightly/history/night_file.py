@@ -7,9 +7,9 @@ import json
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from barchain.nightly.history.checked_text import FigureError
 from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.figures import (
+from barchain.nightly.history.model.checked_text import FigureError
+from barchain.nightly.history.model.figures import (
     Environment,
     Figure,
     FigureIdentity,

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from barchain.nightly.history.changes.judging import JudgedNight, judge_night
-from barchain.nightly.history.series_model import FigureSeries, NightSummary
+from barchain.nightly.history.model.series_model import FigureSeries, NightSummary
 
 if TYPE_CHECKING:
-    from barchain.nightly.history.figures import Figure, FigureIdentity, Night
+    from barchain.nightly.history.model.figures import Figure, FigureIdentity, Night
 
 
 def judge_pair(before: Night, after: Night) -> JudgedNight:

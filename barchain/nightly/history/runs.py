@@ -13,7 +13,7 @@ from barchain.nightly.run_facts import NightRun
 
 if TYPE_CHECKING:
     from barchain.nightly.history.changes.judging import JudgedNight
-    from barchain.nightly.history.series_model import NightSummary
+    from barchain.nightly.history.model.series_model import NightSummary
     from barchain.nightly.history.store import NightStore
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import sqlalchemy as sa
 
 from barchain.nightly.history.faults import UnknownFigureError
-from barchain.nightly.history.series_model import FigureSeries
+from barchain.nightly.history.model.series_model import FigureSeries
 from barchain.nightly.history.storage.connection import told
 from barchain.nightly.history.storage.rows import read_figures
 from barchain.nightly.history.storage.tables import environments, figures, nights, series, texts
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
     from sqlalchemy import ColumnElement, Select
 
-    from barchain.nightly.history.figures import Figure, FigureIdentity, FigureKind
-    from barchain.nightly.history.series_model import NightSummary
+    from barchain.nightly.history.model.figures import Figure, FigureIdentity, FigureKind
+    from barchain.nightly.history.model.series_model import NightSummary
     from barchain.nightly.history.store import NightStore
 
 BATCH = 50_000

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Self
 import sqlalchemy as sa
 
 from barchain.nightly.history.faults import HistoryError, UnknownNightError
-from barchain.nightly.history.figures import Night
-from barchain.nightly.history.series_model import NightSummary
+from barchain.nightly.history.model.figures import Night
+from barchain.nightly.history.model.series_model import NightSummary
 from barchain.nightly.history.storage.connection import connected, shown, told, writing
 from barchain.nightly.history.storage.rows import figure_rows, read_figures
 from barchain.nightly.history.storage.tables import (

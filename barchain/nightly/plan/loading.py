@@ -8,7 +8,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.identity import content_digest
+from barchain.nightly.history.model.identity import content_digest
 from barchain.nightly.plan.tables import PlanFile
 from scenarios.limits import LimitError
 from scenarios.text import visible

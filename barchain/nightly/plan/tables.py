@@ -116,9 +116,11 @@ class SelftestTable(PartTable):
 
     study = "selftest"
 
-    faults: int = Field(20, ge=1, le=1000, description="number of faults, other ones each night until all were planted")
-    seed: int = Field(0, ge=0, le=2**62, description="of the order in which faults are planted")
-    scenes: Names = Field((), description="scenes that faults are planted in; default: those of the command")
+    faults: int = Field(
+        20, ge=1, le=1000, description="number of faults, other ones each night until all had their turn"
+    )
+    seed: int = Field(0, ge=0, le=2**62, description="of the order in which faults take their turns")
+    scenes: Names = Field((), description="scenes that faults are inserted in; default: those of the command")
 
 
 class PlanFile(Table):

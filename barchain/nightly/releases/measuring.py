@@ -10,17 +10,17 @@ from barchain.nightly.environments.faults import PinnedEnvironmentError
 from barchain.nightly.environments.making import pinned_environment
 from barchain.nightly.environments.running import run_in
 from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.figures import FigureKind
 from barchain.nightly.history.folders.reading import read_figures_of
+from barchain.nightly.history.model.figures import FigureKind
+from reports.tables.nights.releases import ReleaseState
 from reports.tables.outcome import Outcome
-from reports.tables.releases import ReleaseState
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
     from barchain.nightly.environments.making import PinnedEnvironment
-    from barchain.nightly.history.figures import Figure
+    from barchain.nightly.history.model.figures import Figure
     from barchain.nightly.releases.index import Release
     from barchain.nightly.releases.plan import ReleasesPlan
 
@@ -52,7 +52,7 @@ RUN_FAULTS = {str(o) for o in (Outcome.FAILED, Outcome.TIMED_OUT, Outcome.MISSIN
 
 
 @dataclass
-class Measured:
+class MeasuredRelease:
     """Rows of one release."""
 
     release: dict[str, Any]
@@ -61,7 +61,7 @@ class Measured:
     times: list[dict[str, Any]] = field(default_factory=list)
 
 
-def measure(plan: ReleasesPlan, release: Release, tree: Path, scratch: Path) -> Measured:
+def measure(plan: ReleasesPlan, release: Release, tree: Path, scratch: Path) -> MeasuredRelease:
     """Rows of a release; a release that does not run has the reason.
 
     Parameters
@@ -74,7 +74,9 @@ def measure(plan: ReleasesPlan, release: Release, tree: Path, scratch: Path) -> 
         Empty folder for results.
     """
     place = {"engine": plan.engine, "version": str(release.version)}
-    found = Measured(place | {"released": release.date, "wheel_B": release.wheel_B, "state": str(ReleaseState.RUNS)})
+    found = MeasuredRelease(
+        place | {"released": release.date, "wheel_B": release.wheel_B, "state": str(ReleaseState.RUNS)}
+    )
     try:
         environment = pinned_environment([f"{plan.distribution}=={release.version}"], also=plan.also)
     except PinnedEnvironmentError as error:
@@ -105,7 +107,9 @@ def probe(plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratc
     return found
 
 
-def compare(plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch: Path, found: Measured) -> str:
+def compare(
+    plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch: Path, found: MeasuredRelease
+) -> str:
     """Add errors and trajectories; returns why nothing ran, or an empty text."""
     out = scratch / "comparison"
     line = (
@@ -163,7 +167,7 @@ def run_rows(figures: Iterable[Figure]) -> Iterable[dict[str, Any]]:
             yield {"scene": i.scene, "setting": i.setting, "trajectory": figure.word, "steps": steps.get(place)}
 
 
-def time(plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch: Path, found: Measured) -> None:
+def time(plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch: Path, found: MeasuredRelease) -> None:
     """Add times at equal error, relative to the anchor that is timed in turns."""
     out = scratch / "cost"
     line = (

@@ -12,7 +12,7 @@ from barchain.nightly.environments.sources import installed_tree
 from barchain.nightly.releases.measuring import measure
 from barchain.nightly.releases.plan import ReleasesPlan, make_plan
 from barchain.record.facts import scene_words
-from reports.tables.releases import FILES
+from reports.tables.nights.releases import FILES
 from scenarios import load_scene
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from filelock import FileLock, Timeout
 
-from barchain.nightly.history.environment import capture
 from barchain.nightly.history.faults import HistoryError
 from barchain.nightly.history.folders.reading import found_in, night_here, night_without_figures, read_figures_of
+from barchain.nightly.history.model.environment import capture
 from barchain.nightly.history.runs import last_run
 from barchain.nightly.plan.jobs import NightJob, night_jobs
 from barchain.nightly.run_facts import NightRun, PartResult, PartState
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from barchain.nightly.history.figures import Night
+    from barchain.nightly.history.model.figures import Night
     from barchain.nightly.history.store import NightStore
     from barchain.nightly.plan.loading import NightPlan
 

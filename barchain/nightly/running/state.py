@@ -7,8 +7,8 @@ import json
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from barchain.nightly.history.figures import NIGHT_FORMAT
-from barchain.nightly.history.identity import content_digest
+from barchain.nightly.history.model.figures import NIGHT_FORMAT
+from barchain.nightly.history.model.identity import content_digest
 from barchain.nightly.run_facts import PartResult, part_of
 from barchain.record.sources import digest_of
 from reports.tables.writing import write_atomically
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from barchain.nightly.history.figures import Environment
+    from barchain.nightly.history.model.figures import Environment
 
 FILE = "night.json"
 LONGEST_PAUSE = datetime.timedelta(hours=20)

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from barchain.nightly.history.changes.accepted import accepting
 from barchain.nightly.history.changes.model import Direction, result_words
 from barchain.nightly.history.changes.suspects import state_words, suspicion
-from barchain.nightly.history.figures import FigureKind
+from barchain.nightly.history.model.figures import FigureKind
 from barchain.nightly.telling.sentence import opening
-from reports.tables.nightly import (
+from reports.tables.nights.facts import (
     AcceptanceEntry,
     AgainstEntry,
     AlarmEntry,
@@ -20,8 +20,8 @@ from reports.tables.nightly import (
     CountsEntry,
     NightEntry,
     NightlyFile,
+    NightRunEntry,
     PartEntry,
-    RunEntry,
     SuspectEntry,
 )
 
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from barchain.nightly.history.changes.judging import JudgedNight
     from barchain.nightly.history.changes.model import Change
     from barchain.nightly.history.changes.suspects import Suspect
-    from barchain.nightly.history.figures import Figure
-    from barchain.nightly.history.series_model import NightSummary
+    from barchain.nightly.history.model.figures import Figure
+    from barchain.nightly.history.model.series_model import NightSummary
     from barchain.nightly.run_facts import NightRun
 
 VERSIONED = ("engine:", "library:", "python")
@@ -167,10 +167,10 @@ def verdicts(figures: Iterable[Figure]) -> dict[str, int]:
     return dict(found.most_common())
 
 
-def run_entry(run: NightRun | None) -> RunEntry | None:
+def run_entry(run: NightRun | None) -> NightRunEntry | None:
     """Entry of what the night did of its plan."""
     if run is None:
         return None
     parts = tuple(PartEntry.model_validate(asdict(part)) for part in run.parts)
     alarm = None if run.alarm is None else AlarmEntry.model_validate(asdict(run.alarm))
-    return RunEntry(plan=run.plan, minutes=run.minutes, turn=run.turn, parts=parts, alarm=alarm)
+    return NightRunEntry(plan=run.plan, minutes=run.minutes, turn=run.turn, parts=parts, alarm=alarm)

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     from junitparser.junitparser import FinalResult as Result
 
-    from barchain.nightly.history.figures import Figure
-    from reports.tables.nightly import ChangeEntry, NightlyFile
+    from barchain.nightly.history.model.figures import Figure
+    from reports.tables.nights.facts import ChangeEntry, NightlyFile
 
 NIGHT, PLAN = "barchain nightly", "plan"
 NO_ENGINE, NO_SCENE = "all engines", "all scenes"

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.nightly.history.figures import FigureKind
-from reports.tables.nightly_trends import CalendarNight, TrendChart, TrendCurve
+from barchain.nightly.history.model.figures import FigureKind
+from reports.tables.nights.trends import CalendarNight, TrendChart, TrendCurve
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from barchain.nightly.history.changes.model import Change
-    from barchain.nightly.history.series_model import FigureSeries, NightSummary
+    from barchain.nightly.history.model.series_model import FigureSeries, NightSummary
 
 MOST_POINTS = 60
 """Points of a curve: of more nights, each point is the median of some nights one after the other"""

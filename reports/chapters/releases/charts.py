@@ -11,7 +11,7 @@ from reports.plotting.palette import COLOURS, engine_pen
 from reports.plotting.panels import ChartFrame, Legend, Panel, blank_axes, finish, log_axis
 from reports.plotting.series import decade_range
 from reports.plotting.svg import TEXT_SIZE
-from reports.tables.releases import ReleaseState
+from reports.tables.nights.releases import ReleaseState
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from reports.plotting.palette import Pen
     from reports.plotting.series import Array
-    from reports.tables.releases import ReleasesTables
+    from reports.tables.nights.releases import ReleasesTables
 
 MOST_LABELS = 8
 X_LABEL = "release; × at the lower edge: does not run"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reports.chapters.releases.charts import release_charts
-from reports.tables.releases import ReleaseState, read_releases
+from reports.tables.nights.releases import ReleaseState, read_releases
 from reports.text.numerals import is_nan, significant
 from reports.text.record import is_complete, mapping
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from reports.plotting.panels import Panel
-    from reports.tables.releases import ReleasesTables
+    from reports.tables.nights.releases import ReleasesTables
 
 
 @dataclass(frozen=True)

@@ -12,12 +12,12 @@ from packaging.version import Version
 from barchain.nightly.environments.faults import PinnedEnvironmentError
 from barchain.nightly.releases import index, study
 from barchain.nightly.releases.index import Release, releases_of
-from barchain.nightly.releases.measuring import Measured
+from barchain.nightly.releases.measuring import MeasuredRelease
 from barchain.nightly.releases.plan import engine_and_distribution, make_plan
 from barchain.nightly.releases.study import ReleasesOptions, ReleasesStudy
 from barchain.studies.study import run_study
 from reports.render import render_study
-from reports.tables.releases import read_releases
+from reports.tables.nights.releases import read_releases
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -86,11 +86,11 @@ def test_scenes_that_the_engine_does_not_support_are_told(files: list[SimpleName
         make_plan("mujoco", ["effects/solar_shadow"])
 
 
-def measured(plan: Any, release: Release, *_: Any) -> Measured:
+def measured(plan: Any, release: Release, *_: Any) -> MeasuredRelease:
     """Rows of a release: 1.0 does not run, 1.2 has other digits than 1.1."""
     version = str(release.version)
     place = {"engine": plan.engine, "version": version}
-    found = Measured(place | {"released": "2026-01-02", "wheel_B": 1e6, "state": "runs", "import_s": 0.1})
+    found = MeasuredRelease(place | {"released": "2026-01-02", "wheel_B": 1e6, "state": "runs", "import_s": 0.1})
     if version == "1.0":
         found.release |= {"state": "does not run", "reason": "AttributeError: no <such> name"}
         return found
@@ -114,7 +114,7 @@ def test_the_study_tells_which_releases_run_and_where_digits_change_and_goes_on_
     files += [file(f"pymunk-1.{k}-py3-none-any.whl") for k in range(4)]
     asked: list[str] = []
 
-    def until_the_third(plan: Any, release: Release, *more: Any) -> Measured:
+    def until_the_third(plan: Any, release: Release, *more: Any) -> MeasuredRelease:
         asked.append(str(release.version))
         if asked == ["1.0", "1.1", "1.2"]:
             raise KeyboardInterrupt

@@ -11,10 +11,10 @@ import pytest
 from barchain.cli.main import run
 from barchain.nightly.history.changes.accepted import acceptance_of, accepting
 from barchain.nightly.history.changes.judging import judge_night
-from barchain.nightly.history.checked_text import FigureError
 from barchain.nightly.history.faults import HistoryError
 from barchain.nightly.history.judged import accept, accepted, change_named, judge, worse_and_not_accepted
 from barchain.nightly.history.location import VARIABLE
+from barchain.nightly.history.model.checked_text import FigureError
 from barchain.nightly.history.store import NightStore, open_store
 from tests.nightly.history.histories import as_series, history_of
 from tests.nightly.history.synthetic import bits, count, error, night, verdict

@@ -13,7 +13,7 @@ import pytest
 from barchain.nightly.history.changes.judging import judge_night
 from barchain.nightly.history.changes.model import Direction
 from barchain.nightly.history.changes.suspects import suspicion
-from barchain.nightly.history.figures import Figure, FigureKind, NightPart
+from barchain.nightly.history.model.figures import Figure, FigureKind, NightPart
 from tests.nightly.history.histories import as_series, history_of
 from tests.nightly.history.noise import noise
 from tests.nightly.history.synthetic import ENVIRONMENT, identity

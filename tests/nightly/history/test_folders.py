@@ -10,8 +10,8 @@ import pytest
 from barchain.cli.main import run
 from barchain.nightly.history.changes.judging import judge_night
 from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.figures import FigureKind
 from barchain.nightly.history.folders.reading import night_here, read_night
+from barchain.nightly.history.model.figures import FigureKind
 from reports.tables.reading import DamagedResultsError
 from tests.nightly.history.histories import as_series, summaries
 from tests.nightly.history.synthetic import FIRST
@@ -20,7 +20,7 @@ from tests.storage.small_plans import SMALL
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.nightly.history.figures import Figure, Night
+    from barchain.nightly.history.model.figures import Figure, Night
 
 KINDS = {
     "comparison": {FigureKind.BITS, FigureKind.COUNT, FigureKind.ERROR, FigureKind.VALUE, FigureKind.VERDICT},

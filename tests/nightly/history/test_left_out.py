@@ -13,8 +13,8 @@ from barchain.cli.main import run
 from barchain.nightly.history.changes.judging import judge_night
 from barchain.nightly.history.changes.levels import PATIENCE, level_changes
 from barchain.nightly.history.changes.model import Direction
-from barchain.nightly.history.figures import Figure, FigureKind
 from barchain.nightly.history.folders.timing import cost_figures
+from barchain.nightly.history.model.figures import Figure, FigureKind
 from reports.tables.cost import BUSY, FILES, NOT_RUN
 from reports.tables.reading import TABLES
 from tests.nightly.history.histories import as_series, history_of

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from adapters.registry import ENGINES, UnknownEngineError
-from barchain.nightly.history.environment import capture, recorded_environment
-from barchain.nightly.history.figures import MACHINE, FigureKind
-from barchain.nightly.history.parts import (
+from barchain.nightly.history.model.environment import capture, recorded_environment
+from barchain.nightly.history.model.figures import MACHINE, FigureKind
+from barchain.nightly.history.model.parts import (
     contents_digest,
     depends_on,
     environment_parts,
@@ -20,7 +20,7 @@ from barchain.nightly.history.parts import (
 from barchain.record.environment import environment, machine
 
 if TYPE_CHECKING:
-    from barchain.nightly.history.figures import NightPart
+    from barchain.nightly.history.model.figures import NightPart
 
 
 def named(*engines: str) -> dict[str, NightPart]:

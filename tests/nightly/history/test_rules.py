@@ -14,7 +14,7 @@ from barchain.nightly.history.changes.judging import judge_night
 from barchain.nightly.history.changes.levels import compared, level_changes, same_changes
 from barchain.nightly.history.changes.model import Direction
 from barchain.nightly.history.changes.verdicts import judge_verdict
-from barchain.nightly.history.figures import Figure, FigureKind, FigureUnit, NightPart
+from barchain.nightly.history.model.figures import Figure, FigureKind, FigureUnit, NightPart
 from reports.tables.outcome import Outcome
 from tests.nightly.history.histories import as_series, history_of
 from tests.nightly.history.synthetic import ENVIRONMENT, NAMES, PARTS, bits, count, error, identity, verdict

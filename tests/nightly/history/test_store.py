@@ -11,8 +11,8 @@ import sqlalchemy as sa
 from hypothesis import HealthCheck, given, settings
 
 from barchain.nightly.history.faults import HistoryError, NewerSchemaError, UnknownFigureError, UnknownNightError
-from barchain.nightly.history.figures import FigureKind, Night
 from barchain.nightly.history.location import full_url
+from barchain.nightly.history.model.figures import FigureKind, Night
 from barchain.nightly.history.series import all_series, export_parquet, figure_series
 from barchain.nightly.history.storage.connection import new_engine, writing
 from barchain.nightly.history.storage.migrating import known_revisions

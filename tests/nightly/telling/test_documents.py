@@ -14,12 +14,12 @@ from click.testing import CliRunner
 from junitparser import JUnitXml
 
 from barchain.cli.main import cli
-from barchain.nightly.history.figures import NightPart
 from barchain.nightly.history.judged import accept, change_named, judge
+from barchain.nightly.history.model.figures import NightPart
 from barchain.nightly.history.night_file import write_night
 from barchain.nightly.history.store import open_store
 from barchain.nightly.run_facts import AlarmTest, NightRun, PartResult, PartState
-from reports.tables.nightly import NightlyFile, read_nightly
+from reports.tables.nights.facts import NightlyFile, read_nightly
 from tests.nightly.history.synthetic import PARTS, bits, count, error, night, ratio, verdict
 
 SCHEMA = Path(__file__).with_name("junit-10.xsd")

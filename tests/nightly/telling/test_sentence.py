@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from barchain.nightly.telling.sentence import amount, listed, opening
-from reports.tables.nightly import AcceptanceEntry, ChangeEntry, SuspectEntry
+from reports.tables.nights.facts import AcceptanceEntry, ChangeEntry, SuspectEntry
 
 MUJOCO = SuspectEntry(name="engine:mujoco", before="3.2.7", after="4.0.0")
 NUMPY = SuspectEntry(name="library:numpy", before="1.26.4", after="2.4.6")

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from barchain.nightly.history.changes.model import Change, Direction
 
 if TYPE_CHECKING:
-    from barchain.nightly.history.figures import Figure
-    from barchain.nightly.history.series_model import FigureSeries, NightSummary
+    from barchain.nightly.history.model.figures import Figure
+    from barchain.nightly.history.model.series_model import FigureSeries, NightSummary
 
 State = tuple[tuple[str, str, str], ...]
 NOT_REPRODUCIBLE = "not reproducible: the same parts on the same class of machine gave other bits"

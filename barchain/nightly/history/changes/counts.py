@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from barchain.nightly.history.changes.model import Direction, Judgement
 
 if TYPE_CHECKING:
-    from barchain.nightly.history.figures import Figure
+    from barchain.nightly.history.model.figures import Figure
 
 
 def judge_count(was: Figure, now: Figure) -> Judgement | None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from barchain.nightly.history.changes.model import Direction, Judgement
 
 if TYPE_CHECKING:
-    from barchain.nightly.history.figures import Figure
+    from barchain.nightly.history.model.figures import Figure
 
 LEAST_UNKNOWN = 0.01
 """Of an error without recorded rounding: a smaller relative change is told, and called neither better nor worse"""

@@ -10,12 +10,12 @@ from barchain.nightly.history.changes.levels import RULES, level_changes, same_c
 from barchain.nightly.history.changes.model import Change, Direction
 from barchain.nightly.history.changes.times import FALSE_ALARMS, time_changes
 from barchain.nightly.history.changes.vanished import vanished
-from barchain.nightly.history.figures import FigureKind
+from barchain.nightly.history.model.figures import FigureKind
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.history.series_model import FigureSeries, NightSummary
+    from barchain.nightly.history.model.series_model import FigureSeries, NightSummary
 
 STEPPED = (FigureKind.RATIO, FigureKind.MEMORY)
 

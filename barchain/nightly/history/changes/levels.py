@@ -12,13 +12,13 @@ from barchain.nightly.history.changes.errors import judge_error
 from barchain.nightly.history.changes.model import Change, Direction, Judgement
 from barchain.nightly.history.changes.values import judge_value
 from barchain.nightly.history.changes.verdicts import judge_verdict
-from barchain.nightly.history.figures import FigureKind
+from barchain.nightly.history.model.figures import FigureKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from barchain.nightly.history.figures import Figure
-    from barchain.nightly.history.series_model import FigureSeries
+    from barchain.nightly.history.model.figures import Figure
+    from barchain.nightly.history.model.series_model import FigureSeries
 
 RULES: dict[FigureKind, Callable[[Figure, Figure], Judgement | None]] = {
     FigureKind.ERROR: judge_error,

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from barchain.nightly.history.identity import content_digest
+from barchain.nightly.history.model.identity import content_digest
 
 if TYPE_CHECKING:
-    from barchain.nightly.history.figures import Figure, FigureIdentity
+    from barchain.nightly.history.model.figures import Figure, FigureIdentity
 
 ID_DIGITS = 10
 

@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from barchain.nightly.history.changes.model import Change
-    from barchain.nightly.history.figures import NightPart
-    from barchain.nightly.history.series_model import NightSummary
+    from barchain.nightly.history.model.figures import NightPart
+    from barchain.nightly.history.model.series_model import NightSummary
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from barchain.nightly.history.changes.model import Change, Direction
-from barchain.nightly.history.figures import Figure
+from barchain.nightly.history.model.figures import Figure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.history.series_model import FigureSeries, NightSummary
+    from barchain.nightly.history.model.series_model import FigureSeries, NightSummary
 
 NIGHTS = 2
 """Nights in a row that must have a figure: a plan measures some figures only now and then"""

@@ -11,7 +11,7 @@ from reports.tables.selftest import FaultOutcome
 from reports.tables.stability import Stability
 
 if TYPE_CHECKING:
-    from barchain.nightly.history.figures import Figure
+    from barchain.nightly.history.model.figures import Figure
 
 SCALES: tuple[tuple[str, ...], ...] = (
     tuple(map(str, SEVERITY)),

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from barchain.nightly.history.figures import Figure, FigureIdentity, FigureKind, FigureUnit
-from barchain.nightly.history.parts import depends_on
+from barchain.nightly.history.model.figures import Figure, FigureIdentity, FigureKind, FigureUnit
+from barchain.nightly.history.model.parts import depends_on
 from reports.tables.reading import brief
 
 if TYPE_CHECKING:

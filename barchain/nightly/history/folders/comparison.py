@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.nightly.history.figures import FigureKind
 from barchain.nightly.history.folders.collector import FigureCollector, records
+from barchain.nightly.history.model.figures import FigureKind
 from barchain.run.job import Role
 from barchain.run.store import recorded_runs
 from reports.tables.crossval import ALL_SCENES, ROUNDING, is_engine, read_results, recorded_parquet
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from barchain.nightly.history.figures import Figure
+    from barchain.nightly.history.model.figures import Figure
 
 ERROR_METRICS = ("max", "rms", "final", "first_orbit_max", "drift")
 CHAOTIC = frozenset({"relative_energy"})

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from barchain.nightly.history.figures import FigureKind, FigureUnit
 from barchain.nightly.history.folders.collector import FigureCollector, records
 from barchain.nightly.history.folders.comparison import add_runs
+from barchain.nightly.history.model.figures import FigureKind, FigureUnit
 from reports.tables.campaign import ALL, read_campaign
 from reports.tables.ensemble import read_ensemble
 from reports.tables.selftest import read_selftest
@@ -15,7 +15,7 @@ from reports.tables.stability import read_stability
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.nightly.history.figures import Figure
+    from barchain.nightly.history.model.figures import Figure
 
 Row = dict[str, Any]
 

@@ -6,12 +6,12 @@ import datetime
 from typing import TYPE_CHECKING, Any
 
 from adapters.registry import engines
-from barchain.nightly.history.environment import capture, recorded_environment
 from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.figures import MACHINE, Night, NightPart
 from barchain.nightly.history.folders import comparison, judging, timing
-from barchain.nightly.history.identity import content_digest
-from barchain.nightly.history.parts import commit, environment_parts, installed_parts, scene_part
+from barchain.nightly.history.model.environment import capture, recorded_environment
+from barchain.nightly.history.model.figures import MACHINE, Night, NightPart
+from barchain.nightly.history.model.identity import content_digest
+from barchain.nightly.history.model.parts import commit, environment_parts, installed_parts, scene_part
 from barchain.record.environment import package_version
 from reports.tables import campaign, cost, crossval, effects, ensemble, roundoff, scaling, selftest, stability
 from reports.tables.reading import damaged
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
     from pathlib import Path
 
-    from barchain.nightly.history.figures import Environment, Figure, FigureIdentity
+    from barchain.nightly.history.model.figures import Environment, Figure, FigureIdentity
     from reports.tables.files import StudyFiles
 
 SUBJECTS = ("scenes", "engines", "bars", "faults")

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from barchain.nightly.history.changes.steps import LEAST_EFFECT
-from barchain.nightly.history.figures import FigureKind
 from barchain.nightly.history.folders.collector import FigureCollector, real, records
+from barchain.nightly.history.model.figures import FigureKind
 from reports.tables.cost import BASELINE, BUSY, NOT_RUN, read_cost
 from reports.tables.effects import UNITS, read_effects
 from reports.tables.roundoff import FILES as ROUNDOFF_FILES
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from barchain.nightly.history.figures import Figure
+    from barchain.nightly.history.model.figures import Figure
 
 REACHED = frozenset({"reached", "at most"})
 PAGE_B = 4096

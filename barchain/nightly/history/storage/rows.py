@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
-from barchain.nightly.history.figures import Figure
+from barchain.nightly.history.model.figures import Figure
 from barchain.nightly.history.storage.tables import figures, series, texts
 from barchain.nightly.history.storage.vocabulary import CHUNK, depends_of, depends_text, identity_of
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from sqlalchemy import ColumnElement, Connection
 
-    from barchain.nightly.history.figures import FigureIdentity
+    from barchain.nightly.history.model.figures import FigureIdentity
 
 NUMBERS = ("value", "low", "high", "tolerance")
 WORDS = ("word", "trajectory", "reason")

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
 
-from barchain.nightly.history.figures import Environment, FigureIdentity, FigureKind, FigureUnit, NightPart
-from barchain.nightly.history.identity import content_digest
+from barchain.nightly.history.model.figures import Environment, FigureIdentity, FigureKind, FigureUnit, NightPart
+from barchain.nightly.history.model.identity import content_digest
 from barchain.nightly.history.storage.tables import environments, night_parts, parts, series, texts
 
 if TYPE_CHECKING:

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from barchain.nightly.history.checked_text import MOST_TEXT
-from barchain.nightly.history.figures import MACHINE, NightPart
+from barchain.nightly.history.model.checked_text import MOST_TEXT
+from barchain.nightly.history.model.figures import MACHINE, NightPart
 
 if TYPE_CHECKING:
     import datetime
     from collections.abc import Mapping
 
-    from barchain.nightly.history.figures import Environment, Figure, FigureIdentity
+    from barchain.nightly.history.model.figures import Environment, Figure, FigureIdentity
 
 
 @dataclass(frozen=True)

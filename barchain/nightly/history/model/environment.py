@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from barchain.nightly.history.figures import Environment
+from barchain.nightly.history.model.figures import Environment
 from barchain.record.environment import environment, machine
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from adapters.registry import engines, find_engine
-from barchain.nightly.history.figures import MACHINE, FigureKind, NightPart
-from barchain.nightly.history.identity import content_digest
+from barchain.nightly.history.model.figures import MACHINE, FigureKind, NightPart
+from barchain.nightly.history.model.identity import content_digest
 from barchain.record.environment import package_version
 from barchain.record.sources import DIGITS, digest_of
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from adapters.registry import Registration
-    from barchain.nightly.history.figures import Environment
+    from barchain.nightly.history.model.figures import Environment
 
 PYTHON, BLAS, HARNESS, REFERENCE, JUDGE, SHARED = "python", "blas", "harness", "reference", "judge", "adapter:shared"
 SOURCES = {

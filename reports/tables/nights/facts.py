@@ -87,7 +87,7 @@ class AlarmEntry(Entry):
     false_alarms: tuple[str, ...] = ()
 
 
-class RunEntry(Entry):
+class NightRunEntry(Entry):
     """What the night did of its plan."""
 
     plan: str
@@ -146,7 +146,7 @@ class NightlyFile(Entry):
     verdicts: dict[str, int] = Field(description="number of cells with each verdict tonight, whether changed or not")
     changes: tuple[ChangeEntry, ...] = Field(description="changes that this night tells first")
     standing: tuple[ChangeEntry, ...] = Field(description="earlier changes for the worse that still hold")
-    run: RunEntry | None = Field(None, description="None of a night that a result folder was added as")
+    run: NightRunEntry | None = Field(None, description="None of a night that a result folder was added as")
 
     @property
     def worse(self) -> bool:

@@ -8,8 +8,8 @@ from enum import StrEnum
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from barchain.nightly.history.checked_text import MOST_TEXT, FigureError, need_text
-from barchain.nightly.history.identity import content_digest
+from barchain.nightly.history.model.checked_text import MOST_TEXT, FigureError, need_text
+from barchain.nightly.history.model.identity import content_digest
 from reports.tables.cost import NOT_RUN
 
 if TYPE_CHECKING:
