@@ -1,9 +1,9 @@
 """Rule of times and memory: steps over the nights of one machine class, with one error rate for all series together.
 
 The probability of a step in each series is corrected for its places by
-:mod:`barchain.nightly.history.changes.rank_test`. Benjamini and Hochberg's procedure over all series then bounds the expected share of false steps among those found on
-one night. Without any step that share is 1 as soon as one is found, so that a night has a false alarm with at most the
-probability :data:`FALSE_ALARMS`.
+:mod:`barchain.nightly.history.changes.rank_test`. Benjamini and Hochberg's procedure over all series then bounds the
+expected share of false steps among those found on one night. Without any step that share is 1 as soon as one is found,
+so that a night has a false alarm with at most the probability :data:`FALSE_ALARMS`.
 """
 
 from __future__ import annotations
