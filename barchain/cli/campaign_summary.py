@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 
 from barchain.cli.common.terminal import literal, say, show
-from reports.tables.campaign import ALL, ENGINE_CLASSES, FAULT_CLASSES
+from reports.tables.faults.campaign import ALL, ENGINE_CLASSES, FAULT_CLASSES
 
 if TYPE_CHECKING:
     from barchain.studies.selftest.campaign.cells import CampaignCell
     from barchain.studies.selftest.campaign.findings import KeptFinding
     from barchain.studies.selftest.campaign.rates import Rate
     from barchain.studies.selftest.campaign.study import Campaign
-    from reports.tables.campaign import CellClass
+    from reports.tables.faults.campaign import CellClass
 
 
 def show_campaign(found: Campaign, *, kept: bool) -> None:

@@ -106,6 +106,7 @@ RUNNERS = (
     ("barchain.api", "run_jobs"),
     ("barchain.solutions.certified_commit", "commit"),
     ("barchain.solutions.certified_commit", "check"),
+    ("barchain.nightly.running.night", "run_night"),
 )
 
 
@@ -121,11 +122,21 @@ def stop_runs(patch: pytest.MonkeyPatch) -> None:
 
     for module, name in RUNNERS:
         patch.setattr(f"{module}.{name}", reached)
+    patch.setenv("BARCHAIN_HISTORY", "history.sqlite")  # in the test's folder, never the user's own
+
+
+def commands() -> Iterator[tuple[str, click.Command]]:
+    """Names and commands, those of groups in the group's place."""
+    for name, command in cli.commands.items():
+        if isinstance(command, click.Group):
+            yield from ((f"{name} {inner}", one) for inner, one in command.commands.items())
+        else:
+            yield name, command
 
 
 def plain_line(name: str) -> list[str]:
     """Command line of a command whose values are all plain, without its scenes."""
-    return [name, *NEEDED.get(name, [])]
+    return [*name.split(), *NEEDED.get(name, [])]
 
 
 def values(param: click.Parameter) -> tuple[str, ...]:
@@ -139,7 +150,7 @@ def values(param: click.Parameter) -> tuple[str, ...]:
 
 def wild_lines() -> Iterator[list[str]]:
     """Every option and argument of every command, with each of its wild values."""
-    for name, command in cli.commands.items():
+    for name, command in commands():
         if name in SKIPPED:
             continue
         takes_scene = any(

@@ -11,22 +11,23 @@ from barchain.record.environment import provenance
 from barchain.record.study_store import StudyStore
 from reports.chapters.registry import CHAPTERS
 from reports.render import render_all
-from reports.tables.campaign import read_campaign
 from reports.tables.cost import read_cost
 from reports.tables.crossval import FILES, read_results
 from reports.tables.effects import read_effects
 from reports.tables.ensemble import read_ensemble
+from reports.tables.faults.campaign import read_campaign
+from reports.tables.faults.selftest import read_selftest
+from reports.tables.nights.releases import read_releases
 from reports.tables.roundoff import read_roundoff
 from reports.tables.scaling import read_scaling
 from reports.tables.schema import KEY, SCHEMA_VERSION, SchemaVersionError, read_record
-from reports.tables.selftest import read_selftest
 from reports.tables.stability import read_stability
 from tests.support.report_fixture import build
 
 READERS = {
     "campaign": read_campaign,
-    "cost": read_cost, "effects": read_effects, "ensemble": read_ensemble, "roundoff": read_roundoff,
-    "scaling": read_scaling, "selftest": read_selftest, "stability": read_stability,
+    "cost": read_cost, "effects": read_effects, "ensemble": read_ensemble, "releases": read_releases,
+    "roundoff": read_roundoff, "scaling": read_scaling, "selftest": read_selftest, "stability": read_stability,
 }  # fmt: skip
 
 

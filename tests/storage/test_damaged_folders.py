@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from barchain.cli.main import run
 from barchain.record.environment import provenance
 from barchain.record.study_store import StudyStore
+from reports.tables.faults.selftest import FILES
 from reports.tables.reading import TABLES, digest
 from reports.tables.schema import KEY
-from reports.tables.selftest import FILES
 from tests.support.report_fixture import build
 
 ROW = {"fault": "scale-rate", "scene": "s", "fate": "killed", "why": "", "quantity": "rate", "check": "bound",

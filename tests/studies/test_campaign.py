@@ -44,7 +44,7 @@ from barchain.studies.study import run_study
 from reports.chapters.campaign.view import size_rows
 from reports.chapters.registry import CHAPTERS
 from reports.render import render_all
-from reports.tables.campaign import COLUMNS, FILES, RATE_COLUMNS, CellClass
+from reports.tables.faults.campaign import COLUMNS, FILES, RATE_COLUMNS, CellClass
 from reports.tables.outcome import Outcome
 from scenarios import Gravity, load_scene
 

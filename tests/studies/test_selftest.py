@@ -36,8 +36,8 @@ from reports.chapters.selftest.rows import CHECK_WORDS
 from reports.chapters.selftest.rows import CHECKS as SIGNS
 from reports.chapters.selftest.view import view_selftest
 from reports.render import render_study
+from reports.tables.faults.selftest import COLUMNS, SMALLEST, FaultOutcome, read_selftest
 from reports.tables.outcome import Outcome
-from reports.tables.selftest import COLUMNS, SMALLEST, FaultOutcome, read_selftest
 from scenarios import load_scene
 from tests.support.page_policy import check_policy
 from tests.support.slow import slow_but

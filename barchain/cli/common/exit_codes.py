@@ -35,7 +35,7 @@ MEANINGS = {
     ExitCode.BAD_INPUT: "An option, a scene, a file, a folder or a disk is not usable; runs are made only before a "
     "disk fails.",
     ExitCode.MISSING_ENGINE: "An engine that was named, or that the command needs, is not installed; nothing was "
-    "run. Of `barchain nightly`: the night is void, as a planted fault was missed, or incomplete.",
+    "run. Of `nightly` and `history report`: the night is void or incomplete, and nothing is known to be worse.",
     ExitCode.INTERNAL_ERROR: "barchain itself failed; a traceback was printed.",
     ExitCode.INTERRUPTED: "The command was interrupted, e.g. by Ctrl-C; results so far are kept.",
     ExitCode.UNREAD: "The reader of the command's output ended first, e.g. `head`; results so far are kept.",

@@ -27,12 +27,15 @@ NIGHT_HEADINGS = ("night", "state", "figures", "duration", "plan", "barchain", "
 FIGURE_HEADINGS = ("figure", "kind", "result", "unit", "interval", "rounding", "reason")
 
 
-@click.group()
-def history() -> None:
+@click.group(invoke_without_command=True)
+@click.pass_context
+def history(ctx: click.Context) -> None:
     """Keep what nights measured: add result folders, show nights and their changes, follow a figure, export, prune.
 
     Nights are those of `barchain history add`. docs/history.md describes the figures and the rules of change.
     """
+    if ctx.invoked_subcommand is None:
+        say(ctx.get_help())
 
 
 @history.command("add")

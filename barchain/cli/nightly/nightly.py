@@ -39,7 +39,7 @@ DOCUMENTS = (PAGE, "nightly.json", "summary.md", JUNIT)
 @click.option("--plan", "path", metavar="FILE", type=NamedPath(path_type=Path),
               help="Do this plan; default: the one that comes with barchain, see `--show-plan`.")  # fmt: skip
 @click.option("--minutes", metavar="M", type=RealNumber(0.0, MOST_MINUTES, min_open=True),
-              help="End within this wall time, in minutes; default: that of the plan.")  # fmt: skip
+              help="Give the night a budget of this wall time, in minutes; default: that of the plan.")  # fmt: skip
 @history_option
 @click.option("--out", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False), default=Path("nights"),
               show_default=True, help="Keep the results of each night in a folder in DIR.")  # fmt: skip

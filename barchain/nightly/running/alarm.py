@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from barchain.nightly.run_facts import AlarmTest
 from barchain.studies.selftest.faults.catalogue import CONTROLS
-from reports.tables.selftest import FILES, FaultOutcome, read_selftest
+from reports.tables.faults.selftest import FILES, FaultOutcome, read_selftest
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

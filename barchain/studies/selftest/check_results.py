@@ -9,8 +9,8 @@ import numpy as np
 
 from barchain.studies.selftest.faults.fault import FaultGroup
 from barchain.studies.selftest.invisible import moved_beyond_rounding
+from reports.tables.faults.selftest import FaultOutcome
 from reports.tables.outcome import Outcome
-from reports.tables.selftest import FaultOutcome
 
 if TYPE_CHECKING:
     from barchain.judge.comparison.verdict import Row, Verdict

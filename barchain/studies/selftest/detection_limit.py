@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from barchain.execution.executors import ALL_CORES
 from barchain.studies.selftest.check_results import cell
 from barchain.studies.selftest.trial import FaultTrial, run_trials
-from reports.tables.selftest import FaultOutcome
+from reports.tables.faults.selftest import FaultOutcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

@@ -11,7 +11,7 @@ from barchain.run.job import Role
 from barchain.studies.selftest.check_results import FaultCell, cell, nothing
 from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, UNMODIFIED
 from barchain.studies.selftest.trial import FaultTrial, SelftestError, run_trials
-from reports.tables.selftest import FaultOutcome
+from reports.tables.faults.selftest import FaultOutcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator

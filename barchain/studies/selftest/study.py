@@ -14,7 +14,7 @@ from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, find
 from barchain.studies.selftest.matrix import HOST, Matrix, matrix
 from barchain.studies.selftest.scenes import STAGES, find_scene
 from barchain.studies.selftest.trial import selftest_cases
-from reports.tables.selftest import FILES
+from reports.tables.faults.selftest import FILES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

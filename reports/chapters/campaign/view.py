@@ -7,7 +7,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.campaign import ALL, ENGINE_CLASSES, FAULT_CLASSES, CellClass, read_campaign
+from reports.tables.faults.campaign import ALL, ENGINE_CLASSES, FAULT_CLASSES, CellClass, read_campaign
 from reports.text.numerals import significant
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from reports.tables.faults.selftest import FaultOutcome
 from reports.tables.outcome import Outcome
-from reports.tables.selftest import FaultOutcome
 from reports.text.numerals import significant
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reports.chapters.selftest.rows import CHECK_WORDS, CHECKS, LANDING, MatrixCell, cells
+from reports.tables.faults.selftest import FaultOutcome, read_selftest
 from reports.tables.outcome import Outcome
-from reports.tables.selftest import FaultOutcome, read_selftest
 from reports.text.numerals import number, significant
 from reports.text.record import is_complete, mapping
 

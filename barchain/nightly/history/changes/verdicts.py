@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from barchain.nightly.history.changes.model import Direction, Judgement
-from reports.tables.campaign import CellClass
+from reports.tables.faults.campaign import CellClass
+from reports.tables.faults.selftest import FaultOutcome
 from reports.tables.outcome import SEVERITY
-from reports.tables.selftest import FaultOutcome
 from reports.tables.stability import Stability
 
 if TYPE_CHECKING:

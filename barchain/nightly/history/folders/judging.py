@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 from barchain.nightly.history.folders.collector import FigureCollector, records
 from barchain.nightly.history.folders.comparison import add_runs
 from barchain.nightly.history.model.figures import FigureKind, FigureUnit
-from reports.tables.campaign import ALL, read_campaign
 from reports.tables.ensemble import read_ensemble
-from reports.tables.selftest import read_selftest
+from reports.tables.faults.campaign import ALL, read_campaign
+from reports.tables.faults.selftest import read_selftest
 from reports.tables.stability import read_stability
 
 if TYPE_CHECKING:

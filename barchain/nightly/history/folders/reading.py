@@ -13,7 +13,8 @@ from barchain.nightly.history.model.figures import MACHINE, Night, NightPart
 from barchain.nightly.history.model.identity import content_digest
 from barchain.nightly.history.model.parts import commit, environment_parts, installed_parts, scene_part
 from barchain.record.environment import package_version
-from reports.tables import campaign, cost, crossval, effects, ensemble, roundoff, scaling, selftest, stability
+from reports.tables import cost, crossval, effects, ensemble, roundoff, scaling, stability
+from reports.tables.faults import campaign, selftest
 from reports.tables.reading import damaged
 from scenarios import scene_names
 

@@ -52,7 +52,7 @@ def connected(given: str, *, create: bool) -> Engine:
     if path is not None and not create and not path.is_file():
         raise HistoryError(f"{path}: no history there; `barchain history add DIR` begins one")
     if path is not None and create:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        path.resolve().parent.mkdir(parents=True, exist_ok=True)
     with told(given):
         engine = new_engine(url)
     try:

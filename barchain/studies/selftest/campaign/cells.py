@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from reports.tables.campaign import COLUMNS, CellClass
+from reports.tables.faults.campaign import COLUMNS, CellClass
 
 UNMODIFIED = (CellClass.PASS, CellClass.LIMITED, CellClass.FALSE_ALARM)
 """Classes of unmodified engines that ran"""

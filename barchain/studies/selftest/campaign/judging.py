@@ -9,7 +9,7 @@ from barchain.run.verdict_workers import Judges
 from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.campaign.messages import JUDGED
 from barchain.studies.selftest.campaign.rating import Judged, judged
-from reports.tables.campaign import CellClass
+from reports.tables.faults.campaign import CellClass
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from barchain.run.verdict_workers import VerdictCodec
 from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.campaign.rating import Judged
 from barchain.studies.selftest.campaign.trial import DetectionLimit
-from reports.tables.campaign import CellClass
+from reports.tables.faults.campaign import CellClass
 
 MOST_TEXT = 2000
 """Characters of a text in a cell"""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from scipy.stats import binomtest
 
 from barchain.studies.selftest.campaign.cells import TRIED, UNMODIFIED
-from reports.tables.campaign import ALL, CellClass
+from reports.tables.faults.campaign import ALL, CellClass
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,7 +11,7 @@ from barchain.judge.scales import scales
 from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.campaign.sizes import larger, sizes
 from barchain.studies.selftest.campaign.trial import FIRST, CampaignCase, DetectionLimit, verdict_of
-from reports.tables.campaign import CellClass
+from reports.tables.faults.campaign import CellClass
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

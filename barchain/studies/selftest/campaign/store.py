@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from typing import TYPE_CHECKING
 
-from reports.tables.campaign import SCENES
+from reports.tables.faults.campaign import SCENES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

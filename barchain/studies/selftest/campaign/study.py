@@ -18,7 +18,7 @@ from barchain.studies.selftest.campaign.runs import RunCache, in_workers
 from barchain.studies.selftest.campaign.scenes.draw import draw
 from barchain.studies.selftest.campaign.store import CampaignStore
 from barchain.studies.selftest.campaign.trial_runner import TrialRunner
-from reports.tables.campaign import FILES
+from reports.tables.faults.campaign import FILES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

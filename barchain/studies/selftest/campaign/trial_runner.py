@@ -13,8 +13,8 @@ from barchain.solutions.reference_runs import SolutionFailedError, solution_jobs
 from barchain.solutions.sampling import closely_sampled
 from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.campaign.trial import FIRST, CampaignCase, CampaignTrial
-from reports.tables.campaign import CellClass
 from reports.tables.crossval import JUDGING_SOLUTION
+from reports.tables.faults.campaign import CellClass
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
