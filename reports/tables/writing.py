@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import io
 import json
 import os
+import stat
 from pathlib import Path, PurePath
 from typing import IO, TYPE_CHECKING, Any
 
@@ -56,10 +58,11 @@ def replaced(path: Path) -> Iterator[DigestedFile]:
     Raises
     ------
     OSError
-        If the file can't be written; the error names it.
+        If the file can't be written, or is a device, a pipe or a socket; the error names it.
     """
     half = path.with_name(path.name + PART)
     with named(path):
+        need_ordinary(path)
         half.unlink(missing_ok=True)
         file = os.fdopen(os.open(half, NEW, 0o666), "wb")
     try:
@@ -72,6 +75,20 @@ def replaced(path: Path) -> Iterator[DigestedFile]:
             with contextlib.suppress(OSError):
                 remove()
         raise
+
+
+def need_ordinary(path: Path) -> None:
+    """Make sure that no device, pipe or socket is replaced: root could delete ``/dev/null``.
+
+    Raises
+    ------
+    OSError
+        If it is one.
+    """
+    with contextlib.suppress(FileNotFoundError):
+        mode = path.lstat().st_mode
+        if not (stat.S_ISREG(mode) or stat.S_ISLNK(mode) or stat.S_ISDIR(mode)):
+            raise OSError(errno.EINVAL, "not an ordinary file", str(path))
 
 
 class DigestedFile(io.BufferedIOBase):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import subprocess
 import sys
@@ -32,6 +33,16 @@ with locked(Path(sys.argv[1])): print('held', flush=True); time.sleep(60)"
 
 def record() -> dict[str, object]:
     return {KEY: SCHEMA_VERSION}
+
+
+def test_a_pipe_or_a_device_is_never_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pipe = tmp_path / "pipe.csv"
+    os.mkfifo(pipe)
+    with pytest.raises(OSError, match="not an ordinary file"):
+        write_atomically(pipe, "x")
+    assert run(["simulate", "basics/libration", "--out", str(pipe)]) == 2
+    assert "not an ordinary file" in capsys.readouterr().err
+    assert pipe.is_fifo()
 
 
 @pytest.mark.parametrize(

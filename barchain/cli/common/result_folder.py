@@ -61,12 +61,13 @@ def need_writable(file: Path, option: str) -> None:
     UsageError
         If its folder is missing, or the system takes no file there.
     """
-    from reports.tables.writing import NEW, PART  # noqa: PLC0415
+    from reports.tables.writing import NEW, PART, need_ordinary  # noqa: PLC0415
 
     if not file.parent.is_dir():
         raise click.UsageError(f"{option} {file}: there is no folder {file.parent}")
     half = file.with_name(file.name + PART)  # as the writer of the file
     try:
+        need_ordinary(file)
         half.unlink(missing_ok=True)
         os.close(os.open(half, NEW, 0o666))
         half.unlink()

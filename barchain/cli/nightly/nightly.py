@@ -93,8 +93,11 @@ def run_and_tell(
     plan: NightPlan, minutes: float, url: str | None, out: Path, junit: Path | None, baseline: str | None, fail_on: str
 ) -> None:
     """Run the night, write its documents, and end with the exit code of what it found."""
+    from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
     from barchain.nightly.running.night import run_night  # noqa: PLC0415
 
+    if junit is not None:
+        need_writable(junit, "--junit")
     with opened(url, create=True) as store:
         if baseline is not None:
             baseline_night(store, baseline)  # a wrong name is told before anything runs
