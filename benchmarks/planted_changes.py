@@ -136,7 +136,7 @@ SOURCES = [
     Plant("reference: gravity torque 1e-6 larger", "reference", "worse", "reference_impl/model/gravity.py",
           "3.0 * model.mu_m3_s2 * seen.real", "3.000003 * model.mu_m3_s2 * seen.real"),
     Plant("mujoco: lost order", "adapter:mujoco", "worse", "adapters/mujoco/chain.py",
-          "model.opt.timestep = dt_s", "model.opt.timestep, model.opt.integrator = dt_s, 0",
+          "mj.mjtIntegrator.mjINT_RK4", "mj.mjtIntegrator.mjINT_EULER",
           engines=("mujoco", "reference-fast")),
 ]  # fmt: skip
 WHEELS = [
