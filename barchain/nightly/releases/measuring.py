@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -49,6 +50,8 @@ ERROR_METRIC = ".max"
 RATIO = "time_ratio"
 RUN_FAULTS = {str(o) for o in (Outcome.FAILED, Outcome.TIMED_OUT, Outcome.MISSING)}
 """Verdicts of runs that gave no trajectory"""
+ADDRESS = re.compile(r" at 0x[0-9a-f]+")
+"""Address of an object in an error's text, another one in each process"""
 
 
 @dataclass
@@ -89,10 +92,11 @@ def measure(plan: ReleasesPlan, release: Release, tree: Path, scratch: Path) -> 
     found.release |= probed
     if not fault:
         fault = compare(plan, environment, tree, scratch, found)
-    if not fault and plan.timed:
-        time(plan, environment, tree, scratch, found)
     if fault:
-        found.release |= {"state": str(ReleaseState.FAILS), "reason": fault}
+        found.release |= {"state": str(ReleaseState.FAILS), "reason": ADDRESS.sub("", fault)}
+    elif plan.timed:
+        reason = time(plan, environment, tree, scratch, found)
+        found.release |= {"reason": f"not timed: {reason}"} if reason else {}
     return found
 
 
@@ -167,22 +171,24 @@ def run_rows(figures: Iterable[Figure]) -> Iterable[dict[str, Any]]:
             yield {"scene": i.scene, "setting": i.setting, "trajectory": figure.word, "steps": steps.get(place)}
 
 
-def time(plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch: Path, found: MeasuredRelease) -> None:
-    """Add times at equal error, relative to the anchor that is timed in turns."""
+def time(plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch: Path, found: MeasuredRelease) -> str:
+    """Add times at equal error, relative to the anchor that is timed in turns; why there are none, or an empty text."""
     out = scratch / "cost"
     line = (
         "-m", "barchain", "-q", "cost", plan.timed, "--engine", plan.engine, "--engine", plan.anchor, "--repeats", "5",
         "--minutes", f"{plan.minutes_each:.3f}", "--time-limit", "1", "--out", str(out),
     )  # fmt: skip
-    run_in(environment, tree, line, limit_s=plan.limit_s, folder=scratch)
+    done = run_in(environment, tree, line, limit_s=plan.limit_s, folder=scratch)
     try:
         figures = read_figures_of(out)
     except (HistoryError, FileNotFoundError, ValueError):
-        return
-    for figure in figures:
+        return done.reason or f"ended with exit code {done.code}"
+    ratios = [f for f in figures if f.identity.kind is FigureKind.RATIO and f.identity.engine == plan.engine]
+    for figure in (f for f in ratios if f.identity.quantity.endswith(RATIO)):
         i = figure.identity
-        if i.kind is FigureKind.RATIO and i.engine == plan.engine and i.quantity.endswith(RATIO) and figure.value:
+        if figure.value:
             found.times.append({
                 "engine": plan.engine, "version": found.release["version"], "scene": i.scene, "target": i.setting,
                 "anchor": i.anchor, "ratio": figure.value, "low": figure.low, "high": figure.high,
             })  # fmt: skip
+    return "" if found.times else next((f.reason for f in ratios if f.reason), "no error was reached by both engines")
