@@ -1,0 +1,52 @@
+"""Mistakes that may explain a result, with the residuals that they leave."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from barchain.diagnosis.fit import Fit
+    from barchain.diagnosis.mistake import Mistake
+
+MIN_GAIN = 4.0
+"""Least ratio of the residuals without and with a mistake: noise at the tolerance does not fall by it"""
+EQUAL_FACTOR = 10.0
+"""Explanations whose residuals differ by less are indistinguishable"""
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """One mistake or several together, and the residuals of the result against them."""
+
+    mistakes: tuple[Mistake, ...]
+    fit: Fit
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the mistakes."""
+        return tuple(m.name for m in self.mistakes)
+
+    @property
+    def words(self) -> str:
+        """Sentences of the mistakes, joined, without a full stop."""
+        return ", and ".join(m.sentence for m in self.mistakes)
+
+    def explains(self, without: float) -> bool:
+        """Whether the result is inside the tolerances, and its residual far below that `without` the mistakes."""
+        return self.fit.normalised_error <= 1.0 and without >= MIN_GAIN * self.fit.normalised_error
+
+
+def ranked(found: Iterable[Explanation]) -> list[Explanation]:
+    """Explanations by their residuals, smallest first."""
+    return sorted(found, key=lambda e: (e.fit.normalised_error, e.fit.relative_error, len(e.mistakes), e.names))
+
+
+def indistinguishable(explaining: list[Explanation]) -> tuple[Explanation, ...]:
+    """The first of some ranked explanations, and those with equal residuals."""
+    if not explaining:
+        return ()
+    most = EQUAL_FACTOR * explaining[0].fit.normalised_error
+    return tuple(e for e in explaining if e.fit.normalised_error <= most)
