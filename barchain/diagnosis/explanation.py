@@ -40,8 +40,12 @@ class Explanation:
 
 
 def ranked(found: Iterable[Explanation]) -> list[Explanation]:
-    """Explanations by their residuals, smallest first."""
-    return sorted(found, key=lambda e: (e.fit.normalised_error, e.fit.relative_error, len(e.mistakes), e.names))
+    """Explanations by their residuals, smallest first; of the same mistakes in several orders, the best order."""
+    order = sorted(found, key=lambda e: (e.fit.normalised_error, e.fit.relative_error, len(e.mistakes), e.names))
+    best: dict[frozenset[str], Explanation] = {}
+    for each in order:
+        best.setdefault(frozenset(each.names), each)
+    return list(best.values())
 
 
 def indistinguishable(explaining: list[Explanation]) -> tuple[Explanation, ...]:

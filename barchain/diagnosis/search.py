@@ -181,12 +181,9 @@ class MistakeSearch:
             if fit is not None and not fit.outside:
                 early.append(Explanation((a, b), fit))
         for pair in ranked(early)[:MOST_WHOLE]:
-            a, b = pair.mistakes
-            assert isinstance(a, SceneMistake)
-            assert isinstance(b, SceneMistake)
-            whole = self.runs.run(composed_scenes(a, b))
+            whole = self.runs.run(composed_scenes(*(m for m in pair.mistakes if isinstance(m, SceneMistake))))
             if whole is not None:
-                yield Explanation((a, b), self.result.fit(whole))
+                yield Explanation(pair.mistakes, self.result.fit(whole))
 
     @cached_property
     def in_parts(self) -> list[TriedReading]:

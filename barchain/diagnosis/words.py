@@ -90,17 +90,24 @@ def remainder(explanation: Explanation) -> str:
     return f"{left:.0e}".replace("e-0", "e-") if 0.0 < left < 0.01 else f"{left:.2g}" if math.isfinite(left) else "all"
 
 
-def inconsistent_line(
+def inconsistent_reason(
     wrong: WrongQuantity, explanations: tuple[Explanation, ...] = (), next_best: Explanation | None = None
 ) -> str:
-    """One line on a wrong quantity, to stand beside an inconsistent verdict.
+    """Size and beginning of a wrong quantity's difference, and the explanation of the result if there is one.
 
     Parameters
     ----------
     wrong : WrongQuantity
     explanations : tuple of Explanation
-        Of the result as a whole, indistinguishable ones; the line is without an explanation if there is none.
+        Indistinguishable explanations of the result as a whole.
     next_best : Explanation, optional
     """
-    said = f"{QUANTITY_WORDS[wrong.quantity]}: {wrong.words}"
+    said = wrong.words
     return f"{said}; explained by: {explained_words(explanations, next_best)}" if explanations else said
+
+
+def inconsistent_line(
+    wrong: WrongQuantity, explanations: tuple[Explanation, ...] = (), next_best: Explanation | None = None
+) -> str:
+    """:func:`inconsistent_reason` as a line of its own, with the quantity's name."""
+    return f"{QUANTITY_WORDS[wrong.quantity]}: {inconsistent_reason(wrong, explanations, next_best)}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from barchain.diagnosis.altered_scenes.changes import part, per_bar, reversed_tuple
+from barchain.diagnosis.altered_scenes.changes import part, per_bar, reversed_tuple, times
 from barchain.diagnosis.mistake import SceneMistake
 
 if TYPE_CHECKING:
@@ -82,14 +82,14 @@ MISTAKES = (
     *(
         SceneMistake(
             f"inertia-{word}", f"the moments of inertia are {word} the right values", SECTION,
-            part("chain", inertia_kg_m2=per_bar(lambda scene, j, f=factor: f * scene.chain.inertia_kg_m2[j])),
+            part("chain", inertia_kg_m2=times("inertia_kg_m2", factor)),
         )
         for factor, word in ((0.5, "half"), (2.0, "twice"))
     ),
     *(
         SceneMistake(
             f"lengths-{word}", f"the lengths are {word} the right values", SECTION,
-            part("chain", length_m=per_bar(lambda scene, j, f=factor: f * scene.chain.length_m[j])),
+            part("chain", length_m=times("length_m", factor)),
         )
         for factor, word in ((0.5, "half"), (2.0, "twice"))
     ),

@@ -49,3 +49,13 @@ def per_bar(value: Callable[[Scene, int], float]) -> PartChange:
         return tuple(value(scene, j) for j in range(scene.bars))
 
     return values
+
+
+def times(field: str, factor: float) -> PartChange:
+    """Values of the bars times a factor."""
+    return per_bar(lambda scene, j: factor * float(getattr(scene.chain, field)[j]))
+
+
+def constant(value: object) -> PartChange:
+    """A value that does not depend on the scene."""
+    return lambda _: value

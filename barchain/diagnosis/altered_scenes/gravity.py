@@ -6,7 +6,7 @@ import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
-from barchain.diagnosis.altered_scenes.changes import part
+from barchain.diagnosis.altered_scenes.changes import constant, part
 from barchain.diagnosis.mistake import SceneMistake
 from reference_impl.model.effect import ChainEffect, EffectAccelerations
 from reference_impl.model.gravity import gradient_angular_accelerations
@@ -90,7 +90,7 @@ def without_torque(scene: Scene) -> Scene:
 
 def with_gravity(gravity: Gravity) -> Callable[[Scene], Scene]:
     """Another model of gravity."""
-    return part("effects", gravity=lambda _: gravity)
+    return part("effects", gravity=constant(gravity))
 
 
 def other_gravity(gravity: Gravity) -> Callable[[Scene], Scene]:
@@ -101,6 +101,11 @@ def other_gravity(gravity: Gravity) -> Callable[[Scene], Scene]:
         return scene if same else with_gravity(gravity)(scene)
 
     return change
+
+
+def times_mu(factor: float) -> Callable[[Scene], float]:
+    """The scene's gravitational parameter times a factor, m³/s²."""
+    return lambda scene: factor * scene.central_body.mu_m3_s2
 
 
 GRAVITY_WORDS = {
@@ -135,21 +140,21 @@ MISTAKES = (
     *(
         SceneMistake(
             f"mu-{name}", f"the gravitational parameter is that of {words}", SECTION,
-            part("central_body", mu_m3_s2=lambda _, value=value: value),
+            part("central_body", mu_m3_s2=constant(value)),
         )
         for name, words, value in MU_M3_S2
     ),
     *(
         SceneMistake(
             f"mu-{word}", f"the gravitational parameter is 0.1 % too {word}", SECTION,
-            part("central_body", mu_m3_s2=lambda s, factor=factor: factor * s.central_body.mu_m3_s2),
+            part("central_body", mu_m3_s2=times_mu(factor)),
         )
         for word, factor in (("large", 1.001), ("small", 0.999))
     ),
     *(
         SceneMistake(
             f"radius-{name}", f"the altitude counts from {words}", "orbit",
-            part("central_body", radius_m=lambda _, value=value: value),
+            part("central_body", radius_m=constant(value)),
         )
         for name, words, value in RADIUS_M
     ),

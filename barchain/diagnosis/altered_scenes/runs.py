@@ -34,9 +34,9 @@ PROBED = 2
 class AlteredRuns:
     """Runs of altered forms of one scene.
 
-    A run that is expected to take too long is not made. The estimate follows from the scene alone: the
-    evaluations up to the second sample, times the intervals. The same scene therefore gets the same diagnosis on every
-    machine.
+    A run that is expected to take too long is not made. The estimate follows from the scene alone: the evaluations up
+    to the second sample, times the intervals, times the ratio of the fastest rates. The same scene therefore gets the
+    same diagnosis on every machine.
     """
 
     scene: Scene
@@ -69,7 +69,8 @@ class AlteredRuns:
         if mistake.model is not None and mistake.model(right := chain_model(scene)) is right:
             return None
         share = 1.0 if samples is None else samples / self.scene.run.samples
-        if not self.affordable(share, equations=mistake.model is not None):
+        faster = scene.fastest_rate_rad_s / self.scene.fastest_rate_rad_s
+        if not self.affordable(share * max(1.0, faster), equations=mistake.model is not None):
             return None
         return simulated(scene if samples is None else sampled_until(scene, samples), mistake.model)
 

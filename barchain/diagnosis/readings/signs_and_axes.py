@@ -53,7 +53,8 @@ def opposite(*fields: str) -> ReadingChange:
 
 def quarter_turns(count: int) -> Array:
     """Matrix that turns row vectors counter-clockwise by quarter turns, (2, 2)."""
-    return np.rint(np.linalg.matrix_power(np.array([[0.0, 1.0], [-1.0, 0.0]]), count))
+    matrix: Array = np.linalg.matrix_power(np.array([[0.0, 1.0], [-1.0, 0.0]]), count)
+    return matrix
 
 
 def by_matrix(matrix: Array, *fields: str) -> ReadingChange:
