@@ -97,7 +97,7 @@ def diagnose(
 
 def searched(search: MistakeSearch, wrong: tuple[WrongQuantity, ...]) -> Diagnosis:
     """Diagnosis by a search: mistakes alone, then pairs, then mistakes in different quantities."""
-    without = search.unaltered.normalised_error
+    without = search.unaltered.own_error
     explaining = [e for e in search.alone if e.explains(without)]
     others = [e for e in search.alone if not e.explains(without)]
     if not explaining:

@@ -35,8 +35,12 @@ class Explanation:
         return ", and ".join(m.sentence for m in self.mistakes)
 
     def explains(self, without: float) -> bool:
-        """Whether the result is inside the tolerances, and its residual far below that `without` the mistakes."""
-        return self.fit.normalised_error <= 1.0 and without >= MIN_GAIN * self.fit.normalised_error
+        """Whether the result is inside the tolerances, and its difference far below that `without` the mistakes.
+
+        Both differences count in the tolerance of the right motion: a reading that only widens tolerances explains
+        nothing.
+        """
+        return self.fit.normalised_error <= 1.0 and without >= MIN_GAIN * self.fit.own_error
 
 
 def ranked(found: Iterable[Explanation]) -> list[Explanation]:

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 SPREAD = 3.0
 """Slack of a tolerance carried through a reading: one perturbation of random signs may meet a weak direction"""
+MOST_CARRIED = 1e5
+"""Largest factor by which a reading may widen tolerances; micronewtons would be 1e6"""
 QUANTITY_OF = {
     "com_m": "com", "com_velocity_m_s": "com_velocity", "angle_rad": "attitude", "rate_rad_s": "rate",
     "reaction_N": "reaction", "torque_N_m": "torque", "impulse_N_s": "impulse",
@@ -41,6 +43,8 @@ class Fit:
 
     ratio: dict[str, float]
     """Largest difference over its tolerance, for each quantity"""
+    own_ratio: dict[str, float]
+    """Largest difference over the tolerance of the right motion, not carried through a reading, for each quantity"""
     relative: dict[str, float]
     """Largest difference over the quantity's scale, for each quantity"""
 
@@ -48,6 +52,11 @@ class Fit:
     def normalised_error(self) -> float:
         """Largest difference over its tolerance, of all quantities."""
         return max(self.ratio.values(), default=math.inf)
+
+    @property
+    def own_error(self) -> float:
+        """Largest difference over the tolerance of the right motion, of all quantities."""
+        return max(self.own_ratio.values(), default=math.inf)
 
     @property
     def relative_error(self) -> float:
@@ -61,7 +70,17 @@ class Fit:
 
     def of(self, names: frozenset[str]) -> Fit:
         """Residuals of some quantities."""
-        return Fit({q: self.ratio[q] for q in sorted(names)}, {q: self.relative[q] for q in sorted(names)})
+        return merged([(names, self)])
+
+
+def merged(parts: list[tuple[frozenset[str], Fit]]) -> Fit:
+    """Fit that has some quantities of each of several fits."""
+    pairs = [(q, fit) for names, fit in parts for q in sorted(names)]
+    return Fit(
+        {q: fit.ratio[q] for q, fit in pairs},
+        {q: fit.own_ratio[q] for q, fit in pairs},
+        {q: fit.relative[q] for q, fit in pairs},
+    )
 
 
 @dataclass(frozen=True)
@@ -149,13 +168,23 @@ class GivenResult:
         if any_turns:
             supposed = self.with_turns(supposed)
         apart = differences(self.given, supposed) if len(supposed.t_s) >= n else {}
-        ratio, relative = {}, {}
+        ratio, own, relative = {}, {}, {}
         for name in sorted(self.quantities):
             size = np.nan_to_num(apart[name][:n]) if name in apart else np.full(n, math.inf)
             inside = np.isfinite(allowed[name][:n])
             ratio[name] = max(0.0, worst(size, allowed[name][:n], inside)[0])
+            own[name] = max(0.0, worst(size, self.tolerance[name][:n], inside)[0])
             relative[name] = float(size[inside].max(initial=0.0)) / self.scale[name]
-        return Fit(ratio, relative)
+        return Fit(ratio, own, relative)
+
+    def hopeless(self, supposed: Trajectory, *, any_turns: bool = False) -> bool:
+        """Whether no tolerance carried through a reading explains the differences: a quick look before :meth:`fit`.
+
+        The median sample decides: a wrapped angle may jump at a single one.
+        """
+        apart = differences(self.given, self.with_turns(supposed) if any_turns else supposed)
+        over = (apart[q] > MOST_CARRIED * self.tolerance[q] for q in self.quantities if q in apart)
+        return any(2 * int(np.count_nonzero(each)) > len(each) for each in over)
 
     def with_turns(self, supposed: Trajectory) -> Trajectory:
         """Supposed trajectory with whole turns added to each bar's angle, as at the first known sample."""

@@ -11,8 +11,8 @@ import numpy as np
 
 from barchain.diagnosis.altered_scenes.catalogue import SCENES
 from barchain.diagnosis.altered_scenes.runs import AlteredRuns
-from barchain.diagnosis.explanation import MIN_GAIN, Explanation, ranked
-from barchain.diagnosis.fit import Fit
+from barchain.diagnosis.explanation import Explanation, ranked
+from barchain.diagnosis.fit import merged
 from barchain.diagnosis.mistake import ReadingMistake, SceneMistake
 from barchain.diagnosis.readings.catalogue import READINGS, TIMINGS
 from barchain.diagnosis.readings.timing import delayed
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from adapters.trajectory import Trajectory
-    from barchain.diagnosis.fit import GivenResult
+    from barchain.diagnosis.fit import Fit, GivenResult
     from barchain.diagnosis.mistake import Mistake
     from barchain.solutions.reference import ReferenceSolution
 
@@ -134,8 +134,8 @@ class MistakeSearch:
 
     def needed(self, pairs: Iterable[Explanation]) -> list[Explanation]:
         """Pairs that explain the result, and whose mistakes both are needed."""
-        alone = {e.names: e.fit.normalised_error for e in self.alone}
-        without = self.unaltered.normalised_error
+        alone = {e.names: e.fit.own_error for e in self.alone}
+        without = self.unaltered.own_error
         return [e for e in pairs if e.explains(min([without, *(alone[(name,)] for name in e.names)]))]
 
     def reading_pairs(self) -> Iterator[Explanation]:
@@ -164,6 +164,9 @@ class MistakeSearch:
         if len(first.supposed.t_s) < self.result.n:
             return
         turns = second.any_turns or (isinstance(first.mistake, ReadingMistake) and first.mistake.any_turns)
+        some = second.read(self.judging.scene, first.supposed.samples(self.few_rows))
+        if self.few.hopeless(some, any_turns=turns):
+            return
         for result, rows in ((self.few, self.few_rows), (self.result, np.arange(self.result.n))):
             supposed, tolerance = result.read(second, first.supposed.samples(rows))
             fit = result.fit(supposed, any_turns=turns, tolerance=tolerance)
@@ -191,9 +194,9 @@ class MistakeSearch:
         outside, found = self.unaltered.outside, []
         left = set(outside)
         for t in sorted(self.readings, key=lambda t: (-len(t.altered), t.fit.normalised_error)):
-            own = [t.fit.ratio[q] for q in t.altered]
-            without = max((self.unaltered.ratio[q] for q in t.altered), default=0.0)
-            if t.altered <= left and max(own) <= 1.0 and without >= MIN_GAIN * max(own):
+            if t.altered <= left and Explanation((t.mistake,), t.fit.of(t.altered)).explains(
+                self.unaltered.of(t.altered).own_error
+            ):
                 found.append(t)
                 left -= t.altered
         return found
@@ -203,14 +206,6 @@ class MistakeSearch:
         parts = [(t.altered, t.fit) for t in self.in_parts]
         rest = self.result.quantities.difference(*(names for names, _ in parts))
         return merged([*parts, (rest, self.unaltered)])
-
-
-def merged(parts: list[tuple[frozenset[str], Fit]]) -> Fit:
-    """Fit of several mistakes of which each alters quantities of its own."""
-    return Fit(
-        {q: fit.ratio[q] for names, fit in parts for q in names},
-        {q: fit.relative[q] for names, fit in parts for q in names},
-    )
 
 
 def composed_scenes(first: SceneMistake, second: SceneMistake) -> SceneMistake:

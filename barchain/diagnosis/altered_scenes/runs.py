@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,14 +29,18 @@ NUMPY_S, NUMPY_BAR_S = 1.2e-4, 4e-7
 PROBED = 2
 """Samples of the run that measures the number of evaluations"""
 
+MOST_FASTER = 60.0
+"""Largest ratio of the fastest rates of an altered scene and the right one; degrees for radians make 57"""
+KEPT_RUNS = 128
+"""Runs that are kept for further results on the same scene"""
+
 
 @dataclass(frozen=True)
 class AlteredRuns:
     """Runs of altered forms of one scene.
 
     A run that is expected to take too long is not made. The estimate follows from the scene alone: the evaluations up
-    to the second sample, times the intervals, times the ratio of the fastest rates. The same scene therefore gets the
-    same diagnosis on every machine.
+    to the second sample, times the intervals. The same scene therefore gets the same diagnosis on every machine.
     """
 
     scene: Scene
@@ -69,10 +73,13 @@ class AlteredRuns:
         if mistake.model is not None and mistake.model(right := chain_model(scene)) is right:
             return None
         share = 1.0 if samples is None else samples / self.scene.run.samples
-        faster = scene.fastest_rate_rad_s / self.scene.fastest_rate_rad_s
-        if not self.affordable(share * max(1.0, faster), equations=mistake.model is not None):
+        if scene.fastest_rate_rad_s > MOST_FASTER * self.scene.fastest_rate_rad_s:
             return None
-        return simulated(scene if samples is None else sampled_until(scene, samples), mistake.model)
+        if not self.affordable(share, equations=mistake.model is not None):
+            return None
+        if samples is None:
+            return simulated(scene, mistake.model)
+        return simulated.__wrapped__(sampled_until(scene, samples), mistake.model)
 
     def affordable(self, share: float = 1.0, *, equations: bool = False) -> bool:
         """Whether a share of a run is expected to be short enough; of a run with altered equations or another one."""
@@ -95,6 +102,7 @@ def sampled_until(scene: Scene, samples: int) -> Scene:
     return dataclasses.replace(scene, run=dataclasses.replace(run, duration_s=duration, samples=last))
 
 
+@lru_cache(KEPT_RUNS)
 def simulated(scene: Scene, model: ModelChange | None = None) -> Trajectory | None:
     """Run of the reference; None if it fails.
 
