@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.diagnosis.altered_scenes.catalogue import SCENES
-from barchain.diagnosis.altered_scenes.runs import AlteredRuns
+from barchain.diagnosis.altered_scenes.runs import AlteredRuns, run_errors
 from barchain.diagnosis.explanation import Explanation, ranked
 from barchain.diagnosis.fit import merged
 from barchain.diagnosis.mistake import ReadingMistake, SceneMistake
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from adapters.trajectory import Trajectory
-    from barchain.diagnosis.fit import Fit, GivenResult
+    from barchain.diagnosis.fit import Fit, GivenResult, Tolerance
     from barchain.diagnosis.mistake import Mistake
     from barchain.solutions.reference import ReferenceSolution
 
@@ -106,17 +106,23 @@ class MistakeSearch:
     def timings(self) -> list[Tried]:
         """Late and early samples alone."""
         made = [(m, delayed(m, self.judging.trajectory, self.runs.halves)) for m in TIMINGS]
-        return [self.tried(m, s) for m, s in made if s is not None]
+        return [Tried(m, s, self.result.fit(s)) for m, s in made if s is not None]
 
     @cached_property
     def scenes(self) -> list[Tried]:
         """Mistakes in the scene alone, those whose runs are short enough."""
         made = [(m, self.runs.run(m)) for m in SCENES]
-        return [self.tried(m, s) for m, s in made if s is not None]
+        return [Tried(m, s, self.fit_of_run(s)) for m, s in made if s is not None]
 
-    def tried(self, mistake: Mistake, supposed: Trajectory) -> Tried:
-        """Try a mistake alone, given the trajectory that it makes."""
-        return Tried(mistake, supposed, self.result.fit(supposed))
+    def fit_of_run(self, supposed: Trajectory, samples: int | None = None) -> Fit:
+        """Residuals against a run of an altered scene, whose own error the tolerances allow for."""
+        return self.result.fit(supposed, tolerance=self.run_tolerance, samples=samples)
+
+    @cached_property
+    def run_tolerance(self) -> Tolerance:
+        """Tolerances with the error of a run of an altered scene."""
+        errors, n = run_errors(self.judging), self.result.n
+        return {q: values + errors[q][:n] if q in errors else values for q, values in self.result.tolerance.items()}
 
     @cached_property
     def alone(self) -> list[Explanation]:
@@ -180,13 +186,13 @@ class MistakeSearch:
         scenes = [t.mistake for t in self.scenes if isinstance(t.mistake, SceneMistake) and t.mistake.model is None]
         for a, b in itertools.combinations(scenes, 2):
             supposed = self.runs.run(composed_scenes(a, b), EARLY)
-            fit = None if supposed is None else self.result.fit(supposed, samples=EARLY)
+            fit = None if supposed is None else self.fit_of_run(supposed, EARLY)
             if fit is not None and not fit.outside:
                 early.append(Explanation((a, b), fit))
         for pair in ranked(early)[:MOST_WHOLE]:
             whole = self.runs.run(composed_scenes(*(m for m in pair.mistakes if isinstance(m, SceneMistake))))
             if whole is not None:
-                yield Explanation(pair.mistakes, self.result.fit(whole))
+                yield Explanation(pair.mistakes, self.fit_of_run(whole))
 
     @cached_property
     def in_parts(self) -> list[TriedReading]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
@@ -93,12 +94,21 @@ def with_gravity(gravity: Gravity) -> Callable[[Scene], Scene]:
     return part("effects", gravity=constant(gravity))
 
 
+def slender(scene: Scene) -> bool:
+    """Whether all moments of inertia are those of slender bars, which exact gravity on slender bars requires."""
+    chain = scene.chain
+    each = zip(chain.mass_kg, chain.length_m, chain.inertia_kg_m2, strict=True)
+    return all(math.isclose(inertia, m * size**2 / 12.0, rel_tol=1e-9) for m, size, inertia in each)
+
+
 def other_gravity(gravity: Gravity) -> Callable[[Scene], Scene]:
     """Another model of gravity, but for the one that :func:`without_torque` makes."""
 
     def change(scene: Scene) -> Scene:
         same = scene.effects.gravity is Gravity.GRADIENT and gravity is Gravity.POINT
-        return scene if same else with_gravity(gravity)(scene)
+        if same or (gravity is Gravity.SLENDER and not slender(scene)):
+            return scene
+        return with_gravity(gravity)(scene)
 
     return change
 

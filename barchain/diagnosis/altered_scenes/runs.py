@@ -13,15 +13,17 @@ from adapters.common.initial_state import chain_model, initial_state
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
+from barchain.judge.error_units import NORM_SLACK
 from barchain.solutions.reference_runs import NUMPY, solution_engine
 
 if TYPE_CHECKING:
-    from adapters.trajectory import Trajectory
+    from adapters.trajectory import Array, Trajectory
     from barchain.diagnosis.mistake import ModelChange, SceneMistake
+    from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
-ALTERED = Setting(AccuracyParameter.RTOL, 1e-12)
-"""Accuracy of runs of altered scenes: far inside the tolerances of most engines"""
+ALTERED = Setting(AccuracyParameter.RTOL, 1e-13)
+"""Accuracy of runs of altered scenes: that of reference solutions"""
 COMPILED_S, COMPILED_BAR_S = 3e-7, 6e-8
 """Time of an evaluation of the compiled reference, and of each bar in it, s; order of magnitude"""
 NUMPY_S, NUMPY_BAR_S = 1.2e-4, 4e-7
@@ -93,6 +95,19 @@ class AlteredRuns:
         run = self.scene.run
         dense = dataclasses.replace(self.scene, run=dataclasses.replace(run, samples=2 * run.samples - 1))
         return simulated(dense) if self.affordable() else None
+
+
+def run_errors(judging: ReferenceSolution) -> dict[str, Array]:
+    """Error of a run of an altered scene, (n,) for each quantity, SI units.
+
+    The error of the attitude is the requested one, amplified as in the right scene, and responses carry it into other
+    quantities. The track has the requested error of a radius and of the initial speed. All have the slack of bounds.
+    """
+    scene, requested = judging.scene, NORM_SLACK * ALTERED.value
+    found = {q: requested * judging.amplification * r for q, r in judging.response.items()}
+    found["com"] = found["com"] + requested * scene.radius0_m
+    found["com_velocity"] = found["com_velocity"] + requested * scene.speed0_m_s
+    return found
 
 
 def sampled_until(scene: Scene, samples: int) -> Scene:
