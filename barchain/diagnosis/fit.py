@@ -30,6 +30,8 @@ SPREAD = 3.0
 """Slack of a tolerance carried through a reading: one perturbation of random signs may meet a weak direction"""
 MOST_CARRIED = 1e5
 """Largest factor by which a reading may widen tolerances; micronewtons would be 1e6"""
+MOST_UNKNOWN = 1
+"""Samples about which a supposed trajectory may say nothing: a delay by a sample leaves one"""
 QUANTITY_OF = {
     "com_m": "com", "com_velocity_m_s": "com_velocity", "angle_rad": "attitude", "rate_rad_s": "rate",
     "reaction_N": "reaction", "torque_N_m": "torque", "impulse_N_s": "impulse",
@@ -81,6 +83,13 @@ def merged(parts: list[tuple[frozenset[str], Fit]]) -> Fit:
         {q: fit.own_ratio[q] for q, fit in pairs},
         {q: fit.relative[q] for q, fit in pairs},
     )
+
+
+def known(size: Array) -> Array:
+    """Differences (n,) with 0 at an unknown sample, NaN; infinite throughout if more samples are unknown."""
+    if np.count_nonzero(np.isnan(size)) > MOST_UNKNOWN:
+        return np.full_like(size, math.inf)
+    return np.nan_to_num(size, posinf=math.inf)
 
 
 @dataclass(frozen=True)
@@ -170,7 +179,7 @@ class GivenResult:
         apart = differences(self.given, supposed) if len(supposed.t_s) >= n else {}
         ratio, own, relative = {}, {}, {}
         for name in sorted(self.quantities):
-            size = np.nan_to_num(apart[name][:n]) if name in apart else np.full(n, math.inf)
+            size = known(apart[name][:n]) if name in apart else np.full(n, math.inf)
             inside = np.isfinite(allowed[name][:n])
             ratio[name] = max(0.0, worst(size, allowed[name][:n], inside)[0])
             own[name] = max(0.0, worst(size, self.tolerance[name][:n], inside)[0])
