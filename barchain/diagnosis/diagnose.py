@@ -96,18 +96,20 @@ def diagnose(
 
 
 def searched(search: MistakeSearch, wrong: tuple[WrongQuantity, ...]) -> Diagnosis:
-    """Diagnosis by a search: mistakes alone, then pairs, then mistakes in different quantities."""
+    """Diagnosis by a search: mistakes alone, then pairs, then fitted numbers, then mistakes in different quantities."""
     without = search.unaltered.own_error
     explaining = [e for e in search.alone if e.explains(without)]
     others = [e for e in search.alone if not e.explains(without)]
     if not explaining:
-        explaining = search.pairs
+        explaining = search.pairs or search.fitted
     equal = indistinguishable(explaining)
     if equal:
         return Diagnosis(wrong, equal, next((e for e in [*explaining[len(equal) :], *others]), None))
     parts, outside = search.in_parts, search.unaltered.outside
     if parts and outside == frozenset().union(*(t.altered for t in parts)):
-        return Diagnosis(wrong, (Explanation(tuple(t.mistake for t in parts), search.merged_parts()),), others[0])
+        return Diagnosis(
+            wrong, (Explanation(tuple(t.mistake for t in parts), search.merged_parts()),), next(iter(others), None)
+        )
     alone = tuple(Explanation((t.mistake,), t.fit.of(t.altered)) for t in parts)
     return Diagnosis(wrong, (), next(iter(others), None), alone)
 

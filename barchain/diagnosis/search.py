@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,6 +16,7 @@ from barchain.diagnosis.explanation import Explanation, ranked
 from barchain.diagnosis.fit import merged
 from barchain.diagnosis.mistake import ReadingMistake, SceneMistake
 from barchain.diagnosis.readings.catalogue import READINGS, TIMINGS
+from barchain.diagnosis.readings.fitted import fitted
 from barchain.diagnosis.readings.timing import delayed
 from barchain.metrics.quantities import differences
 
@@ -22,11 +24,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from adapters.trajectory import Trajectory
-    from barchain.diagnosis.fit import Fit, GivenResult, Tolerance
+    from barchain.diagnosis.fit import Fit, GivenResult
     from barchain.diagnosis.mistake import Mistake
     from barchain.solutions.reference import ReferenceSolution
 
-SCREENED = 24
+SCREENED = 48
 """Samples at which combinations are tried first"""
 EARLY = 4
 """Samples at the start at which pairs of altered scenes are tried first"""
@@ -112,23 +114,27 @@ class MistakeSearch:
     def scenes(self) -> list[Tried]:
         """Mistakes in the scene alone, those whose runs are short enough."""
         made = [(m, self.runs.run(m)) for m in SCENES]
-        return [Tried(m, s, self.fit_of_run(s)) for m, s in made if s is not None]
-
-    def fit_of_run(self, supposed: Trajectory, samples: int | None = None) -> Fit:
-        """Residuals against a run of an altered scene, whose own error the tolerances allow for."""
-        return self.result.fit(supposed, tolerance=self.run_tolerance, samples=samples)
+        return [Tried(m, s, self.result_of_run.fit(s)) for m, s in made if s is not None]
 
     @cached_property
-    def run_tolerance(self) -> Tolerance:
-        """Tolerances with the error of a run of an altered scene."""
+    def result_of_run(self) -> GivenResult:
+        """The result with tolerances that allow for the error of a run of an altered scene."""
         errors, n = run_errors(self.judging), self.result.n
-        return {q: values + errors[q][:n] if q in errors else values for q, values in self.result.tolerance.items()}
+        tolerance = {q: v + errors[q][:n] if q in errors else v for q, v in self.result.tolerance.items()}
+        return dataclasses.replace(self.result, tolerance=tolerance)
 
     @cached_property
     def alone(self) -> list[Explanation]:
         """All mistakes alone, ranked."""
         tried: list[Tried] = [*self.readings, *self.timings, *self.scenes]
         return ranked(Explanation((t.mistake,), t.fit) for t in tried)
+
+    @cached_property
+    def fitted(self) -> list[Explanation]:
+        """Readings with a fitted number that explain the result, ranked."""
+        tried = (self.tried_reading(m) for m in fitted(self.result.given, self.result.right))
+        found = (Explanation((t.mistake,), t.fit) for t in tried if t.alters)
+        return ranked(e for e in found if e.explains(self.unaltered.own_error))
 
     @cached_property
     def pairs(self) -> list[Explanation]:
@@ -167,13 +173,14 @@ class MistakeSearch:
 
     def composed(self, first: Tried, second: ReadingMistake) -> Iterator[Explanation]:
         """A mistake of reading on top of another mistake, if they explain the result at some samples."""
-        if len(first.supposed.t_s) < self.result.n:
+        whole = self.result_of_run if isinstance(first.mistake, SceneMistake) else self.result
+        if len(first.supposed.t_s) < whole.n:
             return
         turns = second.any_turns or (isinstance(first.mistake, ReadingMistake) and first.mistake.any_turns)
         some = second.read(self.judging.scene, first.supposed.samples(self.few_rows))
         if self.few.hopeless(some, any_turns=turns):
             return
-        for result, rows in ((self.few, self.few_rows), (self.result, np.arange(self.result.n))):
+        for result, rows in ((whole.at(self.few_rows), self.few_rows), (whole, np.arange(whole.n))):
             supposed, tolerance = result.read(second, first.supposed.samples(rows))
             fit = result.fit(supposed, any_turns=turns, tolerance=tolerance)
             if fit.outside:
@@ -186,13 +193,13 @@ class MistakeSearch:
         scenes = [t.mistake for t in self.scenes if isinstance(t.mistake, SceneMistake) and t.mistake.model is None]
         for a, b in itertools.combinations(scenes, 2):
             supposed = self.runs.run(composed_scenes(a, b), EARLY)
-            fit = None if supposed is None else self.fit_of_run(supposed, EARLY)
+            fit = None if supposed is None else self.result_of_run.fit(supposed, samples=EARLY)
             if fit is not None and not fit.outside:
                 early.append(Explanation((a, b), fit))
         for pair in ranked(early)[:MOST_WHOLE]:
             whole = self.runs.run(composed_scenes(*(m for m in pair.mistakes if isinstance(m, SceneMistake))))
             if whole is not None:
-                yield Explanation(pair.mistakes, self.fit_of_run(whole))
+                yield Explanation(pair.mistakes, self.result_of_run.fit(whole))
 
     @cached_property
     def in_parts(self) -> list[TriedReading]:

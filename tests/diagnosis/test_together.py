@@ -85,6 +85,28 @@ def test_a_known_mistake_beside_an_unknown_one_explains_its_own_quantity_alone()
     assert "reactions alone: the reactions have the opposite sign" in str(found)
 
 
+@pytest.mark.parametrize(
+    ("field", "factor", "words"),
+    [
+        ("reaction_N", 1.37, "the reactions are 1.37 times the right values"),
+        ("rate_rad_s", 1.0 + 1e-6, "the rates are (1 + 1e-06) times the right values"),
+        ("com_velocity_m_s", 1.0 - 1e-6, "the velocities of the centre of mass are (1 - 1e-06) times the right values"),
+    ],
+)
+def test_an_unknown_factor_is_fitted(field: str, factor: float, words: str) -> None:
+    made = [right.replace(**{field: factor * getattr(right, field)}) for right in (run(SCENE, RTOL), run(SCENE, 1e-10))]
+    solved = solution(SCENE)
+    found = diagnose(SCENE, made[0], solved, verdict_tolerance(verdict_on(made[0], made[1], solved)), BRIEF)
+    assert [e.words for e in found.explanations] == [words], str(found)
+
+
+def test_an_unknown_constant_angle_is_fitted() -> None:
+    made = [right.replace(angle_rad=right.angle_rad + 0.3) for right in (run(SCENE, RTOL), run(SCENE, 1e-10))]
+    solved = solution(SCENE)
+    found = diagnose(SCENE, made[0], solved, verdict_tolerance(verdict_on(made[0], made[1], solved)), BRIEF)
+    assert [e.words for e in found.explanations] == ["the angles are off by a constant 17.1887 degrees"], str(found)
+
+
 def test_every_mistake_of_a_named_pair_is_needed() -> None:
     found = diagnosis_of(("reaction-sign",))
     assert found.names == {("reaction-sign",)}
