@@ -15,6 +15,7 @@ from adapters.registry import ENGINES
 from barchain.boundary.declared import OutsideEngine, engine_class, engine_fault
 from barchain.boundary.message import plain_text
 from barchain.crossval.default_settings import comparison_setting
+from barchain.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis
 from barchain.execution.executors import ALL_CORES
 from barchain.judge.comparison.compare import judge
 from barchain.judge.comparison.verdict import Verdict, no_verdict
@@ -118,6 +119,8 @@ class Suite:
         """Verdicts on engines that were compared on no scene, though they should have been"""
         self.doubted: dict[tuple[str, str], Verdict] = {}
         """Verdicts that wait for the further runs that they request"""
+        self.undiagnosed: dict[tuple[str, str], Verdict] = {}
+        """Inconsistent verdicts whose diagnosis was requested"""
         self.judges: Judges[tuple[str, str], Verdict] = Judges(VERDICTS, plan.executor)
 
     def run(self) -> dict[tuple[str, str], Verdict]:
@@ -139,7 +142,8 @@ class Suite:
         self.make(self.recalled(self.fall_back(), earlier), start)
         self.make(self.recalled(self.follow_ups(), earlier), start)
         for (scene, engine), verdict in self.doubted.items():  # the further runs failed: what was found stands
-            self.settle(scene, engine, verdict)
+            self.diagnose_and_settle(scene, engine, verdict)
+        self.collect(wait=True)
         self.require_verdicts()
         self.require_external()
         self.require_compared()
@@ -328,6 +332,8 @@ class Suite:
         for (name, engine), verdict in self.judges.collected(wait=wait):
             if isinstance(verdict, Verdict):
                 self.judged(name, engine, verdict)
+            elif (name, engine) in self.undiagnosed:  # the verdict stands without its diagnosis
+                self.settle(name, engine, self.undiagnosed[name, engine])
             else:
                 self.fail(name, engine, verdict)
 
@@ -343,7 +349,17 @@ class Suite:
             self.doubted[name, engine] = verdict
             return
         self.doubted.pop((name, engine), None)
-        self.settle(name, engine, verdict)
+        self.diagnose_and_settle(name, engine, verdict)
+
+    def diagnose_and_settle(self, name: str, engine: str, verdict: Verdict) -> None:
+        """Settle a verdict; an inconsistent one after its diagnosis in another process."""
+        progress = self.progress[name]
+        main = progress.runs[engine][Role.MAIN].trajectory
+        if not needs_diagnosis(verdict) or main is None or (name, engine) in self.undiagnosed:
+            self.settle(name, engine, verdict)
+            return
+        self.undiagnosed[name, engine] = verdict
+        self.judges.submit((name, engine), diagnosed_verdict, verdict, main, progress.solution)
 
     def settle(self, scene: str, engine: str, verdict: Verdict) -> None:
         """Store a verdict and report it."""

@@ -17,8 +17,9 @@ DATA = {".toml", ".csv", ".parquet"}  # folders of scenes and of certified solut
 
 
 def entries(folder: Path) -> list[Path]:
-    """What a folder holds, caches left out."""
-    return [path for path in folder.iterdir() if path.name != "__pycache__" and not path.name.startswith(".")]
+    """What a folder holds, caches and the marker of typed packages left out."""
+    left_out = {"__pycache__", "py.typed"}
+    return [path for path in folder.iterdir() if path.name not in left_out and not path.name.startswith(".")]
 
 
 def folders() -> Iterator[Path]:

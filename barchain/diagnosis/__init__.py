@@ -1,0 +1,1 @@
+"""Diagnosis of engine mistakes: known mistakes that explain a wrong trajectory, found by trial."""

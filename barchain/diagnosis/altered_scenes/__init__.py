@@ -1,0 +1,1 @@
+"""Altered scenes, which the reference simulates: one module for each part of a scene."""

@@ -1,0 +1,7 @@
+"""All mistakes in the scene."""
+
+from __future__ import annotations
+
+from barchain.diagnosis.altered_scenes import bodies, gravity, loads, start
+
+SCENES = (*bodies.MISTAKES, *start.MISTAKES, *gravity.MISTAKES, *loads.MISTAKES)

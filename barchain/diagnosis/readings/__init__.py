@@ -1,0 +1,1 @@
+"""Altered readings of the right motion: one module for each kind."""

@@ -1,0 +1,8 @@
+"""All mistakes of reading."""
+
+from __future__ import annotations
+
+from barchain.diagnosis.readings import angles, joints, signs_and_axes, timing, track, units
+
+READINGS = (*signs_and_axes.MISTAKES, *units.MISTAKES, *angles.MISTAKES, *joints.MISTAKES, *track.MISTAKES)
+TIMINGS = timing.MISTAKES

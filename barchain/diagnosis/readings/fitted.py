@@ -1,0 +1,72 @@
+"""Readings with a number that is fitted to the result: an unknown factor, or an unknown constant angle."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from barchain.diagnosis.channels import ANGLE, COM, RATE, REACTION, TORQUE, VELOCITY, changed, channels_of
+from barchain.diagnosis.mistake import ReadingMistake
+from barchain.diagnosis.readings.units import times
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from adapters.trajectory import Array, Trajectory
+    from barchain.diagnosis.mistake import ReadingChange
+    from scenarios import Scene
+
+SCALED = (
+    ("reactions", "the reactions are", REACTION, "reactions"),
+    ("angles", "the angles are", ANGLE, "angles"),
+    ("rates", "the rates are", RATE, "rates"),
+    ("torques", "the torques are", TORQUE, "torques"),
+    ("centre-of-mass", "the positions of the centre of mass are", COM, "centre-of-mass"),
+    ("velocity", "the velocities of the centre of mass are", VELOCITY, "centre-of-mass"),
+)
+
+
+def fitted(given: Trajectory, right: Trajectory) -> Iterator[ReadingMistake]:
+    """Readings whose number fits a result best, at n common samples.
+
+    Parameters
+    ----------
+    given : Trajectory
+        The result.
+    right : Trajectory
+        The right motion.
+    """
+    values = channels_of(given)
+    for part, words, field, section in SCALED:
+        right_values = getattr(right, field)
+        if field not in values or right_values is None or not np.any(right_values):
+            continue
+        factor = fitted_factor(values[field], right_values)
+        said = f"{words} {factor_words(factor)} times the right values"
+        yield ReadingMistake(f"{part}-times-a-factor", said, section, times(factor, field))
+    if given.angle_rad is not None and right.angle_rad is not None:
+        offset = math.remainder(float(np.median(given.angle_rad - right.angle_rad)), 2.0 * math.pi)
+        said = f"the angles are off by a constant {math.degrees(offset):.6g} degrees"
+        yield ReadingMistake("angles-off-by-a-constant", said, "angles", offset_angle(offset), True)
+
+
+def fitted_factor(given: Array, right: Array) -> float:
+    """Factor of the right values that comes nearest to the given ones, by least squares."""
+    return 1.0 + float(np.vdot(right, given - right)) / float(np.vdot(right, right))
+
+
+def factor_words(factor: float) -> str:
+    """Factor as text; one near 1 as its departure from 1."""
+    departure = factor - 1.0
+    return f"(1 {'-' if departure < 0.0 else '+'} {abs(departure):.3g})" if abs(departure) < 1e-3 else f"{factor:.6g}"
+
+
+def offset_angle(offset_rad: float) -> ReadingChange:
+    """Angles with a constant added."""
+
+    def read(_: Scene, right: Trajectory) -> Trajectory:
+        return changed(right, lambda v: v + offset_rad, ANGLE)
+
+    return read

@@ -1,0 +1,65 @@
+"""Samples that are taken half a sample or a whole sample too late or too early."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from barchain.diagnosis.channels import CHANNELS, RATE, REACTION, VELOCITY, channels_of
+from barchain.diagnosis.mistake import TimingMistake
+
+if TYPE_CHECKING:
+    from adapters.trajectory import Array, Trajectory
+
+DELAYS = (
+    (1.0, "a whole sample late"),
+    (0.5, "half a sample late"),
+    (-0.5, "half a sample early"),
+    (-1.0, "a whole sample early"),
+)
+GROUPS = (
+    ("result", "the whole result is", CHANNELS),
+    ("reactions", "the reactions are", (REACTION,)),
+    ("rates", "the rates are", (RATE,)),
+    ("velocities", "the rates and velocities are", (RATE, VELOCITY)),
+)
+MISTAKES = tuple(
+    TimingMistake(f"{name}-{words.replace(' ', '-')}", f"{who} {words}", "samples", late, fields)
+    for name, who, fields in GROUPS
+    for late, words in DELAYS
+)
+
+
+def delayed(mistake: TimingMistake, right: Trajectory, halves: Trajectory | None) -> Trajectory | None:
+    """Trajectory read with a delay; NaN at the sample that would be outside the run.
+
+    Parameters
+    ----------
+    mistake : TimingMistake
+    right : Trajectory
+        n samples.
+    halves : Trajectory, optional
+        The same motion at the samples and half way between them, 2n - 1 samples.
+
+    Returns
+    -------
+    Trajectory or None
+        None for half a sample without `halves`.
+    """
+    steps = round(2.0 * mistake.late_samples)
+    if steps % 2 and halves is None:
+        return None
+    dense, stride, shift = (right, 1, steps // 2) if steps % 2 == 0 or halves is None else (halves, 2, steps)
+    n, arrays = len(right.t_s), channels_of(dense)
+    changes: dict[str, Array | None] = {f: shifted(arrays[f], stride, shift, n) for f in mistake.fields if f in arrays}
+    return right.replace(**changes)
+
+
+def shifted(dense: Array, stride: int, shift: int, n: int) -> Array:
+    """Every `stride`-th of dense values (m, ...), `shift` earlier, (n, ...); NaN where there is none."""
+    places = np.arange(n) * stride - shift
+    inside = (places >= 0) & (places < len(dense))
+    found: Array = np.full((n, *dense.shape[1:]), np.nan)
+    found[inside] = dense[places[inside]]
+    return found

@@ -1,0 +1,84 @@
+"""Diagnosis beside an inconsistent verdict: sizes of the differences, and the mistakes that explain them."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from barchain.diagnosis.diagnose import Diagnosis, diagnose
+from barchain.diagnosis.fit import QUANTITY_OF
+from barchain.diagnosis.search import BRIEF
+from barchain.diagnosis.words import inconsistent_reason
+from barchain.solutions.reference import TRACK
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from adapters.trajectory import Array, Trajectory
+    from barchain.diagnosis.fit import Tolerance
+    from barchain.diagnosis.search import Effort
+    from barchain.judge.comparison.verdict import Row, Verdict
+    from barchain.solutions.reference import ReferenceSolution
+
+NORMALISED = "normalised_error"
+
+
+def needs_diagnosis(verdict: Verdict) -> bool:
+    """Whether a verdict calls a quantity inconsistent with the judging solution."""
+    return verdict.outcome is Outcome.INCONSISTENT and any(map(is_inconsistent, verdict.rows))
+
+
+def is_inconsistent(row: Row) -> bool:
+    """Whether a row says that both errors do not explain a difference."""
+    return bool(row["metric"] == NORMALISED and row["outcome"] == str(Outcome.INCONSISTENT))
+
+
+def diagnosed_verdict(
+    verdict: Verdict, trajectory: Trajectory, solution: ReferenceSolution, effort: Effort = BRIEF
+) -> Verdict:
+    """Verdict whose inconsistent rows tell the size of the difference, and the first one the explanation.
+
+    Parameters
+    ----------
+    verdict : Verdict
+    trajectory : Trajectory
+        Main run of the engine.
+    solution : ReferenceSolution
+        Judging solution.
+    effort : Effort
+        Extent of the search.
+    """
+    if verdict.series is None or not needs_diagnosis(verdict):
+        return verdict
+    found = diagnose(solution.scene, trajectory, solution, verdict_tolerance(verdict), effort)
+    return dataclasses.replace(verdict, rows=diagnosed_rows(verdict.rows, found))
+
+
+def verdict_tolerance(verdict: Verdict) -> Tolerance:
+    """Tolerances of a verdict: explained error or expected-error bound, the larger one; infinite beyond the limit."""
+    assert verdict.series is not None
+    series = verdict.series
+    limits = {row["quantity"]: row["limit_s"] for row in verdict.rows if row["metric"] == NORMALISED}
+    found: dict[str, Array] = {}
+    for name in (q for q in QUANTITY_OF.values() if f"{q}_tolerance" in series):
+        larger = np.fmax(series[f"{name}_tolerance"].to_numpy(float), series[f"{name}_bound"].to_numpy(float))
+        beyond = np.isnan(larger)
+        if name not in TRACK and limits.get(name) is not None:
+            beyond |= series["t_s"].to_numpy(float) > limits[name]
+        found[name] = np.where(beyond, np.inf, larger)
+    return found
+
+
+def diagnosed_rows(rows: list[Row], diagnosis: Diagnosis) -> list[Row]:
+    """Rows of a verdict with a diagnosis in the reasons of the inconsistent ones."""
+    wrong = {w.quantity: w for w in diagnosis.wrong}
+    new, explanations = [], diagnosis.explanations
+    for row in rows:
+        if is_inconsistent(row) and row["quantity"] in wrong:
+            said = inconsistent_reason(wrong[row["quantity"]], explanations, diagnosis.next_best)
+            new.append(row | {"reason": f"{said}; {row['reason']}" if row["reason"] else said})
+            explanations = ()  # told once
+        else:
+            new.append(row)
+    return new

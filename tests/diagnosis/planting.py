@@ -1,0 +1,122 @@
+"""A scene on which every mistake shows, and results with known mistakes in them."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adapters.common.equal_steps import finer_setting
+from adapters.common.initial_state import chain_model, initial_state
+from adapters.engine import AccuracyParameter, Setting
+from adapters.reference.numpy_engines import Reference
+from adapters.registry import ENGINES
+from barchain.diagnosis.mistake import ReadingMistake, SceneMistake, TimingMistake
+from barchain.diagnosis.readings.timing import delayed
+from barchain.judge.comparison.compare import judge
+from barchain.judge.evidence import Evidence
+from barchain.run.job import RunResult
+from barchain.solutions.reference import densely_sampled, establish, with_perturbed_start
+from barchain.solutions.reference_runs import solution_engine
+from reports.tables.outcome import Outcome
+from scenarios import load_scene
+
+if TYPE_CHECKING:
+    from adapters.engine import Engine
+    from adapters.trajectory import Trajectory
+    from barchain.diagnosis.mistake import Mistake
+    from barchain.judge.comparison.verdict import Verdict
+    from barchain.solutions.reference import ReferenceSolution
+    from scenarios import Scene
+
+RTOL = 1e-9
+"""Accuracy of the planted results; the judging solution has 1e-13"""
+
+
+def unequal_chain(samples: int = 101, duration_s: float = 2000.0) -> Scene:
+    """Three unequal bars at longitude 30 degrees, no inertia slender, on an eccentric orbit."""
+    base, mass_kg, length_m = load_scene("paper/fig05"), (80.0, 50.0, 30.0), (60.0, 100.0, 40.0)
+    shapes = zip(mass_kg, length_m, (1.3, 1.1, 1.5), strict=True)
+    chain = dataclasses.replace(
+        base.chain,
+        mass_kg=mass_kg,
+        length_m=length_m,
+        inertia_kg_m2=tuple(f * m * size**2 / 12.0 for m, size, f in shapes),
+        angle_rad=tuple(np.radians([20.0, -35.0, 50.0]).tolist()),
+        rate_factor=(1.0, 0.6, 1.7),
+    )
+    orbit = dataclasses.replace(base.orbit, longitude_rad=float(np.radians(30.0)), speed_factor=1.05)
+    run = dataclasses.replace(base.run, duration_s=duration_s, samples=samples)
+    return dataclasses.replace(base, chain=chain, orbit=orbit, run=run)
+
+
+@functools.lru_cache(256)
+def run(scene: Scene, rtol: float) -> Trajectory:
+    """Run of the reference."""
+    return ENGINES[solution_engine()].load()().run(scene, Setting(AccuracyParameter.RTOL, rtol))
+
+
+@functools.cache
+def solution(scene: Scene) -> ReferenceSolution:
+    """Reference solution of a scene."""
+    perturbed, dense = run(with_perturbed_start(scene), 1e-13), run(densely_sampled(scene), 1e-10)
+    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), perturbed, dense)
+
+
+def planted(scene: Scene, mistake: Mistake, rtol: float, motion: Trajectory | None = None) -> Trajectory | None:
+    """Result with a mistake, of a right or a given motion; None if the mistake changes nothing in the scene."""
+    if isinstance(mistake, ReadingMistake):
+        right = motion or run(scene, rtol)
+        read = mistake.read(scene, right)
+        return None if read is right else read
+    if isinstance(mistake, TimingMistake):
+        return late(scene, mistake, rtol)
+    assert isinstance(mistake, SceneMistake)
+    if mistake.model is not None:
+        return with_model(scene, mistake, rtol)
+    assert mistake.scene is not None
+    altered = mistake.scene(scene)
+    return None if altered == scene else run(altered, rtol)
+
+
+def late(scene: Scene, mistake: TimingMistake, rtol: float) -> Trajectory:
+    """Result with delayed samples; the sample outside the run is the right one."""
+    right = run(scene, rtol)
+    halves = dataclasses.replace(scene, run=dataclasses.replace(scene.run, samples=2 * scene.run.samples - 1))
+    read = delayed(mistake, right, run(halves, rtol))
+    assert read is not None
+    known = {name: (getattr(read, name), getattr(right, name)) for name in mistake.fields}
+    filled = {n: np.where(np.isnan(a), b, a) for n, (a, b) in known.items() if a is not None}
+    return read.replace(**filled)
+
+
+def with_model(scene: Scene, mistake: SceneMistake, rtol: float) -> Trajectory | None:
+    """Result of altered equations, by the NumPy reference."""
+    assert mistake.model is not None
+    model = chain_model(scene)
+    if mistake.model(model) is model:
+        return None
+    engine = Reference()
+    engine.build(scene, Setting(AccuracyParameter.RTOL, rtol))
+    engine.prepared = engine.prepare(mistake.model(model), initial_state(scene), rtol)
+    engine.simulate()
+    return engine.read()
+
+
+def verdict_on(
+    main: Trajectory, finer: Trajectory, solved: ReferenceSolution, engine: str = "", **at: Setting
+) -> Verdict:
+    """Verdict on two runs of an engine; of the reference at `RTOL` by default."""
+    loaded: type[Engine] = ENGINES[engine or solution_engine()].load()
+    evidence = Evidence(RunResult(Outcome.PASS, trajectory=main), RunResult(Outcome.PASS, trajectory=finer))
+    setting = at.get("setting", Setting(AccuracyParameter.RTOL, RTOL) if not engine else loaded.sweep.setting())
+    return judge("engine", loaded, setting, evidence, solved)
+
+
+def runs_of(engine: str, scene: Scene, setting: Setting | None = None) -> tuple[Trajectory, Trajectory]:
+    """Main and finer run of an engine at its default setting."""
+    loaded = ENGINES[engine].load()
+    main = setting or loaded.sweep.setting()
+    return loaded().run(scene, main), loaded().run(scene, finer_setting(scene, loaded.sweep, main))

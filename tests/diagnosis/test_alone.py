@@ -1,0 +1,100 @@
+"""Each known mistake, alone in a result, is named, and no other one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from barchain.diagnosis.altered_scenes.catalogue import SCENES
+from barchain.diagnosis.diagnose import Diagnosis, diagnose
+from barchain.diagnosis.readings.catalogue import READINGS, TIMINGS
+from barchain.diagnosis.search import BRIEF, FULL
+from barchain.diagnosis.verdicts import verdict_tolerance
+from scenarios import Scene, load_scene
+from tests.diagnosis.planting import RTOL, planted, solution, unequal_chain, verdict_on
+
+if TYPE_CHECKING:
+    from barchain.diagnosis.mistake import Mistake, SceneMistake
+
+SCENE = unequal_chain()
+WITHOUT_TRACE = {"torque-sign", "torques-in-kn-m", "impulses-in-kn-s", "torques-twice", "torques-half",
+                 "torques-in-reversed-order", "angles-with-other-turns", "mu-egm"}  # fmt: skip
+"""Mistakes that alter nothing in this scene: it has no torques and no impulses, and takes its mu from EGM2008"""
+OF_EQUATIONS = [m for m in SCENES if m.model is not None]
+LOADED = {
+    "effects/thrust_table": ("thrust",),
+    "effects/drag": ("drag",),
+    "effects/impulse": ("impulse",),
+    "effects/oblateness": ("oblateness",),
+    "effects/third_body": ("third-body",),
+    "effects/solar_shadow": ("sun", "solar-pressure"),
+    "effects/joint_springs": ("springs", "dampers", "joint-spring-damper"),
+    "effects/slews": ("rotation", "prescribed-rotation"),
+}
+"""Scenes with an effect, and the beginnings of the names of the mistakes in it"""
+
+
+def diagnosis_of(scene: Scene, mistake: Mistake, effort: object = BRIEF) -> Diagnosis | None:
+    """Diagnosis of a result with a mistake; None if the result is that without the mistake."""
+    main, finer = (planted(scene, mistake, rtol) for rtol in (RTOL, 0.1 * RTOL))
+    if main is None or finer is None:
+        return None
+    solved = solution(scene)
+    tolerance = verdict_tolerance(verdict_on(main, finer, solved))
+    return diagnose(scene, main, solved, tolerance, effort)  # type: ignore[arg-type]
+
+
+def check_named(scene: Scene, mistake: Mistake, effort: object = BRIEF) -> None:
+    """Check that the first explanation is the mistake, and that the others leave equal residuals."""
+    found = diagnosis_of(scene, mistake, effort)
+    assert found is not None
+    assert (mistake.name,) in found.names, str(found)
+
+
+@pytest.mark.parametrize("mistake", [m for m in READINGS if m.name not in WITHOUT_TRACE], ids=lambda m: m.name)
+def test_a_mistake_of_reading_is_named_alone(mistake: Mistake) -> None:
+    found = diagnosis_of(SCENE, mistake)
+    assert found is not None
+    assert found.names == {(mistake.name,)}, str(found)
+
+
+@pytest.mark.parametrize("mistake", TIMINGS, ids=lambda m: m.name)
+def test_late_and_early_samples_are_named_alone(mistake: Mistake) -> None:
+    found = diagnosis_of(SCENE, mistake)
+    assert found is not None
+    assert found.names == {(mistake.name,)}, str(found)
+
+
+@pytest.mark.parametrize(
+    "mistake", [m for m in SCENES if m.model is None and m.name not in WITHOUT_TRACE], ids=lambda m: m.name
+)
+def test_a_mistake_in_the_scene_is_named_alone(mistake: SceneMistake) -> None:
+    found = diagnosis_of(SCENE, mistake)
+    if found is None:
+        assert mistake.scene is not None
+        assert mistake.scene(SCENE) == SCENE
+    else:
+        assert found.names == {(mistake.name,)}, str(found)
+
+
+@pytest.mark.parametrize("mistake", OF_EQUATIONS, ids=lambda m: m.name)
+def test_a_mistake_in_the_equations_is_named(mistake: Mistake) -> None:
+    check_named(SCENE, mistake, FULL)
+
+
+@pytest.mark.parametrize("name", sorted(WITHOUT_TRACE))
+def test_a_mistake_that_alters_nothing_is_not_named(name: str) -> None:
+    mistake = next(m for m in (*READINGS, *SCENES) if m.name == name)
+    found = diagnosis_of(SCENE, mistake)
+    assert found is None or (found.inside_tolerances and not found.names)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LOADED)
+def test_mistakes_in_an_effect_are_named_or_indistinguishable(name: str) -> None:
+    scene = load_scene(name)
+    for mistake in (m for m in SCENES if m.name.startswith(LOADED[name])):
+        found = diagnosis_of(scene, mistake, FULL)
+        if found is not None and not found.inside_tolerances:
+            assert (mistake.name,) in found.names, f"{mistake.name}: {found}"

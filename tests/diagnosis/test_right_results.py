@@ -1,0 +1,129 @@
+"""Nothing is named for a result inside its tolerances, for noise, or for low accuracy."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from adapters.engine import AccuracyParameter, Setting
+from adapters.registry import ENGINES
+from barchain.diagnosis.channels import channels_of
+from barchain.diagnosis.diagnose import diagnose
+from barchain.diagnosis.fit import QUANTITY_OF
+from barchain.diagnosis.search import BRIEF
+from barchain.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, verdict_tolerance
+from barchain.solutions.reference_runs import solution_engine
+from barchain.solutions.shipped import shipped_solution
+from scenarios import load_scene
+from tests.diagnosis.planting import RTOL, run, runs_of, solution, unequal_chain, verdict_on
+
+if TYPE_CHECKING:
+    from adapters.trajectory import Trajectory
+
+SCENE = unequal_chain()
+CORE = ("basics/libration", "basics/two_bars_free", "basics/point_chain", "basics/kepler_circular")
+LONG = ("basics/radial_equilibrium", "effects/slender", "effects/drag", "effects/slews", "paper/fig13")
+ENGINES_HERE = sorted(name for name, r in ENGINES.items() if r.by_default and not r.missing)
+
+
+def check_nothing_named(engine: str, name: str) -> None:
+    """Check that a built-in engine's own run gets no diagnosis."""
+    scene, loaded = load_scene(name), ENGINES[engine].load()
+    if loaded.unsupported(scene):
+        return
+    solved = shipped_solution(scene)
+    assert solved is not None
+    if loaded.unsupported_motion(scene, solved.fine):
+        return
+    main, finer = runs_of(engine, scene)
+    verdict = verdict_on(main, finer, solved, engine)
+    found = diagnose(scene, main, solved, verdict_tolerance(verdict), BRIEF)
+    assert not found.explanations, str(found)
+    assert not found.parts, str(found)
+
+
+@pytest.mark.parametrize("engine", ["reference-fast", "exudyn", "exudyn-tree", "rebound", "pymunk"])
+@pytest.mark.parametrize("name", CORE)
+def test_a_right_result_has_no_diagnosis(engine: str, name: str) -> None:
+    if ENGINES[engine].missing:
+        pytest.skip(str(ENGINES[engine].missing))
+    check_nothing_named(engine, name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*CORE, *LONG])
+@pytest.mark.parametrize("engine", ENGINES_HERE)
+def test_no_built_in_engine_gets_a_diagnosis(engine: str, name: str) -> None:
+    check_nothing_named(engine, name)
+
+
+def noisy(times: float, seed: int) -> tuple[Trajectory, dict[str, np.ndarray]]:
+    """The right result with noise of some tolerances in every value, and the tolerances."""
+    right, solved = run(SCENE, RTOL), solution(SCENE)
+    tolerance = dict(verdict_tolerance(verdict_on(right, run(SCENE, 0.1 * RTOL), solved)))
+    rng, changes = np.random.default_rng(seed), {}
+    for field, values in channels_of(solved.trajectory).items():
+        size = tolerance[QUANTITY_OF[field]] if QUANTITY_OF[field] in tolerance else np.zeros(len(right.t_s))
+        size = np.where(np.isfinite(size), size, 0.0).reshape(-1, *[1] * (values.ndim - 1))
+        changes[field] = values + times * size * rng.uniform(-1.0, 1.0, values.shape)
+    return right.replace(**changes), tolerance
+
+
+@pytest.mark.parametrize("times", [0.5, 1.0, 2.0, 5.0, 1e3])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_noise_names_nothing(times: float, seed: int) -> None:
+    result, tolerance = noisy(times, seed)
+    found = diagnose(SCENE, result, solution(SCENE), tolerance, BRIEF)
+    assert not found.explanations, str(found)
+    assert not found.parts, str(found)
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-5, 1e-6])
+def test_low_accuracy_is_no_mistake(rtol: float) -> None:
+    solved, setting = solution(SCENE), Setting(AccuracyParameter.RTOL, RTOL)
+    verdict = verdict_on(run(SCENE, rtol), run(SCENE, 0.1 * rtol), solved, solution_engine(), setting=setting)
+    found = diagnose(SCENE, run(SCENE, rtol), solved, verdict_tolerance(verdict), BRIEF)
+    assert not found.explanations, str(found)
+
+
+def test_a_passing_verdict_stays_as_it_is() -> None:
+    solved, main = solution(SCENE), run(SCENE, RTOL)
+    verdict = verdict_on(main, run(SCENE, 0.1 * RTOL), solved)
+    assert not needs_diagnosis(verdict)
+    assert diagnosed_verdict(verdict, main, solved) is verdict
+
+
+def test_a_result_with_missing_numbers_is_wrong_and_unexplained() -> None:
+    right, solved = run(SCENE, RTOL), solution(SCENE)
+    tolerance = verdict_tolerance(verdict_on(right, run(SCENE, 0.1 * RTOL), solved))
+    assert right.reaction_N is not None
+    broken = right.reaction_N.copy()
+    broken[3:] = np.nan
+    found = diagnose(SCENE, right.replace(reaction_N=broken), solved, tolerance, BRIEF)
+    assert [w.quantity for w in found.wrong] == ["reaction"]
+    assert not found.explanations
+
+
+@pytest.mark.parametrize("kind", ["repeated", "drifting"])
+def test_a_repeated_sample_and_drifting_rates_are_no_known_mistake(kind: str) -> None:
+    """A delay leaves one sample unknown; a reading on top of the delay must not leave all samples unknown."""
+    solved, wrong = solution(SCENE), []
+    for right in (run(SCENE, RTOL), run(SCENE, 0.1 * RTOL)):
+        assert right.rate_rad_s is not None
+        rate = right.rate_rad_s.copy()
+        if kind == "repeated":
+            rate[40] = rate[39]
+        else:
+            rate *= 1.0 + 1e-6 * np.sin(3e-3 * right.t_s)[:, None]
+        wrong.append(right.replace(rate_rad_s=rate))
+    found = diagnose(SCENE, wrong[0], solved, verdict_tolerance(verdict_on(wrong[0], wrong[1], solved)), BRIEF)
+    assert [w.quantity for w in found.wrong] == ["rate"]
+    assert not found.explanations, str(found)
+
+
+def test_another_scene_than_the_solution_s_is_rejected() -> None:
+    solved = solution(SCENE)
+    with pytest.raises(ValueError, match="not of"):
+        diagnose(unequal_chain(samples=51), run(SCENE, RTOL), solved, {})

@@ -1,0 +1,122 @@
+"""Diagnosis beside the verdicts of a comparison, in independent engines too, and its words."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from adapters.engine import AccuracyParameter, Setting
+from adapters.registry import ENGINES, Registration
+from barchain.crossval.run import run_comparison
+from barchain.diagnosis.altered_scenes.catalogue import SCENES
+from barchain.diagnosis.diagnose import diagnose
+from barchain.diagnosis.readings.catalogue import READINGS
+from barchain.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, verdict_tolerance
+from barchain.diagnosis.words import WrongQuantity, inconsistent_line
+from barchain.judge.comparison.verdict_message import verdict_bytes, verdict_from
+from reports.tables.outcome import Outcome
+from tests.diagnosis.planting import RTOL, planted, run, runs_of, solution, unequal_chain, verdict_on
+
+SCENE = unequal_chain()
+BY_NAME = {m.name: m for m in (*READINGS, *SCENES)}
+COARSE = {
+    "exudyn-tree": Setting(AccuracyParameter.STEPS_PER_ORBIT, 200.0),
+    "pymunk": Setting(AccuracyParameter.STEPS_PER_ORBIT, 4000.0),
+}
+PLANTED = (
+    "reaction-sign", "angles-in-degrees", "reactions-in-axes-of-bar-after", "masses-in-reversed-order",
+    "inertia-about-end", "gradient-missing", "initial-rates-missing-orbital",
+)  # fmt: skip
+
+
+def wrong_runs(name: str):  # type: ignore[no-untyped-def]
+    """Main and finer run with a mistake of reading."""
+    return [planted(SCENE, BY_NAME[name], rtol) for rtol in (RTOL, 0.1 * RTOL)]
+
+
+def test_an_inconsistent_row_tells_size_unit_beginning_and_explanation_once() -> None:
+    solved, (main, finer) = solution(SCENE), wrong_runs("angles-and-rates-in-degrees")
+    verdict = verdict_on(main, finer, solved)
+    assert needs_diagnosis(verdict)
+    found = diagnosed_verdict(verdict, main, solved)
+    assert found.outcome is verdict.outcome is Outcome.INCONSISTENT
+    changed = [(new, old) for new, old in zip(found.rows, verdict.rows, strict=True) if new != old]
+    assert [new["quantity"] for new, _ in changed] == ["attitude", "rate"]
+    for new, old in changed:
+        assert {k: v for k, v in new.items() if k != "reason"} == {k: v for k, v in old.items() if k != "reason"}
+        assert new["reason"].endswith(old["reason"])
+    first, second = (new["reason"] for new, _ in changed)
+    assert " rad of " in first
+    assert "from the first sample on; explained by: the angles and rates are in degrees (explained to " in first
+    assert " rad/s of " in second
+    assert "explained by" not in second
+
+
+def test_a_diagnosed_verdict_survives_its_message() -> None:
+    solved, (main, finer) = solution(SCENE), wrong_runs("reactions-in-axes-of-bar-before")
+    found = diagnosed_verdict(verdict_on(main, finer, solved), main, solved)
+    assert verdict_from(verdict_bytes(found)).rows == found.rows
+
+
+@pytest.mark.parametrize("name", PLANTED)
+@pytest.mark.parametrize("engine", COARSE)
+def test_a_mistake_in_an_engine_with_independent_physics_is_named(engine: str, name: str) -> None:
+    mistake, solved, setting = BY_NAME[name], solution(SCENE), COARSE[engine]
+    if mistake in SCENES:
+        main, finer = runs_of(engine, mistake.scene(SCENE), setting)
+    else:
+        main, finer = (mistake.read(SCENE, r) for r in runs_of(engine, SCENE, setting))
+    verdict = verdict_on(main, finer, solved, engine, setting=setting)
+    found = diagnose(SCENE, main, solved, verdict_tolerance(verdict))
+    assert found.names == {(name,)}, str(found)
+
+
+def test_a_comparison_stores_the_diagnosis() -> None:
+    registered = {n: Registration(f"tests.support.faulty_engines:{n}") for n in ("SwapsSign", "Unmodified")}
+    found = run_comparison(["effects/slender"], registered=registered)
+    assert found.outcomes["effects/slender", "SwapsSign"] is Outcome.INCONSISTENT
+    assert found.outcomes["effects/slender", "Unmodified"] is Outcome.PASS
+    rows = found.metrics.query("engine == 'SwapsSign' and metric == 'normalised_error' and quantity == 'reaction'")
+    reason = rows.reason.iloc[0]
+    assert "N, from the first sample on; explained by: the reactions have the opposite sign (explained to " in reason
+    assert "times the explained error" in reason
+    assert not found.metrics.query("engine == 'Unmodified'").reason.str.contains("explained by").any()
+
+
+def test_the_sentence_addresses_the_author_and_gives_the_runner_up() -> None:
+    solved, (main, finer) = solution(SCENE), wrong_runs("reaction-sign")
+    found = diagnose(SCENE, main, solved, verdict_tolerance(verdict_on(main, finer, solved)))
+    assert str(found).startswith("Your reactions have the opposite sign (explained to ")
+    assert found.next_best is not None
+    assert found.next_best.fit.relative_error > 1e3 * found.explanations[0].fit.relative_error
+    line = inconsistent_line(found.wrong[0], found.explanations, found.next_best)
+    assert line.startswith("reactions: ")
+    assert "explained by: the reactions have the opposite sign" in line
+
+
+def test_the_line_of_a_late_difference_gives_its_instant() -> None:
+    wrong = WrongQuantity("com_velocity", 0.25, 7700.0, 3, 54.9)
+    assert inconsistent_line(wrong) == "velocity of the centre of mass: 0.25 m/s of 7.7e+03 m/s, from t = 54.9 s on"
+
+
+def test_a_result_inside_its_tolerances_says_so() -> None:
+    solved, main = solution(SCENE), run(SCENE, RTOL)
+    found = diagnose(SCENE, main, solved, verdict_tolerance(verdict_on(main, run(SCENE, 0.1 * RTOL), solved)))
+    assert found.inside_tolerances
+    assert str(found) == "The result is inside the tolerances."
+
+
+def test_tolerances_of_a_verdict_end_at_the_predictability_limit() -> None:
+    solved, main = solution(SCENE), run(SCENE, RTOL)
+    verdict = verdict_on(main, run(SCENE, 0.1 * RTOL), solved)
+    middle = math.floor(float(main.t_s[50]))
+    rows = [row | {"limit_s": float(middle)} for row in verdict.rows]
+    found = verdict_tolerance(type(verdict)(rows, verdict.series))
+    assert np.isinf(found["attitude"]).sum() == np.count_nonzero(main.t_s > middle)
+    assert np.isfinite(found["com"]).all()
+
+
+def test_engines_of_these_tests_are_installed() -> None:
+    assert not [name for name in COARSE if ENGINES[name].missing]
