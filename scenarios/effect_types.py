@@ -256,3 +256,17 @@ class Effects:
     def beyond_basic(self) -> bool:
         """Whether the scene has effects besides point or gradient gravity and prescribed rotations."""
         return any(getattr(self, name) for name in (*SINGLE_NAME_EFFECTS, "thrust")) or self.gravity in EXTENDED_GRAVITY
+
+
+def all_effect_names() -> frozenset[str]:
+    """Every name that :attr:`Effects.names` may hold."""
+    laws = [*Frame, *Actuator]
+    return frozenset(
+        {
+            *(f"gravity.{gravity}" for gravity in Gravity),
+            *(f"prescribed_rotation.{law}" for law in laws),
+            *SINGLE_NAME_EFFECTS,
+            "solar_pressure.shadow",
+            *(f"thrust.{axes}" for axes in Axes),
+        }
+    )

@@ -89,13 +89,23 @@ class OutsideEngine(Engine, metaclass=OutsideEngineClass):
         """Errors that the engine declares, by its own answer; names and values are checked."""
         if "noise" not in cls.asks:
             return {}
-        key = f"{scene.digest} {setting} {hashlib.sha256(t_s.tobytes()).hexdigest()}"
+        key = noise_key(scene, setting, t_s)
         if key not in cls.noises:
-            found = cls.answer("noise", scene, setting, t_s).arrays
-            for name, values in found.items():
-                check_noise(name, values, t_s)
-            cls.noises[key] = found
+            cls.remember_noise(scene, setting, t_s, cls.answer("noise", scene, setting, t_s).arrays)
         return dict(cls.noises[key])
+
+    @classmethod
+    def remember_noise(cls, scene: Scene, setting: Setting, t_s: Array, found: dict[str, Array]) -> None:
+        """Check and keep an answer; it may have come with a run.
+
+        Raises
+        ------
+        DeclarationError
+            If a name or a value is wrong.
+        """
+        for name, values in found.items():
+            check_noise(name, values, t_s)
+        cls.noises[noise_key(scene, setting, t_s)] = found
 
     @classmethod
     def answer(cls, question: str, *given: Any) -> Reply:
@@ -121,6 +131,11 @@ class OutsideEngine(Engine, metaclass=OutsideEngineClass):
     def refuse(self) -> NoReturn:
         """Raise: code of another package is not run in this process."""
         raise RuntimeError(f"{self.registration.target} runs in a process of its own; use barchain.simulate")
+
+
+def noise_key(scene: Scene, setting: Setting, t_s: Array) -> str:
+    """Key of an answer on noise."""
+    return f"{scene.digest} {setting} {hashlib.sha256(t_s.tobytes()).hexdigest()}"
 
 
 def check_noise(name: str, values: Array, t_s: Array) -> None:

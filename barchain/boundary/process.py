@@ -79,7 +79,7 @@ def ask(question: str, *given: Any, limits: OutsideLimits | None = None) -> Repl
     Parameters
     ----------
     question : str
-        Name of a function in :mod:`barchain.boundary.questions`.
+        Name of a function in :mod:`barchain.boundary.questions` or :mod:`barchain.boundary.examination`.
     *given : Any
         Its arguments.
     limits : OutsideLimits, optional
@@ -182,8 +182,11 @@ def reply(folder: Path, limits: OutsideLimits, in_time: bool) -> Reply:
         header, arrays = read_message(folder / ANSWER)
     except MessageError as error:
         return Reply(problem=str(error), kind="failed")
-    if "failed" not in header:
-        return Reply(header, arrays)
+    return failed_reply(header) if "failed" in header else Reply(header, arrays)
+
+
+def failed_reply(header: dict[str, Any]) -> Reply:
+    """Reply of an engine whose code raised an exception."""
     kind = "missing" if header["failed"] == "missing" else "failed"
     rejected = bool(header.get("rejected")) and header.get("phase") == "build"
     return Reply(problem=plain_text(header.get("words", "")), kind=kind, rejected=rejected)

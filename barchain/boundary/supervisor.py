@@ -18,11 +18,13 @@ from typing import TYPE_CHECKING, Any
 
 import psutil
 
-from barchain.boundary import questions
+from barchain.boundary import examination, questions
 from barchain.boundary.limits import FILE_B
 from barchain.boundary.message import MessageError, plain_text, write_message
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
     from barchain.boundary.limits import OutsideLimits
 
 QUESTION = "BARCHAIN_QUESTION"
@@ -43,7 +45,7 @@ def supervise(folder: str, limits: OutsideLimits, question: str, given: tuple[An
         Folder for the answer, the engine's output and its working folder.
     limits : OutsideLimits
     question : str
-        Name of a function in :mod:`questions`.
+        Name of a function in :mod:`questions` or :mod:`examination`.
     given : tuple
         Its arguments.
     """
@@ -140,7 +142,7 @@ def answer(folder: Path, limits: OutsideLimits, question: str, given: tuple[Any,
     path, code = folder / ANSWER, 1
     try:
         try:
-            header, arrays = getattr(questions, question)(*given)
+            header, arrays = getattr(answering(question), question)(*given)
         except BaseException as error:  # also SystemExit, KeyboardInterrupt and GeneratorExit: all are the engine's
             header, arrays = questions.failed(error), {}
         try:
@@ -150,6 +152,11 @@ def answer(folder: Path, limits: OutsideLimits, question: str, given: tuple[Any,
         code = 0
     finally:
         os._exit(code)
+
+
+def answering(question: str) -> ModuleType:
+    """Module whose function answers a question."""
+    return questions if hasattr(questions, question) else examination
 
 
 def redirect(log: Path) -> None:

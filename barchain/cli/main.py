@@ -13,6 +13,7 @@ from barchain.cli.common import verbosity
 from barchain.cli.common.exit_codes import ExitCode, failure
 from barchain.cli.common.sections import EndedEarlyError, SectionedGroup
 from barchain.cli.common.terminal import plain, say
+from barchain.cli.conform import conform
 from barchain.cli.cost import cost
 from barchain.cli.effects import effects
 from barchain.cli.ensemble import ensemble
@@ -41,6 +42,7 @@ SECTIONS = {
     "Run and compare": (scenes, engines, simulate, compare, crossval, report),
     "Studies": (cost, scaling, roundoff, stability, effects, selftest, ensemble),
     "Nights": (nightly, history, attribute_night, bisect_figure, releases),
+    "For engine authors": (conform,),
     "Maintain": (doctor, validate, schema, certified_solutions),
 }
 

@@ -1,0 +1,194 @@
+"""Examination of an engine in its own process: its import and declarations, several runs, and what runs leave behind."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import inspect
+import os
+import signal
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import psutil
+
+from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine
+from adapters.trajectory import Observable
+from barchain.boundary.message import plain_text
+from barchain.boundary.questions import Answer, DeclarationError, declared, failed, loaded, noise, overrides, run
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from adapters.engine import Setting
+    from adapters.registry import Registration
+    from adapters.trajectory import Array
+    from scenarios import Scene
+
+DECLARED: dict[str, tuple[type, ...]] = {
+    "title": (str,), "coordinates": (str,), "order": (float, int, type(None)), "sweep": (AccuracySweep,),
+    "effects": (frozenset, set), "observables": (frozenset, set), "options": (frozenset, set),
+    "joints_in_place": (bool,), "track_by_length": (bool,), "step_constant": (float, int),
+    "unsupported_reasons": (dict,),
+}  # fmt: skip
+"""Declarations of an engine, with their types"""
+OWN_MODULES = frozenset({"adapters", "barchain", "numpy", "reference_impl", "scenarios", "scipy"})
+"""Packages that an adapter may import at its top: barchain, and what it needs itself"""
+REPORTED_LIBRARIES = 6
+
+
+def examined_class(registration: Registration) -> Answer:
+    """Facts of an engine's class: import time, imported libraries, and a fault for each step and declaration.
+
+    ``steps`` holds, in order, a name and a fault (empty if there is none) of each step that could be taken.
+    """
+    before, start = set(sys.modules), time.perf_counter()
+    steps: list[list[str]] = []
+    header: dict[str, Any] = {"steps": steps}
+    found = step(steps, "import", registration.load)
+    header["import_s"] = time.perf_counter() - start
+    header["libraries"] = imported_libraries(registration, before)
+    if found is None or step(steps, "class", lambda: whole_class(registration)) is None:
+        return header, {}
+    for name, types in DECLARED.items():
+        step(steps, name, lambda name=name, types=types: checked(found, name, types) or True)  # type: ignore[misc]
+    effects = getattr(found, "effects", ())
+    header["effects"] = sorted(plain_text(e, 60) for e in effects) if isinstance(effects, (set, frozenset)) else []
+    return header, {}
+
+
+def step(steps: list[list[str]], name: str, call: Callable[[], Any]) -> Any:
+    """Result of a step; None with a fault."""
+    try:
+        result = call()
+    except BaseException as error:  # also SystemExit: all are the engine's
+        steps.append([name, failed(error)["words"]])
+        return None
+    steps.append([name, ""])
+    return result
+
+
+def whole_class(registration: Registration) -> type[Engine]:
+    """Class of an engine, checked to be one that can be made."""
+    found = loaded(registration)
+    if not inspect.isclass(found):
+        raise DeclarationError(f"{registration.target} is no class")
+    return found
+
+
+def checked(engine: type[Engine], name: str, types: tuple[type, ...]) -> Any:
+    """Value of a declaration, checked."""
+    value = declared(engine, name, *types)
+    if name == "coordinates":
+        Coordinates(value)
+    if name == "observables":
+        for each in value:
+            Observable(each)
+    if name == "sweep":
+        check_sweep(value)
+    return value
+
+
+def check_sweep(sweep: AccuracySweep) -> None:
+    """Check that settings go from coarse to fine."""
+    values = [float(v) for v in sweep.values]
+    coarse_first = sorted(values, reverse=AccuracyParameter(sweep.parameter) is AccuracyParameter.RTOL)
+    if not values or values != coarse_first:
+        raise DeclarationError(f"sweep.values are not sorted from coarse to fine: {plain_text(values, 120)}")
+    if len(set(values)) < len(values):
+        raise DeclarationError(f"sweep.values repeat a value: {plain_text(values, 120)}")
+    if not all(np.isfinite(v) and v > 0.0 for v in (*values, float(sweep.default), float(sweep.finer_rtol))):
+        raise DeclarationError("sweep holds a value that is not positive and finite")
+
+
+def imported_libraries(registration: Registration, before: set[str]) -> list[str]:
+    """Packages outside Python's library, barchain's and its own that an adapter imports at its top."""
+    own = registration.target.partition(":")[0].partition(".")[0]
+    known = {own, *OWN_MODULES, *sys.stdlib_module_names}
+    loaded_now = [module for name, module in list(sys.modules.items()) if name.partition(".")[0] == own]
+    names = {package_of(value) for module in loaded_now for value in list(vars(module).values())}
+    new = {name.partition(".")[0] for name in set(sys.modules) - before}
+    return sorted((names & new) - known)[:REPORTED_LIBRARIES]
+
+
+def package_of(value: object) -> str:
+    """Package of a module, or of a class or function; empty for other values."""
+    if inspect.ismodule(value):
+        return value.__name__.partition(".")[0]
+    return str(value.__module__).partition(".")[0] if inspect.isclass(value) or inspect.isroutine(value) else ""
+
+
+def several_runs(registration: Registration, runs: list[tuple[Scene, Setting, Array]]) -> Answer:
+    """Several runs in one process, each with the noise that the engine declares at some instants.
+
+    Entry k of ``runs`` is the answer to run k; its arrays are called ``k.name``, and the noise ``k.noise.name``.
+    """
+    headers, arrays = [], {}
+    declares = overrides(loaded(registration), "noise")
+    for k, (scene, setting, t_s) in enumerate(runs):
+        try:
+            header, found = run(registration, frozenset(), scene, setting)
+            errors = noise(registration, scene, setting, t_s)[1] if declares else {}
+        except Exception as error:
+            header, found, errors = failed(error), {}, {}
+        headers.append(header)
+        arrays |= {f"{k}.{name}": values for name, values in found.items()}
+        arrays |= {f"{k}.noise.{name}": values for name, values in errors.items()}
+    return {"runs": headers, "noise": declares}, arrays
+
+
+def behaviour(registration: Registration, scene: Scene, setting: Setting, times: int) -> Answer:
+    """What runs leave behind: run several times, and look at the process before, after the first, and at the end."""
+    before = process_state()
+    first = run(registration, frozenset(), scene, setting)[1]
+    after_first = process_state()
+    same = True
+    for _ in range(times - 1):
+        again = run(registration, frozenset(), scene, setting)[1]
+        same &= set(again) == set(first) and all(np.array_equal(again[name], first[name]) for name in first)
+    return {
+        "before": before, "after_first": after_first, "after": process_state(), "same": bool(same), "times": times,
+    }, first  # fmt: skip
+
+
+def process_state() -> dict[str, Any]:
+    """State of this process that other engines or runs would notice."""
+    flush()
+    own = psutil.Process()
+    return {
+        "printed_B": os.fstat(1).st_size,
+        "threads": threads(),
+        "children": len(own.children(recursive=True)),
+        "files": sorted(plain_text(p.name, 60) for p in Path.cwd().iterdir())[:20],
+        "folder": plain_text(Path.cwd()),
+        "variables": {plain_text(k, 80): hash(v) for k, v in os.environ.items()},
+        "handlers": {int(n): handler_name(n) for n in signal.valid_signals()},
+        "float_errors": {k: str(v) for k, v in np.geterr().items()},
+        "random": hash(np.random.get_state(legacy=True)[1].tobytes()),  # type: ignore[union-attr, index]  # noqa: NPY002
+        "memory_B": own.memory_info().rss,
+    }
+
+
+def flush() -> None:
+    """Write out what Python and C still hold back of the output."""
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(AttributeError, ValueError, OSError):
+            stream.flush()
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL(None).fflush(None)
+
+
+def threads() -> int:
+    """Number of threads of this process, those of compiled code included where the system tells."""
+    tasks = Path("/proc/self/task")
+    return len(list(tasks.iterdir())) if tasks.is_dir() else threading.active_count()
+
+
+def handler_name(number: int) -> str:
+    """Short name of a signal's handler."""
+    handler = signal.getsignal(number)
+    return "none" if handler is None else str(getattr(handler, "name", getattr(handler, "__qualname__", "other")))

@@ -1,0 +1,91 @@
+"""`barchain conform`: whether an engine keeps the contract, and which mistake it makes if it does not."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from barchain.cli.common.exit_codes import findings
+from barchain.cli.common.numbers import WORDS, NamedPath
+from barchain.cli.common.options import json_option
+from barchain.cli.common.terminal import literal, plain, say
+from barchain.cli.common.verbosity import quiet
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from barchain.conform.checks import Check, ConformanceReport
+
+SIGNS = {"passed": "✓", "warning": "!", "unsupported": "-", "not run": "·", "failed": "✗"}
+COLOURS = {"passed": "green", "warning": "yellow", "unsupported": "dim", "not run": "dim", "failed": "bold red"}
+NAME_WIDTH = 38
+
+
+@click.command("conform")
+@click.argument("targets", metavar="ENGINE|MODULE:CLASS...", nargs=-1, required=True, type=WORDS)
+@click.option("--junit", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
+              help="Write the checks as JUnit XML into this file.")  # fmt: skip
+@json_option
+def conform(targets: tuple[str, ...], junit: Path | None, as_json: bool) -> None:
+    """Examine an engine: declarations, conventions, physics, accuracy and behaviour, and name its mistakes.
+
+    ENGINE is a name of `barchain engines`; MODULE:CLASS is a class that no package registers yet. Exits with 1 if a
+    check fails. docs/conform.md describes the checks.
+    """
+    from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
+    from barchain.conform.run import conform as examine  # noqa: PLC0415
+    from barchain.conform.target import examined  # noqa: PLC0415
+
+    for target in targets:
+        examined(target)  # a wrong name is told before anything runs
+    if junit is not None:
+        from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
+
+        need_extra("junitparser")
+        need_writable(junit, "--junit")
+    reports = []
+    for target in targets:
+        if not as_json:
+            say(target)
+        reports.append(examine(target, shown(as_json)))
+    if junit is not None:
+        from barchain.conform.junit import write_junit  # noqa: PLC0415
+
+        write_junit(junit, reports)
+    if as_json:
+        say(json.dumps([report.as_dict() for report in reports], indent=2))
+    else:
+        for report in reports:
+            say(summary(report))
+    if not all(report.passed for report in reports):
+        raise findings()
+
+
+def shown(as_json: bool) -> Callable[[Check], None]:
+    """Callback that prints each check as it is done."""
+    if as_json or quiet():
+        return lambda _: None
+    from rich.console import Console  # noqa: PLC0415
+
+    console = Console()
+    if not console.is_terminal:
+        return lambda check: say(line(check))
+    return lambda check: console.print(f"[{COLOURS[check.state]}]{literal(line(check))}[/]", highlight=False)
+
+
+def line(check: Check) -> str:
+    """Check in one line, a failure with the page that states the convention."""
+    name = f"{check.group}: {check.name}"
+    said = plain(" ".join(check.words.split()))
+    page = f" See {check.page}." if check.state == "failed" and check.page else ""
+    return f"  {SIGNS[check.state]} {name:{NAME_WIDTH}} {said}{page}".rstrip()
+
+
+def summary(report: ConformanceReport) -> str:
+    """Result in one line."""
+    count = {state: sum(c.state == state for c in report.checks) for state in SIGNS}
+    said = ", ".join(f"{n} {state}" for state, n in count.items() if n)
+    return f"{report.engine}: {'conforms' if report.passed else 'does not conform'} ({said}; {report.seconds:.1f} s)"

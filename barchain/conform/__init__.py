@@ -1,0 +1,8 @@
+"""Conformance of one engine: its declarations, conventions, physics, accuracy and behaviour, cheap checks first.
+
+``assert_conforms("mine")`` is a test of an engine in the continuous integration of its own package.
+"""
+
+from barchain.conform.run import assert_conforms, conform
+
+__all__ = ["assert_conforms", "conform"]

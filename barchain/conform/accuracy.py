@@ -1,0 +1,157 @@
+"""Accuracy against the setting: errors that fall as requested, within the promised bound, with the declared order."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adapters.engine import AccuracyParameter, Setting
+from adapters.trajectory import Observable
+from barchain.conform.checks import Check, Group, State
+from barchain.conform.ladder import PARTICLE, REPEATED, rung, solved
+from barchain.conform.physics import reason_against
+from barchain.conform.runs import results
+from barchain.judge.error_model import ErrorModel
+from barchain.metrics.quantities import differences
+from barchain.run.job import Role
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from barchain.conform.target import Examined
+    from barchain.run.job import RunResult
+    from scenarios import Scene
+
+PAGE = "docs/conform.md#accuracy"
+QUANTITIES = ("attitude", "rate", "reaction", "com", "com_velocity")
+SETTINGS = 5
+"""Settings that are tried, from the coarsest to the finest"""
+RUN_S = 5.0
+ABOVE_ROUNDING = 10.0
+"""Least ratio of an error to its rounding floor at which the error tells of the method"""
+GROWS = 2.0
+"""Factor by which an error at a finer setting may exceed that at a coarser one: errors of chosen steps have any sign"""
+ORDER_SLACK = 0.5
+"""Largest shortfall of a measured order: between it and the next lower order"""
+ASYMPTOTIC = 1e-2
+"""Largest relative error at which a method's order shows"""
+
+
+@dataclass(frozen=True)
+class SettingError:
+    """Errors of one setting, relative to the scales of the quantities."""
+
+    setting: Setting
+    error: float
+    """Largest of all quantities"""
+    floor: float
+    """Rounding floor of that quantity"""
+    bound_ratio: float
+    """Largest ratio of an error to its expected-error bound"""
+
+    @property
+    def tells(self) -> bool:
+        """Whether the error is that of the method, not of rounding."""
+        return self.error > ABOVE_ROUNDING * self.floor
+
+
+def accuracy(engine: Examined) -> Iterator[Check]:
+    """Checks of errors at several settings."""
+    scenes = REPEATED if Observable.ATTITUDE in engine.load().observables else PARTICLE
+    name = next((n for n in scenes if reason_against(engine, n) is None), None)
+    if name is None:
+        yield Check(Group.ACCURACY, "errors at several settings", State.UNSUPPORTED, "supports no scene of this check")
+        return
+    settings = tried_settings(engine, rung(name))
+    jobs = [engine.job(rung(name), setting, Role.MAIN) for setting in settings]
+    made = results(engine, jobs, [solved(name).trajectory.t_s] * len(jobs), RUN_S)
+    failed = [f"{s}: {r.reason}" for s, r in zip(settings, made, strict=True) if r.outcome is not Outcome.PASS]
+    if failed:
+        yield Check(Group.ACCURACY, "runs at several settings", State.FAILED, "; ".join(failed), PAGE, name)
+    found = [
+        setting_error(engine, name, s, r) for s, r in zip(settings, made, strict=True) if r.outcome is Outcome.PASS
+    ]
+    yield bound_check(found, name)
+    yield falling_check(found, name)
+    if engine.load().order is None:
+        yield request_check(found, name)
+    else:
+        yield order_check(found, float(engine.load().order or 0.0), name)
+
+
+def tried_settings(engine: Examined, scene: Scene) -> list[Setting]:
+    """Some settings of the sweep, coarse to fine, its ends among them, that differ in this scene."""
+    every = list({steps_between_samples(s, scene): s for s in reversed(engine.load().sweep.settings)}.values())[::-1]
+    rows = np.unique(np.linspace(0, len(every) - 1, min(SETTINGS, len(every))).round().astype(int))
+    return [every[k] for k in rows]
+
+
+def steps_between_samples(setting: Setting, scene: Scene) -> float:
+    """Equal steps between two samples, an even number; the request itself of a method that chooses its steps."""
+    if setting.parameter is AccuracyParameter.RTOL:
+        return setting.value
+    between = scene.run.duration_s / (scene.run.samples - 1)
+    return 2.0 * math.ceil(0.5 * setting.value * between / scene.step_period_s - 1e-9)
+
+
+def setting_error(engine: Examined, name: str, setting: Setting, result: RunResult) -> SettingError:
+    """Errors of one run."""
+    assert result.trajectory is not None
+    solution = solved(name)
+    errors = ErrorModel(engine.load(), setting, solution, result.trajectory)
+    apart = {q: v for q, v in differences(result.trajectory, solution.trajectory).items() if q in QUANTITIES}
+    n = errors.n
+    relative = {q: float(v[:n].max()) / errors.scale[q] for q, v in apart.items()}
+    worst = max(relative, key=lambda q: relative[q])
+    bounds = {q: errors.bound[q][:n] + solution.error[q][:n] for q in apart}
+    ratio = max(float(np.max(v[:n] / np.where(bounds[q] > 0.0, bounds[q], np.inf))) for q, v in apart.items())
+    return SettingError(setting, relative[worst], float(errors.floor[worst].max()) / errors.scale[worst], ratio)
+
+
+def bound_check(found: list[SettingError], name: str) -> Check:
+    """Check that every error is inside the bound that the setting and the declarations promise."""
+    beyond = [e for e in found if not e.bound_ratio <= 1.0]
+    if beyond:
+        said = "; ".join(f"{e.bound_ratio:.3g} times the bound at {e.setting}" for e in beyond)
+        return Check(Group.ACCURACY, "errors inside the bound", State.FAILED, said, PAGE, name)
+    most = max((e.bound_ratio for e in found), default=0.0)
+    return Check(Group.ACCURACY, "errors inside the bound", State.PASSED, f"at most {most:.2g} of it", PAGE, name)
+
+
+def falling_check(found: list[SettingError], name: str) -> Check:
+    """Check that a finer setting gives a smaller error."""
+    shown = ", ".join(f"{e.error:.1e} at {e.setting}" for e in found)
+    for coarse, fine in pairwise(found):
+        if fine.tells and fine.error > GROWS * coarse.error:
+            said = f"the error does not follow the setting: {shown}"
+            return Check(Group.ACCURACY, "errors fall with the setting", State.FAILED, said, PAGE, name)
+    return Check(Group.ACCURACY, "errors fall with the setting", State.PASSED, shown, PAGE, name)
+
+
+def request_check(found: list[SettingError], name: str) -> Check:
+    """Tell the ratio of the error to the requested one, and whether it keeps its order of magnitude."""
+    ratios = [e.error / e.setting.value for e in found if e.tells]
+    if not ratios:
+        return Check(Group.ACCURACY, "error over request", State.PASSED, "rounding at all settings", PAGE, name)
+    said = f"{min(ratios):.2g} to {max(ratios):.2g} times the request"
+    return Check(Group.ACCURACY, "error over request", State.PASSED, said, PAGE, name)
+
+
+def order_check(found: list[SettingError], order: float, name: str) -> Check:
+    """Check the declared order of a method of equal steps."""
+    slopes = []
+    for coarse, fine in pairwise(found):
+        if fine.tells and coarse.error < ASYMPTOTIC and coarse.setting.parameter is AccuracyParameter.STEPS_PER_ORBIT:
+            slopes.append(math.log(coarse.error / fine.error) / math.log(fine.setting.value / coarse.setting.value))
+    if not slopes:
+        return Check(Group.ACCURACY, "order", State.WARNING, "no two settings whose errors show the order", PAGE, name)
+    measured = ", ".join(f"{s:.2f}" for s in slopes)
+    if max(slopes) < order - ORDER_SLACK:
+        said = f"measured {measured}, declared {order:g}"
+        return Check(Group.ACCURACY, "order", State.FAILED, said, PAGE, name)
+    return Check(Group.ACCURACY, "order", State.PASSED, f"measured {measured}; declared {order:g}", PAGE, name)

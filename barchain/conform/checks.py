@@ -1,0 +1,74 @@
+"""Checks of an engine: what was found, in which group, and where the convention stands."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from typing import Any
+
+
+class State(StrEnum):
+    """Result of a check."""
+
+    PASSED = "passed"
+    WARNING = "warning"
+    """Something that users of the engine should know; no failure"""
+    UNSUPPORTED = "unsupported"
+    """The engine declares that it can't do this"""
+    NOT_RUN = "not run"
+    """An earlier failure makes the check meaningless"""
+    FAILED = "failed"
+
+
+class Group(StrEnum):
+    """Groups of checks, in the order in which they run."""
+
+    LOADING = "loading"
+    CONVENTIONS = "conventions"
+    PHYSICS = "physics"
+    ACCURACY = "accuracy"
+    BEHAVIOUR = "behaviour"
+
+
+@dataclass(frozen=True)
+class Check:
+    """One check of an engine."""
+
+    group: Group
+    name: str
+    state: State
+    words: str = ""
+    """What was found, in one line"""
+    page: str = ""
+    """Page and section that state the convention"""
+    scene: str = ""
+    """Scene that shows a failure: `barchain compare SCENE --engine NAME` runs it again"""
+
+
+@dataclass(frozen=True)
+class ConformanceReport:
+    """All checks of one engine."""
+
+    engine: str
+    version: str
+    checks: tuple[Check, ...]
+    seconds: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether no check failed, and at least one scene of the physics was passed."""
+        states = [c.state for c in self.checks]
+        agreed = any(c.group is Group.PHYSICS and c.state is State.PASSED for c in self.checks)
+        return State.FAILED not in states and agreed
+
+    @property
+    def failures(self) -> tuple[Check, ...]:
+        """Checks that failed."""
+        return tuple(c for c in self.checks if c.state is State.FAILED)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Content as JSON values."""
+        return {
+            "engine": self.engine, "version": self.version, "passed": self.passed, "seconds": round(self.seconds, 3),
+            "checks": [{key: str(value) for key, value in asdict(c).items()} for c in self.checks],
+        }  # fmt: skip

@@ -1,0 +1,90 @@
+"""Conventions: types and shapes of a result, and the state at t = 0, channel by channel."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adapters.engine import EngineError
+from barchain.conform.checks import Check, Group, State
+from barchain.conform.ladder import FIRST, solved
+from barchain.conform.physics import main_and_finer, reason_against
+from barchain.judge.error_model import ErrorModel
+from barchain.metrics.quantities import differences
+from barchain.run.job import Role
+from reports.tables.crossval import QUANTITY_UNITS
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from adapters.trajectory import Array, Trajectory
+    from barchain.conform.target import Examined
+
+PAGE = "docs/engine_conventions.md"
+FIELDS = {
+    "com": ("com_m", "centre of mass", "centre-of-mass"),
+    "com_velocity": ("com_velocity_m_s", "velocity of the centre of mass", "centre-of-mass"),
+    "attitude": ("angle_rad", "angles", "angles"),
+    "rate": ("rate_rad_s", "rates", "rates"),
+    "reaction": ("reaction_N", "reactions", "reactions"),
+}
+"""Array, name and section of the page of each quantity at the start"""
+START_SLACK = 1e-9
+"""Largest difference at t = 0 relative to a quantity's scale: nothing was integrated yet, and absolute coordinates
+keep nine digits of a bar's angle"""
+
+
+def conventions(engine: Examined) -> Iterator[Check]:
+    """Checks of the form of a result, and of its first sample."""
+    name = next((n for n in FIRST if reason_against(engine, n) is None), None)
+    if name is None:
+        said = "; ".join(dict.fromkeys(str((reason_against(engine, n) or ("", ""))[1]) for n in FIRST))
+        yield Check(
+            Group.CONVENTIONS, "a first run", State.FAILED, f"supports none of {', '.join(FIRST)}: {said}", PAGE
+        )
+        return
+    run = main_and_finer(engine, [name])[name][Role.MAIN]
+    if run.outcome is not Outcome.PASS or run.trajectory is None:
+        yield Check(Group.CONVENTIONS, "types and shapes", State.FAILED, run.reason, f"{PAGE}#samples", name)
+        return
+    n = len(run.trajectory.t_s)
+    said = f"{len(run.trajectory.observables)} quantities of {n} samples, float64"
+    yield Check(Group.CONVENTIONS, "types and shapes", State.PASSED, said, f"{PAGE}#samples", name)
+    yield from start_checks(engine, name, run.trajectory)
+
+
+def start_checks(engine: Examined, name: str, run: Trajectory) -> Iterator[Check]:
+    """Checks of each quantity's first sample."""
+    solution, loaded = solved(name), engine.load()
+    try:
+        errors = ErrorModel(loaded, loaded.sweep.setting(), solution, run)
+        bound, scale = errors.bound, errors.scale
+    except EngineError as error:
+        yield Check(Group.CONVENTIONS, "declared noise", State.FAILED, str(error), f"{PAGE}#declarations")
+        return
+    apart = differences(run, solution.trajectory)
+    for quantity, (field, words, section) in FIELDS.items():
+        if quantity not in apart:
+            continue
+        allowed = float(bound[quantity][0]) + START_SLACK * scale[quantity]
+        page = f"{PAGE}#{section}"
+        if float(apart[quantity][0]) <= allowed:
+            yield Check(Group.CONVENTIONS, f"{words} at t = 0", State.PASSED, page=page)
+        else:
+            said = given_and_expected(getattr(run, field)[0], getattr(solution.trajectory, field)[0])
+            yield Check(Group.CONVENTIONS, f"{words} at t = 0", State.FAILED, f"{said} {QUANTITY_UNITS[quantity]}",
+                        page, name)  # fmt: skip
+
+
+def given_and_expected(given: Array, expected: Array) -> str:
+    """The two values as text."""
+    return f"given {text_of(given)}, expected {text_of(expected)}"
+
+
+def text_of(values: Array) -> str:
+    """Numbers with six digits."""
+    rows = np.atleast_1d(values).tolist()
+    cells = [f"({', '.join(f'{v:.6g}' for v in r)})" if isinstance(r, list) else f"{r:.6g}" for r in rows]
+    return f"({', '.join(cells)})"

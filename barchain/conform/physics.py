@@ -1,0 +1,148 @@
+"""Physics: the rungs of the ladder against their certified solutions, and a diagnosis of each difference."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from adapters.common.equal_steps import finer_setting
+from adapters.engine import EngineError
+from barchain.conform.checks import Check, Group, State
+from barchain.conform.ladder import STAGES, rung, solved
+from barchain.conform.runs import results
+from barchain.diagnosis.diagnose import diagnose
+from barchain.diagnosis.search import BRIEF
+from barchain.diagnosis.verdicts import verdict_tolerance
+from barchain.diagnosis.words import QUANTITY_WORDS
+from barchain.judge.comparison.compare import judge
+from barchain.judge.evidence import Evidence, follow_up_jobs, gathered
+from barchain.judge.support import unsupported
+from barchain.run.job import Role
+from reports.tables.crossval import QUANTITY_UNITS
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from barchain.conform.target import Examined
+    from barchain.diagnosis.diagnose import Diagnosis
+    from barchain.judge.comparison.verdict import Verdict
+    from barchain.run.job import Job, RunResult
+
+RUN_S = 10.0
+"""Longest time of one run: a rung is a fifth of an orbit of at most three bars"""
+PAGE = "docs/engine_conventions.md"
+
+
+def physics(engine: Examined) -> Iterator[Check]:
+    """Checks of all rungs; a stage with a failure ends the ladder."""
+    failed = ""
+    for stage in STAGES:
+        if failed:
+            yield Check(Group.PHYSICS, stage.name, State.NOT_RUN, f"{failed} fails")
+            continue
+        for check in stage_checks(engine, stage.scenes):
+            failed = failed or (check.name if check.state is State.FAILED else "")
+            yield check
+
+
+def stage_checks(engine: Examined, names: tuple[str, ...]) -> Iterator[Check]:
+    """Checks of the rungs of a stage, whose runs are made in one process."""
+    reasons = {name: reason_against(engine, name) for name in names}
+    able = [name for name in names if reasons[name] is None]
+    runs = main_and_finer(engine, able)
+    for name in names:
+        reason = reasons[name]
+        if reason is not None:
+            state, words = reason
+            yield Check(Group.PHYSICS, short(name), state, words, PAGE, name)
+        else:
+            yield rung_check(engine, name, runs[name])
+
+
+def reason_against(engine: Examined, name: str) -> tuple[State, str] | None:
+    """State and reason if an engine is not run on a rung."""
+    loaded = engine.load()
+    try:
+        reason = loaded.unsupported(rung(name)) or unsupported(loaded, solved(name))
+    except EngineError as error:
+        return State.FAILED, str(error)
+    return None if reason is None else (State.UNSUPPORTED, reason)
+
+
+def main_and_finer(engine: Examined, names: list[str]) -> dict[str, dict[Role, RunResult]]:
+    """Runs of rungs at the default setting and the next finer one."""
+    sweep, jobs = engine.load().sweep, []
+    for name in names:
+        scene, setting = rung(name), sweep.setting()
+        jobs.append(engine.job(scene, setting, Role.MAIN))
+        jobs.append(engine.job(scene, finer_setting(scene, sweep, setting), Role.FINER))
+    return by_role(engine, jobs)
+
+
+def by_role(engine: Examined, jobs: list[Job]) -> dict[str, dict[Role, RunResult]]:
+    """Results of runs, by scene and role."""
+    found: dict[str, dict[Role, RunResult]] = {}
+    times = [solved(job.scene.name).trajectory.t_s for job in jobs]
+    for job, result in zip(jobs, results(engine, jobs, times, RUN_S), strict=True):
+        found.setdefault(job.scene.name, {})[job.role] = result
+    return found
+
+
+def rung_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Check:
+    """Check of one rung, with a diagnosis where the engine is wrong."""
+    evidence = gathered(runs)
+    assert evidence is not None
+    verdict = verdict_of(engine, name, evidence, runs)
+    if verdict.outcome is Outcome.PASS:
+        return Check(Group.PHYSICS, short(name), State.PASSED, agreement(verdict), scene=name)
+    if verdict.outcome is Outcome.UNSUPPORTED:
+        return Check(Group.PHYSICS, short(name), State.UNSUPPORTED, reasons_of(verdict), scene=name)
+    if verdict.outcome is Outcome.ROUNDOFF_LIMITED:
+        return Check(Group.PHYSICS, short(name), State.WARNING, f"round-off limits the run: {reasons_of(verdict)}",
+                     scene=name)  # fmt: skip
+    found = diagnosis_of(name, evidence, verdict)
+    if found is None or found.inside_tolerances:
+        return Check(Group.PHYSICS, short(name), State.FAILED, reasons_of(verdict), PAGE, name)
+    sizes = "; ".join(f"{QUANTITY_WORDS[w.quantity]} {w.words}" for w in found.wrong)
+    page = found.explanations[0].mistakes[0].anchor if found.explanations else PAGE
+    return Check(Group.PHYSICS, short(name), State.FAILED, f"{found} Off: {sizes}", page, name)
+
+
+def verdict_of(engine: Examined, name: str, evidence: Evidence, runs: dict[Role, RunResult]) -> Verdict:
+    """Verdict on a rung, with the further runs that it asks for."""
+    loaded, solution = engine.load(), solved(name)
+    setting = loaded.sweep.setting()
+    verdict = judge(engine.name, loaded, setting, evidence, solution)
+    if not verdict.further_runs:
+        return verdict
+    jobs = follow_up_jobs(rung(name), engine.name, engine.registration, loaded, setting, verdict.further_runs)
+    more = gathered(runs | by_role(engine, jobs)[name])
+    assert more is not None
+    return judge(engine.name, loaded, setting, more, solution)
+
+
+def diagnosis_of(name: str, evidence: Evidence, verdict: Verdict) -> Diagnosis | None:
+    """Diagnosis of a wrong result; None where nothing was compared."""
+    run = evidence.main.trajectory
+    if run is None or verdict.series is None:
+        return None
+    return diagnose(rung(name), run, solved(name), verdict_tolerance(verdict), BRIEF)
+
+
+def agreement(verdict: Verdict) -> str:
+    """Largest differences from the certified solution, in the order of the quantities."""
+    found = {row["quantity"]: row["value"] for row in verdict.rows if row["metric"] == "max"}
+    said = [f"{QUANTITY_WORDS[q]} {found[q]:.1e} {QUANTITY_UNITS[q]}" for q in QUANTITY_WORDS if q in found]
+    return f"within {', '.join(said)}"
+
+
+def reasons_of(verdict: Verdict) -> str:
+    """Reasons of the rows that are no pass."""
+    rows = [row for row in verdict.rows if row["reason"] and Outcome(row["outcome"]) is not Outcome.PASS]
+    return "; ".join(dict.fromkeys(f"{row['quantity']}: {row['reason']}" if row["quantity"] != "run" else row["reason"]
+                                   for row in rows)) or str(verdict.outcome)  # fmt: skip
+
+
+def short(name: str) -> str:
+    """Name of a rung in words: ``two bars free``."""
+    return name.partition("/")[2].replace("_", " ")

@@ -1,0 +1,86 @@
+"""All checks of an engine, in order; a failure ends what it makes meaningless."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+from barchain.conform.accuracy import accuracy
+from barchain.conform.behaviour import behaviour
+from barchain.conform.checks import Check, ConformanceReport, Group, State
+from barchain.conform.conventions import conventions
+from barchain.conform.loading import loading
+from barchain.conform.physics import physics
+from barchain.conform.target import examined
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from barchain.conform.target import Examined
+
+SHAPES = "types and shapes"
+
+
+def conform(given: str, report: Callable[[Check], None] = lambda _: None) -> ConformanceReport:
+    """Examine an engine.
+
+    Parameters
+    ----------
+    given : str
+        Name of a registered engine, or ``module:Class``.
+    report : callable, optional
+        Called with each check as it is done.
+
+    Raises
+    ------
+    UnknownEngineError
+        If no engine has the name.
+    """
+    engine, start, found = examined(given), time.perf_counter(), []
+    for check in checks(engine):
+        found.append(check)
+        report(check)
+    return ConformanceReport(engine.name, engine.registration.version, tuple(found), time.perf_counter() - start)
+
+
+def assert_conforms(given: str) -> None:
+    """Raise an AssertionError that names each failure, if an engine does not conform.
+
+    Parameters
+    ----------
+    given : str
+        Name of a registered engine, or ``module:Class``.
+
+    Raises
+    ------
+    AssertionError
+        If a check fails.
+    UnknownEngineError
+        If no engine has the name.
+    """
+    report = conform(given)
+    if not report.passed:
+        lines = [f"{c.group}, {c.name}: {c.words} ({c.page})" for c in report.failures]
+        raise AssertionError("\n".join([f"{report.engine} does not conform:", *(lines or ["no scene was passed"])]))
+
+
+def checks(engine: Examined) -> Iterator[Check]:
+    """Checks in order."""
+    failed: dict[Group, str] = {}
+    for group, make, needs in (
+        (Group.LOADING, loading, ()),
+        (Group.CONVENTIONS, conventions, (Group.LOADING,)),
+        (Group.PHYSICS, physics, (Group.LOADING,)),
+        (Group.ACCURACY, accuracy, (Group.LOADING, Group.PHYSICS)),
+        (Group.BEHAVIOUR, behaviour, (Group.LOADING,)),
+    ):
+        reason = next((failed[g] for g in needs if g in failed), failed.get(SHAPES, ""))  # type: ignore[call-overload]
+        if reason:
+            yield Check(group, str(group), State.NOT_RUN, f"{reason} fails")
+            continue
+        for check in make(engine):
+            if check.state is State.FAILED:
+                failed.setdefault(group, check.name)
+                if check.name in {SHAPES, "a first run"}:
+                    failed[SHAPES] = check.name  # type: ignore[index]
+            yield check

@@ -1,0 +1,65 @@
+"""Runs of an examined engine: several in one process, and one by one where a process fails."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from barchain.boundary.declared import OutsideEngine
+from barchain.boundary.limits import OutsideLimits
+from barchain.boundary.process import Reply, ask, failed_reply
+from barchain.run.outside_runs import one_run, result_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adapters.trajectory import Array
+    from barchain.conform.target import Examined
+    from barchain.run.job import Job, RunResult
+
+START_S = 30.0
+"""Time for the import of an engine's library"""
+
+
+def results(engine: Examined, jobs: Sequence[Job], t_s: Sequence[Array], limit_s: float) -> list[RunResult]:
+    """Results of runs, in their order.
+
+    Parameters
+    ----------
+    engine : Examined
+    jobs : sequence of Job
+    t_s : sequence of ndarray
+        Instants, for each run, at which the engine is asked for its noise.
+    limit_s : float
+        Longest time of one run.
+    """
+    if not jobs:
+        return []
+    asked = [(job.scene, job.setting, t) for job, t in zip(jobs, t_s, strict=True)]
+    limits = OutsideLimits(START_S + limit_s * len(jobs))
+    reply = ask("several_runs", engine.registration, asked, limits=limits)
+    if reply.problem or len(reply.header.get("runs", ())) != len(jobs):
+        return [one_run(job, START_S + limit_s) for job in jobs]  # to see which run ends the process
+    if reply.header["noise"]:
+        remember_noise(engine, jobs, t_s, reply)
+    return [result_of(job, part(reply, k)) for k, job in enumerate(jobs)]
+
+
+def part(reply: Reply, k: int) -> Reply:
+    """Answer to one of several runs."""
+    header, prefix = dict(reply.header["runs"][k]), f"{k}."
+    if "failed" in header:
+        return failed_reply(header)
+    found = {name.removeprefix(prefix): values for name, values in reply.arrays.items() if name.startswith(prefix)}
+    return Reply(header, {name: values for name, values in found.items() if not name.startswith("noise.")})
+
+
+def remember_noise(engine: Examined, jobs: Sequence[Job], t_s: Sequence[Array], reply: Reply) -> None:
+    """Keep the noise that came with runs: a question of its own would need another process each time."""
+    loaded = engine.load()
+    if not issubclass(loaded, OutsideEngine):
+        return
+    for k, (job, t) in enumerate(zip(jobs, t_s, strict=True)):
+        prefix = f"{k}.noise."
+        found = {n.removeprefix(prefix): v for n, v in reply.arrays.items() if n.startswith(prefix)}
+        if "failed" not in reply.header["runs"][k]:
+            loaded.remember_noise(job.scene, job.setting, t, found)

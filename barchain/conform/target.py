@@ -1,0 +1,66 @@
+"""The engine that is examined: a registered one by name, or a class by ``module:Class``."""
+
+from __future__ import annotations
+
+import re
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from adapters.registry import ENGINES, RESERVED, TARGET, Registration, find_engine
+
+if TYPE_CHECKING:
+    from adapters.engine import Engine, Setting
+    from barchain.run.job import Job, Role
+    from scenarios import Scene
+
+
+@dataclass(frozen=True)
+class Examined:
+    """An engine that is examined."""
+
+    name: str
+    registration: Registration
+    registered: bool = True
+    """Whether the engine has an entry point; False of a class that is named directly"""
+
+    @property
+    def own(self) -> bool:
+        """Whether the engine is barchain's own adapter."""
+        return self.registration in ENGINES.values()
+
+    def job(self, scene: Scene, setting: Setting, role: Role) -> Job:
+        """A run of the engine."""
+        from barchain.run.job import Job  # noqa: PLC0415
+
+        return Job(scene, self.name, self.registration, setting, role)
+
+    def load(self) -> type[Engine]:
+        """Class with the engine's declarations. Errors as :func:`barchain.boundary.declared.engine_class`."""
+        from barchain.boundary.declared import engine_class  # noqa: PLC0415
+
+        return engine_class(self.registration)
+
+
+def examined(given: str) -> Examined:
+    """Engine of a name, or of ``module:Class`` on Python's path or in the current folder.
+
+    Raises
+    ------
+    UnknownEngineError
+        If no engine has the name.
+    """
+    if re.fullmatch(TARGET, given):
+        here = str(Path.cwd())
+        if here not in sys.path:
+            sys.path.append(here)
+        return Examined(short_name(given), Registration(given), registered=False)
+    return Examined(given, find_engine(given))
+
+
+def short_name(target: str) -> str:
+    """Name of a class that has no entry point yet: ``MyEngine`` becomes ``my-engine``."""
+    words = re.findall(r"[A-Z]*[^A-Z]+|[A-Z]+", target.partition(":")[2])
+    name = "-".join(w.lower().strip("_") for w in words if w.strip("_")) or "engine"
+    return f"{name}-engine" if name in {*ENGINES, *RESERVED} else name
