@@ -1,4 +1,4 @@
-"""Examination of an engine in its own process: its import and declarations, several runs, and what runs leave behind."""
+"""Examination of an engine in its own process: import and declarations, several runs, and what runs leave behind."""
 
 from __future__ import annotations
 
@@ -127,7 +127,8 @@ def several_runs(registration: Registration, runs: list[tuple[Scene, Setting, Ar
 
     Entry k of ``runs`` is the answer to run k; its arrays are called ``k.name``, and the noise ``k.noise.name``.
     """
-    headers, arrays = [], {}
+    headers: list[dict[str, Any]] = []
+    arrays: dict[str, Array] = {}
     declares = overrides(loaded(registration), "noise")
     for k, (scene, setting, t_s) in enumerate(runs):
         try:
@@ -168,7 +169,7 @@ def process_state() -> dict[str, Any]:
         "variables": {plain_text(k, 80): hash(v) for k, v in os.environ.items()},
         "handlers": {int(n): handler_name(n) for n in signal.valid_signals()},
         "float_errors": {k: str(v) for k, v in np.geterr().items()},
-        "random": hash(np.random.get_state(legacy=True)[1].tobytes()),  # type: ignore[union-attr, index]  # noqa: NPY002
+        "random": hash(np.random.get_state(legacy=True)[1].tobytes()),  # type: ignore[index]  # noqa: NPY002
         "memory_B": own.memory_info().rss,
     }
 

@@ -1,4 +1,4 @@
-"""Behaviour: what runs print, change and leave behind, whether two runs are the same, and whether a run can be ended."""
+"""Behaviour: what runs print, change and leave behind, whether two are the same, and whether one can be ended."""
 
 from __future__ import annotations
 

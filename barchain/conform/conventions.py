@@ -40,10 +40,9 @@ def conventions(engine: Examined) -> Iterator[Check]:
     """Checks of the form of a result, and of its first sample."""
     name = next((n for n in FIRST if reason_against(engine, n) is None), None)
     if name is None:
-        said = "; ".join(dict.fromkeys(str((reason_against(engine, n) or ("", ""))[1]) for n in FIRST))
-        yield Check(
-            Group.CONVENTIONS, "a first run", State.FAILED, f"supports none of {', '.join(FIRST)}: {said}", PAGE
-        )
+        reasons = dict.fromkeys(str((reason_against(engine, n) or ("", ""))[1]) for n in FIRST)
+        said = f"supports none of {', '.join(FIRST)}: {'; '.join(reasons)}"
+        yield Check(Group.CONVENTIONS, "a first run", State.FAILED, said, PAGE)
         return
     run = main_and_finer(engine, [name])[name][Role.MAIN]
     if run.outcome is not Outcome.PASS or run.trajectory is None:
