@@ -34,8 +34,10 @@ SETTINGS = 5
 RUN_S = 5.0
 ABOVE_ROUNDING = 10.0
 """Least ratio of an error to its rounding floor at which the error tells of the method"""
-GROWS = 2.0
-"""Factor by which an error at a finer setting may exceed that at a coarser one: errors of chosen steps have any sign"""
+LEAST_FALL = 0.5
+"""Least exponent of the error's fall relative to the method's: chosen steps leave errors of any sign"""
+FALL_SLACK = 2.0
+"""Slack of the fall of an error"""
 ORDER_SLACK = 0.5
 """Largest shortfall of a measured order: between it and the next lower order"""
 ASYMPTOTIC = 1e-2
@@ -72,12 +74,12 @@ def accuracy(engine: Examined) -> Iterator[Check]:
     made = results(engine, jobs, [solved(name).trajectory.t_s] * len(jobs), RUN_S)
     failed = [f"{s}: {r.reason}" for s, r in zip(settings, made, strict=True) if r.outcome is not Outcome.PASS]
     if failed:
-        yield Check(Group.ACCURACY, "runs at several settings", State.FAILED, "; ".join(failed), PAGE, name)
+        yield Check(Group.ACCURACY, "runs at several settings", State.FAILED, "; ".join(failed), PAGE, scene=name)
     found = [
         setting_error(engine, name, s, r) for s, r in zip(settings, made, strict=True) if r.outcome is Outcome.PASS
     ]
     yield bound_check(found, name)
-    yield falling_check(found, name)
+    yield falling_check(found, engine.load().order, name)
     if engine.load().order is None:
         yield request_check(found, name)
     else:
@@ -118,28 +120,29 @@ def bound_check(found: list[SettingError], name: str) -> Check:
     beyond = [e for e in found if not e.bound_ratio <= 1.0]
     if beyond:
         said = "; ".join(f"{e.bound_ratio:.3g} times the bound at {e.setting}" for e in beyond)
-        return Check(Group.ACCURACY, "errors inside the bound", State.FAILED, said, PAGE, name)
+        return Check(Group.ACCURACY, "errors inside the bound", State.FAILED, said, PAGE, scene=name)
     most = max((e.bound_ratio for e in found), default=0.0)
-    return Check(Group.ACCURACY, "errors inside the bound", State.PASSED, f"at most {most:.2g} of it", PAGE, name)
+    return Check(Group.ACCURACY, "errors inside the bound", State.PASSED, f"at most {most:.2g} of it", PAGE, scene=name)
 
 
-def falling_check(found: list[SettingError], name: str) -> Check:
-    """Check that a finer setting gives a smaller error."""
+def falling_check(found: list[SettingError], order: float | None, name: str) -> Check:
+    """Check that a finer setting gives a smaller error, down to rounding."""
     shown = ", ".join(f"{e.error:.1e} at {e.setting}" for e in found)
-    for coarse, fine in pairwise(found):
-        if fine.tells and fine.error > GROWS * coarse.error:
+    for coarse, fine in pairwise(e for e in found if e.error < ASYMPTOTIC):
+        finer = abs(math.log(fine.setting.value / coarse.setting.value)) * (1.0 if order is None else order)
+        if fine.tells and fine.error > FALL_SLACK * coarse.error * math.exp(-LEAST_FALL * finer):
             said = f"the error does not follow the setting: {shown}"
-            return Check(Group.ACCURACY, "errors fall with the setting", State.FAILED, said, PAGE, name)
-    return Check(Group.ACCURACY, "errors fall with the setting", State.PASSED, shown, PAGE, name)
+            return Check(Group.ACCURACY, "errors fall with the setting", State.FAILED, said, PAGE, scene=name)
+    return Check(Group.ACCURACY, "errors fall with the setting", State.PASSED, shown, PAGE, scene=name)
 
 
 def request_check(found: list[SettingError], name: str) -> Check:
     """Tell the ratio of the error to the requested one, and whether it keeps its order of magnitude."""
     ratios = [e.error / e.setting.value for e in found if e.tells]
     if not ratios:
-        return Check(Group.ACCURACY, "error over request", State.PASSED, "rounding at all settings", PAGE, name)
+        return Check(Group.ACCURACY, "error over request", State.PASSED, "rounding at all settings", PAGE, scene=name)
     said = f"{min(ratios):.2g} to {max(ratios):.2g} times the request"
-    return Check(Group.ACCURACY, "error over request", State.PASSED, said, PAGE, name)
+    return Check(Group.ACCURACY, "error over request", State.PASSED, said, PAGE, scene=name)
 
 
 def order_check(found: list[SettingError], order: float, name: str) -> Check:
@@ -149,9 +152,11 @@ def order_check(found: list[SettingError], order: float, name: str) -> Check:
         if fine.tells and coarse.error < ASYMPTOTIC and coarse.setting.parameter is AccuracyParameter.STEPS_PER_ORBIT:
             slopes.append(math.log(coarse.error / fine.error) / math.log(fine.setting.value / coarse.setting.value))
     if not slopes:
-        return Check(Group.ACCURACY, "order", State.WARNING, "no two settings whose errors show the order", PAGE, name)
+        return Check(
+            Group.ACCURACY, "order", State.WARNING, "no two settings whose errors show the order", PAGE, scene=name
+        )
     measured = ", ".join(f"{s:.2f}" for s in slopes)
     if max(slopes) < order - ORDER_SLACK:
         said = f"measured {measured}, declared {order:g}"
-        return Check(Group.ACCURACY, "order", State.FAILED, said, PAGE, name)
-    return Check(Group.ACCURACY, "order", State.PASSED, f"measured {measured}; declared {order:g}", PAGE, name)
+        return Check(Group.ACCURACY, "order", State.FAILED, said, PAGE, scene=name)
+    return Check(Group.ACCURACY, "order", State.PASSED, f"measured {measured}; declared {order:g}", PAGE, scene=name)

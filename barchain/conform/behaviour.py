@@ -48,7 +48,7 @@ def behaviour(engine: Examined) -> Iterator[Check]:
     asked = (engine.registration, scene, setting)
     first = ask("behaviour", *asked, TIMES, limits=OutsideLimits(2.0 * START_S))
     if first.problem:
-        yield Check(Group.BEHAVIOUR, "several runs", State.FAILED, first.problem, PAGE, name)
+        yield Check(Group.BEHAVIOUR, "several runs", State.FAILED, first.problem, PAGE, scene=name)
         return
     yield from left_behind(first.header)
     again = ask("behaviour", *asked, 1, limits=OutsideLimits(START_S))
@@ -89,7 +89,9 @@ def same_check(in_process: bool, between: bool, name: str) -> Check:
     said = [words for same, words in ((in_process, "in one process"), (between, "in two processes")) if not same]
     if not said:
         return Check(Group.BEHAVIOUR, "same bits again", State.PASSED, page=PAGE)
-    return Check(Group.BEHAVIOUR, "same bits again", State.FAILED, f"two runs {' and '.join(said)} differ", PAGE, name)
+    return Check(
+        Group.BEHAVIOUR, "same bits again", State.FAILED, f"two runs {' and '.join(said)} differ", PAGE, scene=name
+    )
 
 
 def end_check(engine: Examined, scene: Scene, setting: Setting) -> Check:

@@ -41,6 +41,8 @@ class Check:
     """What was found, in one line"""
     page: str = ""
     """Page and section that state the convention"""
+    explained: bool = False
+    """Whether a known mistake explains the failure"""
     scene: str = ""
     """Scene that shows a failure: `barchain compare SCENE --engine NAME` runs it again"""
 

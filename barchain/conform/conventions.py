@@ -46,11 +46,11 @@ def conventions(engine: Examined) -> Iterator[Check]:
         return
     run = main_and_finer(engine, [name])[name][Role.MAIN]
     if run.outcome is not Outcome.PASS or run.trajectory is None:
-        yield Check(Group.CONVENTIONS, "types and shapes", State.FAILED, run.reason, f"{PAGE}#samples", name)
+        yield Check(Group.CONVENTIONS, "types and shapes", State.FAILED, run.reason, f"{PAGE}#samples", scene=name)
         return
     n = len(run.trajectory.t_s)
     said = f"{len(run.trajectory.observables)} quantities of {n} samples, float64"
-    yield Check(Group.CONVENTIONS, "types and shapes", State.PASSED, said, f"{PAGE}#samples", name)
+    yield Check(Group.CONVENTIONS, "types and shapes", State.PASSED, said, f"{PAGE}#samples", scene=name)
     yield from start_checks(engine, name, run.trajectory)
 
 
@@ -74,7 +74,7 @@ def start_checks(engine: Examined, name: str, run: Trajectory) -> Iterator[Check
         else:
             said = given_and_expected(getattr(run, field)[0], getattr(solution.trajectory, field)[0])
             yield Check(Group.CONVENTIONS, f"{words} at t = 0", State.FAILED, f"{said} {QUANTITY_UNITS[quantity]}",
-                        page, name)  # fmt: skip
+                        page, scene=name)  # fmt: skip
 
 
 def given_and_expected(given: Array, expected: Array) -> str:

@@ -54,7 +54,7 @@ def stage_checks(engine: Examined, names: tuple[str, ...]) -> Iterator[Check]:
         reason = reasons[name]
         if reason is not None:
             state, words = reason
-            yield Check(Group.PHYSICS, short(name), state, words, PAGE, name)
+            yield Check(Group.PHYSICS, short(name), state, words, PAGE, scene=name)
         else:
             yield rung_check(engine, name, runs[name])
 
@@ -102,10 +102,12 @@ def rung_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Chec
                      scene=name)  # fmt: skip
     found = diagnosis_of(name, evidence, verdict)
     if found is None or found.inside_tolerances:
-        return Check(Group.PHYSICS, short(name), State.FAILED, reasons_of(verdict), PAGE, name)
+        return Check(Group.PHYSICS, short(name), State.FAILED, reasons_of(verdict), PAGE, scene=name)
     sizes = "; ".join(f"{QUANTITY_WORDS[w.quantity]} {w.words}" for w in found.wrong)
     page = found.explanations[0].mistakes[0].anchor if found.explanations else PAGE
-    return Check(Group.PHYSICS, short(name), State.FAILED, f"{found} Off: {sizes}", page, name)
+    return Check(
+        Group.PHYSICS, short(name), State.FAILED, f"{found} Off: {sizes}", page, bool(found.explanations), name
+    )
 
 
 def verdict_of(engine: Examined, name: str, evidence: Evidence, runs: dict[Role, RunResult]) -> Verdict:

@@ -1,0 +1,129 @@
+"""Examination of sound and of wrong engines: nothing is named without a mistake, and mistakes are named."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+from xml.etree import ElementTree
+
+import pytest
+
+from adapters.registry import engines
+from barchain.cli.main import run
+from barchain.conform import assert_conforms, conform
+from barchain.conform.checks import Group, State
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from barchain.conform.checks import ConformanceReport
+
+pytest.importorskip("llvmlite")
+HERE = "tests.conform.wrong_engines"
+
+
+def failed(report: ConformanceReport) -> dict[str, str]:
+    """Words of the failed checks by their names."""
+    return {c.name: c.words for c in report.failures}
+
+
+def examined(name: str) -> ConformanceReport:
+    return conform(f"{HERE}:{name}")
+
+
+def test_a_right_engine_of_another_package_conforms_on_every_rung() -> None:
+    report = examined("Right")
+    assert report.passed, failed(report)
+    assert sum(c.group is Group.PHYSICS for c in report.checks) == sum(
+        c.group is Group.PHYSICS and c.state is State.PASSED for c in report.checks
+    )
+    assert [c.name for c in report.checks if c.state is State.WARNING] == ["entry point"]
+
+
+def test_reactions_of_the_opposite_sign_are_named_and_end_the_ladder() -> None:
+    report = examined("ReactionsReversed")
+    found = failed(report)
+    assert "Your reactions have the opposite sign (explained to" in found["two bars free"]
+    assert "expected" in found["reactions at t = 0"]
+    assert next(c.page for c in report.failures if c.name == "two bars free").endswith("#reactions")
+    later = [c for c in report.checks if c.state is State.NOT_RUN]
+    assert {c.group for c in later} >= {Group.PHYSICS, Group.ACCURACY}
+
+
+def test_angles_in_degrees_are_named() -> None:
+    assert "degrees" in failed(examined("Degrees"))["one bar free"]
+
+
+def test_single_precision_is_a_fault_of_types_and_ends_the_examination() -> None:
+    report = examined("SinglePrecision")
+    assert failed(report) == {"types and shapes": "angle_rad holds float32, expected float64"}
+    assert {c.group for c in report.checks if c.state is State.NOT_RUN} == {
+        Group.PHYSICS, Group.ACCURACY, Group.BEHAVIOUR,
+    }  # fmt: skip
+
+
+def test_an_error_that_does_not_follow_the_setting_is_a_finding_by_itself() -> None:
+    found = failed(examined("IgnoresSetting"))
+    assert "does not follow the setting" in found["errors fall with the setting"]
+    assert "times the bound at rtol=1e-" in found["errors inside the bound"]
+
+
+@pytest.mark.parametrize(
+    ("name", "check", "words"),
+    [
+        ("OrderOfChosenSteps", "order and setting", "expected None"),
+        ("UnknownEffect", "effect names", "'oblatness' is no effect (did you mean oblateness?)"),
+        ("FineFirst", "sweep", "not sorted from coarse to fine"),
+        ("Unfinished", "class", "does not define build, read, simulate"),
+        ("NoEngine", "class", "is no subclass of adapters.engine.Engine"),
+        ("Missing", "import", "has no attribute"),
+    ],
+)
+def test_a_wrong_declaration_is_named_and_nothing_is_run(name: str, check: str, words: str) -> None:
+    report = examined(name)
+    assert words in failed(report)[check]
+    assert all(c.state is State.NOT_RUN for c in report.checks if c.group is not Group.LOADING)
+
+
+def test_what_runs_leave_behind_is_told() -> None:
+    report = examined("Untidy")
+    found = failed(report)
+    assert "changes the working folder" in found["state of the process"]
+    assert "signal handlers" in found["state of the process"]
+    assert next(c.words for c in report.checks if c.name == "output").startswith("prints ")
+
+
+def test_runs_that_differ_in_the_last_bit_are_told() -> None:
+    assert "differ" in failed(examined("Random"))["same bits again"]
+
+
+def test_one_line_tests_an_engine_in_the_continuous_integration_of_its_package() -> None:
+    with pytest.raises(AssertionError, match="degrees"):
+        assert_conforms(f"{HERE}:Degrees")
+
+
+def test_the_command_exits_with_1_and_gives_the_checks_as_json_and_junit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    junit = tmp_path / "junit.xml"
+    assert run(["conform", f"{HERE}:Unfinished", "--json", "--junit", str(junit)]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert found[0]["passed"] is False
+    assert {c["state"] for c in found[0]["checks"]} == {"warning", "failed", "not run"}
+    suite = ElementTree.parse(junit).getroot().find("testsuite")
+    assert suite is not None
+    assert suite.get("failures") == "1"
+
+
+def test_an_unknown_engine_is_one_line_with_the_nearest_name(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["conform", "mujoko"]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "did you mean mujoco" in error
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name, r in engines().items() if not r.missing])
+def test_every_engine_of_barchain_conforms(name: str) -> None:
+    report = conform(name)
+    assert report.passed, failed(report)

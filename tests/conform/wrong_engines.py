@@ -1,0 +1,103 @@
+"""The NumPy reference with one mistake each, as another package would bring it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adapters.engine import AccuracyParameter, AccuracySweep, Engine, Setting
+from adapters.reference.compiled_engine import ReferenceFast
+
+if TYPE_CHECKING:
+    from adapters.trajectory import Trajectory
+    from scenarios import Scene
+
+
+class Right(ReferenceFast):
+    """No mistake."""
+
+
+class ReactionsReversed(ReferenceFast):
+    """Forces on the other bar."""
+
+    def read(self) -> Trajectory:
+        found = super().read()
+        assert found.reaction_N is not None
+        return found.replace(reaction_N=-found.reaction_N)
+
+
+class Degrees(ReferenceFast):
+    """Angles in degrees."""
+
+    def read(self) -> Trajectory:
+        found = super().read()
+        assert found.angle_rad is not None
+        return found.replace(angle_rad=np.degrees(found.angle_rad))
+
+
+class SinglePrecision(ReferenceFast):
+    """Angles in single precision."""
+
+    def read(self) -> Trajectory:
+        found = super().read()
+        assert found.angle_rad is not None
+        return found.replace(angle_rad=found.angle_rad.astype(np.float32))  # type: ignore[arg-type]
+
+
+class IgnoresSetting(ReferenceFast):
+    """One accuracy whatever is requested: finer settings give no smaller error."""
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        super().build(scene, Setting(setting.parameter, 1e-6))
+
+
+class OrderOfChosenSteps(ReferenceFast):
+    """An order, though the steps are chosen."""
+
+    order = 8.0
+
+
+class UnknownEffect(ReferenceFast):
+    """An effect with a typing error."""
+
+    effects = ReferenceFast.effects | {"oblatness"}
+
+
+class FineFirst(ReferenceFast):
+    """Settings from fine to coarse."""
+
+    sweep = AccuracySweep(AccuracyParameter.RTOL, (1e-12, 1e-9, 1e-6), 1e-9)
+
+
+class Untidy(ReferenceFast):
+    """Prints, changes the folder and a signal handler, and leaves a file."""
+
+    def simulate(self) -> None:
+        print("step 1 of 1")
+        Path("run.log").write_text("x", "utf-8")
+        Path("inside").mkdir(exist_ok=True)
+        os.chdir("inside")
+        signal.signal(signal.SIGUSR1, signal.SIG_IGN)
+        super().simulate()
+
+
+class Random(ReferenceFast):
+    """Another last bit in each run."""
+
+    def read(self) -> Trajectory:
+        found = super().read()
+        assert found.angle_rad is not None
+        return found.replace(angle_rad=found.angle_rad * (1.0 + 2e-16 * (time.perf_counter_ns() % 3)))
+
+
+class Unfinished(Engine):
+    """No method is defined."""
+
+
+class NoEngine:
+    """No subclass of Engine."""
