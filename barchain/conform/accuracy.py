@@ -49,10 +49,14 @@ class SettingError:
     """Errors of one setting, relative to the scales of the quantities."""
 
     setting: Setting
+    step: float
+    """Requested error, or the step relative to the distance of two samples"""
     error: float
     """Largest of all quantities"""
     floor: float
     """Rounding floor of that quantity"""
+    whole: bool
+    """Whether two right runs at this setting stay together to the end of the scene"""
     bound_ratio: float
     """Largest ratio of an error to its expected-error bound"""
 
@@ -88,17 +92,17 @@ def accuracy(engine: Examined) -> Iterator[Check]:
 
 def tried_settings(engine: Examined, scene: Scene) -> list[Setting]:
     """Some settings of the sweep, coarse to fine, its ends among them, that differ in this scene."""
-    every = list({steps_between_samples(s, scene): s for s in reversed(engine.load().sweep.settings)}.values())[::-1]
+    every = list({step_of(s, scene): s for s in reversed(engine.load().sweep.settings)}.values())[::-1]
     rows = np.unique(np.linspace(0, len(every) - 1, min(SETTINGS, len(every))).round().astype(int))
     return [every[k] for k in rows]
 
 
-def steps_between_samples(setting: Setting, scene: Scene) -> float:
-    """Equal steps between two samples, an even number; the request itself of a method that chooses its steps."""
+def step_of(setting: Setting, scene: Scene) -> float:
+    """Equal steps relative to the distance of two samples, which holds an even number; or the requested error."""
     if setting.parameter is AccuracyParameter.RTOL:
         return setting.value
     between = scene.run.duration_s / (scene.run.samples - 1)
-    return 2.0 * math.ceil(0.5 * setting.value * between / scene.step_period_s - 1e-9)
+    return 0.5 / math.ceil(0.5 * setting.value * between / scene.step_period_s - 1e-9)
 
 
 def setting_error(engine: Examined, name: str, setting: Setting, result: RunResult) -> SettingError:
@@ -107,12 +111,15 @@ def setting_error(engine: Examined, name: str, setting: Setting, result: RunResu
     solution = solved(name)
     errors = ErrorModel(engine.load(), setting, solution, result.trajectory)
     apart = {q: v for q, v in differences(result.trajectory, solution.trajectory).items() if q in QUANTITIES}
-    n = errors.n
+    n = int(np.count_nonzero(errors.t_s <= errors.limit_s))  # two right runs part later
     relative = {q: float(v[:n].max()) / errors.scale[q] for q, v in apart.items()}
     worst = max(relative, key=lambda q: relative[q])
     bounds = {q: errors.bound[q][:n] + solution.error[q][:n] for q in apart}
     ratio = max(float(np.max(v[:n] / np.where(bounds[q] > 0.0, bounds[q], np.inf))) for q, v in apart.items())
-    return SettingError(setting, relative[worst], float(errors.floor[worst].max()) / errors.scale[worst], ratio)
+    step = step_of(setting, rung(name))
+    return SettingError(
+        setting, step, relative[worst], float(errors.floor[worst].max()) / errors.scale[worst], n == errors.n, ratio
+    )
 
 
 def bound_check(found: list[SettingError], name: str) -> Check:
@@ -128,8 +135,8 @@ def bound_check(found: list[SettingError], name: str) -> Check:
 def falling_check(found: list[SettingError], order: float | None, name: str) -> Check:
     """Check that a finer setting gives a smaller error, down to rounding."""
     shown = ", ".join(f"{e.error:.1e} at {e.setting}" for e in found)
-    for coarse, fine in pairwise(e for e in found if e.error < ASYMPTOTIC):
-        finer = abs(math.log(fine.setting.value / coarse.setting.value)) * (1.0 if order is None else order)
+    for coarse, fine in pairwise(e for e in found if e.whole and e.error < ASYMPTOTIC):
+        finer = math.log(coarse.step / fine.step) * (1.0 if order is None else order)
         if fine.tells and fine.error > FALL_SLACK * coarse.error * math.exp(-LEAST_FALL * finer):
             said = f"the error does not follow the setting: {shown}"
             return Check(Group.ACCURACY, "errors fall with the setting", State.FAILED, said, PAGE, scene=name)
@@ -148,9 +155,9 @@ def request_check(found: list[SettingError], name: str) -> Check:
 def order_check(found: list[SettingError], order: float, name: str) -> Check:
     """Check the declared order of a method of equal steps."""
     slopes = []
-    for coarse, fine in pairwise(found):
-        if fine.tells and coarse.error < ASYMPTOTIC and coarse.setting.parameter is AccuracyParameter.STEPS_PER_ORBIT:
-            slopes.append(math.log(coarse.error / fine.error) / math.log(fine.setting.value / coarse.setting.value))
+    for coarse, fine in pairwise(e for e in found if e.whole):
+        if fine.tells and coarse.error < ASYMPTOTIC:
+            slopes.append(math.log(coarse.error / fine.error) / math.log(coarse.step / fine.step))
     if not slopes:
         return Check(
             Group.ACCURACY, "order", State.WARNING, "no two settings whose errors show the order", PAGE, scene=name

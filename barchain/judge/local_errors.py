@@ -176,9 +176,8 @@ def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, solu
     if engine.coordinates is Coordinates.ABSOLUTE:
         turned = track / scene.radius0_m * kepler_growth(scene, t)
     else:
-        track = track * (scene.size_m / scene.radius0_m) ** 2 + power * second_derivative(
-            t, departure(engine, scene, seen)[1]
-        )
+        departing = departure_velocity(engine, scene, seen)
+        track = track * (scene.size_m / scene.radius0_m) ** 2 + power * second_derivative(t, departing)
     turn, jerk = end_derivatives(engine, scene, seen)
     if engine.coordinates is Coordinates.JOINT:  # the centre of mass is not a coordinate: it shares the angles' errors
         track = track + power * jerk * scene.size_m
@@ -210,6 +209,21 @@ def departure(engine: type[Engine], scene: Scene, trajectory: Trajectory) -> tup
     else:
         place, velocity = free_fall(scene, start, from_start)
     return trajectory.com_m - place[-len(t_s) :], trajectory.com_velocity_m_s - velocity[-len(t_s) :]
+
+
+def departure_velocity(engine: type[Engine], scene: Scene, trajectory: Trajectory) -> Array:
+    """Rate of the departure of :func:`departure` in the axes of an engine's frame, m/s, (n, 2).
+
+    In axes that turn with the orbit even a constant thrust of fixed direction varies inside a step.
+    """
+    place, velocity = departure(engine, scene, trajectory)
+    if engine.coordinates is not Coordinates.ROTATING_FRAME or scene.effects.gravity is Gravity.NONE:
+        return velocity
+    x, y = trajectory.com_m.T
+    turned = velocity - orbit_rate(trajectory)[:, None] * np.stack([-place[:, 1], place[:, 0]], axis=1)
+    along = np.stack([x, y], axis=1) / np.hypot(x, y)[:, None]
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    return np.stack([np.sum(turned * along, axis=1), np.sum(turned * across, axis=1)], axis=1)
 
 
 def reading_errors(scene: Scene, trajectory: Trajectory, turn: Array, jerk: Array) -> dict[str, Array]:
