@@ -60,6 +60,10 @@ class SettingError:
     bound_ratio: float
     """Largest ratio of an error to its expected-error bound"""
 
+    def __str__(self) -> str:
+        """The error at its setting."""
+        return f"{self.error:.1e} at {self.setting}" if self.whole else f"too coarse at {self.setting}"
+
     @property
     def tells(self) -> bool:
         """Whether the error is that of the method, not of rounding."""
@@ -117,9 +121,8 @@ def setting_error(engine: Examined, name: str, setting: Setting, result: RunResu
     bounds = {q: errors.bound[q][:n] + solution.error[q][:n] for q in apart}
     ratio = max(float(np.max(v[:n] / np.where(bounds[q] > 0.0, bounds[q], np.inf))) for q, v in apart.items())
     step = step_of(setting, rung(name))
-    return SettingError(
-        setting, step, relative[worst], float(errors.floor[worst].max()) / errors.scale[worst], n == errors.n, ratio
-    )
+    floor = float(errors.floor[worst].max()) / errors.scale[worst]
+    return SettingError(setting, step, relative[worst], floor, n == errors.n, ratio)
 
 
 def bound_check(found: list[SettingError], name: str) -> Check:
@@ -134,7 +137,7 @@ def bound_check(found: list[SettingError], name: str) -> Check:
 
 def falling_check(found: list[SettingError], order: float | None, name: str) -> Check:
     """Check that a finer setting gives a smaller error, down to rounding."""
-    shown = ", ".join(f"{e.error:.1e} at {e.setting}" for e in found)
+    shown = ", ".join(map(str, found))
     for coarse, fine in pairwise(e for e in found if e.whole and e.error < ASYMPTOTIC):
         finer = math.log(coarse.step / fine.step) * (1.0 if order is None else order)
         if fine.tells and fine.error > FALL_SLACK * coarse.error * math.exp(-LEAST_FALL * finer):
